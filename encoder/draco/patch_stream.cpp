@@ -1,0 +1,226 @@
+#include "encoder/draco/patch_stream.h"
+
+#include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/mesh.h>
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+#include <numeric>
+
+#include "encoder/quantization.h"
+
+namespace psplit {
+namespace {
+
+draco::DataType draco_type(ComponentType type) {
+  switch (type) {
+    case ComponentType::kInt8: return draco::DT_INT8;
+    case ComponentType::kUint8: return draco::DT_UINT8;
+    case ComponentType::kInt16: return draco::DT_INT16;
+    case ComponentType::kUint16: return draco::DT_UINT16;
+    case ComponentType::kUint32: return draco::DT_UINT32;
+    case ComponentType::kFloat32: return draco::DT_FLOAT32;
+  }
+  return draco::DT_INVALID;
+}
+
+// The Draco type steers prediction. Normals that are not on the octahedral grid, and texture coordinates that
+// are not pairs, would be predicted by schemes that cannot take them.
+draco::GeometryAttribute::Type draco_role(const Attribute& attribute, const AttributeCoding& coding) {
+  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
+  if (attribute.semantic == "POSITION") return draco::GeometryAttribute::POSITION;
+  if (attribute.semantic == "NORMAL" && coding.octahedral) return draco::GeometryAttribute::NORMAL;
+  if (starts("TEXCOORD_") && attribute.component_count == 2) return draco::GeometryAttribute::TEX_COORD;
+  if (starts("COLOR_")) return draco::GeometryAttribute::COLOR;
+  return draco::GeometryAttribute::GENERIC;
+}
+
+// Indices of the mesh's attributes in the order of their unique ids.
+std::vector<size_t> attribute_order(const Mesh& mesh) {
+  std::vector<size_t> order(mesh.attributes.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_partition(order.begin(), order.end(),
+                        [&](size_t i) { return mesh.attributes[i].semantic == "POSITION"; });
+  return order;
+}
+
+// The distinct values that a patch uses of one attribute: `values` holds points of the mesh, ascending, and
+// `index` for each of the patch's points its place among them.
+struct PatchValues {
+  std::vector<uint32_t> values;
+  std::vector<uint32_t> index;
+
+  PatchValues(const std::vector<uint32_t>& value_of_point, const std::vector<uint32_t>& points) {
+    index.reserve(points.size());
+    for (uint32_t point : points) index.push_back(value_of_point[point]);
+    values = index;
+    std::sort(values.begin(), values.end());
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    for (uint32_t& value : index)
+      value = static_cast<uint32_t>(std::lower_bound(values.begin(), values.end(), value) - values.begin());
+  }
+};
+
+void set_faces(draco::Mesh& mesh, const PatchMesh& patch) {
+  mesh.set_num_points(static_cast<uint32_t>(patch.points.size()));
+  mesh.SetNumFaces(patch.faces.size());
+  for (uint32_t i = 0; i < patch.faces.size(); ++i) {
+    const auto& face = patch.faces[i];
+    mesh.SetFace(draco::FaceIndex(i),
+                 {draco::PointIndex(face[0]), draco::PointIndex(face[1]), draco::PointIndex(face[2])});
+  }
+}
+
+// `spare` values follow those that points use; libdraco does not store them.
+draco::PointAttribute* add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type role, uint8_t components,
+                                     draco::DataType type, bool normalized, const PatchValues& values,
+                                     size_t spare = 0) {
+  auto attribute = std::make_unique<draco::PointAttribute>();
+  attribute->Init(role, static_cast<int8_t>(components), type, normalized, values.values.size() + spare);
+  attribute->SetExplicitMapping(values.index.size());
+  for (uint32_t i = 0; i < values.index.size(); ++i)
+    attribute->SetPointMapEntry(draco::PointIndex(i), draco::AttributeValueIndex(values.index[i]));
+  return mesh.attribute(mesh.AddAttribute(std::move(attribute)));
+}
+
+void fill_mesh(draco::Mesh& mesh, const WeldedMesh& welded, const PatchMesh& patch,
+               std::span<const AttributeCoding> codings) {
+  set_faces(mesh, patch);
+  for (size_t i : attribute_order(*welded.mesh)) {
+    const Attribute& source = welded.mesh->attributes[i];
+    const PatchValues values(welded.value_of_point[i], patch.points);
+    const bool on_grid = codings[i].bits > 0 && !codings[i].octahedral;
+    draco::PointAttribute* target =
+        add_attribute(mesh, draco_role(source, codings[i]), source.component_count,
+                      draco_type(source.component_type), source.normalized, values, on_grid ? 2 : 0);
+    const size_t stride = source.stride();
+    for (uint32_t v = 0; v < values.values.size(); ++v)
+      target->SetAttributeValue(draco::AttributeValueIndex(v),
+                                source.values.data() + values.values[v] * stride);
+    if (!on_grid) continue;
+    // Every patch gets the grid of the whole mesh: the spare values are its extremes.
+    const GridExtremes extremes =
+        grid_extremes(codings[i]).value_or(GridExtremes{codings[i].origin, codings[i].origin});
+    const auto spare = static_cast<uint32_t>(values.values.size());
+    target->SetAttributeValue(draco::AttributeValueIndex(spare), extremes.low.data());
+    target->SetAttributeValue(draco::AttributeValueIndex(spare + 1), extremes.high.data());
+  }
+}
+
+Expected<std::vector<uint8_t>> run_encoder(draco::ExpertEncoder& encoder, const char* what) {
+  draco::EncoderBuffer buffer;
+  const draco::Status status = encoder.EncodeToBuffer(&buffer);
+  if (!status.ok())
+    return runtime_failure(std::string("libdraco cannot encode the ") + what + ": " + status.error_msg());
+  return std::vector<uint8_t>(buffer.data(), buffer.data() + buffer.size());
+}
+
+Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh& patch,
+                                      std::span<const AttributeCoding> codings, int encode_speed, int method) {
+  draco::Mesh mesh;
+  fill_mesh(mesh, welded, patch, codings);
+  draco::ExpertEncoder encoder(mesh);
+  encoder.SetEncodingMethod(method);
+  encoder.SetSpeedOptions(encode_speed, encode_speed);
+  int id = 0;
+  for (size_t i : attribute_order(*welded.mesh)) {
+    if (codings[i].bits > 0) encoder.SetAttributeQuantization(id, codings[i].bits);
+    ++id;
+  }
+  return run_encoder(encoder, "mesh");
+}
+
+}  // namespace
+
+std::vector<uint32_t> stream_unique_ids(const Mesh& mesh) {
+  std::vector<uint32_t> ids(mesh.attributes.size());
+  uint32_t next = 0;
+  for (size_t i : attribute_order(mesh)) ids[i] = next++;
+  return ids;
+}
+
+Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
+                                                  std::span<const AttributeCoding> codings, int encode_speed) {
+  return encode(welded, patch, codings, encode_speed, draco::MESH_EDGEBREAKER_ENCODING);
+}
+
+Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const PatchMesh& patch,
+                                                 std::span<const AttributeCoding> codings, int encode_speed) {
+  return encode(welded, patch, codings, encode_speed, draco::MESH_SEQUENTIAL_ENCODING);
+}
+
+// Draco's order of decoded points follows from connectivity and seams alone, not from values. So a twin of the
+// patch, whose every attribute value is its own index, is encoded and decoded: what comes out of it names the
+// points in the order of the real stream.
+Expected<DecodedOrder> edgebreaker_order(const WeldedMesh& welded, const PatchMesh& patch, int encode_speed) {
+  draco::Mesh twin;
+  set_faces(twin, patch);
+  std::vector<PatchValues> values;
+  for (size_t i : attribute_order(*welded.mesh)) {
+    const auto role = values.empty() ? draco::GeometryAttribute::POSITION : draco::GeometryAttribute::GENERIC;
+    values.emplace_back(welded.value_of_point[i], patch.points);
+    draco::PointAttribute* target = add_attribute(twin, role, 1, draco::DT_UINT32, false, values.back());
+    for (uint32_t v = 0; v < values.back().values.size(); ++v)
+      target->SetAttributeValue(draco::AttributeValueIndex(v), &v);
+  }
+  draco::ExpertEncoder encoder(twin);
+  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+  encoder.SetSpeedOptions(encode_speed, encode_speed);
+  encoder.SetUseBuiltInAttributeCompression(false);
+  for (int id = 0; id < twin.num_attributes(); ++id)
+    if (const draco::Status status = encoder.SetAttributePredictionScheme(id, draco::PREDICTION_NONE);
+        !status.ok())
+      return runtime_failure(std::string("libdraco refuses an option: ") + status.error_msg());
+  Expected<std::vector<uint8_t>> stream = run_encoder(encoder, "order of points");
+  if (!stream) return stream.status();
+
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(stream->data()), stream->size());
+  draco::Decoder decoder;
+  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  if (!decoded.ok())
+    return runtime_failure(std::string("libdraco cannot decode the order of points: ") +
+                           decoded.status().error_msg());
+  const draco::Mesh& mesh = *decoded.value();
+
+  DecodedOrder order;
+  order.faces.reserve(mesh.num_faces());
+  for (uint32_t i = 0; i < mesh.num_faces(); ++i) {
+    const draco::Mesh::Face& face = mesh.face(draco::FaceIndex(i));
+    order.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
+  }
+
+  // A point is the tuple of its values: find each decoded tuple among the patch's points.
+  const size_t point_count = patch.points.size();
+  const auto value = [&](size_t attribute, uint32_t point) { return values[attribute].index[point]; };
+  std::vector<uint32_t> by_tuple(point_count);
+  std::iota(by_tuple.begin(), by_tuple.end(), 0u);
+  std::sort(by_tuple.begin(), by_tuple.end(), [&](uint32_t a, uint32_t b) {
+    for (size_t k = 0; k < values.size(); ++k)
+      if (value(k, a) != value(k, b)) return value(k, a) < value(k, b);
+    return false;
+  });
+  std::vector<uint32_t> tuple(values.size());
+  order.patch_point.reserve(mesh.num_points());
+  for (uint32_t i = 0; i < mesh.num_points(); ++i) {
+    for (size_t k = 0; k < values.size(); ++k) {
+      const auto* attribute = mesh.GetAttributeByUniqueId(static_cast<uint32_t>(k));
+      attribute->GetMappedValue(draco::PointIndex(i), &tuple[k]);
+    }
+    const auto compare = [&](uint32_t point) {
+      for (size_t k = 0; k < tuple.size(); ++k)
+        if (value(k, point) != tuple[k]) return value(k, point) < tuple[k] ? -1 : 1;
+      return 0;
+    };
+    const auto found = std::partition_point(by_tuple.begin(), by_tuple.end(),
+                                            [&](uint32_t point) { return compare(point) < 0; });
+    if (found == by_tuple.end() || compare(*found) != 0)
+      return runtime_failure("libdraco's decoded point is none of the patch's points");
+    order.patch_point.push_back(*found);
+  }
+  return order;
+}
+
+}  // namespace psplit

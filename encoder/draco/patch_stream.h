@@ -1,0 +1,48 @@
+// One patch, or a whole mesh, to one Draco stream.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "encoder/encode_mesh.h"
+
+namespace psplit {
+
+// Points of a mesh and the values they use. Two points share a value of an attribute where value_of_point says
+// so: shared positions make a vertex, differing values around a vertex make a seam.
+struct WeldedMesh {
+  const Mesh* mesh = nullptr;
+  // Per attribute of the mesh, for each point the lowest point that holds the same value.
+  std::vector<std::vector<uint32_t>> value_of_point;
+};
+
+// A part of a welded mesh with points of its own, numbered from 0.
+struct PatchMesh {
+  std::vector<uint32_t> points;                // points of the mesh
+  std::vector<std::array<uint32_t, 3>> faces;  // indices into `points`
+};
+
+// What a decoder of the patch's stream will see: faces, and for each decoded point the patch's point it is.
+// Points recur where Edgebreaker has to split one.
+struct DecodedOrder {
+  std::vector<std::array<uint32_t, 3>> faces;
+  std::vector<uint32_t> patch_point;
+};
+
+// Draco's unique ids of the mesh's attributes in every stream that these functions write: POSITION is 0 and the
+// others follow in order.
+std::vector<uint32_t> stream_unique_ids(const Mesh& mesh);
+
+// An Edgebreaker stream. No face may use a vertex twice.
+Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
+                                                  std::span<const AttributeCoding> codings, int encode_speed);
+// A sequential stream: keeps the order of points and faces, and takes any face.
+Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const PatchMesh& patch,
+                                                 std::span<const AttributeCoding> codings, int encode_speed);
+
+// The order of points and faces in the stream that encode_edgebreaker writes for the same arguments.
+Expected<DecodedOrder> edgebreaker_order(const WeldedMesh& welded, const PatchMesh& patch, int encode_speed);
+
+}  // namespace psplit

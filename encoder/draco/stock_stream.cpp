@@ -1,0 +1,33 @@
+#include "encoder/draco/stock_stream.h"
+
+#include <numeric>
+
+#include "encoder/draco/draco_backend.h"
+#include "encoder/draco/patch_stream.h"
+#include "encoder/weld.h"
+
+namespace psplit {
+
+Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                          int encode_speed) {
+  const WeldedMesh welded = weld(mesh, ThreadPool(1));
+  PatchMesh whole;
+  whole.points.resize(mesh.point_count);
+  std::iota(whole.points.begin(), whole.points.end(), 0u);
+  whole.faces.assign(mesh.faces.begin(), mesh.faces.end());
+
+  StockStream stock;
+  stock.unique_ids = stream_unique_ids(mesh);
+  Expected<std::vector<uint8_t>> bytes = encode_edgebreaker(welded, whole, codings, encode_speed);
+  // Edgebreaker cannot carry a mesh whose every face is degenerate.
+  if (!bytes) bytes = encode_sequential(welded, whole, codings, encode_speed);
+  if (!bytes) return bytes.status();
+  stock.bytes = std::move(*bytes);
+  Expected<StreamCounts> counts = stream_counts(stock.bytes);
+  if (!counts) return counts.status();
+  stock.face_count = counts->face_count;
+  stock.point_count = counts->point_count;
+  return stock;
+}
+
+}  // namespace psplit

@@ -1,0 +1,21 @@
+// A whole mesh as one stock Draco stream: what KHR_draco_mesh_compression stores, and what psplit is
+// measured against.
+#pragma once
+
+#include "encoder/encode_mesh.h"
+
+namespace psplit {
+
+struct StockStream {
+  std::vector<uint8_t> bytes;
+  std::vector<uint32_t> unique_ids;  // one per attribute of the mesh, in order
+  // Draco drops degenerate faces and unused points and splits non-manifold vertices; these are the counts
+  // that a decoder of the stream will see.
+  uint32_t face_count = 0;
+  uint32_t point_count = 0;
+};
+
+Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                          int encode_speed);
+
+}  // namespace psplit

@@ -1,0 +1,73 @@
+// One mesh to one patch container: weld, partition, encode every patch with libdraco, build the stitch map,
+// and prove the result by decoding it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "src/mesh/mesh.h"
+#include "src/parallel.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// How one attribute is stored. bits == 0 keeps the values exactly as they are.
+struct AttributeCoding {
+  int bits = 0;             // 1 to 30; only for kFloat32 attributes
+  bool octahedral = false;  // NORMAL: unit vectors on an octahedral grid of `bits` (2 to 30)
+  // The grid of every other quantized attribute: value = origin + i * range / (2^bits - 1), one origin per
+  // component. The same for all meshes that must fit together. Made by fit_grid and merge_grids, which see to
+  // it that libdraco reproduces it to the bit.
+  std::vector<float> origin;
+  float range = 0;
+};
+
+struct EncodeOptions {
+  uint32_t patch_count = 1;
+  int encode_speed = 5;          // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
+  bool keep_duplicates = false;  // keep points that are equal in everything apart
+  bool drop_degenerate = false;  // drop faces that repeat an index, and points that no face uses
+  bool verify = true;            // decode the container and compare it with the input before returning
+  bool refine = true;            // see PartitionOptions
+};
+
+struct EncodeStatistics {
+  uint32_t patch_count = 0;    // without the residue
+  uint64_t merged_points = 0;  // exact duplicates merged
+  uint64_t dropped_faces = 0;
+  uint64_t dropped_points = 0;
+  uint64_t residue_faces = 0;  // faces that Edgebreaker cannot carry
+  double partition_ms = 0;
+  double encode_ms = 0;  // all of encode_mesh except verification
+  double verify_ms = 0;
+};
+
+struct EncodedMesh {
+  std::vector<uint8_t> container;  // src/container/container.h
+  // Draco's unique id of each attribute of the input, in order.
+  std::vector<uint32_t> unique_ids;
+  // For each point of the decoded mesh the input point that it came from: what a morph target, or any other
+  // array per point, is reordered by.
+  std::vector<uint32_t> source_point;
+  // What the container decodes to, where it was verified.
+  std::optional<Mesh> decoded;
+  EncodeStatistics statistics;
+};
+
+// `codings` has one entry per attribute of the mesh. `extra_point_data`, where not empty, holds
+// point_count * extra_stride bytes that also keep points apart when duplicates are merged (morph targets).
+// Byte-identical for any number of threads. Errors: kInvalidInput (indices out of range, no POSITION, values
+// that a quantization grid cannot hold), kUnsupported, kRuntimeFailure (verification failed: a bug).
+Expected<EncodedMesh> encode_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                  const EncodeOptions& options, const ThreadPool& pool,
+                                  std::span<const std::byte> extra_point_data = {}, size_t extra_stride = 0);
+
+// The grid that holds all values of the attribute. Fails on NaN and infinity.
+Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
+// The smallest grid of the same bits that holds both.
+AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b);
+
+}  // namespace psplit

@@ -1,0 +1,40 @@
+// Cuts the faces of a mesh into balanced, compact patches by connectivity alone.
+//
+// Zhao, Tang, Tong: Connectivity-Based Segmentation for GPU-Accelerated Mesh Decompression, 2012, sections 3
+// and 4: positions are dropped, every edge has length 1; centres by geodesic farthest-point sampling; faces
+// go to their nearest centre; jagged borders are refined.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "src/parallel.h"
+
+namespace psplit {
+
+struct PartitionOptions {
+  uint32_t patch_count = 1;  // a target: 0 counts as 1, more than the faces as one face a patch
+  // Centres sampled per patch before they are grouped (the paper's N in M x N).
+  uint32_t oversampling = 4;
+  // Off leaves the jagged borders of plain clustering: the paper's "unprocessed" row.
+  bool refine = true;
+};
+
+struct Partition {
+  uint32_t patch_count = 0;             // every patch in [0, patch_count) has at least one face
+  std::vector<uint32_t> patch_of_face;  // one per face
+};
+
+// `faces` are corner-table vertices (welded by position), each below vertex_count. Any topology is taken:
+// several components, non-manifold edges, degenerate and repeated faces. The result depends on the input and
+// the options only, never on the number of threads. Two calls may share one pool.
+Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+                          const PartitionOptions& options, const ThreadPool& pool);
+
+// The paper's section 4.3: of `patch_count` patches over all objects, an object of M of the S faces gets
+// floor(M x patch_count / S), and at least one.
+std::vector<uint32_t> distribute_patches(std::span<const uint64_t> face_counts, uint64_t patch_count);
+
+}  // namespace psplit

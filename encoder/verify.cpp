@@ -1,0 +1,105 @@
+#include "encoder/verify.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace psplit {
+namespace {
+
+Status differs(const std::string& what) { return runtime_failure("verification: " + what); }
+
+std::array<uint32_t, 3> lowest_first(const std::array<uint32_t, 3>& face) {
+  std::array<uint32_t, 3> rotated = face;
+  std::rotate(rotated.begin(), std::min_element(rotated.begin(), rotated.end()), rotated.end());
+  // With a repeated index the lowest may stand first in two rotations.
+  if (rotated[0] == rotated[2]) rotated = {rotated[0], rotated[0], rotated[1]};
+  return rotated;
+}
+
+float float_at(const Attribute& attribute, size_t index) {
+  float value = 0;
+  std::memcpy(&value, attribute.values.data() + index * sizeof(float), sizeof(float));
+  return value;
+}
+
+bool within_half_step(const Attribute& wanted, const Attribute& got, size_t wanted_point, size_t got_point,
+                      const AttributeCoding& coding) {
+  const double step = double{coding.range} / (std::ldexp(1.0, coding.bits) - 1.0);
+  for (size_t c = 0; c < wanted.component_count; ++c) {
+    const double difference = double{float_at(wanted, wanted_point * wanted.component_count + c)} -
+                              double{float_at(got, got_point * wanted.component_count + c)};
+    // The rest is float rounding, in libdraco, of the offset, the division by the step, and the sum.
+    const double rounding = 4e-7 * (std::fabs(double{coding.origin[c]}) + double{coding.range});
+    if (!(std::fabs(difference) <= 0.5 * step + rounding)) return false;
+  }
+  return true;
+}
+
+// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid of c = 2^(bits-1) - 1 steps an axis: up
+// to 1/2c off in two components, 1/c in the third, and, where the rounded sum exceeds 1, another 1/c in one of
+// them: less than 1.7/c in all. Back on the sphere lengths grow by at most sqrt(3).
+bool within_octahedral_step(const Attribute& wanted, const Attribute& got, size_t wanted_point,
+                            size_t got_point, const AttributeCoding& coding) {
+  double dot = 0, wanted_square = 0, got_square = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    const double a = double{float_at(wanted, wanted_point * 3 + c)},
+                 b = double{float_at(got, got_point * 3 + c)};
+    dot += a * b;
+    wanted_square += a * a;
+    got_square += b * b;
+  }
+  const double chord = std::sqrt(std::max(0.0, 2.0 - 2.0 * dot / std::sqrt(wanted_square * got_square)));
+  return chord <= 3.0 / (std::ldexp(1.0, coding.bits - 1) - 1.0) + 1e-6;
+}
+
+}  // namespace
+
+Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
+                      std::span<const uint32_t> source_point) {
+  if (decoded.point_count != mesh.point_count || source_point.size() != mesh.point_count)
+    return differs("points: " + std::to_string(decoded.point_count) + ", not " +
+                   std::to_string(mesh.point_count));
+  if (decoded.faces.size() != mesh.faces.size())
+    return differs("faces: " + std::to_string(decoded.faces.size()) + ", not " +
+                   std::to_string(mesh.faces.size()));
+
+  std::vector<uint8_t> seen(mesh.point_count, 0);
+  for (uint32_t source : source_point)
+    if (source >= mesh.point_count || std::exchange(seen[source], uint8_t{1}) != 0)
+      return differs("a point came back twice");
+
+  std::vector<std::array<uint32_t, 3>> wanted, got;
+  wanted.reserve(mesh.faces.size());
+  got.reserve(mesh.faces.size());
+  for (const auto& face : mesh.faces) wanted.push_back(lowest_first(face));
+  for (const auto& face : decoded.faces)
+    got.push_back(lowest_first({source_point[face[0]], source_point[face[1]], source_point[face[2]]}));
+  std::sort(wanted.begin(), wanted.end());
+  std::sort(got.begin(), got.end());
+  const auto first = std::mismatch(wanted.begin(), wanted.end(), got.begin()).first;
+  if (first != wanted.end())
+    return differs("the face of points " + std::to_string((*first)[0]) + ", " + std::to_string((*first)[1]) +
+                   ", " + std::to_string((*first)[2]) + " did not come back");
+
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const Attribute& a = mesh.attributes[i];
+    const Attribute& b = decoded.attributes[i];
+    if (a.stride() != b.stride() || a.component_type != b.component_type)
+      return differs(a.semantic + " changed type");
+    for (uint32_t point = 0; point < decoded.point_count; ++point) {
+      const uint32_t source = source_point[point];
+      const bool same = codings[i].bits == 0
+                            ? std::memcmp(a.values.data() + source * a.stride(),
+                                          b.values.data() + point * a.stride(), a.stride()) == 0
+                        : codings[i].octahedral ? within_octahedral_step(a, b, source, point, codings[i])
+                                                : within_half_step(a, b, source, point, codings[i]);
+      if (!same)
+        return differs(a.semantic + " of point " + std::to_string(source) + " came back with another value");
+    }
+  }
+  return {};
+}
+
+}  // namespace psplit

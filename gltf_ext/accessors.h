@@ -1,0 +1,27 @@
+// glTF accessors to plain arrays and back.
+#pragma once
+
+#include "gltf_ext/document.h"
+#include "src/mesh/mesh.h"
+
+namespace psplit {
+
+struct AccessorData {
+  ComponentType component_type = ComponentType::kFloat32;
+  uint8_t component_count = 1;
+  bool normalized = false;
+  uint32_t count = 0;
+  std::vector<std::byte> values;  // tightly packed: strides, matrix padding, sparse and missing views resolved
+};
+
+Expected<AccessorData> read_accessor(const Document& document, int64_t index);
+
+// Appends buffer view and accessor (count, type, min and max of float and integer data) and returns the
+// accessor's index. `target` is 34962, 34963 or 0.
+int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);
+
+// Writes count, min, max of decoded data onto an accessor that keeps its other members, and takes its
+// bufferView, byteOffset and sparse away: an accessor whose data an extension supplies.
+void describe_decoded(Json& accessor, const AccessorData& data, bool with_bounds);
+
+}  // namespace psplit

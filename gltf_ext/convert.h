@@ -1,0 +1,55 @@
+// Whole documents: plain glTF to PSPLIT_mesh_draco_patches and back.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "encoder/encode_mesh.h"
+#include "gltf_ext/primitives.h"
+
+namespace psplit {
+
+enum class QuantizationVolume { kPrimitive, kMesh, kScene };
+enum class Fallback { kNone, kUncompressed };
+
+struct EncodeDocumentOptions {
+  uint64_t patches = 0;         // over all primitives together; 0 means by patch_faces
+  uint64_t patch_faces = 4800;  // a primitive of F faces gets round(F / patch_faces) patches, at least 1
+  int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
+  QuantizationVolume volume = QuantizationVolume::kPrimitive;
+  int encode_speed = 5;
+  bool lossless = false;  // every attribute exactly as it is
+  bool drop_degenerate = false;
+  bool keep_duplicates = false;
+  Fallback fallback = Fallback::kNone;
+  bool verify = true;
+};
+
+// What became of one primitive.
+struct PrimitiveReport {
+  PrimitiveId id;
+  std::string skipped;             // why it was left as it is ("points", "already has the extension"), or empty
+  uint64_t faces = 0, points = 0;  // of the input
+  uint64_t bytes = 0;              // container
+  EncodeStatistics statistics;
+};
+
+// Called with the number of finished primitives and their total; may come from any thread.
+using Progress = std::function<void(size_t done, size_t total)>;
+
+// Replaces the geometry of every triangle primitive in place. On error the document is unusable.
+Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
+                                                       const DecodeBackend& backend, const ThreadPool& pool,
+                                                       const Progress& progress = {});
+
+// Decodes every patched and every stock Draco primitive into plain accessors, in place.
+Status decode_document(Document& document, const DecodeBackend& backend, const ThreadPool& pool,
+                       const Progress& progress = {});
+
+// Turns every plain triangle primitive into stock KHR_draco_mesh_compression, one stream each.
+Status encode_document_stock(Document& document, const EncodeDocumentOptions& options, const ThreadPool& pool);
+
+// A mesh from a PLY file or `generate` as a document of one node.
+Document document_from_mesh(const Mesh& mesh);
+
+}  // namespace psplit

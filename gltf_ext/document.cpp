@@ -1,0 +1,155 @@
+#include "gltf_ext/document.h"
+
+#include "gltf_ext/files.h"
+#include "gltf_ext/glb.h"
+#include "gltf_ext/json_fields.h"
+#include "gltf_ext/json_text.h"
+#include "gltf_ext/structure.h"
+#include "gltf_ext/uri.h"
+
+namespace psplit {
+namespace {
+
+// A buffer of bytes that only the decoder of an extension could make: it stays empty.
+bool has_no_bytes(const Json& buffer, const std::vector<uint8_t>& bytes) {
+  return bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0;
+}
+
+bool is_meshopt_fallback(const Json& buffer) {
+  const Json* extension = meshopt_extension(buffer);
+  return extension != nullptr && bool_field_or(*extension, "fallback", false);
+}
+
+Expected<std::vector<uint8_t>> load_uri(const std::string& uri, uint64_t byte_length,
+                                        const std::filesystem::path& source) {
+  if (is_data_uri(uri)) return decode_data_uri(uri);
+  const auto relative = relative_path_of_uri(uri);
+  if (!relative) return relative.status();
+  const std::filesystem::path path = source.parent_path() / *relative;
+  // Only files: a pipe or a device that an asset names could block or never end.
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return io_failure("no file " + path.string());
+  return read_file(path, byte_length);
+}
+
+Status load_buffers(Document& document, std::optional<std::span<const uint8_t>> binary_chunk) {
+  const size_t count = array_size(document.json, "buffers");
+  for (size_t i = 0; i < count; ++i) {
+    Json& buffer = document.json["buffers"][i];
+    const auto byte_length = static_cast<uint64_t>(*integer_field(buffer, "byteLength"));
+    const std::string name = "buffer " + std::to_string(i);
+    std::vector<uint8_t> bytes;
+    if (const std::string* uri = string_field(buffer, "uri")) {
+      auto loaded = load_uri(*uri, byte_length, document.source);
+      if (!loaded) return {loaded.status().code(), name + ": " + loaded.status().message()};
+      bytes = std::move(*loaded);
+    } else if (i == 0 && document.from_glb && !is_meshopt_fallback(buffer)) {
+      if (!binary_chunk) return invalid_input(name + " has neither a uri nor a GLB chunk");
+      bytes.assign(binary_chunk->begin(), binary_chunk->end());
+    } else {
+      document.buffers.emplace_back();
+      continue;
+    }
+    if (bytes.size() < byte_length) {
+      return invalid_input(name + " holds " + std::to_string(bytes.size()) + " bytes of " +
+                           std::to_string(byte_length));
+    }
+    bytes.resize(static_cast<size_t>(byte_length));
+    document.buffers.push_back(std::move(bytes));
+    buffer.erase("uri");  // the bytes are here now, and where they came from says nothing about them
+  }
+  return {};
+}
+
+Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& path) {
+  Document document;
+  document.source = path;
+  document.from_glb = is_glb(file);
+  GlbChunks chunks{file, std::nullopt};
+  if (document.from_glb) {
+    auto parsed = parse_glb(file);
+    if (!parsed) return parsed.status();
+    chunks = *parsed;
+  }
+  auto json = parse_json({reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size()});
+  if (!json) return json.status();
+  document.json = std::move(*json);
+  if (Status status = check_structure(document.json); !status.ok()) return status;
+  if (Status status = load_buffers(document, chunks.binary); !status.ok()) return status;
+  return document;
+}
+
+// The index of a buffer that may grow.
+size_t growing_buffer(Document& document) {
+  Json& buffers = document.json["buffers"];
+  if (!buffers.is_array()) buffers = Json::array();
+  // The last one keeps appended bytes together; a fallback without bytes cannot hold any.
+  if (!buffers.empty() && buffers.size() == document.buffers.size() &&
+      !has_no_bytes(buffers.back(), document.buffers.back()))
+    return buffers.size() - 1;
+  buffers.push_back({{"byteLength", 0}});
+  document.buffers.resize(buffers.size());
+  return buffers.size() - 1;
+}
+
+}  // namespace
+
+Expected<Document> read_document(const std::filesystem::path& path) {
+  const Place place{.file = path == "-" ? "stdin" : path.string()};
+  const auto file = read_file(path);
+  if (!file) return file.status().at(place);
+  auto document = parse_document(*file, path);
+  if (!document) return document.status().at(place);
+  return document;
+}
+
+Document new_document() {
+  Document document;
+  document.json = Json::parse(R"({
+    "asset": {"version": "2.0", "generator": "psplit"},
+    "scene": 0,
+    "scenes": [{"nodes": [0]}],
+    "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {}}]}]
+  })");
+  return document;
+}
+
+Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index) {
+  const std::string name = "buffer view " + std::to_string(index);
+  const Json* view = top_level_object(document.json, "bufferViews", index);
+  if (view == nullptr) return invalid_input(name + " does not exist");
+  const auto buffer = integer_field(*view, "buffer");
+  const auto offset = integer_field_or(*view, "byteOffset", 0);
+  const auto length = integer_field(*view, "byteLength");
+  if (!buffer || !offset || !length || *buffer < 0 || *offset < 0 || *length < 0 ||
+      static_cast<uint64_t>(*buffer) >= document.buffers.size())
+    return invalid_input(name + " has no valid range");
+  const std::vector<uint8_t>& bytes = document.buffers[static_cast<size_t>(*buffer)];
+  const auto start = static_cast<uint64_t>(*offset);
+  const auto count = static_cast<uint64_t>(*length);
+  if (start > bytes.size() || count > bytes.size() - start) {
+    // Where a fallback has bytes they are read; where it has none there is nothing but the compressed form.
+    if (meshopt_extension(*view) != nullptr) return unsupported(name + " is compressed by meshoptimizer");
+    const Json* owner = top_level_object(document.json, "buffers", *buffer);
+    if (owner != nullptr && has_no_bytes(*owner, bytes))
+      return unsupported(name + " is in a buffer without a uri");
+    return invalid_input(name + " reaches past its buffer");
+  }
+  return std::span(bytes).subspan(static_cast<size_t>(start), static_cast<size_t>(count));
+}
+
+int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes) {
+  const size_t buffer = growing_buffer(document);
+  std::vector<uint8_t>& target = document.buffers[buffer];
+  const size_t offset = (target.size() + 3) / 4 * 4;
+  target.resize(offset);
+  target.insert(target.end(), bytes.begin(), bytes.end());
+  document.json["buffers"][buffer]["byteLength"] = target.size();
+  Json& views = document.json["bufferViews"];
+  if (!views.is_array()) views = Json::array();
+  views.push_back({{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", bytes.size()}});
+  return static_cast<int64_t>(views.size() - 1);
+}
+
+}  // namespace psplit

@@ -1,0 +1,54 @@
+// A glTF asset as JSON and bytes, edited in place: what psplit does not own passes through untouched.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <iosfwd>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "src/status.h"
+
+namespace psplit {
+
+using Json = nlohmann::ordered_json;
+
+// `json` always stays a valid glTF tree with its member order kept. Buffer bytes live beside it, one entry per
+// json["buffers"], whatever they came from (GLB chunk, data URI, file).
+struct Document {
+  Json json;
+  std::vector<std::vector<uint8_t>> buffers;  // resolved bytes, at least byteLength each
+  std::filesystem::path source;               // "-" for stdin; the directory that relative URIs start from
+  bool from_glb = false;
+};
+
+// Reads .gltf or .glb (told apart by content, not by name); "-" reads a GLB or glTF from stdin. Loads every
+// buffer: GLB chunk, data URI, or a file under the asset's folder (a URI that escapes it is refused; percent
+// encoding is decoded). Images stay as they are. Validates structure enough that later code can index
+// accessors, buffer views and buffers safely: every function here returns kInvalidInput rather than read out
+// of bounds. Errors: kIo, kInvalidInput, kUnsupported.
+Expected<Document> read_document(const std::filesystem::path& path);
+
+// A new document of one mesh, one node, one scene; used for PLY and its like, and by `generate`.
+Document new_document();
+
+// Writes by the extension of `path` (.glb, .gltf with one .bin beside it, "-" GLB on stdout). The file appears
+// whole or not at all (written beside and renamed). All buffers are merged into one; relative image URIs are
+// kept, and their files are copied when the output goes to another folder.
+Status write_document(const Document& document, const std::filesystem::path& path);
+
+// The bytes of a buffer view. Errors: kInvalidInput where index or range are wrong, kUnsupported where the view
+// is stored by an extension that psplit does not decode (EXT_meshopt_compression).
+Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
+
+// Appends bytes as a new buffer view (4-byte aligned) and returns its index.
+int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes);
+
+// Drops accessors and buffer views in `freed_accessors` and those buffer views that nothing refers to any
+// more, renumbers what refers to the rest (known extensions included), and drops the bytes. Keeps a view when
+// an unknown extension might refer to it.
+void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors);
+
+}  // namespace psplit

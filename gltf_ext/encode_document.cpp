@@ -1,0 +1,345 @@
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <set>
+
+#include "encoder/draco/draco_backend.h"
+#include "encoder/draco/stock_stream.h"
+#include "encoder/partition/partition.h"
+#include "gltf_ext/convert.h"
+#include "gltf_ext/json_fields.h"
+#include "gltf_ext/primitive_edit.h"
+
+namespace psplit {
+namespace {
+
+// One geometry on its way through the encoder.
+struct Job {
+  PrimitiveGroup group;
+  Mesh mesh;
+  std::vector<MorphAttribute> morphs;
+  std::vector<AttributeCoding> codings;
+  EncodeOptions options;
+  EncodedMesh encoded;
+  Status status;
+
+  Place place(const Document& document) const {
+    const PrimitiveId id = group.ids.front();
+    return {document.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
+  }
+};
+
+bool all_unit_vectors(const Attribute& attribute) {
+  for (size_t at = 0; at < attribute.values.size(); at += 12) {
+    std::array<float, 3> v{};
+    std::memcpy(v.data(), attribute.values.data() + at, 12);
+    const double square =
+        double{v[0]} * double{v[0]} + double{v[1]} * double{v[1]} + double{v[2]} * double{v[2]};
+    if (!(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) return false;
+  }
+  return true;
+}
+
+// What no grid can hold (integers, NaN, normals that are no directions) is kept exactly.
+AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOptions& options) {
+  if (options.lossless || attribute.component_type != ComponentType::kFloat32) return {};
+  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
+  if (attribute.semantic == "NORMAL" && attribute.component_count == 3) {
+    if (options.normal_bits < 2 || !all_unit_vectors(attribute)) return {};
+    return {options.normal_bits, true, {}, 0};
+  }
+  const int bits = attribute.semantic == "POSITION" ? options.position_bits
+                   : starts("TEXCOORD_")            ? options.texcoord_bits
+                   : starts("COLOR_")               ? options.color_bits
+                                                    : options.generic_bits;
+  if (bits == 0) return {};
+  return [&]() -> AttributeCoding {
+    Expected<AttributeCoding> grid = fit_grid(attribute, bits);
+    return grid.ok() ? std::move(*grid) : AttributeCoding{};
+  }();
+}
+
+// Meshes that must fit together get one grid per semantic.
+void share_grids(std::vector<Job>& jobs, QuantizationVolume volume) {
+  if (volume == QuantizationVolume::kPrimitive) return;
+  std::map<std::tuple<size_t, std::string, size_t>, AttributeCoding> grids;
+  const auto visit = [&](const auto& act) {
+    for (Job& job : jobs)
+      for (size_t i = 0; i < job.codings.size(); ++i) {
+        const Attribute& attribute = job.mesh.attributes[i];
+        if (job.codings[i].bits == 0 || job.codings[i].octahedral) continue;
+        const size_t mesh = volume == QuantizationVolume::kMesh ? job.group.ids.front().mesh : 0;
+        act(std::tuple(mesh, attribute.semantic, size_t{attribute.component_count}), job.codings[i]);
+      }
+  };
+  visit([&](const auto& key, AttributeCoding& coding) {
+    const auto [found, is_new] = grids.emplace(key, coding);
+    if (!is_new) found->second = merge_grids(found->second, coding);
+  });
+  visit([&](const auto& key, AttributeCoding& coding) { coding = grids.at(key); });
+}
+
+void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& options) {
+  std::vector<uint64_t> faces;
+  for (const Job& job : jobs) faces.push_back(job.mesh.faces.size());
+  std::vector<uint32_t> counts;
+  if (options.patches > 0) counts = distribute_patches(faces, options.patches);
+  const uint64_t patch_faces = std::max<uint64_t>(options.patch_faces, 1);
+  for (size_t i = 0; i < jobs.size(); ++i)
+    jobs[i].options.patch_count =
+        options.patches > 0
+            ? counts[i]
+            : static_cast<uint32_t>(std::max<uint64_t>(1, (faces[i] + patch_faces / 2) / patch_faces));
+}
+
+// Interleaves the morph targets of each point: what tells points apart that are equal otherwise.
+std::vector<std::byte> morph_bytes(const Job& job, size_t& stride) {
+  stride = 0;
+  for (const MorphAttribute& morph : job.morphs)
+    stride += morph.data.values.size() / std::max(1u, morph.data.count);
+  std::vector<std::byte> bytes(stride * job.mesh.point_count);
+  size_t offset = 0;
+  for (const MorphAttribute& morph : job.morphs) {
+    const size_t width = morph.data.values.size() / std::max(1u, morph.data.count);
+    for (size_t i = 0; i < job.mesh.point_count; ++i)
+      std::memcpy(bytes.data() + i * stride + offset, morph.data.values.data() + i * width, width);
+    offset += width;
+  }
+  return bytes;
+}
+
+// Why a primitive is left as it is; empty when it is to be encoded.
+Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id) {
+  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+  if (!kind) return kind.status();
+  if (!kind->triangles) return std::string("points or lines");
+  if (kind->storage == PrimitiveStorage::kPatches) return std::string("already in patches");
+  return std::string();
+}
+
+Status read_job(const Document& document, const DecodeBackend& backend, const ThreadPool& pool, Job& job,
+                std::string& skipped) {
+  const PrimitiveId id = job.group.ids.front();
+  Expected<Mesh> mesh = read_primitive(document, id, backend, pool);
+  if (!mesh && mesh.status().code() == StatusCode::kUnsupported) {
+    skipped = mesh.status().message();
+    return {};
+  }
+  if (!mesh) return mesh.status();
+  job.mesh = std::move(*mesh);
+  if (job.mesh.faces.empty()) {
+    skipped = "no triangles";
+    return {};
+  }
+  for (const Attribute& attribute : job.mesh.attributes) {
+    if (attribute.component_count > 16) skipped = attribute.semantic + " has too many components";
+    if (attribute.component_type == ComponentType::kUint32)
+      skipped = attribute.semantic + " holds 32-bit integers";
+  }
+  auto morphs = read_morph_targets(document, id);
+  if (!morphs && morphs.status().code() == StatusCode::kUnsupported) {
+    skipped = morphs.status().message();
+    return {};
+  }
+  if (!morphs) return morphs.status();
+  job.morphs = std::move(*morphs);
+  for (const MorphAttribute& morph : job.morphs)
+    if (morph.data.count != job.mesh.point_count)
+      return invalid_input("morph target " + morph.semantic + " has " + std::to_string(morph.data.count) +
+                           " elements for " + std::to_string(job.mesh.point_count) + " points");
+  return {};
+}
+
+// Morph targets in the order of the stored points.
+std::vector<MorphAttribute> reorder(std::vector<MorphAttribute> morphs,
+                                    const std::vector<uint32_t>& source_point) {
+  for (MorphAttribute& morph : morphs) {
+    const size_t width = morph.data.values.size() / std::max(1u, morph.data.count);
+    std::vector<std::byte> values(width * source_point.size());
+    for (size_t i = 0; i < source_point.size(); ++i)
+      std::memcpy(values.data() + i * width, morph.data.values.data() + source_point[i] * width, width);
+    morph.data.values = std::move(values);
+    morph.data.count = static_cast<uint32_t>(source_point.size());
+  }
+  return morphs;
+}
+
+Json unique_id_map(const Mesh& mesh, const std::vector<uint32_t>& unique_ids) {
+  Json map = Json::object();
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) map[mesh.attributes[i].semantic] = unique_ids[i];
+  return map;
+}
+
+std::vector<AttributeRequest> requests_of(const Mesh& mesh, const std::vector<uint32_t>& unique_ids) {
+  std::vector<AttributeRequest> requests;
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const Attribute& a = mesh.attributes[i];
+    requests.push_back({a.semantic, unique_ids[i], a.component_type, a.component_count, a.normalized});
+  }
+  return requests;
+}
+
+void set_extension(Document& document, const PrimitiveGroup& group, const char* name, const Json& extension) {
+  for (const PrimitiveId id : group.ids) {
+    Json& primitive = primitive_json(document, id);
+    if (Json* extensions = object_field(primitive, "extensions")) extensions->erase(kStockExtensionName);
+    primitive["extensions"][name] = extension;
+  }
+}
+
+// Reads every primitive that `wanted` does not name a reason against, equal ones once.
+struct Jobs {
+  std::vector<Job> jobs;
+  std::map<std::pair<size_t, size_t>, std::string> skipped;
+};
+
+Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
+                         const DecodeBackend& backend, const ThreadPool& pool) {
+  Jobs result;
+  std::vector<PrimitiveId> wanted;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const Expected<std::string> reason = reason_to_skip(document, id);
+    if (!reason) return reason.status().at({.file = document.source.string()});
+    if (reason->empty())
+      wanted.push_back(id);
+    else
+      result.skipped[{id.mesh, id.primitive}] = *reason;
+  }
+  for (PrimitiveGroup& group : group_equal_primitives(document, wanted)) {
+    Job job;
+    job.group = std::move(group);
+    std::string skipped;
+    if (Status status = read_job(document, backend, pool, job, skipped); !status.ok())
+      return std::move(status).at(job.place(document));
+    if (!skipped.empty()) {
+      for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
+      continue;
+    }
+    for (const Attribute& attribute : job.mesh.attributes) job.codings.push_back(coding_of(attribute, options));
+    job.options.encode_speed = options.encode_speed;
+    job.options.keep_duplicates = options.keep_duplicates;
+    job.options.drop_degenerate = options.drop_degenerate;
+    job.options.verify = options.verify;
+    result.jobs.push_back(std::move(job));
+  }
+  share_grids(result.jobs, options.volume);
+  return result;
+}
+
+}  // namespace
+
+Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
+                                                       const DecodeBackend& backend, const ThreadPool& pool,
+                                                       const Progress& progress) {
+  Expected<Jobs> read = read_jobs(document, options, backend, pool);
+  if (!read) return read.status();
+  std::vector<Job>& jobs = read->jobs;
+  choose_patch_counts(jobs, options);
+
+  std::atomic<size_t> done = 0;
+  pool.for_each(jobs.size(), [&](size_t i) {
+    Job& job = jobs[i];
+    size_t stride = 0;
+    const std::vector<std::byte> extra = morph_bytes(job, stride);
+    Expected<EncodedMesh> encoded = encode_mesh(job.mesh, job.codings, job.options, pool, extra, stride);
+    if (encoded.ok()) {
+      job.encoded = std::move(*encoded);
+      if (!job.encoded.decoded) {
+        Expected<Mesh> decoded = backend.decode_container(job.encoded.container,
+                                                          requests_of(job.mesh, job.encoded.unique_ids), pool);
+        if (decoded.ok())
+          job.encoded.decoded = std::move(*decoded);
+        else
+          job.status = decoded.status();
+      }
+    } else {
+      job.status = encoded.status();
+    }
+    if (progress) progress(++done, jobs.size());
+  });
+
+  std::map<std::pair<size_t, size_t>, PrimitiveReport> reports;
+  for (const auto& [id, reason] : read->skipped) reports[id] = {{id.first, id.second}, reason, 0, 0, 0, {}};
+  PrimitiveEditor editor(document);
+  const GeometryData data = options.fallback == Fallback::kUncompressed ? GeometryData::kInBufferViews
+                                                                        : GeometryData::kStoredElsewhere;
+  for (Job& job : jobs) {
+    if (!job.status.ok()) return std::move(job.status).at(job.place(document));
+    const int64_t view = append_buffer_view(document, job.encoded.container);
+    const Json extension = {{"bufferView", view},
+                            {"attributes", unique_id_map(job.mesh, job.encoded.unique_ids)}};
+    editor.set_geometry(job.group, *job.encoded.decoded,
+                        reorder(std::move(job.morphs), job.encoded.source_point), data);
+    set_extension(document, job.group, kExtensionName, extension);
+    for (const PrimitiveId id : job.group.ids)
+      reports[{id.mesh, id.primitive}] = {id,
+                                          "",
+                                          job.mesh.faces.size(),
+                                          job.mesh.point_count,
+                                          job.encoded.container.size(),
+                                          job.encoded.statistics};
+  }
+  if (!jobs.empty()) list_extension(document, kExtensionName, options.fallback == Fallback::kNone);
+  editor.finish();
+
+  std::vector<PrimitiveReport> list;
+  for (auto& [id, report] : reports) list.push_back(std::move(report));
+  return list;
+}
+
+Status encode_document_stock(Document& document, const EncodeDocumentOptions& options, const ThreadPool& pool) {
+  const DecodeBackend backend = draco_backend();
+  Expected<Jobs> read = read_jobs(document, options, backend, pool);
+  if (!read) return read.status();
+  std::vector<Job>& jobs = read->jobs;
+  std::vector<StockStream> streams(jobs.size());
+  std::vector<Mesh> decoded(jobs.size());
+  pool.for_each(jobs.size(), [&](size_t i) {
+    Expected<StockStream> stream = encode_stock_stream(jobs[i].mesh, jobs[i].codings, options.encode_speed);
+    if (!stream) {
+      jobs[i].status = stream.status();
+      return;
+    }
+    Expected<Mesh> mesh = backend.decode_stream(stream->bytes, requests_of(jobs[i].mesh, stream->unique_ids));
+    if (!mesh) {
+      jobs[i].status = mesh.status();
+      return;
+    }
+    streams[i] = std::move(*stream);
+    decoded[i] = std::move(*mesh);
+  });
+
+  PrimitiveEditor editor(document);
+  bool any = false;
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    if (!jobs[i].status.ok()) return std::move(jobs[i].status).at(jobs[i].place(document));
+    // Stock Draco does not say which point became which, and morph targets need to know.
+    if (!jobs[i].morphs.empty()) continue;
+    const int64_t view = append_buffer_view(document, streams[i].bytes);
+    editor.set_geometry(jobs[i].group, decoded[i], {}, GeometryData::kStoredElsewhere);
+    set_extension(document, jobs[i].group, kStockExtensionName,
+                  {{"bufferView", view}, {"attributes", unique_id_map(jobs[i].mesh, streams[i].unique_ids)}});
+    any = true;
+  }
+  if (any) list_extension(document, kStockExtensionName, true);
+  editor.finish();
+  return {};
+}
+
+Document document_from_mesh(const Mesh& mesh) {
+  Document document = new_document();
+  Json attributes = Json::object();
+  for (const Attribute& attribute : mesh.attributes) {
+    const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
+                            mesh.point_count, attribute.values};
+    attributes[attribute.semantic] = append_accessor(document, data, 34962, attribute.semantic == "POSITION");
+  }
+  const Json primitive = {{"attributes", attributes}};
+  document.json["meshes"] = Json::array({Json{{"primitives", Json::array({primitive})}}});
+  PrimitiveEditor(document).set_geometry({{{0, 0}}}, mesh, {}, GeometryData::kInBufferViews, {"indices only"});
+  return document;
+}
+
+}  // namespace psplit

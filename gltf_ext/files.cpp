@@ -1,0 +1,90 @@
+#include "gltf_ext/files.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <random>
+#include <string>
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CloseFile {
+  void operator()(std::FILE* file) const {
+    if (file != stdin && file != stdout) std::fclose(file);
+  }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+Status failure(const char* what, const fs::path& path, int error) {
+  return io_failure(std::string("cannot ") + what + " " + path.string() + ": " + std::strerror(error));
+}
+
+bool write_parts(std::FILE* file, std::initializer_list<std::span<const uint8_t>> parts) {
+  for (const auto part : parts)
+    if (!part.empty() && std::fwrite(part.data(), 1, part.size(), file) != part.size()) return false;
+  return std::fflush(file) == 0;
+}
+
+}  // namespace
+
+Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
+  std::error_code error;
+  if (path != "-" && fs::is_directory(path, error)) return failure("read", path, EISDIR);
+  const File file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"));
+  if (file == nullptr) return failure("open", path, errno);
+
+  // Grows with what really arrives: a pipe has no size, and a limit may be a lie.
+  constexpr uint64_t kBlock = uint64_t{1} << 20;
+  const uint64_t expected = path == "-" ? 0 : fs::file_size(path, error);
+  std::vector<uint8_t> bytes;
+  if (!error && expected > 0) bytes.reserve(static_cast<size_t>(std::min(expected, limit)));
+  while (bytes.size() < limit) {
+    const uint64_t room = std::max<uint64_t>(bytes.capacity() - bytes.size(), 1);
+    const size_t wanted = static_cast<size_t>(std::min({std::max(room, kBlock), limit - bytes.size()}));
+    const size_t before = bytes.size();
+    bytes.resize(before + wanted);
+    const size_t got = std::fread(bytes.data() + before, 1, wanted, file.get());
+    bytes.resize(before + got);
+    if (got < wanted) break;
+  }
+  if (std::ferror(file.get()) != 0) return failure("read", path, errno);
+  return bytes;
+}
+
+Status write_file(const fs::path& path, std::initializer_list<std::span<const uint8_t>> parts) {
+  if (path == "-") return write_parts(stdout, parts) ? Status() : failure("write", "stdout", errno);
+
+  std::error_code error;
+  fs::path target = path;
+  if (fs::is_symlink(path, error)) {  // written through, not replaced
+    target = fs::weakly_canonical(path, error);
+    if (error) return io_failure("cannot follow " + path.string() + ": " + error.message());
+  }
+  if (fs::is_directory(target, error)) return failure("write", path, EISDIR);
+
+  fs::path temporary = target;
+  temporary += ".part" + std::to_string(std::random_device()());
+  bool written = false;
+  {
+    const File file(std::fopen(temporary.c_str(), "wb"));
+    if (file == nullptr) return failure("write", path, errno);
+    written = write_parts(file.get(), parts);
+  }
+  const int write_error = errno;
+  if (written) {
+    error.clear();
+    fs::rename(temporary, target, error);
+    if (!error) return {};
+  }
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  if (!written) return failure("write", path, write_error);
+  return io_failure("cannot write " + path.string() + ": " + error.message());
+}
+
+}  // namespace psplit

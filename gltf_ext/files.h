@@ -1,0 +1,19 @@
+// Whole files in and out; "-" is stdin or stdout.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "src/status.h"
+
+namespace psplit {
+
+// The first `limit` bytes of a file, or all of a shorter one.
+Expected<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint64_t limit = UINT64_MAX);
+
+// Writes the parts one after the other beside `path` and renames: the file appears whole or not at all.
+Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts);
+
+}  // namespace psplit

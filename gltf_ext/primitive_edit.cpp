@@ -1,0 +1,183 @@
+#include "gltf_ext/primitive_edit.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "gltf_ext/json_fields.h"
+#include "gltf_ext/references.h"
+
+namespace psplit {
+namespace {
+
+AccessorData accessor_data(const Attribute& attribute, uint32_t count) {
+  return {attribute.component_type, attribute.component_count, attribute.normalized, count, attribute.values};
+}
+
+AccessorData index_data(const Mesh& mesh) {
+  AccessorData data;
+  // 65535 and up are for restarts, or do not fit.
+  const bool narrow = mesh.point_count <= 65535;
+  data.component_type = narrow ? ComponentType::kUint16 : ComponentType::kUint32;
+  data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
+  data.values.resize(size_t{data.count} * component_bytes(data.component_type));
+  std::byte* out = data.values.data();
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) {
+      const auto low = static_cast<uint16_t>(point);
+      std::memcpy(out, narrow ? static_cast<const void*>(&low) : &point, component_bytes(data.component_type));
+      out += component_bytes(data.component_type);
+    }
+  return data;
+}
+
+bool contains_extension(const Json& tree, const char* name) {
+  if (!tree.is_structured()) return false;
+  if (const Json* extensions = object_field(tree, "extensions");
+      extensions != nullptr && extensions->contains(name))
+    return true;
+  return std::any_of(tree.begin(), tree.end(),
+                     [&](const Json& member) { return contains_extension(member, name); });
+}
+
+void add_name(Json& json, const char* list, const char* name) {
+  Json& names = json[list];
+  if (!names.is_array()) names = Json::array();
+  if (std::find(names.begin(), names.end(), Json(name)) == names.end()) names.push_back(name);
+}
+
+void remove_name(Json& json, const char* list, const char* name) {
+  Json* names = array_field(json, list);
+  if (names == nullptr) return;
+  for (size_t i = names->size(); i > 0; --i)
+    if ((*names)[i - 1] == name) names->erase(i - 1);
+  // glTF has no empty lists.
+  if (names->empty()) json.erase(list);
+}
+
+}  // namespace
+
+std::vector<PrimitiveGroup> group_equal_primitives(const Document& document,
+                                                   const std::vector<PrimitiveId>& ids) {
+  std::vector<PrimitiveGroup> groups;
+  std::map<std::string, size_t> group_of;
+  for (const PrimitiveId id : ids) {
+    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+    Json geometry = Json::array();
+    for (const char* name : {"attributes", "indices", "mode", "targets"}) {
+      const Json* member = field(primitive, name);
+      geometry.push_back(member == nullptr ? Json() : *member);
+    }
+    for (const char* name : {kExtensionName, kStockExtensionName}) {
+      const Json* extension = extension_field(primitive, name);
+      geometry.push_back(extension == nullptr ? Json() : *extension);
+    }
+    const auto [found, is_new] = group_of.emplace(geometry.dump(), groups.size());
+    if (is_new) groups.emplace_back();
+    groups[found->second].ids.push_back(id);
+  }
+  return groups;
+}
+
+Json& primitive_json(Document& document, PrimitiveId id) {
+  return document.json["meshes"][id.mesh]["primitives"][id.primitive];
+}
+
+PrimitiveEditor::PrimitiveEditor(Document& document) : document_(document) {
+  for_each_accessor_reference(document.json, [&](const Json& index) {
+    if (const auto number = integer_value(index)) ++users_[*number];
+  });
+}
+
+// The accessor that may hold the group's data for a role: the current one where nobody else uses it, otherwise
+// a copy of it.
+int64_t PrimitiveEditor::accessor_to_edit(const PrimitiveGroup& group, const std::string& role,
+                                          const Json* current) {
+  Json& accessors = document_.json["accessors"];
+  if (!accessors.is_array()) accessors = Json::array();
+  const auto index = current == nullptr ? std::nullopt : integer_value(*current);
+  Json fresh = Json::object();
+  if (index) {
+    const auto taken = taken_.find(*index);
+    if (users_[*index] == group.ids.size() && taken == taken_.end()) {
+      taken_[*index] = role;
+      return *index;
+    }
+    users_[*index] -= std::min(users_[*index], group.ids.size());
+    if (users_[*index] == 0 && taken == taken_.end()) freed_.push_back(*index);
+    fresh = accessors[static_cast<size_t>(*index)];
+  }
+  accessors.push_back(std::move(fresh));
+  const auto added = static_cast<int64_t>(accessors.size()) - 1;
+  users_[added] = group.ids.size();
+  taken_[added] = role;
+  return added;
+}
+
+void PrimitiveEditor::fill(int64_t index, const AccessorData& data, int target, GeometryData how,
+                           bool with_bounds) {
+  const auto slot = static_cast<size_t>(index);
+  with_bounds = with_bounds || field(document_.json["accessors"][slot], "min") != nullptr;
+  Json added;
+  if (how == GeometryData::kInBufferViews) {
+    append_accessor(document_, data, target, false);
+    Json& accessors = document_.json["accessors"];
+    added = accessors.back();
+    accessors.erase(accessors.size() - 1);
+  }
+  Json& accessor = document_.json["accessors"][slot];
+  describe_decoded(accessor, data, with_bounds);
+  accessor["componentType"] = static_cast<int>(data.component_type);
+  if (field(accessor, "type") == nullptr) accessor["type"] = "SCALAR";
+  if (const Json* view = field(added, "bufferView")) accessor["bufferView"] = *view;
+}
+
+void PrimitiveEditor::set_geometry(const PrimitiveGroup& group, const Mesh& mesh,
+                                   const std::vector<MorphAttribute>& morphs, GeometryData data,
+                                   const std::vector<std::string>& only) {
+  constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+  const PrimitiveId first = group.ids.front();
+  for (const Attribute& attribute : mesh.attributes) {
+    if (!only.empty() && std::find(only.begin(), only.end(), attribute.semantic) == only.end()) continue;
+    const Json& attributes = primitive_json(document_, first)["attributes"];
+    const int64_t index =
+        accessor_to_edit(group, attribute.semantic, field(attributes, attribute.semantic.c_str()));
+    fill(index, accessor_data(attribute, mesh.point_count), kArrayBuffer, data,
+         attribute.semantic == "POSITION");
+    for (const PrimitiveId id : group.ids)
+      primitive_json(document_, id)["attributes"][attribute.semantic] = index;
+  }
+  const int64_t indices =
+      accessor_to_edit(group, "indices", field(primitive_json(document_, first), "indices"));
+  fill(indices, index_data(mesh), kElementArrayBuffer, data, false);
+  for (const PrimitiveId id : group.ids) {
+    Json& primitive = primitive_json(document_, id);
+    primitive["indices"] = indices;
+    if (integer_field_or(primitive, "mode", 4) != 4) primitive["mode"] = 4;
+  }
+  for (const MorphAttribute& morph : morphs) {
+    const Json& target = primitive_json(document_, first)["targets"][morph.target];
+    const std::string role = "target " + std::to_string(morph.target) + " " + morph.semantic;
+    const int64_t index = accessor_to_edit(group, role, field(target, morph.semantic.c_str()));
+    fill(index, morph.data, kArrayBuffer, GeometryData::kInBufferViews, morph.semantic == "POSITION");
+    for (const PrimitiveId id : group.ids)
+      primitive_json(document_, id)["targets"][morph.target][morph.semantic] = index;
+  }
+}
+
+void PrimitiveEditor::finish() {
+  drop_unused(document_, freed_);
+  for (const char* name : {kExtensionName, kStockExtensionName}) unlist_unused_extension(document_, name);
+}
+
+void list_extension(Document& document, const char* name, bool required) {
+  add_name(document.json, "extensionsUsed", name);
+  if (required) add_name(document.json, "extensionsRequired", name);
+}
+
+void unlist_unused_extension(Document& document, const char* name) {
+  if (contains_extension(document.json, name)) return;
+  remove_name(document.json, "extensionsUsed", name);
+  remove_name(document.json, "extensionsRequired", name);
+}
+
+}  // namespace psplit

@@ -1,0 +1,220 @@
+#include "gltf_ext/primitives.h"
+
+#include <cstring>
+
+#include "gltf_ext/json_fields.h"
+#include "gltf_ext/structure.h"
+
+namespace psplit {
+namespace {
+
+constexpr const char* kStockExtension = "KHR_draco_mesh_compression";
+
+Place place_of(PrimitiveId id) {
+  return {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
+}
+
+const Json* find_primitive(const Document& document, PrimitiveId id) {
+  const Json* mesh = top_level_object(document.json, "meshes", static_cast<int64_t>(id.mesh));
+  const Json* primitives = mesh == nullptr ? nullptr : array_field(*mesh, "primitives");
+  const Json* primitive =
+      primitives == nullptr ? nullptr : element(*primitives, static_cast<int64_t>(id.primitive));
+  return primitive != nullptr && primitive->is_object() ? primitive : nullptr;
+}
+
+// What an extension that stores Draco attributes asks a decoder for: types come from the accessors.
+Expected<std::vector<AttributeRequest>> requests_of(const Document& document, const Json& primitive,
+                                                    const Json& extension) {
+  const Json* ids = object_field(extension, "attributes");
+  const Json* attributes = object_field(primitive, "attributes");
+  if (ids == nullptr || ids->empty()) return invalid_input("the extension has no attributes");
+  std::vector<AttributeRequest> requests;
+  for (const auto& [semantic, id] : ids->items()) {
+    const auto unique_id = integer_value(id);
+    if (!unique_id || *unique_id < 0 || *unique_id > 0xffffffffLL)
+      return invalid_input("the extension's attribute " + semantic + " has no unique id");
+    const auto index = attributes == nullptr ? std::nullopt : integer_field(*attributes, semantic.c_str());
+    const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
+    if (accessor == nullptr) return invalid_input("the extension's attribute " + semantic + " has no accessor");
+    const auto layout = element_layout(*accessor);
+    if (!layout) return layout.status();
+    requests.push_back({semantic, static_cast<uint32_t>(*unique_id), layout->component_type,
+                        layout->component_count(), bool_field_or(*accessor, "normalized", false)});
+  }
+  return requests;
+}
+
+Expected<std::span<const uint8_t>> extension_bytes(const Document& document, const Json& extension) {
+  const auto view = integer_field(extension, "bufferView");
+  if (!view) return invalid_input("the extension has no bufferView");
+  return buffer_view_bytes(document, *view);
+}
+
+Expected<Attribute> read_attribute(const Document& document, const std::string& semantic, const Json& index) {
+  const auto number = integer_value(index);
+  if (!number) return invalid_input("attribute " + semantic + " has no accessor");
+  Expected<AccessorData> data = read_accessor(document, *number);
+  if (!data) return Status(data.status().code(), "attribute " + semantic + ": " + data.status().message());
+  return Attribute{semantic, data->component_type, data->component_count, data->normalized,
+                   std::move(data->values)};
+}
+
+// Attributes of the primitive that the mesh does not have yet, from their accessors.
+Status read_plain_attributes(const Document& document, const Json& primitive, Mesh& mesh) {
+  const Json* attributes = object_field(primitive, "attributes");
+  if (attributes == nullptr) return invalid_input("no attributes");
+  bool first = mesh.attributes.empty();
+  for (const auto& [semantic, index] : attributes->items()) {
+    if (mesh.find(semantic) != nullptr) continue;
+    Expected<Attribute> attribute = read_attribute(document, semantic, index);
+    if (!attribute) return attribute.status();
+    const size_t count = attribute->values.size() / attribute->stride();
+    if (first) mesh.point_count = static_cast<uint32_t>(count);
+    first = false;
+    if (count != mesh.point_count)
+      return invalid_input("attribute " + semantic + " has " + std::to_string(count) +
+                           " elements, others have " + std::to_string(mesh.point_count));
+    mesh.attributes.push_back(std::move(*attribute));
+  }
+  if (mesh.find("POSITION") == nullptr) return invalid_input("no POSITION");
+  return {};
+}
+
+Expected<std::vector<uint32_t>> read_indices(const Document& document, const Json& primitive,
+                                             uint32_t point_count) {
+  std::vector<uint32_t> indices;
+  if (field(primitive, "indices") == nullptr) {
+    indices.resize(point_count);
+    for (uint32_t i = 0; i < point_count; ++i) indices[i] = i;
+    return indices;
+  }
+  const auto number = integer_field(primitive, "indices");
+  if (!number) return invalid_input("indices is no accessor");
+  const Expected<AccessorData> data = read_accessor(document, *number);
+  if (!data) return data.status();
+  const size_t width = component_bytes(data->component_type);
+  if (data->component_count != 1 ||
+      (data->component_type != ComponentType::kUint8 && data->component_type != ComponentType::kUint16 &&
+       data->component_type != ComponentType::kUint32))
+    return invalid_input("indices are not unsigned scalars");
+  indices.resize(data->count);
+  for (size_t i = 0; i < indices.size(); ++i) {
+    std::memcpy(&indices[i], data->values.data() + i * width, width);
+    if (indices[i] >= point_count)
+      return invalid_input("index " + std::to_string(i) + " is " + std::to_string(indices[i]) +
+                           ", but there are " + std::to_string(point_count) + " points");
+  }
+  return indices;
+}
+
+// Lists, strips and fans as triangles, with the orientation that glTF gives them.
+Expected<std::vector<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& indices, int64_t mode) {
+  std::vector<std::array<uint32_t, 3>> faces;
+  if (mode == 4) {
+    if (indices.size() % 3 != 0)
+      return invalid_input("a triangle list of " + std::to_string(indices.size()) + " indices");
+    for (size_t i = 0; i < indices.size(); i += 3)
+      faces.push_back({indices[i], indices[i + 1], indices[i + 2]});
+    return faces;
+  }
+  for (size_t i = 2; i < indices.size(); ++i) {
+    if (mode == 6)
+      faces.push_back({indices[i - 1], indices[i], indices[0]});
+    else if (i % 2 == 0)
+      faces.push_back({indices[i - 2], indices[i - 1], indices[i]});
+    else
+      faces.push_back({indices[i - 2], indices[i], indices[i - 1]});
+  }
+  return faces;
+}
+
+Expected<Mesh> read(const Document& document, PrimitiveId id, const DecodeBackend& backend,
+                    const ThreadPool& pool) {
+  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+  if (!kind) return kind.status();
+  const Json& primitive = *find_primitive(document, id);
+  const auto mode = integer_field_or(primitive, "mode", 4);
+  if (!kind->triangles) return unsupported("mode " + std::to_string(mode.value_or(-1)) + " has no triangles");
+  Mesh mesh;
+  if (kind->storage != PrimitiveStorage::kPlain) {
+    const bool patched = kind->storage == PrimitiveStorage::kPatches;
+    const Json& extension = *extension_field(primitive, patched ? kExtensionName : kStockExtension);
+    const auto bytes = extension_bytes(document, extension);
+    if (!bytes) return bytes.status();
+    const auto requests = requests_of(document, primitive, extension);
+    if (!requests) return requests.status();
+    Expected<Mesh> decoded =
+        patched ? backend.decode_container(*bytes, *requests, pool) : backend.decode_stream(*bytes, *requests);
+    if (!decoded) return decoded.status();
+    mesh = std::move(*decoded);
+  }
+  if (Status status = read_plain_attributes(document, primitive, mesh); !status.ok()) return status;
+  if (kind->storage != PrimitiveStorage::kPlain) return mesh;
+  const auto indices = read_indices(document, primitive, mesh.point_count);
+  if (!indices) return indices.status();
+  auto faces = triangles(*indices, *mode);
+  if (!faces) return faces.status();
+  mesh.faces = std::move(*faces);
+  return mesh;
+}
+
+}  // namespace
+
+Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id) {
+  const Json* primitive = find_primitive(document, id);
+  if (primitive == nullptr) return invalid_input("no such primitive", place_of(id));
+  const auto mode = integer_field_or(*primitive, "mode", 4);
+  if (!mode || *mode < 0 || *mode > 6) return invalid_input("an unknown mode", place_of(id));
+  PrimitiveKind kind;
+  kind.triangles = *mode >= 4;
+  if (extension_field(*primitive, kExtensionName) != nullptr)
+    kind.storage = PrimitiveStorage::kPatches;
+  else if (extension_field(*primitive, kStockExtension) != nullptr)
+    kind.storage = PrimitiveStorage::kStockDraco;
+  return kind;
+}
+
+std::vector<PrimitiveId> all_primitives(const Document& document) {
+  std::vector<PrimitiveId> ids;
+  const Json* meshes = array_field(document.json, "meshes");
+  for (size_t m = 0; meshes != nullptr && m < meshes->size(); ++m)
+    for (size_t p = 0; p < array_size((*meshes)[m], "primitives"); ++p) ids.push_back({m, p});
+  return ids;
+}
+
+Expected<Mesh> read_primitive(const Document& document, PrimitiveId id, const DecodeBackend& backend,
+                              const ThreadPool& pool) {
+  Expected<Mesh> mesh = read(document, id, backend, pool);
+  if (!mesh) return mesh.status().at(place_of(id)).at({.file = document.source.string()});
+  return mesh;
+}
+
+Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id) {
+  const Json* primitive = find_primitive(document, id);
+  const Json* targets = primitive == nullptr ? nullptr : array_field(*primitive, "targets");
+  std::vector<MorphAttribute> morphs;
+  for (size_t t = 0; targets != nullptr && t < targets->size(); ++t) {
+    if (!(*targets)[t].is_object()) return invalid_input("a morph target is no object", place_of(id));
+    for (const auto& [semantic, index] : (*targets)[t].items()) {
+      const auto number = integer_value(index);
+      if (!number) return invalid_input("morph target " + semantic + " has no accessor", place_of(id));
+      Expected<AccessorData> data = read_accessor(document, *number);
+      if (!data) return data.status().at(place_of(id));
+      morphs.push_back({t, semantic, std::move(*data)});
+    }
+  }
+  return morphs;
+}
+
+Expected<PatchedPrimitive> patched_primitive(const Document& document, PrimitiveId id) {
+  const Json* primitive = find_primitive(document, id);
+  const Json* extension = primitive == nullptr ? nullptr : extension_field(*primitive, kExtensionName);
+  if (extension == nullptr) return invalid_input("the primitive has no patches", place_of(id));
+  const auto bytes = extension_bytes(document, *extension);
+  if (!bytes) return bytes.status().at(place_of(id));
+  auto requests = requests_of(document, *primitive, *extension);
+  if (!requests) return requests.status().at(place_of(id));
+  return PatchedPrimitive{*bytes, std::move(*requests)};
+}
+
+}  // namespace psplit

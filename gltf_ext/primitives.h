@@ -1,0 +1,50 @@
+// A glTF triangle primitive to a psplit mesh and back.
+#pragma once
+
+#include <functional>
+
+#include "gltf_ext/accessors.h"
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+inline constexpr const char* kExtensionName = "PSPLIT_mesh_draco_patches";
+
+struct PrimitiveId {
+  size_t mesh = 0;
+  size_t primitive = 0;
+};
+
+enum class PrimitiveStorage { kPlain, kPatches, kStockDraco };
+
+// What a primitive is, before any of its data is read.
+struct PrimitiveKind {
+  PrimitiveStorage storage = PrimitiveStorage::kPlain;
+  bool triangles = false;  // mode 4, 5 or 6 (strips and fans become lists)
+};
+Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id);
+std::vector<PrimitiveId> all_primitives(const Document& document);
+
+// Reads attributes and indices into a mesh, decoding PSPLIT_mesh_draco_patches and KHR_draco_mesh_compression
+// with `backend`. Non-indexed primitives get indices 0, 1, 2 ... Strips and fans become lists. Attributes whose
+// accessors differ in count are kInvalidInput, as is an index out of range.
+Expected<Mesh> read_primitive(const Document& document, PrimitiveId id, const DecodeBackend& backend,
+                              const ThreadPool& pool);
+
+// One array per morph target and semantic, in the order of the primitive's `targets`: each entry is the
+// accessor that holds it and its data. Empty without morph targets.
+struct MorphAttribute {
+  size_t target = 0;
+  std::string semantic;
+  AccessorData data;
+};
+Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id);
+
+// The container bytes and attribute requests of a patched primitive, for inspection and validation.
+struct PatchedPrimitive {
+  std::span<const uint8_t> container;
+  std::vector<AttributeRequest> requests;
+};
+Expected<PatchedPrimitive> patched_primitive(const Document& document, PrimitiveId id);
+
+}  // namespace psplit

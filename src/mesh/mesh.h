@@ -1,0 +1,58 @@
+// One triangle primitive in plain arrays: what every side of psplit hands to the next.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace psplit {
+
+// glTF's component types, with glTF's numbers.
+enum class ComponentType : uint16_t {
+  kInt8 = 5120,
+  kUint8 = 5121,
+  kInt16 = 5122,
+  kUint16 = 5123,
+  kUint32 = 5125,
+  kFloat32 = 5126,
+};
+
+constexpr size_t component_bytes(ComponentType type) {
+  switch (type) {
+    case ComponentType::kInt8:
+    case ComponentType::kUint8: return 1;
+    case ComponentType::kInt16:
+    case ComponentType::kUint16: return 2;
+    case ComponentType::kUint32:
+    case ComponentType::kFloat32: return 4;
+  }
+  return 0;
+}
+
+// One value per point, tightly packed (no stride, no padding).
+struct Attribute {
+  std::string semantic;  // glTF's name: POSITION, NORMAL, TEXCOORD_0, _FEATURE_ID_0 ...
+  ComponentType component_type = ComponentType::kFloat32;
+  uint8_t component_count = 3;  // 1 to 16 (MAT4)
+  bool normalized = false;
+  std::vector<std::byte> values;  // point_count * stride() bytes, little-endian
+
+  size_t stride() const { return component_bytes(component_type) * component_count; }
+};
+
+struct Mesh {
+  uint32_t point_count = 0;
+  std::vector<std::array<uint32_t, 3>> faces;  // point indices, each below point_count
+  std::vector<Attribute> attributes;           // semantics are unique; POSITION is present
+
+  // Null when the mesh has no such attribute.
+  const Attribute* find(const std::string& semantic) const {
+    for (const Attribute& attribute : attributes)
+      if (attribute.semantic == semantic) return &attribute;
+    return nullptr;
+  }
+};
+
+}  // namespace psplit

@@ -1,0 +1,88 @@
+// What went wrong, and where: the only error channel of psplit's host code. No exceptions cross an API.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+
+namespace psplit {
+
+// Values are the exit codes of gltf-psplit.
+enum class StatusCode : int {
+  kOk = 0,
+  kUsage = 1,
+  kIo = 2,
+  kInvalidInput = 3,
+  kRuntimeFailure = 4,
+  kUnsupported = 5,
+  kDiffers = 7,
+};
+
+// The place an error speaks of; -1 and "" mean "not known" or "does not apply".
+struct Place {
+  std::string file{};
+  int64_t mesh = -1;
+  int64_t primitive = -1;
+  int64_t patch = -1;
+};
+
+class [[nodiscard]] Status {
+ public:
+  Status() = default;
+  Status(StatusCode code, std::string message, Place place = {})
+      : code_(code), message_(std::move(message)), place_(std::move(place)) {}
+
+  bool ok() const { return code_ == StatusCode::kOk; }
+  StatusCode code() const { return code_; }
+  const std::string& message() const { return message_; }
+  const Place& place() const { return place_; }
+
+  // Fills in the parts of the place that are not known yet: callers know more than callees.
+  Status at(const Place& outer) &&;
+
+  // "bunny.glb: mesh 0, primitive 1, patch 7: connectivity ends early"
+  std::string to_string() const;
+
+ private:
+  StatusCode code_ = StatusCode::kOk;
+  std::string message_;
+  Place place_;
+};
+
+inline Status invalid_input(std::string message, Place place = {}) {
+  return {StatusCode::kInvalidInput, std::move(message), std::move(place)};
+}
+inline Status unsupported(std::string message, Place place = {}) {
+  return {StatusCode::kUnsupported, std::move(message), std::move(place)};
+}
+inline Status runtime_failure(std::string message, Place place = {}) {
+  return {StatusCode::kRuntimeFailure, std::move(message), std::move(place)};
+}
+inline Status io_failure(std::string message, Place place = {}) {
+  return {StatusCode::kIo, std::move(message), std::move(place)};
+}
+
+// A value, or the status that says why there is none.
+template <typename T>
+class [[nodiscard]] Expected {
+ public:
+  Expected(T value) : content_(std::move(value)) {}         // NOLINT: implicit on purpose
+  Expected(Status status) : content_(std::move(status)) {}  // NOLINT: implicit on purpose
+
+  bool ok() const { return std::holds_alternative<T>(content_); }
+  explicit operator bool() const { return ok(); }
+  T& value() { return std::get<T>(content_); }
+  const T& value() const { return std::get<T>(content_); }
+  T& operator*() { return value(); }
+  const T& operator*() const { return value(); }
+  T* operator->() { return &value(); }
+  const T* operator->() const { return &value(); }
+  // Ok where there is a value.
+  Status status() const { return ok() ? Status() : std::get<Status>(content_); }
+
+ private:
+  std::variant<T, Status> content_;
+};
+
+}  // namespace psplit

@@ -1,0 +1,118 @@
+#include "encoder/draco/patch_stream.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <numeric>
+
+#include "encoder/draco/draco_backend.h"
+#include "encoder/weld.h"
+
+namespace psplit {
+namespace {
+
+// A sheet of size x size quads whose texture coordinates jump along every `seam_every`-th column, and at single
+// edges scattered over it, so that seams end inside, cross and meet.
+Mesh sheet(uint32_t size, uint32_t seam_every) {
+  Mesh mesh;
+  std::vector<float> positions, texcoords;
+  std::vector<uint16_t> ids;
+  const auto point = [&](uint32_t x, uint32_t y, uint32_t chart) {
+    for (float value : {float(x), float(y), float((x * 7 + y * 13) % 5)}) positions.push_back(value);
+    for (float value : {float(x) + 100 * float(chart), float(y)}) texcoords.push_back(value);
+    ids.push_back(static_cast<uint16_t>((x / 3 + y / 4) % 2));
+    return mesh.point_count++;
+  };
+  for (uint32_t y = 0; y < size; ++y)
+    for (uint32_t x = 0; x < size; ++x) {
+      const uint32_t chart = seam_every == 0 ? 0 : x / seam_every + ((x * 31 + y * 17) % 11 == 0 ? 50 : 0);
+      const uint32_t a = point(x, y, chart), b = point(x + 1, y, chart), c = point(x, y + 1, chart),
+                     d = point(x + 1, y + 1, chart);
+      mesh.faces.push_back({a, b, d});
+      mesh.faces.push_back({a, d, c});
+    }
+  const auto attribute = [&](const char* semantic, ComponentType type, uint8_t components, const void* data,
+                             size_t bytes) {
+    Attribute& added = mesh.attributes.emplace_back(Attribute{semantic, type, components, false, {}});
+    added.values.resize(bytes);
+    std::memcpy(added.values.data(), data, bytes);
+  };
+  attribute("TEXCOORD_0", ComponentType::kFloat32, 2, texcoords.data(), texcoords.size() * 4);
+  attribute("POSITION", ComponentType::kFloat32, 3, positions.data(), positions.size() * 4);
+  attribute("_FEATURE_ID_0", ComponentType::kUint16, 1, ids.data(), ids.size() * 2);
+
+  // Merge the corners that are the same point.
+  const std::vector<uint32_t> lowest = find_duplicates(mesh, {}, 0);
+  for (auto& face : mesh.faces)
+    for (uint32_t& p : face) p = lowest[p];
+  return mesh;
+}
+
+PatchMesh whole(const Mesh& mesh) {
+  PatchMesh patch;
+  std::vector<uint32_t> number(mesh.point_count, 0xffffffffu);
+  for (const auto& face : mesh.faces) {
+    auto& local = patch.faces.emplace_back(face);
+    for (uint32_t& p : local) {
+      if (number[p] == 0xffffffffu) {
+        number[p] = static_cast<uint32_t>(patch.points.size());
+        patch.points.push_back(p);
+      }
+      p = number[p];
+    }
+  }
+  return patch;
+}
+
+class PatchStream : public testing::TestWithParam<std::tuple<int, uint32_t>> {};
+
+TEST_P(PatchStream, OrderIsThatOfTheRealStream) {
+  const auto [speed, seam_every] = GetParam();
+  const Mesh mesh = sheet(24, seam_every);
+  const WeldedMesh welded = weld(mesh, ThreadPool(1));
+  const PatchMesh patch = whole(mesh);
+  const std::vector<AttributeCoding> codings = {{12, false, {0, 0}, 8000}, {14, false, {0, 0, 0}, 32}, {}};
+
+  const auto stream = encode_edgebreaker(welded, patch, codings, speed);
+  ASSERT_TRUE(stream.ok()) << stream.status().to_string();
+  const auto order = edgebreaker_order(welded, patch, speed);
+  ASSERT_TRUE(order.ok()) << order.status().to_string();
+
+  const std::vector<uint32_t> ids = stream_unique_ids(mesh);
+  EXPECT_EQ(ids, (std::vector<uint32_t>{1, 0, 2}));
+  std::vector<AttributeRequest> requests;
+  for (size_t i = 0; i < ids.size(); ++i)
+    requests.push_back({mesh.attributes[i].semantic, ids[i], mesh.attributes[i].component_type,
+                        mesh.attributes[i].component_count, false});
+  const auto decoded = decode_draco_stream(*stream, requests);
+  ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+  EXPECT_EQ(decoded->faces, order->faces);
+  ASSERT_EQ(decoded->point_count, order->patch_point.size());
+  for (uint32_t i = 0; i < decoded->point_count; ++i) {
+    const uint32_t source = patch.points[order->patch_point[i]];
+    uint16_t got = 0, wanted = 0;
+    std::memcpy(&got, decoded->values[2].data() + i * 2, 2);
+    std::memcpy(&wanted, mesh.attributes[2].values.data() + source * 2, 2);
+    EXPECT_EQ(got, wanted);
+    for (size_t c = 0; c < 3; ++c) {
+      float got_position = 0, wanted_position = 0;
+      std::memcpy(&got_position, decoded->values[1].data() + i * 12 + c * 4, 4);
+      std::memcpy(&wanted_position, mesh.attributes[1].values.data() + source * 12 + c * 4, 4);
+      EXPECT_NEAR(got_position, wanted_position, 0.5 * 32 / 16383 + 1e-4);
+    }
+  }
+  EXPECT_EQ(*stream_attribute_bits(*stream, requests), (std::vector<int>{12, 14, 0}));
+}
+
+INSTANTIATE_TEST_SUITE_P(SpeedsAndSeams, PatchStream,
+                         testing::Combine(testing::Values(0, 1, 3, 5, 6, 7, 10),
+                                          testing::Values(0u, 1u, 3u, 8u)));
+
+TEST(PatchStreamErrors, GarbageIsRefused) {
+  const std::vector<uint8_t> garbage(100, 0x5a);
+  EXPECT_EQ(decode_draco_stream(garbage, {}).status().code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(stream_counts(std::vector<uint8_t>{}).status().code(), StatusCode::kInvalidInput);
+}
+
+}  // namespace
+}  // namespace psplit

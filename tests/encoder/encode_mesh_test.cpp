@@ -1,0 +1,248 @@
+// The codec end to end, without glTF: every mesh of the catalogue comes back, whatever the options.
+#include "encoder/encode_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "encoder/draco/draco_backend.h"
+#include "encoder/draco/stock_stream.h"
+#include "src/container/container.h"
+#include "tests/support/compare_meshes.h"
+#include "tests/support/procedural_meshes.h"
+
+namespace psplit {
+namespace {
+
+struct Coded {
+  std::vector<AttributeCoding> codings;
+  std::vector<Tolerance> tolerances;
+};
+
+// The defaults of the command line; what a grid cannot hold is kept exactly.
+Coded default_codings(const Mesh& mesh, bool lossless) {
+  Coded coded;
+  for (const Attribute& attribute : mesh.attributes) {
+    AttributeCoding coding;
+    if (!lossless && attribute.component_type == ComponentType::kFloat32) {
+      const Expected<AttributeCoding> grid = fit_grid(attribute, attribute.semantic == "POSITION" ? 14 : 12);
+      if (attribute.semantic == "NORMAL") {
+        coding.bits = 10;
+        coding.octahedral = true;
+      } else if (grid.ok()) {
+        coding = *grid;
+      }
+    }
+    coded.tolerances.push_back(coding.bits == 0    ? exact_tolerance()
+                               : coding.octahedral ? octahedral_tolerance(coding.bits)
+                                                   : grid_tolerance(coding.bits, coding.origin, coding.range));
+    coded.codings.push_back(std::move(coding));
+  }
+  return coded;
+}
+
+std::vector<AttributeRequest> requests_of(const Mesh& mesh, const EncodedMesh& encoded) {
+  std::vector<AttributeRequest> requests;
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const Attribute& attribute = mesh.attributes[i];
+    requests.push_back({attribute.semantic, encoded.unique_ids[i], attribute.component_type,
+                        attribute.component_count, attribute.normalized});
+  }
+  return requests;
+}
+
+std::vector<NamedMesh> catalogue() {
+  std::vector<NamedMesh> meshes = procedural_meshes();
+  for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
+  return meshes;
+}
+
+// With keep_duplicates nothing at all may change but the order and the grid.
+void expect_same_mesh_back(const NamedMesh& named, const EncodeOptions& options, bool lossless) {
+  const Mesh& mesh = named.mesh;
+  const Coded coded = default_codings(mesh, lossless);
+  const ThreadPool pool(2);
+  const Expected<EncodedMesh> encoded = encode_mesh(mesh, coded.codings, options, pool);
+  ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+  const Expected<Mesh> decoded =
+      draco_backend().decode_container(encoded->container, requests_of(mesh, *encoded), pool);
+  ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+  EXPECT_EQ(compare_meshes(mesh, *decoded, coded.tolerances), "");
+}
+
+TEST(EncodeMesh, EveryMeshComesBackQuantized) {
+  EncodeOptions options;
+  options.keep_duplicates = true;
+  for (const NamedMesh& named : catalogue())
+    for (uint32_t patch_count : {1u, 2u, 7u, 1000000u}) {
+      SCOPED_TRACE(named.name + " in " + std::to_string(patch_count) + " patches");
+      // A patch a face is a test of its own; thousands of streams say nothing more.
+      if (patch_count > 7 && named.mesh.faces.size() > 400) continue;
+      options.patch_count = patch_count;
+      expect_same_mesh_back(named, options, false);
+    }
+}
+
+TEST(EncodeMesh, EveryMeshComesBackLosslessAtEverySpeed) {
+  EncodeOptions options;
+  options.keep_duplicates = true;
+  options.patch_count = 3;
+  for (const NamedMesh& named : catalogue()) {
+    if (named.mesh.faces.size() > 20000) continue;
+    for (int speed : {0, 2, 4, 6, 8, 10}) {
+      SCOPED_TRACE(named.name + " at speed " + std::to_string(speed));
+      options.encode_speed = speed;
+      expect_same_mesh_back(named, options, true);
+      expect_same_mesh_back(named, options, false);
+    }
+  }
+}
+
+TEST(EncodeMesh, BytesDoNotDependOnThreads) {
+  for (const NamedMesh& named : catalogue()) {
+    SCOPED_TRACE(named.name);
+    const Coded coded = default_codings(named.mesh, false);
+    EncodeOptions options;
+    options.patch_count = 5;
+    options.verify = false;
+    const auto one = encode_mesh(named.mesh, coded.codings, options, ThreadPool(1));
+    ASSERT_TRUE(one.ok()) << one.status().to_string();
+    for (int threads : {2, 7}) {
+      const auto many = encode_mesh(named.mesh, coded.codings, options, ThreadPool(threads));
+      ASSERT_TRUE(many.ok());
+      EXPECT_EQ(one->container, many->container) << threads << " threads";
+    }
+  }
+}
+
+Mesh two_triangles() {
+  Mesh mesh;
+  mesh.point_count = 4;
+  const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};
+  Attribute position{"POSITION", ComponentType::kFloat32, 3, false, {}};
+  position.values.resize(positions.size() * 4);
+  std::memcpy(position.values.data(), positions.data(), position.values.size());
+  mesh.attributes.push_back(position);
+  mesh.faces = {{0, 1, 2}, {2, 1, 3}};
+  return mesh;
+}
+
+TEST(EncodeMesh, MergesDuplicatesAndCountsThem) {
+  Mesh mesh = two_triangles();
+  // The second triangle gets points of its own at the same positions.
+  mesh.point_count = 6;
+  Attribute& position = mesh.attributes[0];
+  position.values.resize(6 * 12);
+  std::memcpy(position.values.data() + 4 * 12, position.values.data() + 12, 24);
+  mesh.faces[1] = {5, 4, 3};
+  const Coded coded = default_codings(mesh, true);
+  const auto merged = encode_mesh(mesh, coded.codings, {}, ThreadPool(1));
+  ASSERT_TRUE(merged.ok());
+  EXPECT_EQ(merged->statistics.merged_points, 2u);
+  EXPECT_EQ(parse_container(merged->container)->point_count(), 4u);
+  EncodeOptions keep;
+  keep.keep_duplicates = true;
+  const auto kept = encode_mesh(mesh, coded.codings, keep, ThreadPool(1));
+  ASSERT_TRUE(kept.ok());
+  EXPECT_EQ(kept->statistics.merged_points, 0u);
+  EXPECT_EQ(parse_container(kept->container)->point_count(), 6u);
+}
+
+TEST(EncodeMesh, ExtraBytesKeepPointsApart) {
+  Mesh mesh = two_triangles();
+  std::memcpy(mesh.attributes[0].values.data() + 3 * 12, mesh.attributes[0].values.data(), 12);
+  std::vector<std::byte> extra(4);
+  extra[3] = std::byte{1};
+  const auto encoded = encode_mesh(mesh, default_codings(mesh, true).codings, {}, ThreadPool(1), extra, 1);
+  ASSERT_TRUE(encoded.ok());
+  EXPECT_EQ(encoded->source_point.size(), 4u);
+}
+
+TEST(EncodeMesh, DropsDegeneratesOnlyWhenAsked) {
+  Mesh mesh = two_triangles();
+  mesh.faces.push_back({1, 1, 2});
+  mesh.faces[1] = {0, 2, 1};  // leaves point 3 unused
+  const Coded coded = default_codings(mesh, true);
+  const auto kept = encode_mesh(mesh, coded.codings, {}, ThreadPool(1));
+  ASSERT_TRUE(kept.ok()) << kept.status().to_string();
+  EXPECT_EQ(kept->statistics.residue_faces, 1u);
+  EXPECT_EQ(parse_container(kept->container)->face_count(), 3u);
+  EXPECT_EQ(parse_container(kept->container)->point_count(), 4u);
+  EncodeOptions drop;
+  drop.drop_degenerate = true;
+  const auto dropped = encode_mesh(mesh, coded.codings, drop, ThreadPool(1));
+  ASSERT_TRUE(dropped.ok());
+  EXPECT_EQ(dropped->statistics.dropped_faces, 1u);
+  EXPECT_EQ(dropped->statistics.dropped_points, 1u);
+  EXPECT_EQ(parse_container(dropped->container)->point_count(), 3u);
+  EXPECT_FALSE(parse_container(dropped->container)->has_residue);
+}
+
+TEST(EncodeMesh, RefusesBadInput) {
+  const ThreadPool pool(1);
+  Mesh mesh = two_triangles();
+  mesh.faces[1][2] = 4;
+  const std::vector<AttributeCoding> codings(1);
+  EXPECT_EQ(encode_mesh(mesh, codings, {}, pool).status().code(), StatusCode::kInvalidInput);
+  mesh = two_triangles();
+  mesh.attributes[0].semantic = "NORMAL";
+  EXPECT_EQ(encode_mesh(mesh, codings, {}, pool).status().code(), StatusCode::kInvalidInput);
+  mesh = two_triangles();
+  mesh.attributes[0].values.pop_back();
+  EXPECT_EQ(encode_mesh(mesh, codings, {}, pool).status().code(), StatusCode::kInvalidInput);
+  mesh = two_triangles();
+  mesh.faces.clear();
+  EXPECT_EQ(encode_mesh(mesh, codings, {}, pool).status().code(), StatusCode::kInvalidInput);
+}
+
+TEST(DecodeContainer, EveryMutantIsRefusedOrDecodes) {
+  const Mesh mesh = two_triangles();
+  EncodeOptions options;
+  options.patch_count = 2;
+  const auto encoded = encode_mesh(mesh, default_codings(mesh, false).codings, options, ThreadPool(1));
+  ASSERT_TRUE(encoded.ok());
+  const std::vector<AttributeRequest> requests = requests_of(mesh, *encoded);
+  const Container original = *parse_container(encoded->container);
+  // The streams themselves are libdraco's to defend; directory and stitch map are ours.
+  const size_t ours = original.header_bytes + original.stitch_bytes();
+  for (size_t at = 0; at < ours; ++at)
+    for (int value = 0; value < 256; ++value) {
+      std::vector<uint8_t> mutant = encoded->container;
+      mutant[at] = static_cast<uint8_t>(value);
+      const Expected<Mesh> decoded = draco_backend().decode_container(mutant, requests, ThreadPool(1));
+      if (!decoded.ok()) continue;
+      EXPECT_EQ(decoded->faces.size(), 2u);
+      for (const auto& face : decoded->faces)
+        for (uint32_t point : face) EXPECT_LT(point, decoded->point_count);
+    }
+}
+
+TEST(StockStream, DecodesToTheCountsItNames) {
+  const Mesh mesh = two_triangles();
+  const auto stock = encode_stock_stream(mesh, default_codings(mesh, false).codings, 5);
+  ASSERT_TRUE(stock.ok());
+  EXPECT_EQ(stock->face_count, 2u);
+  EXPECT_EQ(stock->point_count, 4u);
+}
+
+TEST(FitGrid, HoldsAllValuesAndRefusesWhatIsNotFinite) {
+  Mesh mesh = two_triangles();
+  const auto grid = fit_grid(mesh.attributes[0], 14);
+  ASSERT_TRUE(grid.ok());
+  EXPECT_EQ(grid->origin, (std::vector<float>{0, 0, 0}));
+  EXPECT_EQ(grid->range, 1.0f);
+  const float infinity = INFINITY;
+  std::memcpy(mesh.attributes[0].values.data(), &infinity, 4);
+  EXPECT_FALSE(fit_grid(mesh.attributes[0], 14).ok());
+}
+
+TEST(MergeGrids, CoversBoth) {
+  const AttributeCoding a{14, false, {0, 5}, 2}, b{14, false, {-1, 6}, 4};
+  const AttributeCoding merged = merge_grids(a, b);
+  EXPECT_EQ(merged.origin, (std::vector<float>{-1, 5}));
+  EXPECT_EQ(merged.range, 5.0f);
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,297 @@
+#include "gltf_ext/document.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "gltf_ext/accessors.h"
+#include "gltf_ext/glb.h"
+#include "gltf_ext/json_fields.h"
+#include "gltf_ext/uri.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder of its own for each test.
+class DocumentTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::path(testing::TempDir()) / (std::string("psplit_document_") + test->name());
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& name, const std::string& content) {
+    std::ofstream(folder_ / name, std::ios::binary) << content;
+    return folder_ / name;
+  }
+  Expected<Document> read(const std::string& content) { return read_document(write("asset.gltf", content)); }
+  StatusCode code(const std::string& content) { return read(content).status().code(); }
+
+  fs::path folder_;
+};
+
+std::string asset(const std::string& members) { return R"({"asset":{"version":"2.0"},)" + members + "}"; }
+
+std::string glb(std::string json, const std::string& binary) {
+  const auto head = glb_head(std::move(json), binary.size());
+  return std::string(head->begin(), head->end()) + binary;
+}
+
+std::string text_of(std::span<const uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
+
+constexpr const char* kOneView =
+    R"("buffers":[{"byteLength":8}],"bufferViews":[{"buffer":0,"byteLength":8}],)"
+    R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC4","count":2}])";
+
+TEST_F(DocumentTest, ReadsGlb) {
+  const auto document = read(glb(asset(kOneView), "abcdefgh"));
+  ASSERT_TRUE(document) << document.status().to_string();
+  EXPECT_TRUE(document->from_glb);
+  EXPECT_EQ(text_of(*buffer_view_bytes(*document, 0)), "abcdefgh");
+}
+
+TEST_F(DocumentTest, RefusesEveryTruncationOfAGlb) {
+  const std::string whole = glb(asset(kOneView), "abcdefgh");
+  for (size_t length = 0; length < whole.size(); ++length)
+    EXPECT_EQ(code(whole.substr(0, length)), StatusCode::kInvalidInput) << length;
+}
+
+TEST_F(DocumentTest, SurvivesEveryByteOfAGlbChanged) {
+  const std::string whole = glb(asset(kOneView), "abcdefgh");
+  for (size_t i = 0; i < whole.size(); ++i) {
+    for (const char bits : {'\x01', '\x20', '\x7f'}) {
+      std::string changed = whole;
+      changed[i] = static_cast<char>(changed[i] ^ bits);
+      const auto document = read(changed);
+      if (!document) continue;
+      const auto data = read_accessor(*document, 0);
+      if (data) {
+        EXPECT_LE(data->values.size(), 8u * 16);
+      }
+    }
+  }
+}
+
+TEST_F(DocumentTest, RefusesWrongGlbChunks) {
+  const std::string whole = glb(asset(kOneView), "abcdefgh");
+  std::string version = whole;
+  version[4] = 1;
+  EXPECT_EQ(code(version), StatusCode::kUnsupported);
+  std::string not_json = whole;
+  not_json[16] = 'X';
+  EXPECT_EQ(code(not_json), StatusCode::kInvalidInput);
+  std::string long_chunk = whole;
+  long_chunk[15] = '\x7f';
+  EXPECT_EQ(code(long_chunk), StatusCode::kInvalidInput);
+  EXPECT_EQ(code(glb(asset(kOneView), "")), StatusCode::kInvalidInput);
+  EXPECT_EQ(code(glb(asset(kOneView), "abcd")), StatusCode::kInvalidInput);
+}
+
+TEST_F(DocumentTest, ToleratesAByteOrderMarkAndFloatsForIntegers) {
+  EXPECT_TRUE(read("\xEF\xBB\xBF" + asset(R"("scene":0)")));
+  EXPECT_TRUE(read(asset(R"("buffers":[{"byteLength":3.0,"uri":"data:;base64,AAAA"}])")));
+}
+
+TEST_F(DocumentTest, RefusesHostileJson) {
+  for (const char* text : {"", "{", "[]", "null", "{}", "{\"asset\":2}", "{\"asset\":{}}", "\xff\xfe"})
+    EXPECT_EQ(code(text), StatusCode::kInvalidInput) << text;
+  EXPECT_EQ(code(std::string(1000000, '[')), StatusCode::kInvalidInput);
+  const std::string deep = std::string(300, '[') + std::string(300, ']');
+  EXPECT_EQ(code(asset("\"extras\":" + deep)), StatusCode::kInvalidInput);
+  std::string wide = "\"extras\":{";
+  for (int i = 0; i < 20000; ++i) wide += "\"" + std::to_string(i) + "\":0,";
+  EXPECT_EQ(code(asset(wide + "\"x\":0}")), StatusCode::kInvalidInput);
+  EXPECT_EQ(code(R"({"asset":{"version":"1.0"}})"), StatusCode::kUnsupported);
+}
+
+TEST_F(DocumentTest, RefusesWrongStructure) {
+  const std::string buffer = R"("buffers":[{"byteLength":3,"uri":"data:;base64,AAAA"}],)";
+  const std::string view = buffer + R"("bufferViews":[{"buffer":0,"byteLength":3}],)";
+  ASSERT_TRUE(
+      read(asset(view + R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC3","count":1}])")));
+  for (const std::string& members :
+       {std::string(R"("accessors":{})"),
+        std::string(R"("meshes":[1])"),
+        std::string(R"("meshes":[{}])"),
+        std::string(R"("meshes":[{"primitives":[{}]}])"),
+        std::string(R"("extensionsUsed":[1])"),
+        std::string(R"("meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}])"),
+        std::string(R"("meshes":[{"primitives":[{"attributes":{},"targets":[1]}]}])"),
+        std::string(R"("buffers":[{"byteLength":-1}])"),
+        std::string(R"("buffers":[{"byteLength":1,"uri":3}])"),
+        buffer + R"("bufferViews":[{"buffer":1,"byteLength":1}])",
+        buffer + R"("bufferViews":[{"buffer":0,"byteLength":4}])",
+        buffer + R"("bufferViews":[{"buffer":0,"byteLength":1,"byteOffset":9007199254740992}])",
+        buffer + R"("bufferViews":[{"buffer":0,"byteLength":1,"byteOffset":-1}])",
+        buffer + R"("bufferViews":[{"buffer":0,"byteLength":18446744073709551615}])",
+        buffer + R"("bufferViews":[{"buffer":0,"byteLength":1,"byteStride":1000}])",
+        view + R"("images":[{"bufferView":1}])",
+        view + R"("images":[{"bufferView":"0"}])",
+        view + R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC3","count":2}])",
+        view + R"("accessors":[{"bufferView":0,"componentType":5124,"type":"VEC3","count":1}])",
+        view + R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC5","count":1}])",
+        view + R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC3","count":4294967296}])",
+        view + R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC3","count":1.5}])",
+        view + R"("accessors":[{"componentType":5121,"type":"VEC3","count":1,"sparse":{"count":1}}])"})
+    EXPECT_EQ(code(asset(members)), StatusCode::kInvalidInput) << members;
+}
+
+TEST_F(DocumentTest, LoadsUris) {
+  const auto one = [&](const std::string& uri) {
+    const auto document = read(asset(R"("buffers":[{"byteLength":3,"uri":")" + uri + "\"}]"));
+    return document ? text_of(document->buffers[0])
+                    : "status " + std::to_string(static_cast<int>(document.status().code()));
+  };
+  write("with space.bin", "abcdef");
+  EXPECT_EQ(one("with%20space.bin"), "abc");
+  EXPECT_EQ(one("with space.bin"), "abc");
+  EXPECT_EQ(one("./with%20space.bin"), "abc");
+  EXPECT_EQ(one("data:application/octet-stream;base64,YWJj"), "abc");
+  EXPECT_EQ(one("data:;base64,YWJjZA=="), "abc");
+  EXPECT_EQ(one("data:,a%62c"), "abc");
+  EXPECT_EQ(one("data:;base64,YW"), "status 3");
+  EXPECT_EQ(one("data:;base64,YW!j"), "status 3");
+  EXPECT_EQ(one("data:nothing"), "status 3");
+  for (const char* escape :
+       {"../asset.gltf", "%2e%2e/asset.gltf", "x/../../y", "/etc/hostname", "..\\\\y", "%00", ""})
+    EXPECT_EQ(one(escape), "status 3") << escape;
+  EXPECT_EQ(one("https://example.com/a.bin"), "status 5");
+  EXPECT_EQ(one("missing.bin"), "status 2");
+  EXPECT_EQ(one("."), "status 2");
+}
+
+TEST_F(DocumentTest, MeshoptFallbackLoadsWithoutBytes) {
+  const std::string text =
+      asset(R"("buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="},)"
+            R"({"byteLength":64,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
+            R"("bufferViews":[{"buffer":1,"byteLength":64,"extensions":{"EXT_meshopt_compression":)"
+            R"({"buffer":0,"byteLength":4,"byteStride":4,"count":16,"mode":"ATTRIBUTES"}}}])");
+  const auto document = read(text);
+  ASSERT_TRUE(document) << document.status().to_string();
+  EXPECT_EQ(buffer_view_bytes(*document, 0).status().code(), StatusCode::kUnsupported);
+  ASSERT_TRUE(write_document(*document, folder_ / "out.glb").ok());
+  const auto again = read_document(folder_ / "out.glb");
+  ASSERT_TRUE(again) << again.status().to_string();
+  EXPECT_EQ(again->json, document->json);
+}
+
+TEST_F(DocumentTest, BufferWithoutUriLoadsWithoutBytes) {
+  const auto document = read(asset(kOneView));
+  ASSERT_TRUE(document) << document.status().to_string();
+  EXPECT_EQ(buffer_view_bytes(*document, 0).status().code(), StatusCode::kUnsupported);
+  EXPECT_EQ(read_accessor(*document, 0).status().code(), StatusCode::kUnsupported);
+}
+
+TEST_F(DocumentTest, MergesBuffersOnWriting) {
+  const std::string text =
+      asset(R"("buffers":[{"byteLength":3,"uri":"data:,abc"},{"byteLength":3,"uri":"data:,def"}],)"
+            R"("bufferViews":[{"buffer":1,"byteOffset":1,"byteLength":2},{"buffer":0,"byteLength":3}],)"
+            R"("extras":{"z":[0.1,1e-300,3.4028234663852886e38,-0.0],"a":"\u00e9"})");
+  const auto document = read(text);
+  ASSERT_TRUE(document) << document.status().to_string();
+  for (const char* name : {"out.glb", "out.gltf"}) {
+    ASSERT_TRUE(write_document(*document, folder_ / name).ok());
+    const auto again = read_document(folder_ / name);
+    ASSERT_TRUE(again) << again.status().to_string();
+    EXPECT_EQ(again->buffers.size(), 1u);
+    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 0)), "ef");
+    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 1)), "abc");
+    EXPECT_EQ(again->json["extras"].dump(), document->json["extras"].dump());
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "out.bin"));
+  // Nothing is left beside the outputs: asset.gltf, out.glb, out.gltf, out.bin.
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 4);
+  EXPECT_EQ(write_document(*document, folder_ / "out.obj").code(), StatusCode::kUsage);
+  EXPECT_EQ(write_document(*document, folder_ / "none" / "out.glb").code(), StatusCode::kIo);
+}
+
+TEST_F(DocumentTest, CopiesImagesToAnotherFolder) {
+  fs::create_directories(folder_ / "tex");
+  fs::create_directories(folder_ / "out");
+  write("tex/a b.png", "image");
+  write("script.sh", "no image");
+  const auto document = read(asset(
+      R"("images":[{"uri":"tex/a%20b.png"},{"uri":"script.sh"},{"uri":"../x.png"},{"uri":"missing.png"}])"));
+  ASSERT_TRUE(document);
+  ASSERT_TRUE(write_document(*document, folder_ / "out" / "asset.gltf").ok());
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "tex" / "a b.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "out" / "script.sh"));
+  EXPECT_EQ(read_document(folder_ / "out" / "asset.gltf")->json, document->json);
+}
+
+TEST(Glb, RefusesMoreThanFourGigabytes) {
+  EXPECT_EQ(glb_head("{}", uint64_t{1} << 32).status().code(), StatusCode::kUnsupported);
+  EXPECT_TRUE(glb_head("{}", (uint64_t{1} << 32) - 1024));
+}
+
+TEST(Uri, PercentCodingRoundTrips) {
+  EXPECT_EQ(percent_decode(percent_encode("a b/%\xC3\xA9")), "a b/%\xC3\xA9");
+  EXPECT_EQ(percent_decode("100%"), "100%");
+  EXPECT_EQ(percent_decode("%zz%4"), "%zz%4");
+}
+
+// Two accessors in two views, an image in a third, a mesh on the second accessor.
+Document three_views() {
+  Document document = new_document();
+  const AccessorData data{ComponentType::kUint8, 4, false, 2, std::vector<std::byte>(8, std::byte{7})};
+  AccessorData other = data;
+  other.values.assign(8, std::byte{9});
+  append_accessor(document, data, 0, false);
+  append_accessor(document, other, 0, false);
+  const int64_t view = append_buffer_view(document, std::vector<uint8_t>{1, 2, 3});
+  document.json["images"] = Json::array({Json{{"bufferView", view}}});
+  document.json["meshes"][0]["primitives"][0]["attributes"]["_A"] = 1;
+  return document;
+}
+
+TEST(DropUnused, RenumbersWhatStays) {
+  Document document = three_views();
+  const size_t before = document.buffers[0].size();
+  drop_unused(document, {0});
+  EXPECT_EQ(document.json["accessors"].size(), 1u);
+  EXPECT_EQ(document.json["meshes"][0]["primitives"][0]["attributes"]["_A"], 0);
+  EXPECT_EQ(document.json["images"][0]["bufferView"], 1);
+  EXPECT_EQ(read_accessor(document, 0)->values, std::vector<std::byte>(8, std::byte{9}));
+  EXPECT_EQ((*buffer_view_bytes(document, 1))[2], 3);
+  EXPECT_EQ(document.buffers[0].size(), before - 8);
+}
+
+TEST(DropUnused, KeepsAFreedAccessorThatIsStillUsed) {
+  Document document = three_views();
+  const Json before = document.json;
+  drop_unused(document, {1});
+  EXPECT_EQ(document.json, before);
+}
+
+TEST(DropUnused, UnknownExtensionsFixNumbersAndKeepWhatTheyMayMean) {
+  Document document = three_views();
+  document.json["extensions"]["NEVER_heard_of"]["thing"] = 1;
+  drop_unused(document, {0});
+  EXPECT_EQ(document.json["accessors"].size(), 2u);
+  EXPECT_FALSE(document.json["accessors"][0].contains("bufferView"));
+  EXPECT_EQ(document.json["images"][0]["bufferView"], 2);
+  EXPECT_EQ(read_accessor(document, 1)->values, std::vector<std::byte>(8, std::byte{9}));
+  EXPECT_EQ((*buffer_view_bytes(document, 2))[2], 3);
+
+  Document suspicious = three_views();
+  suspicious.json["extensions"]["NEVER_heard_of"]["thing"] = 0;
+  drop_unused(suspicious, {0});
+  EXPECT_EQ(read_accessor(suspicious, 0)->values, std::vector<std::byte>(8, std::byte{7}));
+}
+
+TEST(DropUnused, EmptyArraysDisappear) {
+  Document document = three_views();
+  document.json["meshes"][0]["primitives"][0]["attributes"].erase("_A");
+  document.json.erase("images");
+  drop_unused(document, {0, 1, 1, -1, 99});
+  for (const char* name : {"accessors", "bufferViews", "buffers"}) EXPECT_FALSE(document.json.contains(name));
+  EXPECT_TRUE(document.buffers.empty());
+}
+
+}  // namespace
+}  // namespace psplit

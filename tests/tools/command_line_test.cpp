@@ -1,0 +1,384 @@
+// gltf-psplit as its users meet it: exit codes, streams, help, and the shape of its JSON.
+#include "tools/gltf_psplit/command_line.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tools/gltf_psplit/messages.h"
+
+namespace psplit {
+namespace {
+
+using testing::internal::CaptureStderr;
+using testing::internal::CaptureStdout;
+using testing::internal::GetCapturedStderr;
+using testing::internal::GetCapturedStdout;
+
+const char* const kCommands[] = {"encode", "decode", "inspect", "validate", "compare", "generate"};
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome run(std::vector<std::string> words) {
+  words.insert(words.begin(), "gltf-psplit");
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  CaptureStdout();
+  CaptureStderr();
+  Outcome outcome;
+  outcome.code = run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
+  outcome.out = GetCapturedStdout();
+  outcome.err = GetCapturedStderr();
+  return outcome;
+}
+
+std::string read_bytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// A folder of its own for each test.
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
+    folder_ = std::filesystem::temp_directory_path() / ("gltf-psplit-" + name + "-" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+  size_t file_count() const {
+    return static_cast<size_t>(std::distance(std::filesystem::directory_iterator(folder_), {}));
+  }
+
+  // A small plain asset.
+  std::string sample(const std::string& shape = "terrain", const std::string& faces = "3000") const {
+    const Outcome outcome =
+        run({"generate", path(shape + ".glb"), "--shape", shape, "--faces", faces, "--seed", "7"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return path(shape + ".glb");
+  }
+  std::string split_sample() const {
+    const Outcome outcome = run({"encode", sample(), path("split.glb"), "--patches", "4", "-q"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return path("split.glb");
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(CommandLine, HelpAndVersionGoToStdoutAndSucceed) {
+  const Outcome help = run({"--help"});
+  EXPECT_EQ(help.code, 0);
+  for (const char* command : kCommands) EXPECT_NE(help.out.find(command), std::string::npos) << command;
+  for (const ExitCode& exit : exit_codes()) EXPECT_NE(help.out.find(exit.meaning), std::string::npos);
+  EXPECT_EQ(help.err, "");
+
+  const Outcome version = run({"--version"});
+  EXPECT_EQ(version.code, 0);
+  EXPECT_EQ(version.out, "gltf-psplit 1.2.3\n");
+
+  for (const char* command : kCommands) {
+    const Outcome one = run({command, "--help"});
+    EXPECT_EQ(one.code, 0) << command;
+    for (const char* option : {"--help", "--quiet", "--verbose", "--threads"})
+      EXPECT_NE(one.out.find(option), std::string::npos) << command << " " << option;
+  }
+}
+
+TEST_F(CommandLine, ExitCodesAreTheIssuesNumbers) {
+  std::vector<int> codes;
+  for (const ExitCode& exit : exit_codes()) codes.push_back(static_cast<int>(exit.code));
+  EXPECT_EQ(codes, (std::vector<int>{0, 1, 2, 3, 4, 5, 7}));
+}
+
+TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
+  const std::vector<std::vector<std::string>> wrong{
+      {},
+      {"explode"},
+      {"encode"},
+      {"encode", "a.glb"},
+      {"encode", "a.glb", "b.glb", "c.glb"},
+      {"encode", "a.glb", "b.glb", "--patches", "0"},
+      {"encode", "a.glb", "b.glb", "--patches", "-3"},
+      {"encode", "a.glb", "b.glb", "--patches", "many"},
+      {"encode", "a.glb", "b.glb", "--patch-faces", "0"},
+      {"encode", "a.glb", "b.glb", "--patches", "2", "--patch-faces", "100"},
+      {"encode", "a.glb", "b.glb", "--profile", "tiny"},
+      {"encode", "a.glb", "b.glb", "--quantize-position", "0"},
+      {"encode", "a.glb", "b.glb", "--quantize-position", "31"},
+      {"encode", "a.glb", "b.glb", "--quantize-normal", "1"},
+      {"encode", "a.glb", "b.glb", "--quantize-color", "8.5"},
+      {"encode", "a.glb", "b.glb", "--lossless", "--quantize-position", "12"},
+      {"encode", "a.glb", "b.glb", "--encode-speed", "11"},
+      {"encode", "a.glb", "b.glb", "--encode-speed", "-1"},
+      {"encode", "a.glb", "b.glb", "--quantization-volume", "world"},
+      {"encode", "a.glb", "b.glb", "--fallback", "draco"},
+      {"encode", "a.glb", "b.glb", "-j", "-1"},
+      {"encode", "a.glb", "b.glb", "-q", "-v"},
+      {"encode", "a.glb", "b.ply"},
+      {"encode", "a.glb", "-", "--report", "-"},
+      {"decode", "a.glb", "b.txt"},
+      {"decode", "a.glb", "b.glb", "--to", "stl"},
+      {"decode", "a.glb", "b.glb", "--backend", "abacus"},
+      {"inspect", "a.glb", "--format", "xml"},
+      {"validate"},
+      {"compare", "a.glb", "--patches", "1,0"},
+      {"compare", "a.glb", "--repeat", "0"},
+      {"generate", "a.glb", "--shape", "teapot"},
+      {"generate", "a.glb", "--faces", "0"},
+      {"generate", "a.obj"},
+  };
+  for (const auto& words : wrong) {
+    const Outcome outcome = run(words);
+    std::string line;
+    for (const std::string& word : words) line += " " + word;
+    EXPECT_EQ(outcome.code, 1) << line << "\n" << outcome.err;
+    EXPECT_NE(outcome.err, "") << line;
+    EXPECT_EQ(outcome.out, "") << line;
+  }
+  EXPECT_NE(run({"encode", "a", "b.glb", "--encode-speed", "11"}).err.find("--encode-speed"),
+            std::string::npos);
+}
+
+TEST_F(CommandLine, MissingInputsAreIoErrorsAndLeaveNoOutput) {
+  EXPECT_EQ(run({"encode", path("none.glb"), path("out.glb")}).code, 2);
+  EXPECT_EQ(run({"encode", path("none.ply"), path("out.glb")}).code, 2);
+  EXPECT_EQ(run({"decode", path("none.glb"), path("out.glb")}).code, 2);
+  EXPECT_EQ(run({"inspect", path("none.glb")}).code, 2);
+  EXPECT_EQ(run({"validate", path("none.glb")}).code, 2);
+  const Outcome compare = run({"compare", path("none.gltf")});
+  EXPECT_EQ(compare.code, 2);
+  EXPECT_NE(compare.err.find("none.gltf"), std::string::npos) << compare.err;
+  EXPECT_EQ(run({"generate", path("no/such/folder/out.glb"), "--faces", "1000"}).code, 2);
+  EXPECT_EQ(file_count(), 0u);
+}
+
+TEST_F(CommandLine, MalformedInputsAreInvalid) {
+  write("broken.gltf", "{\"asset\": {\"version\": ");
+  EXPECT_EQ(run({"encode", path("broken.gltf"), path("out.glb")}).code, 3);
+  EXPECT_EQ(run({"decode", path("broken.gltf"), path("out.glb")}).code, 3);
+  EXPECT_EQ(run({"inspect", path("broken.gltf")}).code, 3);
+  EXPECT_EQ(run({"compare", path("broken.gltf")}).code, 3);
+  const Outcome validate = run({"validate", path("broken.gltf"), "--format", "json"});
+  EXPECT_EQ(validate.code, 3);
+  const auto json = nlohmann::json::parse(validate.out);
+  EXPECT_FALSE(json.at("valid").get<bool>());
+  EXPECT_EQ(json.at("findings").at(0).at("rule"), "asset");
+  EXPECT_EQ(file_count(), 1u);
+}
+
+TEST_F(CommandLine, EncodeSaysInOneLineWhatItDid) {
+  const std::string input = sample();
+  const Outcome loud = run({"encode", input, path("a.glb"), "--patches", "4"});
+  EXPECT_EQ(loud.code, 0) << loud.err;
+  EXPECT_EQ(loud.out, "");
+  EXPECT_NE(loud.err.find("4 patches"), std::string::npos) << loud.err;
+  EXPECT_EQ(std::ranges::count(loud.err, '\n'), 1) << loud.err;
+  const Outcome quiet = run({"encode", input, path("b.glb"), "--patches", "4", "-q", "-j", "7"});
+  EXPECT_EQ(quiet.code, 0);
+  EXPECT_EQ(quiet.err, "");
+  EXPECT_EQ(read_bytes(path("a.glb")), read_bytes(path("b.glb")));
+  EXPECT_GT(run({"encode", input, path("b.glb"), "-v"}).err.size(), loud.err.size());
+}
+
+TEST_F(CommandLine, EncodeReportsAsJson) {
+  const Outcome outcome = run({"encode", sample("scene", "6000"), path("out.glb"), "--patch-faces", "500",
+                               "--report", path("report.json")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto report = nlohmann::json::parse(read_bytes(path("report.json")));
+  EXPECT_TRUE(report.at("verified").get<bool>());
+  EXPECT_EQ(report.at("primitives").size(), 6u);
+  uint64_t patches = 0, bytes = 0;
+  for (const auto& primitive : report.at("primitives")) {
+    patches += primitive.at("patches").get<uint64_t>();
+    bytes += primitive.at("bytes").at("total").get<uint64_t>();
+    EXPECT_EQ(primitive.at("input").at("faces"), primitive.at("faces"));
+  }
+  EXPECT_EQ(report.at("total").at("patches"), patches);
+  EXPECT_EQ(report.at("total").at("bytes").at("total"), bytes);
+  for (const char* key : {"replication", "balance", "partition_ms", "encode_ms", "verify_ms", "wall_ms"})
+    EXPECT_TRUE(report.at("total").at(key).is_number()) << key;
+}
+
+TEST_F(CommandLine, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
+  const std::string input = sample("blob", "12000");
+  const auto patches = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"encode", input, path("out.glb"), "--report", "-", "-q"});
+    return nlohmann::json::parse(run(options).out).at("total").at("patches").get<int>();
+  };
+  EXPECT_EQ(patches({"--profile", "speed"}), 10);
+  EXPECT_EQ(patches({"--profile", "balanced"}), patches({}));
+  EXPECT_EQ(patches({"--profile", "speed", "--patches", "3"}), 3);
+  EXPECT_EQ(patches({"--profile", "size", "--patch-faces", "2000"}), 6);
+}
+
+TEST_F(CommandLine, InspectHasTheIssuesKeys) {
+  const std::string input = split_sample();
+  const Outcome outcome = run({"inspect", input, "--format", "json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  ASSERT_EQ(json.at("primitives").size(), 1u);
+  const auto& primitive = json.at("primitives").at(0);
+  EXPECT_EQ(primitive.at("mesh"), 0);
+  EXPECT_EQ(primitive.at("primitive"), 0);
+  EXPECT_EQ(primitive.at("patches"), 4);
+  const double points = primitive.at("points").get<double>();
+  EXPECT_NEAR(primitive.at("replication").get<double>(), primitive.at("references").get<double>() / points,
+              1e-12);
+  EXPECT_GE(primitive.at("balance").get<double>(), 1.0);
+  const auto& bytes = primitive.at("bytes");
+  EXPECT_EQ(bytes.at("payload").get<int>() + bytes.at("directory").get<int>() + bytes.at("stitch").get<int>(),
+            bytes.at("total").get<int>());
+  EXPECT_NEAR(primitive.at("bits_per_point").get<double>(), 8 * bytes.at("total").get<double>() / points, 1e-9);
+  const auto& position = primitive.at("attributes").at(0);
+  EXPECT_EQ(position.at("semantic"), "POSITION");
+  EXPECT_EQ(position.at("componentType"), 5126);
+  EXPECT_EQ(position.at("bits"), 14);
+
+  const Outcome text = run({"inspect", input});
+  EXPECT_EQ(text.code, 0);
+  EXPECT_NE(text.out.find("POSITION 14 bits"), std::string::npos) << text.out;
+}
+
+TEST_F(CommandLine, InspectOfAPlainAssetListsNoPatches) {
+  const Outcome outcome = run({"inspect", sample(), "--format", "json", "-q"});
+  EXPECT_EQ(outcome.code, 0);
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_TRUE(json.at("primitives").empty());
+  EXPECT_EQ(json.at("others").at(0).at("storage"), "plain");
+}
+
+TEST_F(CommandLine, ValidateAcceptsWhatEncodeWrites) {
+  const Outcome outcome = run({"validate", split_sample(), "--format", "json"});
+  EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_TRUE(json.at("valid").get<bool>());
+  EXPECT_EQ(json.at("errors"), 0);
+  EXPECT_TRUE(json.at("findings").is_array());
+}
+
+TEST_F(CommandLine, ValidateFindsADamagedPatch) {
+  std::string bytes = read_bytes(split_sample());
+  const size_t stream = bytes.rfind("DRACO");
+  ASSERT_NE(stream, std::string::npos);
+  bytes[stream] = 'X';
+  write("damaged.glb", bytes);
+  const Outcome outcome = run({"validate", path("damaged.glb"), "--format", "json"});
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_FALSE(nlohmann::json::parse(outcome.out).at("valid").get<bool>());
+  EXPECT_NE(run({"decode", path("damaged.glb"), path("out.glb")}).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
+}
+
+TEST_F(CommandLine, DecodesToPlainAndToStockDraco) {
+  const std::string input = split_sample();
+  const Outcome plain = run({"decode", input, path("plain.gltf"), "-j", "2"});
+  ASSERT_EQ(plain.code, 0) << plain.err;
+  const auto plain_json = nlohmann::json::parse(read_bytes(path("plain.gltf")));
+  EXPECT_FALSE(plain_json.contains("extensionsUsed"));
+  EXPECT_TRUE(std::filesystem::exists(path("plain.bin")));
+
+  const Outcome draco = run({"decode", input, path("draco.gltf"), "--to", "draco", "--backend", "draco"});
+  ASSERT_EQ(draco.code, 0) << draco.err;
+  const auto draco_json = nlohmann::json::parse(read_bytes(path("draco.gltf")));
+  EXPECT_EQ(draco_json.at("extensionsUsed"), nlohmann::json::array({"KHR_draco_mesh_compression"}));
+  EXPECT_TRUE(draco_json.at("meshes")
+                  .at(0)
+                  .at("primitives")
+                  .at(0)
+                  .at("extensions")
+                  .contains("KHR_draco_mesh_compression"));
+}
+
+TEST_F(CommandLine, ComparesInOneTable) {
+  const std::string input = sample("gyroid", "4000");
+  const Outcome outcome =
+      run({"compare", "--patches", "2,8", input, "--repeat", "2", "-j", "3", "--format", "json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_GT(json.at("faces").get<int>(), 3000);
+  EXPECT_GT(json.at("points").get<int>(), 1000);
+  for (const char* key : {"bytes", "encode_ms", "decode_ms"})
+    EXPECT_GT(json.at("stock").at(key).get<double>(), 0);
+  for (const char* key : {"bytes", "decode_ms"}) EXPECT_GT(json.at("meshopt").at(key).get<double>(), 0);
+  ASSERT_EQ(json.at("splits").size(), 2u);
+  EXPECT_EQ(json.at("splits").at(0).at("patches"), 2);
+  EXPECT_EQ(json.at("splits").at(1).at("patches"), 8);
+  for (const auto& split : json.at("splits")) {
+    for (const char* key :
+         {"patch_faces", "bytes", "overhead", "replication", "balance", "partition_ms", "encode_ms"})
+      EXPECT_TRUE(split.at(key).is_number()) << key;
+    EXPECT_NEAR(split.at("overhead").get<double>(),
+                split.at("bytes").get<double>() / json.at("stock").at("bytes").get<double>() - 1, 1e-9);
+    ASSERT_EQ(split.at("decode").size(), 2u);
+    EXPECT_EQ(split.at("decode").at(0).at("threads"), 1);
+    EXPECT_EQ(split.at("decode").at(1).at("threads"), 3);
+    for (const auto& decode : split.at("decode")) {
+      EXPECT_EQ(decode.at("backend"), "draco");
+      EXPECT_LE(decode.at("min_ms").get<double>(), decode.at("median_ms").get<double>());
+      EXPECT_LE(decode.at("median_ms").get<double>(), decode.at("max_ms").get<double>());
+      EXPECT_NEAR(decode.at("speedup").get<double>() * decode.at("median_ms").get<double>(),
+                  json.at("stock").at("decode_ms").get<double>(), 1e-6);
+    }
+  }
+  const Outcome text = run({"compare", input, "--repeat", "1"});
+  EXPECT_EQ(text.code, 0);
+  for (const char* word : {"stock Draco", "meshopt", "psplit"})
+    EXPECT_NE(text.out.find(word), std::string::npos) << text.out;
+}
+
+TEST_F(CommandLine, ComparesOnlyUncompressedAssets) { EXPECT_EQ(run({"compare", split_sample()}).code, 5); }
+
+TEST_F(CommandLine, GeneratesTheSameSceneTwice) {
+  ASSERT_EQ(run({"generate", path("a.gltf"), "--shape", "scene", "--faces", "6000", "--seed", "3", "--normals",
+                 "--texcoords"})
+                .code,
+            0);
+  const auto json = nlohmann::json::parse(read_bytes(path("a.gltf")));
+  EXPECT_EQ(json.at("meshes").size(), 6u);
+  EXPECT_EQ(json.at("nodes").size(), 6u);
+  EXPECT_EQ(json.at("scenes").at(0).at("nodes").size(), 6u);
+  for (const auto& mesh : json.at("meshes"))
+    for (const char* semantic : {"POSITION", "NORMAL", "TEXCOORD_0"})
+      EXPECT_TRUE(mesh.at("primitives").at(0).at("attributes").contains(semantic));
+
+  const auto bytes = [&](const char* seed) {
+    EXPECT_EQ(run({"generate", path("b.glb"), "--faces", "2000", "--seed", seed, "-j", "3"}).code, 0);
+    return read_bytes(path("b.glb"));
+  };
+  EXPECT_EQ(bytes("3"), bytes("3"));
+  EXPECT_NE(bytes("3"), bytes("4"));
+}
+
+TEST_F(CommandLine, DashIsStdoutAsGlb) {
+  const Outcome outcome = run({"generate", "-", "--faces", "1000"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out.substr(0, 4), "glTF");
+  EXPECT_EQ(file_count(), 0u);
+}
+
+TEST_F(CommandLine, MeshFilesAreReadByTheirExtension) {
+  write("tetrahedron.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const Outcome outcome = run({"encode", path("tetrahedron.obj"), path("out.glb"), "--report", "-", "-q"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out).at("total").at("faces"), 4);
+}
+
+}  // namespace
+}  // namespace psplit

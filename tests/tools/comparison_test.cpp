@@ -1,0 +1,69 @@
+#include "tools/gltf_psplit/comparison.h"
+
+#include <gtest/gtest.h>
+
+#include "encoder/draco/draco_backend.h"
+#include "tools/gltf_psplit/shapes/shapes.h"
+
+namespace psplit {
+namespace {
+
+TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
+  const ThreadPool pool(2);
+  const auto meshes = generate_shape({Shape::kScene, 12000, 1, true, true}, pool);
+  ASSERT_TRUE(meshes.ok()) << meshes.status().to_string();
+  uint64_t faces = 0, points = 0;
+  for (const Mesh& mesh : *meshes) {
+    faces += mesh.faces.size();
+    points += mesh.point_count;
+  }
+  ComparisonOptions options;
+  options.patch_counts = {6, 24};
+  options.thread_counts = {1, 2};
+  options.repeat = 1;
+  const std::vector<DecodeBackend> backends{draco_backend()};
+  size_t done = 0, total = 0;
+  const auto comparison = compare_codecs(*meshes, options, backends, pool, [&](size_t now, size_t all) {
+    EXPECT_EQ(now, ++done);
+    total = all;
+  });
+  ASSERT_TRUE(comparison.ok()) << comparison.status().to_string();
+  EXPECT_EQ(total, 2u * (2 + 2 * 2));
+  EXPECT_EQ(done, total);
+  EXPECT_EQ(comparison->faces, faces);
+  EXPECT_EQ(comparison->points, points);
+  ASSERT_EQ(comparison->splits.size(), 2u);
+  for (const SplitRow& row : comparison->splits) {
+    EXPECT_EQ(row.summary.faces, faces);
+    EXPECT_EQ(row.summary.points, points);
+    EXPECT_GT(row.overhead, 0);
+    ASSERT_EQ(row.decode.size(), 2u);
+    EXPECT_EQ(row.decode[1].threads, 2);
+    EXPECT_GT(row.decode[0].speedup, 0);
+  }
+  EXPECT_LT(comparison->splits[0].summary.total_bytes, comparison->splits[1].summary.total_bytes);
+  // Draco is the smallest mesh on the web.
+  EXPECT_LT(comparison->stock.bytes, comparison->meshopt.bytes);
+}
+
+TEST(Comparison, ReportsADecoderThatLosesFaces) {
+  const ThreadPool pool(1);
+  const auto meshes = generate_shape({Shape::kBlob, 2000, 1, false, false}, pool);
+  ASSERT_TRUE(meshes.ok());
+  ComparisonOptions options;
+  options.patch_counts = {2};
+  options.thread_counts = {1};
+  DecodeBackend lossy = draco_backend();
+  lossy.decode_container = [whole = lossy.decode_container](auto container, auto requests,
+                                                            const ThreadPool& threads) {
+    Expected<Mesh> mesh = whole(container, requests, threads);
+    mesh->faces.pop_back();
+    return mesh;
+  };
+  const auto comparison = compare_codecs(*meshes, options, std::vector{lossy}, pool);
+  ASSERT_FALSE(comparison.ok());
+  EXPECT_EQ(comparison.status().code(), StatusCode::kDiffers);
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,43 @@
+# Every dependency of psplit is found here and nowhere else. All come from packages (packages.txt lists
+# Debian's names, vcpkg.json those of other platforms); nothing is vendored or downloaded.
+
+# Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle, reads PLY, OBJ, STL, DRC.
+# Debian's config file names its static library with a path relative to a build folder, so the library and
+# the headers are looked up by name.
+find_path(DRACO_INCLUDE_DIR draco/compression/encode.h REQUIRED)
+find_library(DRACO_LIBRARY NAMES draco REQUIRED)
+add_library(psplit_draco_package INTERFACE)
+target_include_directories(psplit_draco_package SYSTEM INTERFACE ${DRACO_INCLUDE_DIR})
+target_link_libraries(psplit_draco_package INTERFACE ${DRACO_LIBRARY})
+
+# nlohmann-json 3.11: glTF JSON, edited in place with its order kept.
+find_package(nlohmann_json 3.10 REQUIRED)
+# oneTBB: the pool of threads behind src/parallel.h.
+find_package(TBB REQUIRED)
+find_package(Threads REQUIRED)
+
+if(PSPLIT_BUILD_TOOLS)
+  # CLI11: the command line of gltf-psplit.
+  find_package(CLI11 REQUIRED)
+  # meshoptimizer and zstd: the rival that `compare` measures.
+  find_package(meshoptimizer REQUIRED)
+  find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
+  find_library(ZSTD_LIBRARY NAMES zstd REQUIRED)
+  add_library(psplit_zstd_package INTERFACE)
+  target_include_directories(psplit_zstd_package SYSTEM INTERFACE ${ZSTD_INCLUDE_DIR})
+  target_link_libraries(psplit_zstd_package INTERFACE ${ZSTD_LIBRARY})
+endif()
+
+if(PSPLIT_BUILD_TESTS)
+  find_package(GTest REQUIRED)
+endif()
+
+if(PSPLIT_BUILD_BENCHMARKS)
+  find_package(benchmark REQUIRED)
+  # METIS 5.1: the rival of our partition.
+  find_path(METIS_INCLUDE_DIR metis.h REQUIRED)
+  find_library(METIS_LIBRARY NAMES metis REQUIRED)
+  add_library(psplit_metis_package INTERFACE)
+  target_include_directories(psplit_metis_package SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
+  target_link_libraries(psplit_metis_package INTERFACE ${METIS_LIBRARY})
+endif()

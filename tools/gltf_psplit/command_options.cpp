@@ -1,0 +1,89 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include "encoder/draco/draco_backend.h"
+#include "encoder/draco/mesh_files.h"
+#include "tools/gltf_psplit/commands.h"
+
+namespace psplit {
+
+void add_coding_options(CLI::App& command, EncodeDocumentOptions& options) {
+  const auto add_bits = [&](const char* name, int& bits, int least, const char* what) {
+    command.add_option(name, bits, std::string("Bits of each component of ") + what)
+        ->check(CLI::Range(least, 30))
+        ->capture_default_str()
+        ->type_name("BITS");
+  };
+  add_bits("--quantize-position", options.position_bits, 1, "positions");
+  add_bits("--quantize-normal", options.normal_bits, 2, "normals, on an octahedron");
+  add_bits("--quantize-texcoord", options.texcoord_bits, 1, "texture coordinates");
+  add_bits("--quantize-color", options.color_bits, 1, "colours stored as floats");
+  add_bits("--quantize-generic", options.generic_bits, 1, "all other floats");
+  command.add_option("--encode-speed", options.encode_speed, "Draco's speed: 0 is smallest, 10 is fastest")
+      ->check(CLI::Range(0, 10))
+      ->capture_default_str()
+      ->type_name("SPEED");
+}
+
+void add_backend_option(CLI::App& command, std::string& name) {
+  command.add_option("--backend", name, "Decoder: auto takes the fastest there is; draco is stock libdraco")
+      ->check(CLI::IsMember({"auto", "draco"}))
+      ->capture_default_str()
+      ->type_name("NAME");
+}
+
+void add_format_option(CLI::App& command, std::string& name) {
+  command.add_option("--format", name, "Form of the result on stdout")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->capture_default_str()
+      ->type_name("FORM");
+}
+
+// Stock libdraco is the only decoder yet, so both names mean it.
+DecodeBackend find_backend(const std::string&) { return draco_backend(); }
+
+Expected<Document> read_input(const std::string& path) {
+  if (path == "-" || !is_mesh_file(path)) return read_document(path);
+  const Expected<Mesh> mesh = read_mesh_file(path);
+  if (!mesh) return mesh.status().at({.file = path});
+  Document document = document_from_mesh(*mesh);
+  document.source = path;
+  return document;
+}
+
+Status check_output_path(const std::string& path) {
+  if (path == "-") return {};
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (extension == ".glb" || extension == ".gltf") return {};
+  return {
+      StatusCode::kUsage, "the output must end in .glb or .gltf, or be - for a GLB on stdout", {.file = path}};
+}
+
+Status write_text(const std::string& path, const std::string& text) {
+  if (path == "-") {
+    std::cout << text << std::flush;
+    return std::cout ? Status() : io_failure("cannot write to stdout");
+  }
+  const std::string beside = path + ".part";
+  std::error_code error;
+  {
+    std::ofstream file(beside, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) {
+      std::filesystem::remove(beside, error);
+      return io_failure("cannot write", {.file = path});
+    }
+  }
+  std::filesystem::rename(beside, path, error);
+  if (!error) return {};
+  const std::string cause = error.message();
+  std::filesystem::remove(beside, error);
+  return io_failure("cannot write: " + cause, {.file = path});
+}
+
+}  // namespace psplit

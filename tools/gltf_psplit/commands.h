@@ -1,0 +1,48 @@
+// The subcommands of gltf-psplit, and what they have in common.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "gltf_ext/convert.h"
+#include "tools/gltf_psplit/messages.h"
+
+namespace CLI {
+class App;
+}
+
+namespace psplit {
+
+// What every subcommand runs with, made from -q, -v and -j.
+struct Session {
+  Log log;
+  ThreadPool pool;
+  Session(Verbosity verbosity, int thread_count) : log(verbosity), pool(thread_count) {}
+};
+
+using Action = std::function<Status(const Session&)>;
+
+// Each adds its subcommand; a command line that names it sets `action` while it is parsed.
+void add_encode_command(CLI::App& app, Action& action);
+void add_decode_command(CLI::App& app, Action& action);
+void add_inspect_command(CLI::App& app, Action& action);
+void add_validate_command(CLI::App& app, Action& action);
+void add_compare_command(CLI::App& app, Action& action);
+void add_generate_command(CLI::App& app, Action& action);
+
+// Options that several subcommands take; the arguments outlive the parse.
+void add_coding_options(CLI::App& command, EncodeDocumentOptions& options);
+void add_backend_option(CLI::App& command, std::string& name);
+void add_format_option(CLI::App& command, std::string& name);
+
+// `name` is one that add_backend_option lets through.
+DecodeBackend find_backend(const std::string& name);
+
+// glTF, or a mesh file as a document of one mesh; "-" is a GLB or glTF on stdin.
+Expected<Document> read_input(const std::string& path);
+// kUsage for a path that write_document cannot take, before any work is done.
+Status check_output_path(const std::string& path);
+// A text that appears whole or not at all; "-" is stdout.
+Status write_text(const std::string& path, const std::string& text);
+
+}  // namespace psplit

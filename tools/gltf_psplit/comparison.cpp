@@ -1,0 +1,181 @@
+#include "tools/gltf_psplit/comparison.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "encoder/draco/draco_backend.h"
+#include "encoder/draco/stock_stream.h"
+#include "encoder/partition/partition.h"
+#include "tools/gltf_psplit/meshopt_rival.h"
+#include "tools/gltf_psplit/messages.h"
+
+namespace psplit {
+namespace {
+
+// Everything that the decoders are timed on. Contenders refer to its parts, so it must not move any more.
+struct Encoded {
+  struct Split {
+    std::vector<EncodedMesh> meshes;
+    std::vector<std::vector<AttributeRequest>> requests;
+  };
+  std::vector<StockStream> stock;
+  std::vector<std::vector<AttributeRequest>> stock_requests;
+  std::vector<MeshoptMesh> meshopt;
+  std::vector<Split> splits;
+};
+
+Expected<AttributeCoding> choose_coding(const Attribute& attribute, const EncodeDocumentOptions& options) {
+  const std::string& name = attribute.semantic;
+  if (attribute.component_type != ComponentType::kFloat32) return AttributeCoding{};
+  if (name == "NORMAL" && attribute.component_count == 3)
+    return AttributeCoding{.bits = options.normal_bits, .octahedral = true, .origin = {}, .range = 0};
+  int bits = options.generic_bits;
+  if (name == "POSITION") bits = options.position_bits;
+  if (name.starts_with("TEXCOORD_")) bits = options.texcoord_bits;
+  if (name.starts_with("COLOR_")) bits = options.color_bits;
+  return fit_grid(attribute, bits);
+}
+
+std::vector<AttributeRequest> make_requests(const Mesh& mesh, std::span<const uint32_t> unique_ids) {
+  std::vector<AttributeRequest> requests;
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const Attribute& attribute = mesh.attributes[i];
+    requests.push_back({attribute.semantic, unique_ids[i], attribute.component_type, attribute.component_count,
+                        attribute.normalized});
+  }
+  return requests;
+}
+
+Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                     const ComparisonOptions& options, Encoded& encoded, Comparison& comparison) {
+  Expected<StockStream> stock = Status();
+  comparison.stock.encode_ms +=
+      elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, options.coding.encode_speed); });
+  if (!stock) return stock.status();
+  Expected<MeshoptMesh> meshopt =
+      encode_meshopt(mesh, {options.coding.position_bits, options.coding.texcoord_bits});
+  if (!meshopt) return meshopt.status();
+  comparison.stock.bytes += stock->bytes.size();
+  comparison.meshopt.bytes += meshopt->compressed.size();
+  encoded.stock_requests.push_back(make_requests(mesh, stock->unique_ids));
+  encoded.stock.push_back(std::move(*stock));
+  encoded.meshopt.push_back(std::move(*meshopt));
+  return {};
+}
+
+Status encode_split(std::span<const Mesh> meshes, std::span<const std::vector<AttributeCoding>> codings,
+                    uint64_t patch_count, const ComparisonOptions& options, const ThreadPool& pool,
+                    Encoded::Split& split, SplitRow& row) {
+  std::vector<uint64_t> face_counts;
+  for (const Mesh& mesh : meshes) face_counts.push_back(mesh.faces.size());
+  const std::vector<uint32_t> shares = distribute_patches(face_counts, patch_count);
+  for (size_t i = 0; i < meshes.size(); ++i) {
+    EncodeOptions encode_options;
+    encode_options.patch_count = shares[i];
+    encode_options.encode_speed = options.coding.encode_speed;
+    encode_options.verify = false;
+    Expected<EncodedMesh> mesh = encode_mesh(meshes[i], codings[i], encode_options, pool);
+    if (!mesh) return mesh.status();
+    const Expected<PatchSummary> summary = summarize_container(mesh->container);
+    if (!summary) return summary.status();
+    row.summary += *summary;
+    row.partition_ms += mesh->statistics.partition_ms;
+    row.encode_ms += mesh->statistics.encode_ms;
+    split.requests.push_back(make_requests(meshes[i], mesh->unique_ids));
+    split.meshes.push_back(std::move(*mesh));
+  }
+  return {};
+}
+
+Status decode_stock(const Encoded& encoded, const DecodeBackend& backend) {
+  for (size_t i = 0; i < encoded.stock.size(); ++i) {
+    const Expected<Mesh> mesh = backend.decode_stream(encoded.stock[i].bytes, encoded.stock_requests[i]);
+    if (!mesh) return mesh.status();
+  }
+  return {};
+}
+
+Status decode_rival(const Encoded& encoded) {
+  for (const MeshoptMesh& packed : encoded.meshopt) {
+    const Expected<MeshoptDecoded> mesh = decode_meshopt(packed);
+    if (!mesh) return mesh.status();
+  }
+  return {};
+}
+
+Status decode_split(const Encoded::Split& split, const PatchSummary& summary, const DecodeBackend& backend,
+                    const ThreadPool& pool) {
+  uint64_t faces = 0, points = 0;
+  for (size_t i = 0; i < split.meshes.size(); ++i) {
+    const Expected<Mesh> mesh = backend.decode_container(split.meshes[i].container, split.requests[i], pool);
+    if (!mesh) return mesh.status();
+    faces += mesh->faces.size();
+    points += mesh->point_count;
+  }
+  if (faces == summary.faces && points == summary.points) return {};
+  return {StatusCode::kDiffers, "decoded faces and points are not those of the directory"};
+}
+
+}  // namespace
+
+Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const ComparisonOptions& options,
+                                    std::span<const DecodeBackend> backends, const ThreadPool& pool,
+                                    const Progress& progress) {
+  Comparison comparison;
+  Encoded encoded;
+  std::vector<std::vector<AttributeCoding>> codings;
+  for (const Mesh& mesh : meshes) {
+    comparison.faces += mesh.faces.size();
+    comparison.points += mesh.point_count;
+    std::vector<AttributeCoding>& mesh_codings = codings.emplace_back();
+    for (const Attribute& attribute : mesh.attributes) {
+      Expected<AttributeCoding> coding = choose_coding(attribute, options.coding);
+      if (!coding) return coding.status();
+      mesh_codings.push_back(std::move(*coding));
+    }
+    if (Status status = encode_rivals(mesh, mesh_codings, options, encoded, comparison); !status.ok())
+      return status;
+  }
+  encoded.splits.resize(options.patch_counts.size());
+  comparison.splits.resize(options.patch_counts.size());
+  for (size_t i = 0; i < encoded.splits.size(); ++i) {
+    SplitRow& row = comparison.splits[i];
+    if (Status status =
+            encode_split(meshes, codings, options.patch_counts[i], options, pool, encoded.splits[i], row);
+        !status.ok())
+      return status;
+    row.overhead =
+        static_cast<double>(row.summary.total_bytes) / static_cast<double>(comparison.stock.bytes) - 1;
+  }
+
+  std::vector<std::unique_ptr<ThreadPool>> pools;
+  for (const int threads : options.thread_counts) pools.push_back(std::make_unique<ThreadPool>(threads));
+  const DecodeBackend stock_backend = draco_backend();
+  std::vector<Contender> contenders;
+  contenders.push_back({"stock Draco", [&] { return decode_stock(encoded, stock_backend); }});
+  contenders.push_back({"meshoptimizer", [&] { return decode_rival(encoded); }});
+  for (size_t i = 0; i < encoded.splits.size(); ++i)
+    for (const DecodeBackend& backend : backends)
+      for (const auto& decode_pool : pools)
+        contenders.push_back({counted(comparison.splits[i].summary.patches, "patch"),
+                              [&encoded, &comparison, &backend, &threads = *decode_pool, i] {
+                                return decode_split(encoded.splits[i], comparison.splits[i].summary, backend,
+                                                    threads);
+                              }});
+  const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, options.repeat, progress);
+  if (!timings) return timings.status();
+
+  comparison.stock.decode = (*timings)[0];
+  comparison.meshopt.decode = (*timings)[1];
+  size_t next = 2;
+  for (SplitRow& row : comparison.splits)
+    for (const DecodeBackend& backend : backends)
+      for (const int threads : options.thread_counts) {
+        const Timing timing = (*timings)[next++];
+        row.decode.push_back(
+            {backend.name, threads, timing, comparison.stock.decode.median_ms / timing.median_ms});
+      }
+  return comparison;
+}
+
+}  // namespace psplit

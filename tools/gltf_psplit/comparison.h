@@ -1,0 +1,61 @@
+// Patches against stock Draco and meshoptimizer, on the same meshes, in one run: what `compare` prints.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gltf_ext/convert.h"
+#include "tools/gltf_psplit/measure.h"
+#include "tools/gltf_psplit/patch_summary.h"
+
+namespace psplit {
+
+struct ComparisonOptions {
+  std::vector<uint64_t> patch_counts;  // over all meshes together
+  std::vector<int> thread_counts;      // of the decoders of patches
+  int repeat = 5;
+  EncodeDocumentOptions coding;  // bits and speed, the same for patches and for stock Draco
+};
+
+struct DecodeRow {
+  std::string backend;
+  int threads = 1;
+  Timing timing;
+  double speedup = 0;  // stock's median / this median
+};
+
+struct SplitRow {
+  PatchSummary summary;
+  double overhead = 0;                     // bytes / stock bytes - 1
+  double partition_ms = 0, encode_ms = 0;  // encode_ms includes partition_ms
+  std::vector<DecodeRow> decode;
+  double mean_patch_faces() const {
+    return summary.patches == 0
+               ? 0
+               : static_cast<double>(summary.patch_faces) / static_cast<double>(summary.patches);
+  }
+};
+
+// Sums over all meshes. Stock Draco and meshoptimizer decode on one thread, mesh after mesh.
+struct Comparison {
+  uint64_t faces = 0, points = 0;
+  struct {
+    uint64_t bytes = 0;
+    double encode_ms = 0;
+    Timing decode;
+  } stock;
+  struct {
+    uint64_t bytes = 0;
+    Timing decode;
+  } meshopt;
+  std::vector<SplitRow> splits;
+};
+
+// Encoding runs once, with `pool`; decoding is timed by measure_interleaved. Before that, the decoded counts
+// are checked against the containers' (kDiffers).
+Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const ComparisonOptions& options,
+                                    std::span<const DecodeBackend> backends, const ThreadPool& pool,
+                                    const Progress& progress = {});
+
+}  // namespace psplit

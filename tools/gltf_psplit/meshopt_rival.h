@@ -1,0 +1,47 @@
+// The rival from the GPU side: meshoptimizer's index and vertex codecs with zstd on top, as gltfpack packs
+// them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "src/mesh/mesh.h"
+#include "src/status.h"
+
+namespace psplit {
+
+struct MeshoptBits {
+  int position = 14;
+  int texcoord = 12;
+};
+
+// One attribute as meshoptimizer's codec sees it.
+struct MeshoptStream {
+  size_t stride = 0;        // a multiple of 4
+  bool octahedral = false;  // unit vectors, as 8-bit octahedral coordinates
+  size_t encoded_bytes = 0;
+};
+
+struct MeshoptMesh {
+  size_t index_count = 0;
+  size_t point_count = 0;
+  size_t index_bytes = 0;  // encoded
+  std::vector<MeshoptStream> streams;
+  size_t packed_bytes = 0;          // all of it encoded, before zstd
+  std::vector<uint8_t> compressed;  // indices, then streams, in one zstd frame
+};
+
+// Merges points whose quantized values are equal, orders the mesh for the vertex cache and for vertex fetch,
+// quantizes (positions to 16-bit integers of `bits.position` bits, four of them in 8 bytes; normals and
+// tangents to 8-bit octahedral; texture coordinates to two 16-bit integers of `bits.texcoord` bits; colours to
+// bytes; all else as it is), encodes and compresses at zstd level 19.
+Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits);
+
+// What a viewer uploads: indices and quantized values.
+struct MeshoptDecoded {
+  std::vector<uint32_t> indices;
+  std::vector<std::vector<uint8_t>> streams;
+};
+Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh);
+
+}  // namespace psplit

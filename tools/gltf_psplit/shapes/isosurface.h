@@ -1,0 +1,24 @@
+// Marching tetrahedra on a jittered grid: the zero set of a field as a manifold triangle mesh.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "src/parallel.h"
+#include "tools/gltf_psplit/shapes/fields.h"
+
+namespace psplit {
+
+struct Surface {
+  double cell = 0;  // edge length of the grid that it was found on
+  std::vector<std::array<float, 3>> positions;
+  std::vector<std::array<uint32_t, 3>> faces;  // counter-clockwise seen from outside
+};
+
+// `cell` is the edge length of a grid cell. Every cube is cut into the same six tetrahedra, so neighbours agree
+// on the diagonals and the surface has no cracks: an edge has two faces, or one at the box's sides where the
+// field is not closed. Runs slab by slab; the result is the same for any number of threads.
+Surface extract_surface(const Field& field, double cell, uint64_t seed, const ThreadPool& pool);
+
+}  // namespace psplit

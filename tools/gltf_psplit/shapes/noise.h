@@ -1,0 +1,66 @@
+// Hashes and noise that are the same bits everywhere: integers, and floating point that IEEE 754 rounds
+// exactly.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+namespace psplit {
+
+struct Vec3 {
+  double x = 0, y = 0, z = 0;
+};
+inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3 operator*(Vec3 a, double s) { return {a.x * s, a.y * s, a.z * s}; }
+inline double length(Vec3 a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
+
+// A bijection on 64 bits that changes half of them when one changes.
+inline uint64_t scramble(uint64_t bits) {
+  bits = (bits ^ (bits >> 31)) * 0xbf58476d1ce4e5b9u;
+  bits = (bits ^ (bits >> 29)) * 0x94d049bb133111ebu;
+  return bits ^ (bits >> 32);
+}
+
+inline uint64_t hash_lattice(int64_t x, int64_t y, int64_t z, uint64_t seed) {
+  const uint64_t key = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u +
+                       static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4fu +
+                       static_cast<uint64_t>(z) * 0x165667b19e3779f9u;
+  return scramble(key + seed * 0xd6e8feb86659fd93u + seed);
+}
+
+// The low 21 bits, in [-1, 1).
+inline double signed_unit(uint64_t bits) {
+  return static_cast<double>(static_cast<int64_t>(bits & 0x1fffff) - 0x100000) * (1.0 / 0x100000);
+}
+
+// Value noise in [-1, 1) on the integer lattice, smooth in its first derivative.
+inline double value_noise(Vec3 p, uint64_t seed) {
+  const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
+  const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy), iz = static_cast<int64_t>(fz);
+  const auto ease = [](double t) { return t * t * (3 - 2 * t); };
+  const double tx = ease(p.x - fx), ty = ease(p.y - fy), tz = ease(p.z - fz);
+  const auto along_x = [&](int64_t y, int64_t z) {
+    const double a = signed_unit(hash_lattice(ix, y, z, seed));
+    const double b = signed_unit(hash_lattice(ix + 1, y, z, seed));
+    return a + (b - a) * tx;
+  };
+  const auto along_y = [&](int64_t z) {
+    const double a = along_x(iy, z);
+    return a + (along_x(iy + 1, z) - a) * ty;
+  };
+  const double a = along_y(iz);
+  return a + (along_y(iz + 1) - a) * tz;
+}
+
+// Over three times the root mean square of the gradient of value_noise, which on one axis can reach 3:
+// slope 1.5 of the easing, over a difference of 2. Several octaves are never that steep together.
+inline constexpr double kNoiseSlope = 1.4;
+
+// A sine of period 1 made of parabolas: in [-1, 1], slope at most 8, no libm.
+inline double parabola_wave(double x) {
+  const double u = x - std::floor(x + 0.5);
+  return 8 * u * (1 - 2 * std::fabs(u));
+}
+
+}  // namespace psplit

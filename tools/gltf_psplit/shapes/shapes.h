@@ -1,0 +1,33 @@
+// Built-in sample meshes: irregular isosurfaces that look like scans to a mesh codec, made from a seed alone.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "src/mesh/mesh.h"
+#include "src/parallel.h"
+#include "src/status.h"
+
+namespace psplit {
+
+enum class Shape {
+  kTerrain,  // an open sheet with hills and overhangs
+  kBlob,     // a closed, bumpy ball
+  kGyroid,   // a closed solid of high genus: a gyroid cut by a ball
+  kScene,    // six objects of different shapes and sizes, terrain first
+};
+
+struct ShapeOptions {
+  Shape shape = Shape::kTerrain;
+  uint64_t faces = 0;  // of all meshes together; the result comes within 2 % from some thousand faces a mesh on
+  uint64_t seed = 0;
+  bool normals = false;    // NORMAL, from the gradient of the field
+  bool texcoords = false;  // TEXCOORD_0 in several charts, so that points on chart borders are duplicated
+};
+
+// One mesh, or six for kScene. The bytes depend on the options only: not on threads, compiler or machine.
+// Meshes are manifold and consistently oriented; no two points are equal, no face is degenerate. Memory is
+// proportional to the output, plus two grid layers per thread. Errors: kUsage (faces out of range).
+Expected<std::vector<Mesh>> generate_shape(const ShapeOptions& options, const ThreadPool& pool);
+
+}  // namespace psplit
