@@ -16,8 +16,6 @@ namespace psplit {
 
 struct PartitionOptions {
   uint32_t patch_count = 1;  // a target: 0 counts as 1, more than the faces as one face a patch
-  // Centres sampled per patch before they are grouped (the paper's N in M x N).
-  uint32_t oversampling = 4;
   // Off leaves the jagged borders of plain clustering: the paper's "unprocessed" row.
   bool refine = true;
 };

@@ -1,0 +1,141 @@
+#include "encoder/partition/partition.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "encoder/partition/topology.h"
+
+namespace psplit {
+namespace {
+
+using Faces = std::vector<std::array<uint32_t, 3>>;
+
+// width x height quads, two triangles each; closed to a torus where `wraps`.
+Faces sheet(uint32_t width, uint32_t height, bool wraps) {
+  Faces faces;
+  const uint32_t columns = wraps ? width : width + 1, rows = wraps ? height : height + 1;
+  const auto vertex = [&](uint32_t x, uint32_t y) { return y % rows * columns + x % columns; };
+  for (uint32_t y = 0; y < height; ++y)
+    for (uint32_t x = 0; x < width; ++x) {
+      const uint32_t a = vertex(x, y), b = vertex(x + 1, y), c = vertex(x + 1, y + 1), d = vertex(x, y + 1);
+      // Diagonals go either way, as if by chance: valences of 4 to 8.
+      const bool flip = ((x * 2654435761u) ^ (y * 2246822519u)) >> 7 & 1;
+      faces.push_back(flip ? std::array{a, b, d} : std::array{a, b, c});
+      faces.push_back(flip ? std::array{b, c, d} : std::array{a, c, d});
+    }
+  return faces;
+}
+
+uint32_t vertex_count(const Faces& faces) {
+  uint32_t count = 0;
+  for (const auto& face : faces) count = std::max(count, *std::max_element(face.begin(), face.end()) + 1);
+  return count;
+}
+
+Partition cut(const Faces& faces, uint32_t patch_count, int threads = 2, bool refine = true) {
+  PartitionOptions options;
+  options.patch_count = patch_count;
+  options.refine = refine;
+  return partition_faces(faces, vertex_count(faces), options, ThreadPool(threads));
+}
+
+std::vector<size_t> sizes(const Partition& partition) {
+  std::vector<size_t> sizes(partition.patch_count);
+  for (const uint32_t patch : partition.patch_of_face) ++sizes.at(patch);
+  return sizes;
+}
+
+double balance(const Partition& partition) {
+  const std::vector<size_t> all = sizes(partition);
+  const double mean = static_cast<double>(partition.patch_of_face.size()) / static_cast<double>(all.size());
+  return static_cast<double>(*std::max_element(all.begin(), all.end())) / mean;
+}
+
+double replication(const Faces& faces, const Partition& partition) {
+  std::set<std::pair<uint32_t, uint32_t>> uses;
+  std::set<uint32_t> vertices;
+  for (size_t i = 0; i < faces.size(); ++i)
+    for (const uint32_t v : faces[i]) {
+      uses.insert({partition.patch_of_face[i], v});
+      vertices.insert(v);
+    }
+  return static_cast<double>(uses.size()) / static_cast<double>(vertices.size()) - 1.0;
+}
+
+TEST(Partition, IsBalancedAndCompactOnALargeSheet) {
+  const Faces faces = sheet(260, 200, true);  // 104,000 faces
+  for (const uint32_t faces_a_patch : {4800u, 1200u, 440u}) {
+    SCOPED_TRACE(faces_a_patch);
+    const auto wanted = static_cast<uint32_t>(faces.size() / faces_a_patch);
+    const Partition partition = cut(faces, wanted);
+    EXPECT_EQ(partition.patch_count, wanted);
+    EXPECT_LE(balance(partition), 1.30);
+    // A square of P/2 quads has a border of 4 sqrt(P/2) vertices, each shared by two.
+    const double squares = 0.5 * 4 * std::sqrt(faces_a_patch / 2.0) / (faces_a_patch / 2.0);
+    EXPECT_LE(replication(faces, partition), 1.35 * squares);
+    for (const size_t size : sizes(partition)) EXPECT_GT(size, 0u);
+  }
+}
+
+TEST(Partition, RefinementLowersReplication) {
+  const Faces faces = sheet(120, 100, true);
+  EXPECT_LT(replication(faces, cut(faces, 20)), replication(faces, cut(faces, 20, 2, false)));
+}
+
+TEST(Partition, DoesNotDependOnThreads) {
+  Faces faces = sheet(60, 50, true);
+  const uint32_t offset = vertex_count(faces);
+  for (auto face : sheet(40, 70, false)) faces.push_back({face[0] + offset, face[1] + offset, face[2] + offset});
+  const Partition one = cut(faces, 9, 1);
+  for (const int threads : {2, 7}) EXPECT_EQ(one.patch_of_face, cut(faces, 9, threads).patch_of_face);
+}
+
+TEST(Partition, TakesAnyCount) {
+  const Faces faces = sheet(5, 4, false);
+  EXPECT_EQ(cut(faces, 0).patch_count, 1u);
+  EXPECT_EQ(cut(faces, 1).patch_count, 1u);
+  EXPECT_EQ(cut(faces, 40).patch_count, 40u);
+  EXPECT_EQ(cut(faces, 4000000000u).patch_count, 40u);
+  for (uint32_t count = 2; count < 40; ++count)
+    for (const size_t size : sizes(cut(faces, count))) EXPECT_GT(size, 0u) << count;
+}
+
+TEST(Partition, TakesAnyTopology) {
+  EXPECT_EQ(cut({}, 3).patch_count, 0u);
+  EXPECT_EQ(cut({{0, 1, 2}}, 3).patch_count, 1u);
+  Faces book, loose, repeated(50, {0, 1, 2}), degenerate = {{0, 0, 0}, {0, 0, 1}, {1, 2, 2}, {3, 4, 5}};
+  for (uint32_t i = 0; i < 50; ++i) book.push_back({0, 1, i + 2});
+  for (uint32_t i = 0; i < 1000; ++i) loose.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  for (const Faces& faces : {book, loose, repeated, degenerate})
+    for (const uint32_t count : {1u, 2u, 3u, 7u}) {
+      const Partition partition = cut(faces, count);
+      ASSERT_EQ(partition.patch_of_face.size(), faces.size());
+      EXPECT_GE(partition.patch_count, 1u);
+      for (const size_t size : sizes(partition)) EXPECT_GT(size, 0u);
+    }
+  EXPECT_LE(cut(loose, 10).patch_count, 11u);
+  EXPECT_LE(balance(cut(loose, 10)), 1.30);
+}
+
+TEST(ConnectedComponents, AreJoinedByVertices) {
+  const Faces faces = {{0, 1, 2}, {3, 4, 5}, {5, 6, 7}};
+  const std::vector<Component> components = connected_components(Topology(faces, 8));
+  ASSERT_EQ(components.size(), 2u);
+  EXPECT_EQ(components[0].faces, (std::vector<uint32_t>{0}));
+  EXPECT_EQ(components[1].vertices.size(), 5u);
+}
+
+TEST(DistributePatches, FollowsThePapersRule) {
+  const std::vector<uint64_t> faces = {100, 250, 650, 1};
+  EXPECT_EQ(distribute_patches(faces, 10), (std::vector<uint32_t>{1, 2, 6, 1}));
+  EXPECT_EQ(distribute_patches(faces, 0), (std::vector<uint32_t>{1, 1, 1, 1}));
+  EXPECT_EQ(distribute_patches(std::vector<uint64_t>{0, 0}, 5), (std::vector<uint32_t>{1, 1}));
+  const std::vector<uint64_t> exact = {1, 2, 3};
+  EXPECT_EQ(distribute_patches(exact, 6), (std::vector<uint32_t>{1, 2, 3}));
+}
+
+}  // namespace
+}  // namespace psplit
