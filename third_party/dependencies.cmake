@@ -16,6 +16,29 @@ find_package(nlohmann_json 3.10 REQUIRED)
 find_package(TBB REQUIRED)
 find_package(Threads REQUIRED)
 
+# CUDA 12 or newer, for decoder_cuda: AUTO takes a toolkit that is there, ON insists, OFF does not look.
+set(PSPLIT_HAS_CUDA OFF)
+if(NOT PSPLIT_CUDA MATCHES "^(AUTO|ON|OFF)$")
+  message(FATAL_ERROR "PSPLIT_CUDA is ${PSPLIT_CUDA}; it takes AUTO, ON or OFF")
+endif()
+if(NOT PSPLIT_CUDA STREQUAL "OFF")
+  find_package(CUDAToolkit 12 QUIET)
+  if(CUDAToolkit_FOUND AND CUDAToolkit_NVCC_EXECUTABLE)
+    if(NOT CMAKE_CUDA_COMPILER)
+      set(CMAKE_CUDA_COMPILER ${CUDAToolkit_NVCC_EXECUTABLE})
+    endif()
+    enable_language(CUDA)
+    # CMake before 3.26 does not know that nvcc 12 speaks C++20.
+    set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION -std=c++20)
+    set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION -std=c++20)
+    set(PSPLIT_HAS_CUDA ON)
+  elseif(PSPLIT_CUDA STREQUAL "ON")
+    message(FATAL_ERROR "PSPLIT_CUDA is ON, but no CUDA toolkit 12 or newer was found; "
+                        "-DCUDAToolkit_ROOT=FOLDER says where it is")
+  endif()
+endif()
+message(STATUS "CUDA decoder: ${PSPLIT_HAS_CUDA}")
+
 if(PSPLIT_BUILD_TOOLS)
   # CLI11: the command line of gltf-psplit.
   find_package(CLI11 REQUIRED)
