@@ -210,6 +210,22 @@ TEST_F(DocumentTest, MergesBuffersOnWriting) {
   EXPECT_EQ(write_document(*document, folder_ / "none" / "out.glb").code(), StatusCode::kIo);
 }
 
+TEST_F(DocumentTest, FallbackBuffersWithBytesBecomeOrdinary) {
+  write("fallback.bin", "abcd");
+  auto document = read(asset(R"("buffers":[{"uri":"fallback.bin","byteLength":4,)"
+                             R"("extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
+                             R"("bufferViews":[{"buffer":0,"byteLength":4}])"));
+  ASSERT_TRUE(document) << document.status().to_string();
+  append_buffer_view(*document, std::vector<uint8_t>{'e', 'f'});
+  for (const char* name : {"out.glb", "out.gltf"}) {
+    ASSERT_TRUE(write_document(*document, folder_ / name).ok());
+    const auto again = read_document(folder_ / name);
+    ASSERT_TRUE(again) << again.status().to_string();
+    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 0)), "abcd");
+    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 1)), "ef");
+  }
+}
+
 TEST_F(DocumentTest, CopiesImagesToAnotherFolder) {
   fs::create_directories(folder_ / "tex");
   fs::create_directories(folder_ / "out");
