@@ -53,6 +53,8 @@ endif()
 
 if(PSPLIT_BUILD_TESTS)
   find_package(GTest REQUIRED)
+  # tinygltf 2.7: another loader, to read what psplit writes.
+  find_package(TinyGLTF REQUIRED)
 endif()
 
 if(PSPLIT_BUILD_BENCHMARKS)
