@@ -1,0 +1,46 @@
+// Which features of the bitstream a Draco mesh stream uses: a walk over its sections with libdraco's parts.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace psplit {
+
+// Numbers are those of the bitstream (draco/compression/config/compression_shared.h), -1 where the stream has
+// no such field.
+struct AttributeFeatures {
+  uint32_t unique_id = 0;
+  int type = -1;
+  int data_type = -1;
+  int component_count = 0;
+  int data_id = -1;    // attribute connectivity that it is decoded on; -1: that of positions
+  int element = -1;    // 0 per vertex, 1 per corner: its connectivity has seams
+  int traversal = -1;  // 0 depth first, 1 by prediction degree
+  int coder = -1;      // 0 raw bytes, 1 integers, 2 quantized, 3 octahedral normals
+  int scheme = -1;     // -2 where values are not predicted
+  int transform = -1;
+  int symbols = -1;       // 0 tagged, 1 raw
+  int stored_bytes = -1;  // bytes of each value where they are not entropy coded
+  int bits = -1;          // of quantization
+};
+
+struct StreamFeatures {
+  bool metadata = false;
+  bool edgebreaker = false;
+  uint32_t face_count = 0;
+  // Edgebreaker.
+  int connectivity = -1;  // 0 standard, 2 valence
+  uint32_t split_symbol_count = 0, split_event_count = 0;
+  int attribute_data_count = -1;
+  // Sequential.
+  int index_coding = -1;  // 0 compressed, 1 raw
+  int index_bytes = -1;   // of raw indices; 0: varints
+  std::vector<AttributeFeatures> attributes;
+};
+
+// Nothing where libdraco cannot decode the stream, or where the walk does not end at its last byte.
+std::optional<StreamFeatures> read_features(std::span<const uint8_t> stream);
+
+}  // namespace psplit

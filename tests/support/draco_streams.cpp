@@ -1,0 +1,497 @@
+#include "tests/support/draco_streams.h"
+
+#include <draco/compression/decode.h>
+#include <draco/compression/expert_encode.h>
+#include <draco/mesh/mesh.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <memory>
+#include <numeric>
+#include <string_view>
+#include <utility>
+
+#include "tests/support/procedural_meshes.h"
+
+namespace psplit {
+namespace {
+
+using Role = draco::GeometryAttribute::Type;
+constexpr size_t kRoleCount = 5;  // of the bitstream: position, normal, colour, texture coordinate, generic
+using PerRole = std::array<int, kRoleCount>;
+
+// What is encoded.
+
+struct Values {
+  Role role = Role::GENERIC;
+  draco::DataType type = draco::DT_FLOAT32;
+  int component_count = 1;
+  bool normalized = false;
+  std::vector<uint8_t> bytes;  // one value per point
+};
+
+struct Subject {
+  std::string name;
+  uint32_t point_count = 0;
+  Faces faces = {};
+  std::vector<Values> attributes = {};
+  bool welded = true;  // equal values of an attribute are one value, so that equal positions are one vertex
+  bool metadata = false;
+  uint32_t first_id = 0;
+  draco::MeshAttributeElementType element = draco::MESH_CORNER_ATTRIBUTE;
+};
+
+// How it is encoded.
+
+constexpr int kAuto = -1;  // libdraco decides
+constexpr PerRole kUsualBits = {14, 10, 8, 12, 12};
+constexpr PerRole kRawBits = {0, 0, 0, 0, 0};
+constexpr PerRole kAutoSchemes = {kAuto, kAuto, kAuto, kAuto, kAuto};
+// The encoder counts symbols, and weighs choices of parallelograms, in tables as long as the largest symbol is
+// great: gigabytes for 30 bits.
+constexpr int kMaxEntropyBits = 24;
+constexpr int kStandard = draco::MESH_EDGEBREAKER_STANDARD_ENCODING;
+constexpr int kValence = draco::MESH_EDGEBREAKER_VALENCE_ENCODING;
+
+struct Recipe {
+  int speed = 5;
+  bool sequential = false;
+  bool compress_indices = false;
+  int connectivity = kAuto;
+  int split_on_seams = kAuto;
+  bool entropy_coding = true;
+  bool given_grid = false;    // an origin and range that some values are outside of
+  PerRole bits = kUsualBits;  // 0: floats as they are. The second attribute of a role gets a bit less.
+  PerRole scheme = kAutoSchemes;
+};
+
+std::string describe(const PerRole& values) {
+  std::string text;
+  for (const int value : values) text += (text.empty() ? "" : "/") + std::to_string(value);
+  return text;
+}
+
+std::string describe(const Recipe& recipe) {
+  std::string text = (recipe.sequential ? "sequential, speed " : "speed ") + std::to_string(recipe.speed);
+  if (recipe.compress_indices) text += ", compressed indices";
+  if (recipe.connectivity != kAuto) text += recipe.connectivity == kValence ? ", valence" : ", standard";
+  if (recipe.split_on_seams != kAuto)
+    text += recipe.split_on_seams ? ", split on seams" : ", not split on seams";
+  if (!recipe.entropy_coding) text += ", stored values";
+  if (recipe.given_grid) text += ", given grid";
+  if (recipe.bits != kUsualBits) text += ", bits " + describe(recipe.bits);
+  if (recipe.scheme != kAutoSchemes) text += ", schemes " + describe(recipe.scheme);
+  return text;
+}
+
+// From subjects to streams.
+
+std::unique_ptr<draco::PointAttribute> make_attribute(const Values& values, uint32_t point_count, bool welded) {
+  const auto stride = static_cast<size_t>(values.component_count * draco::DataTypeLength(values.type));
+  std::vector<uint32_t> value_of_point(point_count), point_of_value;
+  std::map<std::string_view, uint32_t> known;
+  for (uint32_t point = 0; point < point_count; ++point) {
+    const auto next = static_cast<uint32_t>(point_of_value.size());
+    value_of_point[point] = next;
+    if (welded) {
+      const auto* bytes = reinterpret_cast<const char*>(values.bytes.data() + point * stride);
+      value_of_point[point] = known.try_emplace({bytes, stride}, next).first->second;
+    }
+    if (value_of_point[point] == next) point_of_value.push_back(point);
+  }
+  auto attribute = std::make_unique<draco::PointAttribute>();
+  attribute->Init(values.role, static_cast<int8_t>(values.component_count), values.type, values.normalized,
+                  point_of_value.size());
+  for (uint32_t i = 0; i < point_of_value.size(); ++i)
+    attribute->SetAttributeValue(draco::AttributeValueIndex(i),
+                                 values.bytes.data() + point_of_value[i] * stride);
+  attribute->SetExplicitMapping(point_count);
+  for (uint32_t point = 0; point < point_count; ++point)
+    attribute->SetPointMapEntry(draco::PointIndex(point), draco::AttributeValueIndex(value_of_point[point]));
+  return attribute;
+}
+
+void add_metadata(draco::Mesh& mesh) {
+  auto part = std::make_unique<draco::Metadata>();
+  part->AddEntryIntArray("list", {1, -2, 300000});
+  auto whole = std::make_unique<draco::GeometryMetadata>();
+  whole->AddEntryInt("number", 7);
+  whole->AddEntryDouble("ratio", 0.25);
+  whole->AddEntryString("empty", "");
+  whole->AddEntryString("long", std::string(300, 'x'));
+  whole->AddSubMetadata("part", std::move(part));
+  mesh.AddMetadata(std::move(whole));
+  for (int i = 0; i < mesh.num_attributes(); i += 2) {
+    auto of_attribute = std::make_unique<draco::AttributeMetadata>();
+    of_attribute->AddEntryString("name", "attribute " + std::to_string(i));
+    of_attribute->AddEntryBinary("binary", {0, 255, 1});
+    mesh.AddAttributeMetadata(i, std::move(of_attribute));
+  }
+}
+
+std::unique_ptr<draco::Mesh> build(const Subject& subject) {
+  auto mesh = std::make_unique<draco::Mesh>();
+  mesh->set_num_points(subject.point_count);
+  mesh->SetNumFaces(subject.faces.size());
+  for (uint32_t i = 0; i < subject.faces.size(); ++i) {
+    const auto& face = subject.faces[i];
+    mesh->SetFace(draco::FaceIndex(i),
+                  {draco::PointIndex(face[0]), draco::PointIndex(face[1]), draco::PointIndex(face[2])});
+  }
+  for (const Values& values : subject.attributes) {
+    const int id = mesh->AddAttribute(make_attribute(values, subject.point_count, subject.welded));
+    mesh->attribute(id)->set_unique_id(subject.first_id + static_cast<uint32_t>(id));
+    mesh->SetAttributeElementType(id, subject.element);
+  }
+  if (subject.metadata) add_metadata(*mesh);
+  return mesh;
+}
+
+std::optional<std::vector<uint8_t>> encode(const draco::Mesh& mesh, const Recipe& recipe) {
+  draco::ExpertEncoder encoder(mesh);
+  encoder.SetEncodingMethod(recipe.sequential ? draco::MESH_SEQUENTIAL_ENCODING
+                                              : draco::MESH_EDGEBREAKER_ENCODING);
+  encoder.SetSpeedOptions(recipe.speed, recipe.speed);
+  encoder.SetUseBuiltInAttributeCompression(recipe.entropy_coding);
+  auto& options = encoder.options();
+  options.SetGlobalBool("compress_connectivity", recipe.compress_indices);
+  if (recipe.connectivity != kAuto) options.SetGlobalInt("edgebreaker_method", recipe.connectivity);
+  if (recipe.split_on_seams != kAuto) options.SetGlobalBool("split_mesh_on_seams", recipe.split_on_seams != 0);
+  PerRole seen = {};
+  for (int id = 0; id < mesh.num_attributes(); ++id) {
+    const draco::PointAttribute& attribute = *mesh.attribute(id);
+    const auto role = static_cast<size_t>(attribute.attribute_type());
+    const int bits = recipe.bits[role] - (seen[role]++ > 0 && recipe.bits[role] > 2 ? 1 : 0);
+    if (recipe.given_grid) {
+      const std::vector<float> origin(static_cast<size_t>(attribute.num_components()), 0.25f);
+      encoder.SetAttributeExplicitQuantization(id, bits, attribute.num_components(), origin.data(), 1.5f);
+    } else if (bits > 0) {
+      encoder.SetAttributeQuantization(id, bits);
+    }
+    // Not through SetAttributePredictionScheme, which refuses some that the encoder can write.
+    if (recipe.scheme[role] != kAuto) options.SetAttributeInt(id, "prediction_scheme", recipe.scheme[role]);
+  }
+  draco::EncoderBuffer buffer;
+  if (!encoder.EncodeToBuffer(&buffer).ok()) return std::nullopt;
+  return std::vector<uint8_t>(buffer.data(), buffer.data() + buffer.size());
+}
+
+// Subjects.
+
+Role role_of(const std::string& semantic) {
+  const auto starts = [&](const char* prefix) { return semantic.starts_with(prefix); };
+  if (starts("POSITION")) return Role::POSITION;
+  if (starts("NORMAL")) return Role::NORMAL;
+  if (starts("COLOR")) return Role::COLOR;
+  if (starts("TEXCOORD")) return Role::TEX_COORD;
+  return Role::GENERIC;
+}
+
+draco::DataType type_of(ComponentType type) {
+  switch (type) {
+    case ComponentType::kInt8: return draco::DT_INT8;
+    case ComponentType::kUint8: return draco::DT_UINT8;
+    case ComponentType::kInt16: return draco::DT_INT16;
+    case ComponentType::kUint16: return draco::DT_UINT16;
+    case ComponentType::kUint32: return draco::DT_UINT32;
+    case ComponentType::kFloat32: return draco::DT_FLOAT32;
+  }
+  return draco::DT_INVALID;
+}
+
+Subject subject_of(const std::string& name, const Mesh& mesh) {
+  Subject subject{.name = name, .point_count = mesh.point_count, .faces = mesh.faces};
+  for (const Attribute& attribute : mesh.attributes) {
+    const auto* bytes = reinterpret_cast<const uint8_t*>(attribute.values.data());
+    subject.attributes.push_back({role_of(attribute.semantic), type_of(attribute.component_type),
+                                  attribute.component_count, attribute.normalized,
+                                  std::vector<uint8_t>(bytes, bytes + attribute.values.size())});
+  }
+  return subject;
+}
+
+enum class Pattern { kSmooth, kRandom, kConstant, kFew, kWide };
+
+// In [0, 1), from the point and the component.
+double pattern_value(Pattern pattern, uint32_t point, int component) {
+  const uint64_t at = uint64_t{point} * 8 + static_cast<uint64_t>(component) + 1;
+  const double random = static_cast<double>((at * 0x9e3779b97f4a7c15u) >> 40) / (1 << 24);
+  switch (pattern) {
+    case Pattern::kSmooth:
+      return std::abs((point * 5 + static_cast<uint32_t>(component) * 77) % 2000 / 1000.0 - 0.9995);
+    case Pattern::kRandom:
+    case Pattern::kWide: return random;
+    case Pattern::kConstant: return 0.625;
+    case Pattern::kFew: return std::floor(random * 3) / 4;
+  }
+  return 0;
+}
+
+// Integers use the whole range of their type. Those of 32 bits do so only where they are wide, and even then
+// the range is a positive int32, which is all that the encoder can wrap.
+template <typename T>
+T integer_value(double unit, bool wide) {
+  double low = std::numeric_limits<T>::min(), high = static_cast<double>(std::numeric_limits<T>::max());
+  if (sizeof(T) == 4) {
+    const double range = wide ? 2147483646.0 : 1000000.0;
+    low = std::is_unsigned_v<T> ? 0 : -range / 2;
+    high = low + range;
+  }
+  return static_cast<T>(low + std::floor(unit * (high - low)));
+}
+
+template <typename Convert>
+std::vector<uint8_t> filled(uint32_t point_count, int component_count, Pattern pattern, Convert convert) {
+  std::vector<uint8_t> bytes;
+  for (uint32_t point = 0; point < point_count; ++point)
+    for (int i = 0; i < component_count; ++i) {
+      const auto value = convert(pattern_value(pattern, point, i));
+      const auto* begin = reinterpret_cast<const uint8_t*>(&value);
+      bytes.insert(bytes.end(), begin, begin + sizeof value);
+    }
+  return bytes;
+}
+
+void add(Subject& subject, Role role, draco::DataType type, int component_count, Pattern pattern) {
+  Values values{role, type, component_count, role == Role::COLOR, {}};
+  const auto fill = [&](auto convert) {
+    values.bytes = filled(subject.point_count, component_count, pattern, convert);
+  };
+  const auto fill_integers = [&]<typename T>(T) {
+    fill([&](double unit) { return integer_value<T>(unit, pattern == Pattern::kWide); });
+  };
+  switch (type) {
+    case draco::DT_INT8: fill_integers(int8_t{}); break;
+    case draco::DT_UINT8: fill_integers(uint8_t{}); break;
+    case draco::DT_INT16: fill_integers(int16_t{}); break;
+    case draco::DT_UINT16: fill_integers(uint16_t{}); break;
+    case draco::DT_INT32: fill_integers(int32_t{}); break;
+    case draco::DT_UINT32: fill_integers(uint32_t{}); break;
+    case draco::DT_INT64: fill_integers(int64_t{}); break;
+    case draco::DT_UINT64: fill_integers(uint64_t{}); break;
+    case draco::DT_FLOAT32: fill([](double unit) { return static_cast<float>(unit * 3 - 1); }); break;
+    case draco::DT_FLOAT64: fill([](double unit) { return unit * 3 - 1; }); break;
+    case draco::DT_BOOL: fill([](double unit) { return static_cast<uint8_t>(unit >= 0.5); }); break;
+    default: break;
+  }
+  subject.attributes.push_back(std::move(values));
+}
+
+// The sets.
+
+class Generator {
+ public:
+  Generator(const std::function<void(const DracoStream&)>& visit, StreamSet set)
+      : visit_(visit), all_(set == StreamSet::kAll) {
+    for (auto list : {procedural_meshes(), nasty_meshes()})
+      for (NamedMesh& mesh : list) meshes_.push_back(subject_of(mesh.name, mesh.mesh));
+  }
+
+  void run() {
+    topologies();
+    schemes();
+    bits();
+    types();
+    specials();
+  }
+
+ private:
+  void emit(const Subject& subject, const std::vector<Recipe>& recipes) {
+    const std::unique_ptr<draco::Mesh> mesh = build(subject);
+    for (const Recipe& recipe : recipes)
+      // Some are impossible: a mesh without a face that Edgebreaker can carry, a coordinate beyond a predictor.
+      // And the decoder refuses compressed indices in a stream of fewer than three bytes a face.
+      if (auto bytes = encode(*mesh, recipe);
+          bytes && (!recipe.compress_indices || decode_with_libdraco(*bytes)))
+        visit_(
+            {subject.name + (subject.welded ? ": " : ", not welded: ") + describe(recipe), std::move(*bytes)});
+  }
+
+  const Subject& mesh(std::string_view name) const {
+    return *std::find_if(meshes_.begin(), meshes_.end(), [&](const Subject& s) { return s.name == name; });
+  }
+
+  // Every mesh, for its connectivity and seams.
+  void topologies() {
+    const std::vector<Recipe> few = {
+        {.speed = 0},
+        {.speed = 3, .connectivity = kValence},
+        {.speed = 5},
+        {.speed = 7, .connectivity = kValence},
+        {.speed = 10, .sequential = true},
+        {.speed = 6, .sequential = true, .compress_indices = true, .bits = kRawBits}};
+    std::vector<Recipe> many;
+    for (int speed = 0; speed <= 10; ++speed) {
+      for (const int connectivity : {kStandard, kValence})
+        for (const int split : {0, 1})
+          many.push_back({.speed = speed, .connectivity = connectivity, .split_on_seams = split});
+      if (speed % 5 == 0)
+        for (const bool compress : {false, true})
+          many.push_back({.speed = speed,
+                          .sequential = true,
+                          .compress_indices = compress,
+                          .bits = compress ? kRawBits : kUsualBits});
+    }
+    for (Subject subject : meshes_) {
+      const size_t face_count = subject.faces.size();
+      if (!all_ && face_count > 1500) continue;
+      const bool small = face_count <= 4000;
+      emit(subject, all_ && small ? many : few);
+      if (!all_ || !small) continue;
+      subject.welded = false;
+      emit(subject, few);
+    }
+  }
+
+  // Positions, normals, texture coordinates with seams, and colours and generic floats beside them.
+  Subject carrier(std::string_view name = "scene 5") const {
+    Subject subject = mesh(name);
+    add(subject, Role::COLOR, draco::DT_FLOAT32, 4, Pattern::kSmooth);
+    add(subject, Role::GENERIC, draco::DT_FLOAT32, 2, Pattern::kSmooth);
+    subject.name = "carrier " + subject.name;
+    return subject;
+  }
+
+  // Every scheme for every role, one role at a time.
+  void schemes() {
+    constexpr int kNone = draco::PREDICTION_NONE, kDifference = draco::PREDICTION_DIFFERENCE;
+    constexpr int kParallelogram = draco::MESH_PREDICTION_PARALLELOGRAM;
+    constexpr int kConstrained = draco::MESH_PREDICTION_CONSTRAINED_MULTI_PARALLELOGRAM;
+    constexpr int kTexcoords = draco::MESH_PREDICTION_TEX_COORDS_PORTABLE;
+    constexpr int kNormals = draco::MESH_PREDICTION_GEOMETRIC_NORMAL;
+    const std::pair<Role, std::vector<int>> choices[] = {
+        {Role::POSITION, {kNone, kDifference, kParallelogram, kConstrained}},
+        {Role::NORMAL, {kNone, kDifference, kNormals}},
+        {Role::COLOR, {kNone, kDifference, kParallelogram, kConstrained}},
+        {Role::TEX_COORD, {kNone, kDifference, kParallelogram, kConstrained, kTexcoords}},
+        {Role::GENERIC, {kNone, kDifference, kParallelogram, kConstrained, kTexcoords}}};
+    std::vector<Recipe> recipes;
+    for (const auto& [role, list] : choices)
+      for (const int scheme : list)
+        for (const int speed : all_ ? std::vector{0, 5, 8} : std::vector{5})
+          for (const int split : {0, 1})
+            for (const bool entropy_coding : {true, false}) {
+              Recipe recipe{.speed = speed, .split_on_seams = split, .entropy_coding = entropy_coding};
+              recipe.scheme[role] = scheme;
+              recipes.push_back(recipe);
+            }
+    emit(carrier(), recipes);
+    if (!all_) return;
+    emit(carrier("scene 4"), recipes);
+    emit(carrier("texture seams across a grid"), recipes);
+    emit(carrier("moebius strip with seams"), recipes);
+    emit(carrier("soup with seams"), recipes);
+  }
+
+  // Every depth of quantization, one role at a time, and grids that were given.
+  void bits() {
+    std::vector<Recipe> recipes;
+    std::vector<int> depths = {1, 2, 4, 8, 11, 16, 20, 24, 30};
+    if (all_) {
+      depths.resize(30);
+      std::iota(depths.begin(), depths.end(), 1);
+    }
+    for (size_t role = 0; role < kRoleCount; ++role)
+      for (const int depth : depths)
+        for (const int speed : all_ ? std::vector{0, 3, 7} : std::vector{2}) {
+          if (depth == kUsualBits[role] || (role == Role::NORMAL && depth == 1)) continue;
+          if (depth > kMaxEntropyBits && speed < 2) continue;
+          Recipe recipe{.speed = speed, .entropy_coding = depth <= kMaxEntropyBits};
+          recipe.bits[role] = depth;
+          recipes.push_back(recipe);
+        }
+    for (const int speed : {1, 3, 5, 7, 9}) {
+      recipes.push_back({.speed = speed, .given_grid = true});
+      recipes.push_back({.speed = speed, .bits = kRawBits});
+    }
+    emit(carrier(), recipes);
+  }
+
+  // Every type and number of components of generic attributes.
+  void types() {
+    std::vector<Recipe> recipes = {{.speed = 1},
+                                   {.speed = 5, .bits = kRawBits},
+                                   {.speed = 9, .split_on_seams = 0, .entropy_coding = false}};
+    std::vector<Recipe> wide;
+    for (const int scheme : {-2, 0, 1})
+      wide.push_back({.entropy_coding = false, .scheme = {kAuto, kAuto, kAuto, kAuto, scheme}});
+    if (all_)
+      recipes.insert(recipes.end(), {{.speed = 0},
+                                     {.speed = 3, .connectivity = kValence},
+                                     {.speed = 8},
+                                     {.sequential = true},
+                                     {.sequential = true, .compress_indices = true, .entropy_coding = false}});
+    struct Choice {
+      Pattern pattern;
+      const char* name;
+      bool in_small;
+    };
+    constexpr Choice kChoices[] = {{Pattern::kSmooth, "smooth", true},
+                                   {Pattern::kRandom, "random", true},
+                                   {Pattern::kConstant, "constant", false},
+                                   {Pattern::kFew, "few", false},
+                                   {Pattern::kWide, "wide", true}};
+    for (const char* name : {"moebius strip with seams", "book with seams", "torus"}) {
+      for (int type = draco::DT_INT8; type < draco::DT_TYPES_COUNT; ++type)
+        for (const int component_count : all_ ? std::vector{1, 2, 3, 4, 5, 16} : std::vector{1, 3})
+          for (const Choice& choice : kChoices) {
+            const bool is_wide_type = type == draco::DT_INT32 || type == draco::DT_UINT32;
+            const bool is_wide = choice.pattern == Pattern::kWide;
+            if (!(all_ || choice.in_small) || (is_wide && !is_wide_type)) continue;
+            Subject subject = mesh(name);
+            add(subject, Role::GENERIC, static_cast<draco::DataType>(type), component_count, choice.pattern);
+            subject.name +=
+                ", " + std::to_string(component_count) + " x type " + std::to_string(type) + ", " + choice.name;
+            emit(subject, is_wide ? wide : recipes);
+          }
+      if (!all_) break;
+    }
+  }
+
+  void specials() {}
+
+  const std::function<void(const DracoStream&)>& visit_;
+  const bool all_;
+  std::vector<Subject> meshes_;
+};
+
+}  // namespace
+
+void for_each_draco_stream(const std::function<void(const DracoStream&)>& visit, StreamSet set) {
+  Generator(visit, set).run();
+}
+
+std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, AttributeTransforms transforms) {
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
+  draco::Decoder decoder;
+  if (transforms == AttributeTransforms::kSkip)
+    for (size_t role = 0; role < kRoleCount; ++role) decoder.SetSkipAttributeTransform(static_cast<Role>(role));
+  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  if (!decoded.ok()) return std::nullopt;
+  const draco::Mesh& source = *decoded.value();
+
+  RawMesh mesh;
+  mesh.point_count = source.num_points();
+  mesh.faces.reserve(source.num_faces());
+  for (uint32_t i = 0; i < source.num_faces(); ++i) {
+    const draco::Mesh::Face& face = source.face(draco::FaceIndex(i));
+    mesh.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
+  }
+  for (int i = 0; i < source.num_attributes(); ++i) {
+    const draco::PointAttribute& attribute = *source.attribute(i);
+    RawAttribute raw{attribute.unique_id(),      attribute.attribute_type(), attribute.data_type(),
+                     attribute.num_components(), attribute.normalized(),     {}};
+    const auto stride = static_cast<size_t>(attribute.byte_stride());
+    raw.point_values.resize(mesh.point_count * stride);
+    for (uint32_t point = 0; point < mesh.point_count; ++point)
+      attribute.GetMappedValue(draco::PointIndex(point), raw.point_values.data() + point * stride);
+    mesh.attributes.push_back(std::move(raw));
+  }
+  return mesh;
+}
+
+}  // namespace psplit

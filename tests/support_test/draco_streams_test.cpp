@@ -1,0 +1,167 @@
+#include "tests/support/draco_streams.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <iomanip>
+#include <iostream>
+#include <set>
+
+#include "tests/support/draco_features.h"
+
+namespace psplit {
+namespace {
+
+uint64_t hash(uint64_t seed, std::span<const uint8_t> bytes) {
+  for (const uint8_t byte : bytes) seed = (seed ^ byte) * 0x100000001b3u;
+  return seed;
+}
+
+uint64_t hash_of_set(StreamSet set) {
+  uint64_t state = 0xcbf29ce484222325u;
+  for_each_draco_stream([&](const DracoStream& stream) { state = hash(state, stream.bytes); }, set);
+  return state;
+}
+
+struct Feature {
+  std::string name;
+  std::function<bool(const StreamFeatures&)> is_in;
+};
+
+// True of a stream when it is true of one of its attributes.
+template <typename Test>
+std::function<bool(const StreamFeatures&)> any(Test test) {
+  return [test](const StreamFeatures& stream) {
+    return std::any_of(stream.attributes.begin(), stream.attributes.end(), test);
+  };
+}
+
+std::vector<Feature> features() {
+  using Stream = StreamFeatures;
+  using Attribute = AttributeFeatures;
+  std::vector<Feature> list = {
+      {"standard connectivity", [](const Stream& s) { return s.connectivity == 0; }},
+      {"valence connectivity", [](const Stream& s) { return s.connectivity == 2; }},
+      {"split symbols, standard",
+       [](const Stream& s) { return s.connectivity == 0 && s.split_symbol_count > 0; }},
+      {"split symbols, valence",
+       [](const Stream& s) { return s.connectivity == 2 && s.split_symbol_count > 0; }},
+      {"split events, standard",
+       [](const Stream& s) { return s.connectivity == 0 && s.split_event_count > 0; }},
+      {"split events, valence", [](const Stream& s) { return s.connectivity == 2 && s.split_event_count > 0; }},
+      {"sequential", [](const Stream& s) { return !s.edgebreaker; }},
+      {"compressed indices", [](const Stream& s) { return s.index_coding == 0; }},
+      {"indices of 8 bits", [](const Stream& s) { return s.index_bytes == 1; }},
+      {"indices of 16 bits", [](const Stream& s) { return s.index_bytes == 2; }},
+      {"several attributes", [](const Stream& s) { return s.attributes.size() > 3; }},
+      {"seams", any([](const Attribute& a) { return a.element == 1; })},
+      {"two attributes with seams",
+       [](const Stream& s) {
+         return std::count_if(s.attributes.begin(), s.attributes.end(),
+                              [](const Attribute& a) { return a.element == 1; }) > 1;
+       }},
+      {"attribute connectivity without seams",
+       any([](const Attribute& a) { return a.element == 0 && a.data_id >= 0; })},
+      {"attributes on the connectivity of positions",
+       any([](const Attribute& a) { return a.type > 0 && a.data_id < 0; })},
+      {"depth first", any([](const Attribute& a) { return a.traversal == 0; })},
+      {"by prediction degree", any([](const Attribute& a) { return a.traversal == 1; })},
+      {"raw floats", any([](const Attribute& a) { return a.coder == 0 && a.data_type == 9; })},
+      {"integers", any([](const Attribute& a) { return a.coder == 1; })},
+      {"quantized", any([](const Attribute& a) { return a.coder == 2; })},
+      {"octahedral normals", any([](const Attribute& a) { return a.coder == 3; })},
+      {"octahedral normals with seams", any([](const Attribute& a) { return a.coder == 3 && a.element == 1; })},
+      {"transform wrap", any([](const Attribute& a) { return a.transform == 1; })},
+      {"transform canonicalized octahedral", any([](const Attribute& a) { return a.transform == 3; })},
+      {"tagged symbols", any([](const Attribute& a) { return a.symbols == 0; })},
+      {"raw symbols", any([](const Attribute& a) { return a.symbols == 1; })},
+  };
+  for (const int scheme : {-2, 0, 1, 4, 5, 6})
+    for (const int element : {0, 1})
+      list.push_back({"scheme " + std::to_string(scheme) + (element ? ", per corner" : ", per vertex"),
+                      any([=](const Attribute& a) { return a.scheme == scheme && a.element == element; })});
+  for (const int bytes : {1, 2, 3, 4})
+    list.push_back({"stored values of " + std::to_string(bytes) + " bytes",
+                    any([=](const Attribute& a) { return a.stored_bytes == bytes; })});
+  for (int type = 1; type <= 11; ++type)
+    list.push_back(
+        {"data type " + std::to_string(type), any([=](const Attribute& a) { return a.data_type == type; })});
+  for (const int bits : {1, 2, 8, 16, 24, 30})
+    list.push_back({std::to_string(bits) + " bits", any([=](const Attribute& a) { return a.bits == bits; })});
+  return list;
+}
+
+void check_set(StreamSet set, const std::vector<Feature>& wanted) {
+  std::set<std::string> names;
+  std::vector<size_t> counts(wanted.size());
+  size_t bytes = 0;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        EXPECT_TRUE(names.insert(stream.name).second) << stream.name << " comes twice";
+        bytes += stream.bytes.size();
+        const std::optional<StreamFeatures> found = read_features(stream.bytes);
+        if (!found) {
+          ADD_FAILURE() << stream.name << " does not decode";
+          return;
+        }
+        for (size_t i = 0; i < wanted.size(); ++i) counts[i] += wanted[i].is_in(*found);
+      },
+      set);
+  std::cout << names.size() << " streams, " << bytes << " bytes\n";
+  for (size_t i = 0; i < wanted.size(); ++i) {
+    std::cout << std::setw(8) << counts[i] << "  " << wanted[i].name << '\n';
+    EXPECT_GT(counts[i], 0u) << wanted[i].name;
+  }
+}
+
+TEST(DracoStreams, AreTheSameEveryTime) {
+  EXPECT_EQ(hash_of_set(StreamSet::kSmall), hash_of_set(StreamSet::kSmall));
+}
+
+TEST(DracoStreams, SmallSetHoldsEveryFeature) { check_set(StreamSet::kSmall, features()); }
+
+TEST(DracoStreams, FullSetHoldsEveryFeature) { check_set(StreamSet::kAll, features()); }
+
+// What libdraco decodes of a stream: the same points whether or not its transforms are applied, and all
+// indices in range.
+TEST(DracoStreams, OracleDecodesWholeMeshes) {
+  for_each_draco_stream(
+      [](const DracoStream& stream) {
+        SCOPED_TRACE(stream.name);
+        const auto applied = decode_with_libdraco(stream.bytes);
+        const auto skipped = decode_with_libdraco(stream.bytes, AttributeTransforms::kSkip);
+        ASSERT_TRUE(applied && skipped);
+        EXPECT_EQ(applied->faces, skipped->faces);
+        EXPECT_EQ(applied->point_count, skipped->point_count);
+        ASSERT_EQ(applied->attributes.size(), skipped->attributes.size());
+        for (const auto& face : applied->faces)
+          for (const uint32_t point : face) ASSERT_LT(point, applied->point_count);
+        const auto found = read_features(stream.bytes);
+        ASSERT_TRUE(found);
+        for (size_t i = 0; i < applied->attributes.size(); ++i) {
+          const RawAttribute &a = applied->attributes[i], &b = skipped->attributes[i];
+          EXPECT_EQ(a.unique_id, b.unique_id);
+          EXPECT_EQ(a.unique_id, found->attributes[i].unique_id);
+          EXPECT_EQ(a.component_count, found->attributes[i].component_count);
+          const bool octahedral = found->attributes[i].coder == 3;
+          EXPECT_EQ(b.component_count, octahedral ? 2 : a.component_count);
+          EXPECT_TRUE(found->attributes[i].coder != 0 || a == b);
+        }
+      },
+      StreamSet::kSmall);
+}
+
+TEST(DracoStreams, OracleRefusesCutStreams) {
+  bool seen = false;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (std::exchange(seen, true)) return;
+        for (size_t size = 0; size < stream.bytes.size(); ++size)
+          EXPECT_FALSE(decode_with_libdraco(std::span(stream.bytes).first(size))) << size;
+      },
+      StreamSet::kSmall);
+}
+
+}  // namespace
+}  // namespace psplit
