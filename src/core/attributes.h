@@ -1,0 +1,278 @@
+// Attributes: how they are described, and their integers. Draco bitstream specification 2.2, "attribute
+// decoders".
+#pragma once
+
+#include "src/core/prediction.h"
+
+namespace psplit::core {
+
+// Draco's numbers.
+enum class DataType : uint8_t {
+  kInt8 = 1,
+  kUint8,
+  kInt16,
+  kUint16,
+  kInt32,
+  kUint32,
+  kInt64,
+  kUint64,
+  kFloat32,
+  kFloat64,
+  kBool,
+};
+
+PSPLIT_HD constexpr uint32_t data_type_bytes(DataType type) {
+  constexpr uint8_t kBytes[] = {0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1};
+  return kBytes[static_cast<uint8_t>(type)];
+}
+
+enum class Coding : uint8_t { kRaw = 0, kInteger = 1, kQuantized = 2, kNormal = 3 };
+
+inline constexpr uint32_t kMaxAttributes = 64;
+
+template <typename Index>
+struct Attribute {
+  static constexpr uint8_t kPosition = 0;
+
+  uint8_t semantic = 0;  // Draco's attribute type
+  DataType type = DataType::kFloat32;
+  uint8_t components = 0;
+  bool normalized = false;
+  uint32_t unique_id = 0;
+  Coding coding = Coding::kRaw;
+  uint8_t group = 0;  // the attributes that share a table and a sequence
+
+  // Integers by vertex of the group's table, two each for kNormal. Not for kRaw, whose bytes lie in the stream
+  // in the order of the group's sequence.
+  View<int32_t> values;
+  const uint8_t* raw = nullptr;
+  // kQuantized and kNormal: bits; kQuantized: a float of origin for each component in the stream, and the
+  // range.
+  uint8_t bits = 0;
+  const uint8_t* origin = nullptr;
+  float range = 0;
+
+  PSPLIT_HD uint32_t value_components() const { return coding == Coding::kNormal ? 2 : components; }
+  PSPLIT_HD uint32_t stride() const { return data_type_bytes(type) * components; }
+};
+
+template <typename Index>
+struct Group {
+  int8_t attribute_data = -1;  // which seams; -1 for those without
+  bool per_corner = false;     // uses the table of its own attribute data
+  bool by_prediction_degree = false;
+  uint32_t first = 0, count = 0;  // of the patch's attributes
+  AttributeTable<Index> table;
+  Sequence<Index> sequence;
+};
+
+// Reads what describes a group's attributes, and appends them.
+template <typename Index>
+PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Group<Index>& group,
+                                  Attribute<Index> (&attributes)[kMaxAttributes], uint32_t& attribute_count) {
+  group.first = attribute_count;
+  group.count = reader.varint();
+  if (reader.truncated()) return Fault::kTruncated;
+  if (group.count == 0 || group.count > kMaxAttributes - attribute_count) return Fault::kAttribute;
+  attribute_count += group.count;
+  for (uint32_t i = 0; i < group.count; ++i) {
+    Attribute<Index>& attribute = attributes[group.first + i];
+    attribute.semantic = reader.u8();
+    const uint8_t type = reader.u8();
+    attribute.components = reader.u8();
+    attribute.normalized = reader.u8() != 0;
+    attribute.unique_id = reader.varint();
+    attribute.group = group_number;
+    constexpr uint8_t kSemanticCount = 5;
+    if (attribute.semantic >= kSemanticCount || type == 0 || type > static_cast<uint8_t>(DataType::kBool) ||
+        attribute.components == 0)
+      return reader.truncated() ? Fault::kTruncated : Fault::kAttribute;
+    attribute.type = static_cast<DataType>(type);
+  }
+  for (uint32_t i = 0; i < group.count; ++i) {
+    Attribute<Index>& attribute = attributes[group.first + i];
+    const uint8_t coding = reader.u8();
+    if (coding > static_cast<uint8_t>(Coding::kNormal)) return Fault::kAttribute;
+    attribute.coding = static_cast<Coding>(coding);
+    const bool is_float = attribute.type == DataType::kFloat32;
+    if ((attribute.coding == Coding::kQuantized && !is_float) ||
+        (attribute.coding == Coding::kNormal && (!is_float || attribute.components != 3)) ||
+        (attribute.coding == Coding::kInteger && attribute.type > DataType::kUint32))
+      return Fault::kAttribute;
+  }
+  return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+}
+
+// Undoes the prediction, for a number of components known at compile time, or not (0).
+template <typename Index, uint32_t kComponents>
+PSPLIT_HD Fault predict(const Group<Index>& group, Attribute<Index>& attribute, const Group<Index>* positions,
+                        const Attribute<Index>* position, View<const int32_t> corrections,
+                        PredictionData& data) {
+  Predictor<Index, kComponents> predictor(group.table, group.sequence, attribute.value_components(),
+                                          corrections, attribute.values, data);
+  // Where positions have seams as well, the vertex is the one at which the attribute's walk met the value.
+  const auto position_at = [&](Index corner) -> Vec3 {
+    const Index at = positions->table.has_seams
+                         ? group.sequence.corner[group.sequence.rank[group.table.table.vertex[corner]]]
+                         : corner;
+    const int32_t* value = &position->values[size_t{positions->table.table.vertex[at]} * 3];
+    return {value[0], value[1], value[2]};
+  };
+  switch (data.scheme) {
+    case Scheme::kNone: predictor.none(); return Fault::kNone;
+    case Scheme::kDifference: predictor.difference(); return Fault::kNone;
+    case Scheme::kParallelogram: predictor.parallelogram(); return Fault::kNone;
+    case Scheme::kMultiParallelogram: predictor.multi_parallelogram(); return Fault::kNone;
+    case Scheme::kConstrainedMultiParallelogram: return predictor.constrained_multi_parallelogram();
+    case Scheme::kTexCoords:
+      if constexpr (kComponents == 2) return predictor.tex_coords(position_at);
+      return Fault::kPrediction;
+    case Scheme::kGeometricNormal:
+      if constexpr (kComponents == 2) return predictor.geometric_normal(position_at), Fault::kNone;
+      return Fault::kPrediction;
+  }
+  return Fault::kPrediction;
+}
+
+// Reads the integers of an attribute.
+template <typename Index>
+PSPLIT_HD Fault decode_integers(ByteReader& reader, bool is_edgebreaker, uint32_t corner_limit,
+                                const Group<Index>& group, Attribute<Index>& attribute,
+                                const Group<Index>* positions, const Attribute<Index>* position, Arena& arena) {
+  PredictionData data;
+  const auto scheme = static_cast<int8_t>(reader.u8());
+  data.scheme = static_cast<Scheme>(scheme);
+  if (scheme < -2 || scheme > 6 || scheme == -1 || scheme == 3) return Fault::kMethod;
+  if (data.scheme != Scheme::kNone) {
+    const auto transform = static_cast<int8_t>(reader.u8());
+    const bool is_wrap = transform == static_cast<int8_t>(Transform::kWrap);
+    if (transform < 1 || transform > 3 || is_wrap != (attribute.coding != Coding::kNormal))
+      return Fault::kMethod;
+    data.transform = static_cast<Transform>(transform);
+    // Without a corner table there is only the last value to predict from; nor do schemes for positions or
+    // texture coordinates mean anything on an octahedron.
+    if (!is_edgebreaker || (!is_wrap && data.scheme != Scheme::kGeometricNormal))
+      data.scheme = Scheme::kDifference;
+    if (data.scheme == Scheme::kGeometricNormal && is_wrap) return Fault::kPrediction;
+    if (data.scheme == Scheme::kTexCoords || data.scheme == Scheme::kGeometricNormal)
+      if (position == nullptr || position->values.empty() || position->value_components() != 3)
+        return Fault::kPrediction;
+  }
+
+  const uint32_t components = attribute.value_components(), count = group.sequence.count;
+  const uint64_t total = uint64_t{count} * components;
+  if (total > 0xffffffffu) return Fault::kCounts;
+  if (!arena.take(attribute.values, size_t{group.table.vertex_count} * components)) return Fault::kWorkspace;
+  const size_t mark = arena.mark();
+  View<int32_t> corrections;
+  if (!arena.take(corrections, static_cast<size_t>(total))) return Fault::kWorkspace;
+  const bool is_signed = data.scheme == Scheme::kNone || data.transform == Transform::kWrap;
+  const auto store = [&](uint32_t i, uint32_t symbol) {
+    corrections[i] = is_signed ? signed_of_symbol(symbol) : static_cast<int32_t>(symbol);
+  };
+  if (reader.u8() != 0) {
+    const Fault fault = decode_symbols(reader, count, components, arena, store);
+    if (fault != Fault::kNone) return fault;
+  } else {
+    const uint32_t bytes = reader.u8();
+    if (bytes > 4) return Fault::kEntropy;
+    const uint8_t* in = reader.head();
+    if (!reader.skip(total * bytes)) return Fault::kTruncated;
+    for (uint32_t i = 0; i < total; ++i) {
+      uint32_t value = 0;
+      for (uint32_t k = 0; k < bytes; ++k) value |= static_cast<uint32_t>(*in++) << (8 * k);
+      store(i, value);
+    }
+  }
+  if (reader.truncated()) return Fault::kTruncated;
+  if (const Fault fault = read_prediction_data(reader, corner_limit, arena, data); fault != Fault::kNone)
+    return fault;
+
+  const View<const int32_t> read_only(corrections.data(), corrections.size());
+  const auto predicted = [&]() -> Fault {
+    switch (components) {
+      case 1: return predict<Index, 1>(group, attribute, positions, position, read_only, data);
+      case 2: return predict<Index, 2>(group, attribute, positions, position, read_only, data);
+      case 3: return predict<Index, 3>(group, attribute, positions, position, read_only, data);
+      case 4: return predict<Index, 4>(group, attribute, positions, position, read_only, data);
+      default: return predict<Index, 0>(group, attribute, positions, position, read_only, data);
+    }
+  };
+  const Fault fault = predicted();
+  arena.release(mark);
+  return fault;
+}
+
+// Reads what turns integers into the attribute's own type.
+template <typename Index>
+PSPLIT_HD Fault read_transform(ByteReader& reader, Attribute<Index>& attribute) {
+  if (attribute.coding == Coding::kQuantized) {
+    attribute.origin = reader.head();
+    reader.skip(uint64_t{attribute.components} * sizeof(float));
+    attribute.range = reader.f32();
+    attribute.bits = reader.u8();
+    if (attribute.bits < 1 || attribute.bits > 30)
+      return reader.truncated() ? Fault::kTruncated : Fault::kAttribute;
+  } else if (attribute.coding == Coding::kNormal) {
+    attribute.bits = reader.u8();
+    if (attribute.bits < 2 || attribute.bits > 30)
+      return reader.truncated() ? Fault::kTruncated : Fault::kAttribute;
+  }
+  return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+}
+
+// An attribute's values in its own type, to the bit what libdraco computes: no multiply-add may be fused.
+template <typename Index>
+class ValueWriter {
+ public:
+  PSPLIT_HD explicit ValueWriter(const Attribute<Index>& attribute) : attribute_(attribute) {
+    if (attribute.coding == Coding::kQuantized)
+      step_ = attribute.range / static_cast<float>((1u << attribute.bits) - 1);
+    if (attribute.coding == Coding::kNormal) grid_ = OctahedralGrid(attribute.bits);
+  }
+
+  // `value` is a vertex of the table, for kRaw a place in the sequence. Writes attribute.stride() bytes.
+  PSPLIT_HD void write(uint32_t value, uint8_t* out) const {
+    switch (attribute_.coding) {
+      case Coding::kRaw:
+        copy(attribute_.raw + size_t{value} * attribute_.stride(), attribute_.stride(), out);
+        return;
+      case Coding::kInteger: write_integers(value, out); return;
+      case Coding::kQuantized: {
+        const int32_t* in = &attribute_.values[size_t{value} * attribute_.components];
+        for (uint32_t k = 0; k < attribute_.components; ++k) {
+          float origin;
+          __builtin_memcpy(&origin, attribute_.origin + 4 * k, sizeof origin);
+          const float dequantized = static_cast<float>(in[k]) * step_ + origin;
+          __builtin_memcpy(out + 4 * k, &dequantized, sizeof dequantized);
+        }
+        return;
+      }
+      case Coding::kNormal: {
+        const int32_t* in = &attribute_.values[size_t{value} * 2];
+        float vector[3];
+        grid_.unit_vector({in[0], in[1]}, vector);
+        __builtin_memcpy(out, vector, sizeof vector);
+        return;
+      }
+    }
+  }
+
+ private:
+  PSPLIT_HD static void copy(const uint8_t* from, size_t count, uint8_t* to) {
+    for (size_t i = 0; i < count; ++i) to[i] = from[i];
+  }
+  PSPLIT_HD void write_integers(uint32_t value, uint8_t* out) const {
+    const int32_t* in = &attribute_.values[size_t{value} * attribute_.components];
+    const uint32_t bytes = data_type_bytes(attribute_.type);
+    for (uint32_t k = 0; k < attribute_.components; ++k)
+      for (uint32_t byte = 0; byte < bytes; ++byte)
+        *out++ = static_cast<uint8_t>(static_cast<uint32_t>(in[k]) >> (8 * byte));
+  }
+
+  const Attribute<Index>& attribute_;
+  float step_ = 0;
+  OctahedralGrid grid_;
+};
+
+}  // namespace psplit::core

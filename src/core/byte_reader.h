@@ -1,0 +1,130 @@
+// Reading a stream from front to back, byte by byte or bit by bit. All numbers are little-endian.
+#pragma once
+
+#include "src/core/view.h"
+
+namespace psplit::core {
+
+// Reads past the end give 0 and set truncated(), which stays set.
+class ByteReader {
+ public:
+  ByteReader() = default;
+  PSPLIT_HD ByteReader(const uint8_t* data, size_t size) : data_(data), size_(size) {}
+
+  PSPLIT_HD bool truncated() const { return truncated_; }
+  PSPLIT_HD size_t remaining() const { return size_ - at_; }
+  PSPLIT_HD const uint8_t* head() const { return data_ + at_; }
+  // From the start of the stream to here; what a reader that looks backwards may touch.
+  PSPLIT_HD size_t position() const { return at_; }
+
+  PSPLIT_HD bool skip(uint64_t count) {
+    if (count > remaining()) {
+      truncated_ = true;
+      at_ = size_;
+      return false;
+    }
+    at_ += static_cast<size_t>(count);
+    return true;
+  }
+
+  PSPLIT_HD uint8_t u8() { return at_ < size_ ? data_[at_++] : (truncated_ = true, uint8_t{0}); }
+
+  PSPLIT_HD uint32_t u16() {
+    const uint32_t low = u8();
+    return low | static_cast<uint32_t>(u8()) << 8;
+  }
+
+  PSPLIT_HD uint32_t u32() {
+    const uint32_t low = u16();
+    return low | u16() << 16;
+  }
+
+  PSPLIT_HD float f32() {
+    const uint32_t bits = u32();
+    float value;
+    __builtin_memcpy(&value, &bits, sizeof value);
+    return value;
+  }
+
+  // LEB128 of at most five bytes, bits past 32 dropped.
+  PSPLIT_HD uint32_t varint() { return static_cast<uint32_t>(leb128(5)); }
+  // Of at most ten, for the lengths that Draco writes with 64 bits.
+  PSPLIT_HD uint64_t varint64() { return leb128(10); }
+
+ private:
+  PSPLIT_HD uint64_t leb128(int max_bytes) {
+    uint64_t value = 0;
+    for (int i = 0; i < max_bytes; ++i) {
+      const uint8_t byte = u8();
+      value |= static_cast<uint64_t>(byte & 0x7f) << (7 * i);
+      if (byte < 0x80) return value;
+    }
+    truncated_ = true;
+    return 0;
+  }
+
+  const uint8_t* data_ = nullptr;
+  size_t size_ = 0, at_ = 0;
+  bool truncated_ = false;
+};
+
+PSPLIT_HD inline uint64_t load_le64(const uint8_t* bytes) {
+  uint64_t value;
+  __builtin_memcpy(&value, bytes, sizeof value);
+  return value;
+}
+PSPLIT_HD inline uint32_t load_le32(const uint8_t* bytes) {
+  uint32_t value;
+  __builtin_memcpy(&value, bytes, sizeof value);
+  return value;
+}
+
+// Bits from the lowest of each byte up. Past the end all bits are 0, as libdraco has it.
+class BitReader {
+ public:
+  BitReader() = default;
+  PSPLIT_HD BitReader(const uint8_t* data, size_t size) : next_(data), end_(data + size) {}
+
+  // The next bits, at least `count` of them (up to 56), without taking them.
+  PSPLIT_HD uint64_t peek(int count) {
+    if (PSPLIT_UNLIKELY(filled_ < count)) refill();
+    return bits_;
+  }
+  // At most as many as were peeked.
+  PSPLIT_HD void take(int count) {
+    bits_ >>= count;
+    filled_ -= count;
+    taken_ += static_cast<uint64_t>(count);
+  }
+  // `count` is at most 32.
+  PSPLIT_HD uint32_t read(int count) {
+    const uint64_t mask = (uint64_t{1} << count) - 1;
+    const auto value = static_cast<uint32_t>(peek(count) & mask);
+    take(count);
+    return value;
+  }
+  // Bytes that hold the bits taken so far.
+  PSPLIT_HD uint64_t bytes_taken() const { return (taken_ + 7) / 8; }
+
+ private:
+  PSPLIT_HD void refill() {
+    if (PSPLIT_LIKELY(end_ - next_ >= 8)) {
+      bits_ |= load_le64(next_) << filled_;
+      const int bytes = (63 - filled_) / 8;
+      next_ += bytes;
+      filled_ += bytes * 8;
+      return;
+    }
+    while (filled_ <= 56) {
+      if (next_ < end_) bits_ |= static_cast<uint64_t>(*next_++) << filled_;
+      filled_ += 8;
+    }
+  }
+
+  const uint8_t* next_ = nullptr;
+  const uint8_t* end_ = nullptr;
+  uint64_t bits_ = 0, taken_ = 0;
+  int filled_ = 0;
+};
+
+}  // namespace psplit::core

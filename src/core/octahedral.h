@@ -1,0 +1,136 @@
+// Unit vectors as two integers: the sphere projected on an octahedron, unfolded to a square of max_value() + 1
+// values a side. The square's inner diamond is the half with x >= 0, its corners fold back to the other half.
+//
+// Meyer, Suessmuth, Sussner, Stamminger, Greiner: On Floating-Point Normal Vectors, 2010; Draco bitstream
+// specification 2.2, "octahedral normals".
+#pragma once
+
+#include "src/core/fault.h"
+#include "src/core/platform.h"
+
+namespace psplit::core {
+
+struct Vec2 {
+  int32_t s = 0, t = 0;
+};
+struct Vec3 {
+  int64_t x = 0, y = 0, z = 0;
+};
+
+// Sums that may leave the range of hostile input wrap around.
+PSPLIT_HD constexpr int32_t wrapping_add(int32_t a, int32_t b) {
+  return static_cast<int32_t>(static_cast<uint32_t>(a) + static_cast<uint32_t>(b));
+}
+PSPLIT_HD constexpr int32_t wrapping_sub(int32_t a, int32_t b) {
+  return static_cast<int32_t>(static_cast<uint32_t>(a) - static_cast<uint32_t>(b));
+}
+PSPLIT_HD constexpr uint32_t magnitude(int32_t a) {
+  return a < 0 ? 0u - static_cast<uint32_t>(a) : static_cast<uint32_t>(a);
+}
+PSPLIT_HD constexpr uint64_t magnitude(int64_t a) {
+  return a < 0 ? 0u - static_cast<uint64_t>(a) : static_cast<uint64_t>(a);
+}
+
+class OctahedralGrid {
+ public:
+  OctahedralGrid() = default;
+  // `bits` from 2 to 30.
+  PSPLIT_HD explicit OctahedralGrid(int bits)
+      : max_quantized_((1 << bits) - 1), max_((1 << bits) - 2), center_(max_ / 2) {}
+
+  // The value that a correction makes of a predicted one. Canonicalized coding first turns the prediction into
+  // the bottom left quadrant, so that all four share their corrections' statistics.
+  PSPLIT_HD Vec2 correct(Vec2 predicted, Vec2 correction, bool canonicalized) const {
+    Vec2 p{wrapping_sub(predicted.s, center_), wrapping_sub(predicted.t, center_)};
+    const bool in_diamond = magnitude(p.s) + magnitude(p.t) <= static_cast<uint32_t>(center_);
+    if (!in_diamond) p = mirrored(p);
+    const int turns = canonicalized ? quarter_turns(p) : 0;
+    p = turned(p, turns);
+    Vec2 value{folded(wrapping_add(p.s, correction.s)), folded(wrapping_add(p.t, correction.t))};
+    value = turned(value, (4 - turns) % 4);
+    if (!in_diamond) value = mirrored(value);
+    return {wrapping_add(value.s, center_), wrapping_add(value.t, center_)};
+  }
+
+  // Where the ray along v meets the octahedron.
+  PSPLIT_HD Vec2 project(Vec3 v, bool flip) const {
+    const auto sum = static_cast<int64_t>(magnitude(v.x) + magnitude(v.y) + magnitude(v.z));
+    auto x = static_cast<int32_t>(sum == 0 ? center_ : v.x * center_ / sum);
+    auto y = static_cast<int32_t>(sum == 0 ? 0 : v.y * center_ / sum);
+    auto z =
+        static_cast<int32_t>(center_ - static_cast<int32_t>(magnitude(x)) - static_cast<int32_t>(magnitude(y)));
+    if (sum == 0) z = 0;
+    if (v.z < 0) z = -z;
+    if (flip) x = -x, y = -y, z = -z;
+    if (x >= 0) return canonical({y + center_, z + center_});
+    const auto abs_y = static_cast<int32_t>(magnitude(y)), abs_z = static_cast<int32_t>(magnitude(z));
+    return canonical({y < 0 ? abs_z : max_ - abs_z, z < 0 ? abs_y : max_ - abs_y});
+  }
+
+  // To the bit what libdraco computes: no multiply-add may be fused, and the root is rounded as IEEE 754 says.
+  PSPLIT_HD void unit_vector(Vec2 at, float* out) const {
+    const float scale = 2.0f / static_cast<float>(max_);
+    float y = static_cast<float>(at.s) * scale - 1.0f, z = static_cast<float>(at.t) * scale - 1.0f;
+    const float x = 1.0f - (y < 0 ? -y : y) - (z < 0 ? -z : z);
+    float fold = -x;
+    fold = fold < 0 ? 0 : fold;  // signs of zeros as libdraco has them
+    y += y < 0 ? fold : -fold;
+    z += z < 0 ? fold : -fold;
+    const float square = x * x + y * y + z * z;
+    if (static_cast<double>(square) < 1e-6) {
+      out[0] = out[1] = out[2] = 0;
+      return;
+    }
+    const float inverse = 1.0f / __builtin_sqrtf(square);
+    out[0] = x * inverse;
+    out[1] = y * inverse;
+    out[2] = z * inverse;
+  }
+
+ private:
+  // The edges of the square are glued to themselves, and all its corners are one: one name for each place.
+  PSPLIT_HD Vec2 canonical(Vec2 at) const {
+    const auto [s, t] = at;
+    if ((s == 0 && (t == 0 || t == max_)) || (s == max_ && t == 0)) return {max_, max_};
+    if (s == 0 && t > center_) return {s, 2 * center_ - t};
+    if (s == max_ && t < center_) return {s, 2 * center_ - t};
+    if (t == max_ && s < center_) return {2 * center_ - s, t};
+    if (t == 0 && s > center_) return {2 * center_ - s, t};
+    return at;
+  }
+
+  // Reflects about the diamond's nearest edge; a place relative to the center.
+  PSPLIT_HD Vec2 mirrored(Vec2 at) const {
+    int32_t sign_s = at.s > 0 ? 1 : -1, sign_t = at.t > 0 ? 1 : -1;
+    if (at.s >= 0 && at.t >= 0) sign_s = sign_t = 1;
+    if (at.s <= 0 && at.t <= 0 && (at.s != 0 || at.t != 0)) sign_s = sign_t = -1;
+    const auto corner_s = static_cast<uint32_t>(sign_s * center_),
+               corner_t = static_cast<uint32_t>(sign_t * center_);
+    const uint32_t s = 2 * static_cast<uint32_t>(at.s) - corner_s,
+                   t = 2 * static_cast<uint32_t>(at.t) - corner_t;
+    const bool same = sign_s == sign_t;
+    return {static_cast<int32_t>((same ? 0u - t : t) + corner_s) / 2,
+            static_cast<int32_t>((same ? 0u - s : s) + corner_t) / 2};
+  }
+
+  PSPLIT_HD static int quarter_turns(Vec2 at) {
+    if (at.s == 0) return at.t == 0 ? 0 : at.t > 0 ? 3 : 1;
+    if (at.s > 0) return at.t >= 0 ? 2 : 1;
+    return at.t <= 0 ? 0 : 3;
+  }
+  PSPLIT_HD static Vec2 turned(Vec2 at, int turns) {
+    switch (turns) {
+      case 1: return {at.t, wrapping_sub(0, at.s)};
+      case 2: return {wrapping_sub(0, at.s), wrapping_sub(0, at.t)};
+      case 3: return {wrapping_sub(0, at.t), at.s};
+      default: return at;
+    }
+  }
+  PSPLIT_HD int32_t folded(int32_t x) const {
+    return x > center_ ? wrapping_sub(x, max_quantized_) : x < -center_ ? wrapping_add(x, max_quantized_) : x;
+  }
+
+  int32_t max_quantized_ = 0, max_ = 0, center_ = 0;
+};
+
+}  // namespace psplit::core

@@ -1,0 +1,375 @@
+// Prediction: every value is stored as what corrects a guess from values before it. Draco bitstream
+// specification 2.2, "prediction schemes" and "prediction transforms".
+//
+// Values are integers of some components; they lie by vertex of the attribute's corner table, corrections in
+// the order of the sequence.
+#pragma once
+
+#include "src/core/octahedral.h"
+#include "src/core/traversal.h"
+
+namespace psplit::core {
+
+enum class Scheme : int8_t {
+  kNone = -2,
+  kDifference = 0,
+  kParallelogram = 1,
+  kMultiParallelogram = 2,
+  kConstrainedMultiParallelogram = 4,
+  kTexCoords = 5,
+  kGeometricNormal = 6,
+};
+
+enum class Transform : int8_t {
+  kWrap = 1,
+  kOctahedron = 2,
+  kOctahedronCanonicalized = 3,
+};
+
+inline constexpr uint32_t kMaxParallelograms = 4;
+
+// What is stored with the corrections.
+struct PredictionData {
+  Scheme scheme = Scheme::kNone;
+  Transform transform = Transform::kWrap;
+  // kWrap: values lie in [low, high], and are corrected modulo the number of values there.
+  int32_t low = 0, high = 0, modulus = 0;
+  // Octahedral transforms.
+  OctahedralGrid grid;
+  // By number of parallelograms - 1: whether each of them is left out (constrained multi-parallelogram).
+  RansBits creases[kMaxParallelograms];
+  uint32_t crease_count[kMaxParallelograms] = {};
+  // Orientations of texture triangles, in the order of storage; they are used from the last to the first.
+  View<uint8_t> orientations;
+  // Whether a normal points the other way.
+  RansBits flips;
+};
+
+PSPLIT_HD inline Fault read_wrap(ByteReader& reader, PredictionData& data) {
+  data.low = static_cast<int32_t>(reader.u32());
+  data.high = static_cast<int32_t>(reader.u32());
+  if (reader.truncated()) return Fault::kTruncated;
+  const int64_t difference = int64_t{data.high} - data.low;
+  if (difference < 0 || difference >= 0x7fffffff) return Fault::kPrediction;
+  data.modulus = static_cast<int32_t>(difference + 1);
+  return Fault::kNone;
+}
+
+PSPLIT_HD inline Fault read_octahedron(ByteReader& reader, PredictionData& data) {
+  const uint32_t max_quantized = reader.u32();
+  if (data.transform == Transform::kOctahedronCanonicalized) reader.u32();  // the center, which follows from it
+  if (reader.truncated()) return Fault::kTruncated;
+  int bits = 0;
+  while (bits < 31 && (1u << bits) - 1 < max_quantized) ++bits;
+  if (bits < 2 || bits > 30 || (max_quantized & 1) == 0) return Fault::kPrediction;
+  data.grid = OctahedralGrid(bits);
+  return Fault::kNone;
+}
+
+// Reads what a scheme stores behind its corrections. `corner_limit`: no scheme has more flags than corners.
+PSPLIT_HD inline Fault read_prediction_data(ByteReader& reader, uint32_t corner_limit, Arena& arena,
+                                            PredictionData& data) {
+  const auto read_transform = [&] {
+    return data.transform == Transform::kWrap ? read_wrap(reader, data) : read_octahedron(reader, data);
+  };
+  if (data.scheme == Scheme::kNone) return Fault::kNone;
+  if (data.scheme == Scheme::kConstrainedMultiParallelogram) {
+    for (uint32_t i = 0; i < kMaxParallelograms; ++i) {
+      data.crease_count[i] = reader.varint();
+      if (data.crease_count[i] > corner_limit) return Fault::kPrediction;
+      if (data.crease_count[i] == 0) continue;
+      if (const Fault fault = data.creases[i].start(reader); fault != Fault::kNone) return fault;
+    }
+  }
+  if (data.scheme == Scheme::kTexCoords) {
+    const uint32_t count = reader.u32();
+    if (count > corner_limit) return Fault::kPrediction;
+    if (!arena.take(data.orientations, count)) return Fault::kWorkspace;
+    RansBits same;
+    if (const Fault fault = same.start(reader); fault != Fault::kNone) return fault;
+    uint8_t orientation = 1;
+    for (uint32_t i = 0; i < count; ++i) {
+      if (!same.next()) orientation ^= 1;
+      data.orientations[i] = orientation;
+    }
+  }
+  if (const Fault fault = read_transform(); fault != Fault::kNone) return fault;
+  if (data.scheme == Scheme::kGeometricNormal) return data.flips.start(reader);
+  return Fault::kNone;
+}
+
+// Undoes the wrap transform for one component.
+struct Wrap {
+  int32_t low, high, modulus;
+  PSPLIT_HD int32_t operator()(int32_t predicted, int32_t correction) const {
+    const int32_t clamped = predicted > high ? high : predicted < low ? low : predicted;
+    const int32_t value = wrapping_add(clamped, correction);
+    return value > high ? wrapping_sub(value, modulus) : value < low ? wrapping_add(value, modulus) : value;
+  }
+};
+
+// floor(sqrt(x)), exactly.
+PSPLIT_HD inline uint64_t integer_sqrt(uint64_t x) {
+  auto root = static_cast<uint64_t>(__builtin_sqrt(static_cast<double>(x)));
+  if (root > 0xffffffffu) root = 0xffffffffu;
+  while (root * root > x) --root;
+  while (root < 0xffffffffu && (root + 1) * (root + 1) <= x) ++root;
+  return root;
+}
+
+// Computes an attribute's values from its corrections. kComponents is their number, 0 where it is known at run
+// time only. Positions are needed by two schemes: position_at(corner) is the integer position of the vertex
+// there.
+template <typename Index, uint32_t kComponents>
+class Predictor {
+ public:
+  PSPLIT_HD Predictor(const AttributeTable<Index>& attribute, const Sequence<Index>& sequence,
+                      uint32_t components, View<const int32_t> corrections, View<int32_t> values,
+                      PredictionData& data)
+      : table_(attribute.table),
+        sequence_(sequence),
+        components_(kComponents != 0 ? kComponents : components),
+        corrections_(corrections),
+        values_(values),
+        data_(data),
+        wrap_{data.low, data.high, data.modulus} {}
+
+  PSPLIT_HD void none() {
+    for (uint32_t i = 0; i < sequence_.count; ++i)
+      for (uint32_t k = 0; k < components_; ++k) value_at(i)[k] = correction(i)[k];
+  }
+
+  PSPLIT_HD void difference() {
+    for (uint32_t i = 0; i < sequence_.count; ++i) from_last(i);
+  }
+
+  // From the triangle across the edge: its far corner, mirrored at the middle of the edge.
+  PSPLIT_HD void parallelogram() {
+    int32_t predicted[kMaxComponents];
+    for (uint32_t i = 0; i < sequence_.count; ++i) {
+      if (i > 0 && complete_parallelogram(i, sequence_.corner[i], predicted))
+        correct(i, predicted);
+      else
+        from_last(i);
+    }
+  }
+
+  // The mean of all parallelograms clockwise from the corner.
+  PSPLIT_HD void multi_parallelogram() {
+    int32_t predicted[kMaxComponents], sum[kMaxComponents];
+    for (uint32_t i = 0; i < sequence_.count; ++i) {
+      const Index start = sequence_.corner[i];
+      int32_t count = 0;
+      for (uint32_t k = 0; k < components_; ++k) sum[k] = 0;
+      Index corner = start;
+      while (i > 0 && corner != kNone<Index>) {
+        if (complete_parallelogram(i, corner, predicted)) {
+          for (uint32_t k = 0; k < components_; ++k) sum[k] = wrapping_add(sum[k], predicted[k]);
+          ++count;
+        }
+        corner = table_.swing_right(corner);
+        if (corner == start) break;
+      }
+      correct_mean(i, sum, count);
+    }
+  }
+
+  // The mean of up to four parallelograms around the vertex, those left out that lie across a crease.
+  PSPLIT_HD Fault constrained_multi_parallelogram() {
+    int32_t predicted[kMaxParallelograms][kMaxComponents], sum[kMaxComponents];
+    for (uint32_t i = 0; i < sequence_.count; ++i) {
+      const Index start = sequence_.corner[i];
+      uint32_t found = 0;
+      Index corner = i > 0 ? start : kNone<Index>;
+      bool leftwards = true;
+      while (corner != kNone<Index>) {
+        if (complete_parallelogram(i, corner, predicted[found]) && ++found == kMaxParallelograms) break;
+        corner = leftwards ? table_.swing_left(corner) : table_.swing_right(corner);
+        if (corner == start) break;
+        if (corner == kNone<Index> && leftwards) {
+          leftwards = false;
+          corner = table_.swing_right(start);
+        }
+      }
+      int32_t count = 0;
+      for (uint32_t k = 0; k < components_; ++k) sum[k] = 0;
+      for (uint32_t j = 0; j < found; ++j) {
+        if (data_.crease_count[found - 1] == 0) return Fault::kPrediction;
+        --data_.crease_count[found - 1];
+        if (data_.creases[found - 1].next()) continue;
+        for (uint32_t k = 0; k < components_; ++k) sum[k] = wrapping_add(sum[k], predicted[j][k]);
+        ++count;
+      }
+      correct_mean(i, sum, count);
+    }
+    return Fault::kNone;
+  }
+
+  // Texture coordinates: the triangle as it lies in space, scaled and turned to fit the edge that is known.
+  template <typename PositionAt>
+  PSPLIT_HD Fault tex_coords(PositionAt position_at) {
+    size_t orientations_left = data_.orientations.size();
+    for (uint32_t i = 0; i < sequence_.count; ++i) {
+      const Index tip = sequence_.corner[i], at_next = next(tip), at_previous = previous(tip);
+      const bool has_next = rank_at(at_next) < i, has_previous = rank_at(at_previous) < i;
+      int32_t predicted[2] = {0, 0};
+      if (has_next && has_previous) {
+        const int32_t* n = values_at(at_next);
+        const int32_t* p = values_at(at_previous);
+        if (n[0] == p[0] && n[1] == p[1]) {
+          predicted[0] = p[0], predicted[1] = p[1];
+          correct(i, predicted);
+          continue;
+        }
+        const Vec3 n_at = position_at(at_next), pn = minus(position_at(at_previous), n_at);
+        const uint64_t pn_square = dot(pn, pn);
+        if (pn_square != 0) {
+          const Fault fault =
+              place_tip(n, p, n_at, pn, pn_square, position_at(tip), orientations_left, predicted);
+          if (fault != Fault::kNone) return fault;
+          correct(i, predicted);
+          continue;
+        }
+      }
+      if (has_next) {
+        correct(i, values_at(at_next));
+      } else {
+        from_last(i);
+      }
+    }
+    return Fault::kNone;
+  }
+
+  // Normals: the sum of the normals of the faces around, each as long as its face is large.
+  template <typename PositionAt>
+  PSPLIT_HD void geometric_normal(PositionAt position_at) {
+    constexpr uint64_t kBound = 1u << 29;
+    for (uint32_t i = 0; i < sequence_.count; ++i) {
+      const Index start = sequence_.corner[i];
+      const Vec3 center = position_at(start);
+      Vec3 sum;
+      Index corner = start;
+      bool leftwards = true;
+      while (corner != kNone<Index>) {
+        add_cross(sum, minus(position_at(next(corner)), center), minus(position_at(previous(corner)), center));
+        corner = leftwards ? table_.swing_left(corner) : table_.swing_right(corner);
+        if (corner == start) break;
+        if (corner == kNone<Index> && leftwards) {
+          leftwards = false;
+          corner = table_.swing_right(start);
+        }
+      }
+      const uint64_t x = magnitude(sum.x), y = magnitude(sum.y), z = magnitude(sum.z);
+      constexpr uint64_t kMost = ~uint64_t{0} >> 1;
+      const uint64_t length = y > kMost - x || z > kMost - x - y ? kMost : x + y + z;
+      if (length > kBound) {
+        const auto quotient = static_cast<int64_t>(length / kBound);
+        sum = {sum.x / quotient, sum.y / quotient, sum.z / quotient};
+      }
+      const Vec2 predicted = data_.grid.project(sum, data_.flips.next());
+      const int32_t guess[2] = {predicted.s, predicted.t};
+      correct(i, guess);
+    }
+  }
+
+ private:
+  static constexpr uint32_t kMaxComponents = kComponents != 0 ? kComponents : 255;
+
+  PSPLIT_HD const int32_t* correction(uint32_t i) const { return &corrections_[size_t{i} * components_]; }
+  PSPLIT_HD int32_t* values_at(Index corner) const {
+    return &values_[size_t{table_.vertex[corner]} * components_];
+  }
+  PSPLIT_HD int32_t* value_at(uint32_t i) const { return values_at(sequence_.corner[i]); }
+  PSPLIT_HD uint32_t rank_at(Index corner) const { return sequence_.rank[table_.vertex[corner]]; }
+
+  PSPLIT_HD void correct(uint32_t i, const int32_t* predicted) {
+    const int32_t* by = correction(i);
+    int32_t* out = value_at(i);
+    if constexpr (kComponents == 2) {
+      if (data_.transform != Transform::kWrap) {
+        const Vec2 value = data_.grid.correct({predicted[0], predicted[1]}, {by[0], by[1]},
+                                              data_.transform == Transform::kOctahedronCanonicalized);
+        out[0] = value.s, out[1] = value.t;
+        return;
+      }
+    }
+    for (uint32_t k = 0; k < components_; ++k) out[k] = wrap_(predicted[k], by[k]);
+  }
+  PSPLIT_HD void from_last(uint32_t i) {
+    const int32_t zero[kMaxComponents] = {};
+    correct(i, i > 0 ? value_at(i - 1) : zero);
+  }
+  PSPLIT_HD void correct_mean(uint32_t i, int32_t* sum, int32_t count) {
+    if (count == 0) return from_last(i);
+    for (uint32_t k = 0; k < components_; ++k) sum[k] /= count;
+    correct(i, sum);
+  }
+
+  // False where the face across is not known yet.
+  PSPLIT_HD bool complete_parallelogram(uint32_t i, Index corner, int32_t* out) const {
+    const Index across = table_.opposite[corner];
+    if (across == kNone<Index>) return false;
+    const Index a = next(across), b = previous(across);
+    if (rank_at(across) >= i || rank_at(a) >= i || rank_at(b) >= i) return false;
+    const int32_t *far = values_at(across), *at_a = values_at(a), *at_b = values_at(b);
+    for (uint32_t k = 0; k < components_; ++k) out[k] = wrapping_sub(wrapping_add(at_a[k], at_b[k]), far[k]);
+    return true;
+  }
+
+  PSPLIT_HD static Vec3 minus(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  PSPLIT_HD static uint64_t product(int64_t a, int64_t b) {
+    return static_cast<uint64_t>(a) * static_cast<uint64_t>(b);
+  }
+  PSPLIT_HD static uint64_t dot(Vec3 a, Vec3 b) {
+    return product(a.x, b.x) + product(a.y, b.y) + product(a.z, b.z);
+  }
+  PSPLIT_HD static void add_cross(Vec3& sum, Vec3 a, Vec3 b) {
+    const auto add = [](int64_t& to, uint64_t what) {
+      to = static_cast<int64_t>(static_cast<uint64_t>(to) + what);
+    };
+    add(sum.x, product(a.y, b.z) - product(a.z, b.y));
+    add(sum.y, product(a.z, b.x) - product(a.x, b.z));
+    add(sum.z, product(a.x, b.y) - product(a.y, b.x));
+  }
+
+  // All in integers, scaled by |pn| squared: the tip's foot X on the edge, then the height over it, to the side
+  // that the orientation says.
+  PSPLIT_HD Fault place_tip(const int32_t* n, const int32_t* p, Vec3 n_at, Vec3 pn, uint64_t pn_square,
+                            Vec3 tip_at, size_t& orientations_left, int32_t* out) const {
+    constexpr auto kMost = static_cast<int64_t>(~uint64_t{0} >> 1);
+    const auto larger = [](uint64_t a, uint64_t b) { return a > b ? a : b; };
+    const int64_t edge_s = int64_t{p[0]} - n[0], edge_t = int64_t{p[1]} - n[1];
+    const Vec3 cn = minus(tip_at, n_at);
+    const auto along = static_cast<int64_t>(dot(pn, cn));
+    const uint64_t n_most = larger(magnitude(int64_t{n[0]}), magnitude(int64_t{n[1]}));
+    const uint64_t edge_most = larger(magnitude(edge_s), magnitude(edge_t));
+    const uint64_t pn_most = larger(larger(magnitude(pn.x), magnitude(pn.y)), magnitude(pn.z));
+    if (n_most > uint64_t{kMost} / pn_square || magnitude(along) > uint64_t{kMost} / edge_most ||
+        magnitude(along) > uint64_t{kMost} / pn_most)
+      return Fault::kPrediction;
+    const auto scale = static_cast<int64_t>(pn_square);
+    if (scale <= 0) return Fault::kPrediction;
+    const uint64_t foot_s = product(n[0], scale) + product(along, edge_s);
+    const uint64_t foot_t = product(n[1], scale) + product(along, edge_t);
+    const Vec3 foot_at{n_at.x + along * pn.x / scale, n_at.y + along * pn.y / scale,
+                       n_at.z + along * pn.z / scale};
+    const Vec3 height = minus(tip_at, foot_at);
+    const auto length = static_cast<int64_t>(integer_sqrt(dot(height, height) * pn_square));
+    if (orientations_left == 0) return Fault::kPrediction;
+    const bool up = data_.orientations[--orientations_left] != 0;
+    const uint64_t up_s = product(edge_t, length), up_t = product(-edge_s, length);
+    out[0] = static_cast<int32_t>(static_cast<int64_t>(up ? foot_s + up_s : foot_s - up_s) / scale);
+    out[1] = static_cast<int32_t>(static_cast<int64_t>(up ? foot_t + up_t : foot_t - up_t) / scale);
+    return Fault::kNone;
+  }
+
+  const CornerTable<Index>& table_;
+  const Sequence<Index>& sequence_;
+  uint32_t components_;
+  View<const int32_t> corrections_;
+  View<int32_t> values_;
+  PredictionData& data_;
+  Wrap wrap_;
+};
+
+}  // namespace psplit::core

@@ -1,0 +1,100 @@
+// The front of a Draco stream: what kind it is, and how much it holds. Draco bitstream specification 2.2,
+// "header".
+#pragma once
+
+#include "src/core/edgebreaker.h"
+
+namespace psplit::core {
+
+struct StreamHeader {
+  bool edgebreaker = false;  // else a sequential mesh
+  bool valence = false;      // Edgebreaker's valence traversal, else the standard one
+  ConnectivityCounts counts;
+  uint32_t point_count = 0;           // of a sequential mesh
+  uint32_t attribute_data_count = 0;  // attributes with connectivity of their own
+  ByteReader body;                    // what follows
+
+  // Whether 16-bit numbers do for all corners, vertices and points.
+  PSPLIT_HD bool fits_16_bits() const {
+    constexpr uint32_t kMost = 0xffff - 8;
+    return counts.face_count <= kMaxFaces<uint16_t> && counts.vertex_limit < kMost && point_count < kMost;
+  }
+};
+
+// Steps over names and values that say nothing about the geometry. Nested metadata is a flat list: what is
+// missing is counted, not followed.
+PSPLIT_HD inline Fault skip_metadata(ByteReader& reader) {
+  const uint32_t attribute_count = reader.varint();
+  for (uint64_t i = 0; i <= attribute_count; ++i) {
+    if (i < attribute_count) reader.varint();  // the attribute's id; the last belongs to the whole mesh
+    uint64_t missing = 1;
+    for (bool is_outer = true; missing > 0; is_outer = false) {
+      --missing;
+      if (!is_outer) reader.skip(reader.u8());  // name
+      const uint32_t entry_count = reader.varint();
+      for (uint32_t entry = 0; entry < entry_count && !reader.truncated(); ++entry) {
+        reader.skip(reader.u8());
+        reader.skip(reader.varint());
+      }
+      missing += reader.varint();
+      if (reader.truncated()) return Fault::kTruncated;
+      if (missing > reader.remaining()) return Fault::kCounts;
+    }
+  }
+  return Fault::kNone;
+}
+
+PSPLIT_HD inline Fault read_edgebreaker_counts(StreamHeader& header) {
+  ByteReader& reader = header.body;
+  const uint8_t traversal = reader.u8();
+  if (traversal != 0 && traversal != 2) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
+  header.valence = traversal == 2;
+  ConnectivityCounts& counts = header.counts;
+  const uint32_t vertex_count = reader.varint();
+  counts.face_count = reader.varint();
+  header.attribute_data_count = reader.u8();
+  counts.symbol_count = reader.varint();
+  const uint32_t s_count = reader.varint();
+  counts.split_count = reader.varint();
+  if (reader.truncated()) return Fault::kTruncated;
+  // All counts that libdraco checks, and that corners and vertices have 32-bit numbers.
+  const uint64_t faces = counts.face_count, vertices = vertex_count;
+  if (faces >= kMaxFaces<uint32_t> || vertices > 3 * faces || counts.symbol_count > faces ||
+      faces > uint64_t{counts.symbol_count} + counts.symbol_count / 3 || s_count > counts.symbol_count ||
+      counts.split_count > faces || vertices * (vertices > 0 ? vertices - 1 : 0) / 2 < 3 * faces / 2)
+    return Fault::kCounts;
+  counts.vertex_limit = vertex_count + s_count;
+  return Fault::kNone;
+}
+
+PSPLIT_HD inline Fault read_sequential_counts(StreamHeader& header) {
+  ByteReader& reader = header.body;
+  header.counts.face_count = reader.varint();
+  header.point_count = reader.varint();
+  if (reader.truncated()) return Fault::kTruncated;
+  // Every face takes three bytes at least.
+  return header.counts.face_count > reader.remaining() / 3 ? Fault::kCounts : Fault::kNone;
+}
+
+PSPLIT_HD inline Fault read_stream_header(const uint8_t* bytes, size_t size, StreamHeader& header) {
+  ByteReader& reader = header.body;
+  reader = ByteReader(bytes, size);
+  constexpr uint8_t kMagic[5] = {'D', 'R', 'A', 'C', 'O'};
+  for (const uint8_t letter : kMagic)
+    if (reader.u8() != letter) return Fault::kNotDraco;
+  const uint32_t major = reader.u8(), minor = reader.u8();
+  const uint8_t kind = reader.u8(), method = reader.u8();
+  const uint32_t flags = reader.u16();
+  if (reader.truncated()) return Fault::kTruncated;
+  constexpr uint8_t kMesh = 1, kSequential = 0, kEdgebreaker = 1;
+  constexpr uint32_t kHasMetadata = 0x8000;
+  if (kind != kMesh) return Fault::kNotDraco;
+  if (major != 2 || minor != 2) return Fault::kVersion;
+  if (method != kSequential && method != kEdgebreaker) return Fault::kMethod;
+  if ((flags & kHasMetadata) != 0)
+    if (const Fault fault = skip_metadata(reader); fault != Fault::kNone) return fault;
+  header.edgebreaker = method == kEdgebreaker;
+  return header.edgebreaker ? read_edgebreaker_counts(header) : read_sequential_counts(header);
+}
+
+}  // namespace psplit::core

@@ -1,0 +1,61 @@
+// Memory that the caller gives: arrays with bounds, and the arena that they are cut from.
+#pragma once
+
+#include "src/core/platform.h"
+
+namespace psplit::core {
+
+template <typename T>
+class View {
+ public:
+  View() = default;
+  PSPLIT_HD View(T* data, size_t size) : data_(data), size_(size) {}
+
+  PSPLIT_HD T& operator[](size_t i) const {
+    PSPLIT_CORE_CHECK(i < size_);
+    return data_[i];
+  }
+  PSPLIT_HD T* data() const { return data_; }
+  PSPLIT_HD size_t size() const { return size_; }
+  PSPLIT_HD bool empty() const { return size_ == 0; }
+  PSPLIT_HD View first(size_t count) const {
+    PSPLIT_CORE_CHECK(count <= size_);
+    return View(data_, count);
+  }
+
+ private:
+  T* data_ = nullptr;
+  size_t size_ = 0;
+};
+
+// Hands out arrays one after the other, never more than it was given; what it hands out is not initialized.
+class Arena {
+ public:
+  Arena() = default;
+  PSPLIT_HD Arena(uint8_t* bytes, size_t size) : bytes_(bytes), size_(size) {}
+
+  // False, and no array, where too little is left.
+  template <typename T>
+  PSPLIT_HD bool take(View<T>& out, size_t count) {
+    const size_t start = (used_ + alignof(uint64_t) - 1) / alignof(uint64_t) * alignof(uint64_t);
+    if (start > size_ || count > (size_ - start) / sizeof(T)) return false;
+    out = View<T>(reinterpret_cast<T*>(bytes_ + start), count);
+    used_ = start + count * sizeof(T);
+    return true;
+  }
+
+  // What was taken after a mark goes back at release.
+  PSPLIT_HD size_t mark() const { return used_; }
+  PSPLIT_HD void release(size_t mark) { used_ = mark; }
+
+ private:
+  uint8_t* bytes_ = nullptr;
+  size_t size_ = 0, used_ = 0;
+};
+
+template <typename T>
+PSPLIT_HD void fill(View<T> view, T value) {
+  for (size_t i = 0; i < view.size(); ++i) view[i] = value;
+}
+
+}  // namespace psplit::core

@@ -1,0 +1,145 @@
+// The core against libdraco: faces, the order of points and every attribute's bytes must be the same, on
+// streams of every kind that its encoder writes.
+#include "src/core/decode_patch.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <random>
+
+#include "tests/support/draco_streams.h"
+
+namespace psplit::core {
+namespace {
+
+template <typename Index>
+RawMesh raw_mesh(const Patch<Index>& patch) {
+  RawMesh mesh;
+  mesh.point_count = patch.point_count;
+  for (uint32_t face = 0; face < patch.face_count; ++face)
+    mesh.faces.push_back(
+        {patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]});
+  for (uint32_t i = 0; i < patch.attribute_count; ++i) {
+    const Attribute<Index>& attribute = patch.attributes[i];
+    RawAttribute raw{attribute.unique_id,  attribute.semantic,   static_cast<int>(attribute.type),
+                     attribute.components, attribute.normalized, {}};
+    raw.point_values.resize(size_t{patch.point_count} * attribute.stride());
+    const ValueWriter<Index> writer(attribute);
+    for (uint32_t point = 0; point < patch.point_count; ++point)
+      writer.write(patch.value_of(attribute, point), &raw.point_values[size_t{point} * attribute.stride()]);
+    mesh.attributes.push_back(std::move(raw));
+  }
+  return mesh;
+}
+
+// Decodes with memory that grows until it is enough.
+template <typename Index>
+Fault decode(const StreamHeader& header, RawMesh& out) {
+  for (size_t size = size_t{1} << 16;; size *= 2) {
+    std::vector<uint8_t> memory(size);
+    Arena arena(memory.data(), memory.size());
+    const auto patch = std::make_unique<Patch<Index>>();
+    const Fault fault = decode_patch<Index>(header, arena, *patch);
+    if (fault == Fault::kWorkspace && size < size_t{1} << 32) continue;
+    if (fault == Fault::kNone) out = raw_mesh(*patch);
+    return fault;
+  }
+}
+
+void expect_same_as_libdraco(const DracoStream& stream) {
+  const std::optional<RawMesh> expected = decode_with_libdraco(stream.bytes);
+  ASSERT_TRUE(expected);
+  // An exactly sized block: one byte too far is seen by the address sanitizer.
+  const std::vector<uint8_t> bytes(stream.bytes);
+  StreamHeader header;
+  ASSERT_EQ(fault_text(read_stream_header(bytes.data(), bytes.size(), header)), fault_text(Fault::kNone));
+  RawMesh decoded;
+  ASSERT_EQ(fault_text(decode<uint32_t>(header, decoded)), fault_text(Fault::kNone));
+  ASSERT_TRUE(decoded == *expected);
+  if (!header.fits_16_bits()) return;
+  ASSERT_EQ(fault_text(decode<uint16_t>(header, decoded)), fault_text(Fault::kNone));
+  ASSERT_TRUE(decoded == *expected);
+}
+
+TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
+  for_each_draco_stream(
+      [](const DracoStream& stream) {
+        if (testing::Test::HasFatalFailure()) return;
+        SCOPED_TRACE(stream.name);
+        expect_same_as_libdraco(stream);
+      },
+      StreamSet::kAll);
+}
+
+TEST(DecodePatch, RefusesEveryTruncation) {
+  size_t count = 0;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        // Every length of some, so that all features are cut somewhere.
+        if (stream.bytes.size() > 1500 || ++count % 8 != 0) return;
+        for (size_t length = 0; length < stream.bytes.size(); ++length) {
+          const std::vector<uint8_t> bytes(stream.bytes.begin(),
+                                           stream.bytes.begin() + static_cast<ptrdiff_t>(length));
+          StreamHeader header;
+          RawMesh decoded;
+          if (read_stream_header(bytes.data(), bytes.size(), header) != Fault::kNone) continue;
+          if (decode<uint32_t>(header, decoded) != Fault::kNone) continue;
+          // The last bytes of some streams say nothing; then libdraco does not miss them either.
+          const std::optional<RawMesh> expected = decode_with_libdraco(bytes);
+          ASSERT_TRUE(expected && *expected == decoded) << stream.name << " cut to " << length;
+        }
+      },
+      StreamSet::kSmall);
+}
+
+// Flips, overwrites, inserts and removes bytes of real streams. Every mutant must be refused or decode within
+// its bounds, in time and memory that its size justifies; the sanitizers' build of this test watches. Where
+// libdraco accepts a mutant as well, both must agree: it is asked about a share of them only, since it is slow
+// and trusting.
+TEST(DecodePatch, RefusesMutantsOrDecodesThemWithinTheirBounds) {
+  std::vector<std::vector<uint8_t>> seeds;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (stream.bytes.size() < 4000) seeds.push_back(stream.bytes);
+      },
+      StreamSet::kSmall);
+  constexpr size_t kMutants = 200'000, kMemory = size_t{1} << 22;
+  std::mt19937 random(1);
+  const auto below = [&](size_t bound) { return static_cast<size_t>(random() % bound); };
+  std::vector<uint8_t> memory(kMemory);
+  const auto patch = std::make_unique<Patch<uint16_t>>();
+  size_t accepted = 0, compared = 0;
+  for (size_t i = 0; i < kMutants; ++i) {
+    std::vector<uint8_t> bytes = seeds[below(seeds.size())];
+    for (size_t edits = 1 + below(3); edits > 0; --edits) {
+      // Headers and tables are where a byte says most.
+      const size_t at = below(2) == 0 ? below(std::min<size_t>(bytes.size(), 80)) : below(bytes.size());
+      switch (below(4)) {
+        case 0: bytes[at] ^= static_cast<uint8_t>(1u << below(8)); break;
+        case 1: bytes[at] = static_cast<uint8_t>(random()); break;
+        case 2: bytes.insert(bytes.begin() + static_cast<ptrdiff_t>(at), static_cast<uint8_t>(random())); break;
+        default:
+          if (bytes.size() > 1) bytes.erase(bytes.begin() + static_cast<ptrdiff_t>(at));
+      }
+    }
+    StreamHeader header;
+    if (read_stream_header(bytes.data(), bytes.size(), header) != Fault::kNone || !header.fits_16_bits())
+      continue;
+    Arena arena(memory.data(), memory.size());
+    *patch = {};
+    if (decode_patch<uint16_t>(header, arena, *patch) != Fault::kNone) continue;
+    const RawMesh decoded = raw_mesh(*patch);
+    ++accepted;
+    if (i % 8 != 0) continue;
+    const std::optional<RawMesh> expected = decode_with_libdraco(bytes);
+    if (!expected) continue;
+    ++compared;
+    ASSERT_TRUE(decoded == *expected) << "mutant " << i;
+  }
+  // A test that only ever sees refusals would show little.
+  EXPECT_GT(accepted, kMutants / 100);
+  EXPECT_GT(compared, kMutants / 1000);
+}
+
+}  // namespace
+}  // namespace psplit::core
