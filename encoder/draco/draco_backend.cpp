@@ -133,11 +133,14 @@ Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const 
     const std::vector<uint32_t>& number = (*numbers)[i];
     Face* out = mesh.faces.data() + container->face_base[i];
     for (const Face& face : streams[i].faces) *out++ = {number[face[0]], number[face[1]], number[face[2]]};
-    for (size_t k = 0; k < requests.size(); ++k) {
-      const size_t stride = mesh.attributes[k].stride();
-      for (uint32_t point = 0; point < streams[i].point_count; ++point) {
-        // The owner writes; every copy holds the same bits.
-        if (number[point] < container->owned_base[i] || number[point] >= container->owned_base[i + 1]) continue;
+    // The owner writes, and copies hold the same bits. What a patch owns is numbered in the order of its
+    // points.
+    uint32_t next = container->owned_base[i];
+    for (uint32_t point = 0; point < streams[i].point_count; ++point) {
+      if (number[point] != next) continue;
+      ++next;
+      for (size_t k = 0; k < requests.size(); ++k) {
+        const size_t stride = mesh.attributes[k].stride();
         std::memcpy(mesh.attributes[k].values.data() + number[point] * stride,
                     streams[i].values[k].data() + point * stride, stride);
       }

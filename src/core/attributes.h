@@ -231,43 +231,68 @@ class ValueWriter {
     if (attribute.coding == Coding::kNormal) grid_ = OctahedralGrid(attribute.bits);
   }
 
-  // `value` is a vertex of the table, for kRaw a place in the sequence. Writes attribute.stride() bytes.
-  PSPLIT_HD void write(uint32_t value, uint8_t* out) const {
+  // Writes the values of points [0, count), attribute.stride() bytes each. value_of(point) is a vertex of the
+  // table, for kRaw a place in the sequence; place_of(point) is where its value goes, or null where nobody
+  // wants it.
+  template <typename ValueOf, typename PlaceOf>
+  PSPLIT_HD void write(uint32_t count, ValueOf value_of, PlaceOf place_of) const {
+    const auto each = [&](auto write_one) {
+      for (uint32_t point = 0; point < count; ++point)
+        if (uint8_t* place = place_of(point); place != nullptr) write_one(value_of(point), place);
+    };
     switch (attribute_.coding) {
       case Coding::kRaw:
-        copy(attribute_.raw + size_t{value} * attribute_.stride(), attribute_.stride(), out);
+        each([&](uint32_t value, uint8_t* out) {
+          const uint32_t stride = attribute_.stride();
+          for (uint32_t i = 0; i < stride; ++i) out[i] = attribute_.raw[size_t{value} * stride + i];
+        });
         return;
-      case Coding::kInteger: write_integers(value, out); return;
-      case Coding::kQuantized: {
-        const int32_t* in = &attribute_.values[size_t{value} * attribute_.components];
-        for (uint32_t k = 0; k < attribute_.components; ++k) {
-          float origin;
-          __builtin_memcpy(&origin, attribute_.origin + 4 * k, sizeof origin);
-          const float dequantized = static_cast<float>(in[k]) * step_ + origin;
-          __builtin_memcpy(out + 4 * k, &dequantized, sizeof dequantized);
+      case Coding::kInteger:
+        switch (data_type_bytes(attribute_.type)) {
+          case 1: each([&](uint32_t value, uint8_t* out) { write_integers<uint8_t>(value, out); }); return;
+          case 2: each([&](uint32_t value, uint8_t* out) { write_integers<uint16_t>(value, out); }); return;
+          default: each([&](uint32_t value, uint8_t* out) { write_integers<uint32_t>(value, out); }); return;
         }
+      case Coding::kQuantized:
+        switch (attribute_.components) {
+          case 2: each(dequantizer<2>()); return;
+          case 3: each(dequantizer<3>()); return;
+          default: each(dequantizer<0>()); return;
+        }
+      case Coding::kNormal:
+        each([&](uint32_t value, uint8_t* out) {
+          const int32_t* in = &attribute_.values[size_t{value} * 2];
+          float vector[3];
+          grid_.unit_vector({in[0], in[1]}, vector);
+          __builtin_memcpy(out, vector, sizeof vector);
+        });
         return;
-      }
-      case Coding::kNormal: {
-        const int32_t* in = &attribute_.values[size_t{value} * 2];
-        float vector[3];
-        grid_.unit_vector({in[0], in[1]}, vector);
-        __builtin_memcpy(out, vector, sizeof vector);
-        return;
-      }
     }
   }
 
  private:
-  PSPLIT_HD static void copy(const uint8_t* from, size_t count, uint8_t* to) {
-    for (size_t i = 0; i < count; ++i) to[i] = from[i];
-  }
+  template <typename T>
   PSPLIT_HD void write_integers(uint32_t value, uint8_t* out) const {
     const int32_t* in = &attribute_.values[size_t{value} * attribute_.components];
-    const uint32_t bytes = data_type_bytes(attribute_.type);
-    for (uint32_t k = 0; k < attribute_.components; ++k)
-      for (uint32_t byte = 0; byte < bytes; ++byte)
-        *out++ = static_cast<uint8_t>(static_cast<uint32_t>(in[k]) >> (8 * byte));
+    for (uint32_t k = 0; k < attribute_.components; ++k) {
+      const auto narrow = static_cast<T>(in[k]);
+      __builtin_memcpy(out + k * sizeof(T), &narrow, sizeof(T));
+    }
+  }
+
+  // For a number of components known at compile time, or not (0).
+  template <uint32_t kComponents>
+  PSPLIT_HD auto dequantizer() const {
+    return [this](uint32_t value, uint8_t* out) {
+      const uint32_t components = kComponents != 0 ? kComponents : attribute_.components;
+      const int32_t* in = &attribute_.values[size_t{value} * components];
+      for (uint32_t k = 0; k < components; ++k) {
+        float origin;
+        __builtin_memcpy(&origin, attribute_.origin + 4 * k, sizeof origin);
+        const float dequantized = static_cast<float>(in[k]) * step_ + origin;
+        __builtin_memcpy(out + 4 * k, &dequantized, sizeof dequantized);
+      }
+    };
   }
 
   const Attribute<Index>& attribute_;

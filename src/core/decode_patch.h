@@ -32,11 +32,23 @@ struct Patch {
   // Of an Edgebreaker mesh, else empty.
   CornerTable<Index> table;
 
-  // What ValueWriter takes for a point.
-  PSPLIT_HD uint32_t value_of(const Attribute<Index>& attribute, uint32_t point) const {
+  // Writes an attribute's values by point; see ValueWriter.
+  template <typename PlaceOf>
+  PSPLIT_HD void write_values(const Attribute<Index>& attribute, PlaceOf place_of) const {
+    const ValueWriter<Index> writer(attribute);
     const Group<Index>& group = groups[attribute.group];
-    const uint32_t vertex = corner_of_point.empty() ? point : group.table.table.vertex[corner_of_point[point]];
-    return attribute.coding == Coding::kRaw ? group.sequence.rank[vertex] : vertex;
+    const bool is_raw = attribute.coding == Coding::kRaw;
+    if (corner_of_point.empty() && !is_raw)
+      return writer.write(
+          point_count, [](uint32_t point) { return point; }, place_of);
+    writer.write(
+        point_count,
+        [&](uint32_t point) -> uint32_t {
+          const uint32_t vertex =
+              corner_of_point.empty() ? point : group.table.table.vertex[corner_of_point[point]];
+          return is_raw ? group.sequence.rank[vertex] : vertex;
+        },
+        place_of);
   }
 };
 

@@ -24,9 +24,8 @@ RawMesh raw_mesh(const Patch<Index>& patch) {
     RawAttribute raw{attribute.unique_id,  attribute.semantic,   static_cast<int>(attribute.type),
                      attribute.components, attribute.normalized, {}};
     raw.point_values.resize(size_t{patch.point_count} * attribute.stride());
-    const ValueWriter<Index> writer(attribute);
-    for (uint32_t point = 0; point < patch.point_count; ++point)
-      writer.write(patch.value_of(attribute, point), &raw.point_values[size_t{point} * attribute.stride()]);
+    patch.write_values(attribute,
+                       [&](uint32_t point) { return &raw.point_values[size_t{point} * attribute.stride()]; });
     mesh.attributes.push_back(std::move(raw));
   }
   return mesh;

@@ -1,0 +1,312 @@
+#include "src/cpu/cpu_backend.h"
+
+#include <atomic>
+
+#include "src/container/stitch.h"
+#include "src/core/stitch.h"
+#include "src/cpu/convert.h"
+#include "src/cpu/scratch.h"
+
+namespace psplit {
+namespace {
+
+using core::Arena;
+using core::Fault;
+
+ScratchPool& scratch_pool() {
+  static ScratchPool pool;
+  return pool;
+}
+
+Status status_of(Fault fault) {
+  if (fault == Fault::kNone) return {};
+  const std::string message = std::string("Draco stream: ") + core::fault_text(fault);
+  return fault == Fault::kVersion ? unsupported(message) : invalid_input(message);
+}
+
+// Decodes, and calls use(patch, arena) for the patch of 16-bit or 32-bit numbers; what it returns is returned.
+template <typename Use>
+Status with_decoded(std::span<const uint8_t> stream, Scratch& scratch, Use use) {
+  core::StreamHeader header;
+  if (const Fault fault = core::read_stream_header(stream.data(), stream.size(), header); fault != Fault::kNone)
+    return status_of(fault);
+  // Streams of a few bits a face are honest; of thousands of faces a byte they are not.
+  const uint64_t justified = (uint64_t{1} << 26) + 4096 * uint64_t{stream.size()};
+  const uint64_t elements =
+      uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
+  if (elements * 16 > justified) return status_of(Fault::kWorkspace);
+  const auto decode = [&]<typename Index>(core::Patch<Index>& patch) -> Status {
+    for (size_t wanted = 64 * elements + 2 * stream.size() + (size_t{1} << 17);; wanted = 2 * scratch.size) {
+      scratch.grow(wanted);
+      Arena arena(scratch.memory.get(), scratch.size);
+      patch = {};
+      const Fault fault = core::decode_patch<Index>(header, arena, patch);
+      if (fault == Fault::kNone) {
+        Status status = use(patch, arena);
+        if (status.code() != StatusCode::kRuntimeFailure) return status;
+      } else if (fault != Fault::kWorkspace) {
+        return status_of(fault);
+      }
+      if (scratch.size > justified) return status_of(Fault::kWorkspace);
+    }
+  };
+  return header.fits_16_bits() ? decode(scratch.narrow) : decode(scratch.wide);
+}
+// What `use` returns to be called again with more memory.
+Status more_memory() { return runtime_failure("the scratch is too small"); }
+
+// The attribute of each request, checked.
+template <typename Index>
+Status find_attributes(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
+                       std::vector<const core::Attribute<Index>*>& found) {
+  found.clear();
+  for (const AttributeRequest& request : requests) {
+    const core::Attribute<Index>* attribute = nullptr;
+    for (uint32_t i = 0; i < patch.attribute_count && attribute == nullptr; ++i)
+      if (patch.attributes[i].unique_id == request.unique_id) attribute = &patch.attributes[i];
+    const std::string name = request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
+    if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + name);
+    if (request.component_count == 0 || request.component_count > 16 ||
+        attribute->components != request.component_count)
+      return invalid_input("Draco stream: " + name + " has " + std::to_string(attribute->components) +
+                           " components, not " + std::to_string(request.component_count));
+    found.push_back(attribute);
+  }
+  return {};
+}
+
+// Writes an attribute's values where place_of(point) says, in the type asked for.
+template <typename Index, typename PlaceOf>
+Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
+                       const AttributeRequest& request, PlaceOf place_of) {
+  if (is_same_type(attribute.type, request.component_type)) {
+    patch.write_values(attribute, [&](uint32_t point) { return reinterpret_cast<uint8_t*>(place_of(point)); });
+    return {};
+  }
+  std::vector<std::byte> stored(size_t{patch.point_count} * attribute.stride());
+  patch.write_values(attribute, [&](uint32_t point) {
+    return reinterpret_cast<uint8_t*>(stored.data() + size_t{point} * attribute.stride());
+  });
+  for (uint32_t point = 0; point < patch.point_count; ++point) {
+    std::byte* const place = place_of(point);
+    if (place != nullptr &&
+        !convert_value(stored.data() + size_t{point} * attribute.stride(), attribute.type, attribute.normalized,
+                       request.component_type, attribute.components, place))
+      return invalid_input("Draco stream: a value of " + request.semantic +
+                           " does not fit its accessor's type");
+  }
+  return {};
+}
+
+std::vector<Attribute> make_attributes(std::span<const AttributeRequest> requests, size_t point_count) {
+  std::vector<Attribute> attributes;
+  for (const AttributeRequest& request : requests) {
+    attributes.push_back(
+        {request.semantic, request.component_type, request.component_count, request.normalized, {}});
+    attributes.back().values.resize(point_count * attributes.back().stride());
+  }
+  return attributes;
+}
+
+Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
+  const ScratchPool::Lease lease(scratch_pool());
+  Mesh mesh;
+  Status status =
+      with_decoded(stream, *lease, [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
+        std::vector<const core::Attribute<Index>*> attributes;
+        if (Status found = find_attributes(patch, requests, attributes); !found.ok()) return found;
+        mesh.point_count = patch.point_count;
+        mesh.faces.resize(patch.face_count);
+        for (uint32_t face = 0; face < patch.face_count; ++face)
+          mesh.faces[face] = {patch.point_at[4 * face], patch.point_at[4 * face + 1],
+                              patch.point_at[4 * face + 2]};
+        mesh.attributes = make_attributes(requests, patch.point_count);
+        for (size_t i = 0; i < requests.size(); ++i) {
+          Attribute& out = mesh.attributes[i];
+          const size_t stride = out.stride();
+          Status written = write_attribute(patch, *attributes[i], requests[i],
+                                           [&](uint32_t point) { return out.values.data() + point * stride; });
+          if (!written.ok()) return written;
+        }
+        return {};
+      });
+  if (!status.ok()) return status;
+  return mesh;
+}
+
+// A container's mesh while its patches come in. Two rounds over the patches: first each writes what it owns,
+// and its faces with references as placeholders; then references take the numbers that their owners gave.
+class ContainerDecoder {
+ public:
+  ContainerDecoder(const Container& container, std::span<const AttributeRequest> requests,
+                   const ThreadPool& pool)
+      : container_(container), requests_(requests), pool_(pool), patches_(container.entries.size()) {}
+
+  Expected<Mesh> decode() {
+    if (uint64_t{container_.point_count()} + container_.reference_count() > 0xffffffffu)
+      return unsupported("more points than 32-bit numbers can tell apart");
+    for (uint32_t i = 0; i < patches_.size(); ++i) {
+      Expected<StitchMap> map = parse_stitch_map(container_, i);
+      if (!map) return map.status();
+      patches_[i].map = std::move(*map);
+      for (const StitchRun& run : patches_[i].map.runs)
+        patches_[i].needs_walk = patches_[run.owner].needs_walk = true;
+    }
+    mesh_.point_count = container_.point_count();
+    mesh_.faces.resize(container_.face_count());
+    mesh_.attributes = make_attributes(requests_, mesh_.point_count);
+    for (const auto round : {&ContainerDecoder::decode_patch, &ContainerDecoder::resolve_references}) {
+      pool_.for_each(patches_.size(), [&](size_t i) {
+        patches_[i].status = (this->*round)(static_cast<uint32_t>(i)).at({.patch = static_cast<int64_t>(i)});
+      });
+      for (StitchedPatch& patch : patches_)
+        if (!patch.status.ok()) return std::move(patch.status);
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  static constexpr uint32_t kNone = 0xffffffffu;
+
+  struct Placeholder {
+    uint32_t corner;     // of the mesh, three a face
+    uint32_t reference;  // of the patch, in the order of its stitch map
+  };
+  struct StitchedPatch {
+    StitchMap map;
+    bool needs_walk = false;
+    std::vector<uint32_t> walk;  // numbers of the points along the border; kNone for references
+    std::vector<Placeholder> placeholders;
+    Status status;
+  };
+
+  Status decode_patch(uint32_t i) {
+    const ScratchPool::Lease lease(scratch_pool());
+    Scratch& scratch = *lease;
+    return with_decoded(container_.streams[i], scratch,
+                        [&]<typename Index>(const core::Patch<Index>& patch, Arena& arena) -> Status {
+                          return write_patch(i, patch, arena, scratch.numbers);
+                        });
+  }
+
+  template <typename Index>
+  Status write_patch(uint32_t i, const core::Patch<Index>& patch, Arena& arena,
+                     std::vector<uint32_t>& numbers) {
+    const StreamEntry& entry = container_.entries[i];
+    const bool is_residue = i >= container_.patch_count();
+    const auto differs = [](const char* what, uint32_t stream, uint32_t directory) {
+      return invalid_input("the stream has " + std::to_string(stream) + " " + what + ", the directory says " +
+                           std::to_string(directory));
+    };
+    if (patch.point_count != entry.point_count) return differs("points", patch.point_count, entry.point_count);
+    // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
+    if (is_residue ? patch.face_count < entry.face_count : patch.face_count != entry.face_count)
+      return differs("faces", patch.face_count, entry.face_count);
+    std::vector<const core::Attribute<Index>*> attributes;
+    if (Status status = find_attributes(patch, requests_, attributes); !status.ok()) return status;
+    std::vector<uint32_t> walk;
+    if (patches_[i].needs_walk)
+      if (Status status = walk_border(patch, arena, walk); !status.ok()) return status;
+    if (Status status = number_points(i, walk, numbers); !status.ok()) return status;
+
+    const uint32_t total = mesh_.point_count;
+    std::vector<Placeholder>& placeholders = patches_[i].placeholders;
+    placeholders.clear();
+    std::array<uint32_t, 3>* face_out = mesh_.faces.data() + container_.face_base[i];
+    for (uint32_t face = 0; face < entry.face_count; ++face, ++face_out) {
+      for (uint32_t k = 0; k < 3; ++k) {
+        const uint32_t number = numbers[patch.point_at[4 * face + k]];
+        (*face_out)[k] = number;
+        if (number >= total) placeholders.push_back({3 * (container_.face_base[i] + face) + k, number - total});
+      }
+    }
+    for (size_t k = 0; k < requests_.size(); ++k) {
+      std::byte* const values = mesh_.attributes[k].values.data();
+      const size_t stride = mesh_.attributes[k].stride();
+      Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
+        // The owner writes; every copy holds the same bits.
+        return numbers[point] < total ? values + numbers[point] * stride : nullptr;
+      });
+      if (!status.ok()) return status;
+    }
+    for (uint32_t& point : walk) point = numbers[point] < total ? numbers[point] : kNone;
+    patches_[i].walk = std::move(walk);
+    return {};
+  }
+
+  template <typename Index>
+  Status walk_border(const core::Patch<Index>& patch, Arena& arena, std::vector<uint32_t>& walk) {
+    core::View<Index> border;
+    auto kind = core::BorderKind::kNoWalk;
+    if (!patch.table.opposite.empty()) {
+      const Fault fault = core::walk_border(patch, arena, border, kind);
+      if (fault == Fault::kWorkspace) return more_memory();
+    }
+    if (kind == core::BorderKind::kWalked) walk.assign(border.data(), border.data() + border.size());
+    if (kind != core::BorderKind::kIrregular) return {};
+    std::vector<Face> faces;
+    for (uint32_t face = 0; face < patch.face_count; ++face)
+      faces.push_back({patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]});
+    walk = border_walk(faces, patch.point_count);
+    return {};
+  }
+
+  // The number of each point in the mesh; of the n-th reference the mesh's point count + n.
+  Status number_points(uint32_t i, const std::vector<uint32_t>& walk, std::vector<uint32_t>& numbers) const {
+    numbers.assign(container_.entries[i].point_count, kNone);
+    uint32_t reference = mesh_.point_count;
+    for (const StitchRun& run : patches_[i].map.runs)
+      for (uint32_t k = 0; k < run.length; ++k) {
+        if (run.begin + k >= walk.size() || numbers[walk[run.begin + k]] != kNone)
+          return invalid_input("stitch map: a run leaves the border, or crosses itself");
+        numbers[walk[run.begin + k]] = reference++;
+      }
+    for (const StitchPair& pair : patches_[i].map.pairs) {
+      if (numbers[pair.point] != kNone) return invalid_input("stitch map: a point has two references");
+      numbers[pair.point] = reference++;
+    }
+    uint32_t next = container_.owned_base[i];
+    for (uint32_t& number : numbers)
+      if (number == kNone) number = next++;
+    return {};
+  }
+
+  Status resolve_references(uint32_t i) {
+    StitchedPatch& patch = patches_[i];
+    std::vector<uint32_t> numbers;
+    numbers.reserve(container_.entries[i].reference_count);
+    for (const StitchRun& run : patch.map.runs) {
+      const std::vector<uint32_t>& walk = patches_[run.owner].walk;
+      for (uint32_t k = 0; k < run.length; ++k) {
+        const uint32_t at = run.forward ? run.start + k : run.start - k;
+        if (at >= walk.size() || walk[at] == kNone)
+          return invalid_input("stitch map: a run names a point that its owner does not own");
+        numbers.push_back(walk[at]);
+      }
+    }
+    for (const StitchPair& pair : patch.map.pairs)
+      numbers.push_back(container_.owned_base[pair.owner] + pair.rank);
+    for (const Placeholder& placeholder : patch.placeholders)
+      mesh_.faces[placeholder.corner / 3][placeholder.corner % 3] = numbers[placeholder.reference];
+    return {};
+  }
+
+  const Container& container_;
+  std::span<const AttributeRequest> requests_;
+  const ThreadPool& pool_;
+  std::vector<StitchedPatch> patches_;
+  Mesh mesh_;
+};
+
+Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests,
+                                const ThreadPool& pool) {
+  const Expected<Container> container = parse_container(bytes);
+  if (!container) return container.status();
+  return ContainerDecoder(*container, requests, pool).decode();
+}
+
+}  // namespace
+
+DecodeBackend cpu_backend() { return {"cpu", decode_container, decode_stream}; }
+
+}  // namespace psplit

@@ -1,0 +1,14 @@
+// The CPU driver: the core's decoder on a pool of threads. The default backend; it needs no libdraco.
+#pragma once
+
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+// Decodes containers patch by patch on all threads of the pool, and Draco 2.2 mesh streams on the caller's
+// thread. Results are libdraco's to the bit. Any bytes may be given. Streams of older versions are
+// kUnsupported, all else that cannot be decoded is kInvalidInput, with the patch as its place. Safe to call
+// from many threads.
+DecodeBackend cpu_backend();
+
+}  // namespace psplit

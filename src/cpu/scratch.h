@@ -1,0 +1,61 @@
+// Memory for one stream at a time, reused from stream to stream.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "src/core/decode_patch.h"
+
+namespace psplit {
+
+// Everything one thread needs to decode; tens of kilobytes to start with.
+struct Scratch {
+  std::unique_ptr<uint8_t[]> memory;
+  size_t size = 0;
+  core::Patch<uint16_t> narrow;
+  core::Patch<uint32_t> wide;
+  std::vector<uint32_t> numbers;
+
+  void grow(size_t at_least) {
+    if (size >= at_least) return;
+    memory.reset();  // before the new block, so that both never stand side by side
+    memory = std::make_unique_for_overwrite<uint8_t[]>(at_least);
+    size = at_least;
+  }
+};
+
+// As many as there are threads at once. Safe to share between threads.
+class ScratchPool {
+ public:
+  class Lease {
+   public:
+    explicit Lease(ScratchPool& pool) : pool_(pool), scratch_(pool.take()) {}
+    ~Lease() { pool_.put(std::move(scratch_)); }
+    Lease(const Lease&) = delete;
+    Lease& operator=(const Lease&) = delete;
+    Scratch& operator*() const { return *scratch_; }
+
+   private:
+    ScratchPool& pool_;
+    std::unique_ptr<Scratch> scratch_;
+  };
+
+ private:
+  std::unique_ptr<Scratch> take() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<Scratch>();
+    std::unique_ptr<Scratch> scratch = std::move(idle_.back());
+    idle_.pop_back();
+    return scratch;
+  }
+  void put(std::unique_ptr<Scratch> scratch) {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(scratch));
+  }
+
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Scratch>> idle_;
+};
+
+}  // namespace psplit
