@@ -43,13 +43,15 @@ class Walker {
     draco::RAnsBitDecoder bits;
     ok = ok && bits.StartDecoding(&buffer_);
   }
-  // Returns the method of coding.
-  int skip_symbols(uint32_t count, int component_count) {
-    uint8_t method = 0;
+  struct SymbolCoding {
+    int method = -1, bits = -1;
+  };
+  SymbolCoding skip_symbols(uint32_t count, int component_count) {
+    if (count == 0) return {};
+    std::array<uint8_t, 2> head{};
     std::vector<uint32_t> symbols(count);
-    if (count == 0) return -1;
-    ok = ok && buffer_.Peek(&method) && draco::DecodeSymbols(count, component_count, &buffer_, symbols.data());
-    return method;
+    ok = ok && buffer_.Peek(&head) && draco::DecodeSymbols(count, component_count, &buffer_, symbols.data());
+    return {head[0], head[0] == draco::SYMBOL_CODING_RAW ? head[1] : -1};
   }
   void skip_metadata() {
     draco::GeometryMetadata metadata;
@@ -78,7 +80,7 @@ void walk_edgebreaker(Walker& walker, StreamFeatures& features) {
   walker.skip_bits();  // start faces
   for (int i = 0; i < features.attribute_data_count; ++i) walker.skip_bits();
   if (features.connectivity == draco::MESH_EDGEBREAKER_VALENCE_ENCODING)
-    for (int valence = 2; valence <= 7; ++valence) walker.skip_symbols(walker.varint(), 1);
+    for (int& method : features.context_symbols) method = walker.skip_symbols(walker.varint(), 1).method;
 }
 
 void walk_indices(Walker& walker, StreamFeatures& features) {
@@ -86,7 +88,7 @@ void walk_indices(Walker& walker, StreamFeatures& features) {
   const uint32_t point_count = walker.varint();
   features.index_coding = walker.field<uint8_t>();
   if (features.index_coding == 0) {
-    walker.skip_symbols(3 * features.face_count, 1);
+    features.index_symbols = walker.skip_symbols(3 * features.face_count, 1).method;
     return;
   }
   features.index_bytes = point_count < 1u << 8    ? 1
@@ -126,7 +128,9 @@ void walk_values(Walker& walker, AttributeFeatures& attribute, const draco::Poin
   const int component_count = octahedral ? 2 : attribute.component_count;
   const uint32_t symbol_count = value_count * static_cast<uint32_t>(component_count);
   if (walker.field<uint8_t>() != 0) {
-    attribute.symbols = walker.skip_symbols(symbol_count, component_count);
+    const auto [method, bits] = walker.skip_symbols(symbol_count, component_count);
+    attribute.symbols = method;
+    attribute.symbol_bits = bits;
   } else {
     attribute.stored_bytes = walker.field<uint8_t>();
     walker.skip(uint64_t{symbol_count} * static_cast<uint64_t>(attribute.stored_bytes));

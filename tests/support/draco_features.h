@@ -1,6 +1,7 @@
 // Which features of the bitstream a Draco mesh stream uses: a walk over its sections with libdraco's parts.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -22,6 +23,7 @@ struct AttributeFeatures {
   int scheme = -1;     // -2 where values are not predicted
   int transform = -1;
   int symbols = -1;       // 0 tagged, 1 raw
+  int symbol_bits = -1;   // of raw symbols: what sets the precision of their probabilities
   int stored_bytes = -1;  // bytes of each value where they are not entropy coded
   int bits = -1;          // of quantization
 };
@@ -34,9 +36,11 @@ struct StreamFeatures {
   int connectivity = -1;  // 0 standard, 2 valence
   uint32_t split_symbol_count = 0, split_event_count = 0;
   int attribute_data_count = -1;
+  std::array<int, 6> context_symbols = {-1, -1, -1, -1, -1, -1};  // of valences 2 to 7: 0 tagged, 1 raw
   // Sequential.
-  int index_coding = -1;  // 0 compressed, 1 raw
-  int index_bytes = -1;   // of raw indices; 0: varints
+  int index_coding = -1;   // 0 compressed, 1 raw
+  int index_symbols = -1;  // of compressed indices: 0 tagged, 1 raw
+  int index_bytes = -1;    // of raw indices; 0: varints
   std::vector<AttributeFeatures> attributes;
 };
 
