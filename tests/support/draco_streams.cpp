@@ -1,6 +1,5 @@
 #include "tests/support/draco_streams.h"
 
-#include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
 #include <draco/mesh/mesh.h>
 
@@ -584,36 +583,6 @@ class Generator {
 
 void for_each_draco_stream(const std::function<void(const DracoStream&)>& visit, StreamSet set) {
   Generator(visit, set).run();
-}
-
-std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream, AttributeTransforms transforms) {
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
-  draco::Decoder decoder;
-  if (transforms == AttributeTransforms::kSkip)
-    for (size_t role = 0; role < kRoleCount; ++role) decoder.SetSkipAttributeTransform(static_cast<Role>(role));
-  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok()) return std::nullopt;
-  const draco::Mesh& source = *decoded.value();
-
-  RawMesh mesh;
-  mesh.point_count = source.num_points();
-  mesh.faces.reserve(source.num_faces());
-  for (uint32_t i = 0; i < source.num_faces(); ++i) {
-    const draco::Mesh::Face& face = source.face(draco::FaceIndex(i));
-    mesh.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
-  }
-  for (int i = 0; i < source.num_attributes(); ++i) {
-    const draco::PointAttribute& attribute = *source.attribute(i);
-    RawAttribute raw{attribute.unique_id(),      attribute.attribute_type(), attribute.data_type(),
-                     attribute.num_components(), attribute.normalized(),     {}};
-    const auto stride = static_cast<size_t>(attribute.byte_stride());
-    raw.point_values.resize(mesh.point_count * stride);
-    for (uint32_t point = 0; point < mesh.point_count; ++point)
-      attribute.GetMappedValue(draco::PointIndex(point), raw.point_values.data() + point * stride);
-    mesh.attributes.push_back(std::move(raw));
-  }
-  return mesh;
 }
 
 }  // namespace psplit
