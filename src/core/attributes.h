@@ -28,7 +28,7 @@ PSPLIT_HD constexpr uint32_t data_type_bytes(DataType type) {
 
 enum class Coding : uint8_t { kRaw = 0, kInteger = 1, kQuantized = 2, kNormal = 3 };
 
-inline constexpr uint32_t kMaxAttributes = 64;
+inline constexpr uint32_t kMaxAttributes = 256;
 
 template <typename Index>
 struct Attribute {

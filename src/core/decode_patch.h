@@ -15,7 +15,7 @@
 
 namespace psplit::core {
 
-inline constexpr uint32_t kMaxAttributeData = 32;
+inline constexpr uint32_t kMaxAttributeData = 128;
 
 // A decoded stream. Its arrays lie in the arena it was decoded with, and in the stream's own bytes: both must
 // outlive it.

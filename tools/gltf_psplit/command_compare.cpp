@@ -154,7 +154,10 @@ Status run_compare(Arguments arguments, const Session& session) {
   options.thread_counts = {1};
   if (session.pool.thread_count() > 1) options.thread_counts.push_back(session.pool.thread_count());
 
-  const std::vector<DecodeBackend> backends{find_backend(arguments.backend)};
+  // By default every decoder there is.
+  std::vector<DecodeBackend> backends;
+  for (const char* name : {"cpu", "draco"})
+    if (arguments.backend == "auto" || arguments.backend == name) backends.push_back(find_backend(name));
   const Expected<Comparison> comparison = [&] {
     ProgressBar bar("comparing", session.log);
     return compare_codecs(*meshes, options, backends, session.pool, bar.callback());

@@ -6,6 +6,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/mesh_files.h"
+#include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/commands.h"
 
 namespace psplit {
@@ -30,7 +31,7 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options) {
 
 void add_backend_option(CLI::App& command, std::string& name) {
   command.add_option("--backend", name, "Decoder: auto takes the fastest there is; draco is stock libdraco")
-      ->check(CLI::IsMember({"auto", "draco"}))
+      ->check(CLI::IsMember({"auto", "cpu", "draco"}))
       ->capture_default_str()
       ->type_name("NAME");
 }
@@ -42,8 +43,30 @@ void add_format_option(CLI::App& command, std::string& name) {
       ->type_name("FORM");
 }
 
-// Stock libdraco is the only decoder yet, so both names mean it.
-DecodeBackend find_backend(const std::string&) { return draco_backend(); }
+namespace {
+
+// The CPU backend, and libdraco for what it does not take: streams of versions before 2.2.
+DecodeBackend fastest_backend() {
+  const DecodeBackend cpu = cpu_backend(), draco = draco_backend();
+  return {"auto",
+          [=](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
+              const ThreadPool& pool) {
+            Expected<Mesh> mesh = cpu.decode_container(container, requests, pool);
+            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
+            return draco.decode_container(container, requests, pool);
+          },
+          [=](std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
+            Expected<Mesh> mesh = cpu.decode_stream(stream, requests);
+            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
+            return draco.decode_stream(stream, requests);
+          }};
+}
+
+}  // namespace
+
+DecodeBackend find_backend(const std::string& name) {
+  return name == "cpu" ? cpu_backend() : name == "draco" ? draco_backend() : fastest_backend();
+}
 
 Expected<Document> read_input(const std::string& path) {
   if (path == "-" || !is_mesh_file(path)) return read_document(path);
