@@ -64,6 +64,8 @@ class RansTable {
     uint32_t first;  // sum of the probabilities of all lower symbols
   };
 
+  static constexpr int kDirectBits = 12;  // the least precision there is
+
   // Reads the table. Slots live in the arena until it is released.
   PSPLIT_HD Fault read(ByteReader& reader, int precision_bits, Arena& arena) {
     precision_bits_ = precision_bits;
@@ -118,7 +120,6 @@ class RansTable {
   }
 
  private:
-  static constexpr int kDirectBits = 12;
   PSPLIT_HD static uint64_t direct_entry(const Slot& slot, uint32_t number) {
     return uint64_t{slot.symbol} << 32 | slot.prob << 16 | (number - slot.first);
   }
@@ -143,51 +144,33 @@ class RansSymbols {
   // One symbol, however the bytes end.
   PSPLIT_HD uint32_t next(const RansTable& table) {
     while (state_ < base_ && size_ > 0) state_ = state_ << 8 | block_[--size_];
-    return step(table);
-  }
-
-  // `count` symbols. visit(i, symbol).
-  template <typename Visit>
-  PSPLIT_HD void decode(const RansTable& table, uint32_t count, Visit visit) {
-    uint32_t i = 0;
-    // A step takes three bytes at most; while there are as many for each, none needs to be counted. They are
-    // read four at a time, which may touch what stands before the block: its own table does.
-    while (i < count && size_ >= 3) {
-      uint32_t safe = static_cast<uint32_t>(size_ / 3 < count - i ? size_ / 3 : count - i);
-      if (table.is_direct()) {
-        for (; safe > 0; --safe, ++i) visit(i, fast_step<true>(table));
-      } else {
-        for (; safe > 0; --safe, ++i) visit(i, fast_step<false>(table));
-      }
-    }
-    for (; i < count; ++i) visit(i, next(table));
-  }
-
- private:
-  PSPLIT_HD uint32_t step(const RansTable& table) {
     const uint32_t number = state_ & ((base_ >> 2) - 1), whole = state_ >> table.precision_bits();
-    if (table.is_direct()) {
-      const uint64_t entry = table.direct(number);
-      state_ = static_cast<uint32_t>(entry >> 16 & 0xffff) * whole + static_cast<uint32_t>(entry & 0xffff);
-      return static_cast<uint32_t>(entry >> 32);
-    }
+    if (table.is_direct()) return step_direct(table.direct(number), whole);
     const RansTable::Slot& slot = table.search(number);
     state_ = slot.prob * whole + (number - slot.first);
     return slot.symbol;
   }
 
-  template <bool kDirect>
-  PSPLIT_HD uint32_t fast_step(const RansTable& table) {
-    // Whether a byte is due is as good as random: no branches. A direct table never needs a third byte.
-    uint32_t ahead = load_le32(block_ + size_ - 4);
-    for (int i = 0; i < (kDirect ? 2 : 3); ++i) {
-      const bool due = state_ < base_;
-      const uint32_t with_byte = state_ << 8 | ahead >> 24;
-      state_ = due ? with_byte : state_;
-      ahead = due ? ahead << 8 : ahead;
-      size_ -= due ? 1 : 0;
-    }
-    return step(table);
+  // How many symbols next_fast may decode before it must be asked again: a step takes three bytes at most.
+  PSPLIT_HD size_t fast_steps() const { return size_ / 3; }
+
+  // One symbol of a direct table, without branches: how many bytes are due is as good as random. They are read four
+  // at a time, which may touch what stands before the block: its own table does.
+  PSPLIT_HD uint32_t next_fast(const RansTable& table) {
+    // Of 12 bits' precision there are never three bytes due. The comparisons do not wait for each other.
+    const uint32_t due = (state_ < kDirectBase) + (state_ < kDirectBase >> 8);
+    const uint64_t ahead = uint64_t{state_} << 32 | load_le32(block_ + size_ - 4);
+    state_ = static_cast<uint32_t>(ahead << 8 * due >> 32);
+    size_ -= due;
+    return step_direct(table.direct(state_ & (kDirectBase / 4 - 1)), state_ >> RansTable::kDirectBits);
+  }
+
+ private:
+  static constexpr uint32_t kDirectBase = 4u << RansTable::kDirectBits;
+
+  PSPLIT_HD uint32_t step_direct(uint64_t entry, uint32_t whole) {
+    state_ = static_cast<uint32_t>(entry >> 16 & 0xffff) * whole + static_cast<uint32_t>(entry & 0xffff);
+    return static_cast<uint32_t>(entry >> 32);
   }
 
   const uint8_t* block_ = nullptr;

@@ -22,12 +22,13 @@ class Walk {
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, Sequence<Index>& out) {
     table_ = attribute.table;
     closed_ = attribute.closed;
-    const size_t corner_count = attribute.table.opposite.size();
+    face_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
     if (!arena.take(out.corner, size_t{attribute.vertex_count} + 1)) return Fault::kWorkspace;
     if (!arena.take(out.rank, attribute.vertex_count)) return Fault::kWorkspace;
     mark_ = arena.mark();
-    if (!arena.take(face_seen_, corner_count / 4)) return Fault::kWorkspace;
+    if (!arena.take(face_seen_, size_t{face_count_} + 1)) return Fault::kWorkspace;
     fill(face_seen_, false);
+    face_seen_[face_count_] = true;  // stands for the face that is not there
     fill(out.rank, kNone<Index>);
     met_ = out.corner;
     rank_ = out.rank;
@@ -38,21 +39,26 @@ class Walk {
     arena.release(mark_);
   }
 
-  PSPLIT_HD Index right_of(Index corner) const { return table_.opposite[next(corner)]; }
-  PSPLIT_HD Index left_of(Index corner) const { return table_.opposite[previous(corner)]; }
-  PSPLIT_HD bool closed_at(Index corner) const { return closed_[table_.vertex[corner]]; }
-  PSPLIT_HD Index vertex_at(Index corner) const { return table_.vertex[corner]; }
+  PSPLIT_HD uint32_t face_count() const { return face_count_; }
+  PSPLIT_HD uint32_t right_of(uint32_t corner) const { return table_.opposite[next(corner)]; }
+  PSPLIT_HD uint32_t left_of(uint32_t corner) const { return table_.opposite[previous(corner)]; }
+  PSPLIT_HD bool closed_at(uint32_t corner) const { return closed_[table_.vertex[corner]]; }
+  PSPLIT_HD uint32_t vertex_at(uint32_t corner) const { return table_.vertex[corner]; }
 
-  PSPLIT_HD bool face_seen(Index corner) const { return face_seen_[corner >> 2]; }
-  PSPLIT_HD bool face_done(Index corner) const { return corner == kNone<Index> || face_seen(corner); }
-  PSPLIT_HD void see_face(Index corner) { face_seen_[corner >> 2] = true; }
-  PSPLIT_HD bool vertex_seen(Index corner) const { return rank_[vertex_at(corner)] != kNone<Index>; }
+  PSPLIT_HD bool face_seen(uint32_t corner) const { return face_seen_[corner >> 2]; }
+  // The same, and true where there is no face.
+  PSPLIT_HD bool face_done(uint32_t corner) const {
+    const uint32_t face = corner >> 2;
+    return face_seen_[face < face_count_ ? face : face_count_];
+  }
+  PSPLIT_HD void see_face(uint32_t corner) { face_seen_[corner >> 2] = true; }
+  PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] != kNone<Index>; }
 
   // Whether the vertex at the corner is a new one; if so it comes next in the sequence.
-  PSPLIT_HD bool see_vertex(Index corner) {
+  PSPLIT_HD bool see_vertex(uint32_t corner) {
     Index& rank = rank_[vertex_at(corner)];
     const bool is_new = rank == kNone<Index>;
-    met_[count_] = corner;
+    met_[count_] = static_cast<Index>(corner);
     rank = static_cast<Index>(select(mask(is_new), count_, rank));
     count_ += is_new;
     return is_new;
@@ -62,45 +68,65 @@ class Walk {
   CornerTable<Index> table_;
   View<bool> closed_, face_seen_;
   View<Index> met_, rank_;
-  uint32_t count_ = 0;
+  uint32_t face_count_ = 0, count_ = 0;
   size_t mark_ = 0;
 };
 
 // Depth first: to the right while that leads anywhere, the left sides kept for later.
 template <typename Index>
-PSPLIT_HD Fault traverse_depth_first(const AttributeTable<Index>& attribute, Arena& arena,
-                                     Sequence<Index>& out) {
-  Walk<Index> walk;
-  const size_t face_count = attribute.table.opposite.size() / 4;
-  if (const Fault fault = walk.start(attribute, arena, out); fault != Fault::kNone) return fault;
-  View<Index> stack;
-  if (!arena.take(stack, face_count + 1)) return Fault::kWorkspace;
-  for (size_t start = 0; start < face_count; ++start) {
-    auto corner = static_cast<Index>(4 * start);
-    if (walk.face_seen(corner)) continue;
-    walk.see_vertex(next(corner));
-    walk.see_vertex(previous(corner));
-    size_t waiting = 0;
-    for (;;) {
-      walk.see_face(corner);
-      const bool inside = walk.see_vertex(corner) && walk.closed_at(corner);
-      const Index right = walk.right_of(corner), left = walk.left_of(corner);
-      const bool right_done = walk.face_done(right), left_done = walk.face_done(left);
-      // Around a new vertex inside the mesh nothing is done yet, and the walk comes back on the left by itself.
-      stack[waiting] = left;
-      waiting += !inside & !right_done & !left_done ? 1 : 0;
-      if (!right_done) {
-        corner = right;
-      } else if (!left_done) {
-        corner = left;
-      } else {
-        while (waiting > 0 && walk.face_seen(stack[waiting - 1])) --waiting;
-        if (waiting == 0) break;
-        corner = stack[--waiting];
-      }
-    }
+class DepthFirstTraversal {
+ public:
+  PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, Sequence<Index>& out) {
+    if (const Fault fault = walk_.start(attribute, arena, out); fault != Fault::kNone) return fault;
+    if (!arena.take(waiting_, size_t{walk_.face_count()} + 1)) return Fault::kWorkspace;
+    running_ = begin_component();
+    return Fault::kNone;
   }
-  walk.finish(arena, out);
+  PSPLIT_HD void finish(Arena& arena, Sequence<Index>& out) const { walk_.finish(arena, out); }
+  PSPLIT_HD bool running() const { return running_; }
+
+  // One face. Where the walk goes next is as good as random, so but for dead ends there are no branches.
+  PSPLIT_HD void step() {
+    const uint32_t corner = corner_, right = walk_.right_of(corner), left = walk_.left_of(corner);
+    walk_.see_face(corner);
+    const bool right_done = walk_.face_done(right), left_done = walk_.face_done(left);
+    // Around a new vertex inside the mesh nothing is done yet, and the walk comes back on the left by itself.
+    const bool inside = walk_.see_vertex(corner) & walk_.closed_at(corner);
+    waiting_[waiting_count_] = static_cast<Index>(left);
+    waiting_count_ += !inside & !right_done & !left_done;
+    corner_ = select(mask(right_done), left, right);
+    if (PSPLIT_UNLIKELY(right_done & left_done)) running_ = go_back();
+  }
+
+ private:
+  PSPLIT_HD bool go_back() {
+    while (waiting_count_ > 0) {
+      corner_ = waiting_[--waiting_count_];
+      if (!walk_.face_seen(corner_)) return true;
+    }
+    return begin_component();
+  }
+  PSPLIT_HD bool begin_component() {
+    while (start_ < walk_.face_count() && walk_.face_seen(4 * start_)) ++start_;
+    if (start_ == walk_.face_count()) return false;
+    corner_ = 4 * start_;
+    walk_.see_vertex(next(corner_));
+    walk_.see_vertex(previous(corner_));
+    return true;
+  }
+
+  Walk<Index> walk_;
+  View<Index> waiting_;
+  uint32_t corner_ = 0, waiting_count_ = 0, start_ = 0;
+  bool running_ = false;
+};
+
+template <typename Index>
+PSPLIT_HD Fault traverse_depth_first(const AttributeTable<Index>& attribute, Arena& arena, Sequence<Index>& out) {
+  DepthFirstTraversal<Index> traversal;
+  if (const Fault fault = traversal.start(attribute, arena, out); fault != Fault::kNone) return fault;
+  while (traversal.running()) traversal.step();
+  traversal.finish(arena, out);
   return Fault::kNone;
 }
 
@@ -110,8 +136,8 @@ template <typename Index>
 PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attribute, Arena& arena,
                                               Sequence<Index>& out) {
   Walk<Index> walk;
-  const size_t face_count = attribute.table.opposite.size() / 4;
   if (const Fault fault = walk.start(attribute, arena, out); fault != Fault::kNone) return fault;
+  const uint32_t face_count = walk.face_count();
   constexpr uint32_t kPriorities = 3;
   View<uint8_t> degree;
   // Every edge is put on a stack at most once, from its first side. Three stacks in one linked array.
@@ -122,19 +148,19 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
     if (!arena.take(stack, 2 * face_count + 1)) return Fault::kWorkspace;
   fill(degree, uint8_t{0});
   uint32_t best = 0;
-  const auto priority_of = [&](Index corner) -> uint32_t {
+  const auto priority_of = [&](uint32_t corner) -> uint32_t {
     if (walk.vertex_seen(corner)) return 0;
     uint8_t& seen_from = degree[walk.vertex_at(corner)];
     if (seen_from < 2) ++seen_from;
     return seen_from > 1 ? 1 : 2;
   };
-  const auto wait = [&](Index corner, uint32_t priority) {
-    waiting[priority][sizes[priority]++] = corner;
+  const auto wait = [&](uint32_t corner, uint32_t priority) {
+    waiting[priority][sizes[priority]++] = static_cast<Index>(corner);
     if (priority < best) best = priority;
   };
 
-  for (size_t start = 0; start < face_count; ++start) {
-    auto corner = static_cast<Index>(4 * start);
+  for (uint32_t start = 0; start < face_count; ++start) {
+    uint32_t corner = 4 * start;
     if (walk.face_seen(corner)) continue;
     walk.see_vertex(next(corner));
     walk.see_vertex(previous(corner));
@@ -149,7 +175,7 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
       for (;;) {
         walk.see_face(corner);
         walk.see_vertex(corner);
-        const Index right = walk.right_of(corner), left = walk.left_of(corner);
+        const uint32_t right = walk.right_of(corner), left = walk.left_of(corner);
         const bool right_done = walk.face_done(right);
         if (!walk.face_done(left)) {
           const uint32_t priority = priority_of(left);
