@@ -63,6 +63,15 @@ Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits) {
   return coding;
 }
 
+AttributeCoding unit_grid(size_t component_count, int bits) {
+  return {bits, false, std::vector<float>(component_count, 0.0f), 1.0f};
+}
+
+bool is_unit_grid(const AttributeCoding& coding) {
+  return coding.bits > 0 && !coding.octahedral && coding.range == 1.0f &&
+         std::all_of(coding.origin.begin(), coding.origin.end(), [](float origin) { return origin == 0; });
+}
+
 AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b) {
   AttributeCoding merged = a;
   merged.range = 0;

@@ -11,6 +11,7 @@
 #include "gltf_ext/convert.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/primitive_edit.h"
+#include "gltf_ext/weights.h"
 
 namespace psplit {
 namespace {
@@ -20,6 +21,7 @@ struct Job {
   PrimitiveGroup group;
   Mesh mesh;
   std::vector<MorphAttribute> morphs;
+  std::vector<Attribute> unrounded;  // skin weights as they came
   std::vector<AttributeCoding> codings;
   EncodeOptions options;
   EncodedMesh encoded;
@@ -42,6 +44,15 @@ bool all_unit_vectors(const Attribute& attribute) {
   return true;
 }
 
+bool all_in_unit_range(const Attribute& attribute) {
+  for (size_t at = 0; at < attribute.values.size(); at += sizeof(float)) {
+    float value = 0;
+    std::memcpy(&value, attribute.values.data() + at, sizeof value);
+    if (!(value >= 0 && value <= 1)) return false;
+  }
+  return true;
+}
+
 // What no grid can hold (integers, NaN, normals that are no directions) is kept exactly.
 AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOptions& options) {
   if (options.lossless || attribute.component_type != ComponentType::kFloat32) return {};
@@ -55,6 +66,9 @@ AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOption
                    : starts("COLOR_")               ? options.color_bits
                                                     : options.generic_bits;
   if (bits == 0) return {};
+  // glTF wants these in [0, 1], and the ends of a grid that fits tightly may come back a little beyond.
+  if ((starts("COLOR_") || starts("WEIGHTS_")) && all_in_unit_range(attribute))
+    return unit_grid(attribute.component_count, bits);
   return [&]() -> AttributeCoding {
     Expected<AttributeCoding> grid = fit_grid(attribute, bits);
     return grid.ok() ? std::move(*grid) : AttributeCoding{};
@@ -94,17 +108,19 @@ void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& op
             : static_cast<uint32_t>(std::max<uint64_t>(1, (faces[i] + patch_faces / 2) / patch_faces));
 }
 
-// Interleaves the morph targets of each point: what tells points apart that are equal otherwise.
-std::vector<std::byte> morph_bytes(const Job& job, size_t& stride) {
-  stride = 0;
+// What tells points apart that are equal otherwise: morph targets and weights before rounding, interleaved.
+std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride) {
+  std::vector<std::pair<const std::vector<std::byte>*, size_t>> sources;
   for (const MorphAttribute& morph : job.morphs)
-    stride += morph.data.values.size() / std::max(1u, morph.data.count);
+    sources.emplace_back(&morph.data.values, morph.data.values.size() / std::max(1u, morph.data.count));
+  for (const Attribute& attribute : job.unrounded) sources.emplace_back(&attribute.values, attribute.stride());
+  stride = 0;
+  for (const auto& [values, width] : sources) stride += width;
   std::vector<std::byte> bytes(stride * job.mesh.point_count);
   size_t offset = 0;
-  for (const MorphAttribute& morph : job.morphs) {
-    const size_t width = morph.data.values.size() / std::max(1u, morph.data.count);
+  for (const auto& [values, width] : sources) {
     for (size_t i = 0; i < job.mesh.point_count; ++i)
-      std::memcpy(bytes.data() + i * stride + offset, morph.data.values.data() + i * width, width);
+      std::memcpy(bytes.data() + i * stride + offset, values->data() + i * width, width);
     offset += width;
   }
   return bytes;
@@ -225,6 +241,12 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
     result.jobs.push_back(std::move(job));
   }
   share_grids(result.jobs, options.volume);
+  for (Job& job : result.jobs) {
+    for (size_t i = 0; i < job.codings.size(); ++i)
+      if (job.mesh.attributes[i].semantic.starts_with("WEIGHTS_") && job.codings[i].bits > 0)
+        job.unrounded.push_back(job.mesh.attributes[i]);
+    round_weights(job.mesh, job.codings);
+  }
   return result;
 }
 
@@ -242,7 +264,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   pool.for_each(jobs.size(), [&](size_t i) {
     Job& job = jobs[i];
     size_t stride = 0;
-    const std::vector<std::byte> extra = morph_bytes(job, stride);
+    const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
     Expected<EncodedMesh> encoded = encode_mesh(job.mesh, job.codings, job.options, pool, extra, stride);
     if (encoded.ok()) {
       job.encoded = std::move(*encoded);

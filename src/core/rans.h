@@ -154,8 +154,8 @@ class RansSymbols {
   // How many symbols next_fast may decode before it must be asked again: a step takes three bytes at most.
   PSPLIT_HD size_t fast_steps() const { return size_ / 3; }
 
-  // One symbol of a direct table, without branches: how many bytes are due is as good as random. They are read four
-  // at a time, which may touch what stands before the block: its own table does.
+  // One symbol of a direct table, without branches: how many bytes are due is as good as random. They are read
+  // four at a time, which may touch what stands before the block: its own table does.
   PSPLIT_HD uint32_t next_fast(const RansTable& table) {
     // Of 12 bits' precision there are never three bytes due. The comparisons do not wait for each other.
     const uint32_t due = (state_ < kDirectBase) + (state_ < kDirectBase >> 8);

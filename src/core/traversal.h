@@ -122,7 +122,8 @@ class DepthFirstTraversal {
 };
 
 template <typename Index>
-PSPLIT_HD Fault traverse_depth_first(const AttributeTable<Index>& attribute, Arena& arena, Sequence<Index>& out) {
+PSPLIT_HD Fault traverse_depth_first(const AttributeTable<Index>& attribute, Arena& arena,
+                                     Sequence<Index>& out) {
   DepthFirstTraversal<Index> traversal;
   if (const Fault fault = traversal.start(attribute, arena, out); fault != Fault::kNone) return fault;
   while (traversal.running()) traversal.step();

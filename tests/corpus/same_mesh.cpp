@@ -129,6 +129,12 @@ Expected<Tolerance> default_tolerance(const Attribute& attribute) {
   if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); })) return exact_tolerance();
   Expected<AttributeCoding> grid = fit_grid(attribute, bits);
   if (!grid) return exact_tolerance();
+  if ((name.starts_with("COLOR_") || name.starts_with("WEIGHTS_")) &&
+      std::ranges::all_of(values, [](float value) { return value >= 0 && value <= 1; })) {
+    // Weights go to the step above or below, so that their sum stays one: half a step more than the nearest.
+    grid = unit_grid(attribute.component_count, name.starts_with("WEIGHTS_") ? bits - 1 : bits);
+    return grid_tolerance(grid->bits, grid->origin, grid->range);
+  }
   if (!fits_tightly(*grid, attribute)) return runtime_failure("the grid of " + name + " is too wide");
   return grid_tolerance(bits, grid->origin, grid->range);
 }
