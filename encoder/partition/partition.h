@@ -1,8 +1,10 @@
 // Cuts the faces of a mesh into balanced, compact patches by connectivity alone.
 //
 // Zhao, Tang, Tong: Connectivity-Based Segmentation for GPU-Accelerated Mesh Decompression, 2012, sections 3
-// and 4: positions are dropped, every edge has length 1; centres by geodesic farthest-point sampling; faces
-// go to their nearest centre; jagged borders are refined.
+// and 4: positions are dropped, every edge has length 1; faces are clustered in several levels; borders are
+// refined. The levels are those of Karypis and Kumar: A Fast and High Quality Multilevel Scheme for
+// Partitioning Irregular Graphs, 1998: cells of ever more faces, patches of the largest cells, then refinement
+// from the largest cells down to single faces.
 #pragma once
 
 #include <array>
@@ -18,6 +20,10 @@ struct PartitionOptions {
   uint32_t patch_count = 1;  // a target: 0 counts as 1, more than the faces as one face a patch
   // Off leaves the jagged borders of plain clustering: the paper's "unprocessed" row.
   bool refine = true;
+  // The cells that patches are made of: 0 joins neighbours in pairs, and again. N clusters faces around N times
+  // as many farthest-point samples as there are patches, the paper's section 3.5; 1 is its single level, a
+  // sample a patch.
+  uint32_t samples_per_patch = 0;
 };
 
 struct Partition {
@@ -26,8 +32,9 @@ struct Partition {
 };
 
 // `faces` are corner-table vertices (welded by position), each below vertex_count. Any topology is taken:
-// several components, non-manifold edges, degenerate and repeated faces. The result depends on the input and
-// the options only, never on the number of threads. Two calls may share one pool.
+// several components, non-manifold edges, degenerate and repeated faces. The faces of a patch are connected by
+// edges, unless it was packed from several components of less than half a patch each. The result depends on the
+// input and the options only, never on the number of threads. Two calls may share one pool.
 Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                           const PartitionOptions& options, const ThreadPool& pool);
 

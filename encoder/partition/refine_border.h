@@ -1,14 +1,15 @@
-// Refinement of jagged borders (paper, section 3.6), and of balance.
+// Refinement of borders (paper, section 3.6), and of balance.
 #pragma once
 
-#include "encoder/partition/clusters.h"
+#include "encoder/partition/cell_graph.h"
 
 namespace psplit {
 
-// Faces on borders change sides. First a face that has two neighbours in another patch goes to it, the
-// lower-numbered patch winning and a face between three patches staying: the paper's rule. Then, sweep by
-// sweep, a face moves where fewer vertices are shared between patches after it, and among moves that change
-// nothing where sizes come closer.
-void refine_border(const Topology& topology, const Component& component, Clusters& clusters);
+// Cells on borders change sides where fewer edges, and so fewer vertices, lie between patches after it.
+// Fiduccia and Mattheyses' way: from every border cell outwards, moves are made from the best on, bad ones too,
+// and those after the best moment undone. No patch rises above its limit of faces, and those above sink where
+// that is cheap. A connected patch stays connected, and none becomes empty.
+void refine_border(const CellGraph& graph, std::span<const uint32_t> face_limits,
+                   std::vector<uint32_t>& patch_of);
 
 }  // namespace psplit

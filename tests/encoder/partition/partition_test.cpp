@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numeric>
 #include <set>
-
-#include "encoder/partition/topology.h"
 
 namespace psplit {
 namespace {
@@ -35,10 +35,12 @@ uint32_t vertex_count(const Faces& faces) {
   return count;
 }
 
-Partition cut(const Faces& faces, uint32_t patch_count, int threads = 2, bool refine = true) {
+Partition cut(const Faces& faces, uint32_t patch_count, int threads = 2, bool refine = true,
+              uint32_t samples_per_patch = 0) {
   PartitionOptions options;
   options.patch_count = patch_count;
   options.refine = refine;
+  options.samples_per_patch = samples_per_patch;
   return partition_faces(faces, vertex_count(faces), options, ThreadPool(threads));
 }
 
@@ -65,19 +67,54 @@ double replication(const Faces& faces, const Partition& partition) {
   return static_cast<double>(uses.size()) / static_cast<double>(vertices.size()) - 1.0;
 }
 
-TEST(Partition, IsBalancedAndCompactOnALargeSheet) {
+// Pieces that the patches consist of, faces being joined by edges.
+size_t piece_count(const Faces& faces, const Partition& partition) {
+  std::vector<uint32_t> parent(faces.size());
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](uint32_t f) {
+    while (parent[f] != f) f = parent[f] = parent[parent[f]];
+    return f;
+  };
+  std::map<std::array<uint32_t, 3>, uint32_t> seen;  // edge and patch, to a face
+  size_t pieces = faces.size();
+  for (uint32_t i = 0; i < faces.size(); ++i)
+    for (size_t c = 0; c < 3; ++c) {
+      const auto [low, high] = std::minmax(faces[i][c], faces[i][(c + 1) % 3]);
+      const uint32_t a = root(seen.try_emplace({low, high, partition.patch_of_face[i]}, i).first->second),
+                     b = root(i);
+      if (a != b) --pieces;
+      parent[a] = b;
+    }
+  return pieces;
+}
+
+TEST(Partition, IsBalancedConnectedAndCompactOnALargeSheet) {
   const Faces faces = sheet(260, 200, true);  // 104,000 faces
-  for (const uint32_t faces_a_patch : {4800u, 1200u, 440u}) {
+  struct Expected {
+    uint32_t faces_a_patch;
+    double replication;  // 2 % above what was measured
+  };
+  for (const auto& [faces_a_patch, expected] :
+       {Expected{4800, 0.0395}, Expected{1200, 0.0783}, Expected{440, 0.1323}}) {
     SCOPED_TRACE(faces_a_patch);
     const auto wanted = static_cast<uint32_t>(faces.size() / faces_a_patch);
     const Partition partition = cut(faces, wanted);
     EXPECT_EQ(partition.patch_count, wanted);
-    EXPECT_LE(balance(partition), 1.30);
-    // A square of P/2 quads has a border of 4 sqrt(P/2) vertices, each shared by two.
-    const double squares = 0.5 * 4 * std::sqrt(faces_a_patch / 2.0) / (faces_a_patch / 2.0);
-    EXPECT_LE(replication(faces, partition), 1.35 * squares);
-    for (const size_t size : sizes(partition)) EXPECT_GT(size, 0u);
+    EXPECT_LE(balance(partition), 1.06);
+    EXPECT_LE(replication(faces, partition), expected);
+    EXPECT_EQ(piece_count(faces, partition), wanted);
   }
+}
+
+TEST(Partition, OfSamplesIsBalancedAndConnected) {
+  const Faces faces = sheet(120, 100, true);
+  for (const uint32_t samples_per_patch : {8u, 30u}) {
+    const Partition partition = cut(faces, 20, 2, true, samples_per_patch);
+    EXPECT_EQ(partition.patch_count, 20u);
+    EXPECT_LE(balance(partition), 1.30);
+    EXPECT_EQ(piece_count(faces, partition), 20u);
+  }
+  EXPECT_EQ(cut(faces, 20, 2, false, 1).patch_count, 20u);
 }
 
 TEST(Partition, RefinementLowersReplication) {
@@ -111,22 +148,28 @@ TEST(Partition, TakesAnyTopology) {
   for (uint32_t i = 0; i < 50; ++i) book.push_back({0, 1, i + 2});
   for (uint32_t i = 0; i < 1000; ++i) loose.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   for (const Faces& faces : {book, loose, repeated, degenerate})
-    for (const uint32_t count : {1u, 2u, 3u, 7u}) {
-      const Partition partition = cut(faces, count);
-      ASSERT_EQ(partition.patch_of_face.size(), faces.size());
-      EXPECT_GE(partition.patch_count, 1u);
-      for (const size_t size : sizes(partition)) EXPECT_GT(size, 0u);
-    }
+    for (const uint32_t count : {1u, 2u, 3u, 7u})
+      for (const uint32_t samples_per_patch : {0u, 1u, 5u}) {
+        const Partition partition = cut(faces, count, 2, true, samples_per_patch);
+        ASSERT_EQ(partition.patch_of_face.size(), faces.size());
+        EXPECT_GE(partition.patch_count, 1u);
+        for (const size_t size : sizes(partition)) EXPECT_GT(size, 0u);
+      }
   EXPECT_LE(cut(loose, 10).patch_count, 11u);
   EXPECT_LE(balance(cut(loose, 10)), 1.30);
 }
 
-TEST(ConnectedComponents, AreJoinedByVertices) {
-  const Faces faces = {{0, 1, 2}, {3, 4, 5}, {5, 6, 7}};
-  const std::vector<Component> components = connected_components(Topology(faces, 8));
-  ASSERT_EQ(components.size(), 2u);
-  EXPECT_EQ(components[0].faces, (std::vector<uint32_t>{0}));
-  EXPECT_EQ(components[1].vertices.size(), 5u);
+TEST(Partition, SplitsAComponentThatWouldBeTooLarge) {
+  // Components of 1.4 shares, and of a little less than one.
+  Faces faces = sheet(14, 10, false);
+  for (int i = 0; i < 4; ++i) {
+    const uint32_t offset = vertex_count(faces);
+    for (auto face : sheet(9, 10, false))
+      faces.push_back({face[0] + offset, face[1] + offset, face[2] + offset});
+  }
+  const Partition partition = cut(faces, 5);
+  EXPECT_EQ(partition.patch_count, 6u);
+  EXPECT_LE(balance(partition), 1.10);
 }
 
 TEST(DistributePatches, FollowsThePapersRule) {

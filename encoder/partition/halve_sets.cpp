@@ -1,0 +1,112 @@
+#include "encoder/partition/halve_sets.h"
+
+#include <algorithm>
+#include <functional>
+#include <queue>
+#include <utility>
+
+namespace psplit {
+namespace {
+
+constexpr uint32_t kUnreached = 0xffffffffu;
+
+class Halving {
+ public:
+  Halving(const CellGraph& graph, std::vector<uint32_t>& patch_of)
+      : graph_(graph),
+        patch_of_(patch_of),
+        radius_(radii(graph)),
+        from_near_(graph.cell_count()),
+        from_far_(graph.cell_count()) {}
+
+  // Until they are cut, the cells of a set are in its first patch. Leaves the near half in `set` and returns
+  // the far one.
+  PatchSet cut(PatchSet& set) {
+    std::vector<uint32_t>& cells = set.cells;
+    const uint32_t near_end = measure(cells, measure(cells, cells.front(), from_near_), from_near_);
+    const uint32_t far_end = measure(cells, near_end, from_near_);
+    measure(cells, far_end, from_far_);
+    // The cells of a shortest path towards the near end come in the order of the path. So however many are
+    // taken, what is taken is connected; and the far end, being farthest, is last.
+    std::sort(cells.begin(), cells.end(), [&](uint32_t a, uint32_t b) {
+      const int64_t at_a = int64_t{from_near_[a]} - from_far_[a], at_b = int64_t{from_near_[b]} - from_far_[b];
+      if (at_a != at_b) return at_a < at_b;
+      return from_near_[a] != from_near_[b] ? from_near_[a] < from_near_[b] : a < b;
+    });
+
+    uint64_t face_count = 0;
+    for (const uint32_t c : cells) face_count += graph_.face_counts[c];
+    const uint32_t near_patches = set.patch_count / 2;
+    const uint64_t wanted = face_count * near_patches / set.patch_count;
+    size_t near_count = 1;
+    for (uint64_t taken = graph_.face_counts[cells[0]]; near_count + 1 < cells.size(); ++near_count) {
+      taken += graph_.face_counts[cells[near_count]];
+      if (taken > wanted + graph_.face_counts[cells[near_count]] / 2) break;
+    }
+
+    PatchSet far{{}, set.first_patch + near_patches, set.patch_count - near_patches};
+    const auto rest = std::span(cells).subspan(near_count);
+    for (const uint32_t c : rest) patch_of_[c] = far.first_patch;
+    // Islands of the far half are surrounded by the near one.
+    measure(rest, far_end, from_far_);
+    const auto is_near = [&](uint32_t c) { return from_far_[c] == kUnreached; };
+    for (const uint32_t c : rest)
+      if (is_near(c)) patch_of_[c] = set.first_patch;
+    const auto middle = std::stable_partition(rest.begin(), rest.end(), is_near);
+    far.cells.assign(middle, rest.end());
+    cells.resize(cells.size() - far.cells.size());
+    set.patch_count = near_patches;
+    return far;
+  }
+
+ private:
+  // Distances from a cell to those of its set that are among `cells`, which are all that it may reach; returns
+  // the farthest.
+  uint32_t measure(std::span<const uint32_t> cells, uint32_t start, std::vector<uint32_t>& distance) {
+    for (const uint32_t c : cells) distance[c] = kUnreached;
+    distance[start] = 0;
+    front_.push({0, start});
+    uint32_t farthest = start;
+    while (!front_.empty()) {
+      const auto [here, cell] = front_.top();
+      front_.pop();
+      if (here > distance[cell]) continue;
+      farthest = cell;
+      for (const CellGraph::Link& link : graph_.around(cell)) {
+        if (patch_of_[link.cell] != patch_of_[start]) continue;
+        const uint32_t there = here + radius_[cell] + radius_[link.cell];
+        if (there >= distance[link.cell]) continue;
+        distance[link.cell] = there;
+        front_.push({there, link.cell});
+      }
+    }
+    return farthest;
+  }
+
+  using Entry = std::pair<uint32_t, uint32_t>;  // distance, cell
+  const CellGraph& graph_;
+  std::vector<uint32_t>& patch_of_;
+  std::vector<uint32_t> radius_, from_near_, from_far_;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front_;
+};
+
+}  // namespace
+
+void halve_sets(const CellGraph& graph, std::vector<PatchSet> sets, std::vector<uint32_t>& patch_of) {
+  for (const PatchSet& set : sets)
+    for (const uint32_t c : set.cells) patch_of[c] = set.first_patch;
+  Halving halving(graph, patch_of);
+  while (!sets.empty()) {
+    PatchSet& set = sets.back();
+    if (set.patch_count > 1 && set.cells.size() > set.patch_count) {
+      PatchSet far = halving.cut(set);
+      sets.push_back(std::move(far));
+      continue;
+    }
+    if (set.patch_count > 1)
+      for (uint32_t i = 0; i < set.cells.size(); ++i) patch_of[set.cells[i]] = set.first_patch + i;
+    sets.pop_back();
+  }
+}
+
+}  // namespace psplit
