@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <numeric>
 #include <utility>
 
@@ -21,8 +23,8 @@ constexpr double kLargestCell = 0.15;
 // Faces of the largest patch by those of the mean. A tighter limit leaves less room for shorter borders: on the
 // Stanford Dragon at 4800 faces a patch, 1.03 replicates 3.2 % of the vertices, 1.05 3.1 % and 1.10 3.0 %.
 constexpr double kBalance = 1.05;
-// A component of up to this many shares stays whole.
-constexpr double kLargestWhole = 1.2;
+// No patch starts with more than this many shares of the faces; a share is the faces by the patches wanted.
+constexpr double kLargestStart = 1.1;
 
 // Cells of cells of faces: graphs.front() has the faces, graphs.back() the largest cells, and coarse_of[i] says
 // which cell of graphs[i + 1] each of graphs[i] is in.
@@ -56,43 +58,56 @@ Levels coarsen(CellGraph faces, uint32_t patch_count, uint32_t samples_per_patch
   return levels;
 }
 
-// Sets of cells with the number of patches that each becomes. Components get patches by their share of the
-// faces; those of less than half a patch are packed together.
-std::vector<PatchSet> share_out(const CellGraph& graph, double share) {
-  std::vector<PatchSet> sets;
+struct Component {
+  std::vector<uint32_t> cells;
+  uint64_t face_count = 0;
+};
+
+// The largest first, else in order.
+std::vector<Component> connected_components(const CellGraph& graph) {
+  std::vector<Component> components;
   std::vector<uint8_t> seen(graph.cell_count(), 0);
-  uint32_t next_patch = 0;
-  PatchSet packed;
-  uint64_t packed_faces = 0;
-  const auto add = [&](PatchSet set) {
-    set.first_patch = next_patch;
-    next_patch += set.patch_count;
-    sets.push_back(std::move(set));
-  };
   for (uint32_t start = 0; start < graph.cell_count(); ++start) {
     if (std::exchange(seen[start], uint8_t{1}) != 0) continue;
-    PatchSet component{{start}, 0, 1};
-    uint64_t face_count = 0;
+    Component& component = components.emplace_back(Component{{start}, 0});
     for (size_t i = 0; i < component.cells.size(); ++i) {
-      face_count += graph.face_counts[component.cells[i]];
+      component.face_count += graph.face_counts[component.cells[i]];
       for (const CellGraph::Link& link : graph.around(component.cells[i]))
         if (std::exchange(seen[link.cell], uint8_t{1}) == 0) component.cells.push_back(link.cell);
     }
-    const double shares = static_cast<double>(face_count) / share;
-    if (shares >= 0.5) {
-      component.patch_count =
-          static_cast<uint32_t>(std::max(std::round(shares), std::ceil(shares / kLargestWhole)));
-      add(std::move(component));
+  }
+  std::stable_sort(components.begin(), components.end(),
+                   [](const Component& a, const Component& b) { return a.face_count > b.face_count; });
+  return components;
+}
+
+// Components of more than a patch get patches by their share of the faces; the others are packed, each into the
+// fullest patch that has room.
+std::vector<PatchSet> share_out(const CellGraph& graph, double share) {
+  const auto largest = static_cast<uint64_t>(std::max(kLargestStart * share, 1.0));
+  std::vector<PatchSet> sets;
+  std::multimap<uint64_t, size_t> packed;  // faces, to the set
+  uint32_t next_patch = 0;
+  for (Component& component : connected_components(graph)) {
+    if (component.face_count > largest) {
+      const double shares = static_cast<double>(component.face_count) / share;
+      const auto patch_count =
+          static_cast<uint32_t>(std::max(std::round(shares), std::ceil(shares / kLargestStart)));
+      sets.push_back({std::move(component.cells), next_patch, patch_count});
+      next_patch += patch_count;
       continue;
     }
-    if (static_cast<double>(packed_faces + face_count) > share && packed_faces > 0) {
-      add(std::exchange(packed, {}));
-      packed_faces = 0;
+    const auto above = packed.upper_bound(largest - component.face_count);
+    if (above == packed.begin()) {
+      packed.insert({component.face_count, sets.size()});
+      sets.push_back({std::move(component.cells), next_patch++, 1});
+      continue;
     }
-    packed.cells.insert(packed.cells.end(), component.cells.begin(), component.cells.end());
-    packed_faces += face_count;
+    const auto [face_count, set] = *std::prev(above);
+    packed.erase(std::prev(above));
+    packed.insert({face_count + component.face_count, set});
+    sets[set].cells.insert(sets[set].cells.end(), component.cells.begin(), component.cells.end());
   }
-  if (packed_faces > 0) add(std::move(packed));
   return sets;
 }
 

@@ -33,8 +33,8 @@ struct Partition {
 
 // `faces` are corner-table vertices (welded by position), each below vertex_count. Any topology is taken:
 // several components, non-manifold edges, degenerate and repeated faces. The faces of a patch are connected by
-// edges, unless it was packed from several components of less than half a patch each. The result depends on the
-// input and the options only, never on the number of threads. Two calls may share one pool.
+// edges, unless whole components were packed into it. The result depends on the input and the options only,
+// never on the number of threads. Two calls may share one pool.
 Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                           const PartitionOptions& options, const ThreadPool& pool);
 
