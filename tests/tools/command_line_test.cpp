@@ -373,6 +373,31 @@ TEST_F(CommandLine, DashIsStdoutAsGlb) {
   EXPECT_EQ(file_count(), 0u);
 }
 
+TEST_F(CommandLine, WritesTheSameBytesForAnyNumberOfThreads) {
+  const std::string scene = sample("scene", "9000");
+  std::vector<std::string> encoded, decoded;
+  for (const char* threads : {"1", "2", "7"}) {
+    const std::string split = path("split.glb"), plain = path("plain.glb");
+    EXPECT_EQ(run({"encode", scene, split, "--patch-faces", "300", "-j", threads}).code, 0);
+    EXPECT_EQ(run({"decode", split, plain, "-j", threads}).code, 0);
+    encoded.push_back(read_bytes(split));
+    decoded.push_back(read_bytes(plain));
+  }
+  for (size_t i = 1; i < encoded.size(); ++i) {
+    EXPECT_EQ(encoded[i] == encoded[0], true);
+    EXPECT_EQ(decoded[i] == decoded[0], true);
+  }
+}
+
+TEST_F(CommandLine, EveryBackendDecodesToTheSameBytes) {
+  const std::string split = split_sample();
+  EXPECT_EQ(run({"decode", split, path("cpu.glb"), "--backend", "cpu"}).code, 0);
+  EXPECT_EQ(run({"decode", split, path("draco.glb"), "--backend", "draco"}).code, 0);
+  EXPECT_EQ(run({"decode", split, path("auto.glb")}).code, 0);
+  EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("draco.glb")), true);
+  EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("auto.glb")), true);
+}
+
 TEST_F(CommandLine, MeshFilesAreReadByTheirExtension) {
   write("tetrahedron.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   const Outcome outcome = run({"encode", path("tetrahedron.obj"), path("out.glb"), "--report", "-", "-q"});
