@@ -1,6 +1,7 @@
 #include "encoder/draco/mesh_files.h"
 
 #include <draco/io/mesh_io.h>
+#include <draco/io/point_cloud_io.h>
 #include <draco/mesh/mesh.h>
 
 #include <algorithm>
@@ -12,6 +13,8 @@
 
 namespace psplit {
 namespace {
+
+constexpr const char* kPointCloud = "has no faces: point clouds are not split";
 
 std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -101,6 +104,9 @@ Expected<Mesh> read_mesh_file(const std::filesystem::path& path) {
   try {
     auto read = draco::ReadMeshFromFile(path.string());
     if (!read.ok()) {
+      const std::string extension = lower_extension(path);
+      if ((extension == ".ply" || extension == ".drc") && draco::ReadPointCloudFromFile(path.string()).ok())
+        return unsupported(kPointCloud, place);
       const std::string reason = read.status().error_msg();
       return invalid_input(reason.empty() ? "libdraco cannot read it" : "libdraco cannot read it: " + reason,
                            place);
@@ -112,7 +118,7 @@ Expected<Mesh> read_mesh_file(const std::filesystem::path& path) {
     return invalid_input("claims more data than memory can hold", place);
   }
   if (source == nullptr) return invalid_input("libdraco cannot read it", place);
-  if (source->num_faces() == 0) return unsupported("has no faces: point clouds are not split", place);
+  if (source->num_faces() == 0) return unsupported(kPointCloud, place);
 
   Mesh mesh;
   mesh.point_count = source->num_points();

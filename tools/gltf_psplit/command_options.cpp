@@ -69,7 +69,15 @@ DecodeBackend find_backend(const std::string& name) {
 }
 
 Expected<Document> read_input(const std::string& path) {
-  if (path == "-" || !is_mesh_file(path)) return read_document(path);
+  if (path == "-" || !is_mesh_file(path)) {
+    Expected<Document> document = read_document(path);
+    const std::string extension = std::filesystem::path(path).extension().string();
+    if (document || document.status().code() != StatusCode::kInvalidInput || path == "-" ||
+        extension == ".gltf" || extension == ".glb")
+      return document;
+    return invalid_input("is neither glTF nor a .ply, .obj, .stl or .drc file: " + document.status().message(),
+                         {.file = path});
+  }
   const Expected<Mesh> mesh = read_mesh_file(path);
   if (!mesh) return mesh.status().at({.file = path});
   Document document = document_from_mesh(*mesh);
