@@ -33,7 +33,7 @@ struct CellGraph {
 CellGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool);
 
-// Joins cells of equal number in `coarse_of`; every number below coarse_count must occur.
+// Joins cells of equal number in `coarse_of`, all below coarse_count. A number may be without cells.
 CellGraph contract(const CellGraph& graph, std::span<const uint32_t> coarse_of, uint32_t coarse_count);
 
 // How far it is from the middle of each cell to its border, in eighths of what it is in a face: a step from
