@@ -42,7 +42,7 @@ struct Attribute {
   Coding coding = Coding::kRaw;
   uint8_t group = 0;  // the attributes that share a table and a sequence
 
-  // Integers by vertex of the group's table, two each for kNormal. Not for kRaw, whose bytes lie in the stream
+  // Integers by vertex of the group's table, value_stride apart, two each for kNormal. Not for kRaw, whose bytes lie in the stream
   // in the order of the group's sequence.
   View<int32_t> values;
   const uint8_t* raw = nullptr;
@@ -115,7 +115,7 @@ PSPLIT_HD Fault predict(const Group<Index>& group, Attribute<Index>& attribute, 
     const Index at = positions->table.has_seams
                          ? group.sequence.corner[group.sequence.rank[group.table.table.vertex[corner]]]
                          : corner;
-    const int32_t* value = &position->values[size_t{positions->table.table.vertex[at]} * 3];
+    const int32_t* value = &position->values[size_t{positions->table.table.vertex[at]} * value_stride(3)];
     return {value[0], value[1], value[2]};
   };
   switch (data.scheme) {
@@ -134,74 +134,122 @@ PSPLIT_HD Fault predict(const Group<Index>& group, Attribute<Index>& attribute, 
   return Fault::kPrediction;
 }
 
-// Reads the integers of an attribute.
+// The integers of an attribute, in three steps: what stands before the symbols, the symbols, what comes of them.
 template <typename Index>
-PSPLIT_HD Fault decode_integers(ByteReader& reader, bool is_edgebreaker, uint32_t corner_limit,
-                                const Group<Index>& group, Attribute<Index>& attribute,
-                                const Group<Index>* positions, const Attribute<Index>* position, Arena& arena) {
-  PredictionData data;
-  const auto scheme = static_cast<int8_t>(reader.u8());
-  data.scheme = static_cast<Scheme>(scheme);
-  if (scheme < -2 || scheme > 6 || scheme == -1 || scheme == 3) return Fault::kMethod;
-  if (data.scheme != Scheme::kNone) {
-    const auto transform = static_cast<int8_t>(reader.u8());
-    const bool is_wrap = transform == static_cast<int8_t>(Transform::kWrap);
-    if (transform < 1 || transform > 3 || is_wrap != (attribute.coding != Coding::kNormal))
-      return Fault::kMethod;
-    data.transform = static_cast<Transform>(transform);
-    // Without a corner table there is only the last value to predict from; nor do schemes for positions or
-    // texture coordinates mean anything on an octahedron.
-    if (!is_edgebreaker || (!is_wrap && data.scheme != Scheme::kGeometricNormal))
-      data.scheme = Scheme::kDifference;
-    if (data.scheme == Scheme::kGeometricNormal && is_wrap) return Fault::kPrediction;
-    if (data.scheme == Scheme::kTexCoords || data.scheme == Scheme::kGeometricNormal)
-      if (position == nullptr || position->values.empty() || position->value_components() != 3)
-        return Fault::kPrediction;
-  }
+class IntegerDecoder {
+ public:
+  // The group's sequence is known. `positions` and `position` are those to predict from, or null.
+  PSPLIT_HD Fault start(ByteReader& reader, bool is_edgebreaker, const Group<Index>& group,
+                        Attribute<Index>& attribute, const Group<Index>* positions, const Attribute<Index>* position,
+                        Arena& arena) {
+    group_ = &group;
+    attribute_ = &attribute;
+    positions_ = positions;
+    position_ = position;
+    data_ = {};
+    symbols_ = {};
+    const auto scheme = static_cast<int8_t>(reader.u8());
+    data_.scheme = static_cast<Scheme>(scheme);
+    if (scheme < -2 || scheme > 6 || scheme == -1 || scheme == 3) return Fault::kMethod;
+    if (data_.scheme != Scheme::kNone) {
+      const auto transform = static_cast<int8_t>(reader.u8());
+      const bool is_wrap = transform == static_cast<int8_t>(Transform::kWrap);
+      if (transform < 1 || transform > 3 || is_wrap != (attribute.coding != Coding::kNormal)) return Fault::kMethod;
+      data_.transform = static_cast<Transform>(transform);
+      // Without a corner table there is only the last value to predict from; nor do schemes for positions or texture
+      // coordinates mean anything on an octahedron.
+      if (!is_edgebreaker || (!is_wrap && data_.scheme != Scheme::kGeometricNormal)) data_.scheme = Scheme::kDifference;
+      if (data_.scheme == Scheme::kGeometricNormal && is_wrap) return Fault::kPrediction;
+      if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal)
+        if (position == nullptr || position->values.empty() || position->value_components() != 3)
+          return Fault::kPrediction;
+    }
 
-  const uint32_t components = attribute.value_components(), count = group.sequence.count;
-  const uint64_t total = uint64_t{count} * components;
-  if (total > 0xffffffffu) return Fault::kCounts;
-  if (!arena.take(attribute.values, size_t{group.table.vertex_count} * components)) return Fault::kWorkspace;
-  const size_t mark = arena.mark();
-  View<int32_t> corrections;
-  if (!arena.take(corrections, static_cast<size_t>(total))) return Fault::kWorkspace;
-  const bool is_signed = data.scheme == Scheme::kNone || data.transform == Transform::kWrap;
-  const auto store = [&](uint32_t i, uint32_t symbol) {
-    corrections[i] = is_signed ? signed_of_symbol(symbol) : static_cast<int32_t>(symbol);
-  };
-  if (reader.u8() != 0) {
-    const Fault fault = decode_symbols(reader, count, components, arena, store);
-    if (fault != Fault::kNone) return fault;
-  } else {
+    const uint32_t components = attribute.value_components(), count = group.sequence.count;
+    const uint64_t total = uint64_t{count} * components;
+    if (total > 0xffffffffu) return Fault::kCounts;
+    if (!arena.take(attribute.values, size_t{group.table.vertex_count} * value_stride(components))) return Fault::kWorkspace;
+    mark_ = arena.mark();
+    // One more than there are: four may be read where there are three.
+    if (!arena.take(corrections_, static_cast<size_t>(total) + 1)) return Fault::kWorkspace;
+    // Symbols come first, and turn into corrections in place.
+    const View<uint32_t> symbols(reinterpret_cast<uint32_t*>(corrections_.data()), static_cast<size_t>(total));
+    if (reader.u8() != 0) return symbols_.start(reader, count, components, arena, symbols);
     const uint32_t bytes = reader.u8();
     if (bytes > 4) return Fault::kEntropy;
     const uint8_t* in = reader.head();
     if (!reader.skip(total * bytes)) return Fault::kTruncated;
     for (uint32_t i = 0; i < total; ++i) {
-      uint32_t value = 0;
-      for (uint32_t k = 0; k < bytes; ++k) value |= static_cast<uint32_t>(*in++) << (8 * k);
-      store(i, value);
+      symbols[i] = 0;
+      for (uint32_t k = 0; k < bytes; ++k) symbols[i] |= static_cast<uint32_t>(*in++) << (8 * k);
+    }
+    return Fault::kNone;
+  }
+
+  // What is left of them is decoded by finish; any part may be decoded before.
+  PSPLIT_HD SymbolSequence& symbols() { return symbols_; }
+
+  // `corner_limit`: see read_prediction_data.
+  PSPLIT_HD Fault finish_symbols(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
+    if (const Fault fault = symbols_.finish(reader); fault != Fault::kNone) return fault;
+    if (reader.truncated()) return Fault::kTruncated;
+    if (data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap)
+      for (size_t i = 0; i + 1 < corrections_.size(); ++i)
+        corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
+    if (const Fault fault = read_prediction_data(reader, corner_limit, arena, data_); fault != Fault::kNone)
+      return fault;
+#if defined(PSPLIT_HAS_VECTORS)
+    steps_ = {};
+    if (data_.scheme == Scheme::kParallelogram && attribute_->value_components() == 3)
+      steps_ = {group_->table.table, group_->sequence, View<const int32_t>(corrections_.data(), corrections_.size()),
+                attribute_->values, Wrap{data_.low, data_.high, data_.modulus}};
+#endif
+    return Fault::kNone;
+  }
+
+#if defined(PSPLIT_HAS_VECTORS)
+  // The commonest prediction in steps, where it is that; any may be taken before finish.
+  ParallelogramOfThree<Index>& steps() { return steps_; }
+#endif
+
+  PSPLIT_HD Fault finish(Arena& arena) {
+#if defined(PSPLIT_HAS_VECTORS)
+    if (data_.scheme == Scheme::kParallelogram && attribute_->value_components() == 3) {
+      ParallelogramOfThree<Index> steps = steps_;
+      while (steps.running()) steps.step();
+      arena.release(mark_);
+      return Fault::kNone;
+    }
+#endif
+    const Fault fault = predict_components();
+    arena.release(mark_);
+    return fault;
+  }
+
+ private:
+  PSPLIT_HD Fault predict_components() {
+    const View<const int32_t> corrections(corrections_.data(), corrections_.size());
+    switch (attribute_->value_components()) {
+      case 1: return predict<Index, 1>(*group_, *attribute_, positions_, position_, corrections, data_);
+      case 2: return predict<Index, 2>(*group_, *attribute_, positions_, position_, corrections, data_);
+      case 3: return predict<Index, 3>(*group_, *attribute_, positions_, position_, corrections, data_);
+      case 4: return predict<Index, 4>(*group_, *attribute_, positions_, position_, corrections, data_);
+      default: return predict<Index, 0>(*group_, *attribute_, positions_, position_, corrections, data_);
     }
   }
-  if (reader.truncated()) return Fault::kTruncated;
-  if (const Fault fault = read_prediction_data(reader, corner_limit, arena, data); fault != Fault::kNone)
-    return fault;
 
-  const View<const int32_t> read_only(corrections.data(), corrections.size());
-  const auto predicted = [&]() -> Fault {
-    switch (components) {
-      case 1: return predict<Index, 1>(group, attribute, positions, position, read_only, data);
-      case 2: return predict<Index, 2>(group, attribute, positions, position, read_only, data);
-      case 3: return predict<Index, 3>(group, attribute, positions, position, read_only, data);
-      case 4: return predict<Index, 4>(group, attribute, positions, position, read_only, data);
-      default: return predict<Index, 0>(group, attribute, positions, position, read_only, data);
-    }
-  };
-  const Fault fault = predicted();
-  arena.release(mark);
-  return fault;
-}
+  const Group<Index>* group_ = nullptr;
+  Attribute<Index>* attribute_ = nullptr;
+  const Group<Index>* positions_ = nullptr;
+  const Attribute<Index>* position_ = nullptr;
+  PredictionData data_;
+  SymbolSequence symbols_;
+  View<int32_t> corrections_;
+#if defined(PSPLIT_HAS_VECTORS)
+  ParallelogramOfThree<Index> steps_;
+#endif
+  size_t mark_ = 0;
+};
 
 // Reads what turns integers into the attribute's own type.
 template <typename Index>
@@ -273,7 +321,7 @@ class ValueWriter {
  private:
   template <typename T>
   PSPLIT_HD void write_integers(uint32_t value, uint8_t* out) const {
-    const int32_t* in = &attribute_.values[size_t{value} * attribute_.components];
+    const int32_t* in = &attribute_.values[size_t{value} * value_stride(attribute_.components)];
     for (uint32_t k = 0; k < attribute_.components; ++k) {
       const auto narrow = static_cast<T>(in[k]);
       __builtin_memcpy(out + k * sizeof(T), &narrow, sizeof(T));
@@ -285,7 +333,7 @@ class ValueWriter {
   PSPLIT_HD auto dequantizer() const {
     return [this](uint32_t value, uint8_t* out) {
       const uint32_t components = kComponents != 0 ? kComponents : attribute_.components;
-      const int32_t* in = &attribute_.values[size_t{value} * components];
+      const int32_t* in = &attribute_.values[size_t{value} * value_stride(components)];
       for (uint32_t k = 0; k < components; ++k) {
         float origin;
         __builtin_memcpy(&origin, attribute_.origin + 4 * k, sizeof origin);

@@ -25,11 +25,13 @@ inline constexpr uint64_t kMaxFaces = (uint64_t{kNone<Index>}) / 4;
 
 template <typename Index>
 PSPLIT_HD constexpr Index next(Index corner) {
-  return static_cast<Index>((corner & ~Index{3}) | (0b001001 >> (2 * (corner & 3)) & 3));
+  const uint32_t c = corner, is_last = c >> 1 & 1;
+  return static_cast<Index>(c + 1 - 3 * is_last);
 }
 template <typename Index>
 PSPLIT_HD constexpr Index previous(Index corner) {
-  return static_cast<Index>((corner & ~Index{3}) | (0b010010 >> (2 * (corner & 3)) & 3));
+  const uint32_t c = corner, is_not_first = ((c & 3) + 1) >> 1;
+  return static_cast<Index>(c + 2 - 3 * is_not_first);
 }
 
 // Choices without branches: all ones where the condition holds, and what that selects.

@@ -52,19 +52,50 @@ struct Patch {
   }
 };
 
+// Decodes a patch and stops before each of the long chains of dependent steps, so that a driver may take those of
+// several patches in step:
+//
+//   Fault fault = decoder.start();
+//   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) fault = decoder.resume();
+enum class Stop : uint8_t {
+  kTraversal,  // steps of traversal() may be taken before resume
+  kSymbols,     // symbols of integers() may be decoded before resume
+  kPrediction,  // steps of integers() may be taken before resume
+  kDone,
+};
+
 template <typename Index>
 class PatchDecoder {
  public:
   PSPLIT_HD PatchDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& out)
       : header_(header), reader_(header.body), arena_(arena), patch_(out) {}
 
-  PSPLIT_HD Fault decode() {
+  PSPLIT_HD Fault start() {
     patch_.face_count = header_.counts.face_count;
     Fault fault = header_.edgebreaker ? decode_edgebreaker() : decode_sequential_faces();
     if (fault == Fault::kNone) fault = read_groups();
-    for (uint32_t g = 0; g < patch_.group_count && fault == Fault::kNone; ++g)
-      fault = decode_group(patch_.groups[g]);
-    return fault;
+    return fault == Fault::kNone ? advance() : fault;
+  }
+
+  PSPLIT_HD Stop stop() const { return stop_; }
+  PSPLIT_HD DepthFirstTraversal<Index>& traversal() { return traversal_; }
+  PSPLIT_HD IntegerDecoder<Index>& integers() { return integers_; }
+
+  // Takes the steps that are left, and goes on to the next stop.
+  PSPLIT_HD Fault resume() {
+    Fault fault = Fault::kNone;
+    if (stop_ == Stop::kTraversal) {
+      DepthFirstTraversal<Index> traversal = traversal_;  // a copy of its own may live in registers
+      while (traversal.running()) traversal.step();
+      traversal.finish(arena_, patch_.groups[group_].sequence);
+    } else if (stop_ == Stop::kSymbols) {
+      stop_ = Stop::kPrediction;
+      return integers_.finish_symbols(reader_, 3 * patch_.face_count, arena_);
+    } else if (stop_ == Stop::kPrediction) {
+      fault = integers_.finish(arena_);
+      ++attribute_;
+    }
+    return fault == Fault::kNone ? advance() : fault;
   }
 
  private:
@@ -153,7 +184,7 @@ class PatchDecoder {
     const uint8_t plain = reader_.u8();
     if (plain == 0) {
       int64_t last = 0;
-      const Fault fault = decode_symbols(reader_, index_count, 1, arena_, [&](uint32_t i, uint32_t symbol) {
+      const Fault fault = decode_symbols(reader_, index_count, arena_, [&](uint32_t i, uint32_t symbol) {
         last += (symbol & 1) != 0 ? -int64_t{symbol >> 1} : int64_t{symbol >> 1};
         if (last < 0) in_range = false, last = 0;
         store(i, static_cast<uint64_t>(last));
@@ -210,7 +241,41 @@ class PatchDecoder {
     return Fault::kNone;
   }
 
-  PSPLIT_HD Fault find_sequence(Group<Index>& group) {
+  // From where the last stop was to the next.
+  PSPLIT_HD Fault advance() {
+    for (; group_ < patch_.group_count; ++group_, in_group_ = false) {
+      Group<Index>& group = patch_.groups[group_];
+      const uint32_t end = group.first + group.count;
+      if (!in_group_) {
+        in_group_ = true;
+        attribute_ = group.first;
+        bool traverse = false;
+        if (const Fault fault = find_sequence(group, traverse); fault != Fault::kNone) return fault;
+        if (traverse) {
+          stop_ = Stop::kTraversal;
+          return Fault::kNone;
+        }
+      }
+      for (; attribute_ < end; ++attribute_) {
+        Attribute<Index>& attribute = patch_.attributes[attribute_];
+        if (attribute.coding != Coding::kRaw) {
+          stop_ = Stop::kSymbols;
+          const Attribute<Index>* position = find_position(attribute_);
+          return integers_.start(reader_, header_.edgebreaker, group, attribute,
+                                 position != nullptr ? &patch_.groups[position->group] : nullptr, position, arena_);
+        }
+        attribute.raw = reader_.head();
+        if (!reader_.skip(uint64_t{attribute.stride()} * group.sequence.count)) return Fault::kTruncated;
+      }
+      for (uint32_t i = group.first; i < end; ++i)
+        if (const Fault fault = read_transform(reader_, patch_.attributes[i]); fault != Fault::kNone) return fault;
+    }
+    stop_ = Stop::kDone;
+    return Fault::kNone;
+  }
+
+  // Finds the group's table and sequence, unless that takes a traversal that is left to be made.
+  PSPLIT_HD Fault find_sequence(Group<Index>& group, bool& traverse) {
     if (!header_.edgebreaker) {
       group.table = linear_;
       group.sequence = linear_sequence_;
@@ -221,38 +286,22 @@ class PatchDecoder {
                       : AttributeTable<Index>{mesh_.table, mesh_.closed, mesh_.vertex_count, false};
     // The same walk over the same table need not be walked again.
     for (const Group<Index>* other = patch_.groups; other != &group; ++other) {
-      if (group.table.has_seams || other->table.has_seams ||
-          other->by_prediction_degree != group.by_prediction_degree)
+      if (group.table.has_seams || other->table.has_seams || other->by_prediction_degree != group.by_prediction_degree)
         continue;
       group.sequence = other->sequence;
       return Fault::kNone;
     }
-    return group.by_prediction_degree ? traverse_by_prediction_degree(group.table, arena_, group.sequence)
-                                      : traverse_depth_first(group.table, arena_, group.sequence);
+    if (group.by_prediction_degree) return traverse_by_prediction_degree(group.table, arena_, group.sequence);
+    traverse = true;
+    traversal_ = {};
+    return traversal_.start(group.table, arena_, group.sequence);
   }
 
-  PSPLIT_HD Fault decode_group(Group<Index>& group) {
-    if (const Fault fault = find_sequence(group); fault != Fault::kNone) return fault;
-    const uint32_t end = group.first + group.count;
-    for (uint32_t i = group.first; i < end; ++i) {
-      Attribute<Index>& attribute = patch_.attributes[i];
-      if (attribute.coding == Coding::kRaw) {
-        attribute.raw = reader_.head();
-        if (!reader_.skip(uint64_t{attribute.stride()} * group.sequence.count)) return Fault::kTruncated;
-        continue;
-      }
-      const Attribute<Index>* position = nullptr;
-      for (uint32_t k = 0; k < i && position == nullptr; ++k)
-        if (patch_.attributes[k].semantic == Attribute<Index>::kPosition) position = &patch_.attributes[k];
-      const Fault fault =
-          decode_integers(reader_, header_.edgebreaker, 3 * patch_.face_count, group, attribute,
-                          position != nullptr ? &patch_.groups[position->group] : nullptr, position, arena_);
-      if (fault != Fault::kNone) return fault;
-    }
-    for (uint32_t i = group.first; i < end; ++i)
-      if (const Fault fault = read_transform(reader_, patch_.attributes[i]); fault != Fault::kNone)
-        return fault;
-    return Fault::kNone;
+  // The first attribute of positions, if it is decoded before this one.
+  PSPLIT_HD const Attribute<Index>* find_position(uint32_t before) const {
+    for (uint32_t i = 0; i < before; ++i)
+      if (patch_.attributes[i].semantic == Attribute<Index>::kPosition) return &patch_.attributes[i];
+    return nullptr;
   }
 
   const StreamHeader& header_;
@@ -263,14 +312,54 @@ class PatchDecoder {
   AttributeTable<Index> seam_tables_[kMaxAttributeData];
   AttributeTable<Index> linear_;
   Sequence<Index> linear_sequence_;
+
+  Stop stop_ = Stop::kDone;
+  uint32_t group_ = 0, attribute_ = 0;
+  bool in_group_ = false;
+  DepthFirstTraversal<Index> traversal_;
+  IntegerDecoder<Index> integers_;
 };
 
 // Decodes a stream whose header was read, and for which Index is wide enough (StreamHeader::fits_16_bits). The
-// bytes may be anything: what is wrong with them comes back as a fault, and nothing outside of them and the
-// arena is touched. Safe to call from many threads with arenas of their own.
+// bytes may be anything: what is wrong with them comes back as a fault, and nothing outside of them and the arena
+// is touched. Safe to call from many threads with arenas of their own.
 template <typename Index>
 PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Index>& out) {
-  return PatchDecoder<Index>(header, arena, out).decode();
+  PatchDecoder<Index> decoder(header, arena, out);
+  Fault fault = decoder.start();
+  while (fault == Fault::kNone && decoder.stop() != Stop::kDone) fault = decoder.resume();
+  return fault;
+}
+
+// The same for the streams of several decoders, none of them started: their dependent steps are taken in turn, so
+// that a processor works on one while it waits for another. faults[n] is the n-th's.
+template <uint32_t kCount, typename Index>
+PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
+  for (uint32_t n = 0; n < kCount; ++n) faults[n] = decoders[n]->start();
+  for (;;) {
+    // Like streams make like stops. Where one of them is somewhere else, each goes on by itself.
+    uint32_t live = 0, alike = 0;
+    for (uint32_t n = 0; n < kCount; ++n) {
+      live += faults[n] == Fault::kNone && decoders[n]->stop() != Stop::kDone;
+      alike += faults[n] == Fault::kNone && decoders[n]->stop() == decoders[0]->stop();
+    }
+    if (live == 0) return;
+    if (live == kCount && alike == kCount) {
+      if (decoders[0]->stop() == Stop::kTraversal) {
+        step_together<kCount>([&](uint32_t n) -> auto& { return decoders[n]->traversal(); });
+      } else if (decoders[0]->stop() == Stop::kSymbols) {
+        SymbolSequence* sequences[kCount];
+        for (uint32_t n = 0; n < kCount; ++n) sequences[n] = &decoders[n]->integers().symbols();
+        decode_in_step(sequences);
+      } else {
+#if defined(PSPLIT_HAS_VECTORS)
+        step_together<kCount>([&](uint32_t n) -> auto& { return decoders[n]->integers().steps(); });
+#endif
+      }
+    }
+    for (uint32_t n = 0; n < kCount; ++n)
+      if (faults[n] == Fault::kNone && decoders[n]->stop() != Stop::kDone) faults[n] = decoders[n]->resume();
+  }
 }
 
 }  // namespace psplit::core

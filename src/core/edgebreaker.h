@@ -163,7 +163,7 @@ class ValenceSymbols {
       if (list.left > counts.face_count) return Fault::kCounts;
       if (!arena.take(list.symbols, list.left)) return Fault::kWorkspace;
       constexpr uint8_t kClersOfSymbol[8] = {kC, kS, kL, kR, kE, kBroken, kBroken, kBroken};
-      const Fault fault = decode_symbols(reader, list.left, 1, arena, [&](uint32_t i, uint32_t symbol) {
+      const Fault fault = decode_symbols(reader, list.left, arena, [&](uint32_t i, uint32_t symbol) {
         list.symbols[i] = symbol < 8 ? kClersOfSymbol[symbol] : kBroken;
       });
       if (fault != Fault::kNone) return fault;
@@ -216,6 +216,7 @@ PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> even
     opposite[a] = static_cast<Index>(b);
     opposite[b] = static_cast<Index>(a);
   };
+  fill(opposite, kNone<Index>);
   View<Index> stack, set_aside;
   const size_t mark = arena.mark();
   if (!arena.take(stack, counts.symbol_count)) return Fault::kWorkspace;
@@ -240,17 +241,17 @@ PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> even
       // with sides exchanged; C is L with the border's next vertex in place of a new one, and its edge b across
       // corner 2.
       if (PSPLIT_UNLIKELY(i == 0)) return Fault::kConnectivity;
-      const uint32_t if_c = mask(symbol == kC), if_r = mask(symbol == kR), fresh = vertex_count;
+      const uint32_t if_c = (symbol & 1) - 1, if_r = 0 - (symbol >> 2), fresh = vertex_count;
       // The next step waits for v1, which waits for this load: the rest is chosen before it comes.
       const BorderEdge<Index> b = border[to];
       const uint32_t unless_c = select(if_r, to, fresh) & ~if_c;
       v0 = select(if_r, from, to), v2 = select(if_r, fresh, from);
       v1 = (b.beyond() & if_c) | unless_c;
-      const uint32_t open = c2 + if_r;  // c1 for R
-      const uint32_t across = select(if_c, b.corner(), open);
       link(active, c1 - if_r);
-      opposite[across] = static_cast<Index>(c2 | ~if_c);
-      opposite[open] = static_cast<Index>(across | ~if_c);
+      // What is no C links the face's unused fourth corner, which nobody reads.
+      const uint32_t unused = c0 + 3, across = select(if_c, b.corner(), unused);
+      opposite[across] = static_cast<Index>(c2);
+      opposite[select(if_c, c2, unused)] = static_cast<Index>(across);
       border[fresh] = {c2 + 2 * if_r, to};
       border[from] = {c0 - if_r, select(if_r, fresh, v1)};
       vertex_count += 1 + if_c;
@@ -280,7 +281,6 @@ PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> even
       if (i > 0) stack[stack_size++] = static_cast<Index>(active);
       v0 = vertex_count, v1 = v0 + 1, v2 = v0 + 2;
       vertex_count += 3;
-      opposite[c1] = opposite[c2] = kNone<Index>;
       border[v0] = {c1, v2};
       border[v1] = {c2, v0};
       border[v2] = {c0, v1};
@@ -289,7 +289,6 @@ PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> even
     }
     if (PSPLIT_UNLIKELY(vertex_count > counts.vertex_limit)) return Fault::kCounts;
     degenerate |= v1 == v2;
-    opposite[c0] = kNone<Index>;
     vertex[c0] = static_cast<Index>(v0), vertex[c1] = static_cast<Index>(v1),
     vertex[c2] = static_cast<Index>(v2);
     active = c0, from = v2, to = v1;

@@ -26,3 +26,33 @@
 #else
 #define PSPLIT_CORE_CHECK(x) ((void)0)
 #endif
+
+namespace psplit::core {
+
+template <typename T>
+struct Bare;
+template <typename T>
+struct Bare<T&> {
+  using Type = T;
+};
+
+// Takes a step of each of kCount runs in turn until the first has none left. run_at(n) is the n-th; copies of them
+// are stepped, which may live in registers.
+template <uint32_t kCount, typename RunAt>
+PSPLIT_HD void step_together(RunAt run_at) {
+  using Run = typename Bare<decltype(run_at(0))>::Type;
+  Run runs[kCount];
+  bool all = true;
+  for (uint32_t n = 0; n < kCount; ++n) {
+    runs[n] = run_at(n);
+    all &= runs[n].running();
+  }
+  while (all)
+    for (Run& run : runs) {
+      run.step();
+      all &= run.running();
+    }
+  for (uint32_t n = 0; n < kCount; ++n) run_at(n) = runs[n];
+}
+
+}  // namespace psplit::core

@@ -28,6 +28,10 @@ enum class Transform : int8_t {
 
 inline constexpr uint32_t kMaxParallelograms = 4;
 
+// From one value to the next. Three components stand as four, so that a vector may be loaded and stored: a load that
+// spans two stores would wait for both.
+PSPLIT_HD constexpr uint32_t value_stride(uint32_t components) { return components == 3 ? 4 : components; }
+
 // What is stored with the corrections.
 struct PredictionData {
   Scheme scheme = Scheme::kNone;
@@ -108,6 +112,82 @@ struct Wrap {
   }
 };
 
+// Undoes it for three components at once, where the compiler knows vectors.
+#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+#define PSPLIT_HAS_VECTORS 1
+class WrapOfThree {
+ public:
+  WrapOfThree() = default;
+  explicit WrapOfThree(const Wrap& wrap)
+      : low_(spread(wrap.low)), high_(spread(wrap.high)), modulus_(spread(wrap.modulus)) {}
+
+  // a + b - far, corrected. All have a fourth number, which says nothing.
+  void operator()(const int32_t* a, const int32_t* b, const int32_t* far, const int32_t* by, int32_t* out) const {
+    Sums predicted = load(a) + load(b) - load(far);
+    predicted = choose(above(predicted, high_), high_, predicted);
+    predicted = choose(above(low_, predicted), low_, predicted);
+    const Sums value = predicted + load(by);
+    const Sums folded = value - (modulus_ & above(value, high_)) + (modulus_ & above(low_, value));
+    __builtin_memcpy(out, &folded, sizeof folded);
+  }
+
+ private:
+  using Signed = int32_t __attribute__((vector_size(16)));
+  using Sums = uint32_t __attribute__((vector_size(16)));  // which wrap around
+  static Sums spread(int32_t x) {
+    const auto value = static_cast<uint32_t>(x);
+    return Sums{value, value, value, value};
+  }
+  static Sums above(Sums a, Sums b) {
+    return reinterpret_cast<Sums>(reinterpret_cast<Signed>(a) > reinterpret_cast<Signed>(b));
+  }
+  static Sums choose(Sums mask, Sums a, Sums b) { return (a & mask) | (b & ~mask); }
+  static Sums load(const int32_t* from) {
+    Sums value;
+    __builtin_memcpy(&value, from, sizeof value);
+    return value;
+  }
+  Sums low_{}, high_{}, modulus_{};
+};
+
+// Parallelogram prediction of three components, a value a step; see Predictor::parallelogram.
+template <typename Index>
+class ParallelogramOfThree {
+ public:
+  ParallelogramOfThree() = default;
+  ParallelogramOfThree(const CornerTable<Index>& table, const Sequence<Index>& sequence,
+                       View<const int32_t> corrections, View<int32_t> values, const Wrap& wrap)
+      : table_(table), sequence_(sequence), corrections_(corrections), values_(values), wrap_(wrap) {}
+
+  bool running() const { return i_ < sequence_.count; }
+  void step() {
+    const Index across = table_.opposite[sequence_.corner[i_]];
+    const int32_t *at_a = last_, *at_b = kZero, *far = kZero;
+    if (PSPLIT_LIKELY(across != kNone<Index>)) {
+      const uint32_t v = table_.vertex[across], a = table_.vertex[next(across)], b = table_.vertex[previous(across)];
+      if (PSPLIT_LIKELY(sequence_.rank[v] < i_ && sequence_.rank[a] < i_ && sequence_.rank[b] < i_))
+        far = value(v), at_a = value(a), at_b = value(b);
+    }
+    int32_t* const out = value(table_.vertex[sequence_.corner[i_]]);
+    wrap_(at_a, at_b, far, &corrections_[size_t{3} * i_], out);
+    last_ = out;
+    ++i_;
+  }
+
+ private:
+  static constexpr int32_t kZero[4] = {};
+  int32_t* value(uint32_t vertex) const { return &values_[size_t{vertex} * value_stride(3)]; }
+
+  CornerTable<Index> table_;
+  Sequence<Index> sequence_;
+  View<const int32_t> corrections_;
+  View<int32_t> values_;
+  WrapOfThree wrap_;
+  const int32_t* last_ = kZero;
+  uint32_t i_ = 0;
+};
+#endif
+
 // floor(sqrt(x)), exactly.
 PSPLIT_HD inline uint64_t integer_sqrt(uint64_t x) {
   auto root = static_cast<uint64_t>(__builtin_sqrt(static_cast<double>(x)));
@@ -145,6 +225,13 @@ class Predictor {
 
   // From the triangle across the edge: its far corner, mirrored at the middle of the edge.
   PSPLIT_HD void parallelogram() {
+#if defined(PSPLIT_HAS_VECTORS)
+    if constexpr (kComponents == 3) {
+      ParallelogramOfThree<Index> steps(table_, sequence_, corrections_, values_, wrap_);
+      while (steps.running()) steps.step();
+      return;
+    }
+#endif
     int32_t predicted[kMaxComponents];
     for (uint32_t i = 0; i < sequence_.count; ++i) {
       if (i > 0 && complete_parallelogram(i, sequence_.corner[i], predicted))
@@ -277,7 +364,7 @@ class Predictor {
 
   PSPLIT_HD const int32_t* correction(uint32_t i) const { return &corrections_[size_t{i} * components_]; }
   PSPLIT_HD int32_t* values_at(Index corner) const {
-    return &values_[size_t{table_.vertex[corner]} * components_];
+    return &values_[size_t{table_.vertex[corner]} * value_stride(components_)];
   }
   PSPLIT_HD int32_t* value_at(uint32_t i) const { return values_at(sequence_.corner[i]); }
   PSPLIT_HD uint32_t rank_at(Index corner) const { return sequence_.rank[table_.vertex[corner]]; }

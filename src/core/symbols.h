@@ -9,20 +9,26 @@
 
 namespace psplit::core {
 
-// A sequence whose table is read and whose entropy-coded symbols are not. Several may be decoded in step: one
-// symbol of each in turn, so that none waits for its own last one (decode_in_step).
+// A sequence whose table is read and whose entropy-coded symbols are not. Several may be decoded in step, one symbol
+// of each in turn, so that none waits for its own last one (decode_in_step).
 class SymbolSequence {
  public:
-  // Values come in groups of `components`. Of no groups nothing at all is stored. The table lives in the arena.
-  PSPLIT_HD Fault start(ByteReader& reader, uint32_t group_count, uint32_t components, Arena& arena) {
+  // Values come in groups of `components`, and go to `out`, which has room for all. Of no groups nothing at all is
+  // stored. The table lives in the arena.
+  PSPLIT_HD Fault start(ByteReader& reader, uint32_t group_count, uint32_t components, Arena& arena,
+                        View<uint32_t> out) {
     group_count_ = group_count;
     components_ = components;
+    out_ = out;
     if (group_count == 0) return Fault::kNone;
     constexpr uint8_t kTagged = 0, kRaw = 1;
     constexpr uint32_t kTagBits = 5, kMostSymbolBits = 18;
     const uint8_t coding = reader.u8();
     if (coding != kTagged && coding != kRaw) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
     is_tagged_ = coding == kTagged;
+    // Tags stand where the last values will, and are used up before those come.
+    symbol_count_ = is_tagged_ ? group_count : group_count * components;
+    first_ = group_count * components - symbol_count_;
     const uint32_t symbol_bits = is_tagged_ ? kTagBits : reader.u8();
     if (symbol_bits == 0 || symbol_bits > kMostSymbolBits) return Fault::kEntropy;
     const uint32_t wanted = 3 * symbol_bits / 2;
@@ -31,38 +37,30 @@ class SymbolSequence {
     return fault == Fault::kNone ? symbols_.start(reader, table_) : fault;
   }
 
-  // Decodes all values that are left: visit(i, value) for each. The reader stands where start left it, and then
-  // behind the last value.
-  template <typename Visit>
-  PSPLIT_HD Fault decode(ByteReader& reader, Visit visit) {
-    if (is_tagged_) return decode_tagged(reader, visit);
-    const uint32_t count = value_count();
-    while (done_ < count && table_.is_direct() && symbols_.fast_steps() > 0)
-      for (uint32_t steps = fast_steps(); steps > 0; --steps, ++done_) visit(done_, symbols_.next_fast(table_));
-    for (; done_ < count; ++done_) visit(done_, symbols_.next(table_));
-    return Fault::kNone;
-  }
-
-  PSPLIT_HD uint32_t value_count() const { return group_count_ * components_; }
-  // How many values next_fast may decode before it must be asked again; 0 where it must not be used any more.
+  // How many symbols next_fast may decode before it must be asked again; 0 where it must not be used any more.
   PSPLIT_HD uint32_t fast_steps() const {
-    if (is_tagged_ || !table_.is_direct()) return 0;
-    const size_t steps = symbols_.fast_steps(), left = value_count() - done_;
+    if (!table_.is_direct()) return 0;
+    const size_t steps = symbols_.fast_steps(), left = symbol_count_ - done_;
     return static_cast<uint32_t>(steps < left ? steps : left);
   }
-  PSPLIT_HD uint32_t next_fast() { return symbols_.next_fast(table_); }
-  PSPLIT_HD uint32_t done() const { return done_; }
-  PSPLIT_HD void skip(uint32_t count) { done_ += count; }
+  PSPLIT_HD void next_fast() { out_[first_ + done_++] = symbols_.next_fast(table_); }
+
+  // Decodes what is left. The reader stands where start left it, and then behind the last value.
+  PSPLIT_HD Fault finish(ByteReader& reader) {
+    while (const uint32_t steps = fast_steps())
+      for (const uint32_t end = done_ + steps; done_ < end;) next_fast();
+    for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
+    return is_tagged_ ? read_tagged(reader) : Fault::kNone;
+  }
 
  private:
-  template <typename Visit>
-  PSPLIT_HD Fault decode_tagged(ByteReader& reader, Visit visit) {
+  PSPLIT_HD Fault read_tagged(ByteReader& reader) {
     BitReader bits(reader.head(), reader.remaining());
     uint32_t i = 0;
     for (uint32_t group = 0; group < group_count_; ++group) {
-      const uint32_t bit_count = symbols_.next(table_);
+      const uint32_t bit_count = out_[first_ + group];
       if (bit_count > 32) return Fault::kEntropy;
-      for (uint32_t k = 0; k < components_; ++k) visit(i++, bits.read(static_cast<int>(bit_count)));
+      for (uint32_t k = 0; k < components_; ++k) out_[i++] = bits.read(static_cast<int>(bit_count));
     }
     // Bits past the end read as 0, and are not there to be skipped.
     return reader.skip(bits.bytes_taken()) ? Fault::kNone : Fault::kTruncated;
@@ -70,25 +68,46 @@ class SymbolSequence {
 
   RansTable table_;
   RansSymbols symbols_;
-  uint32_t group_count_ = 0, components_ = 1, done_ = 0;
+  View<uint32_t> out_;
+  uint32_t group_count_ = 0, components_ = 1, symbol_count_ = 0, first_ = 0, done_ = 0;
   bool is_tagged_ = false;
 };
 
-// Decodes a sequence at once; the arena is as before afterwards.
+// Decodes the symbols of kCount sequences, one of each in turn, as far as that goes without counting bytes; what is
+// left is for their own finish.
+template <uint32_t kCount>
+PSPLIT_HD void decode_in_step(SymbolSequence* const (&sequences)[kCount]) {
+  SymbolSequence local[kCount];
+  for (uint32_t n = 0; n < kCount; ++n) local[n] = *sequences[n];
+  for (;;) {
+    uint32_t steps = ~0u;
+    for (const SymbolSequence& sequence : local) {
+      const uint32_t some = sequence.fast_steps();
+      steps = some < steps ? some : steps;
+    }
+    if (steps == 0) break;
+    for (; steps > 0; --steps)
+      for (SymbolSequence& sequence : local) sequence.next_fast();
+  }
+  for (uint32_t n = 0; n < kCount; ++n) *sequences[n] = local[n];
+}
+
+// Decodes a sequence of single values at once, and calls visit(i, value) for each. The arena is as before afterwards.
 template <typename Visit>
-PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t group_count, uint32_t components, Arena& arena,
-                               Visit visit) {
+PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena, Visit visit) {
   const size_t mark = arena.mark();
+  View<uint32_t> values;
+  if (!arena.take(values, count)) return Fault::kWorkspace;
   SymbolSequence sequence;
-  Fault fault = sequence.start(reader, group_count, components, arena);
-  if (fault == Fault::kNone) fault = sequence.decode(reader, visit);
+  Fault fault = sequence.start(reader, count, 1, arena, values);
+  if (fault == Fault::kNone) fault = sequence.finish(reader);
+  if (fault != Fault::kNone) return fault;
+  for (uint32_t i = 0; i < count; ++i) visit(i, values[i]);
   arena.release(mark);
-  return fault;
+  return Fault::kNone;
 }
 
 // 0, -1, 1, -2, 2 ... as 0, 1, 2, 3, 4 ...
-PSPLIT_HD constexpr int32_t signed_of_symbol(uint32_t symbol) {
-  return static_cast<int32_t>(symbol >> 1 ^ (0 - (symbol & 1)));
-}
+PSPLIT_HD constexpr uint32_t signed_of_symbol(uint32_t symbol) { return symbol >> 1 ^ (0 - (symbol & 1)); }
 
 }  // namespace psplit::core

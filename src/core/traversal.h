@@ -15,23 +15,24 @@ struct Sequence {
   uint32_t count = 0;
 };
 
-// What a walk has seen.
+// What a walk has seen. Its answers are 0 or 1, and numbers rather than truths, so that they do not become branches.
 template <typename Index>
 class Walk {
  public:
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, Sequence<Index>& out) {
     table_ = attribute.table;
-    closed_ = attribute.closed;
     face_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
     if (!arena.take(out.corner, size_t{attribute.vertex_count} + 1)) return Fault::kWorkspace;
     if (!arena.take(out.rank, attribute.vertex_count)) return Fault::kWorkspace;
     mark_ = arena.mark();
-    if (!arena.take(face_seen_, size_t{face_count_} + 1)) return Fault::kWorkspace;
-    fill(face_seen_, false);
-    face_seen_[face_count_] = true;  // stands for the face that is not there
-    fill(out.rank, kNone<Index>);
+    const uint32_t no_face = kNoFaceIsSmall ? kNone<Index> >> 2 : face_count_;
+    if (!arena.take(face_seen_, size_t{no_face} + 1)) return Fault::kWorkspace;
+    fill(face_seen_.first(face_count_), false);
+    face_seen_[no_face] = true;
     met_ = out.corner;
     rank_ = out.rank;
+    for (uint32_t v = 0; v < attribute.vertex_count; ++v)
+      rank_[v] = static_cast<Index>(kUnseenOpen - static_cast<uint32_t>(attribute.closed[v]));
     return Fault::kNone;
   }
   PSPLIT_HD void finish(Arena& arena, Sequence<Index>& out) const {
@@ -42,31 +43,36 @@ class Walk {
   PSPLIT_HD uint32_t face_count() const { return face_count_; }
   PSPLIT_HD uint32_t right_of(uint32_t corner) const { return table_.opposite[next(corner)]; }
   PSPLIT_HD uint32_t left_of(uint32_t corner) const { return table_.opposite[previous(corner)]; }
-  PSPLIT_HD bool closed_at(uint32_t corner) const { return closed_[table_.vertex[corner]]; }
   PSPLIT_HD uint32_t vertex_at(uint32_t corner) const { return table_.vertex[corner]; }
 
-  PSPLIT_HD bool face_seen(uint32_t corner) const { return face_seen_[corner >> 2]; }
-  // The same, and true where there is no face.
-  PSPLIT_HD bool face_done(uint32_t corner) const {
+  PSPLIT_HD uint32_t face_seen(uint32_t corner) const { return face_seen_[corner >> 2]; }
+  // The same, and 1 where there is no face.
+  PSPLIT_HD uint32_t face_done(uint32_t corner) const {
     const uint32_t face = corner >> 2;
-    return face_seen_[face < face_count_ ? face : face_count_];
+    return face_seen_[kNoFaceIsSmall || face < face_count_ ? face : face_count_];
   }
   PSPLIT_HD void see_face(uint32_t corner) { face_seen_[corner >> 2] = true; }
-  PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] != kNone<Index>; }
+  PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] < kUnseenClosed; }
 
-  // Whether the vertex at the corner is a new one; if so it comes next in the sequence.
-  PSPLIT_HD bool see_vertex(uint32_t corner) {
+  // If the vertex at the corner is a new one, it comes next in the sequence. Returns whether it is new and lies on no
+  // border.
+  PSPLIT_HD uint32_t see_vertex(uint32_t corner) {
     Index& rank = rank_[vertex_at(corner)];
-    const bool is_new = rank == kNone<Index>;
+    const uint32_t before = rank, is_new = before >= kUnseenClosed;
     met_[count_] = static_cast<Index>(corner);
-    rank = static_cast<Index>(select(mask(is_new), count_, rank));
+    rank = static_cast<Index>(select(0 - is_new, count_, before));
     count_ += is_new;
-    return is_new;
+    return before == kUnseenClosed;
   }
 
  private:
+  // The face that kNone names may have a mark like all others where that is not too far off.
+  static constexpr bool kNoFaceIsSmall = sizeof(Index) == 2;
+  // Ranks of vertices not yet seen: one load says all.
+  static constexpr uint32_t kUnseenOpen = kNone<Index>, kUnseenClosed = kUnseenOpen - 1;
+
   CornerTable<Index> table_;
-  View<bool> closed_, face_seen_;
+  View<bool> face_seen_;
   View<Index> met_, rank_;
   uint32_t face_count_ = 0, count_ = 0;
   size_t mark_ = 0;
@@ -89,25 +95,25 @@ class DepthFirstTraversal {
   PSPLIT_HD void step() {
     const uint32_t corner = corner_, right = walk_.right_of(corner), left = walk_.left_of(corner);
     walk_.see_face(corner);
-    const bool right_done = walk_.face_done(right), left_done = walk_.face_done(left);
+    const uint32_t right_done = walk_.face_done(right), left_done = walk_.face_done(left);
     // Around a new vertex inside the mesh nothing is done yet, and the walk comes back on the left by itself.
-    const bool inside = walk_.see_vertex(corner) & walk_.closed_at(corner);
+    const uint32_t inside = walk_.see_vertex(corner);
     waiting_[waiting_count_] = static_cast<Index>(left);
-    waiting_count_ += !inside & !right_done & !left_done;
-    corner_ = select(mask(right_done), left, right);
-    if (PSPLIT_UNLIKELY(right_done & left_done)) running_ = go_back();
+    waiting_count_ += (inside | right_done | left_done) ^ 1;
+    corner_ = select(0 - right_done, left, right);
+    if (PSPLIT_UNLIKELY((right_done & left_done) != 0)) running_ = go_back();
   }
 
  private:
   PSPLIT_HD bool go_back() {
     while (waiting_count_ > 0) {
       corner_ = waiting_[--waiting_count_];
-      if (!walk_.face_seen(corner_)) return true;
+      if (walk_.face_seen(corner_) == 0) return true;
     }
     return begin_component();
   }
   PSPLIT_HD bool begin_component() {
-    while (start_ < walk_.face_count() && walk_.face_seen(4 * start_)) ++start_;
+    while (start_ < walk_.face_count() && walk_.face_seen(4 * start_) != 0) ++start_;
     if (start_ == walk_.face_count()) return false;
     corner_ = 4 * start_;
     walk_.see_vertex(next(corner_));
@@ -120,16 +126,6 @@ class DepthFirstTraversal {
   uint32_t corner_ = 0, waiting_count_ = 0, start_ = 0;
   bool running_ = false;
 };
-
-template <typename Index>
-PSPLIT_HD Fault traverse_depth_first(const AttributeTable<Index>& attribute, Arena& arena,
-                                     Sequence<Index>& out) {
-  DepthFirstTraversal<Index> traversal;
-  if (const Fault fault = traversal.start(attribute, arena, out); fault != Fault::kNone) return fault;
-  while (traversal.running()) traversal.step();
-  traversal.finish(arena, out);
-  return Fault::kNone;
-}
 
 // By prediction degree: first to faces whose vertices are all seen, then to those whose new vertex other faces
 // can predict as well.
@@ -162,7 +158,7 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
 
   for (uint32_t start = 0; start < face_count; ++start) {
     uint32_t corner = 4 * start;
-    if (walk.face_seen(corner)) continue;
+    if (walk.face_seen(corner) != 0) continue;
     walk.see_vertex(next(corner));
     walk.see_vertex(previous(corner));
     walk.see_vertex(corner);
@@ -172,13 +168,13 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
       while (best < kPriorities && sizes[best] == 0) ++best;
       if (best == kPriorities) break;
       corner = waiting[best][--sizes[best]];
-      if (walk.face_seen(corner)) continue;
+      if (walk.face_seen(corner) != 0) continue;
       for (;;) {
         walk.see_face(corner);
         walk.see_vertex(corner);
         const uint32_t right = walk.right_of(corner), left = walk.left_of(corner);
-        const bool right_done = walk.face_done(right);
-        if (!walk.face_done(left)) {
+        const bool right_done = walk.face_done(right) != 0;
+        if (walk.face_done(left) == 0) {
           const uint32_t priority = priority_of(left);
           if (right_done && priority <= best) {
             corner = left;
