@@ -42,8 +42,8 @@ struct Attribute {
   Coding coding = Coding::kRaw;
   uint8_t group = 0;  // the attributes that share a table and a sequence
 
-  // Integers by vertex of the group's table, value_stride apart, two each for kNormal. Not for kRaw, whose bytes lie in the stream
-  // in the order of the group's sequence.
+  // Integers by vertex of the group's table, value_stride apart, two each for kNormal. Not for kRaw, whose
+  // bytes lie in the stream in the order of the group's sequence.
   View<int32_t> values;
   const uint8_t* raw = nullptr;
   // kQuantized and kNormal: bits; kQuantized: a float of origin for each component in the stream, and the
@@ -134,14 +134,15 @@ PSPLIT_HD Fault predict(const Group<Index>& group, Attribute<Index>& attribute, 
   return Fault::kPrediction;
 }
 
-// The integers of an attribute, in three steps: what stands before the symbols, the symbols, what comes of them.
+// The integers of an attribute, in three steps: what stands before the symbols, the symbols, what comes of
+// them.
 template <typename Index>
 class IntegerDecoder {
  public:
   // The group's sequence is known. `positions` and `position` are those to predict from, or null.
   PSPLIT_HD Fault start(ByteReader& reader, bool is_edgebreaker, const Group<Index>& group,
-                        Attribute<Index>& attribute, const Group<Index>* positions, const Attribute<Index>* position,
-                        Arena& arena) {
+                        Attribute<Index>& attribute, const Group<Index>* positions,
+                        const Attribute<Index>* position, Arena& arena) {
     group_ = &group;
     attribute_ = &attribute;
     positions_ = positions;
@@ -154,11 +155,13 @@ class IntegerDecoder {
     if (data_.scheme != Scheme::kNone) {
       const auto transform = static_cast<int8_t>(reader.u8());
       const bool is_wrap = transform == static_cast<int8_t>(Transform::kWrap);
-      if (transform < 1 || transform > 3 || is_wrap != (attribute.coding != Coding::kNormal)) return Fault::kMethod;
+      if (transform < 1 || transform > 3 || is_wrap != (attribute.coding != Coding::kNormal))
+        return Fault::kMethod;
       data_.transform = static_cast<Transform>(transform);
-      // Without a corner table there is only the last value to predict from; nor do schemes for positions or texture
-      // coordinates mean anything on an octahedron.
-      if (!is_edgebreaker || (!is_wrap && data_.scheme != Scheme::kGeometricNormal)) data_.scheme = Scheme::kDifference;
+      // Without a corner table there is only the last value to predict from; nor do schemes for positions or
+      // texture coordinates mean anything on an octahedron.
+      if (!is_edgebreaker || (!is_wrap && data_.scheme != Scheme::kGeometricNormal))
+        data_.scheme = Scheme::kDifference;
       if (data_.scheme == Scheme::kGeometricNormal && is_wrap) return Fault::kPrediction;
       if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal)
         if (position == nullptr || position->values.empty() || position->value_components() != 3)
@@ -168,7 +171,8 @@ class IntegerDecoder {
     const uint32_t components = attribute.value_components(), count = group.sequence.count;
     const uint64_t total = uint64_t{count} * components;
     if (total > 0xffffffffu) return Fault::kCounts;
-    if (!arena.take(attribute.values, size_t{group.table.vertex_count} * value_stride(components))) return Fault::kWorkspace;
+    if (!arena.take(attribute.values, size_t{group.table.vertex_count} * value_stride(components)))
+      return Fault::kWorkspace;
     mark_ = arena.mark();
     // One more than there are: four may be read where there are three.
     if (!arena.take(corrections_, static_cast<size_t>(total) + 1)) return Fault::kWorkspace;
@@ -201,8 +205,9 @@ class IntegerDecoder {
 #if defined(PSPLIT_HAS_VECTORS)
     steps_ = {};
     if (data_.scheme == Scheme::kParallelogram && attribute_->value_components() == 3)
-      steps_ = {group_->table.table, group_->sequence, View<const int32_t>(corrections_.data(), corrections_.size()),
-                attribute_->values, Wrap{data_.low, data_.high, data_.modulus}};
+      steps_ = {group_->table.table, group_->sequence,
+                View<const int32_t>(corrections_.data(), corrections_.size()), attribute_->values,
+                Wrap{data_.low, data_.high, data_.modulus}};
 #endif
     return Fault::kNone;
   }

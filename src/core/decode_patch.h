@@ -52,13 +52,13 @@ struct Patch {
   }
 };
 
-// Decodes a patch and stops before each of the long chains of dependent steps, so that a driver may take those of
-// several patches in step:
+// Decodes a patch and stops before each of the long chains of dependent steps, so that a driver may take those
+// of several patches in step:
 //
 //   Fault fault = decoder.start();
 //   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) fault = decoder.resume();
 enum class Stop : uint8_t {
-  kTraversal,  // steps of traversal() may be taken before resume
+  kTraversal,   // steps of traversal() may be taken before resume
   kSymbols,     // symbols of integers() may be decoded before resume
   kPrediction,  // steps of integers() may be taken before resume
   kDone,
@@ -262,13 +262,15 @@ class PatchDecoder {
           stop_ = Stop::kSymbols;
           const Attribute<Index>* position = find_position(attribute_);
           return integers_.start(reader_, header_.edgebreaker, group, attribute,
-                                 position != nullptr ? &patch_.groups[position->group] : nullptr, position, arena_);
+                                 position != nullptr ? &patch_.groups[position->group] : nullptr, position,
+                                 arena_);
         }
         attribute.raw = reader_.head();
         if (!reader_.skip(uint64_t{attribute.stride()} * group.sequence.count)) return Fault::kTruncated;
       }
       for (uint32_t i = group.first; i < end; ++i)
-        if (const Fault fault = read_transform(reader_, patch_.attributes[i]); fault != Fault::kNone) return fault;
+        if (const Fault fault = read_transform(reader_, patch_.attributes[i]); fault != Fault::kNone)
+          return fault;
     }
     stop_ = Stop::kDone;
     return Fault::kNone;
@@ -286,7 +288,8 @@ class PatchDecoder {
                       : AttributeTable<Index>{mesh_.table, mesh_.closed, mesh_.vertex_count, false};
     // The same walk over the same table need not be walked again.
     for (const Group<Index>* other = patch_.groups; other != &group; ++other) {
-      if (group.table.has_seams || other->table.has_seams || other->by_prediction_degree != group.by_prediction_degree)
+      if (group.table.has_seams || other->table.has_seams ||
+          other->by_prediction_degree != group.by_prediction_degree)
         continue;
       group.sequence = other->sequence;
       return Fault::kNone;
@@ -321,8 +324,8 @@ class PatchDecoder {
 };
 
 // Decodes a stream whose header was read, and for which Index is wide enough (StreamHeader::fits_16_bits). The
-// bytes may be anything: what is wrong with them comes back as a fault, and nothing outside of them and the arena
-// is touched. Safe to call from many threads with arenas of their own.
+// bytes may be anything: what is wrong with them comes back as a fault, and nothing outside of them and the
+// arena is touched. Safe to call from many threads with arenas of their own.
 template <typename Index>
 PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Index>& out) {
   PatchDecoder<Index> decoder(header, arena, out);
@@ -331,8 +334,8 @@ PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Ind
   return fault;
 }
 
-// The same for the streams of several decoders, none of them started: their dependent steps are taken in turn, so
-// that a processor works on one while it waits for another. faults[n] is the n-th's.
+// The same for the streams of several decoders, none of them started: their dependent steps are taken in turn,
+// so that a processor works on one while it waits for another. faults[n] is the n-th's.
 template <uint32_t kCount, typename Index>
 PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
   for (uint32_t n = 0; n < kCount; ++n) faults[n] = decoders[n]->start();

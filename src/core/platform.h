@@ -36,8 +36,8 @@ struct Bare<T&> {
   using Type = T;
 };
 
-// Takes a step of each of kCount runs in turn until the first has none left. run_at(n) is the n-th; copies of them
-// are stepped, which may live in registers.
+// Takes a step of each of kCount runs in turn until the first has none left. run_at(n) is the n-th; copies of
+// them are stepped, which may live in registers.
 template <uint32_t kCount, typename RunAt>
 PSPLIT_HD void step_together(RunAt run_at) {
   using Run = typename Bare<decltype(run_at(0))>::Type;

@@ -28,8 +28,8 @@ enum class Transform : int8_t {
 
 inline constexpr uint32_t kMaxParallelograms = 4;
 
-// From one value to the next. Three components stand as four, so that a vector may be loaded and stored: a load that
-// spans two stores would wait for both.
+// From one value to the next. Three components stand as four, so that a vector may be loaded and stored: a load
+// that spans two stores would wait for both.
 PSPLIT_HD constexpr uint32_t value_stride(uint32_t components) { return components == 3 ? 4 : components; }
 
 // What is stored with the corrections.
@@ -122,7 +122,8 @@ class WrapOfThree {
       : low_(spread(wrap.low)), high_(spread(wrap.high)), modulus_(spread(wrap.modulus)) {}
 
   // a + b - far, corrected. All have a fourth number, which says nothing.
-  void operator()(const int32_t* a, const int32_t* b, const int32_t* far, const int32_t* by, int32_t* out) const {
+  void operator()(const int32_t* a, const int32_t* b, const int32_t* far, const int32_t* by,
+                  int32_t* out) const {
     Sums predicted = load(a) + load(b) - load(far);
     predicted = choose(above(predicted, high_), high_, predicted);
     predicted = choose(above(low_, predicted), low_, predicted);
@@ -164,7 +165,8 @@ class ParallelogramOfThree {
     const Index across = table_.opposite[sequence_.corner[i_]];
     const int32_t *at_a = last_, *at_b = kZero, *far = kZero;
     if (PSPLIT_LIKELY(across != kNone<Index>)) {
-      const uint32_t v = table_.vertex[across], a = table_.vertex[next(across)], b = table_.vertex[previous(across)];
+      const uint32_t v = table_.vertex[across], a = table_.vertex[next(across)],
+                     b = table_.vertex[previous(across)];
       if (PSPLIT_LIKELY(sequence_.rank[v] < i_ && sequence_.rank[a] < i_ && sequence_.rank[b] < i_))
         far = value(v), at_a = value(a), at_b = value(b);
     }

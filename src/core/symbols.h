@@ -9,12 +9,12 @@
 
 namespace psplit::core {
 
-// A sequence whose table is read and whose entropy-coded symbols are not. Several may be decoded in step, one symbol
-// of each in turn, so that none waits for its own last one (decode_in_step).
+// A sequence whose table is read and whose entropy-coded symbols are not. Several may be decoded in step, one
+// symbol of each in turn, so that none waits for its own last one (decode_in_step).
 class SymbolSequence {
  public:
-  // Values come in groups of `components`, and go to `out`, which has room for all. Of no groups nothing at all is
-  // stored. The table lives in the arena.
+  // Values come in groups of `components`, and go to `out`, which has room for all. Of no groups nothing at all
+  // is stored. The table lives in the arena.
   PSPLIT_HD Fault start(ByteReader& reader, uint32_t group_count, uint32_t components, Arena& arena,
                         View<uint32_t> out) {
     group_count_ = group_count;
@@ -73,8 +73,8 @@ class SymbolSequence {
   bool is_tagged_ = false;
 };
 
-// Decodes the symbols of kCount sequences, one of each in turn, as far as that goes without counting bytes; what is
-// left is for their own finish.
+// Decodes the symbols of kCount sequences, one of each in turn, as far as that goes without counting bytes;
+// what is left is for their own finish.
 template <uint32_t kCount>
 PSPLIT_HD void decode_in_step(SymbolSequence* const (&sequences)[kCount]) {
   SymbolSequence local[kCount];
@@ -92,7 +92,8 @@ PSPLIT_HD void decode_in_step(SymbolSequence* const (&sequences)[kCount]) {
   for (uint32_t n = 0; n < kCount; ++n) *sequences[n] = local[n];
 }
 
-// Decodes a sequence of single values at once, and calls visit(i, value) for each. The arena is as before afterwards.
+// Decodes a sequence of single values at once, and calls visit(i, value) for each. The arena is as before
+// afterwards.
 template <typename Visit>
 PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena, Visit visit) {
   const size_t mark = arena.mark();

@@ -15,7 +15,8 @@ struct Sequence {
   uint32_t count = 0;
 };
 
-// What a walk has seen. Its answers are 0 or 1, and numbers rather than truths, so that they do not become branches.
+// What a walk has seen. Its answers are 0 or 1, and numbers rather than truths, so that they do not become
+// branches.
 template <typename Index>
 class Walk {
  public:
@@ -54,8 +55,8 @@ class Walk {
   PSPLIT_HD void see_face(uint32_t corner) { face_seen_[corner >> 2] = true; }
   PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] < kUnseenClosed; }
 
-  // If the vertex at the corner is a new one, it comes next in the sequence. Returns whether it is new and lies on no
-  // border.
+  // If the vertex at the corner is a new one, it comes next in the sequence. Returns whether it is new and lies
+  // on no border.
   PSPLIT_HD uint32_t see_vertex(uint32_t corner) {
     Index& rank = rank_[vertex_at(corner)];
     const uint32_t before = rank, is_new = before >= kUnseenClosed;

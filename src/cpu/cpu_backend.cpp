@@ -1,6 +1,6 @@
 #include "src/cpu/cpu_backend.h"
 
-#include <atomic>
+#include <array>
 
 #include "src/container/stitch.h"
 #include "src/core/stitch.h"
@@ -24,36 +24,77 @@ Status status_of(Fault fault) {
   return fault == Fault::kVersion ? unsupported(message) : invalid_input(message);
 }
 
-// Decodes, and calls use(patch, arena) for the patch of 16-bit or 32-bit numbers; what it returns is returned.
-template <typename Use>
-Status with_decoded(std::span<const uint8_t> stream, Scratch& scratch, Use use) {
+// Vertices and faces of a stream, by what it claims.
+uint64_t element_count(const core::StreamHeader& header) {
+  return uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
+}
+// Memory to start with, which does for nearly all streams.
+size_t first_size(const core::StreamHeader& header, size_t stream_bytes) {
+  return static_cast<size_t>(64 * element_count(header)) + 2 * stream_bytes + (size_t{1} << 17);
+}
+// Streams of a few bits a face are honest; of hundreds of faces a byte they are not.
+uint64_t justified_size(size_t stream_bytes) { return (uint64_t{1} << 26) + 4096 * uint64_t{stream_bytes}; }
+
+Expected<core::StreamHeader> read_header(std::span<const uint8_t> stream) {
   core::StreamHeader header;
   if (const Fault fault = core::read_stream_header(stream.data(), stream.size(), header); fault != Fault::kNone)
     return status_of(fault);
-  // Streams of a few bits a face are honest; of thousands of faces a byte they are not.
-  const uint64_t justified = (uint64_t{1} << 26) + 4096 * uint64_t{stream.size()};
-  const uint64_t elements =
-      uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
-  if (elements * 16 > justified) return status_of(Fault::kWorkspace);
+  if (element_count(header) * 16 > justified_size(stream.size())) return status_of(Fault::kWorkspace);
+  return header;
+}
+
+// What `use` below returns to be called again with more memory.
+Status more_memory() { return runtime_failure("the scratch is too small"); }
+
+// Decodes, and calls use(patch, arena) for the patch of 16-bit or 32-bit numbers; what it returns is returned.
+template <typename Use>
+Status with_decoded(std::span<const uint8_t> stream, Scratch& scratch, Use use) {
+  const Expected<core::StreamHeader> header = read_header(stream);
+  if (!header) return header.status();
   const auto decode = [&]<typename Index>(core::Patch<Index>& patch) -> Status {
-    for (size_t wanted = 64 * elements + 2 * stream.size() + (size_t{1} << 17);; wanted = 2 * scratch.size) {
-      scratch.grow(wanted);
-      Arena arena(scratch.memory.get(), scratch.size);
+    for (size_t size = first_size(*header, stream.size());; size = 2 * scratch.lanes[0].size) {
+      Arena arena = scratch.lanes[0].arena(size);
       patch = {};
-      const Fault fault = core::decode_patch<Index>(header, arena, patch);
+      const Fault fault = core::decode_patch<Index>(*header, arena, patch);
       if (fault == Fault::kNone) {
         Status status = use(patch, arena);
         if (status.code() != StatusCode::kRuntimeFailure) return status;
       } else if (fault != Fault::kWorkspace) {
         return status_of(fault);
       }
-      if (scratch.size > justified) return status_of(Fault::kWorkspace);
+      if (scratch.lanes[0].size > justified_size(stream.size())) return status_of(Fault::kWorkspace);
     }
   };
-  return header.fits_16_bits() ? decode(scratch.narrow) : decode(scratch.wide);
+  return header->fits_16_bits() ? decode(scratch.lanes[0].patch) : decode(scratch.wide);
 }
-// What `use` returns to be called again with more memory.
-Status more_memory() { return runtime_failure("the scratch is too small"); }
+
+// Decodes as many streams as there are lanes in step, and calls use(n, patch, arena) for each. Those that did
+// not decode, or for which `use` wants more memory, are left for with_decoded: returns which.
+template <typename Use>
+std::array<bool, kLanes> decode_in_lanes(const std::array<std::span<const uint8_t>, kLanes>& streams,
+                                         Scratch& scratch, Use use) {
+  std::array<bool, kLanes> left;
+  left.fill(true);
+  core::StreamHeader headers[kLanes];
+  for (uint32_t n = 0; n < kLanes; ++n) {
+    const Expected<core::StreamHeader> header = read_header(streams[n]);
+    if (!header || !header->fits_16_bits()) return left;
+    headers[n] = *header;
+  }
+  Arena arenas[kLanes];
+  core::PatchDecoder<uint16_t>* decoders[kLanes];
+  Fault faults[kLanes];
+  for (uint32_t n = 0; n < kLanes; ++n) {
+    Lane& lane = scratch.lanes[n];
+    arenas[n] = lane.arena(first_size(headers[n], streams[n].size()));
+    lane.patch = {};
+    decoders[n] = &lane.decoder.emplace(headers[n], arenas[n], lane.patch);
+  }
+  core::decode_in_step(decoders, faults);
+  for (uint32_t n = 0; n < kLanes; ++n)
+    left[n] = faults[n] != Fault::kNone || !use(n, scratch.lanes[n].patch, arenas[n]);
+  return left;
+}
 
 // The attribute of each request, checked.
 template <typename Index>
@@ -155,13 +196,21 @@ class ContainerDecoder {
     mesh_.point_count = container_.point_count();
     mesh_.faces.resize(container_.face_count());
     mesh_.attributes = make_attributes(requests_, mesh_.point_count);
-    for (const auto round : {&ContainerDecoder::decode_patch, &ContainerDecoder::resolve_references}) {
-      pool_.for_each(patches_.size(), [&](size_t i) {
-        patches_[i].status = (this->*round)(static_cast<uint32_t>(i)).at({.patch = static_cast<int64_t>(i)});
-      });
-      for (StitchedPatch& patch : patches_)
-        if (!patch.status.ok()) return std::move(patch.status);
-    }
+    const auto count = static_cast<uint32_t>(patches_.size());
+    // In step only where that leaves no thread without work.
+    const uint32_t in_step = count / kLanes >= static_cast<uint32_t>(pool_.thread_count()) ? count / kLanes : 0;
+    pool_.for_each(in_step + (count - in_step * kLanes), [&](size_t task) {
+      const auto i = static_cast<uint32_t>(task);
+      if (i < in_step)
+        decode_patches(i * kLanes);
+      else
+        decode_patch(in_step * (kLanes - 1) + i);
+    });
+    if (Status status = first_failure(); !status.ok()) return status;
+    pool_.for_each(count, [&](size_t i) {
+      patches_[i].status = resolve_references(static_cast<uint32_t>(i)).at({.patch = static_cast<int64_t>(i)});
+    });
+    if (Status status = first_failure(); !status.ok()) return status;
     return std::move(mesh_);
   }
 
@@ -180,13 +229,38 @@ class ContainerDecoder {
     Status status;
   };
 
-  Status decode_patch(uint32_t i) {
+  Status first_failure() const {
+    for (const StitchedPatch& patch : patches_)
+      if (!patch.status.ok()) return patch.status;
+    return {};
+  }
+
+  void decode_patch(uint32_t i) {
+    const ScratchPool::Lease lease(scratch_pool());
+    decode_patch(i, *lease);
+  }
+  void decode_patch(uint32_t i, Scratch& scratch) {
+    Status status = with_decoded(container_.streams[i], scratch,
+                                 [&]<typename Index>(const core::Patch<Index>& patch, Arena& arena) -> Status {
+                                   return write_patch(i, patch, arena, scratch.numbers);
+                                 });
+    patches_[i].status = std::move(status).at({.patch = i});
+  }
+
+  // Patches [first, first + kLanes).
+  void decode_patches(uint32_t first) {
     const ScratchPool::Lease lease(scratch_pool());
     Scratch& scratch = *lease;
-    return with_decoded(container_.streams[i], scratch,
-                        [&]<typename Index>(const core::Patch<Index>& patch, Arena& arena) -> Status {
-                          return write_patch(i, patch, arena, scratch.numbers);
-                        });
+    std::array<std::span<const uint8_t>, kLanes> streams;
+    for (uint32_t n = 0; n < kLanes; ++n) streams[n] = container_.streams[first + n];
+    const auto left = decode_in_lanes(streams, scratch, [&](uint32_t n, const auto& patch, Arena& arena) {
+      Status status = write_patch(first + n, patch, arena, scratch.numbers);
+      const bool is_done = status.code() != StatusCode::kRuntimeFailure;
+      patches_[first + n].status = std::move(status).at({.patch = first + n});
+      return is_done;
+    });
+    for (uint32_t n = 0; n < kLanes; ++n)
+      if (left[n]) decode_patch(first + n, scratch);
   }
 
   template <typename Index>

@@ -1,28 +1,41 @@
-// Memory for one stream at a time, reused from stream to stream.
+// Memory to decode streams in, reused from one to the next.
 #pragma once
 
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "src/core/decode_patch.h"
 
 namespace psplit {
 
-// Everything one thread needs to decode; tens of kilobytes to start with.
-struct Scratch {
+// Memory for one stream.
+struct Lane {
   std::unique_ptr<uint8_t[]> memory;
   size_t size = 0;
-  core::Patch<uint16_t> narrow;
-  core::Patch<uint32_t> wide;
-  std::vector<uint32_t> numbers;
+  core::Patch<uint16_t> patch;
+  std::optional<core::PatchDecoder<uint16_t>> decoder;
 
-  void grow(size_t at_least) {
-    if (size >= at_least) return;
-    memory.reset();  // before the new block, so that both never stand side by side
-    memory = std::make_unique_for_overwrite<uint8_t[]>(at_least);
-    size = at_least;
+  core::Arena arena(size_t at_least) {
+    if (size < at_least) {
+      memory.reset();  // before the new block, so that both never stand side by side
+      memory = std::make_unique_for_overwrite<uint8_t[]>(at_least);
+      size = at_least;
+    }
+    return {memory.get(), size};
   }
+};
+
+// Streams that one thread decodes in step. Three are enough to keep a processor busy, and their working sets
+// still fit its cache.
+inline constexpr uint32_t kLanes = 3;
+
+// Everything one thread needs to decode; some hundred kilobytes to start with.
+struct Scratch {
+  Lane lanes[kLanes];
+  core::Patch<uint32_t> wide;  // in the first lane's memory
+  std::vector<uint32_t> numbers;
 };
 
 // As many as there are threads at once. Safe to share between threads.
