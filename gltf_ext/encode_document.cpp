@@ -8,6 +8,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/partition/partition.h"
+#include "encoder/quantization.h"
 #include "gltf_ext/convert.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/primitive_edit.h"
@@ -55,10 +56,8 @@ AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOption
                    : starts("COLOR_")               ? options.color_bits
                                                     : options.generic_bits;
   if (bits == 0) return {};
-  return [&]() -> AttributeCoding {
-    Expected<AttributeCoding> grid = fit_grid(attribute, bits);
-    return grid.ok() ? std::move(*grid) : AttributeCoding{};
-  }();
+  Expected<AttributeCoding> grid = fit_grid(attribute, bits);
+  return grid.ok() ? std::move(*grid) : AttributeCoding{};
 }
 
 // Meshes that must fit together get one grid per semantic.
@@ -217,7 +216,10 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
       for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
       continue;
     }
-    for (const Attribute& attribute : job.mesh.attributes) job.codings.push_back(coding_of(attribute, options));
+    for (Attribute& attribute : job.mesh.attributes) {
+      if (!options.lossless) trim_noise(attribute);
+      job.codings.push_back(coding_of(attribute, options));
+    }
     job.options.encode_speed = options.encode_speed;
     job.options.keep_duplicates = options.keep_duplicates;
     job.options.drop_degenerate = options.drop_degenerate;
@@ -225,6 +227,7 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
     result.jobs.push_back(std::move(job));
   }
   share_grids(result.jobs, options.volume);
+  for (Job& job : result.jobs) round_weights(job.mesh, job.codings);
   return result;
 }
 

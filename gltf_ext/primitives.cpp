@@ -76,7 +76,7 @@ Status read_plain_attributes(const Document& document, const Json& primitive, Me
                            " elements, others have " + std::to_string(mesh.point_count));
     mesh.attributes.push_back(std::move(*attribute));
   }
-  if (mesh.find("POSITION") == nullptr) return invalid_input("no POSITION");
+  if (mesh.find("POSITION") == nullptr) return unsupported("no POSITION");
   return {};
 }
 
@@ -165,6 +165,12 @@ Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id)
   if (primitive == nullptr) return invalid_input("no such primitive", place_of(id));
   const auto mode = integer_field_or(*primitive, "mode", 4);
   if (!mode || *mode < 0 || *mode > 6) return invalid_input("an unknown mode", place_of(id));
+  for (const char* name : {kExtensionName, kStockExtension}) {
+    const Json* extensions = object_field(*primitive, "extensions");
+    const Json* extension = extensions == nullptr ? nullptr : field(*extensions, name);
+    if (extension != nullptr && !extension->is_object())
+      return invalid_input(std::string(name) + " is no object", place_of(id));
+  }
   PrimitiveKind kind;
   kind.triangles = *mode >= 4;
   if (extension_field(*primitive, kExtensionName) != nullptr)
