@@ -162,7 +162,9 @@ void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings) {
   const float steps = steps_of(bits), step = 1.0f / steps;
   std::vector<double> weights(parts.size());
   for (size_t point = 0; point < mesh.point_count; ++point) {
-    const auto index = [&](const Part& part) { return point * part.attribute->component_count + part.component; };
+    const auto index = [&](const Part& part) {
+      return point * part.attribute->component_count + part.component;
+    };
     for (size_t k = 0; k < parts.size(); ++k)
       weights[k] = double{float_at(*parts[k].attribute, index(parts[k]))} * double{steps};
     round_together(weights);

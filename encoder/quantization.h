@@ -19,8 +19,8 @@ struct GridExtremes {
 };
 std::optional<GridExtremes> grid_extremes(const AttributeCoding& coding);
 
-// Puts values that are beyond glTF's limits by no more than rounding noise back on them: then fit_grid's grid ends
-// there too, and no decoded value is outside.
+// Puts values that are beyond glTF's limits by no more than rounding noise back on them: then fit_grid's grid
+// ends there too, and no decoded value is outside.
 void trim_noise(Attribute& attribute);
 
 // Moves every quantized weight to one of the two grid points around it, such that the weights of a point, all

@@ -12,6 +12,7 @@
 #include "gltf_ext/convert.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/primitive_edit.h"
+#include "gltf_ext/structure.h"
 
 namespace psplit {
 namespace {
@@ -60,16 +61,34 @@ AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOption
   return grid.ok() ? std::move(*grid) : AttributeCoding{};
 }
 
+// For every mesh the lowest one that it shares a geometry with, be it over others: the geometry is stored once,
+// so all of them are quantized as one.
+std::map<size_t, size_t> joined_meshes(const std::vector<Job>& jobs) {
+  std::map<size_t, size_t> lowest;
+  const auto root = [&](size_t mesh) {
+    while (lowest.try_emplace(mesh, mesh).first->second != mesh) mesh = lowest.at(mesh);
+    return mesh;
+  };
+  for (const Job& job : jobs)
+    for (const PrimitiveId id : job.group.ids) {
+      const auto [low, high] = std::minmax({root(job.group.ids.front().mesh), root(id.mesh)});
+      lowest[high] = low;
+    }
+  for (auto& [mesh, low] : lowest) low = root(mesh);
+  return lowest;
+}
+
 // Meshes that must fit together get one grid per semantic.
 void share_grids(std::vector<Job>& jobs, QuantizationVolume volume) {
   if (volume == QuantizationVolume::kPrimitive) return;
+  const std::map<size_t, size_t> joined = joined_meshes(jobs);
   std::map<std::tuple<size_t, std::string, size_t>, AttributeCoding> grids;
   const auto visit = [&](const auto& act) {
     for (Job& job : jobs)
       for (size_t i = 0; i < job.codings.size(); ++i) {
         const Attribute& attribute = job.mesh.attributes[i];
         if (job.codings[i].bits == 0 || job.codings[i].octahedral) continue;
-        const size_t mesh = volume == QuantizationVolume::kMesh ? job.group.ids.front().mesh : 0;
+        const size_t mesh = volume == QuantizationVolume::kMesh ? joined.at(job.group.ids.front().mesh) : 0;
         act(std::tuple(mesh, attribute.semantic, size_t{attribute.component_count}), job.codings[i]);
       }
   };
@@ -109,12 +128,41 @@ std::vector<std::byte> morph_bytes(const Job& job, size_t& stride) {
   return bytes;
 }
 
+// The extension of a primitive that means points or faces by their place, which splitting changes, or null.
+const char* order_dependent_extension(const Json& primitive) {
+  for (const char* name :
+       {"CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility", "FB_ngon_encoding"})
+    if (extension_field(primitive, name) != nullptr) return name;
+  constexpr const char* kFeatures = "EXT_mesh_features";
+  const Json* features = extension_field(primitive, kFeatures);
+  const Json* ids = features == nullptr ? nullptr : array_field(*features, "featureIds");
+  if (ids == nullptr) return nullptr;
+  const bool any_by_place = std::any_of(ids->begin(), ids->end(), [](const Json& id) {
+    return field(id, "attribute") == nullptr && field(id, "texture") == nullptr;
+  });
+  return any_by_place ? kFeatures : nullptr;
+}
+
+// libdraco's values have no padding between columns, and a VEC4 would no longer be a matrix.
+bool is_padded_pair_of_columns(const Document& document, const Json& accessor_index) {
+  const auto index = integer_value(accessor_index);
+  const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
+  if (accessor == nullptr) return false;
+  const auto layout = element_layout(*accessor);
+  return layout && layout->columns == 2 && component_bytes(layout->component_type) == 1;
+}
+
 // Why a primitive is left as it is; empty when it is to be encoded.
 Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id) {
   const Expected<PrimitiveKind> kind = primitive_kind(document, id);
   if (!kind) return kind.status();
   if (!kind->triangles) return std::string("points or lines");
   if (kind->storage == PrimitiveStorage::kPatches) return std::string("already in patches");
+  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+  if (const char* extension = order_dependent_extension(primitive))
+    return extension + std::string(" depends on the order of points or faces");
+  for (const auto& [semantic, index] : primitive["attributes"].items())
+    if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
   return std::string();
 }
 

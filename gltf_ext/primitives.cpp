@@ -215,7 +215,8 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
 Expected<PatchedPrimitive> patched_primitive(const Document& document, PrimitiveId id) {
   const Json* primitive = find_primitive(document, id);
   const Json* extension = primitive == nullptr ? nullptr : extension_field(*primitive, kExtensionName);
-  if (extension == nullptr) return invalid_input("the primitive has no patches", place_of(id));
+  if (extension == nullptr)
+    return invalid_input(std::string(kExtensionName) + " is missing, or is no object", place_of(id));
   const auto bytes = extension_bytes(document, *extension);
   if (!bytes) return bytes.status().at(place_of(id));
   auto requests = requests_of(document, *primitive, *extension);

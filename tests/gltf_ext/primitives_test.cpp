@@ -88,7 +88,8 @@ TEST(ReadPrimitive, TakesInterleavedAndSparseAccessors) {
       Json::parse(R"([{"primitives":[{"mode":5,"attributes":{"POSITION":0,"TEXCOORD_0":1}}]}])");
   const Expected<Mesh> mesh = read(document);
   ASSERT_TRUE(mesh.ok()) << mesh.status().to_string();
-  EXPECT_EQ(values_of<float>(*mesh->find("POSITION")), (std::vector<float>{0, 0, 7, 1, 0, 7, 0, 1, 7, 9, 8, 7}));
+  EXPECT_EQ(values_of<float>(*mesh->find("POSITION")),
+            (std::vector<float>{0, 0, 7, 1, 0, 7, 0, 1, 7, 9, 8, 7}));
   EXPECT_EQ(values_of<uint16_t>(*mesh->find("TEXCOORD_0")),
             (std::vector<uint16_t>{0, 65535, 1000, 65535, 2000, 65535, 3000, 65535}));
   EXPECT_TRUE(mesh->find("TEXCOORD_0")->normalized);
