@@ -128,8 +128,10 @@ std::vector<std::byte> morph_bytes(const Job& job, size_t& stride) {
   return bytes;
 }
 
-// The extension of a primitive that means points or faces by their place, which splitting changes, or null.
-const char* order_dependent_extension(const Json& primitive) {
+// The extension that means points or faces of a primitive by their place, which splitting changes, or null.
+const char* order_dependent_extension(const Json& mesh, const Json& primitive) {
+  constexpr const char* kManifold = "EXT_mesh_manifold";
+  if (extension_field(mesh, kManifold) != nullptr) return kManifold;
   for (const char* name :
        {"CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility", "FB_ngon_encoding"})
     if (extension_field(primitive, name) != nullptr) return name;
@@ -158,8 +160,9 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id) {
   if (!kind) return kind.status();
   if (!kind->triangles) return std::string("points or lines");
   if (kind->storage == PrimitiveStorage::kPatches) return std::string("already in patches");
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  if (const char* extension = order_dependent_extension(primitive))
+  const Json& mesh = document.json["meshes"][id.mesh];
+  const Json& primitive = mesh["primitives"][id.primitive];
+  if (const char* extension = order_dependent_extension(mesh, primitive))
     return extension + std::string(" depends on the order of points or faces");
   for (const auto& [semantic, index] : primitive["attributes"].items())
     if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
@@ -213,6 +216,73 @@ std::vector<MorphAttribute> reorder(std::vector<MorphAttribute> morphs,
   return morphs;
 }
 
+std::vector<bool> used_points(const Mesh& mesh) {
+  std::vector<bool> used(mesh.point_count, false);
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) used[point] = true;
+  return used;
+}
+
+// Drops the other points, none of which a face uses.
+void keep_points(Job& job, const std::vector<bool>& keep) {
+  std::vector<uint32_t> kept, number(keep.size(), 0);
+  for (uint32_t point = 0; point < keep.size(); ++point) {
+    if (!keep[point]) continue;
+    number[point] = static_cast<uint32_t>(kept.size());
+    kept.push_back(point);
+  }
+  for (Attribute& attribute : job.mesh.attributes) {
+    const size_t stride = attribute.stride();
+    std::vector<std::byte> values(stride * kept.size());
+    for (size_t i = 0; i < kept.size(); ++i)
+      std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
+    attribute.values = std::move(values);
+  }
+  for (auto& face : job.mesh.faces)
+    for (uint32_t& point : face) point = number[point];
+  job.mesh.point_count = static_cast<uint32_t>(kept.size());
+  job.morphs = reorder(std::move(job.morphs), kept);
+}
+
+// Exporters write a surface of several materials as primitives with the same attributes and indices of their
+// own. Each is stored with the points that its faces use, and the first of them also with those that no face
+// uses. Grids are fitted before, to all of the points: so the borders between the primitives stay closed.
+class SharedPoints {
+ public:
+  void divide(const Document& document, std::vector<Job>& jobs) {
+    Job& job = jobs.back();
+    const PrimitiveId id = job.group.ids.front();
+    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+    if (extension_field(primitive, kStockExtensionName) != nullptr) return;
+    const Json* targets = field(primitive, "targets");
+    const std::string key = primitive["attributes"].dump() + (targets == nullptr ? "" : targets->dump());
+    const auto [found, is_first] = sets_.try_emplace(key, Set{jobs.size() - 1, {}});
+    if (is_first) return;
+    std::vector<bool>& used_by_others = found->second.used_by_others;
+    const std::vector<bool> used = used_points(job.mesh);
+    used_by_others.resize(used.size(), false);
+    for (size_t i = 0; i < used.size(); ++i)
+      if (used[i]) used_by_others[i] = true;
+    keep_points(job, used);
+  }
+
+  void finish(std::vector<Job>& jobs) const {
+    for (const auto& [key, set] : sets_) {
+      if (set.used_by_others.empty()) continue;
+      std::vector<bool> keep = used_points(jobs[set.first].mesh);
+      for (size_t i = 0; i < keep.size(); ++i) keep[i] = keep[i] || !set.used_by_others[i];
+      keep_points(jobs[set.first], keep);
+    }
+  }
+
+ private:
+  struct Set {
+    size_t first = 0;  // of the jobs
+    std::vector<bool> used_by_others;
+  };
+  std::map<std::string, Set> sets_;
+};
+
 Json unique_id_map(const Mesh& mesh, const std::vector<uint32_t>& unique_ids) {
   Json map = Json::object();
   for (size_t i = 0; i < mesh.attributes.size(); ++i) map[mesh.attributes[i].semantic] = unique_ids[i];
@@ -245,6 +315,7 @@ struct Jobs {
 Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                          const DecodeBackend& backend, const ThreadPool& pool) {
   Jobs result;
+  SharedPoints shared_points;
   std::vector<PrimitiveId> wanted;
   for (const PrimitiveId id : all_primitives(document)) {
     const Expected<std::string> reason = reason_to_skip(document, id);
@@ -273,7 +344,9 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
     job.options.drop_degenerate = options.drop_degenerate;
     job.options.verify = options.verify;
     result.jobs.push_back(std::move(job));
+    shared_points.divide(document, result.jobs);
   }
+  shared_points.finish(result.jobs);
   share_grids(result.jobs, options.volume);
   for (Job& job : result.jobs) round_weights(job.mesh, job.codings);
   return result;

@@ -2,6 +2,7 @@
 #include "gltf_ext/convert.h"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <set>
 
@@ -45,6 +46,23 @@ void add_primitive_with_faces(Document& document, const std::vector<uint16_t>& i
   copy["indices"] =
       append_accessor(document, make_data<uint16_t>(ComponentType::kUint16, 1, indices), 34963, false);
   document.json["meshes"][0]["primitives"].push_back(std::move(copy));
+}
+
+// How many positions the two meshes have in common, to the bit.
+size_t common_positions(const Expected<Mesh>& a, const Expected<Mesh>& b) {
+  std::set<std::array<float, 3>> first;
+  size_t common = 0;
+  for (const Expected<Mesh>* mesh : {&a, &b}) {
+    const std::vector<float> values = values_of<float>(*(*mesh)->find("POSITION"));
+    for (size_t i = 0; i < values.size(); i += 3) {
+      const std::array<float, 3> position = {values[i], values[i + 1], values[i + 2]};
+      if (mesh == &a)
+        first.insert(position);
+      else
+        common += first.count(position);
+    }
+  }
+  return common;
 }
 
 TEST(EncodeDocument, EveryAttributeComesBack) {
@@ -246,19 +264,88 @@ TEST(EncodeDocument, StoresEqualPrimitivesOnce) {
   EXPECT_EQ(difference(rich_mesh(), read(document, 1, 0), false), "");
 }
 
-TEST(EncodeDocument, SeparatesPrimitivesThatShareAttributesOnly) {
-  Document document = document_from_mesh(rich_mesh());
-  add_primitive_with_faces(document, {0, 1, 14, 0, 14, 13});
-  const Expected<Mesh> before = read(document, 0, 1);
-  ASSERT_TRUE(encode(document).ok());
+// Primitive 0 is without its first two faces, which are those of primitive 1; no face uses the last point.
+Document two_materials() {
+  Mesh mesh = rich_mesh();
+  std::vector<uint16_t> taken;
+  for (size_t i = 0; i < 2; ++i)
+    for (const uint32_t point : mesh.faces[i]) taken.push_back(static_cast<uint16_t>(point));
+  mesh.faces.erase(mesh.faces.begin(), mesh.faces.begin() + 2);
+  std::erase_if(mesh.faces, [&](const auto& face) { return std::count(face.begin(), face.end(), 129u) > 0; });
+  Document document = document_from_mesh(mesh);
+  add_primitive_with_faces(document, taken);
+  return document;
+}
+
+Expected<Mesh> without_points(Expected<Mesh> mesh, const std::function<bool(uint32_t)>& drops) {
+  Mesh kept;
+  std::vector<uint32_t> number(mesh->point_count, 0);
+  for (uint32_t point = 0; point < mesh->point_count; ++point)
+    if (!drops(point)) number[point] = kept.point_count++;
+  kept.faces = mesh->faces;
+  for (auto& face : kept.faces)
+    for (uint32_t& point : face) point = number[point];
+  for (Attribute& attribute : mesh->attributes) {
+    std::vector<std::byte> values;
+    const auto stride = static_cast<std::ptrdiff_t>(attribute.stride());
+    for (uint32_t point = 0; point < mesh->point_count; ++point)
+      if (!drops(point))
+        values.insert(values.end(), attribute.values.begin() + point * stride,
+                      attribute.values.begin() + (point + 1) * stride);
+    attribute.values = std::move(values);
+    kept.attributes.push_back(attribute);
+  }
+  return kept;
+}
+
+TEST(EncodeDocument, DividesThePointsOfPrimitivesThatShareAttributes) {
+  Document document = two_materials();
+  const size_t accessor_count = document.json["accessors"].size();
+  // Of the points 0, 1, 13 and 14 only point 0 is in no other face.
+  const Expected<Mesh> first = without_points(read(document), [](uint32_t point) { return point == 0; });
+  const Expected<Mesh> second = without_points(read(document, 0, 1), [](uint32_t point) {
+    return point != 0 && point != 1 && point != 13 && point != 14;
+  });
+  EncodeDocumentOptions options = lossless();
+  options.keep_duplicates = true;
+  ASSERT_TRUE(encode(document, options).ok());
   EXPECT_NE(primitive_of(document, 0, 0)["attributes"]["POSITION"],
             primitive_of(document, 0, 1)["attributes"]["POSITION"]);
-  EXPECT_EQ(difference(rich_mesh(), read(document, 0, 0), false), "");
-  EXPECT_EQ(difference(*before, read(document, 0, 1), false), "");
-  ASSERT_TRUE(decode(document).ok());
-  EXPECT_EQ(difference(*before, read(document, 0, 1), false), "");
+  for (const bool decoded : {false, true}) {
+    if (decoded) {
+      ASSERT_TRUE(decode(document).ok());
+    }
+    EXPECT_EQ(difference(*first, read(document, 0, 0), true), "");
+    EXPECT_EQ(difference(*second, read(document, 0, 1), true), "");
+  }
   // Nothing of the shared accessors is left behind.
-  EXPECT_EQ(document.json["accessors"].size(), 2 * (rich_mesh().attributes.size() + 1));
+  EXPECT_EQ(document.json["accessors"].size(), 2 * (accessor_count - 1));
+}
+
+TEST(EncodeDocument, DividedPrimitivesKeepTheirBorderClosed) {
+  Document document = two_materials();
+  const size_t common = 3;  // points 1, 13 and 14
+  EncodeDocumentOptions options;
+  options.position_bits = 7;
+  ASSERT_TRUE(encode(document, options).ok());
+  EXPECT_EQ(read(document, 0, 1)->point_count, 4u);
+  EXPECT_EQ(common_positions(read(document, 0, 0), read(document, 0, 1)), common);
+}
+
+TEST(EncodeDocument, DividedPointsTakeTheirMorphTargetsAlong) {
+  Document document = document_from_mesh(make_grid(6, 6));
+  const AccessorData deltas =
+      make_data(ComponentType::kFloat32, 3, values_of<float>(make_grid(6, 6).attributes[0]));
+  primitive_of(document)["targets"] =
+      Json::array({{{"POSITION", append_accessor(document, deltas, 34962, true)}}});
+  add_primitive_with_faces(document, {8, 9, 16});
+  ASSERT_TRUE(encode(document, lossless()).ok());
+  EXPECT_EQ(read(document, 0, 1)->point_count, 3u);
+  for (const size_t primitive : {0u, 1u}) {
+    const auto morphs = read_morph_targets(document, {0, primitive});
+    ASSERT_TRUE(morphs.ok());
+    EXPECT_EQ((*morphs)[0].data.values, read(document, 0, primitive)->find("POSITION")->values);
+  }
 }
 
 TEST(EncodeDocument, OneAccessorMayServeTwoAttributes) {
@@ -413,23 +500,6 @@ Document two_halves(bool one_mesh) {
   return document;
 }
 
-// How many positions the two meshes have in common, to the bit.
-size_t common_positions(const Expected<Mesh>& a, const Expected<Mesh>& b) {
-  std::set<std::array<float, 3>> first;
-  size_t common = 0;
-  for (const Expected<Mesh>* mesh : {&a, &b}) {
-    const std::vector<float> values = values_of<float>(*(*mesh)->find("POSITION"));
-    for (size_t i = 0; i < values.size(); i += 3) {
-      const std::array<float, 3> position = {values[i], values[i + 1], values[i + 2]};
-      if (mesh == &a)
-        first.insert(position);
-      else
-        common += first.count(position);
-    }
-  }
-  return common;
-}
-
 TEST(QuantizationVolume, KeepsBordersClosed) {
   for (const bool one_mesh : {true, false}) {
     EncodeDocumentOptions options;
@@ -501,6 +571,10 @@ TEST(EncodeDocument, SaysWhyAPrimitiveIsLeftAlone) {
               }).find("depends on the order"),
               std::string::npos)
         << extension;
+  EXPECT_EQ(reason([](Document& document, Json&) {
+              document.json["meshes"][0]["extensions"]["EXT_mesh_manifold"] = Json::object();
+            }),
+            "EXT_mesh_manifold depends on the order of points or faces");
 }
 
 TEST(EncodeDocument, APrimitiveInPatchesStays) {
