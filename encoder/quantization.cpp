@@ -56,15 +56,22 @@ void set_float(Attribute& attribute, size_t i, float value) {
   std::memcpy(attribute.values.data() + i * sizeof(float), &value, sizeof(float));
 }
 
-// Whole steps that add up to the rounded sum: the largest remainders are rounded up.
-void round_together(std::span<double> weights) {
-  const auto sum = static_cast<int64_t>(std::llround(std::accumulate(weights.begin(), weights.end(), 0.0)));
-  std::vector<double> remainder(weights.begin(), weights.end());
-  int64_t left = sum;
-  for (size_t i = 0; i < weights.size(); ++i) {
-    weights[i] = std::floor(weights[i]);
-    remainder[i] -= weights[i];
-    left -= static_cast<int64_t>(weights[i]);
+// Whole steps that add up to what the weights do: the largest remainders are rounded up. A sum beside one, as
+// other quantizers leave it (8 bits: up to 2 / 255 off), becomes one.
+void round_together(std::span<double> weights, double steps) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const double target = std::fabs(sum - steps) <= steps / 100 ? steps : std::round(sum);
+  if (target == 0) {
+    std::fill(weights.begin(), weights.end(), 0.0);
+    return;
+  }
+  std::vector<double> remainder;
+  double left = target;
+  for (double& weight : weights) {
+    const double exact = weight * (target / sum);
+    weight = std::floor(exact);
+    remainder.push_back(exact - weight);
+    left -= weight;
   }
   for (; left > 0; --left) {
     const auto largest = std::max_element(remainder.begin(), remainder.end());
@@ -167,7 +174,7 @@ void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings) {
     };
     for (size_t k = 0; k < parts.size(); ++k)
       weights[k] = double{float_at(*parts[k].attribute, index(parts[k]))} * double{steps};
-    round_together(weights);
+    round_together(weights, double{steps});
     for (size_t k = 0; k < parts.size(); ++k)
       set_float(*parts[k].attribute, index(parts[k]), static_cast<float>(weights[k]) * step);
   }

@@ -23,8 +23,8 @@ std::optional<GridExtremes> grid_extremes(const AttributeCoding& coding);
 // ends there too, and no decoded value is outside.
 void trim_noise(Attribute& attribute);
 
-// Moves every quantized weight to one of the two grid points around it, such that the weights of a point, all
-// WEIGHTS_n together, keep their sum, which glTF wants to be one.
+// Rounds quantized weights to their grid such that the weights of a point, all WEIGHTS_n together, keep their
+// sum, which glTF wants to be one; a sum that is nearly one becomes one.
 void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings);
 
 }  // namespace psplit

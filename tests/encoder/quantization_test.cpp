@@ -83,6 +83,19 @@ TEST(RoundWeights, KeepsSumsOverAllSets) {
   }
 }
 
+TEST(RoundWeights, MendsSumsThatAreNearlyOne) {
+  Mesh mesh;
+  mesh.point_count = 3;
+  mesh.attributes = {
+      floats("WEIGHTS_0", 4, {0.502f, 0.502f, 0, 0, 0.33f, 0.33f, 0.336f, 0, 0.25f, 0.25f, 0, 0})};
+  round_weights(mesh, std::vector<AttributeCoding>{*fit_grid(mesh.attributes[0], 12)});
+  const std::vector<float> values = values_of(mesh.attributes[0]);
+  EXPECT_NEAR(values[0] + values[1], 1, 2e-7);
+  EXPECT_NEAR(values[4] + values[5] + values[6], 1, 2e-7);
+  EXPECT_NEAR(values[8] + values[9], 0.5, 1.0 / 4095);
+  for (const size_t i : {2u, 3u, 7u, 10u, 11u}) EXPECT_EQ(values[i], 0.0f);
+}
+
 TEST(RoundWeights, LeavesWhatIsKeptExactly) {
   Mesh mesh;
   mesh.point_count = 1;

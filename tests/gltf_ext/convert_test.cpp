@@ -563,6 +563,8 @@ TEST(EncodeDocument, SaysWhyAPrimitiveIsLeftAlone) {
               document.json["accessors"].push_back({{"componentType", 5120}, {"type", "MAT2"}, {"count", 16}});
             }),
             "_PAIR is a matrix with padding");
+  EXPECT_NE(reason([](Document& document, Json&) { document.buffers[0].clear(); }).find("without a uri"),
+            std::string::npos);
   // These count faces or points of the primitive by their place.
   for (const char* extension : {R"({"CESIUM_primitive_outline":{"indices":1}})", R"({"FB_ngon_encoding":{}})",
                                 R"({"EXT_mesh_features":{"featureIds":[{"featureCount":16}]}})"})

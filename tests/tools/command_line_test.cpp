@@ -141,6 +141,7 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"encode", "a.glb", "b.glb", "-q", "-v"},
       {"encode", "a.glb", "b.ply"},
       {"encode", "a.glb", "-", "--report", "-"},
+      {"encode", "a.glb", "b.glb", "--report", "b.glb"},
       {"decode", "a.glb", "b.txt"},
       {"decode", "a.glb", "b.glb", "--to", "stl"},
       {"decode", "a.glb", "b.glb", "--backend", "abacus"},
