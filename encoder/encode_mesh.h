@@ -67,9 +67,6 @@ Expected<EncodedMesh> encode_mesh(const Mesh& mesh, std::span<const AttributeCod
 
 // The grid that holds all values of the attribute. Fails on NaN and infinity.
 Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
-// From 0 to 1 in every component: no value that it decodes to is above 1.
-AttributeCoding unit_grid(size_t component_count, int bits);
-bool is_unit_grid(const AttributeCoding& coding);
 // The smallest grid of the same bits that holds both.
 AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 namespace psplit {
 namespace {
@@ -19,6 +20,63 @@ void settle(AttributeCoding& coding) {
                                          [](float a, float b) { return std::fabs(a) < std::fabs(b); });
     const float next = std::nextafter(*finest + coding.range, INFINITY) - *finest;
     coding.range = std::max(next, std::nextafter(coding.range, INFINITY));
+  }
+}
+
+// What glTF lets the values of an attribute be. A grid from end to end decodes to nothing outside of it.
+struct Limits {
+  float low, high;
+};
+std::optional<Limits> limits_of(const Attribute& attribute) {
+  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
+  if (starts("COLOR_") || starts("WEIGHTS_")) return Limits{0, 1};
+  if (attribute.semantic == "TANGENT") return Limits{-1, 1};
+  return std::nullopt;
+}
+
+float steps_of(int bits) { return static_cast<float>((int64_t{1} << bits) - 1); }
+
+// TANGENT.w is an end of its limits, but the last multiple of a rounded step may lie beside it (at 5 bits).
+int bits_that_reach_the_end(int bits) {
+  while (steps_of(bits) * (1.0f / steps_of(bits)) != 1.0f) ++bits;
+  return bits;
+}
+
+bool is_unit_grid(const AttributeCoding& coding) {
+  return coding.bits > 0 && !coding.octahedral && coding.range == 1 &&
+         std::all_of(coding.origin.begin(), coding.origin.end(), [](float origin) { return origin == 0; });
+}
+
+float float_at(const Attribute& attribute, size_t i) {
+  float value = 0;
+  std::memcpy(&value, attribute.values.data() + i * sizeof(float), sizeof(float));
+  return value;
+}
+void set_float(Attribute& attribute, size_t i, float value) {
+  std::memcpy(attribute.values.data() + i * sizeof(float), &value, sizeof(float));
+}
+
+// Whole steps that add up to what the weights do: the largest remainders are rounded up. A sum beside one, as
+// other quantizers leave it (8 bits: up to 2 / 255 off), becomes one.
+void round_together(std::span<double> weights, double steps) {
+  const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
+  const double target = std::fabs(sum - steps) <= steps / 100 ? steps : std::round(sum);
+  if (target == 0) {
+    std::fill(weights.begin(), weights.end(), 0.0);
+    return;
+  }
+  std::vector<double> remainder;
+  double left = target;
+  for (double& weight : weights) {
+    const double exact = weight * (target / sum);
+    weight = std::floor(exact);
+    remainder.push_back(exact - weight);
+    left -= weight;
+  }
+  for (; left > 0; --left) {
+    const auto largest = std::max_element(remainder.begin(), remainder.end());
+    weights[static_cast<size_t>(largest - remainder.begin())] += 1;
+    *largest = 0;
   }
 }
 
@@ -47,8 +105,7 @@ Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits) {
   coding.origin.assign(components, 0.0f);
   std::vector<float> high(components, 0.0f);
   for (size_t i = 0; i < count; ++i) {
-    float value = 0;
-    std::memcpy(&value, attribute.values.data() + i * sizeof(float), sizeof(float));
+    const float value = float_at(attribute, i);
     if (!std::isfinite(value))
       return invalid_input(attribute.semantic + ": point " + std::to_string(i / components) + " is not finite");
     const size_t c = i % components;
@@ -56,20 +113,19 @@ Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits) {
     coding.origin[c] = std::min(coding.origin[c], value);
     high[c] = std::max(high[c], value);
   }
+  if (const auto limits = limits_of(attribute);
+      limits && *std::min_element(coding.origin.begin(), coding.origin.end()) >= limits->low &&
+      *std::max_element(high.begin(), high.end()) <= limits->high) {
+    coding.bits = bits_that_reach_the_end(bits);
+    coding.origin.assign(components, limits->low);
+    coding.range = limits->high - limits->low;
+    return coding;
+  }
   coding.range = smallest_range(bits);
   for (size_t c = 0; c < components; ++c) coding.range = std::max(coding.range, high[c] - coding.origin[c]);
   settle(coding);
   if (!std::isfinite(coding.range)) return invalid_input(attribute.semantic + ": its extent is not a float");
   return coding;
-}
-
-AttributeCoding unit_grid(size_t component_count, int bits) {
-  return {bits, false, std::vector<float>(component_count, 0.0f), 1.0f};
-}
-
-bool is_unit_grid(const AttributeCoding& coding) {
-  return coding.bits > 0 && !coding.octahedral && coding.range == 1.0f &&
-         std::all_of(coding.origin.begin(), coding.origin.end(), [](float origin) { return origin == 0; });
 }
 
 AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b) {
@@ -83,6 +139,45 @@ AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b) 
   }
   settle(merged);
   return merged;
+}
+
+void trim_noise(Attribute& attribute) {
+  constexpr float kNoise = 1e-5f;
+  const auto limits = limits_of(attribute);
+  if (!limits || attribute.component_type != ComponentType::kFloat32) return;
+  for (size_t i = 0; i < attribute.values.size() / sizeof(float); ++i) {
+    const float value = float_at(attribute, i);
+    const float inside = std::clamp(value, limits->low, limits->high);
+    if (value != inside && std::fabs(value - inside) <= kNoise) set_float(attribute, i, inside);
+  }
+}
+
+void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings) {
+  struct Part {
+    Attribute* attribute;
+    size_t component;
+  };
+  std::vector<Part> parts;
+  int bits = 0;
+  for (size_t i = 0; i < codings.size(); ++i) {
+    Attribute& attribute = mesh.attributes[i];
+    if (!attribute.semantic.starts_with("WEIGHTS_") || !is_unit_grid(codings[i])) continue;
+    bits = codings[i].bits;
+    for (size_t c = 0; c < attribute.component_count; ++c) parts.push_back({&attribute, c});
+  }
+  if (parts.empty()) return;
+  const float steps = steps_of(bits), step = 1.0f / steps;
+  std::vector<double> weights(parts.size());
+  for (size_t point = 0; point < mesh.point_count; ++point) {
+    const auto index = [&](const Part& part) {
+      return point * part.attribute->component_count + part.component;
+    };
+    for (size_t k = 0; k < parts.size(); ++k)
+      weights[k] = double{float_at(*parts[k].attribute, index(parts[k]))} * double{steps};
+    round_together(weights, double{steps});
+    for (size_t k = 0; k < parts.size(); ++k)
+      set_float(*parts[k].attribute, index(parts[k]), static_cast<float>(weights[k]) * step);
+  }
 }
 
 }  // namespace psplit

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -8,10 +9,11 @@
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/partition/partition.h"
+#include "encoder/quantization.h"
 #include "gltf_ext/convert.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/primitive_edit.h"
-#include "gltf_ext/weights.h"
+#include "gltf_ext/structure.h"
 
 namespace psplit {
 namespace {
@@ -44,15 +46,6 @@ bool all_unit_vectors(const Attribute& attribute) {
   return true;
 }
 
-bool all_in_unit_range(const Attribute& attribute) {
-  for (size_t at = 0; at < attribute.values.size(); at += sizeof(float)) {
-    float value = 0;
-    std::memcpy(&value, attribute.values.data() + at, sizeof value);
-    if (!(value >= 0 && value <= 1)) return false;
-  }
-  return true;
-}
-
 // What no grid can hold (integers, NaN, normals that are no directions) is kept exactly.
 AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOptions& options) {
   if (options.lossless || attribute.component_type != ComponentType::kFloat32) return {};
@@ -66,25 +59,38 @@ AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOption
                    : starts("COLOR_")               ? options.color_bits
                                                     : options.generic_bits;
   if (bits == 0) return {};
-  // glTF wants these in [0, 1], and the ends of a grid that fits tightly may come back a little beyond.
-  if ((starts("COLOR_") || starts("WEIGHTS_")) && all_in_unit_range(attribute))
-    return unit_grid(attribute.component_count, bits);
-  return [&]() -> AttributeCoding {
-    Expected<AttributeCoding> grid = fit_grid(attribute, bits);
-    return grid.ok() ? std::move(*grid) : AttributeCoding{};
-  }();
+  Expected<AttributeCoding> grid = fit_grid(attribute, bits);
+  return grid.ok() ? std::move(*grid) : AttributeCoding{};
+}
+
+// For every mesh the lowest one that it shares a geometry with, be it over others: the geometry is stored once,
+// so all of them are quantized as one.
+std::map<size_t, size_t> joined_meshes(const std::vector<Job>& jobs) {
+  std::map<size_t, size_t> lowest;
+  const auto root = [&](size_t mesh) {
+    while (lowest.try_emplace(mesh, mesh).first->second != mesh) mesh = lowest.at(mesh);
+    return mesh;
+  };
+  for (const Job& job : jobs)
+    for (const PrimitiveId id : job.group.ids) {
+      const auto [low, high] = std::minmax({root(job.group.ids.front().mesh), root(id.mesh)});
+      lowest[high] = low;
+    }
+  for (auto& [mesh, low] : lowest) low = root(mesh);
+  return lowest;
 }
 
 // Meshes that must fit together get one grid per semantic.
 void share_grids(std::vector<Job>& jobs, QuantizationVolume volume) {
   if (volume == QuantizationVolume::kPrimitive) return;
+  const std::map<size_t, size_t> joined = joined_meshes(jobs);
   std::map<std::tuple<size_t, std::string, size_t>, AttributeCoding> grids;
   const auto visit = [&](const auto& act) {
     for (Job& job : jobs)
       for (size_t i = 0; i < job.codings.size(); ++i) {
         const Attribute& attribute = job.mesh.attributes[i];
         if (job.codings[i].bits == 0 || job.codings[i].octahedral) continue;
-        const size_t mesh = volume == QuantizationVolume::kMesh ? job.group.ids.front().mesh : 0;
+        const size_t mesh = volume == QuantizationVolume::kMesh ? joined.at(job.group.ids.front().mesh) : 0;
         act(std::tuple(mesh, attribute.semantic, size_t{attribute.component_count}), job.codings[i]);
       }
   };
@@ -126,13 +132,51 @@ std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride) {
   return bytes;
 }
 
+// The extension that means points or faces of a primitive by their place, which splitting changes, or null.
+const char* order_dependent_extension(const Json& mesh, const Json& primitive) {
+  constexpr const char* kManifold = "EXT_mesh_manifold";
+  if (extension_field(mesh, kManifold) != nullptr) return kManifold;
+  for (const char* name :
+       {"CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility", "FB_ngon_encoding"})
+    if (extension_field(primitive, name) != nullptr) return name;
+  constexpr const char* kFeatures = "EXT_mesh_features";
+  const Json* features = extension_field(primitive, kFeatures);
+  const Json* ids = features == nullptr ? nullptr : array_field(*features, "featureIds");
+  if (ids == nullptr) return nullptr;
+  const bool any_by_place = std::any_of(ids->begin(), ids->end(), [](const Json& id) {
+    return field(id, "attribute") == nullptr && field(id, "texture") == nullptr;
+  });
+  return any_by_place ? kFeatures : nullptr;
+}
+
+// libdraco's values have no padding between columns, and a VEC4 would no longer be a matrix.
+bool is_padded_pair_of_columns(const Document& document, const Json& accessor_index) {
+  const auto index = integer_value(accessor_index);
+  const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
+  if (accessor == nullptr) return false;
+  const auto layout = element_layout(*accessor);
+  return layout && layout->columns == 2 && component_bytes(layout->component_type) == 1;
+}
+
 // Why a primitive is left as it is; empty when it is to be encoded.
 Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id) {
   const Expected<PrimitiveKind> kind = primitive_kind(document, id);
   if (!kind) return kind.status();
   if (!kind->triangles) return std::string("points or lines");
   if (kind->storage == PrimitiveStorage::kPatches) return std::string("already in patches");
+  const Json& mesh = document.json["meshes"][id.mesh];
+  const Json& primitive = mesh["primitives"][id.primitive];
+  if (const char* extension = order_dependent_extension(mesh, primitive))
+    return extension + std::string(" depends on the order of points or faces");
+  for (const auto& [semantic, index] : primitive["attributes"].items())
+    if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
   return std::string();
+}
+
+bool all_degenerate(const Mesh& mesh) {
+  return std::all_of(mesh.faces.begin(), mesh.faces.end(), [](const std::array<uint32_t, 3>& face) {
+    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+  });
 }
 
 Status read_job(const Document& document, const DecodeBackend& backend, const ThreadPool& pool, Job& job,
@@ -182,6 +226,73 @@ std::vector<MorphAttribute> reorder(std::vector<MorphAttribute> morphs,
   return morphs;
 }
 
+std::vector<bool> used_points(const Mesh& mesh) {
+  std::vector<bool> used(mesh.point_count, false);
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) used[point] = true;
+  return used;
+}
+
+// Drops the other points, none of which a face uses.
+void keep_points(Job& job, const std::vector<bool>& keep) {
+  std::vector<uint32_t> kept, number(keep.size(), 0);
+  for (uint32_t point = 0; point < keep.size(); ++point) {
+    if (!keep[point]) continue;
+    number[point] = static_cast<uint32_t>(kept.size());
+    kept.push_back(point);
+  }
+  for (Attribute& attribute : job.mesh.attributes) {
+    const size_t stride = attribute.stride();
+    std::vector<std::byte> values(stride * kept.size());
+    for (size_t i = 0; i < kept.size(); ++i)
+      std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
+    attribute.values = std::move(values);
+  }
+  for (auto& face : job.mesh.faces)
+    for (uint32_t& point : face) point = number[point];
+  job.mesh.point_count = static_cast<uint32_t>(kept.size());
+  job.morphs = reorder(std::move(job.morphs), kept);
+}
+
+// Exporters write a surface of several materials as primitives with the same attributes and indices of their
+// own. Each is stored with the points that its faces use, and the first of them also with those that no face
+// uses. Grids are fitted before, to all of the points: so the borders between the primitives stay closed.
+class SharedPoints {
+ public:
+  void divide(const Document& document, std::vector<Job>& jobs) {
+    Job& job = jobs.back();
+    const PrimitiveId id = job.group.ids.front();
+    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+    if (extension_field(primitive, kStockExtensionName) != nullptr) return;
+    const Json* targets = field(primitive, "targets");
+    const std::string key = primitive["attributes"].dump() + (targets == nullptr ? "" : targets->dump());
+    const auto [found, is_first] = sets_.try_emplace(key, Set{jobs.size() - 1, {}});
+    if (is_first) return;
+    std::vector<bool>& used_by_others = found->second.used_by_others;
+    const std::vector<bool> used = used_points(job.mesh);
+    used_by_others.resize(used.size(), false);
+    for (size_t i = 0; i < used.size(); ++i)
+      if (used[i]) used_by_others[i] = true;
+    keep_points(job, used);
+  }
+
+  void finish(std::vector<Job>& jobs) const {
+    for (const auto& [key, set] : sets_) {
+      if (set.used_by_others.empty()) continue;
+      std::vector<bool> keep = used_points(jobs[set.first].mesh);
+      for (size_t i = 0; i < keep.size(); ++i) keep[i] = keep[i] || !set.used_by_others[i];
+      keep_points(jobs[set.first], keep);
+    }
+  }
+
+ private:
+  struct Set {
+    size_t first = 0;  // of the jobs
+    std::vector<bool> used_by_others;
+  };
+  std::map<std::string, Set> sets_;
+};
+
 Json unique_id_map(const Mesh& mesh, const std::vector<uint32_t>& unique_ids) {
   Json map = Json::object();
   for (size_t i = 0; i < mesh.attributes.size(); ++i) map[mesh.attributes[i].semantic] = unique_ids[i];
@@ -214,6 +325,7 @@ struct Jobs {
 Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                          const DecodeBackend& backend, const ThreadPool& pool) {
   Jobs result;
+  SharedPoints shared_points;
   std::vector<PrimitiveId> wanted;
   for (const PrimitiveId id : all_primitives(document)) {
     const Expected<std::string> reason = reason_to_skip(document, id);
@@ -229,17 +341,24 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
     std::string skipped;
     if (Status status = read_job(document, backend, pool, job, skipped); !status.ok())
       return std::move(status).at(job.place(document));
+    if (options.drop_degenerate && skipped.empty() && all_degenerate(job.mesh))
+      skipped = "no triangles but degenerate ones";
     if (!skipped.empty()) {
       for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
       continue;
     }
-    for (const Attribute& attribute : job.mesh.attributes) job.codings.push_back(coding_of(attribute, options));
+    for (Attribute& attribute : job.mesh.attributes) {
+      if (!options.lossless) trim_noise(attribute);
+      job.codings.push_back(coding_of(attribute, options));
+    }
     job.options.encode_speed = options.encode_speed;
     job.options.keep_duplicates = options.keep_duplicates;
     job.options.drop_degenerate = options.drop_degenerate;
     job.options.verify = options.verify;
     result.jobs.push_back(std::move(job));
+    shared_points.divide(document, result.jobs);
   }
+  shared_points.finish(result.jobs);
   share_grids(result.jobs, options.volume);
   for (Job& job : result.jobs) {
     for (size_t i = 0; i < job.codings.size(); ++i)

@@ -60,6 +60,12 @@ Status write_file(const fs::path& path, std::initializer_list<std::span<const ui
   if (path == "-") return write_parts(stdout, parts) ? Status() : failure("write", "stdout", errno);
 
   std::error_code error;
+  const fs::file_type type = fs::status(path, error).type();
+  if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, not replaced
+    const File file(std::fopen(path.c_str(), "wb"));
+    return file != nullptr && write_parts(file.get(), parts) ? Status() : failure("write", path, errno);
+  }
+
   fs::path target = path;
   if (fs::is_symlink(path, error)) {  // written through, not replaced
     target = fs::weakly_canonical(path, error);

@@ -14,6 +14,7 @@ namespace psplit {
 Expected<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint64_t limit = UINT64_MAX);
 
 // Writes the parts one after the other beside `path` and renames: the file appears whole or not at all.
+// Pipes and devices are written to where they are.
 Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts);
 
 }  // namespace psplit

@@ -76,7 +76,7 @@ Status read_plain_attributes(const Document& document, const Json& primitive, Me
                            " elements, others have " + std::to_string(mesh.point_count));
     mesh.attributes.push_back(std::move(*attribute));
   }
-  if (mesh.find("POSITION") == nullptr) return invalid_input("no POSITION");
+  if (mesh.find("POSITION") == nullptr) return unsupported("no POSITION");
   return {};
 }
 
@@ -165,6 +165,12 @@ Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id)
   if (primitive == nullptr) return invalid_input("no such primitive", place_of(id));
   const auto mode = integer_field_or(*primitive, "mode", 4);
   if (!mode || *mode < 0 || *mode > 6) return invalid_input("an unknown mode", place_of(id));
+  for (const char* name : {kExtensionName, kStockExtension}) {
+    const Json* extensions = object_field(*primitive, "extensions");
+    const Json* extension = extensions == nullptr ? nullptr : field(*extensions, name);
+    if (extension != nullptr && !extension->is_object())
+      return invalid_input(std::string(name) + " is no object", place_of(id));
+  }
   PrimitiveKind kind;
   kind.triangles = *mode >= 4;
   if (extension_field(*primitive, kExtensionName) != nullptr)
@@ -209,7 +215,8 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
 Expected<PatchedPrimitive> patched_primitive(const Document& document, PrimitiveId id) {
   const Json* primitive = find_primitive(document, id);
   const Json* extension = primitive == nullptr ? nullptr : extension_field(*primitive, kExtensionName);
-  if (extension == nullptr) return invalid_input("the primitive has no patches", place_of(id));
+  if (extension == nullptr)
+    return invalid_input(std::string(kExtensionName) + " is missing, or is no object", place_of(id));
   const auto bytes = extension_bytes(document, *extension);
   if (!bytes) return bytes.status().at(place_of(id));
   auto requests = requests_of(document, *primitive, *extension);

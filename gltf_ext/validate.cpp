@@ -37,7 +37,8 @@ class Validator {
     bool any = false, any_without_fallback = false;
     for (const PrimitiveId id : all_primitives(document_)) {
       const Json& primitive = document_.json["meshes"][id.mesh]["primitives"][id.primitive];
-      if (extension_field(primitive, kExtensionName) == nullptr) continue;
+      const Json* extensions = object_field(primitive, "extensions");
+      if (extensions == nullptr || field(*extensions, kExtensionName) == nullptr) continue;
       any = true;
       any_without_fallback |= !has_fallback(primitive);
       check_primitive(id, primitive);
@@ -68,8 +69,15 @@ class Validator {
   }
 
   bool has_fallback(const Json& primitive) const {
-    const Json* accessor = accessor_of(primitive, "indices");
-    return accessor != nullptr && field(*accessor, "bufferView") != nullptr;
+    const auto has_data = [&](const Json& holder, const std::string& name) {
+      const Json* accessor = accessor_of(holder, name.c_str());
+      return accessor != nullptr && field(*accessor, "bufferView") != nullptr;
+    };
+    if (!has_data(primitive, "indices")) return false;
+    const Json& attributes = *object_field(primitive, "attributes");
+    for (const auto& [semantic, index] : attributes.items())
+      if (!has_data(attributes, semantic)) return false;
+    return true;
   }
 
   void check_primitive(PrimitiveId id, const Json& primitive) {

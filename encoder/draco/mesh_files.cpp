@@ -1,7 +1,7 @@
 #include "encoder/draco/mesh_files.h"
 
+#include <draco/compression/decode.h>
 #include <draco/io/mesh_io.h>
-#include <draco/io/point_cloud_io.h>
 #include <draco/mesh/mesh.h>
 
 #include <algorithm>
@@ -13,8 +13,6 @@
 
 namespace psplit {
 namespace {
-
-constexpr const char* kPointCloud = "has no faces: point clouds are not split";
 
 std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -89,6 +87,30 @@ void flip_v(Attribute& texcoord) {
   }
 }
 
+bool is_draco_point_cloud(std::istream& file) {
+  std::array<char, 16> head{};
+  file.read(head.data(), head.size());
+  draco::DecoderBuffer buffer;
+  buffer.Init(head.data(), static_cast<size_t>(file.gcount()));
+  const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
+  return type.ok() && type.value() == draco::POINT_CLOUD;
+}
+
+bool is_ply_point_cloud(std::istream& file) {
+  std::string line;
+  if (!std::getline(file, line) || !line.starts_with("ply")) return false;
+  while (std::getline(file, line) && !line.starts_with("element face"))
+    if (line.starts_with("end_header")) return true;
+  return false;
+}
+
+// libdraco's mesh readers only say that such a file is broken.
+bool is_point_cloud(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string extension = lower_extension(path);
+  return extension == ".drc" ? is_draco_point_cloud(file) : extension == ".ply" && is_ply_point_cloud(file);
+}
+
 }  // namespace
 
 bool is_mesh_file(const std::filesystem::path& path) {
@@ -98,15 +120,16 @@ bool is_mesh_file(const std::filesystem::path& path) {
 
 Expected<Mesh> read_mesh_file(const std::filesystem::path& path) {
   const Place place{.file = path.string()};
-  if (!std::ifstream(path, std::ios::binary)) return io_failure("cannot be opened", place);
+  std::ifstream file(path, std::ios::binary);
+  file.peek();  // a folder opens, but does not read
+  if (!file.is_open() || file.bad()) return io_failure("cannot be read", place);
+  const Status point_cloud = unsupported("a point cloud: only triangles can be split", place);
+  if (is_point_cloud(path)) return point_cloud;
   std::unique_ptr<draco::Mesh> source;
   // libdraco's readers size arrays from what the file claims.
   try {
     auto read = draco::ReadMeshFromFile(path.string());
     if (!read.ok()) {
-      const std::string extension = lower_extension(path);
-      if ((extension == ".ply" || extension == ".drc") && draco::ReadPointCloudFromFile(path.string()).ok())
-        return unsupported(kPointCloud, place);
       const std::string reason = read.status().error_msg();
       return invalid_input(reason.empty() ? "libdraco cannot read it" : "libdraco cannot read it: " + reason,
                            place);
@@ -118,7 +141,7 @@ Expected<Mesh> read_mesh_file(const std::filesystem::path& path) {
     return invalid_input("claims more data than memory can hold", place);
   }
   if (source == nullptr) return invalid_input("libdraco cannot read it", place);
-  if (source->num_faces() == 0) return unsupported(kPointCloud, place);
+  if (source->num_faces() == 0) return point_cloud;
 
   Mesh mesh;
   mesh.point_count = source->num_points();

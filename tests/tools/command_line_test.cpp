@@ -41,6 +41,14 @@ Outcome run(std::vector<std::string> words) {
   return outcome;
 }
 
+// With the file as stdin.
+Outcome run_on(const std::string& input, const std::vector<std::string>& words) {
+  EXPECT_NE(std::freopen(input.c_str(), "rb", stdin), nullptr);
+  Outcome outcome = run(words);
+  EXPECT_NE(std::freopen("/dev/null", "rb", stdin), nullptr);
+  return outcome;
+}
+
 std::string read_bytes(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
@@ -133,6 +141,7 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"encode", "a.glb", "b.glb", "-q", "-v"},
       {"encode", "a.glb", "b.ply"},
       {"encode", "a.glb", "-", "--report", "-"},
+      {"encode", "a.glb", "b.glb", "--report", "b.glb"},
       {"decode", "a.glb", "b.txt"},
       {"decode", "a.glb", "b.glb", "--to", "stl"},
       {"decode", "a.glb", "b.glb", "--backend", "abacus"},
@@ -326,11 +335,12 @@ TEST_F(CommandLine, ComparesInOneTable) {
       EXPECT_TRUE(split.at(key).is_number()) << key;
     EXPECT_NEAR(split.at("overhead").get<double>(),
                 split.at("bytes").get<double>() / json.at("stock").at("bytes").get<double>() - 1, 1e-9);
-    ASSERT_EQ(split.at("decode").size(), 2u);
-    EXPECT_EQ(split.at("decode").at(0).at("threads"), 1);
-    EXPECT_EQ(split.at("decode").at(1).at("threads"), 3);
-    for (const auto& decode : split.at("decode")) {
-      EXPECT_EQ(decode.at("backend"), "draco");
+    // Every decoder, on one thread and on as many as -j says.
+    ASSERT_EQ(split.at("decode").size(), 4u);
+    for (size_t i = 0; i < 4; ++i) {
+      const auto& decode = split.at("decode").at(i);
+      EXPECT_EQ(decode.at("backend"), i < 2 ? "cpu" : "draco");
+      EXPECT_EQ(decode.at("threads"), i % 2 == 0 ? 1 : 3);
       EXPECT_LE(decode.at("min_ms").get<double>(), decode.at("median_ms").get<double>());
       EXPECT_LE(decode.at("median_ms").get<double>(), decode.at("max_ms").get<double>());
       EXPECT_NEAR(decode.at("speedup").get<double>() * decode.at("median_ms").get<double>(),
@@ -373,20 +383,177 @@ TEST_F(CommandLine, DashIsStdoutAsGlb) {
   EXPECT_EQ(file_count(), 0u);
 }
 
-TEST_F(CommandLine, WritesTheSameBytesForAnyNumberOfThreads) {
-  const std::string scene = sample("scene", "9000");
-  std::vector<std::string> encoded, decoded;
-  for (const char* threads : {"1", "2", "7"}) {
-    const std::string split = path("split.glb"), plain = path("plain.glb");
-    EXPECT_EQ(run({"encode", scene, split, "--patch-faces", "300", "-j", threads}).code, 0);
-    EXPECT_EQ(run({"decode", split, plain, "-j", threads}).code, 0);
-    encoded.push_back(read_bytes(split));
-    decoded.push_back(read_bytes(plain));
+TEST_F(CommandLine, DashIsStdinAndStdoutOfEveryCommand) {
+  const std::string plain = sample(), split = split_sample();
+  ASSERT_EQ(run({"decode", split, path("plain.glb"), "-q"}).code, 0);
+  const Outcome encoded = run_on(plain, {"encode", "-", "-", "--patches", "4"});
+  EXPECT_EQ(encoded.code, 0) << encoded.err;
+  EXPECT_EQ(encoded.out, read_bytes(split));
+  const Outcome decoded = run_on(split, {"decode", "-", "-"});
+  EXPECT_EQ(decoded.code, 0) << decoded.err;
+  EXPECT_EQ(decoded.out, read_bytes(path("plain.glb")));
+  const Outcome valid = run_on(split, {"validate", "-"});
+  EXPECT_EQ(valid.code, 0) << valid.err;
+  EXPECT_EQ(valid.out, "-: valid\n");
+  EXPECT_EQ(run_on(split, {"inspect", "-"}).out, run({"inspect", split}).out);
+  const Outcome empty = run_on("/dev/null", {"encode", "-", path("out.glb")});
+  EXPECT_EQ(empty.code, 3);
+  EXPECT_NE(empty.err.find("stdin: "), std::string::npos) << empty.err;
+}
+
+TEST_F(CommandLine, BytesDoNotDependOnThreads) {
+  const std::string input = sample("scene", "9000");
+  for (const char* output : {"patches.glb", "plain.gltf", "stock.glb"}) {
+    std::vector<std::string> first;
+    for (const char* threads : {"1", "2", "7"}) {
+      const std::string split = path("split.glb"), out = path(output);
+      ASSERT_EQ(run({"encode", input, split, "--patch-faces", "400", "-j", threads, "-q"}).code, 0);
+      std::vector<std::string> words = {"decode", split, out, "-j", threads, "-q"};
+      if (out == path("stock.glb")) words.insert(words.end(), {"--to", "draco"});
+      ASSERT_EQ(run(words).code, 0);
+      const std::vector<std::string> bytes = {read_bytes(split), read_bytes(out),
+                                              read_bytes(path("plain.bin"))};
+      if (first.empty()) first = bytes;
+      EXPECT_TRUE(bytes == first) << output << " -j " << threads;
+    }
   }
-  for (size_t i = 1; i < encoded.size(); ++i) {
-    EXPECT_EQ(encoded[i] == encoded[0], true);
-    EXPECT_EQ(decoded[i] == decoded[0], true);
+}
+
+TEST_F(CommandLine, OtherFormatsAreNamedAsUnsupported) {
+  write("cube.off", "OFF\n0 0 0\n");
+  for (const char* command : {"encode", "decode"}) {
+    const Outcome outcome = run({command, path("cube.off"), path("out.glb")});
+    EXPECT_EQ(outcome.code, 5);
+    EXPECT_NE(outcome.err.find("cube.off: .off files are not read; .gltf, .glb, .ply, .obj, .stl and .drc"),
+              std::string::npos)
+        << outcome.err;
   }
+  // What is glTF by content is read, whatever its name.
+  std::filesystem::copy(sample(), path("asset.bin"));
+  EXPECT_EQ(run({"encode", path("asset.bin"), path("out.glb")}).code, 0);
+}
+
+TEST_F(CommandLine, PointCloudsAreUnsupported) {
+  const std::string vertices = "property float x\nproperty float y\nproperty float z\n";
+  write("none.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices + "end_header\n0 0 0\n");
+  write("zero.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices +
+                        "element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n");
+  // Draco 2.2, a point cloud, sequential.
+  write("cloud.drc", std::string("DRACO\x02\x02\x00\x00\x00\x00\x01\x00\x00\x00\x00", 16));
+  write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  for (const char* name : {"none.ply", "zero.ply", "cloud.drc", "points.obj"}) {
+    const Outcome outcome = run({"encode", path(name), path("out.glb")});
+    EXPECT_EQ(outcome.code, 5) << name;
+    EXPECT_NE(outcome.err.find(std::string(name) + ": a point cloud"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
+  }
+}
+
+TEST_F(CommandLine, UnreadableInputsAreIoErrors) {
+  for (const char* name : {"folder.glb", "folder.ply", "folder.gltf"}) {
+    std::filesystem::create_directories(path(name));
+    const Outcome outcome = run({"encode", path(name), path("out.glb")});
+    EXPECT_EQ(outcome.code, 2) << name;
+    EXPECT_NE(outcome.err.find(name), std::string::npos) << outcome.err;
+  }
+  // A buffer that is missing is a file that cannot be read, too.
+  write("asset.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"missing.bin"}]})");
+  const Outcome outcome = run({"encode", path("asset.gltf"), path("out.glb")});
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_NE(outcome.err.find("missing.bin"), std::string::npos) << outcome.err;
+}
+
+TEST_F(CommandLine, FailuresNameMeshAndPrimitive) {
+  write("far.gltf", R"({"asset":{"version":"2.0"},
+    "buffers":[{"byteLength":40,"uri":"data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAEJAA=="}],
+    "bufferViews":[{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":3}],
+    "accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3},
+                 {"bufferView":1,"componentType":5121,"type":"SCALAR","count":3}],
+    "meshes":[{"primitives":[{"mode":0,"attributes":{"POSITION":0}},{"attributes":{"POSITION":0},"indices":1}]}]})");
+  const Outcome outcome = run({"encode", path("far.gltf"), path("out.glb")});
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_NE(outcome.err.find("far.gltf: mesh 0, primitive 1: index 2 is 9, but there are 3 points"),
+            std::string::npos)
+      << outcome.err;
+  EXPECT_EQ(file_count(), 1u);
+}
+
+TEST_F(CommandLine, FailuresLeaveWhatWasThere) {
+  const std::string input = sample();
+  // Neither the new file nor a part of it, and the old one whole.
+  write("out.glb", "old");
+  write("broken.glb", "glTF");
+  EXPECT_EQ(run({"encode", path("broken.glb"), path("out.glb")}).code, 3);
+  EXPECT_EQ(read_bytes(path("out.glb")), "old");
+  std::filesystem::create_directories(path("taken.glb"));
+  EXPECT_EQ(run({"encode", input, path("taken.glb")}).code, 2);
+  EXPECT_EQ(run({"encode", input, path("none/out.glb")}).code, 2);
+  EXPECT_EQ(run({"encode", input, path("out.glb"), "--report", path("none/report.json")}).code, 2);
+  EXPECT_EQ(file_count(), 4u);  // terrain.glb, out.glb, broken.glb, taken.glb
+  // In its own place.
+  EXPECT_EQ(run({"encode", input, input, "--patches", "3"}).code, 0);
+  EXPECT_EQ(run({"validate", input}).code, 0);
+  EXPECT_EQ(run({"decode", input, input}).code, 0);
+  EXPECT_EQ(file_count(), 4u);
+}
+
+TEST_F(CommandLine, EncodeReportsWhatItLeavesAndDrops) {
+  write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\nf 1 1 2\n");
+  const auto total = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words = {"encode", path("mesh.obj"), path("out.glb"), "--report", "-", "-q"};
+    words.insert(words.end(), options.begin(), options.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const auto report = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(report.at("input"), path("mesh.obj"));
+    EXPECT_EQ(report.at("output"), path("out.glb"));
+    EXPECT_EQ(report.at("primitives").at(0).at("mesh"), 0);
+    return report;
+  };
+  const auto kept = total({});
+  EXPECT_EQ(kept.at("total").at("input"), nlohmann::json::parse(R"({"faces":3,"points":4})"));
+  EXPECT_EQ(kept.at("total").at("faces"), 3);
+  EXPECT_EQ(kept.at("total").at("residue_faces"), 1);
+  EXPECT_EQ(kept.at("total").at("dropped_faces"), 0);
+  const auto dropped = total({"--drop-degenerate", "--no-verify", "-j", "2"});
+  EXPECT_EQ(dropped.at("total").at("faces"), 2);
+  EXPECT_EQ(dropped.at("total").at("dropped_faces"), 1);
+  EXPECT_FALSE(dropped.at("verified").get<bool>());
+  EXPECT_EQ(dropped.at("threads"), 2);
+
+  const Outcome again = run({"encode", path("out.glb"), path("again.glb"), "--report", path("report.json")});
+  EXPECT_EQ(again.code, 0);
+  EXPECT_NE(again.err.find("mesh 0, primitive 0 is left as it is: already in patches"), std::string::npos);
+  EXPECT_NE(again.err.find("warning: nothing to split"), std::string::npos);
+  const auto report = nlohmann::json::parse(read_bytes(path("report.json")));
+  EXPECT_EQ(report.at("primitives").at(0).at("skipped"), "already in patches");
+}
+
+TEST_F(CommandLine, FallbackAndVolumeReachTheFile) {
+  const std::string input = sample("scene", "3000");
+  ASSERT_EQ(
+      run({"encode", input, path("out.gltf"), "--fallback", "uncompressed", "--quantization-volume", "scene"})
+          .code,
+      0);
+  const auto json = nlohmann::json::parse(read_bytes(path("out.gltf")));
+  EXPECT_FALSE(json.contains("extensionsRequired"));
+  for (const auto& accessor : json.at("accessors")) EXPECT_TRUE(accessor.contains("bufferView"));
+  EXPECT_EQ(run({"validate", path("out.gltf")}).code, 0);
+}
+
+TEST_F(CommandLine, ValidateNamesThePlace) {
+  std::string bytes = read_bytes(split_sample());
+  bytes[bytes.rfind("DRACO")] = 'X';
+  write("damaged.glb", bytes);
+  const Outcome text = run({"validate", path("damaged.glb")});
+  EXPECT_EQ(text.code, 3);
+  EXPECT_NE(text.out.find("error [decode] " + path("damaged.glb") + ": mesh 0, primitive 0, patch 3: "),
+            std::string::npos)
+      << text.out;
+  EXPECT_NE(text.err.find("damaged.glb: breaks the rules: 1 error"), std::string::npos) << text.err;
+  const Outcome decoded = run({"decode", path("damaged.glb"), path("out.glb")});
+  EXPECT_EQ(decoded.code, 3);
+  EXPECT_NE(decoded.err.find("damaged.glb: mesh 0, primitive 0, patch 3: "), std::string::npos) << decoded.err;
 }
 
 TEST_F(CommandLine, EveryBackendDecodesToTheSameBytes) {

@@ -119,8 +119,8 @@ void log_changes(const EncodeStatistics& statistics, const Log& log) {
 
 Status run_encode(Arguments arguments, const Session& session) {
   if (Status status = check_output_path(arguments.output); !status.ok()) return status;
-  if (arguments.report == "-" && arguments.output == "-")
-    return {StatusCode::kUsage, "--report - and the output - cannot share stdout"};
+  if (arguments.report == arguments.output)
+    return {StatusCode::kUsage, "--report and the output cannot share " + arguments.output};
   EncodeDocumentOptions& options = arguments.options;
   options.verify = !arguments.no_verify;
   options.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh

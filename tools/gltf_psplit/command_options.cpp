@@ -1,15 +1,44 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iostream>
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/mesh_files.h"
+#include "gltf_ext/files.h"
 #include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/commands.h"
 
 namespace psplit {
+namespace {
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+bool is_gltf_name(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".glb" || extension == ".gltf";
+}
+
+// The CPU backend, and libdraco for what it does not take: streams of versions before 2.2.
+DecodeBackend fastest_backend() {
+  const DecodeBackend cpu = cpu_backend(), draco = draco_backend();
+  return {"auto",
+          [=](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
+              const ThreadPool& pool) {
+            Expected<Mesh> mesh = cpu.decode_container(container, requests, pool);
+            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
+            return draco.decode_container(container, requests, pool);
+          },
+          [=](std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
+            Expected<Mesh> mesh = cpu.decode_stream(stream, requests);
+            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
+            return draco.decode_stream(stream, requests);
+          }};
+}
+
+}  // namespace
 
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options) {
   const auto add_bits = [&](const char* name, int& bits, int least, const char* what) {
@@ -43,27 +72,6 @@ void add_format_option(CLI::App& command, std::string& name) {
       ->type_name("FORM");
 }
 
-namespace {
-
-// The CPU backend, and libdraco for what it does not take: streams of versions before 2.2.
-DecodeBackend fastest_backend() {
-  const DecodeBackend cpu = cpu_backend(), draco = draco_backend();
-  return {"auto",
-          [=](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
-              const ThreadPool& pool) {
-            Expected<Mesh> mesh = cpu.decode_container(container, requests, pool);
-            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
-            return draco.decode_container(container, requests, pool);
-          },
-          [=](std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
-            Expected<Mesh> mesh = cpu.decode_stream(stream, requests);
-            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
-            return draco.decode_stream(stream, requests);
-          }};
-}
-
-}  // namespace
-
 DecodeBackend find_backend(const std::string& name) {
   return name == "cpu" ? cpu_backend() : name == "draco" ? draco_backend() : fastest_backend();
 }
@@ -71,12 +79,11 @@ DecodeBackend find_backend(const std::string& name) {
 Expected<Document> read_input(const std::string& path) {
   if (path == "-" || !is_mesh_file(path)) {
     Expected<Document> document = read_document(path);
-    const std::string extension = std::filesystem::path(path).extension().string();
-    if (document || document.status().code() != StatusCode::kInvalidInput || path == "-" ||
-        extension == ".gltf" || extension == ".glb")
+    const std::string extension = lower_extension(path);
+    if (document.status().code() != StatusCode::kInvalidInput || extension.empty() || is_gltf_name(path))
       return document;
-    return invalid_input("is neither glTF nor a .ply, .obj, .stl or .drc file: " + document.status().message(),
-                         {.file = path});
+    return unsupported(extension + " files are not read; .gltf, .glb, .ply, .obj, .stl and .drc files are",
+                       {.file = path});
   }
   const Expected<Mesh> mesh = read_mesh_file(path);
   if (!mesh) return mesh.status().at({.file = path});
@@ -86,35 +93,13 @@ Expected<Document> read_input(const std::string& path) {
 }
 
 Status check_output_path(const std::string& path) {
-  if (path == "-") return {};
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (extension == ".glb" || extension == ".gltf") return {};
+  if (path == "-" || is_gltf_name(path)) return {};
   return {
       StatusCode::kUsage, "the output must end in .glb or .gltf, or be - for a GLB on stdout", {.file = path}};
 }
 
 Status write_text(const std::string& path, const std::string& text) {
-  if (path == "-") {
-    std::cout << text << std::flush;
-    return std::cout ? Status() : io_failure("cannot write to stdout");
-  }
-  const std::string beside = path + ".part";
-  std::error_code error;
-  {
-    std::ofstream file(beside, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) {
-      std::filesystem::remove(beside, error);
-      return io_failure("cannot write", {.file = path});
-    }
-  }
-  std::filesystem::rename(beside, path, error);
-  if (!error) return {};
-  const std::string cause = error.message();
-  std::filesystem::remove(beside, error);
-  return io_failure("cannot write: " + cause, {.file = path});
+  return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
 }
 
 }  // namespace psplit
