@@ -131,20 +131,31 @@ class PatchDecoder {
     if (fault != Fault::kNone) return fault;
     mesh_.drop_merged_vertices(/*keep_order=*/header_.attribute_data_count > 0);
 
-    bool any_seams = false;
-    for (uint32_t i = 0; i < header_.attribute_data_count; ++i) {
-      fault = decode_seams(mesh_, seams[i], arena_, seam_tables_[i]);
-      if (fault == Fault::kNone) fault = number_attribute_vertices(mesh_, seam_tables_[i]);
-      if (fault != Fault::kNone) return fault;
-      any_seams |= seam_tables_[i].has_seams;
-    }
     patch_.table = mesh_.table;
     patch_.point_at = mesh_.table.vertex;
     patch_.point_count = mesh_.vertex_count;
+    if (header_.attribute_data_count == 0) return Fault::kNone;
+
+    bool any_seams = false;
+    View<bool> on_seam, on_any_seam;
+    View<Index> scratch;
+    if (!arena_.take(on_seam, mesh_.vertex_count) || !arena_.take(on_any_seam, mesh_.vertex_count) ||
+        !arena_.take(scratch, mesh_.vertex_count))
+      return Fault::kWorkspace;
+    fill(on_any_seam, false);
+    const auto read_only_marks = [](View<bool> marks) { return View<const bool>(marks.data(), marks.size()); };
+    for (uint32_t i = 0; i < header_.attribute_data_count; ++i) {
+      fault = decode_seams(mesh_, seams[i], arena_, seam_tables_[i], on_seam);
+      if (fault != Fault::kNone) return fault;
+      if (!seam_tables_[i].has_seams) continue;
+      any_seams = true;
+      number_attribute_vertices(mesh_, read_only_marks(on_seam), scratch, seam_tables_[i]);
+      for (size_t v = 0; v < on_seam.size(); ++v) on_any_seam[v] |= on_seam[v];
+    }
     if (!any_seams) return Fault::kNone;
     if (!arena_.take(patch_.point_at, mesh_.table.vertex.size())) return Fault::kWorkspace;
-    number_points(mesh_, View<const AttributeTable<Index>>(seam_tables_, header_.attribute_data_count),
-                  patch_.point_at, &patch_.point_count);
+    const View<const AttributeTable<Index>> tables(seam_tables_, header_.attribute_data_count);
+    patch_.point_count = number_points(mesh_, tables, read_only_marks(on_any_seam), scratch, patch_.point_at);
     if (!arena_.take(patch_.corner_of_point, patch_.point_count)) return Fault::kWorkspace;
     for (uint32_t face = 0; face < patch_.face_count; ++face)
       for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner)

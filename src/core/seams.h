@@ -15,19 +15,19 @@ struct AttributeTable {
   bool has_seams = false;
 };
 
-// Reads the seams of one attribute: a bit for each edge between two faces, at the first of its faces.
+// Reads the seams of one attribute: a bit for each edge between two faces, at the first of its faces. Vertices
+// of the mesh at an end of a seam are marked in `on_seam`, where there are any.
 template <typename Index>
-PSPLIT_HD Fault decode_seams(const Connectivity<Index>& mesh, RansBits& bits, Arena& arena,
-                             AttributeTable<Index>& out) {
+PSPLIT_HD Fault decode_seams(const Connectivity<Index>& mesh, RansBits bits, Arena& arena,
+                             AttributeTable<Index>& out, View<bool> on_seam) {
   const View<Index> opposite = mesh.table.opposite;
   out = {mesh.table, mesh.closed, mesh.vertex_count, false};
   for (uint32_t face = 0; face < mesh.counts.face_count; ++face) {
-    for (uint32_t k = 0; k < 3; ++k) {
-      const auto corner = static_cast<Index>(4 * face + k);
-      const Index across = opposite[corner];
+    for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
+      const uint32_t across = opposite[corner];
       // A face that lies across two of its own edges counts for both.
       if (across == kNone<Index> || across >> 2 < face) continue;
-      if (!bits.next()) continue;
+      if (PSPLIT_LIKELY(!bits.next())) continue;
       if (!out.has_seams) {
         out.has_seams = true;
         if (!arena.take(out.table.opposite, opposite.size()) ||
@@ -35,32 +35,48 @@ PSPLIT_HD Fault decode_seams(const Connectivity<Index>& mesh, RansBits& bits, Ar
             !arena.take(out.closed, size_t{3} * mesh.counts.face_count))
           return Fault::kWorkspace;
         for (size_t i = 0; i < opposite.size(); ++i) out.table.opposite[i] = opposite[i];
+        fill(on_seam, false);
       }
       out.table.opposite[corner] = kNone<Index>;
       out.table.opposite[across] = kNone<Index>;
+      on_seam[mesh.table.vertex[next(corner)]] = true;
+      on_seam[mesh.table.vertex[previous(corner)]] = true;
     }
   }
   return Fault::kNone;
 }
 
-// Numbers the values around each vertex: a new one after each seam, clockwise. For a vertex on a border or a
-// seam the first begins there.
-template <typename Index>
-PSPLIT_HD Fault number_attribute_vertices(const Connectivity<Index>& mesh, AttributeTable<Index>& out) {
-  if (!out.has_seams) return Fault::kNone;
-  uint32_t count = 0;
+// Numbers the corners around each vertex: walk(vertex, corners of each number) for those on seams, one number
+// for the others. Vertices in order.
+template <typename Index, typename Walk, typename Whole>
+PSPLIT_HD void number_corners(const Connectivity<Index>& mesh, View<const bool> on_seam, View<Index> scratch,
+                              View<Index> number_at, Whole whole, Walk walk) {
   for (uint32_t v = 0; v < mesh.vertex_count; ++v) {
-    const Index leftmost = mesh.first_corner(static_cast<Index>(v));
-    if (leftmost == kNone<Index>) continue;
-    Index first = leftmost;
-    for (;;) {
-      const Index left = out.table.swing_left(first);
-      if (left == kNone<Index>) break;
-      first = left;
-      if (first == leftmost) break;  // no seam here
+    scratch[v] = on_seam[v] ? kNone<Index> : whole(v);
+    if (on_seam[v]) walk(v);
+  }
+  for (uint32_t face = 0; face < mesh.counts.face_count; ++face)
+    for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
+      const Index number = scratch[mesh.table.vertex[corner]];
+      if (number != kNone<Index>) number_at[corner] = number;
     }
-    out.closed[count] = out.table.swing_left(first) != kNone<Index>;
+}
+
+// Numbers the values around each vertex: a new one after each seam, clockwise. For a vertex on a seam the first
+// begins at one. `scratch` has room for the mesh's vertices.
+template <typename Index>
+PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<const bool> on_seam,
+                                         View<Index> scratch, AttributeTable<Index>& out) {
+  uint32_t count = 0;
+  const auto whole = [&](uint32_t v) {
+    out.closed[count] = mesh.closed[v];
+    return static_cast<Index>(count++);
+  };
+  const auto walk = [&](uint32_t v) {
+    Index first = mesh.first_corner(static_cast<Index>(v));
+    for (Index left = first; left != kNone<Index>; left = out.table.swing_left(first)) first = left;
     Index corner = first;
+    out.closed[count] = false;
     do {
       out.table.vertex[corner] = static_cast<Index>(count);
       const bool seam = out.table.opposite[previous(corner)] == kNone<Index>;
@@ -68,15 +84,16 @@ PSPLIT_HD Fault number_attribute_vertices(const Connectivity<Index>& mesh, Attri
       if (seam && corner != kNone<Index> && corner != first) out.closed[++count] = false;
     } while (corner != kNone<Index> && corner != first);
     ++count;
-  }
+  };
+  number_corners(mesh, on_seam, scratch, out.table.vertex, whole, walk);
   out.vertex_count = count;
-  return Fault::kNone;
 }
 
-// Points: vertices, split wherever an attribute is. `point` is by corner; returns their number in *point_count.
+// Points: vertices, split wherever an attribute is. `point` is by corner; returns their number. `on_seam`: of
+// any attribute.
 template <typename Index>
-PSPLIT_HD void number_points(const Connectivity<Index>& mesh, View<const AttributeTable<Index>> attributes,
-                             View<Index> point, uint32_t* point_count) {
+PSPLIT_HD uint32_t number_points(const Connectivity<Index>& mesh, View<const AttributeTable<Index>> attributes,
+                                 View<const bool> on_seam, View<Index> scratch, View<Index> point) {
   const auto differs = [&](Index a, Index b) {
     for (size_t i = 0; i < attributes.size(); ++i)
       if (attributes[i].has_seams && attributes[i].table.vertex[a] != attributes[i].table.vertex[b])
@@ -84,9 +101,8 @@ PSPLIT_HD void number_points(const Connectivity<Index>& mesh, View<const Attribu
     return false;
   };
   uint32_t count = 0;
-  for (uint32_t v = 0; v < mesh.vertex_count; ++v) {
+  const auto walk = [&](uint32_t v) {
     const Index leftmost = mesh.first_corner(static_cast<Index>(v));
-    if (leftmost == kNone<Index>) continue;
     Index first = leftmost;
     if (mesh.closed[v]) {
       // Begin at the first attribute's first seam, if there is any.
@@ -107,8 +123,10 @@ PSPLIT_HD void number_points(const Connectivity<Index>& mesh, View<const Attribu
       corner = right;
     }
     ++count;
-  }
-  *point_count = count;
+  };
+  number_corners(
+      mesh, on_seam, scratch, point, [&](uint32_t) { return static_cast<Index>(count++); }, walk);
+  return count;
 }
 
 }  // namespace psplit::core
