@@ -60,7 +60,15 @@ class SymbolSequence {
     for (uint32_t group = 0; group < group_count_; ++group) {
       const uint32_t bit_count = out_[first_ + group];
       if (bit_count > 32) return Fault::kEntropy;
-      for (uint32_t k = 0; k < components_; ++k) out_[i++] = bits.read(static_cast<int>(bit_count));
+      if (const uint32_t together = bit_count * components_; together <= 56) {
+        uint64_t ahead = bits.peek(static_cast<int>(together));
+        const uint64_t mask = (uint64_t{1} << bit_count) - 1;
+        for (uint32_t k = 0; k < components_; ++k, ahead >>= bit_count)
+          out_[i++] = static_cast<uint32_t>(ahead & mask);
+        bits.take(static_cast<int>(together));
+      } else {
+        for (uint32_t k = 0; k < components_; ++k) out_[i++] = bits.read(static_cast<int>(bit_count));
+      }
     }
     // Bits past the end read as 0, and are not there to be skipped.
     return reader.skip(bits.bytes_taken()) ? Fault::kNone : Fault::kTruncated;
