@@ -54,9 +54,12 @@ bool convert_value(const std::byte* in, ComponentType type, bool normalized, uin
                    std::byte* out) {
   const auto to = [&]<typename To>(To) {
     for (uint8_t k = 0; k < components; ++k) {
-      From value;
-      To converted;
-      std::memcpy(&value, in + k * sizeof(From), sizeof(From));
+      From value{};
+      To converted{};
+      if constexpr (std::is_same_v<From, bool>)
+        value = in[k] != std::byte{0};  // the stream may hold any byte
+      else
+        std::memcpy(&value, in + k * sizeof(From), sizeof(From));
       if (!convert_component(value, normalized, converted)) return false;
       std::memcpy(out + k * sizeof(To), &converted, sizeof(To));
     }

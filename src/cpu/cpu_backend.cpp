@@ -186,6 +186,7 @@ class ContainerDecoder {
   Expected<Mesh> decode() {
     if (uint64_t{container_.point_count()} + container_.reference_count() > 0xffffffffu)
       return unsupported("more points than 32-bit numbers can tell apart");
+    if (Status status = check_claims(); !status.ok()) return status;
     for (uint32_t i = 0; i < patches_.size(); ++i) {
       Expected<StitchMap> map = parse_stitch_map(container_, i);
       if (!map) return map.status();
@@ -229,6 +230,27 @@ class ContainerDecoder {
     Status status;
   };
 
+  // Before memory is taken for what the directory claims: streams claim the same, and their bytes justify it.
+  Status check_claims() const {
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < patches_.size(); ++i) {
+      const Expected<core::StreamHeader> header = read_header(container_.streams[i]);
+      if (!header) return header.status().at({.patch = i});
+      const uint32_t faces = header->counts.face_count, claimed = container_.entries[i].face_count;
+      // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
+      if (i < container_.patch_count() ? faces != claimed : faces < claimed)
+        return differs("faces", faces, claimed).at({.patch = i});
+      bytes += container_.streams[i].size();
+    }
+    const uint64_t elements = uint64_t{container_.face_count()} + container_.point_count();
+    return elements * 16 > justified_size(bytes) ? status_of(Fault::kWorkspace) : Status();
+  }
+
+  static Status differs(const char* what, uint32_t stream, uint32_t directory) {
+    return invalid_input("the stream has " + std::to_string(stream) + " " + what + ", the directory says " +
+                         std::to_string(directory));
+  }
+
   Status first_failure() const {
     for (const StitchedPatch& patch : patches_)
       if (!patch.status.ok()) return patch.status;
@@ -267,15 +289,7 @@ class ContainerDecoder {
   Status write_patch(uint32_t i, const core::Patch<Index>& patch, Arena& arena,
                      std::vector<uint32_t>& numbers) {
     const StreamEntry& entry = container_.entries[i];
-    const bool is_residue = i >= container_.patch_count();
-    const auto differs = [](const char* what, uint32_t stream, uint32_t directory) {
-      return invalid_input("the stream has " + std::to_string(stream) + " " + what + ", the directory says " +
-                           std::to_string(directory));
-    };
     if (patch.point_count != entry.point_count) return differs("points", patch.point_count, entry.point_count);
-    // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
-    if (is_residue ? patch.face_count < entry.face_count : patch.face_count != entry.face_count)
-      return differs("faces", patch.face_count, entry.face_count);
     std::vector<const core::Attribute<Index>*> attributes;
     if (Status status = find_attributes(patch, requests_, attributes); !status.ok()) return status;
     std::vector<uint32_t> walk;

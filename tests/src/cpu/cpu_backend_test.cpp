@@ -9,6 +9,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
+#include "src/container/container.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -111,6 +112,33 @@ TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
     EXPECT_TRUE(!expected || same_bits(*decoded, *expected)) << seed.name << ", mutant " << i;
   }
   EXPECT_GT(accepted, 40u);
+}
+
+// A directory that claims more than its streams do must not have memory taken for it first.
+TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
+  const ThreadPool pool(1);
+  const Sample sample = samples(pool).front();
+  const Expected<Container> container = parse_container(sample.encoded.container);
+  ASSERT_TRUE(container);
+  std::vector<std::vector<uint8_t>> stitch, streams;
+  for (const auto& bytes : container->stitch) stitch.emplace_back(bytes.begin(), bytes.end());
+  for (const auto& bytes : container->streams) streams.emplace_back(bytes.begin(), bytes.end());
+  std::vector<StreamEntry> entries = container->entries;
+  entries[0].face_count = 0x50000000;
+  const Status status = cpu_backend()
+                            .decode_container(write_container(entries, container->has_residue, stitch, streams),
+                                              sample.requests, pool)
+                            .status();
+  EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(status.place().patch, 0);
+  entries = container->entries;
+  entries[0].point_count = 0x50000000;
+  EXPECT_EQ(cpu_backend()
+                .decode_container(write_container(entries, container->has_residue, stitch, streams),
+                                  sample.requests, pool)
+                .status()
+                .code(),
+            StatusCode::kInvalidInput);
 }
 
 TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {

@@ -1,0 +1,35 @@
+// Any bytes to the core's decoder, in memory that is just large enough for small meshes: no index out of
+// bounds, no endless loop.
+#include <memory>
+#include <vector>
+
+#include "src/core/stitch.h"
+
+namespace {
+
+template <typename Index>
+void decode(const psplit::core::StreamHeader& header) {
+  static std::vector<uint8_t> memory(size_t{1} << 22);
+  static const auto patch = std::make_unique<psplit::core::Patch<Index>>();
+  psplit::core::Arena arena(memory.data(), memory.size());
+  *patch = {};
+  if (psplit::core::decode_patch<Index>(header, arena, *patch) != psplit::core::Fault::kNone) return;
+  std::vector<uint8_t> value;
+  for (uint32_t i = 0; i < patch->attribute_count; ++i) {
+    value.resize(patch->attributes[i].stride());
+    patch->write_values(patch->attributes[i], [&](uint32_t) { return value.data(); });
+  }
+  psplit::core::View<Index> walk;
+  auto kind = psplit::core::BorderKind::kNoWalk;
+  if (!patch->table.opposite.empty()) (void)psplit::core::walk_border(*patch, arena, walk, kind);
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  psplit::core::StreamHeader header;
+  if (psplit::core::read_stream_header(data, size, header) != psplit::core::Fault::kNone) return 0;
+  decode<uint32_t>(header);
+  if (header.fits_16_bits()) decode<uint16_t>(header);
+  return 0;
+}
