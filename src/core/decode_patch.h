@@ -30,7 +30,7 @@ struct Patch {
   Attribute<Index> attributes[kMaxAttributes];
   uint32_t attribute_count = 0;
   // Of an Edgebreaker mesh, else empty.
-  CornerTable<Index> table;
+  Connectivity<Index> mesh;
 
   // Writes an attribute's values by point; see ValueWriter.
   template <typename PlaceOf>
@@ -68,7 +68,7 @@ template <typename Index>
 class PatchDecoder {
  public:
   PSPLIT_HD PatchDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& out)
-      : header_(header), reader_(header.body), arena_(arena), patch_(out) {}
+      : header_(header), reader_(header.body), arena_(arena), patch_(out), mesh_(out.mesh) {}
 
   PSPLIT_HD Fault start() {
     patch_.face_count = header_.counts.face_count;
@@ -131,7 +131,6 @@ class PatchDecoder {
     if (fault != Fault::kNone) return fault;
     mesh_.drop_merged_vertices(/*keep_order=*/header_.attribute_data_count > 0);
 
-    patch_.table = mesh_.table;
     patch_.point_at = mesh_.table.vertex;
     patch_.point_count = mesh_.vertex_count;
     if (header_.attribute_data_count == 0) return Fault::kNone;
@@ -322,7 +321,7 @@ class PatchDecoder {
   ByteReader reader_;
   Arena& arena_;
   Patch<Index>& patch_;
-  Connectivity<Index> mesh_;
+  Connectivity<Index>& mesh_;
   AttributeTable<Index> seam_tables_[kMaxAttributeData];
   AttributeTable<Index> linear_;
   Sequence<Index> linear_sequence_;

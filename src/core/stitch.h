@@ -12,43 +12,54 @@ enum class BorderKind : uint8_t {
   kIrregular,  // an edge of the border may have a twin elsewhere in the patch: go by the definition
 };
 
+// The border's edges as successor[point]: a border edge runs from a point to its successor. Returns how many,
+// or ~0 where one may have a twin elsewhere in the patch.
+template <typename Index>
+PSPLIT_HD size_t link_border(const Patch<Index>& patch, View<Index> successor) {
+  const CornerTable<Index>& table = patch.mesh.table;
+  const View<Index> point_at = patch.point_at;
+  size_t edge_count = 0;
+  // Across from `corner`: false where a border edge leaves its point already, or comes back along it.
+  const auto link = [&](uint32_t corner) {
+    const auto start = static_cast<Index>(next(corner));
+    const Index a = point_at[start], b = point_at[previous(corner)];
+    if (successor[a] != kNone<Index>) return false;
+    successor[a] = b;
+    ++edge_count;
+    // Faces around `a` from here to the border's other end.
+    Index at = start;
+    do {
+      if (point_at[previous(at)] == b) return false;
+      at = table.swing_left(at);
+    } while (at != kNone<Index> && at != start && point_at[at] == a);
+    return true;
+  };
+  if (patch.corner_of_point.empty()) {
+    // Points are vertices, and one edge of the border enters each that is not closed.
+    for (uint32_t v = 0; v < patch.point_count; ++v)
+      if (PSPLIT_UNLIKELY(!patch.mesh.closed[v]) && !link(patch.mesh.border[v].corner())) return ~size_t{0};
+    return edge_count;
+  }
+  // Seams between points are borders too.
+  for (uint32_t face = 0; face < patch.face_count; ++face)
+    for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
+      const Index across = table.opposite[corner];
+      const bool is_joined = across != kNone<Index> && point_at[previous(across)] == point_at[next(corner)] &&
+                             point_at[next(across)] == point_at[previous(corner)];
+      if (PSPLIT_UNLIKELY(!is_joined) && !link(corner)) return ~size_t{0};
+    }
+  return edge_count;
+}
+
 // `walk` has the points of the border one loop after the other. Both arrays stay in the arena.
 template <typename Index>
 PSPLIT_HD Fault walk_border(const Patch<Index>& patch, Arena& arena, View<Index>& walk, BorderKind& kind) {
-  const CornerTable<Index>& table = patch.table;
-  const View<Index> point_at = patch.point_at;
   View<Index> successor;
   if (!arena.take(successor, patch.point_count)) return Fault::kWorkspace;
   fill(successor, kNone<Index>);
-  // Points differ from vertices only where there are seams.
-  const bool has_seams = !patch.corner_of_point.empty();
-  size_t edge_count = 0;
-  for (uint32_t face = 0; face < patch.face_count; ++face) {
-    for (uint32_t c = 4 * face; c < 4 * face + 3; ++c) {
-      const auto corner = static_cast<Index>(c);
-      const Index across = table.opposite[corner], at_a = next(corner), at_b = previous(corner);
-      const Index a = point_at[at_a], b = point_at[at_b];
-      if (PSPLIT_LIKELY(across != kNone<Index>)) {
-        if (PSPLIT_LIKELY(!has_seams) || (point_at[previous(across)] == a && point_at[next(across)] == b))
-          continue;
-      }
-      if (successor[a] != kNone<Index>) {
-        kind = BorderKind::kIrregular;
-        return Fault::kNone;
-      }
-      successor[a] = b;
-      ++edge_count;
-      // Faces around `a` from here to the border's other end: none may come back along b -> a.
-      Index at = at_a;
-      do {
-        if (point_at[previous(at)] == b) {
-          kind = BorderKind::kIrregular;
-          return Fault::kNone;
-        }
-        at = table.swing_left(at);
-      } while (at != kNone<Index> && at != at_a && point_at[at] == a);
-    }
-  }
+  const size_t edge_count = link_border(patch, successor);
+  kind = BorderKind::kIrregular;
+  if (edge_count == ~size_t{0}) return Fault::kNone;
   if (!arena.take(walk, edge_count)) return Fault::kWorkspace;
   size_t length = 0;
   kind = BorderKind::kNoWalk;

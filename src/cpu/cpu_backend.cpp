@@ -326,7 +326,7 @@ class ContainerDecoder {
   Status walk_border(const core::Patch<Index>& patch, Arena& arena, std::vector<uint32_t>& walk) {
     core::View<Index> border;
     auto kind = core::BorderKind::kNoWalk;
-    if (!patch.table.opposite.empty()) {
+    if (!patch.mesh.table.opposite.empty()) {
       const Fault fault = core::walk_border(patch, arena, border, kind);
       if (fault == Fault::kWorkspace) return more_memory();
     }
