@@ -106,7 +106,7 @@ PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Grou
 // Undoes the prediction, for a number of components known at compile time, or not (0).
 template <typename Index, uint32_t kComponents>
 PSPLIT_HD Fault predict(const Group<Index>& group, Attribute<Index>& attribute, const Group<Index>* positions,
-                        const Attribute<Index>* position, View<const int32_t> corrections,
+                        const Attribute<Index>* position, View<const int32_t> corrections, Arena& arena,
                         PredictionData& data) {
   Predictor<Index, kComponents> predictor(group.table, group.sequence, attribute.value_components(),
                                           corrections, attribute.values, data);
@@ -123,7 +123,7 @@ PSPLIT_HD Fault predict(const Group<Index>& group, Attribute<Index>& attribute, 
     case Scheme::kDifference: predictor.difference(); return Fault::kNone;
     case Scheme::kParallelogram: predictor.parallelogram(); return Fault::kNone;
     case Scheme::kMultiParallelogram: predictor.multi_parallelogram(); return Fault::kNone;
-    case Scheme::kConstrainedMultiParallelogram: return predictor.constrained_multi_parallelogram();
+    case Scheme::kConstrainedMultiParallelogram: return predictor.constrained_multi_parallelogram(arena);
     case Scheme::kTexCoords:
       if constexpr (kComponents == 2) return predictor.tex_coords(position_at);
       return Fault::kPrediction;
@@ -226,20 +226,20 @@ class IntegerDecoder {
       return Fault::kNone;
     }
 #endif
-    const Fault fault = predict_components();
+    const Fault fault = predict_components(arena);
     arena.release(mark_);
     return fault;
   }
 
  private:
-  PSPLIT_HD Fault predict_components() {
+  PSPLIT_HD Fault predict_components(Arena& arena) {
     const View<const int32_t> corrections(corrections_.data(), corrections_.size());
     switch (attribute_->value_components()) {
-      case 1: return predict<Index, 1>(*group_, *attribute_, positions_, position_, corrections, data_);
-      case 2: return predict<Index, 2>(*group_, *attribute_, positions_, position_, corrections, data_);
-      case 3: return predict<Index, 3>(*group_, *attribute_, positions_, position_, corrections, data_);
-      case 4: return predict<Index, 4>(*group_, *attribute_, positions_, position_, corrections, data_);
-      default: return predict<Index, 0>(*group_, *attribute_, positions_, position_, corrections, data_);
+      case 1: return predict<Index, 1>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
+      case 2: return predict<Index, 2>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
+      case 3: return predict<Index, 3>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
+      case 4: return predict<Index, 4>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
+      default: return predict<Index, 0>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
     }
   }
 

@@ -34,10 +34,6 @@ PSPLIT_HD constexpr Index previous(Index corner) {
   return static_cast<Index>(c + 2 - 3 * is_not_first);
 }
 
-// Choices without branches: all ones where the condition holds, and what that selects.
-PSPLIT_HD constexpr uint32_t mask(bool condition) { return 0u - static_cast<uint32_t>(condition); }
-PSPLIT_HD constexpr uint32_t select(uint32_t if_set, uint32_t a, uint32_t b) { return b ^ ((a ^ b) & if_set); }
-
 template <typename Index>
 struct CornerTable {
   View<Index> opposite;  // kNone on a boundary, and on a seam where the table is an attribute's

@@ -363,7 +363,10 @@ PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fa
       } else if (decoders[0]->stop() == Stop::kSymbols) {
         SymbolSequence* sequences[kCount];
         for (uint32_t n = 0; n < kCount; ++n) sequences[n] = &decoders[n]->integers().symbols();
-        decode_in_step(sequences);
+        uint32_t direct = 0;
+        for (const SymbolSequence* sequence : sequences) direct += sequence->is_direct();
+        if (direct == kCount) decode_in_step<kCount, true>(sequences);
+        if (direct == 0) decode_in_step<kCount, false>(sequences);
       } else {
 #if defined(PSPLIT_HAS_VECTORS)
         step_together<kCount>([&](uint32_t n) -> auto& { return decoders[n]->integers().steps(); });

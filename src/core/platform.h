@@ -19,6 +19,13 @@
 #define PSPLIT_UNLIKELY(x) (x)
 #endif
 
+// Before a loop over a few things whose state is to live in registers.
+#if defined(__CUDACC__)
+#define PSPLIT_UNROLL _Pragma("unroll")
+#else
+#define PSPLIT_UNROLL _Pragma("GCC unroll 8")
+#endif
+
 // Builds with PSPLIT_CORE_CHECKS stop at the first index out of bounds. Others rely on what tests and fuzzers
 // showed with it, and on the checks of everything that a stream says.
 #if defined(PSPLIT_CORE_CHECKS)
@@ -28,6 +35,10 @@
 #endif
 
 namespace psplit::core {
+
+// Choices without branches: all ones where the condition holds, and what that selects.
+PSPLIT_HD constexpr uint32_t mask(bool condition) { return 0u - static_cast<uint32_t>(condition); }
+PSPLIT_HD constexpr uint32_t select(uint32_t if_set, uint32_t a, uint32_t b) { return b ^ ((a ^ b) & if_set); }
 
 template <typename T>
 struct Bare;
@@ -47,11 +58,13 @@ PSPLIT_HD void step_together(RunAt run_at) {
     runs[n] = run_at(n);
     all &= runs[n].running();
   }
-  while (all)
+  while (all) {
+    PSPLIT_UNROLL
     for (Run& run : runs) {
       run.step();
       all &= run.running();
     }
+  }
   for (uint32_t n = 0; n < kCount; ++n) run_at(n) = runs[n];
 }
 

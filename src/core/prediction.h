@@ -40,9 +40,9 @@ struct PredictionData {
   int32_t low = 0, high = 0, modulus = 0;
   // Octahedral transforms.
   OctahedralGrid grid;
-  // By number of parallelograms - 1: whether each of them is left out (constrained multi-parallelogram).
-  RansBits creases[kMaxParallelograms];
-  uint32_t crease_count[kMaxParallelograms] = {};
+  // By number of parallelograms - 1: whether each of them is left out (constrained multi-parallelogram). A
+  // value's flags follow each other.
+  View<uint8_t> creases[kMaxParallelograms];
   // Orientations of texture triangles, in the order of storage; they are used from the last to the first.
   View<uint8_t> orientations;
   // Whether a normal points the other way.
@@ -79,10 +79,13 @@ PSPLIT_HD inline Fault read_prediction_data(ByteReader& reader, uint32_t corner_
   if (data.scheme == Scheme::kNone) return Fault::kNone;
   if (data.scheme == Scheme::kConstrainedMultiParallelogram) {
     for (uint32_t i = 0; i < kMaxParallelograms; ++i) {
-      data.crease_count[i] = reader.varint();
-      if (data.crease_count[i] > corner_limit) return Fault::kPrediction;
-      if (data.crease_count[i] == 0) continue;
-      if (const Fault fault = data.creases[i].start(reader); fault != Fault::kNone) return fault;
+      const uint32_t count = reader.varint();
+      if (count > corner_limit) return Fault::kPrediction;
+      if (!arena.take(data.creases[i], count)) return Fault::kWorkspace;
+      if (count == 0) continue;
+      RansBits bits;
+      if (const Fault fault = bits.start(reader); fault != Fault::kNone) return fault;
+      for (uint32_t k = 0; k < count; ++k) data.creases[i][k] = static_cast<uint8_t>(bits.next_fast());
     }
   }
   if (data.scheme == Scheme::kTexCoords) {
@@ -112,43 +115,72 @@ struct Wrap {
   }
 };
 
-// Undoes it for three components at once, where the compiler knows vectors.
+// Three components at once, where the compiler knows vectors. All have a fourth number, which says nothing.
 #if defined(__GNUC__) && !defined(__CUDA_ARCH__)
 #define PSPLIT_HAS_VECTORS 1
-class WrapOfThree {
- public:
-  WrapOfThree() = default;
-  explicit WrapOfThree(const Wrap& wrap)
-      : low_(spread(wrap.low)), high_(spread(wrap.high)), modulus_(spread(wrap.modulus)) {}
+class Triple {
+  using Lanes = uint32_t __attribute__((vector_size(16)));
+  using Signed = int32_t __attribute__((vector_size(16)));
+  using Half = int32_t __attribute__((vector_size(8)));
+  using Doubles = double __attribute__((vector_size(16)));
 
-  // a + b - far, corrected. All have a fourth number, which says nothing.
-  void operator()(const int32_t* a, const int32_t* b, const int32_t* far, const int32_t* by,
-                  int32_t* out) const {
-    Sums predicted = load(a) + load(b) - load(far);
-    predicted = choose(above(predicted, high_), high_, predicted);
-    predicted = choose(above(low_, predicted), low_, predicted);
-    const Sums value = predicted + load(by);
-    const Sums folded = value - (modulus_ & above(value, high_)) + (modulus_ & above(low_, value));
-    __builtin_memcpy(out, &folded, sizeof folded);
+ public:
+  Triple() = default;
+  explicit Triple(int32_t all) : lanes_(spread(static_cast<uint32_t>(all))) {}
+  explicit Triple(const int32_t* from) { __builtin_memcpy(&lanes_, from, sizeof lanes_); }
+  void store(int32_t* to) const { __builtin_memcpy(to, &lanes_, sizeof lanes_); }
+
+  // Sums wrap around.
+  friend Triple operator+(Triple a, Triple b) { return Triple(a.lanes_ + b.lanes_); }
+  friend Triple operator-(Triple a, Triple b) { return Triple(a.lanes_ - b.lanes_); }
+  friend Triple operator&(Triple a, Triple b) { return Triple(a.lanes_ & b.lanes_); }
+  // All ones where a > b.
+  friend Triple above(Triple a, Triple b) {
+    return Triple(
+        reinterpret_cast<Lanes>(reinterpret_cast<Signed>(a.lanes_) > reinterpret_cast<Signed>(b.lanes_)));
+  }
+  friend Triple choose(Triple mask, Triple a, Triple b) {
+    return Triple((a.lanes_ & mask.lanes_) | (b.lanes_ & ~mask.lanes_));
+  }
+  // Of sums of one to four values their mean, rounded to zero: a half more never reaches the next integer, and
+  // is far more than what a double rounds.
+  Triple mean_of(uint32_t count) const {
+    constexpr double kReciprocal[] = {0, 1, 1.0 / 2, 1.0 / 3, 1.0 / 4};
+    return times(kReciprocal[count]);
   }
 
  private:
-  using Signed = int32_t __attribute__((vector_size(16)));
-  using Sums = uint32_t __attribute__((vector_size(16)));  // which wrap around
-  static Sums spread(int32_t x) {
-    const auto value = static_cast<uint32_t>(x);
-    return Sums{value, value, value, value};
+  Triple times(double reciprocal) const {
+    const auto value = reinterpret_cast<Signed>(lanes_);
+    const Half low = rounded(__builtin_shufflevector(value, value, 0, 1), reciprocal),
+               high = rounded(__builtin_shufflevector(value, value, 2, 3), reciprocal);
+    return Triple(reinterpret_cast<Lanes>(__builtin_shufflevector(low, high, 0, 1, 2, 3)));
   }
-  static Sums above(Sums a, Sums b) {
-    return reinterpret_cast<Sums>(reinterpret_cast<Signed>(a) > reinterpret_cast<Signed>(b));
+
+  explicit Triple(Lanes lanes) : lanes_(lanes) {}
+  static Lanes spread(uint32_t x) { return Lanes{x, x, x, x}; }
+  static Half rounded(Half sum, double reciprocal) {
+    const auto value = __builtin_convertvector(sum, Doubles);
+    const Doubles half{__builtin_copysign(0.5, value[0]), __builtin_copysign(0.5, value[1])};
+    return __builtin_convertvector((value + half) * reciprocal, Half);
   }
-  static Sums choose(Sums mask, Sums a, Sums b) { return (a & mask) | (b & ~mask); }
-  static Sums load(const int32_t* from) {
-    Sums value;
-    __builtin_memcpy(&value, from, sizeof value);
-    return value;
+  Lanes lanes_{};
+};
+
+// Undoes the wrap transform for them.
+class WrapOfThree {
+ public:
+  WrapOfThree() = default;
+  explicit WrapOfThree(const Wrap& wrap) : low_(wrap.low), high_(wrap.high), modulus_(wrap.modulus) {}
+  Triple operator()(Triple predicted, Triple correction) const {
+    predicted = choose(above(predicted, high_), high_, predicted);
+    predicted = choose(above(low_, predicted), low_, predicted);
+    const Triple value = predicted + correction;
+    return value - (modulus_ & above(value, high_)) + (modulus_ & above(low_, value));
   }
-  Sums low_{}, high_{}, modulus_{};
+
+ private:
+  Triple low_, high_, modulus_;
 };
 
 // Parallelogram prediction of three components, a value a step; see Predictor::parallelogram.
@@ -171,7 +203,7 @@ class ParallelogramOfThree {
         far = value(v), at_a = value(a), at_b = value(b);
     }
     int32_t* const out = value(table_.vertex[sequence_.corner[i_]]);
-    wrap_(at_a, at_b, far, &corrections_[size_t{3} * i_], out);
+    wrap_(Triple(at_a) + Triple(at_b) - Triple(far), Triple(&corrections_[size_t{3} * i_])).store(out);
     last_ = out;
     ++i_;
   }
@@ -189,6 +221,109 @@ class ParallelogramOfThree {
   uint32_t i_ = 0;
 };
 #endif
+
+// Finds for each value of a sequence the faces that are complete before it and lie across an edge from it, up
+// to kMaxParallelograms, in the order in which they stand around its vertex: to the left from where the walk
+// met it, then to the right. That depends on the order of values only, not on what they are, so that several
+// are searched in step.
+template <typename Index>
+class ParallelogramFinder {
+ public:
+  PSPLIT_HD Fault find(const CornerTable<Index>& table, const Sequence<Index>& sequence, Arena& arena) {
+    const auto face_count = static_cast<uint32_t>(table.opposite.size() / 4);
+    // The face that kNone names is never complete; it has an entry of its own where that is not too far off.
+    const uint32_t no_face = kNoFaceIsSmall ? kNone<Index> >> 2 : face_count;
+    if (!arena.take(found_, sequence.count) ||
+        !arena.take(across_, size_t{kMaxParallelograms} * sequence.count))
+      return Fault::kWorkspace;
+    fill(across_, Index{0});
+    const size_t mark = arena.mark();
+    View<Index> complete_at;
+    if (!arena.take(complete_at, size_t{no_face} + 1)) return Fault::kWorkspace;
+    complete_at[no_face] = kNone<Index>;
+    const auto rank_at = [&](uint32_t corner) -> uint32_t { return sequence.rank[table.vertex[corner]]; };
+    for (uint32_t face = 0; face < face_count; ++face) {
+      const uint32_t a = rank_at(4 * face), b = rank_at(4 * face + 1), c = rank_at(4 * face + 2);
+      const uint32_t ab = select(mask(a > b), a, b);
+      complete_at[face] = static_cast<Index>(select(mask(ab > c), ab, c));
+    }
+    // Equal parts of the sequence, a corner of each in turn.
+    constexpr uint32_t kParts = 3;
+    Fan fans[kParts];
+    const Fans common{table, sequence.corner, complete_at, found_, across_};
+    bool all = true;
+    for (uint32_t n = 0; n < kParts; ++n) {
+      fans[n].i = static_cast<uint32_t>(uint64_t{sequence.count} * n / kParts);
+      fans[n].end = static_cast<uint32_t>(uint64_t{sequence.count} * (n + 1) / kParts);
+      if (fans[n].i < fans[n].end) fans[n].start = fans[n].corner = sequence.corner[fans[n].i];
+      all &= fans[n].i < fans[n].end;
+    }
+    while (all) {
+      PSPLIT_UNROLL
+      for (Fan& fan : fans) all &= common.step(fan);
+    }
+    for (Fan& fan : fans)
+      while (fan.i < fan.end) common.step(fan);
+    arena.release(mark);
+    return Fault::kNone;
+  }
+
+  PSPLIT_HD uint32_t count(uint32_t i) const { return found_[i]; }
+  // The far corner of the j-th; of those past count(i) any corner.
+  PSPLIT_HD Index across(uint32_t i, uint32_t j) const { return across_[size_t{kMaxParallelograms} * i + j]; }
+
+ private:
+  static constexpr bool kNoFaceIsSmall = sizeof(Index) == 2;
+
+  // Where a search stands, for values [i, end).
+  struct Fan {
+    uint32_t i = 0, end = 0, start = 0, corner = 0, found = 0;
+  };
+
+  struct Fans {
+    CornerTable<Index> table;
+    View<const Index> corners, complete_at;
+    View<uint8_t> found_at;
+    View<Index> across_at;
+
+    // Looks at one corner. Where a fan ends is as good as random, so that there are no branches but at borders.
+    // Returns whether there are more.
+    PSPLIT_HD bool step(Fan& fan) const {
+      look(fan, fan.corner);
+      const uint32_t beyond = table.opposite[next(fan.corner)], following = next(beyond);
+      uint32_t done = fan.found >> 2 | static_cast<uint32_t>(following == fan.start);
+      if (PSPLIT_UNLIKELY(beyond == kNone<Index>)) {
+        for (Index right = static_cast<Index>(fan.start); fan.found < kMaxParallelograms;) {
+          right = table.swing_right(right);
+          if (right == kNone<Index>) break;
+          look(fan, right);
+        }
+        done = 1;
+      }
+      found_at[fan.i] = static_cast<uint8_t>(fan.found);
+      fan.i += done;
+      // Sequences have room for a corner more than values.
+      const uint32_t if_done = 0 - done, fresh = corners[fan.i];
+      fan.corner = select(if_done, fresh, following);
+      fan.start = select(if_done, fresh, fan.start);
+      fan.found &= ~if_done;
+      return fan.i < fan.end;
+    }
+
+    PSPLIT_HD void look(Fan& fan, uint32_t corner) const {
+      static_assert(kMaxParallelograms == 4);
+      const uint32_t across = table.opposite[corner], face = across >> 2;
+      const auto no_face = static_cast<uint32_t>(complete_at.size()) - 1;
+      const bool complete = complete_at[kNoFaceIsSmall || face < no_face ? face : no_face] < fan.i;
+      // Any corner does where there is none.
+      across_at[size_t{4} * fan.i + fan.found] = static_cast<Index>(select(mask(complete), across, fan.start));
+      fan.found += complete;
+    }
+  };
+
+  View<uint8_t> found_;
+  View<Index> across_;
+};
 
 // floor(sqrt(x)), exactly.
 PSPLIT_HD inline uint64_t integer_sqrt(uint64_t x) {
@@ -264,29 +399,44 @@ class Predictor {
   }
 
   // The mean of up to four parallelograms around the vertex, those left out that lie across a crease.
-  PSPLIT_HD Fault constrained_multi_parallelogram() {
-    int32_t predicted[kMaxParallelograms][kMaxComponents], sum[kMaxComponents];
+  PSPLIT_HD Fault constrained_multi_parallelogram(Arena& arena) {
+    ParallelogramFinder<Index> finder;
+    if (const Fault fault = finder.find(table_, sequence_, arena); fault != Fault::kNone) return fault;
+    size_t used[kMaxParallelograms] = {};
     for (uint32_t i = 0; i < sequence_.count; ++i) {
-      const Index start = sequence_.corner[i];
-      uint32_t found = 0;
-      Index corner = i > 0 ? start : kNone<Index>;
-      bool leftwards = true;
-      while (corner != kNone<Index>) {
-        if (complete_parallelogram(i, corner, predicted[found]) && ++found == kMaxParallelograms) break;
-        corner = leftwards ? table_.swing_left(corner) : table_.swing_right(corner);
-        if (corner == start) break;
-        if (corner == kNone<Index> && leftwards) {
-          leftwards = false;
-          corner = table_.swing_right(start);
-        }
+      const uint32_t found = finder.count(i);
+      if (found == 0) {
+        from_last(i);
+        continue;
       }
-      int32_t count = 0;
+      const View<uint8_t> creases = data_.creases[found - 1];
+      size_t& flag = used[found - 1];
+      if (flag + found > creases.size()) return Fault::kPrediction;
+      const uint32_t kept = kept_of(creases.data() + flag, found);
+      flag += found;
+#if defined(PSPLIT_HAS_VECTORS)
+      if constexpr (kComponents == 3) {
+        if (PSPLIT_UNLIKELY(kept == 0)) {
+          from_last(i);
+          continue;
+        }
+        // How many count is as good as random: always four, of which some are nothing.
+        Triple sum(0);
+        for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+          sum = sum + (parallelogram(finder.across(i, j)) & Triple(-static_cast<int32_t>(kept >> j & 1)));
+        constexpr uint8_t kBits[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+        wrap_of_three_(sum.mean_of(kBits[kept]), Triple(correction(i))).store(value_at(i));
+        continue;
+      }
+#endif
+      int32_t sum[kMaxComponents], count = 0;
       for (uint32_t k = 0; k < components_; ++k) sum[k] = 0;
       for (uint32_t j = 0; j < found; ++j) {
-        if (data_.crease_count[found - 1] == 0) return Fault::kPrediction;
-        --data_.crease_count[found - 1];
-        if (data_.creases[found - 1].next()) continue;
-        for (uint32_t k = 0; k < components_; ++k) sum[k] = wrapping_add(sum[k], predicted[j][k]);
+        if ((kept >> j & 1) == 0) continue;
+        const Index across = finder.across(i, j);
+        const int32_t *far = values_at(across), *a = values_at(next(across)), *b = values_at(previous(across));
+        for (uint32_t k = 0; k < components_; ++k)
+          sum[k] = wrapping_add(sum[k], wrapping_sub(wrapping_add(a[k], b[k]), far[k]));
         ++count;
       }
       correct_mean(i, sum, count);
@@ -363,13 +513,14 @@ class Predictor {
 
  private:
   static constexpr uint32_t kMaxComponents = kComponents != 0 ? kComponents : 255;
+  static constexpr uint32_t kLanes = value_stride(kMaxComponents);
 
   PSPLIT_HD const int32_t* correction(uint32_t i) const { return &corrections_[size_t{i} * components_]; }
   PSPLIT_HD int32_t* values_at(Index corner) const {
     return &values_[size_t{table_.vertex[corner]} * value_stride(components_)];
   }
   PSPLIT_HD int32_t* value_at(uint32_t i) const { return values_at(sequence_.corner[i]); }
-  PSPLIT_HD uint32_t rank_at(Index corner) const { return sequence_.rank[table_.vertex[corner]]; }
+  PSPLIT_HD uint32_t rank_at(uint32_t corner) const { return sequence_.rank[table_.vertex[corner]]; }
 
   PSPLIT_HD void correct(uint32_t i, const int32_t* predicted) {
     const int32_t* by = correction(i);
@@ -393,6 +544,18 @@ class Predictor {
     for (uint32_t k = 0; k < components_; ++k) sum[k] /= count;
     correct(i, sum);
   }
+
+  // Of the flags of up to four parallelograms a bit for each that is none of a crease.
+  PSPLIT_HD static uint32_t kept_of(const uint8_t* creases, uint32_t found) {
+    uint32_t kept = 0;
+    for (uint32_t j = 0; j < found; ++j) kept |= (creases[j] ^ 1u) << j;
+    return kept;
+  }
+#if defined(PSPLIT_HAS_VECTORS)
+  Triple parallelogram(Index across) const {
+    return Triple(values_at(next(across))) + Triple(values_at(previous(across))) - Triple(values_at(across));
+  }
+#endif
 
   // False where the face across is not known yet.
   PSPLIT_HD bool complete_parallelogram(uint32_t i, Index corner, int32_t* out) const {
@@ -459,6 +622,9 @@ class Predictor {
   View<int32_t> values_;
   PredictionData& data_;
   Wrap wrap_;
+#if defined(PSPLIT_HAS_VECTORS)
+  WrapOfThree wrap_of_three_{wrap_};
+#endif
 };
 
 }  // namespace psplit::core

@@ -44,6 +44,17 @@ class RansBits {
     return bit;
   }
 
+  // The same without branches, for bits that nobody can foresee and for many runs in step. Touches what stands
+  // before the block: its own length does.
+  PSPLIT_HD uint32_t next_fast() {
+    const uint32_t due = mask(state_ < kBase) & mask(size_ > 0);
+    state_ = select(due, state_ << 8 | *(block_ + size_ - 1), state_);
+    size_ -= due & 1;
+    const uint32_t one = (state_ >> 8) * prob_one_, rest = state_ & 0xff, bit = mask(rest < prob_one_);
+    state_ = select(bit, one + rest, state_ - one - prob_one_);
+    return bit & 1;
+  }
+
  private:
   static constexpr uint32_t kBase = 4096;
   const uint8_t* block_ = nullptr;
@@ -53,32 +64,44 @@ class RansBits {
 
 // A table of symbol probabilities that add up to 1 << precision_bits, and lookup in it.
 //
-// Each slot is a symbol, its probability and its first number. Up to kDirectBits every number has a slot of its
-// own, so that one load decodes a symbol. Beyond, numbers are looked up by their top bits and the slots of the
-// symbols are searched from there: a table of 2^20 entries would take longer to fill than a patch to decode.
+// Up to kDirectBits every number has an entry of its own, so that one load decodes a symbol. Beyond, the top
+// bits of a number say at which symbol's slot to begin a search that is nearly always over at once: a table of
+// 2^20 entries would take longer to fill than a patch to decode.
 class RansTable {
  public:
-  struct Slot {
-    uint32_t symbol;
-    uint32_t prob;   // of 1 << precision_bits
-    uint32_t first;  // sum of the probabilities of all lower symbols
+  static constexpr uint32_t kDirectBits = 12;  // the least precision there is
+
+  // A symbol, its probability (of 1 << precision_bits), and the sum of the probabilities of all lower symbols.
+  class Slot {
+   public:
+    static constexpr uint32_t kMostSymbols = 1u << 24;
+
+    Slot() = default;
+    PSPLIT_HD Slot(uint32_t symbol, uint32_t prob, uint32_t first)
+        : packed_(uint64_t{symbol} << 40 | uint64_t{prob - 1} << 20 | first) {}
+    PSPLIT_HD uint32_t symbol() const { return static_cast<uint32_t>(packed_ >> 40); }
+    PSPLIT_HD uint32_t prob() const { return (static_cast<uint32_t>(packed_ >> 20) & 0xfffff) + 1; }
+    PSPLIT_HD uint32_t first() const { return static_cast<uint32_t>(packed_) & 0xfffff; }
+
+   private:
+    uint64_t packed_;
   };
 
-  static constexpr int kDirectBits = 12;  // the least precision there is
-
-  // Reads the table. Slots live in the arena until it is released.
-  PSPLIT_HD Fault read(ByteReader& reader, int precision_bits, Arena& arena) {
+  // Reads the table. It lives in the arena until that is released.
+  PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, Arena& arena) {
     precision_bits_ = precision_bits;
-    lookup_shift_ = precision_bits > kDirectBits ? precision_bits - kDirectBits : 0;
+    bucket_shift_ = precision_bits - kDirectBits;
     const uint32_t symbol_count = reader.varint();
     const uint32_t total = 1u << precision_bits;
     // One byte says at most that 64 symbols do not occur.
     if (reader.truncated()) return Fault::kTruncated;
-    if (symbol_count == 0 || symbol_count / 64 > reader.remaining()) return Fault::kEntropy;
-    if (!arena.take(lookup_, size_t{1} << (precision_bits - lookup_shift_))) return Fault::kWorkspace;
-    // Symbols that occur have a slot each, and at least 1 of the total; one more slot ends the search.
-    const uint32_t most = symbol_count < total ? symbol_count : total;
-    if (lookup_shift_ > 0 && !arena.take(slots_, size_t{most} + 1)) return Fault::kWorkspace;
+    if (symbol_count == 0 || symbol_count / 64 > reader.remaining() || symbol_count > Slot::kMostSymbols)
+      return Fault::kEntropy;
+    // Symbols that occur have a slot each, and at least 1 of the total.
+    if (is_direct() ? !arena.take(direct_, size_t{1} << kDirectBits)
+                    : !arena.take(buckets_, size_t{1} << kDirectBits) ||
+                          !arena.take(slots_, symbol_count < total ? symbol_count : total))
+      return Fault::kWorkspace;
     uint32_t sum = 0, slot_count = 0, filled = 0;
     for (uint32_t symbol = 0; symbol < symbol_count; ++symbol) {
       const uint32_t byte = reader.u8();
@@ -92,41 +115,39 @@ class RansTable {
       for (uint32_t i = 0; i < extra_bytes; ++i) prob |= static_cast<uint32_t>(reader.u8()) << (8 * i + 6);
       if (prob == 0) continue;
       if (prob > total - sum) return Fault::kEntropy;
-      const Slot slot{symbol, prob, sum};
-      sum += prob;
-      if (lookup_shift_ == 0) {
-        for (; filled < sum; ++filled) lookup_[filled] = direct_entry(slot, filled);
+      if (is_direct()) {
+        uint64_t entry = uint64_t{symbol} << 32 | prob << 16;
+        for (const uint32_t end = sum + prob; filled < end; ++filled, ++entry) direct_[filled] = entry;
       } else {
-        slots_[slot_count] = slot;
+        slots_[slot_count] = {symbol, prob, sum};
         // The first number of a bucket lies in this slot.
-        for (; (filled << lookup_shift_) < sum; ++filled) lookup_[filled] = slot_count;
+        for (; filled << bucket_shift_ < sum + prob; ++filled) buckets_[filled] = slot_count;
         ++slot_count;
       }
+      sum += prob;
     }
     if (reader.truncated()) return Fault::kTruncated;
     return sum == total ? Fault::kNone : Fault::kEntropy;
   }
 
-  PSPLIT_HD int precision_bits() const { return precision_bits_; }
-  PSPLIT_HD bool is_direct() const { return lookup_shift_ == 0; }
+  PSPLIT_HD uint32_t precision_bits() const { return precision_bits_; }
+  PSPLIT_HD bool is_direct() const { return bucket_shift_ == 0; }
 
   // What one number of a direct table decodes to: symbol, probability and offset in it, in 32 + 16 + 16 bits.
-  PSPLIT_HD uint64_t direct(uint32_t number) const { return lookup_[number]; }
+  PSPLIT_HD uint64_t direct(uint32_t number) const { return direct_[number]; }
 
-  PSPLIT_HD const Slot& search(uint32_t number) const {
-    size_t slot = static_cast<size_t>(lookup_[number >> lookup_shift_]);
-    while (number - slots_[slot].first >= slots_[slot].prob) ++slot;
-    return slots_[slot];
+  PSPLIT_HD Slot search(uint32_t number) const {
+    size_t at = buckets_[number >> bucket_shift_];
+    Slot slot = slots_[at];
+    while (PSPLIT_UNLIKELY(number - slot.first() >= slot.prob())) slot = slots_[++at];
+    return slot;
   }
 
  private:
-  PSPLIT_HD static uint64_t direct_entry(const Slot& slot, uint32_t number) {
-    return uint64_t{slot.symbol} << 32 | slot.prob << 16 | (number - slot.first);
-  }
-
-  View<uint64_t> lookup_;
+  View<uint64_t> direct_;
+  View<uint32_t> buckets_;
   View<Slot> slots_;
-  int precision_bits_ = 0, lookup_shift_ = 0;
+  uint32_t precision_bits_ = 0, bucket_shift_ = 0;
 };
 
 // A block of symbols.
@@ -144,33 +165,40 @@ class RansSymbols {
   // One symbol, however the bytes end.
   PSPLIT_HD uint32_t next(const RansTable& table) {
     while (state_ < base_ && size_ > 0) state_ = state_ << 8 | block_[--size_];
-    const uint32_t number = state_ & ((base_ >> 2) - 1), whole = state_ >> table.precision_bits();
-    if (table.is_direct()) return step_direct(table.direct(number), whole);
-    const RansTable::Slot& slot = table.search(number);
-    state_ = slot.prob * whole + (number - slot.first);
-    return slot.symbol;
+    return table.is_direct() ? step<true>(table) : step<false>(table);
   }
 
   // How many symbols next_fast may decode before it must be asked again: a step takes three bytes at most.
   PSPLIT_HD size_t fast_steps() const { return size_ / 3; }
 
-  // One symbol of a direct table, without branches: how many bytes are due is as good as random. They are read
-  // four at a time, which may touch what stands before the block: its own table does.
+  // One symbol without branches, but for a search now and then: how many bytes are due is as good as random.
+  // They are read four at a time, which may touch what stands before the block: its own table does.
+  template <bool kDirect>
   PSPLIT_HD uint32_t next_fast(const RansTable& table) {
-    // Of 12 bits' precision there are never three bytes due. The comparisons do not wait for each other.
-    const uint32_t due = (state_ < kDirectBase) + (state_ < kDirectBase >> 8);
+    // The comparisons do not wait for each other. Of 12 bits' precision there are never three bytes due.
+    uint32_t due = (state_ < base_) + (state_ < base_ >> 8);
+    if constexpr (!kDirect) due += state_ < base_ >> 16;
     const uint64_t ahead = uint64_t{state_} << 32 | load_le32(block_ + size_ - 4);
     state_ = static_cast<uint32_t>(ahead << 8 * due >> 32);
     size_ -= due;
-    return step_direct(table.direct(state_ & (kDirectBase / 4 - 1)), state_ >> RansTable::kDirectBits);
+    return step<kDirect>(table);
   }
 
  private:
-  static constexpr uint32_t kDirectBase = 4u << RansTable::kDirectBits;
-
-  PSPLIT_HD uint32_t step_direct(uint64_t entry, uint32_t whole) {
-    state_ = static_cast<uint32_t>(entry >> 16 & 0xffff) * whole + static_cast<uint32_t>(entry & 0xffff);
-    return static_cast<uint32_t>(entry >> 32);
+  template <bool kDirect>
+  PSPLIT_HD uint32_t step(const RansTable& table) {
+    if constexpr (kDirect) {
+      constexpr uint32_t kTotal = 1u << RansTable::kDirectBits;
+      const uint64_t entry = table.direct(state_ % kTotal);
+      state_ = static_cast<uint32_t>(entry >> 16 & 0xffff) * (state_ / kTotal) +
+               static_cast<uint32_t>(entry & 0xffff);
+      return static_cast<uint32_t>(entry >> 32);
+    } else {
+      const uint32_t number = state_ & ((1u << table.precision_bits()) - 1);
+      const RansTable::Slot slot = table.search(number);
+      state_ = slot.prob() * (state_ >> table.precision_bits()) + (number - slot.first());
+      return slot.symbol();
+    }
   }
 
   const uint8_t* block_ = nullptr;

@@ -32,28 +32,40 @@ class SymbolSequence {
     const uint32_t symbol_bits = is_tagged_ ? kTagBits : reader.u8();
     if (symbol_bits == 0 || symbol_bits > kMostSymbolBits) return Fault::kEntropy;
     const uint32_t wanted = 3 * symbol_bits / 2;
-    const int precision = static_cast<int>(wanted < 12 ? 12 : wanted > 20 ? 20 : wanted);
+    const uint32_t precision = wanted < 12 ? 12 : wanted > 20 ? 20 : wanted;
     const Fault fault = table_.read(reader, precision, arena);
     return fault == Fault::kNone ? symbols_.start(reader, table_) : fault;
   }
 
+  PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
   // How many symbols next_fast may decode before it must be asked again; 0 where it must not be used any more.
   PSPLIT_HD uint32_t fast_steps() const {
-    if (!table_.is_direct()) return 0;
     const size_t steps = symbols_.fast_steps(), left = symbol_count_ - done_;
     return static_cast<uint32_t>(steps < left ? steps : left);
   }
-  PSPLIT_HD void next_fast() { out_[first_ + done_++] = symbols_.next_fast(table_); }
+  // kDirect is is_direct().
+  template <bool kDirect>
+  PSPLIT_HD void next_fast() {
+    out_[first_ + done_++] = symbols_.next_fast<kDirect>(table_);
+  }
 
   // Decodes what is left. The reader stands where start left it, and then behind the last value.
   PSPLIT_HD Fault finish(ByteReader& reader) {
-    while (const uint32_t steps = fast_steps())
-      for (const uint32_t end = done_ + steps; done_ < end;) next_fast();
+    if (is_direct())
+      finish_fast<true>();
+    else
+      finish_fast<false>();
     for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
     return is_tagged_ ? read_tagged(reader) : Fault::kNone;
   }
 
  private:
+  template <bool kDirect>
+  PSPLIT_HD void finish_fast() {
+    while (const uint32_t steps = fast_steps())
+      for (const uint32_t end = done_ + steps; done_ < end;) next_fast<kDirect>();
+  }
+
   PSPLIT_HD Fault read_tagged(ByteReader& reader) {
     BitReader bits(reader.head(), reader.remaining());
     uint32_t i = 0;
@@ -81,9 +93,9 @@ class SymbolSequence {
   bool is_tagged_ = false;
 };
 
-// Decodes the symbols of kCount sequences, one of each in turn, as far as that goes without counting bytes;
-// what is left is for their own finish.
-template <uint32_t kCount>
+// Decodes the symbols of kCount sequences of one kind, one of each in turn, as far as that goes without
+// counting bytes; what is left is for their own finish.
+template <uint32_t kCount, bool kDirect>
 PSPLIT_HD void decode_in_step(SymbolSequence* const (&sequences)[kCount]) {
   SymbolSequence local[kCount];
   for (uint32_t n = 0; n < kCount; ++n) local[n] = *sequences[n];
@@ -94,8 +106,10 @@ PSPLIT_HD void decode_in_step(SymbolSequence* const (&sequences)[kCount]) {
       steps = some < steps ? some : steps;
     }
     if (steps == 0) break;
-    for (; steps > 0; --steps)
-      for (SymbolSequence& sequence : local) sequence.next_fast();
+    for (; steps > 0; --steps) {
+      PSPLIT_UNROLL
+      for (SymbolSequence& sequence : local) sequence.next_fast<kDirect>();
+    }
   }
   for (uint32_t n = 0; n < kCount; ++n) *sequences[n] = local[n];
 }

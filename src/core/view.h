@@ -10,6 +10,7 @@ class View {
  public:
   View() = default;
   PSPLIT_HD View(T* data, size_t size) : data_(data), size_(size) {}
+  PSPLIT_HD operator View<const T>() const { return View<const T>(data_, size_); }
 
   PSPLIT_HD T& operator[](size_t i) const {
     PSPLIT_CORE_CHECK(i < size_);
