@@ -69,14 +69,15 @@ struct Group {
 // Reads what describes a group's attributes, and appends them.
 template <typename Index>
 PSPLIT_HD Fault read_descriptions(ByteReader& reader, uint8_t group_number, Group<Index>& group,
-                                  Attribute<Index> (&attributes)[kMaxAttributes], uint32_t& attribute_count) {
+                                  View<Attribute<Index>> attributes, uint32_t& attribute_count) {
   group.first = attribute_count;
   group.count = reader.varint();
   if (reader.truncated()) return Fault::kTruncated;
-  if (group.count == 0 || group.count > kMaxAttributes - attribute_count) return Fault::kAttribute;
+  if (group.count == 0 || group.count > attributes.size() - attribute_count) return Fault::kAttribute;
   attribute_count += group.count;
   for (uint32_t i = 0; i < group.count; ++i) {
     Attribute<Index>& attribute = attributes[group.first + i];
+    attribute = {};
     attribute.semantic = reader.u8();
     const uint8_t type = reader.u8();
     attribute.components = reader.u8();
@@ -134,21 +135,20 @@ PSPLIT_HD Fault predict(const Group<Index>& group, Attribute<Index>& attribute, 
   return Fault::kPrediction;
 }
 
-// The integers of an attribute, in three steps: what stands before the symbols, the symbols, what comes of
-// them.
+// The integers of an attribute: read what stands before the symbols, the symbols, what stands behind them; then
+// undo the prediction.
 template <typename Index>
 class IntegerDecoder {
  public:
-  // The group's sequence is known. `positions` and `position` are those to predict from, or null.
+  // Of the group's sequence only its length need be known yet. `positions` and `position` are those to predict
+  // from, or null. `symbols` are to be decoded before read_prediction.
   PSPLIT_HD Fault start(ByteReader& reader, bool is_edgebreaker, const Group<Index>& group,
                         Attribute<Index>& attribute, const Group<Index>* positions,
-                        const Attribute<Index>* position, Arena& arena) {
+                        const Attribute<Index>* position, Arena& arena, SymbolSequence& symbols) {
     group_ = &group;
     attribute_ = &attribute;
     positions_ = positions;
     position_ = position;
-    data_ = {};
-    symbols_ = {};
     const auto scheme = static_cast<int8_t>(reader.u8());
     data_.scheme = static_cast<Scheme>(scheme);
     if (scheme < -2 || scheme > 6 || scheme == -1 || scheme == 3) return Fault::kMethod;
@@ -164,82 +164,79 @@ class IntegerDecoder {
         data_.scheme = Scheme::kDifference;
       if (data_.scheme == Scheme::kGeometricNormal && is_wrap) return Fault::kPrediction;
       if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal)
-        if (position == nullptr || position->values.empty() || position->value_components() != 3)
+        if (position == nullptr || position->coding == Coding::kRaw || position->value_components() != 3)
           return Fault::kPrediction;
     }
 
     const uint32_t components = attribute.value_components(), count = group.sequence.count;
     const uint64_t total = uint64_t{count} * components;
     if (total > 0xffffffffu) return Fault::kCounts;
-    if (!arena.take(attribute.values, size_t{group.table.vertex_count} * value_stride(components)))
+    // One correction more than there are: four may be read where there are three.
+    if (!arena.take(attribute.values, size_t{group.table.vertex_count} * value_stride(components)) ||
+        !arena.take(corrections_, static_cast<size_t>(total) + 1) || !arena.take(zeros_, 4))
       return Fault::kWorkspace;
-    mark_ = arena.mark();
-    // One more than there are: four may be read where there are three.
-    if (!arena.take(corrections_, static_cast<size_t>(total) + 1)) return Fault::kWorkspace;
+    fill(zeros_, 0);
     // Symbols come first, and turn into corrections in place.
-    const View<uint32_t> symbols(reinterpret_cast<uint32_t*>(corrections_.data()), static_cast<size_t>(total));
-    if (reader.u8() != 0) return symbols_.start(reader, count, components, arena, symbols);
+    const View<uint32_t> out(reinterpret_cast<uint32_t*>(corrections_.data()), static_cast<size_t>(total));
+    if (reader.u8() != 0) return symbols.start(reader, count, components, arena, out);
     const uint32_t bytes = reader.u8();
     if (bytes > 4) return Fault::kEntropy;
     const uint8_t* in = reader.head();
     if (!reader.skip(total * bytes)) return Fault::kTruncated;
     for (uint32_t i = 0; i < total; ++i) {
-      symbols[i] = 0;
-      for (uint32_t k = 0; k < bytes; ++k) symbols[i] |= static_cast<uint32_t>(*in++) << (8 * k);
+      out[i] = 0;
+      for (uint32_t k = 0; k < bytes; ++k) out[i] |= static_cast<uint32_t>(*in++) << (8 * k);
     }
     return Fault::kNone;
   }
 
-  // What is left of them is decoded by finish; any part may be decoded before.
-  PSPLIT_HD SymbolSequence& symbols() { return symbols_; }
-
   // `corner_limit`: see read_prediction_data.
-  PSPLIT_HD Fault finish_symbols(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
-    if (const Fault fault = symbols_.finish(reader); fault != Fault::kNone) return fault;
-    if (reader.truncated()) return Fault::kTruncated;
+  PSPLIT_HD Fault read_prediction(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
+    return reader.truncated() ? Fault::kTruncated : read_prediction_data(reader, corner_limit, arena, data_);
+  }
+
+  // The symbols and the sequence are known: the commonest predictions in steps, of which one may be running.
+  // Any number of them may be taken before finish.
+  PSPLIT_HD void start_prediction() {
     if (data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap)
       for (size_t i = 0; i + 1 < corrections_.size(); ++i)
         corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
-    if (const Fault fault = read_prediction_data(reader, corner_limit, arena, data_); fault != Fault::kNone)
-      return fault;
-#if defined(PSPLIT_HAS_VECTORS)
-    steps_ = {};
-    if (data_.scheme == Scheme::kParallelogram && attribute_->value_components() == 3)
-      steps_ = {group_->table.table, group_->sequence,
-                View<const int32_t>(corrections_.data(), corrections_.size()), attribute_->values,
-                Wrap{data_.low, data_.high, data_.modulus}};
-#endif
-    return Fault::kNone;
+    const PredictedValues<Index> on{group_->table.table, group_->sequence, corrections_, attribute_->values,
+                                    zeros_.data()};
+    const Wrap wrap{data_.low, data_.high, data_.modulus};
+    const uint32_t components = attribute_->value_components();
+    if (data_.scheme == Scheme::kParallelogram && components == 3) of_three_ = {on, wrap};
+    if (data_.scheme == Scheme::kParallelogram && components == 2) of_two_ = {on, wrap};
+    if (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal)
+      normals_ = {on, data_.grid, data_.transform == Transform::kOctahedronCanonicalized};
+  }
+  PSPLIT_HD ParallelogramSteps<Index, 3>& of_three() { return of_three_; }
+  PSPLIT_HD ParallelogramSteps<Index, 2>& of_two() { return of_two_; }
+  PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
+
+  // Whether steps are all that there is to do.
+  PSPLIT_HD bool in_steps() const {
+    const uint32_t components = attribute_->value_components();
+    return (data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3)) ||
+           (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal);
   }
 
-#if defined(PSPLIT_HAS_VECTORS)
-  // The commonest prediction in steps, where it is that; any may be taken before finish.
-  ParallelogramOfThree<Index>& steps() { return steps_; }
-#endif
-
   PSPLIT_HD Fault finish(Arena& arena) {
-#if defined(PSPLIT_HAS_VECTORS)
-    if (data_.scheme == Scheme::kParallelogram && attribute_->value_components() == 3) {
-      ParallelogramOfThree<Index> steps = steps_;
-      while (steps.running()) steps.step();
-      arena.release(mark_);
-      return Fault::kNone;
-    }
-#endif
-    const Fault fault = predict_components(arena);
-    arena.release(mark_);
+    const size_t mark = arena.mark();
+    const Fault fault = in_steps() ? Fault::kNone : predict_components(arena);
+    arena.release(mark);
     return fault;
   }
 
  private:
   PSPLIT_HD Fault predict_components(Arena& arena) {
-    const View<const int32_t> corrections(corrections_.data(), corrections_.size());
     switch (attribute_->value_components()) {
-      case 1: return predict<Index, 1>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
-      case 2: return predict<Index, 2>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
-      case 3: return predict<Index, 3>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
-      case 4: return predict<Index, 4>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
-      default: return predict<Index, 0>(*group_, *attribute_, positions_, position_, corrections, arena, data_);
+      case 1: return predict<Index, 1>(*group_, *attribute_, positions_, position_, corrections_, arena, data_);
+      case 2: return predict<Index, 2>(*group_, *attribute_, positions_, position_, corrections_, arena, data_);
+      case 3: return predict<Index, 3>(*group_, *attribute_, positions_, position_, corrections_, arena, data_);
+      case 4: return predict<Index, 4>(*group_, *attribute_, positions_, position_, corrections_, arena, data_);
+      default:
+        return predict<Index, 0>(*group_, *attribute_, positions_, position_, corrections_, arena, data_);
     }
   }
 
@@ -248,12 +245,10 @@ class IntegerDecoder {
   const Group<Index>* positions_ = nullptr;
   const Attribute<Index>* position_ = nullptr;
   PredictionData data_;
-  SymbolSequence symbols_;
-  View<int32_t> corrections_;
-#if defined(PSPLIT_HAS_VECTORS)
-  ParallelogramOfThree<Index> steps_;
-#endif
-  size_t mark_ = 0;
+  View<int32_t> corrections_, zeros_;
+  ParallelogramSteps<Index, 3> of_three_;
+  ParallelogramSteps<Index, 2> of_two_;
+  NormalSteps<Index> normals_;
 };
 
 // Reads what turns integers into the attribute's own type.

@@ -25,12 +25,11 @@ struct Patch {
   // The point at corner 4 * face + k. Where no attribute has seams points are the vertices.
   View<Index> point_at;
   View<Index> corner_of_point;  // one of the point's corners; empty where points are vertices
-  Group<Index> groups[kMaxAttributeData + 1];
-  uint32_t group_count = 0;
-  Attribute<Index> attributes[kMaxAttributes];
-  uint32_t attribute_count = 0;
+  View<Group<Index>> groups;
+  View<Attribute<Index>> attributes;
   // Of an Edgebreaker mesh, else empty.
   Connectivity<Index> mesh;
+  View<bool> on_seam;  // by vertex: at the end of some attribute's seam; empty without seams
 
   // Writes an attribute's values by point; see ValueWriter.
   template <typename PlaceOf>
@@ -53,14 +52,18 @@ struct Patch {
 };
 
 // Decodes a patch and stops before each of the long chains of dependent steps, so that a driver may take those
-// of several patches in step:
+// of several attributes and several patches in step:
 //
 //   Fault fault = decoder.start();
-//   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) fault = decoder.resume();
+//   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
+//     ... take all steps of what is pending
+//     fault = decoder.resume();
+//   }
 enum class Stop : uint8_t {
-  kTraversal,   // steps of traversal() may be taken before resume
-  kSymbols,     // symbols of integers() may be decoded before resume
-  kPrediction,  // steps of integers() may be taken before resume
+  kSeams,       // seams() are pending
+  kSymbols,     // sequences() are pending
+  kTraversal,   // traversals() are pending
+  kPrediction,  // of_three(), of_two() and normals() of integers() are
   kDone,
 };
 
@@ -72,101 +75,123 @@ class PatchDecoder {
 
   PSPLIT_HD Fault start() {
     patch_.face_count = header_.counts.face_count;
-    Fault fault = header_.edgebreaker ? decode_edgebreaker() : decode_sequential_faces();
-    if (fault == Fault::kNone) fault = read_groups();
-    return fault == Fault::kNone ? advance() : fault;
+    if (header_.edgebreaker) return start_edgebreaker();
+    const Fault fault = decode_sequential_faces();
+    return fault == Fault::kNone ? start_attributes() : fault;
   }
 
   PSPLIT_HD Stop stop() const { return stop_; }
-  PSPLIT_HD DepthFirstTraversal<Index>& traversal() { return traversal_; }
-  PSPLIT_HD IntegerDecoder<Index>& integers() { return integers_; }
+  PSPLIT_HD View<BitSteps> seams() const { return seam_steps_; }
+  PSPLIT_HD View<SymbolSequence> sequences() const {
+    return View<SymbolSequence>(sequences_.data() + first_pending_, sequence_count_ - first_pending_);
+  }
+  PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return traversals_.first(traversal_count_); }
+  PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
 
-  // Takes the steps that are left, and goes on to the next stop.
+  // All steps are taken, but for what sequences leave to their finish: goes on to the next stop.
   PSPLIT_HD Fault resume() {
-    Fault fault = Fault::kNone;
-    if (stop_ == Stop::kTraversal) {
-      DepthFirstTraversal<Index> traversal = traversal_;  // a copy of its own may live in registers
-      while (traversal.running()) traversal.step();
-      traversal.finish(arena_, patch_.groups[group_].sequence);
-    } else if (stop_ == Stop::kSymbols) {
-      stop_ = Stop::kPrediction;
-      return integers_.finish_symbols(reader_, 3 * patch_.face_count, arena_);
-    } else if (stop_ == Stop::kPrediction) {
-      fault = integers_.finish(arena_);
-      ++attribute_;
+    switch (stop_) {
+      case Stop::kSeams: return finish_seams();
+      case Stop::kTraversal: return finish_traversals();
+      case Stop::kSymbols: return in_attributes_ ? finish_symbols() : finish_edgebreaker();
+      case Stop::kPrediction: return finish_predictions();
+      case Stop::kDone: break;
     }
-    return fault == Fault::kNone ? advance() : fault;
+    return Fault::kNone;
   }
 
  private:
-  PSPLIT_HD Fault decode_edgebreaker() {
+  PSPLIT_HD Fault stop_at(Stop stop) {
+    stop_ = stop;
+    return Fault::kNone;
+  }
+
+  PSPLIT_HD Fault start_edgebreaker() {
     const ConnectivityCounts& counts = header_.counts;
     if (header_.attribute_data_count > kMaxAttributeData) return Fault::kAttribute;
     mesh_.counts = counts;
     if (!mesh_.allocate(arena_)) return Fault::kWorkspace;
-    View<SplitEvent> events;
-    if (const Fault fault = read_split_events(events); fault != Fault::kNone) return fault;
-
-    BitReader symbol_bits;
+    connectivity_mark_ = arena_.mark();
+    if (const Fault fault = read_split_events(); fault != Fault::kNone) return fault;
     if (!header_.valence) {
       const uint64_t size = reader_.varint64();
-      symbol_bits = BitReader(reader_.head(), reader_.remaining());
+      symbol_bits_ = BitReader(reader_.head(), reader_.remaining());
       if (!reader_.skip(size)) return Fault::kTruncated;
     }
-    RansBits start_faces, seams[kMaxAttributeData];
-    if (const Fault fault = start_faces.start(reader_); fault != Fault::kNone) return fault;
+    if (const Fault fault = start_faces_.start(reader_); fault != Fault::kNone) return fault;
     for (uint32_t i = 0; i < header_.attribute_data_count; ++i)
-      if (const Fault fault = seams[i].start(reader_); fault != Fault::kNone) return fault;
+      if (const Fault fault = seam_bits_[i].start(reader_); fault != Fault::kNone) return fault;
+    if (!header_.valence) return finish_edgebreaker();
+    if (!arena_.take(sequences_, valence_symbols_.kLists)) return Fault::kWorkspace;
+    sequence_count_ = valence_symbols_.kLists;
+    const Fault fault = valence_symbols_.start(reader_, counts, arena_, sequences_);
+    return fault == Fault::kNone ? stop_at(Stop::kSymbols) : fault;
+  }
 
-    const View<const SplitEvent> read_only(events.data(), events.size());
+  PSPLIT_HD Fault finish_edgebreaker() {
     Fault fault = Fault::kNone;
     if (header_.valence) {
-      ValenceSymbols<Index> symbols;
-      fault = symbols.read(reader_, counts, arena_);
-      if (fault == Fault::kNone) fault = decode_connectivity(symbols, read_only, start_faces, arena_, mesh_);
+      fault = valence_symbols_.finish(reader_, sequences_);
+      if (fault == Fault::kNone)
+        fault = decode_connectivity(valence_symbols_, events_, start_faces_, arena_, mesh_);
     } else {
-      StandardSymbols symbols(symbol_bits);
-      fault = decode_connectivity(symbols, read_only, start_faces, arena_, mesh_);
+      fault = decode_connectivity(StandardSymbols(symbol_bits_), events_, start_faces_, arena_, mesh_);
     }
     if (fault != Fault::kNone) return fault;
     mesh_.drop_merged_vertices(/*keep_order=*/header_.attribute_data_count > 0);
-
+    arena_.release(connectivity_mark_);
     patch_.point_at = mesh_.table.vertex;
     patch_.point_count = mesh_.vertex_count;
-    if (header_.attribute_data_count == 0) return Fault::kNone;
+    return header_.attribute_data_count > 0 ? start_seams() : start_attributes();
+  }
 
+  PSPLIT_HD Fault start_seams() {
+    const uint32_t count = header_.attribute_data_count;
+    if (!arena_.take(seam_tables_, count) || !arena_.take(seam_steps_, count) ||
+        !arena_.take(inner_edges_, size_t{3} * patch_.face_count))
+      return Fault::kWorkspace;
+    const uint32_t edge_count = list_inner_edges(mesh_.table, inner_edges_);
+    inner_edges_ = inner_edges_.first(edge_count);
+    if (!arena_.take(seams_, size_t{count} * edge_count)) return Fault::kWorkspace;
+    for (uint32_t i = 0; i < count; ++i) seam_steps_[i] = BitSteps(seam_bits_[i], seams_of(i));
+    return stop_at(Stop::kSeams);
+  }
+  PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
+    return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());
+  }
+
+  PSPLIT_HD Fault finish_seams() {
     bool any_seams = false;
-    View<bool> on_seam, on_any_seam;
+    View<bool> on_seam;
     View<Index> scratch;
-    if (!arena_.take(on_seam, mesh_.vertex_count) || !arena_.take(on_any_seam, mesh_.vertex_count) ||
+    if (!arena_.take(on_seam, mesh_.vertex_count) || !arena_.take(patch_.on_seam, mesh_.vertex_count) ||
         !arena_.take(scratch, mesh_.vertex_count))
       return Fault::kWorkspace;
-    fill(on_any_seam, false);
-    const auto read_only_marks = [](View<bool> marks) { return View<const bool>(marks.data(), marks.size()); };
+    fill(patch_.on_seam, false);
     for (uint32_t i = 0; i < header_.attribute_data_count; ++i) {
-      fault = decode_seams(mesh_, seams[i], arena_, seam_tables_[i], on_seam);
+      AttributeTable<Index>& table = seam_tables_[i];
+      const Fault fault = cut_seams(mesh_, inner_edges_, seams_of(i), arena_, table, on_seam);
       if (fault != Fault::kNone) return fault;
-      if (!seam_tables_[i].has_seams) continue;
+      if (!table.has_seams) continue;
       any_seams = true;
-      number_attribute_vertices(mesh_, read_only_marks(on_seam), scratch, seam_tables_[i]);
-      for (size_t v = 0; v < on_seam.size(); ++v) on_any_seam[v] |= on_seam[v];
+      number_attribute_vertices(mesh_, on_seam, scratch, table);
+      for (size_t v = 0; v < on_seam.size(); ++v) patch_.on_seam[v] |= on_seam[v];
     }
-    if (!any_seams) return Fault::kNone;
+    if (!any_seams) return start_attributes();
     if (!arena_.take(patch_.point_at, mesh_.table.vertex.size())) return Fault::kWorkspace;
-    const View<const AttributeTable<Index>> tables(seam_tables_, header_.attribute_data_count);
-    patch_.point_count = number_points(mesh_, tables, read_only_marks(on_any_seam), scratch, patch_.point_at);
+    patch_.point_count = number_points(mesh_, seam_tables_, patch_.on_seam, scratch, patch_.point_at);
     if (!arena_.take(patch_.corner_of_point, patch_.point_count)) return Fault::kWorkspace;
     for (uint32_t face = 0; face < patch_.face_count; ++face)
       for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner)
         patch_.corner_of_point[patch_.point_at[corner]] = static_cast<Index>(corner);
-    return Fault::kNone;
+    return start_attributes();
   }
 
-  PSPLIT_HD Fault read_split_events(View<SplitEvent>& events) {
+  PSPLIT_HD Fault read_split_events() {
     const ConnectivityCounts& counts = header_.counts;
-    if (!arena_.take(events, counts.split_count)) return Fault::kWorkspace;
+    if (!arena_.take(events_, counts.split_count)) return Fault::kWorkspace;
     uint64_t source = 0;
-    for (SplitEvent* event = events.data(); event != events.data() + events.size(); ++event) {
+    for (SplitEvent* event = events_.data(); event != events_.data() + events_.size(); ++event) {
       source += reader_.varint();
       const uint64_t back = reader_.varint();
       if (reader_.truncated()) return Fault::kTruncated;
@@ -177,7 +202,7 @@ class PatchDecoder {
     }
     if (counts.split_count == 0) return Fault::kNone;
     BitReader edges(reader_.head(), reader_.remaining());
-    for (SplitEvent* event = events.data(); event != events.data() + events.size(); ++event)
+    for (SplitEvent* event = events_.data(); event != events_.data() + events_.size(); ++event)
       event->right_edge = edges.read(1);
     return reader_.skip(edges.bytes_taken()) ? Fault::kNone : Fault::kTruncated;
   }
@@ -221,93 +246,141 @@ class PatchDecoder {
     return Fault::kNone;
   }
 
-  PSPLIT_HD Fault read_groups() {
-    patch_.group_count = reader_.u8();
+  // What attributes there are, and how their values are ordered.
+  PSPLIT_HD Fault start_attributes() {
+    in_attributes_ = true;
+    const uint32_t group_count = reader_.u8();
     if (reader_.truncated()) return Fault::kTruncated;
-    if (patch_.group_count > kMaxAttributeData + 1) return Fault::kAttribute;
+    if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
+    // Descriptions take more bytes than this.
+    const size_t most = reader_.remaining() / 4 < kMaxAttributes ? reader_.remaining() / 4 : kMaxAttributes;
+    if (!arena_.take(patch_.groups, group_count) || !arena_.take(patch_.attributes, most) ||
+        !arena_.take(traversals_, group_count))
+      return Fault::kWorkspace;
+    if (const Fault fault = read_groups(); fault != Fault::kNone) return fault;
+    uint32_t attribute_count = 0;
+    for (uint32_t g = 0; g < group_count; ++g) {
+      const Fault fault = read_descriptions(reader_, static_cast<uint8_t>(g), patch_.groups[g],
+                                            patch_.attributes, attribute_count);
+      if (fault != Fault::kNone) return fault;
+    }
+    patch_.attributes = patch_.attributes.first(attribute_count);
+    if (!arena_.take(sequences_, attribute_count) || !arena_.take(integers_, attribute_count))
+      return Fault::kWorkspace;
+    for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};
+    sequence_count_ = 0;
+    for (Group<Index>* group = patch_.groups.data(); group != patch_.groups.data() + group_count; ++group)
+      if (const Fault fault = find_sequence(*group); fault != Fault::kNone) return fault;
+    return stop_at(Stop::kTraversal);
+  }
+
+  PSPLIT_HD Fault read_groups() {
     bool has_shared = false;
-    for (uint32_t g = 0; g < patch_.group_count && header_.edgebreaker; ++g) {
-      Group<Index>& group = patch_.groups[g];
-      group.attribute_data = static_cast<int8_t>(reader_.u8());
-      group.per_corner = reader_.u8() != 0;
+    for (Group<Index>* group = patch_.groups.data(); group != patch_.groups.data() + patch_.groups.size();
+         ++group) {
+      *group = {};
+      if (!header_.edgebreaker) continue;
+      group->attribute_data = static_cast<int8_t>(reader_.u8());
+      group->per_corner = reader_.u8() != 0;
       const uint8_t traversal = reader_.u8();
       if (reader_.truncated()) return Fault::kTruncated;
-      group.by_prediction_degree = traversal == 1;
-      if (traversal > 1 || (group.per_corner && group.by_prediction_degree)) return Fault::kMethod;
-      if (group.attribute_data < 0) {
-        if (group.per_corner || has_shared) return Fault::kAttribute;
+      group->by_prediction_degree = traversal == 1;
+      if (traversal > 1 || (group->per_corner && group->by_prediction_degree)) return Fault::kMethod;
+      if (group->attribute_data < 0) {
+        if (group->per_corner || has_shared) return Fault::kAttribute;
         has_shared = true;
         continue;
       }
-      if (static_cast<uint32_t>(group.attribute_data) >= header_.attribute_data_count) return Fault::kAttribute;
-      for (uint32_t other = 0; other < g; ++other)
-        if (patch_.groups[other].attribute_data == group.attribute_data) return Fault::kAttribute;
-    }
-    for (uint32_t g = 0; g < patch_.group_count; ++g) {
-      const Fault fault = read_descriptions(reader_, static_cast<uint8_t>(g), patch_.groups[g],
-                                            patch_.attributes, patch_.attribute_count);
-      if (fault != Fault::kNone) return fault;
+      if (static_cast<uint32_t>(group->attribute_data) >= header_.attribute_data_count)
+        return Fault::kAttribute;
+      for (const Group<Index>* other = patch_.groups.data(); other != group; ++other)
+        if (other->attribute_data == group->attribute_data) return Fault::kAttribute;
     }
     return Fault::kNone;
   }
 
-  // From where the last stop was to the next.
-  PSPLIT_HD Fault advance() {
-    for (; group_ < patch_.group_count; ++group_, in_group_ = false) {
-      Group<Index>& group = patch_.groups[group_];
-      const uint32_t end = group.first + group.count;
-      if (!in_group_) {
-        in_group_ = true;
-        attribute_ = group.first;
-        bool traverse = false;
-        if (const Fault fault = find_sequence(group, traverse); fault != Fault::kNone) return fault;
-        if (traverse) {
-          stop_ = Stop::kTraversal;
-          return Fault::kNone;
-        }
-      }
-      for (; attribute_ < end; ++attribute_) {
-        Attribute<Index>& attribute = patch_.attributes[attribute_];
-        if (attribute.coding != Coding::kRaw) {
-          stop_ = Stop::kSymbols;
-          const Attribute<Index>* position = find_position(attribute_);
-          return integers_.start(reader_, header_.edgebreaker, group, attribute,
-                                 position != nullptr ? &patch_.groups[position->group] : nullptr, position,
-                                 arena_);
-        }
-        attribute.raw = reader_.head();
-        if (!reader_.skip(uint64_t{attribute.stride()} * group.sequence.count)) return Fault::kTruncated;
-      }
-      for (uint32_t i = group.first; i < end; ++i)
-        if (const Fault fault = read_transform(reader_, patch_.attributes[i]); fault != Fault::kNone)
-          return fault;
-    }
-    stop_ = Stop::kDone;
-    return Fault::kNone;
-  }
-
-  // Finds the group's table and sequence, unless that takes a traversal that is left to be made.
-  PSPLIT_HD Fault find_sequence(Group<Index>& group, bool& traverse) {
+  // Finds the group's table and sequence; depth-first traversals are left to be made.
+  PSPLIT_HD Fault find_sequence(Group<Index>& group) {
     if (!header_.edgebreaker) {
       group.table = linear_;
       group.sequence = linear_sequence_;
       return Fault::kNone;
     }
     group.table = group.per_corner
-                      ? seam_tables_[group.attribute_data]
+                      ? seam_tables_[static_cast<size_t>(group.attribute_data)]
                       : AttributeTable<Index>{mesh_.table, mesh_.closed, mesh_.vertex_count, false};
     // The same walk over the same table need not be walked again.
-    for (const Group<Index>* other = patch_.groups; other != &group; ++other) {
+    for (const Group<Index>* other = patch_.groups.data(); other != &group; ++other) {
       if (group.table.has_seams || other->table.has_seams ||
           other->by_prediction_degree != group.by_prediction_degree)
         continue;
       group.sequence = other->sequence;
       return Fault::kNone;
     }
+    if (!group.sequence.allocate(group.table.vertex_count, arena_)) return Fault::kWorkspace;
     if (group.by_prediction_degree) return traverse_by_prediction_degree(group.table, arena_, group.sequence);
-    traverse = true;
-    traversal_ = {};
-    return traversal_.start(group.table, arena_, group.sequence);
+    traversals_[traversal_count_] = {};
+    return traversals_[traversal_count_++].start(group.table, arena_, group.sequence);
+  }
+
+  PSPLIT_HD Fault finish_traversals() {
+    for (uint32_t i = 0; i < traversal_count_; ++i)
+      if (const Fault fault = traversals_[i].finish(); fault != Fault::kNone) return fault;
+    return read_attributes();
+  }
+
+  // Reads on, from group_ and attribute_, to the end, or to symbols that must be known to read on.
+  PSPLIT_HD Fault read_attributes() {
+    const uint32_t corner_limit = 3 * patch_.face_count;
+    for (; group_ < patch_.groups.size(); ++group_) {
+      const Group<Index>& group = patch_.groups[group_];
+      const uint32_t end = group.first + group.count;
+      for (; attribute_ < end; ++attribute_) {
+        Attribute<Index>& attribute = patch_.attributes[attribute_];
+        if (attribute.coding == Coding::kRaw) {
+          attribute.raw = reader_.head();
+          if (!reader_.skip(uint64_t{attribute.stride()} * group.sequence.count)) return Fault::kTruncated;
+          continue;
+        }
+        IntegerDecoder<Index>& integers = integers_[attribute_];
+        Fault fault = Fault::kNone;
+        if (!tags_are_known_) {
+          SymbolSequence& symbols = sequences_[sequence_count_++];
+          symbols = {};
+          const Attribute<Index>* position = find_position(attribute_);
+          fault = integers.start(reader_, header_.edgebreaker, group, attribute,
+                                 position != nullptr ? &patch_.groups[position->group] : nullptr, position,
+                                 arena_, symbols);
+          tags_are_known_ = symbols.is_tagged();
+          if (fault != Fault::kNone || symbols.is_tagged())
+            return fault == Fault::kNone ? stop_at(Stop::kSymbols) : fault;
+        }
+        tags_are_known_ = false;
+        fault = integers.read_prediction(reader_, corner_limit, arena_);
+        if (fault != Fault::kNone) return fault;
+      }
+      for (uint32_t i = group.first; i < end; ++i)
+        if (const Fault fault = read_transform(reader_, patch_.attributes[i]); fault != Fault::kNone)
+          return fault;
+    }
+    return stop_at(Stop::kSymbols);
+  }
+
+  PSPLIT_HD Fault finish_symbols() {
+    for (; first_pending_ < sequence_count_; ++first_pending_)
+      if (const Fault fault = sequences_[first_pending_].finish(reader_); fault != Fault::kNone) return fault;
+    if (group_ < patch_.groups.size()) return read_attributes();
+    for (uint32_t i = 0; i < integers_.size(); ++i)
+      if (patch_.attributes[i].coding != Coding::kRaw) integers_[i].start_prediction();
+    return stop_at(Stop::kPrediction);
+  }
+
+  PSPLIT_HD Fault finish_predictions() {
+    for (uint32_t i = 0; i < integers_.size(); ++i) {
+      if (patch_.attributes[i].coding == Coding::kRaw) continue;
+      if (const Fault fault = integers_[i].finish(arena_); fault != Fault::kNone) return fault;
+    }
+    return stop_at(Stop::kDone);
   }
 
   // The first attribute of positions, if it is decoded before this one.
@@ -321,17 +394,116 @@ class PatchDecoder {
   ByteReader reader_;
   Arena& arena_;
   Patch<Index>& patch_;
+  Stop stop_ = Stop::kDone;
+
   Connectivity<Index>& mesh_;
-  AttributeTable<Index> seam_tables_[kMaxAttributeData];
+  size_t connectivity_mark_ = 0;
+  View<SplitEvent> events_;
+  BitReader symbol_bits_;
+  ValenceSymbols<Index> valence_symbols_;
+  RansBits start_faces_, seam_bits_[kMaxAttributeData];
+
+  View<Index> inner_edges_;
+  View<uint8_t> seams_;  // by attribute data and edge
+  View<BitSteps> seam_steps_;
+  View<AttributeTable<Index>> seam_tables_;
   AttributeTable<Index> linear_;
   Sequence<Index> linear_sequence_;
 
-  Stop stop_ = Stop::kDone;
+  bool in_attributes_ = false, tags_are_known_ = false;
   uint32_t group_ = 0, attribute_ = 0;
-  bool in_group_ = false;
-  DepthFirstTraversal<Index> traversal_;
-  IntegerDecoder<Index> integers_;
+  View<DepthFirstTraversal<Index>> traversals_;
+  uint32_t traversal_count_ = 0;
+  View<SymbolSequence> sequences_;
+  uint32_t first_pending_ = 0, sequence_count_ = 0;
+  View<IntegerDecoder<Index>> integers_;
 };
+
+// Calls take(runs, count) for all runs of some decoders, so many at a time: of(item) is the run of one of the
+// items of list_of(decoder).
+template <typename Run, typename Decoder, typename ListOf, typename Of, typename Take>
+PSPLIT_HD void for_runs(Decoder* const* decoders, uint32_t decoder_count, ListOf list_of, Of of, Take take) {
+  constexpr uint32_t kMost = 16;
+  Run* runs[kMost] = {};
+  uint32_t count = 0;
+  for (uint32_t n = 0; n < decoder_count; ++n) {
+    const auto list = list_of(*decoders[n]);
+    for (size_t i = 0; i < list.size(); ++i) {
+      runs[count++] = &of(list[i]);
+      if (count < kMost) continue;
+      take(runs, count);
+      count = 0;
+    }
+  }
+  take(runs, count);
+}
+
+// Runs whose steps are taken in turn: three keep a processor busy.
+inline constexpr uint32_t kWays = 3;
+
+// Takes all pending steps of decoders that are at the same stop, those of kWays runs in turn.
+template <typename Index>
+PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) {
+  using Decoder = PatchDecoder<Index>;
+  using Integers = IntegerDecoder<Index>;
+  const auto itself = [](auto& run) -> auto& { return run; };
+  const auto integers = [](Decoder& decoder) { return decoder.integers(); };
+  switch (decoders[0]->stop()) {
+    case Stop::kSeams:
+      for_runs<BitSteps>(
+          decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
+          step_all<kWays, BitSteps, BitSteps>);
+      return;
+    case Stop::kSymbols:
+      for_runs<SymbolSequence>(
+          decoders, count, [](Decoder& decoder) { return decoder.sequences(); }, itself, step_symbols<kWays>);
+      return;
+    case Stop::kTraversal: {
+      using Run = DepthFirstTraversal<Index>;
+      for_runs<Run>(
+          decoders, count, [](Decoder& decoder) { return decoder.traversals(); }, itself,
+          step_all<kWays, Run, Run>);
+      return;
+    }
+    case Stop::kPrediction: {
+      using OfThree = ParallelogramSteps<Index, 3>;
+      using OfTwo = ParallelogramSteps<Index, 2>;
+      using Normals = NormalSteps<Index>;
+      for_runs<OfThree>(
+          decoders, count, integers, [](Integers & of) -> auto& { return of.of_three(); },
+          step_all<kWays, OfThree, OfThree>);
+      for_runs<OfTwo>(
+          decoders, count, integers, [](Integers & of) -> auto& { return of.of_two(); },
+          step_all<kWays, OfTwo, OfTwo>);
+      for_runs<Normals>(
+          decoders, count, integers, [](Integers & of) -> auto& { return of.normals(); },
+          step_all<kWays, Normals, Normals>);
+      return;
+    }
+    case Stop::kDone: return;
+  }
+}
+
+// Decodes the streams of several decoders, none of them started; faults[n] is the n-th's.
+template <uint32_t kCount, typename Index>
+PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
+  for (uint32_t n = 0; n < kCount; ++n) faults[n] = decoders[n]->start();
+  for (;;) {
+    // Like streams make like stops; others wait for their turn.
+    PatchDecoder<Index>* at[kCount];
+    Fault* fault_of[kCount];
+    uint32_t count = 0;
+    for (uint32_t n = 0; n < kCount; ++n) {
+      if (faults[n] != Fault::kNone || decoders[n]->stop() == Stop::kDone) continue;
+      if (count > 0 && decoders[n]->stop() != at[0]->stop()) continue;
+      at[count] = decoders[n];
+      fault_of[count++] = &faults[n];
+    }
+    if (count == 0) return;
+    take_steps(at, count);
+    for (uint32_t n = 0; n < count; ++n) *fault_of[n] = at[n]->resume();
+  }
+}
 
 // Decodes a stream whose header was read, and for which Index is wide enough (StreamHeader::fits_16_bits). The
 // bytes may be anything: what is wrong with them comes back as a fault, and nothing outside of them and the
@@ -339,43 +511,10 @@ class PatchDecoder {
 template <typename Index>
 PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Index>& out) {
   PatchDecoder<Index> decoder(header, arena, out);
-  Fault fault = decoder.start();
-  while (fault == Fault::kNone && decoder.stop() != Stop::kDone) fault = decoder.resume();
-  return fault;
-}
-
-// The same for the streams of several decoders, none of them started: their dependent steps are taken in turn,
-// so that a processor works on one while it waits for another. faults[n] is the n-th's.
-template <uint32_t kCount, typename Index>
-PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
-  for (uint32_t n = 0; n < kCount; ++n) faults[n] = decoders[n]->start();
-  for (;;) {
-    // Like streams make like stops. Where one of them is somewhere else, each goes on by itself.
-    uint32_t live = 0, alike = 0;
-    for (uint32_t n = 0; n < kCount; ++n) {
-      live += faults[n] == Fault::kNone && decoders[n]->stop() != Stop::kDone;
-      alike += faults[n] == Fault::kNone && decoders[n]->stop() == decoders[0]->stop();
-    }
-    if (live == 0) return;
-    if (live == kCount && alike == kCount) {
-      if (decoders[0]->stop() == Stop::kTraversal) {
-        step_together<kCount>([&](uint32_t n) -> auto& { return decoders[n]->traversal(); });
-      } else if (decoders[0]->stop() == Stop::kSymbols) {
-        SymbolSequence* sequences[kCount];
-        for (uint32_t n = 0; n < kCount; ++n) sequences[n] = &decoders[n]->integers().symbols();
-        uint32_t direct = 0;
-        for (const SymbolSequence* sequence : sequences) direct += sequence->is_direct();
-        if (direct == kCount) decode_in_step<kCount, true>(sequences);
-        if (direct == 0) decode_in_step<kCount, false>(sequences);
-      } else {
-#if defined(PSPLIT_HAS_VECTORS)
-        step_together<kCount>([&](uint32_t n) -> auto& { return decoders[n]->integers().steps(); });
-#endif
-      }
-    }
-    for (uint32_t n = 0; n < kCount; ++n)
-      if (faults[n] == Fault::kNone && decoders[n]->stop() != Stop::kDone) faults[n] = decoders[n]->resume();
-  }
+  PatchDecoder<Index>* const one[1] = {&decoder};
+  Fault fault[1];
+  decode_in_step(one, fault);
+  return fault[0];
 }
 
 }  // namespace psplit::core

@@ -156,20 +156,40 @@ class ValenceSymbols {
  public:
   static constexpr uint32_t kLowest = 2, kHighest = 7, kLists = kHighest - kLowest + 1;
 
-  PSPLIT_HD Fault read(ByteReader& reader, const ConnectivityCounts& counts, Arena& arena) {
-    for (List& list : lists_) {
+  // Starts a sequence for each list, which are to be decoded before finish.
+  PSPLIT_HD Fault start(ByteReader& reader, const ConnectivityCounts& counts, Arena& arena,
+                        View<SymbolSequence> sequences) {
+    if (!arena.take(valences_, size_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
+    fill(valences_, Valence{0});
+    for (uint32_t i = 0; i < kLists; ++i) {
+      List& list = lists_[i];
       list.left = reader.varint();
       if (reader.truncated()) return Fault::kTruncated;
       if (list.left > counts.face_count) return Fault::kCounts;
-      if (!arena.take(list.symbols, list.left)) return Fault::kWorkspace;
-      constexpr uint8_t kClersOfSymbol[8] = {kC, kS, kL, kR, kE, kBroken, kBroken, kBroken};
-      const Fault fault = decode_symbols(reader, list.left, arena, [&](uint32_t i, uint32_t symbol) {
-        list.symbols[i] = symbol < 8 ? kClersOfSymbol[symbol] : kBroken;
-      });
+      if (!arena.take(list.decoded, list.left)) return Fault::kWorkspace;
+      sequences[i] = {};
+      Fault fault = sequences[i].start(reader, list.left, 1, arena, list.decoded);
+      if (fault == Fault::kNone && sequences[i].is_tagged()) {
+        fault = sequences[i].finish(reader);  // the next list begins behind its last bit
+        sequences[i] = {};
+      }
       if (fault != Fault::kNone) return fault;
     }
-    if (!arena.take(valences_, size_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
-    fill(valences_, Valence{0});
+    return Fault::kNone;
+  }
+
+  PSPLIT_HD Fault finish(ByteReader& reader, View<SymbolSequence> sequences) {
+    for (uint32_t i = 0; i < kLists; ++i) {
+      if (const Fault fault = sequences[i].finish(reader); fault != Fault::kNone) return fault;
+      // A byte each, in place.
+      constexpr uint8_t kClersOfSymbol[8] = {kC, kS, kL, kR, kE, kBroken, kBroken, kBroken};
+      List& list = lists_[i];
+      list.symbols = reinterpret_cast<uint8_t*>(list.decoded.data());
+      for (uint32_t k = 0; k < list.left; ++k) {
+        const uint32_t symbol = list.decoded[k];
+        list.symbols[k] = symbol < 8 ? kClersOfSymbol[symbol] : kBroken;
+      }
+    }
     return Fault::kNone;
   }
 
@@ -192,7 +212,8 @@ class ValenceSymbols {
  private:
   static constexpr uint8_t kBroken = 6;
   struct List {
-    View<uint8_t> symbols;
+    View<uint32_t> decoded;
+    uint8_t* symbols = nullptr;
     uint32_t left = 0;
   };
   PSPLIT_HD void grow(uint32_t vertex, uint32_t by) {

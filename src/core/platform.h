@@ -40,32 +40,56 @@ namespace psplit::core {
 PSPLIT_HD constexpr uint32_t mask(bool condition) { return 0u - static_cast<uint32_t>(condition); }
 PSPLIT_HD constexpr uint32_t select(uint32_t if_set, uint32_t a, uint32_t b) { return b ^ ((a ^ b) & if_set); }
 
-template <typename T>
-struct Bare;
-template <typename T>
-struct Bare<T&> {
-  using Type = T;
-};
-
-// Takes a step of each of kCount runs in turn until the first has none left. run_at(n) is the n-th; copies of
-// them are stepped, which may live in registers.
-template <uint32_t kCount, typename RunAt>
-PSPLIT_HD void step_together(RunAt run_at) {
-  using Run = typename Bare<decltype(run_at(0))>::Type;
-  Run runs[kCount];
-  bool all = true;
-  for (uint32_t n = 0; n < kCount; ++n) {
-    runs[n] = run_at(n);
-    all &= runs[n].running();
+// Takes the steps of `count` runs, those of up to kWays in turn, so that a processor works on one while it
+// waits for another. A run has running() and step(), and may have renew(): whether it goes on after running()
+// said no. Copies of type Run are stepped, whose state may live in registers, and assigned back.
+template <uint32_t kWays, typename Run, typename T>
+PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
+  if constexpr (kWays > 1) {
+    if (count < kWays) return step_all<kWays - 1, Run>(runs, count);
+  } else if (count == 0) {
+    return;
   }
-  while (all) {
-    PSPLIT_UNROLL
-    for (Run& run : runs) {
-      run.step();
-      all &= run.running();
+  T* at[kWays];
+  Run local[kWays];
+  for (uint32_t n = 0; n < kWays; ++n) {
+    at[n] = runs[n];
+    local[n] = Run(*at[n]);
+  }
+  const auto goes_on = [](Run& run) {
+    if constexpr (requires { run.renew(); })
+      return run.running() || run.renew();
+    else
+      return run.running();
+  };
+  for (uint32_t next = kWays, live = kWays; live == kWays;) {
+    bool all = true;
+    for (const Run& run : local) all &= run.running();
+    while (all) {
+      PSPLIT_UNROLL
+      for (Run& run : local) {
+        run.step();
+        all &= run.running();
+      }
+    }
+    // Others take the places of those that ended.
+    for (uint32_t n = 0; n < kWays; ++n) {
+      while (!goes_on(local[n]) && next < count) {
+        *at[n] = local[n];
+        at[n] = runs[next++];
+        local[n] = Run(*at[n]);
+      }
+      live -= goes_on(local[n]) ? 0 : 1;
     }
   }
-  for (uint32_t n = 0; n < kCount; ++n) run_at(n) = runs[n];
+  for (uint32_t n = 0; n < kWays; ++n) *at[n] = local[n];
+  if constexpr (kWays > 1) {
+    T* rest[kWays];
+    uint32_t left = 0;
+    for (uint32_t n = 0; n < kWays; ++n)
+      if (goes_on(local[n])) rest[left++] = at[n];
+    step_all<kWays - 1, Run>(rest, left);
+  }
 }
 
 }  // namespace psplit::core

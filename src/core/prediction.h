@@ -107,7 +107,7 @@ PSPLIT_HD inline Fault read_prediction_data(ByteReader& reader, uint32_t corner_
 
 // Undoes the wrap transform for one component.
 struct Wrap {
-  int32_t low, high, modulus;
+  int32_t low = 0, high = 0, modulus = 0;
   PSPLIT_HD int32_t operator()(int32_t predicted, int32_t correction) const {
     const int32_t clamped = predicted > high ? high : predicted < low ? low : predicted;
     const int32_t value = wrapping_add(clamped, correction);
@@ -166,61 +166,118 @@ class Triple {
   }
   Lanes lanes_{};
 };
+#endif
 
-// Undoes the wrap transform for them.
-class WrapOfThree {
+// Undoes it for kComponents.
+template <uint32_t kComponents>
+class WrapOf {
  public:
-  WrapOfThree() = default;
-  explicit WrapOfThree(const Wrap& wrap) : low_(wrap.low), high_(wrap.high), modulus_(wrap.modulus) {}
+  WrapOf() = default;
+  PSPLIT_HD explicit WrapOf(const Wrap& wrap) : wrap_(wrap) {}
+  PSPLIT_HD void correct_parallelogram(const int32_t* a, const int32_t* b, const int32_t* far,
+                                       const int32_t* by, int32_t* out) const {
+    for (uint32_t k = 0; k < kComponents; ++k)
+      out[k] = wrap_(wrapping_sub(wrapping_add(a[k], b[k]), far[k]), by[k]);
+  }
+
+ private:
+  Wrap wrap_;
+};
+
+#if defined(PSPLIT_HAS_VECTORS)
+template <>
+class WrapOf<3> {
+ public:
+  WrapOf() = default;
+  explicit WrapOf(const Wrap& wrap) : low_(wrap.low), high_(wrap.high), modulus_(wrap.modulus) {}
   Triple operator()(Triple predicted, Triple correction) const {
     predicted = choose(above(predicted, high_), high_, predicted);
     predicted = choose(above(low_, predicted), low_, predicted);
     const Triple value = predicted + correction;
     return value - (modulus_ & above(value, high_)) + (modulus_ & above(low_, value));
   }
+  void correct_parallelogram(const int32_t* a, const int32_t* b, const int32_t* far, const int32_t* by,
+                             int32_t* out) const {
+    (*this)(Triple(a) + Triple(b) - Triple(far), Triple(by)).store(out);
+  }
 
  private:
   Triple low_, high_, modulus_;
 };
+#endif
 
-// Parallelogram prediction of three components, a value a step; see Predictor::parallelogram.
+// What a prediction computes with, and where.
 template <typename Index>
-class ParallelogramOfThree {
- public:
-  ParallelogramOfThree() = default;
-  ParallelogramOfThree(const CornerTable<Index>& table, const Sequence<Index>& sequence,
-                       View<const int32_t> corrections, View<int32_t> values, const Wrap& wrap)
-      : table_(table), sequence_(sequence), corrections_(corrections), values_(values), wrap_(wrap) {}
+struct PredictedValues {
+  CornerTable<Index> table;
+  Sequence<Index> sequence;
+  View<const int32_t> corrections;
+  View<int32_t> values;
+  const int32_t* zeros = nullptr;  // four
+};
 
-  bool running() const { return i_ < sequence_.count; }
-  void step() {
-    const Index across = table_.opposite[sequence_.corner[i_]];
-    const int32_t *at_a = last_, *at_b = kZero, *far = kZero;
+// Parallelogram prediction, a value a step: from the triangle across the edge, its far corner mirrored at the
+// middle of the edge; from the last value where that triangle is not known.
+template <typename Index, uint32_t kComponents>
+class ParallelogramSteps {
+ public:
+  ParallelogramSteps() = default;
+  PSPLIT_HD ParallelogramSteps(const PredictedValues<Index>& on, const Wrap& wrap)
+      : on_(on), wrap_(wrap), last_(on.zeros) {}
+
+  PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
+  PSPLIT_HD void step() {
+    const CornerTable<Index>& table = on_.table;
+    const View<Index> rank = on_.sequence.rank;
+    const Index corner = on_.sequence.corner[i_], across = table.opposite[corner];
+    const int32_t *at_a = last_, *at_b = on_.zeros, *far = on_.zeros;
     if (PSPLIT_LIKELY(across != kNone<Index>)) {
-      const uint32_t v = table_.vertex[across], a = table_.vertex[next(across)],
-                     b = table_.vertex[previous(across)];
-      if (PSPLIT_LIKELY(sequence_.rank[v] < i_ && sequence_.rank[a] < i_ && sequence_.rank[b] < i_))
+      const uint32_t v = table.vertex[across], a = table.vertex[next(across)],
+                     b = table.vertex[previous(across)];
+      if (PSPLIT_LIKELY(rank[v] < i_ && rank[a] < i_ && rank[b] < i_))
         far = value(v), at_a = value(a), at_b = value(b);
     }
-    int32_t* const out = value(table_.vertex[sequence_.corner[i_]]);
-    wrap_(Triple(at_a) + Triple(at_b) - Triple(far), Triple(&corrections_[size_t{3} * i_])).store(out);
+    int32_t* const out = value(table.vertex[corner]);
+    wrap_.correct_parallelogram(at_a, at_b, far, &on_.corrections[size_t{kComponents} * i_], out);
     last_ = out;
     ++i_;
   }
 
  private:
-  static constexpr int32_t kZero[4] = {};
-  int32_t* value(uint32_t vertex) const { return &values_[size_t{vertex} * value_stride(3)]; }
+  PSPLIT_HD int32_t* value(uint32_t vertex) const {
+    return &on_.values[size_t{vertex} * value_stride(kComponents)];
+  }
 
-  CornerTable<Index> table_;
-  Sequence<Index> sequence_;
-  View<const int32_t> corrections_;
-  View<int32_t> values_;
-  WrapOfThree wrap_;
-  const int32_t* last_ = kZero;
+  PredictedValues<Index> on_;
+  WrapOf<kComponents> wrap_;
+  const int32_t* last_ = nullptr;
   uint32_t i_ = 0;
 };
-#endif
+
+// Normals from the last one, a value a step.
+template <typename Index>
+class NormalSteps {
+ public:
+  NormalSteps() = default;
+  PSPLIT_HD NormalSteps(const PredictedValues<Index>& on, const OctahedralGrid& grid, bool canonicalized)
+      : on_(on), grid_(grid), canonicalized_(canonicalized) {}
+
+  PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
+  PSPLIT_HD void step() {
+    const int32_t* by = &on_.corrections[size_t{2} * i_];
+    last_ = grid_.correct(last_, {by[0], by[1]}, canonicalized_);
+    int32_t* const out = &on_.values[size_t{2} * on_.table.vertex[on_.sequence.corner[i_]]];
+    out[0] = last_.s, out[1] = last_.t;
+    ++i_;
+  }
+
+ private:
+  PredictedValues<Index> on_;
+  OctahedralGrid grid_;
+  Vec2 last_;
+  uint32_t i_ = 0;
+  bool canonicalized_ = false;
+};
 
 // Finds for each value of a sequence the faces that are complete before it and lie across an edge from it, up
 // to kMaxParallelograms, in the order in which they stand around its vertex: to the left from where the walk
@@ -360,15 +417,8 @@ class Predictor {
     for (uint32_t i = 0; i < sequence_.count; ++i) from_last(i);
   }
 
-  // From the triangle across the edge: its far corner, mirrored at the middle of the edge.
+  // See ParallelogramSteps.
   PSPLIT_HD void parallelogram() {
-#if defined(PSPLIT_HAS_VECTORS)
-    if constexpr (kComponents == 3) {
-      ParallelogramOfThree<Index> steps(table_, sequence_, corrections_, values_, wrap_);
-      while (steps.running()) steps.step();
-      return;
-    }
-#endif
     int32_t predicted[kMaxComponents];
     for (uint32_t i = 0; i < sequence_.count; ++i) {
       if (i > 0 && complete_parallelogram(i, sequence_.corner[i], predicted))
@@ -623,7 +673,7 @@ class Predictor {
   PredictionData& data_;
   Wrap wrap_;
 #if defined(PSPLIT_HAS_VECTORS)
-  WrapOfThree wrap_of_three_{wrap_};
+  WrapOf<3> wrap_of_three_{wrap_};
 #endif
 };
 

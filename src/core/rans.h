@@ -62,6 +62,21 @@ class RansBits {
   uint32_t state_ = 0, prob_one_ = 0;
 };
 
+// Bits of one run to bytes.
+class BitSteps {
+ public:
+  BitSteps() = default;
+  PSPLIT_HD BitSteps(RansBits bits, View<uint8_t> out)
+      : bits_(bits), at_(out.data()), end_(out.data() + out.size()) {}
+  PSPLIT_HD bool running() const { return at_ != end_; }
+  PSPLIT_HD void step() { *at_++ = static_cast<uint8_t>(bits_.next_fast()); }
+
+ private:
+  RansBits bits_;
+  uint8_t* at_ = nullptr;
+  uint8_t* end_ = nullptr;
+};
+
 // A table of symbol probabilities that add up to 1 << precision_bits, and lookup in it.
 //
 // Up to kDirectBits every number has an entry of its own, so that one load decodes a symbol. Beyond, the top

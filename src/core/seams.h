@@ -15,33 +15,52 @@ struct AttributeTable {
   bool has_seams = false;
 };
 
-// Reads the seams of one attribute: a bit for each edge between two faces, at the first of its faces. Vertices
-// of the mesh at an end of a seam are marked in `on_seam`, where there are any.
+// The edges between two faces, each by a corner across from it in the first of its faces: what attributes have
+// a bit for. Returns how many; `edges` has room for one at each corner.
 template <typename Index>
-PSPLIT_HD Fault decode_seams(const Connectivity<Index>& mesh, RansBits bits, Arena& arena,
-                             AttributeTable<Index>& out, View<bool> on_seam) {
+PSPLIT_HD uint32_t list_inner_edges(const CornerTable<Index>& table, View<Index> edges) {
+  uint32_t count = 0;
+  const auto face_count = static_cast<uint32_t>(table.opposite.size() / 4);
+  for (uint32_t face = 0; face < face_count; ++face)
+    for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
+      // A face that lies across two of its own edges counts for both.
+      const uint32_t across = table.opposite[corner];
+      edges[count] = static_cast<Index>(corner);
+      count += static_cast<uint32_t>(across != kNone<Index>) & static_cast<uint32_t>(across >> 2 >= face);
+    }
+  return count;
+}
+
+// Cuts an attribute's table open along its seams: `bits` says which of `edges` are. Vertices of the mesh at an
+// end of a seam are marked in `on_seam`, where there are any.
+template <typename Index>
+PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, View<uint8_t> bits, Arena& arena,
+                          AttributeTable<Index>& out, View<bool> on_seam) {
   const View<Index> opposite = mesh.table.opposite;
   out = {mesh.table, mesh.closed, mesh.vertex_count, false};
-  for (uint32_t face = 0; face < mesh.counts.face_count; ++face) {
-    for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
-      const uint32_t across = opposite[corner];
-      // A face that lies across two of its own edges counts for both.
-      if (across == kNone<Index> || across >> 2 < face) continue;
-      if (PSPLIT_LIKELY(!bits.next())) continue;
-      if (!out.has_seams) {
-        out.has_seams = true;
-        if (!arena.take(out.table.opposite, opposite.size()) ||
-            !arena.take(out.table.vertex, opposite.size()) ||
-            !arena.take(out.closed, size_t{3} * mesh.counts.face_count))
-          return Fault::kWorkspace;
-        for (size_t i = 0; i < opposite.size(); ++i) out.table.opposite[i] = opposite[i];
-        fill(on_seam, false);
-      }
-      out.table.opposite[corner] = kNone<Index>;
-      out.table.opposite[across] = kNone<Index>;
-      on_seam[mesh.table.vertex[next(corner)]] = true;
-      on_seam[mesh.table.vertex[previous(corner)]] = true;
+  const auto cut = [&](uint32_t corner) {
+    if (!out.has_seams) {
+      out.has_seams = true;
+      if (!arena.take(out.table.opposite, opposite.size()) || !arena.take(out.table.vertex, opposite.size()) ||
+          !arena.take(out.closed, size_t{3} * mesh.counts.face_count))
+        return false;
+      for (size_t i = 0; i < opposite.size(); ++i) out.table.opposite[i] = opposite[i];
+      fill(on_seam, false);
     }
+    out.table.opposite[opposite[corner]] = kNone<Index>;
+    out.table.opposite[corner] = kNone<Index>;
+    on_seam[mesh.table.vertex[next(corner)]] = true;
+    on_seam[mesh.table.vertex[previous(corner)]] = true;
+    return true;
+  };
+  for (size_t i = 0; i < bits.size();) {
+    // Seams are few.
+    if (bits.size() - i >= 8 && load_le64(bits.data() + i) == 0) {
+      i += 8;
+      continue;
+    }
+    if (bits[i] != 0 && !cut(edges[i])) return Fault::kWorkspace;
+    ++i;
   }
   return Fault::kNone;
 }
@@ -92,7 +111,7 @@ PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<c
 // Points: vertices, split wherever an attribute is. `point` is by corner; returns their number. `on_seam`: of
 // any attribute.
 template <typename Index>
-PSPLIT_HD uint32_t number_points(const Connectivity<Index>& mesh, View<const AttributeTable<Index>> attributes,
+PSPLIT_HD uint32_t number_points(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
                                  View<const bool> on_seam, View<Index> scratch, View<Index> point) {
   const auto differs = [&](Index a, Index b) {
     for (size_t i = 0; i < attributes.size(); ++i)

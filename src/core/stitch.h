@@ -40,14 +40,19 @@ PSPLIT_HD size_t link_border(const Patch<Index>& patch, View<Index> successor) {
       if (PSPLIT_UNLIKELY(!patch.mesh.closed[v]) && !link(patch.mesh.border[v].corner())) return ~size_t{0};
     return edge_count;
   }
-  // Seams between points are borders too.
-  for (uint32_t face = 0; face < patch.face_count; ++face)
-    for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
-      const Index across = table.opposite[corner];
-      const bool is_joined = across != kNone<Index> && point_at[previous(across)] == point_at[next(corner)] &&
-                             point_at[next(across)] == point_at[previous(corner)];
-      if (PSPLIT_UNLIKELY(!is_joined) && !link(corner)) return ~size_t{0};
-    }
+  // Seams between points are borders too: look at each edge that leaves a vertex on one.
+  for (uint32_t v = 0; v < patch.mesh.vertex_count; ++v) {
+    if (PSPLIT_LIKELY(patch.mesh.closed[v] && !patch.on_seam[v])) continue;
+    const Index first = patch.mesh.first_corner(static_cast<Index>(v));
+    Index at = first;
+    do {
+      const Index corner = previous(at), across = table.opposite[corner];
+      const bool is_joined = across != kNone<Index> && point_at[previous(across)] == point_at[at] &&
+                             point_at[next(across)] == point_at[next(at)];
+      if (!is_joined && !link(corner)) return ~size_t{0};
+      at = table.swing_right(at);
+    } while (at != kNone<Index> && at != first);
+  }
   return edge_count;
 }
 

@@ -10,7 +10,7 @@
 namespace psplit::core {
 
 // A sequence whose table is read and whose entropy-coded symbols are not. Several may be decoded in step, one
-// symbol of each in turn, so that none waits for its own last one (decode_in_step).
+// symbol of each in turn, so that none waits for its own last one (step_symbols).
 class SymbolSequence {
  public:
   // Values come in groups of `components`, and go to `out`, which has room for all. Of no groups nothing at all
@@ -37,7 +37,16 @@ class SymbolSequence {
     return fault == Fault::kNone ? symbols_.start(reader, table_) : fault;
   }
 
+  PSPLIT_HD bool is_tagged() const { return is_tagged_; }
   PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
+
+  // Decodes what is left. The reader stands where start left it, and then behind the last value.
+  PSPLIT_HD Fault finish(ByteReader& reader) {
+    for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
+    return is_tagged_ ? read_tagged(reader) : Fault::kNone;
+  }
+
+ protected:
   // How many symbols next_fast may decode before it must be asked again; 0 where it must not be used any more.
   PSPLIT_HD uint32_t fast_steps() const {
     const size_t steps = symbols_.fast_steps(), left = symbol_count_ - done_;
@@ -48,24 +57,9 @@ class SymbolSequence {
   PSPLIT_HD void next_fast() {
     out_[first_ + done_++] = symbols_.next_fast<kDirect>(table_);
   }
-
-  // Decodes what is left. The reader stands where start left it, and then behind the last value.
-  PSPLIT_HD Fault finish(ByteReader& reader) {
-    if (is_direct())
-      finish_fast<true>();
-    else
-      finish_fast<false>();
-    for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
-    return is_tagged_ ? read_tagged(reader) : Fault::kNone;
-  }
+  PSPLIT_HD uint32_t done() const { return done_; }
 
  private:
-  template <bool kDirect>
-  PSPLIT_HD void finish_fast() {
-    while (const uint32_t steps = fast_steps())
-      for (const uint32_t end = done_ + steps; done_ < end;) next_fast<kDirect>();
-  }
-
   PSPLIT_HD Fault read_tagged(ByteReader& reader) {
     BitReader bits(reader.head(), reader.remaining());
     uint32_t i = 0;
@@ -93,25 +87,39 @@ class SymbolSequence {
   bool is_tagged_ = false;
 };
 
-// Decodes the symbols of kCount sequences of one kind, one of each in turn, as far as that goes without
-// counting bytes; what is left is for their own finish.
-template <uint32_t kCount, bool kDirect>
-PSPLIT_HD void decode_in_step(SymbolSequence* const (&sequences)[kCount]) {
-  SymbolSequence local[kCount];
-  for (uint32_t n = 0; n < kCount; ++n) local[n] = *sequences[n];
-  for (;;) {
-    uint32_t steps = ~0u;
-    for (const SymbolSequence& sequence : local) {
-      const uint32_t some = sequence.fast_steps();
-      steps = some < steps ? some : steps;
-    }
-    if (steps == 0) break;
-    for (; steps > 0; --steps) {
-      PSPLIT_UNROLL
-      for (SymbolSequence& sequence : local) sequence.next_fast<kDirect>();
-    }
+// Steps through a sequence, as far as that goes without counting bytes; what is left is for its finish.
+template <bool kDirect>
+class SymbolSteps : public SymbolSequence {
+ public:
+  SymbolSteps() = default;
+  PSPLIT_HD explicit SymbolSteps(const SymbolSequence& sequence) : SymbolSequence(sequence) { renew(); }
+  PSPLIT_HD bool running() const { return done() < limit_; }
+  PSPLIT_HD bool renew() {
+    limit_ = done() + fast_steps();
+    return running();
   }
-  for (uint32_t n = 0; n < kCount; ++n) *sequences[n] = local[n];
+  PSPLIT_HD void step() { next_fast<kDirect>(); }
+
+ private:
+  uint32_t limit_ = 0;
+};
+
+// Steps through all sequences, several at a time.
+template <uint32_t kWays>
+PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
+  constexpr uint32_t kMost = 16;
+  SymbolSequence *direct[kMost] = {}, *wide[kMost] = {};
+  for (uint32_t i = 0; i < count;) {
+    uint32_t direct_count = 0, wide_count = 0;
+    for (; i < count && direct_count < kMost && wide_count < kMost; ++i) {
+      if (sequences[i]->is_direct())
+        direct[direct_count++] = sequences[i];
+      else
+        wide[wide_count++] = sequences[i];
+    }
+    step_all<kWays, SymbolSteps<true>>(direct, direct_count);
+    step_all<kWays, SymbolSteps<false>>(wide, wide_count);
+  }
 }
 
 // Decodes a sequence of single values at once, and calls visit(i, value) for each. The arena is as before
@@ -123,7 +131,11 @@ PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena,
   if (!arena.take(values, count)) return Fault::kWorkspace;
   SymbolSequence sequence;
   Fault fault = sequence.start(reader, count, 1, arena, values);
-  if (fault == Fault::kNone) fault = sequence.finish(reader);
+  if (fault == Fault::kNone) {
+    SymbolSequence* const one = &sequence;
+    step_symbols<1>(&one, 1);
+    fault = sequence.finish(reader);
+  }
   if (fault != Fault::kNone) return fault;
   for (uint32_t i = 0; i < count; ++i) visit(i, values[i]);
   arena.release(mark);

@@ -13,6 +13,12 @@ struct Sequence {
   View<Index> corner;  // at which the walk met each
   View<Index> rank;    // by vertex, its place in the sequence
   uint32_t count = 0;
+
+  PSPLIT_HD bool allocate(uint32_t vertex_count, Arena& arena) {
+    count = vertex_count;
+    // One more: what is stored at the end of the sequence may turn out not to be part of it.
+    return arena.take(corner, size_t{vertex_count} + 1) && arena.take(rank, vertex_count);
+  }
 };
 
 // What a walk has seen. Its answers are 0 or 1, and numbers rather than truths, so that they do not become
@@ -20,12 +26,10 @@ struct Sequence {
 template <typename Index>
 class Walk {
  public:
-  PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, Sequence<Index>& out) {
+  // Walks to `out`, which has its memory.
+  PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
     table_ = attribute.table;
     face_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
-    if (!arena.take(out.corner, size_t{attribute.vertex_count} + 1)) return Fault::kWorkspace;
-    if (!arena.take(out.rank, attribute.vertex_count)) return Fault::kWorkspace;
-    mark_ = arena.mark();
     const uint32_t no_face = kNoFaceIsSmall ? kNone<Index> >> 2 : face_count_;
     if (!arena.take(face_seen_, size_t{no_face} + 1)) return Fault::kWorkspace;
     fill(face_seen_.first(face_count_), false);
@@ -36,10 +40,8 @@ class Walk {
       rank_[v] = static_cast<Index>(kUnseenOpen - static_cast<uint32_t>(attribute.closed[v]));
     return Fault::kNone;
   }
-  PSPLIT_HD void finish(Arena& arena, Sequence<Index>& out) const {
-    out.count = count_;
-    arena.release(mark_);
-  }
+  // Every vertex has a corner, and every corner a face that the walk comes to.
+  PSPLIT_HD Fault finish() const { return count_ == rank_.size() ? Fault::kNone : Fault::kConnectivity; }
 
   PSPLIT_HD uint32_t face_count() const { return face_count_; }
   PSPLIT_HD uint32_t right_of(uint32_t corner) const { return table_.opposite[next(corner)]; }
@@ -76,20 +78,19 @@ class Walk {
   View<bool> face_seen_;
   View<Index> met_, rank_;
   uint32_t face_count_ = 0, count_ = 0;
-  size_t mark_ = 0;
 };
 
 // Depth first: to the right while that leads anywhere, the left sides kept for later.
 template <typename Index>
 class DepthFirstTraversal {
  public:
-  PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, Sequence<Index>& out) {
+  PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
     if (const Fault fault = walk_.start(attribute, arena, out); fault != Fault::kNone) return fault;
     if (!arena.take(waiting_, size_t{walk_.face_count()} + 1)) return Fault::kWorkspace;
     running_ = begin_component();
     return Fault::kNone;
   }
-  PSPLIT_HD void finish(Arena& arena, Sequence<Index>& out) const { walk_.finish(arena, out); }
+  PSPLIT_HD Fault finish() const { return walk_.finish(); }
   PSPLIT_HD bool running() const { return running_; }
 
   // One face. Where the walk goes next is as good as random, so but for dead ends there are no branches.
@@ -132,7 +133,8 @@ class DepthFirstTraversal {
 // can predict as well.
 template <typename Index>
 PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attribute, Arena& arena,
-                                              Sequence<Index>& out) {
+                                              const Sequence<Index>& out) {
+  const size_t mark = arena.mark();
   Walk<Index> walk;
   if (const Fault fault = walk.start(attribute, arena, out); fault != Fault::kNone) return fault;
   const uint32_t face_count = walk.face_count();
@@ -195,8 +197,8 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
       }
     }
   }
-  walk.finish(arena, out);
-  return Fault::kNone;
+  arena.release(mark);
+  return walk.finish();
 }
 
 }  // namespace psplit::core

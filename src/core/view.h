@@ -10,7 +10,10 @@ class View {
  public:
   View() = default;
   PSPLIT_HD View(T* data, size_t size) : data_(data), size_(size) {}
-  PSPLIT_HD operator View<const T>() const { return View<const T>(data_, size_); }
+  // Of things that may be written, for reading.
+  template <typename U>
+  requires(static_cast<const U*>(static_cast<T*>(nullptr)) == nullptr) PSPLIT_HD View(View<U> other)
+      : data_(other.data()), size_(other.size()) {}
 
   PSPLIT_HD T& operator[](size_t i) const {
     PSPLIT_CORE_CHECK(i < size_);
@@ -33,12 +36,17 @@ class View {
 class Arena {
  public:
   Arena() = default;
-  PSPLIT_HD Arena(uint8_t* bytes, size_t size) : bytes_(bytes), size_(size) {}
+  PSPLIT_HD Arena(uint8_t* bytes, size_t size) {
+    const size_t skip = (kAlignment - reinterpret_cast<uintptr_t>(bytes) % kAlignment) % kAlignment;
+    bytes_ = bytes + (skip < size ? skip : size);
+    size_ = skip < size ? size - skip : 0;
+  }
 
   // False, and no array, where too little is left.
   template <typename T>
   PSPLIT_HD bool take(View<T>& out, size_t count) {
-    const size_t start = (used_ + alignof(uint64_t) - 1) / alignof(uint64_t) * alignof(uint64_t);
+    static_assert(alignof(T) <= kAlignment);
+    const size_t start = (used_ + kAlignment - 1) / kAlignment * kAlignment;
     if (start > size_ || count > (size_ - start) / sizeof(T)) return false;
     out = View<T>(reinterpret_cast<T*>(bytes_ + start), count);
     used_ = start + count * sizeof(T);
@@ -50,6 +58,8 @@ class Arena {
   PSPLIT_HD void release(size_t mark) { used_ = mark; }
 
  private:
+  static constexpr size_t kAlignment = 16;  // of vectors
+
   uint8_t* bytes_ = nullptr;
   size_t size_ = 0, used_ = 0;
 };

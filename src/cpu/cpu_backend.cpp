@@ -30,7 +30,8 @@ uint64_t element_count(const core::StreamHeader& header) {
 }
 // Memory to start with, which does for nearly all streams.
 size_t first_size(const core::StreamHeader& header, size_t stream_bytes) {
-  return static_cast<size_t>(64 * element_count(header)) + 2 * stream_bytes + (size_t{1} << 17);
+  return static_cast<size_t>((64 + 32 * header.attribute_data_count) * element_count(header)) +
+         2 * stream_bytes + (size_t{1} << 17);
 }
 // Streams of a few bits a face are honest; of hundreds of faces a byte they are not.
 uint64_t justified_size(size_t stream_bytes) { return (uint64_t{1} << 26) + 4096 * uint64_t{stream_bytes}; }
@@ -103,7 +104,7 @@ Status find_attributes(const core::Patch<Index>& patch, std::span<const Attribut
   found.clear();
   for (const AttributeRequest& request : requests) {
     const core::Attribute<Index>* attribute = nullptr;
-    for (uint32_t i = 0; i < patch.attribute_count && attribute == nullptr; ++i)
+    for (uint32_t i = 0; i < patch.attributes.size() && attribute == nullptr; ++i)
       if (patch.attributes[i].unique_id == request.unique_id) attribute = &patch.attributes[i];
     const std::string name = request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
     if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + name);

@@ -15,13 +15,13 @@ void decode(const psplit::core::StreamHeader& header) {
   *patch = {};
   if (psplit::core::decode_patch<Index>(header, arena, *patch) != psplit::core::Fault::kNone) return;
   std::vector<uint8_t> value;
-  for (uint32_t i = 0; i < patch->attribute_count; ++i) {
+  for (uint32_t i = 0; i < patch->attributes.size(); ++i) {
     value.resize(patch->attributes[i].stride());
     patch->write_values(patch->attributes[i], [&](uint32_t) { return value.data(); });
   }
   psplit::core::View<Index> walk;
   auto kind = psplit::core::BorderKind::kNoWalk;
-  if (!patch->table.opposite.empty()) (void)psplit::core::walk_border(*patch, arena, walk, kind);
+  if (!patch->mesh.table.opposite.empty()) (void)psplit::core::walk_border(*patch, arena, walk, kind);
 }
 
 }  // namespace

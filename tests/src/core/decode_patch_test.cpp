@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <random>
 
 #include "tests/support/draco_streams.h"
@@ -19,7 +20,7 @@ RawMesh raw_mesh(const Patch<Index>& patch) {
   for (uint32_t face = 0; face < patch.face_count; ++face)
     mesh.faces.push_back(
         {patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]});
-  for (uint32_t i = 0; i < patch.attribute_count; ++i) {
+  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
     const Attribute<Index>& attribute = patch.attributes[i];
     RawAttribute raw{attribute.unique_id,  attribute.semantic,   static_cast<int>(attribute.type),
                      attribute.components, attribute.normalized, {}};
@@ -68,6 +69,46 @@ TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
         expect_same_as_libdraco(stream);
       },
       StreamSet::kAll);
+}
+
+// Streams that have little in common, broken ones among them, do not disturb each other.
+TEST(DecodePatch, StreamsInStepDecodeAsEachAlone) {
+  constexpr uint32_t kCount = 3;
+  constexpr size_t kMemory = size_t{1} << 24;
+  std::vector<std::vector<uint8_t>> streams, memories(kCount, std::vector<uint8_t>(kMemory));
+  const auto patches = std::make_unique<Patch<uint16_t>[]>(kCount);
+  size_t broken = 0, whole = 0;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (testing::Test::HasFatalFailure() || stream.bytes.size() > 20'000) return;
+        streams.push_back(stream.bytes);
+        if (streams.size() % 5 == 0) streams.back().resize(streams.back().size() / 2);
+        StreamHeader headers[kCount];
+        Arena arenas[kCount];
+        std::optional<PatchDecoder<uint16_t>> decoders[kCount];
+        PatchDecoder<uint16_t>* pointers[kCount];
+        Fault faults[kCount];
+        if (streams.size() < kCount) return;
+        for (uint32_t n = 0; n < kCount; ++n) {
+          const std::vector<uint8_t>& bytes = streams[streams.size() - kCount + n];
+          if (read_stream_header(bytes.data(), bytes.size(), headers[n]) != Fault::kNone) return;
+          if (!headers[n].fits_16_bits()) return;
+          arenas[n] = Arena(memories[n].data(), kMemory);
+          patches[n] = {};
+          pointers[n] = &decoders[n].emplace(headers[n], arenas[n], patches[n]);
+        }
+        decode_in_step(pointers, faults);
+        for (uint32_t n = 0; n < kCount; ++n) {
+          RawMesh alone;
+          ASSERT_EQ(fault_text(decode<uint16_t>(headers[n], alone)), fault_text(faults[n])) << stream.name;
+          const bool is_whole = faults[n] == Fault::kNone;
+          ASSERT_TRUE(!is_whole || raw_mesh(patches[n]) == alone) << stream.name;
+          ++(is_whole ? whole : broken);
+        }
+      },
+      StreamSet::kSmall);
+  EXPECT_GT(whole, 100u);
+  EXPECT_GT(broken, 30u);
 }
 
 TEST(DecodePatch, RefusesEveryTruncation) {
