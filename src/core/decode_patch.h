@@ -61,8 +61,7 @@ struct Patch {
 //   }
 enum class Stop : uint8_t {
   kSeams,       // seams() are pending
-  kSymbols,     // sequences() are pending
-  kTraversal,   // traversals() are pending
+  kChains,      // sequences() and traversals() are pending
   kPrediction,  // of_three(), of_two() and normals() of integers() are
   kDone,
 };
@@ -92,8 +91,7 @@ class PatchDecoder {
   PSPLIT_HD Fault resume() {
     switch (stop_) {
       case Stop::kSeams: return finish_seams();
-      case Stop::kTraversal: return finish_traversals();
-      case Stop::kSymbols: return in_attributes_ ? finish_symbols() : finish_edgebreaker();
+      case Stop::kChains: return in_attributes_ ? finish_chains() : finish_edgebreaker();
       case Stop::kPrediction: return finish_predictions();
       case Stop::kDone: break;
     }
@@ -125,7 +123,7 @@ class PatchDecoder {
     if (!arena_.take(sequences_, valence_symbols_.kLists)) return Fault::kWorkspace;
     sequence_count_ = valence_symbols_.kLists;
     const Fault fault = valence_symbols_.start(reader_, counts, arena_, sequences_);
-    return fault == Fault::kNone ? stop_at(Stop::kSymbols) : fault;
+    return fault == Fault::kNone ? stop_at(Stop::kChains) : fault;
   }
 
   PSPLIT_HD Fault finish_edgebreaker() {
@@ -271,7 +269,7 @@ class PatchDecoder {
     sequence_count_ = 0;
     for (Group<Index>* group = patch_.groups.data(); group != patch_.groups.data() + group_count; ++group)
       if (const Fault fault = find_sequence(*group); fault != Fault::kNone) return fault;
-    return stop_at(Stop::kTraversal);
+    return read_attributes();
   }
 
   PSPLIT_HD Fault read_groups() {
@@ -323,12 +321,6 @@ class PatchDecoder {
     return traversals_[traversal_count_++].start(group.table, arena_, group.sequence);
   }
 
-  PSPLIT_HD Fault finish_traversals() {
-    for (uint32_t i = 0; i < traversal_count_; ++i)
-      if (const Fault fault = traversals_[i].finish(); fault != Fault::kNone) return fault;
-    return read_attributes();
-  }
-
   // Reads on, from group_ and attribute_, to the end, or to symbols that must be known to read on.
   PSPLIT_HD Fault read_attributes() {
     const uint32_t corner_limit = 3 * patch_.face_count;
@@ -353,7 +345,7 @@ class PatchDecoder {
                                  arena_, symbols);
           tags_are_known_ = symbols.is_tagged();
           if (fault != Fault::kNone || symbols.is_tagged())
-            return fault == Fault::kNone ? stop_at(Stop::kSymbols) : fault;
+            return fault == Fault::kNone ? stop_at(Stop::kChains) : fault;
         }
         tags_are_known_ = false;
         fault = integers.read_prediction(reader_, corner_limit, arena_);
@@ -363,10 +355,12 @@ class PatchDecoder {
         if (const Fault fault = read_transform(reader_, patch_.attributes[i]); fault != Fault::kNone)
           return fault;
     }
-    return stop_at(Stop::kSymbols);
+    return stop_at(Stop::kChains);
   }
 
-  PSPLIT_HD Fault finish_symbols() {
+  PSPLIT_HD Fault finish_chains() {
+    for (; traversal_count_ > 0; --traversal_count_)
+      if (const Fault fault = traversals_[traversal_count_ - 1].finish(); fault != Fault::kNone) return fault;
     for (; first_pending_ < sequence_count_; ++first_pending_)
       if (const Fault fault = sequences_[first_pending_].finish(reader_); fault != Fault::kNone) return fault;
     if (group_ < patch_.groups.size()) return read_attributes();
@@ -438,6 +432,26 @@ PSPLIT_HD void for_runs(Decoder* const* decoders, uint32_t decoder_count, ListOf
   take(runs, count);
 }
 
+// A traversal and a sequence of symbols in turn, until either ends. There are about two symbols for each step
+// of the traversal: half as many vertices as faces, and three components each.
+template <typename Index>
+PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& sequence) {
+  const auto step = [&]<typename Symbols>(Symbols symbols) {
+    DepthFirstTraversal<Index> walk = traversal;
+    while (walk.running() && (symbols.steps_left() >= 2 || symbols.renew()) && symbols.steps_left() >= 2) {
+      walk.step();
+      symbols.step();
+      symbols.step();
+    }
+    traversal = walk;
+    sequence = symbols;
+  };
+  if (sequence.is_direct())
+    step(SymbolSteps<true>(sequence));
+  else
+    step(SymbolSteps<false>(sequence));
+}
+
 // Runs whose steps are taken in turn: three keep a processor busy.
 inline constexpr uint32_t kWays = 3;
 
@@ -454,15 +468,15 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
           decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
           step_all<kWays, BitSteps, BitSteps>);
       return;
-    case Stop::kSymbols:
-      for_runs<SymbolSequence>(
-          decoders, count, [](Decoder& decoder) { return decoder.sequences(); }, itself, step_symbols<kWays>);
-      return;
-    case Stop::kTraversal: {
+    case Stop::kChains: {
       using Run = DepthFirstTraversal<Index>;
-      for_runs<Run>(
-          decoders, count, [](Decoder& decoder) { return decoder.traversals(); }, itself,
-          step_all<kWays, Run, Run>);
+      const auto traversals = [](Decoder& decoder) { return decoder.traversals(); };
+      const auto sequences = [](Decoder& decoder) { return decoder.sequences(); };
+      // One of each has nobody but the other to go with.
+      if (count == 1 && traversals(*decoders[0]).size() == 1 && sequences(*decoders[0]).size() == 1)
+        step_both(traversals(*decoders[0])[0], sequences(*decoders[0])[0]);
+      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kWays>);
+      for_runs<Run>(decoders, count, traversals, itself, step_all<kWays, Run, Run>);
       return;
     }
     case Stop::kPrediction: {

@@ -19,6 +19,13 @@
 #define PSPLIT_UNLIKELY(x) (x)
 #endif
 
+// Asks for memory that is needed soon.
+#if defined(__CUDA_ARCH__)
+#define PSPLIT_PREFETCH(address) ((void)0)
+#else
+#define PSPLIT_PREFETCH(address) __builtin_prefetch(address)
+#endif
+
 // Before a loop over a few things whose state is to live in registers.
 #if defined(__CUDACC__)
 #define PSPLIT_UNROLL _Pragma("unroll")

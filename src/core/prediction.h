@@ -361,6 +361,10 @@ class ParallelogramFinder {
       fan.i += done;
       // Sequences have room for a corner more than values.
       const uint32_t if_done = 0 - done, fresh = corners[fan.i];
+      if constexpr (sizeof(Index) == 4) {
+        const uint32_t soon = corners[fan.i + 16 < corners.size() ? fan.i + 16 : fan.i];
+        PSPLIT_PREFETCH(&table.opposite[soon]);
+      }
       fan.corner = select(if_done, fresh, following);
       fan.start = select(if_done, fresh, fan.start);
       fan.found &= ~if_done;
@@ -454,6 +458,11 @@ class Predictor {
     if (const Fault fault = finder.find(table_, sequence_, arena); fault != Fault::kNone) return fault;
     size_t used[kMaxParallelograms] = {};
     for (uint32_t i = 0; i < sequence_.count; ++i) {
+      if constexpr (sizeof(Index) == 4) {
+        const uint32_t soon = i + 8 < sequence_.count ? i + 8 : i;
+        for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+          PSPLIT_PREFETCH(&table_.vertex[finder.across(soon, j)]);
+      }
       const uint32_t found = finder.count(i);
       if (found == 0) {
         from_last(i);

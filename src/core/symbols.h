@@ -94,6 +94,7 @@ class SymbolSteps : public SymbolSequence {
   SymbolSteps() = default;
   PSPLIT_HD explicit SymbolSteps(const SymbolSequence& sequence) : SymbolSequence(sequence) { renew(); }
   PSPLIT_HD bool running() const { return done() < limit_; }
+  PSPLIT_HD uint32_t steps_left() const { return limit_ - done(); }
   PSPLIT_HD bool renew() {
     limit_ = done() + fast_steps();
     return running();

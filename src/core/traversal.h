@@ -155,6 +155,7 @@ PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attri
     return seen_from > 1 ? 1 : 2;
   };
   const auto wait = [&](uint32_t corner, uint32_t priority) {
+    PSPLIT_PREFETCH(&attribute.table.opposite[corner]);
     waiting[priority][sizes[priority]++] = static_cast<Index>(corner);
     if (priority < best) best = priority;
   };
