@@ -39,17 +39,19 @@ class OctahedralGrid {
       : max_quantized_((1 << bits) - 1), max_((1 << bits) - 2), center_(max_ / 2) {}
 
   // The value that a correction makes of a predicted one. Canonicalized coding first turns the prediction into
-  // the bottom left quadrant, so that all four share their corrections' statistics.
+  // the bottom left quadrant, so that all four share their corrections' statistics. Where a normal points is as
+  // good as random: no branches.
   PSPLIT_HD Vec2 correct(Vec2 predicted, Vec2 correction, bool canonicalized) const {
-    Vec2 p{wrapping_sub(predicted.s, center_), wrapping_sub(predicted.t, center_)};
-    const bool in_diamond = magnitude(p.s) + magnitude(p.t) <= static_cast<uint32_t>(center_);
-    if (!in_diamond) p = mirrored(p);
-    const int turns = canonicalized ? quarter_turns(p) : 0;
-    p = turned(p, turns);
-    Vec2 value{folded(wrapping_add(p.s, correction.s)), folded(wrapping_add(p.t, correction.t))};
-    value = turned(value, (4 - turns) % 4);
-    if (!in_diamond) value = mirrored(value);
-    return {wrapping_add(value.s, center_), wrapping_add(value.t, center_)};
+    const Vec2 place{wrapping_sub(predicted.s, center_), wrapping_sub(predicted.t, center_)};
+    const uint32_t outside = mask(magnitude(place.s) + magnitude(place.t) > static_cast<uint32_t>(center_));
+    const Vec2 p = select(outside, mirrored(place), place);
+    const uint32_t turns = quarter_turns(p) & mask(canonicalized);
+    const Vec2 canonical = turned(p, turns);
+    const Vec2 value = turned(
+        {folded(wrapping_add(canonical.s, correction.s)), folded(wrapping_add(canonical.t, correction.t))},
+        (4 - turns) & 3);
+    const Vec2 unfolded = select(outside, mirrored(value), value);
+    return {wrapping_add(unfolded.s, center_), wrapping_add(unfolded.t, center_)};
   }
 
   // Where the ray along v meets the octahedron.
@@ -99,35 +101,41 @@ class OctahedralGrid {
     return at;
   }
 
+  PSPLIT_HD static int32_t select(uint32_t if_set, int32_t a, int32_t b) {
+    return static_cast<int32_t>(core::select(if_set, static_cast<uint32_t>(a), static_cast<uint32_t>(b)));
+  }
+  PSPLIT_HD static Vec2 select(uint32_t if_set, Vec2 a, Vec2 b) {
+    return {select(if_set, a.s, b.s), select(if_set, a.t, b.t)};
+  }
+  // -x where all bits are set.
+  PSPLIT_HD static uint32_t negated(uint32_t if_set, uint32_t x) { return (x ^ if_set) - if_set; }
+
   // Reflects about the diamond's nearest edge; a place relative to the center.
   PSPLIT_HD Vec2 mirrored(Vec2 at) const {
-    int32_t sign_s = at.s > 0 ? 1 : -1, sign_t = at.t > 0 ? 1 : -1;
-    if (at.s >= 0 && at.t >= 0) sign_s = sign_t = 1;
-    if (at.s <= 0 && at.t <= 0 && (at.s != 0 || at.t != 0)) sign_s = sign_t = -1;
-    const auto corner_s = static_cast<uint32_t>(sign_s * center_),
-               corner_t = static_cast<uint32_t>(sign_t * center_);
-    const uint32_t s = 2 * static_cast<uint32_t>(at.s) - corner_s,
-                   t = 2 * static_cast<uint32_t>(at.t) - corner_t;
-    const bool same = sign_s == sign_t;
-    return {static_cast<int32_t>((same ? 0u - t : t) + corner_s) / 2,
-            static_cast<int32_t>((same ? 0u - s : s) + corner_t) / 2};
+    const bool right = at.s > 0 || (at.s == 0 && at.t >= 0), up = at.t > 0 || (at.t == 0 && at.s >= 0);
+    const auto center = static_cast<uint32_t>(center_);
+    const uint32_t corner_s = negated(mask(!right), center), corner_t = negated(mask(!up), center);
+    const uint32_t same = mask(right == up);
+    const uint32_t s = negated(same, 2 * static_cast<uint32_t>(at.t) - corner_t) + corner_s,
+                   t = negated(same, 2 * static_cast<uint32_t>(at.s) - corner_s) + corner_t;
+    return {static_cast<int32_t>(s) / 2, static_cast<int32_t>(t) / 2};
   }
 
-  PSPLIT_HD static int quarter_turns(Vec2 at) {
-    if (at.s == 0) return at.t == 0 ? 0 : at.t > 0 ? 3 : 1;
-    if (at.s > 0) return at.t >= 0 ? 2 : 1;
-    return at.t <= 0 ? 0 : 3;
+  PSPLIT_HD static uint32_t quarter_turns(Vec2 at) {
+    const uint32_t below = static_cast<uint32_t>(at.t < 0), left = static_cast<uint32_t>(at.s < 0);
+    return core::select(mask(at.s > 0), 2 - below, core::select(mask(at.t > 0), 3, below & (left ^ 1)));
   }
-  PSPLIT_HD static Vec2 turned(Vec2 at, int turns) {
-    switch (turns) {
-      case 1: return {at.t, wrapping_sub(0, at.s)};
-      case 2: return {wrapping_sub(0, at.s), wrapping_sub(0, at.t)};
-      case 3: return {wrapping_sub(0, at.t), at.s};
-      default: return at;
-    }
+  // By quarter turns: (s, t), (t, -s), (-s, -t), (-t, s).
+  PSPLIT_HD static Vec2 turned(Vec2 at, uint32_t turns) {
+    const auto s = static_cast<uint32_t>(at.s), t = static_cast<uint32_t>(at.t);
+    const uint32_t is_odd = 0 - (turns & 1);
+    return {static_cast<int32_t>(negated(0 - (turns >> 1), core::select(is_odd, t, s))),
+            static_cast<int32_t>(negated(0 - ((turns + 1) >> 1 & 1), core::select(is_odd, s, t)))};
   }
   PSPLIT_HD int32_t folded(int32_t x) const {
-    return x > center_ ? wrapping_sub(x, max_quantized_) : x < -center_ ? wrapping_add(x, max_quantized_) : x;
+    const auto range = static_cast<uint32_t>(max_quantized_);
+    return static_cast<int32_t>(static_cast<uint32_t>(x) - (range & mask(x > center_)) +
+                                (range & mask(x < -center_)));
   }
 
   int32_t max_quantized_ = 0, max_ = 0, center_ = 0;
