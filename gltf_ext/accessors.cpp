@@ -92,7 +92,7 @@ Expected<AccessorData> read(const Document& document, const Json& accessor) {
   if (field(accessor, "bufferView") == nullptr) {
     if (total > kMaxUnbackedBytes)
       return invalid_input("more elements than a missing buffer view can stand for");
-    data.values.resize(static_cast<size_t>(total));
+    data.values.assign(static_cast<size_t>(total), std::byte{0});
   } else {
     const auto elements = stored_elements(document, accessor, *layout, data.count, true);
     if (!elements) return elements.status();

@@ -11,7 +11,7 @@ struct AccessorData {
   uint8_t component_count = 1;
   bool normalized = false;
   uint32_t count = 0;
-  std::vector<std::byte> values;  // tightly packed: strides, matrix padding, sparse and missing views resolved
+  Array<std::byte> values;  // tightly packed: strides, matrix padding, sparse and missing views resolved
 };
 
 Expected<AccessorData> read_accessor(const Document& document, int64_t index);

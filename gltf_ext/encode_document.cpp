@@ -116,7 +116,7 @@ void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& op
 
 // What tells points apart that are equal otherwise: morph targets and weights before rounding, interleaved.
 std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride) {
-  std::vector<std::pair<const std::vector<std::byte>*, size_t>> sources;
+  std::vector<std::pair<const Array<std::byte>*, size_t>> sources;
   for (const MorphAttribute& morph : job.morphs)
     sources.emplace_back(&morph.data.values, morph.data.values.size() / std::max(1u, morph.data.count));
   for (const Attribute& attribute : job.unrounded) sources.emplace_back(&attribute.values, attribute.stride());
@@ -217,7 +217,7 @@ std::vector<MorphAttribute> reorder(std::vector<MorphAttribute> morphs,
                                     const std::vector<uint32_t>& source_point) {
   for (MorphAttribute& morph : morphs) {
     const size_t width = morph.data.values.size() / std::max(1u, morph.data.count);
-    std::vector<std::byte> values(width * source_point.size());
+    Array<std::byte> values(width * source_point.size());
     for (size_t i = 0; i < source_point.size(); ++i)
       std::memcpy(values.data() + i * width, morph.data.values.data() + source_point[i] * width, width);
     morph.data.values = std::move(values);
@@ -243,7 +243,7 @@ void keep_points(Job& job, const std::vector<bool>& keep) {
   }
   for (Attribute& attribute : job.mesh.attributes) {
     const size_t stride = attribute.stride();
-    std::vector<std::byte> values(stride * kept.size());
+    Array<std::byte> values(stride * kept.size());
     for (size_t i = 0; i < kept.size(); ++i)
       std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
     attribute.values = std::move(values);

@@ -108,8 +108,8 @@ Expected<std::vector<uint32_t>> read_indices(const Document& document, const Jso
 }
 
 // Lists, strips and fans as triangles, with the orientation that glTF gives them.
-Expected<std::vector<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& indices, int64_t mode) {
-  std::vector<std::array<uint32_t, 3>> faces;
+Expected<Array<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& indices, int64_t mode) {
+  Array<std::array<uint32_t, 3>> faces;
   if (mode == 4) {
     if (indices.size() % 3 != 0)
       return invalid_input("a triangle list of " + std::to_string(indices.size()) + " indices");

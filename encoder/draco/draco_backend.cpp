@@ -175,7 +175,7 @@ Expected<DecodedStream> decode_draco_stream(std::span<const uint8_t> stream,
                            std::to_string(attribute->num_components()) + " components, not " +
                            std::to_string(request.component_count));
     const size_t stride = component_bytes(request.component_type) * request.component_count;
-    std::vector<std::byte> values(out.point_count * stride);
+    Array<std::byte> values(out.point_count * stride);
     const bool same_type = attribute->data_type() == draco_type(request.component_type);
     for (uint32_t i = 0; i < out.point_count; ++i) {
       const draco::AttributeValueIndex index = attribute->mapped_index(draco::PointIndex(i));

@@ -15,8 +15,8 @@ DecodeBackend draco_backend();
 // One Draco mesh stream as libdraco decodes it: faces and points in its order.
 struct DecodedStream {
   uint32_t point_count = 0;
-  std::vector<std::array<uint32_t, 3>> faces;
-  std::vector<std::vector<std::byte>> values;  // one per request, point_count * stride bytes
+  Array<std::array<uint32_t, 3>> faces;
+  std::vector<Array<std::byte>> values;  // one per request, point_count * stride bytes
 };
 Expected<DecodedStream> decode_draco_stream(std::span<const uint8_t> stream,
                                             std::span<const AttributeRequest> requests);

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace psplit {
@@ -31,21 +33,41 @@ constexpr size_t component_bytes(ComponentType type) {
   return 0;
 }
 
+// A vector whose resize leaves new elements as it finds them: what is written at once need not be zeroed first,
+// nor its memory be touched by one thread for many.
+template <typename T>
+struct Unzeroed : std::allocator<T> {
+  template <typename U>
+  struct rebind {
+    using other = Unzeroed<U>;
+  };
+  template <typename U>
+  void construct(U* at) noexcept {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <typename U, typename... Arguments>
+  void construct(U* at, Arguments&&... arguments) {
+    ::new (static_cast<void*>(at)) U(std::forward<Arguments>(arguments)...);
+  }
+};
+template <typename T>
+using Array = std::vector<T, Unzeroed<T>>;
+
 // One value per point, tightly packed (no stride, no padding).
 struct Attribute {
   std::string semantic;  // glTF's name: POSITION, NORMAL, TEXCOORD_0, _FEATURE_ID_0 ...
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 3;  // 1 to 16 (MAT4)
   bool normalized = false;
-  std::vector<std::byte> values;  // point_count * stride() bytes, little-endian
+  Array<std::byte> values;  // point_count * stride() bytes, little-endian
 
   size_t stride() const { return component_bytes(component_type) * component_count; }
 };
 
 struct Mesh {
   uint32_t point_count = 0;
-  std::vector<std::array<uint32_t, 3>> faces;  // point indices, each below point_count
-  std::vector<Attribute> attributes;           // semantics are unique; POSITION is present
+  Array<std::array<uint32_t, 3>> faces;  // point indices, each below point_count
+  std::vector<Attribute> attributes;     // semantics are unique; POSITION is present
 
   // Null when the mesh has no such attribute.
   const Attribute* find(const std::string& semantic) const {

@@ -153,7 +153,7 @@ Mesh drop_unused_points(const Mesh& mesh) {
       if (number[point] == kUnused) number[point] = kept.point_count++;
   for (const Attribute& attribute : mesh.attributes) {
     kept.attributes.push_back(attribute);
-    std::vector<std::byte>& values = kept.attributes.back().values;
+    Array<std::byte>& values = kept.attributes.back().values;
     values.resize(kept.point_count * attribute.stride());
     for (uint32_t point = 0; point < mesh.point_count; ++point)
       if (number[point] != kUnused)

@@ -100,7 +100,7 @@ TEST(RoundWeights, LeavesWhatIsKeptExactly) {
   Mesh mesh;
   mesh.point_count = 1;
   mesh.attributes = {floats("WEIGHTS_0", 4, {0.33f, 0.33f, 0.34f, 0})};
-  const std::vector<std::byte> before = mesh.attributes[0].values;
+  const Array<std::byte> before = mesh.attributes[0].values;
   round_weights(mesh, std::vector<AttributeCoding>(1));
   EXPECT_EQ(mesh.attributes[0].values, before);
 }

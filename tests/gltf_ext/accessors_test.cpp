@@ -138,7 +138,7 @@ TEST(AppendAccessor, PadsVertexAttributesAndMatrices) {
   EXPECT_EQ(document.json["accessors"][0]["max"], Json({4, 5, 6}));
   EXPECT_EQ(read_accessor(document, 0)->values, colors.values);
 
-  const AccessorData matrix{ComponentType::kInt8, 9, false, 1, std::vector<std::byte>(9, std::byte{0xff})};
+  const AccessorData matrix{ComponentType::kInt8, 9, false, 1, Array<std::byte>(9, std::byte{0xff})};
   EXPECT_EQ(append_accessor(document, matrix, 0, true), 1);
   EXPECT_EQ(document.json["bufferViews"][1]["byteLength"], 12);
   EXPECT_EQ(document.json["accessors"][1]["min"], Json(std::vector<int>(9, -1)));

@@ -286,7 +286,7 @@ Expected<Mesh> without_points(Expected<Mesh> mesh, const std::function<bool(uint
   for (auto& face : kept.faces)
     for (uint32_t& point : face) point = number[point];
   for (Attribute& attribute : mesh->attributes) {
-    std::vector<std::byte> values;
+    Array<std::byte> values;
     const auto stride = static_cast<std::ptrdiff_t>(attribute.stride());
     for (uint32_t point = 0; point < mesh->point_count; ++point)
       if (!drops(point))

@@ -254,7 +254,7 @@ TEST(Uri, PercentCodingRoundTrips) {
 // Two accessors in two views, an image in a third, a mesh on the second accessor.
 Document three_views() {
   Document document = new_document();
-  const AccessorData data{ComponentType::kUint8, 4, false, 2, std::vector<std::byte>(8, std::byte{7})};
+  const AccessorData data{ComponentType::kUint8, 4, false, 2, Array<std::byte>(8, std::byte{7})};
   AccessorData other = data;
   other.values.assign(8, std::byte{9});
   append_accessor(document, data, 0, false);
@@ -272,7 +272,7 @@ TEST(DropUnused, RenumbersWhatStays) {
   EXPECT_EQ(document.json["accessors"].size(), 1u);
   EXPECT_EQ(document.json["meshes"][0]["primitives"][0]["attributes"]["_A"], 0);
   EXPECT_EQ(document.json["images"][0]["bufferView"], 1);
-  EXPECT_EQ(read_accessor(document, 0)->values, std::vector<std::byte>(8, std::byte{9}));
+  EXPECT_EQ(read_accessor(document, 0)->values, Array<std::byte>(8, std::byte{9}));
   EXPECT_EQ((*buffer_view_bytes(document, 1))[2], 3);
   EXPECT_EQ(document.buffers[0].size(), before - 8);
 }
@@ -291,13 +291,13 @@ TEST(DropUnused, UnknownExtensionsFixNumbersAndKeepWhatTheyMayMean) {
   EXPECT_EQ(document.json["accessors"].size(), 2u);
   EXPECT_FALSE(document.json["accessors"][0].contains("bufferView"));
   EXPECT_EQ(document.json["images"][0]["bufferView"], 2);
-  EXPECT_EQ(read_accessor(document, 1)->values, std::vector<std::byte>(8, std::byte{9}));
+  EXPECT_EQ(read_accessor(document, 1)->values, Array<std::byte>(8, std::byte{9}));
   EXPECT_EQ((*buffer_view_bytes(document, 2))[2], 3);
 
   Document suspicious = three_views();
   suspicious.json["extensions"]["NEVER_heard_of"]["thing"] = 0;
   drop_unused(suspicious, {0});
-  EXPECT_EQ(read_accessor(suspicious, 0)->values, std::vector<std::byte>(8, std::byte{7}));
+  EXPECT_EQ(read_accessor(suspicious, 0)->values, Array<std::byte>(8, std::byte{7}));
 }
 
 TEST(DropUnused, EmptyArraysDisappear) {

@@ -7,7 +7,7 @@
 namespace psplit {
 namespace {
 
-using Triangles = std::vector<std::array<uint32_t, 3>>;
+using Triangles = Array<std::array<uint32_t, 3>>;
 
 // Six points; primitive 0 has the mode, and the indices where they are not empty.
 Document six_points(int mode, const std::vector<uint32_t>& indices,

@@ -62,7 +62,7 @@ class Comparison {
     number_points();
     std::vector<Corners> faces[2], used[2], unused[2];
     for (int side = 0; side < 2; ++side) {
-      faces[side] = meshes_[side]->faces;
+      faces[side].assign(meshes_[side]->faces.begin(), meshes_[side]->faces.end());
       std::vector<bool> is_used(meshes_[side]->point_count);
       for (const Corners& face : faces[side])
         for (const uint32_t point : face) is_used[point] = true;

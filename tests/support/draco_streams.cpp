@@ -202,7 +202,8 @@ draco::DataType type_of(ComponentType type) {
 }
 
 Subject subject_of(const std::string& name, const Mesh& mesh) {
-  Subject subject{.name = name, .point_count = mesh.point_count, .faces = mesh.faces};
+  Subject subject{
+      .name = name, .point_count = mesh.point_count, .faces = {mesh.faces.begin(), mesh.faces.end()}};
   for (const Attribute& attribute : mesh.attributes) {
     const auto* bytes = reinterpret_cast<const uint8_t*>(attribute.values.data());
     subject.attributes.push_back({role_of(attribute.semantic), type_of(attribute.component_type),

@@ -24,7 +24,7 @@ std::vector<NamedMesh> procedural_meshes();
 
 // Blocks that tests build meshes of.
 
-using Faces = std::vector<std::array<uint32_t, 3>>;
+using Faces = Array<std::array<uint32_t, 3>>;
 
 template <typename T>
 Attribute make_attribute(std::string semantic, ComponentType type, uint8_t component_count, bool normalized,

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "tools/gltf_psplit/shapes/fields.h"
 
@@ -13,7 +14,7 @@ namespace psplit {
 struct Surface {
   double cell = 0;  // edge length of the grid that it was found on
   std::vector<std::array<float, 3>> positions;
-  std::vector<std::array<uint32_t, 3>> faces;  // counter-clockwise seen from outside
+  Array<std::array<uint32_t, 3>> faces;  // counter-clockwise seen from outside
 };
 
 // `cell` is the edge length of a grid cell. Every cube is cut into the same six tetrahedra, so neighbours agree
