@@ -29,7 +29,8 @@ inline std::vector<std::array<float, 3>> positions_of(const Mesh& mesh) {
 }
 
 template <size_t kComponents>
-void add_attribute(Mesh& mesh, const char* semantic, const std::vector<std::array<float, kComponents>>& values) {
+void add_attribute(Mesh& mesh, const char* semantic,
+                   const std::vector<std::array<float, kComponents>>& values) {
   Attribute attribute{semantic, ComponentType::kFloat32, kComponents, false, {}};
   attribute.values.resize(values.size() * attribute.stride());
   std::memcpy(attribute.values.data(), values.data(), attribute.values.size());
@@ -43,8 +44,8 @@ inline void add_normals(Mesh& mesh) {
   for (const auto& [a, b, c] : mesh.faces)
     for (size_t k = 0; k < 3; ++k) {
       const size_t y = (k + 1) % 3, z = (k + 2) % 3;
-      const float across = (at[b][y] - at[a][y]) * (at[c][z] - at[a][z]) -
-                           (at[b][z] - at[a][z]) * (at[c][y] - at[a][y]);
+      const float across =
+          (at[b][y] - at[a][y]) * (at[c][z] - at[a][z]) - (at[b][z] - at[a][z]) * (at[c][y] - at[a][y]);
       for (const uint32_t point : {a, b, c}) normals[point][k] += across;
     }
   for (std::array<float, 3>& normal : normals) {
@@ -76,11 +77,13 @@ inline void add_texcoords(Mesh& mesh) {
   }
   std::map<uint32_t, uint32_t> copies;
   for (std::array<uint32_t, 3>& face : mesh.faces) {
-    const auto [least, most] = std::minmax({texcoords[face[0]][0], texcoords[face[1]][0], texcoords[face[2]][0]});
+    const auto [least, most] =
+        std::minmax({texcoords[face[0]][0], texcoords[face[1]][0], texcoords[face[2]][0]});
     if (most - least <= 0.5f) continue;
     for (uint32_t& point : face)
       if (texcoords[point][0] < 0.5f)
-        point = copies.try_emplace(point, mesh.point_count + static_cast<uint32_t>(copies.size())).first->second;
+        point =
+            copies.try_emplace(point, mesh.point_count + static_cast<uint32_t>(copies.size())).first->second;
   }
   std::vector<uint32_t> source_of_copy(copies.size());
   for (const auto& [source, copy] : copies) source_of_copy[copy - mesh.point_count] = source;
