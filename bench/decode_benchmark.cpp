@@ -26,11 +26,11 @@ void register_all() {
   for (const SampleKind& kind : sample_kinds())
     for (int thread_count = 1;; thread_count = all) {
       for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
-        const std::string name =
-            kind.name() + "/" + backend.name + "/threads:" + std::to_string(thread_count);
-        benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) {
-          decode(state, backend, kind, thread_count);
-        })->Unit(benchmark::kMillisecond)->UseRealTime();
+        const std::string name = kind.name() + "/" + backend.name + "/threads:" + std::to_string(thread_count);
+        benchmark::RegisterBenchmark(
+            name.c_str(), [=](benchmark::State& state) { decode(state, backend, kind, thread_count); })
+            ->Unit(benchmark::kMillisecond)
+            ->UseRealTime();
       }
       // One patch has no use for a second thread.
       if (thread_count == all || kind.patch_faces == 0) break;
