@@ -1,0 +1,43 @@
+// libdraco's Edgebreaker decoder, with the time that connectivity and attributes take.
+#pragma once
+
+#include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
+
+#include <cstdint>
+#include <span>
+
+#include "bench/stopwatch.h"
+
+namespace psplit {
+
+struct DracoTimes {
+  double connectivity_ms = 0;  // with seams and points
+  double attributes_ms = 0;    // traversal to values
+};
+
+class DracoStages : public draco::MeshEdgebreakerDecoder {
+ public:
+  explicit DracoStages(DracoTimes& times) : times_(times) {}
+
+  // False where libdraco gives up.
+  bool decode(std::span<const uint8_t> stream, draco::Mesh& mesh) {
+    draco::DecoderBuffer buffer;
+    buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
+    return Decode(draco::DecoderOptions(), &buffer, &mesh).ok();
+  }
+
+ protected:
+  bool DecodeConnectivity() override {
+    const Stopwatch watch(times_.connectivity_ms);
+    return MeshEdgebreakerDecoder::DecodeConnectivity();
+  }
+  bool DecodePointAttributes() override {
+    const Stopwatch watch(times_.attributes_ms);
+    return MeshEdgebreakerDecoder::DecodePointAttributes();
+  }
+
+ private:
+  DracoTimes& times_;
+};
+
+}  // namespace psplit

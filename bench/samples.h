@@ -1,0 +1,67 @@
+// Encoded meshes to decode: Draco's speeds, patch sizes and kinds of attributes.
+#pragma once
+
+#include <string>
+#include <tuple>
+
+#include "bench/sample_meshes.h"
+#include "encoder/encode_mesh.h"
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+struct SampleKind {
+  bool all_attributes = false;  // normals and texture coordinates as well
+  uint32_t patch_faces = 0;     // 0: the whole mesh is one patch
+  int speed = 0;
+
+  std::string name() const {
+    return std::string(all_attributes ? "positions+normals+texcoords" : "positions") + "/" +
+           (patch_faces == 0 ? "whole" : std::to_string(patch_faces)) + "/speed" + std::to_string(speed);
+  }
+  auto operator<=>(const SampleKind&) const = default;
+};
+
+inline std::vector<SampleKind> sample_kinds() {
+  std::vector<SampleKind> kinds;
+  for (const bool all_attributes : {false, true})
+    for (const uint32_t patch_faces : {4800u, 1200u, 0u})
+      for (const int speed : {0, 5, 7, 10}) kinds.push_back({all_attributes, patch_faces, speed});
+  return kinds;
+}
+
+struct Sample {
+  std::vector<uint8_t> container;
+  std::vector<AttributeRequest> requests;
+  uint64_t face_count = 0;
+};
+
+// Encoded when it is first asked for, on all threads, and kept.
+inline const Sample& sample(const SampleKind& kind) {
+  static std::map<SampleKind, Sample> samples;
+  Sample& sample = samples[kind];
+  if (sample.face_count > 0) return sample;
+  const Mesh mesh = bench_mesh(400'000, kind.all_attributes);
+  std::vector<AttributeCoding> codings;
+  for (const Attribute& attribute : mesh.attributes) {
+    const bool is_normal = attribute.semantic == "NORMAL";
+    codings.push_back(is_normal ? AttributeCoding{10, true, {}, 0}
+                                : *fit_grid(attribute, attribute.semantic == "POSITION" ? 14 : 12));
+  }
+  EncodeOptions options;
+  options.encode_speed = kind.speed;
+  options.patch_count = kind.patch_faces == 0 ? 1 : static_cast<uint32_t>(mesh.faces.size() / kind.patch_faces);
+  options.verify = false;
+  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, ThreadPool());
+  if (!encoded) give_up(encoded.status());
+  sample.container = std::move(encoded->container);
+  sample.face_count = mesh.faces.size();
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const Attribute& attribute = mesh.attributes[i];
+    sample.requests.push_back({attribute.semantic, encoded->unique_ids[i], attribute.component_type,
+                               attribute.component_count, attribute.normalized});
+  }
+  return sample;
+}
+
+}  // namespace psplit

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <chrono>
+
+namespace psplit {
+
+// Adds the milliseconds that it lives.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum_ms) : sum_ms_(sum_ms), start_(std::chrono::steady_clock::now()) {}
+  ~Stopwatch() {
+    sum_ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
+  }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_ms_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace psplit
