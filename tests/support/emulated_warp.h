@@ -5,7 +5,8 @@
 //
 // Each lane runs alone until it comes to a collective call, and goes on from there after all have come to it.
 // So a lane that reads what another writes with no collective call between them sees it or not by the order in
-// which lanes run: tests run several. What passes a ballot or shuffle where a sync is due is not found.
+// which lanes run: tests run several. Where a ballot or shuffle stands and a sync is due no order tells, but
+// the thread sanitizer does: to it lanes are threads, and only syncs order what they read and write.
 //
 // Lanes that come to different collective calls, that return while others wait, or that shuffle from a lane
 // which is not there end the program with a message.

@@ -8,18 +8,13 @@
 #include <cstdio>
 #include <cstdlib>
 
-#if defined(__has_feature)
-#define PSPLIT_HAS_FEATURE(x) __has_feature(x)
-#else
-#define PSPLIT_HAS_FEATURE(x) 0
-#endif
-#if defined(__SANITIZE_ADDRESS__) || PSPLIT_HAS_FEATURE(address_sanitizer)
-#define PSPLIT_ASAN
+#include "tests/support/sanitizers.h"
+
+#if defined(PSPLIT_ASAN)
 #include <sanitizer/asan_interface.h>
 #include <sanitizer/common_interface_defs.h>
 #endif
-#if defined(__SANITIZE_THREAD__) || PSPLIT_HAS_FEATURE(thread_sanitizer)
-#define PSPLIT_TSAN
+#if defined(PSPLIT_TSAN)
 #include <sanitizer/tsan_interface.h>
 #endif
 
@@ -136,7 +131,8 @@ Fibre::~Fibre() {
   delete state_;
 }
 
-void Fibre::switch_from(Fibre& from) {
+// To the thread sanitizer fibres would race for what they note here.
+[[gnu::no_sanitize_thread]] void Fibre::switch_from(Fibre& from) {
   if (&from == this) return;
   switched_from = &from;
   switched_to = this;
@@ -145,7 +141,7 @@ void Fibre::switch_from(Fibre& from) {
 #endif
 #if defined(PSPLIT_TSAN)
   if (from.state_->body == nullptr) from.state_->tsan_fiber = __tsan_get_current_fiber();
-  __tsan_switch_to_fiber(state_->tsan_fiber, 0);
+  __tsan_switch_to_fiber(state_->tsan_fiber, __tsan_switch_to_fiber_no_sync);
 #endif
 #if defined(PSPLIT_SWITCH_STACK)
   psplit_switch_stack(&from.state_->stack_pointer, state_->stack_pointer);

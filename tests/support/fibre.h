@@ -1,5 +1,6 @@
 // Stackful coroutines: calls that stop in the middle, while another goes on, and are resumed later on the same
-// thread. The sanitizers know of every switch.
+// thread. The sanitizers know of every switch; to the thread sanitizer fibres are threads that run as they
+// like, and a switch orders nothing.
 #pragma once
 
 #include <cstddef>

@@ -42,7 +42,7 @@ Taken together(Run run, const std::vector<uint8_t>& bytes, const std::vector<uin
   std::copy(tags.begin(), tags.end(), values.end() - static_cast<ptrdiff_t>(tags.size()));
   uint32_t size = 0;
   run([&](auto lanes) {
-    size = lanes.size();
+    if (lanes.rank() == 0) size = lanes.size();
     Taken& mine = said[lanes.rank()];
     ByteReader reader(bytes.data(), bytes.size());
     const View<const uint32_t> last(values.data() + values.size() - tags.size(), tags.size());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/emulated_warp.h"
+#include "tests/support/sanitizers.h"
 
 namespace psplit::core {
 namespace {
@@ -39,7 +40,7 @@ TEST(Lanes, TakeEveryItemOnce) {
       std::vector<uint32_t> visits(count), taker(count);
       uint32_t size = 0;
       run([&](auto lanes) {
-        size = lanes.size();
+        if (lanes.rank() == 0) size = lanes.size();
         for_each_lane_item(lanes, count, [&](uint32_t i) {
           ++visits[i];
           taker[i] = lanes.rank();
@@ -57,12 +58,10 @@ TEST(Lanes, FillWholeViews) {
   for_each_kind_of_lanes([](auto run) {
     for (const uint32_t count : kCounts) {
       std::vector<uint16_t> values(count, 7);
-      bool seen_by_all = true;
       run([&](auto lanes) {
         fill(lanes, View<uint16_t>(values.data(), count), uint16_t{9});
-        seen_by_all &= std::count(values.begin(), values.end(), 9) == count;
+        EXPECT_EQ(std::count(values.begin(), values.end(), 9), count);  // to every lane
       });
-      ASSERT_TRUE(seen_by_all);
     }
   });
 }
@@ -132,13 +131,10 @@ void expect_array_scan(auto run) {
       expected[i] = static_cast<T>(total);
       total += values[i];
     }
-    bool seen_by_all = true;
     run([&](auto lanes) {
       EXPECT_EQ(scan_array(lanes, View<T>(values.data(), count)), total);
-      seen_by_all &= values == expected;
+      EXPECT_EQ(values, expected);  // to every lane
     });
-    ASSERT_TRUE(seen_by_all);
-    ASSERT_EQ(values, expected);
   }
 }
 
@@ -149,6 +145,8 @@ TEST(Lanes, ScanArrays) {
   });
 }
 
+// Races, which the thread sanitizer sees without that they matter.
+#if !defined(PSPLIT_TSAN)
 TEST(EmulatedWarp, RunsLanesInTheOrderAsked) {
   std::vector<std::vector<uint32_t>> orders;
   for (const LaneOrder& order : kLaneOrders) {
@@ -198,6 +196,8 @@ TEST(EmulatedWarp, ShowsMissingSyncs) {
   for (const LaneOrder& order : kLaneOrders) EXPECT_EQ(neighbours(true, order), neighbours(true, {}));
   EXPECT_NE(neighbours(false, {LaneOrder::kAscending}), neighbours(false, {LaneOrder::kDescending}));
 }
+
+#endif
 
 TEST(EmulatedWarp, GivesLanesTheirOwnLocals) {
   std::vector<uint32_t> sums(32);
