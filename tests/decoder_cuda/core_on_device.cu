@@ -1,4 +1,6 @@
 // That nvcc takes the core for a device as it is. Built where there is a toolkit, never run.
+#include "decoder_cuda/warp_lanes.cuh"
+#include "src/core/bit_groups.h"
 #include "src/core/stitch.h"
 
 namespace psplit::core {
@@ -12,6 +14,19 @@ __global__ void decode_one_patch(const uint8_t* stream, size_t stream_bytes, uin
   View<uint16_t> walk;
   auto kind = BorderKind::kNoWalk;
   if (*fault == Fault::kNone) *fault = walk_border(*patch, arena, walk, kind);
+}
+
+__global__ void cooperate(const uint8_t* stream, size_t stream_bytes, View<uint32_t> values,
+                          View<uint16_t> counts, Fault* fault) {
+  const WarpLanes lanes;
+  fill(lanes, counts, uint16_t{1});
+  const uint32_t group_count = scan_array(lanes, counts);
+  const uint64_t most = reduce_max(lanes, uint64_t{values[lanes.rank()]});
+  const uint32_t components = broadcast(lanes, static_cast<uint32_t>(most), 0);
+  ByteReader reader(stream, stream_bytes);
+  const View<const uint32_t> tags(values.data(), group_count);
+  const Fault tagged = read_tagged(lanes, reader, tags, components, values);
+  if (lanes.rank() == 0) *fault = tagged;
 }
 
 }  // namespace psplit::core

@@ -1,0 +1,59 @@
+// Values of tagged symbol sequences (symbols.h): groups of plain bits of which each tag says how many every
+// value of its group takes. The tags are decoded, so where groups start is a sum, and lanes take a group each.
+#pragma once
+
+#include "src/core/byte_reader.h"
+#include "src/core/fault.h"
+#include "src/core/lanes.h"
+
+namespace psplit::core {
+
+// The bits that begin at bit `at`, 57 of them at least. Past the end they are 0.
+PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at) {
+  const uint64_t byte = at / 8;
+  const int shift = static_cast<int>(at % 8);
+  if (PSPLIT_LIKELY(byte < size && size - byte >= 8)) return load_le64(data + byte) >> shift;
+  uint64_t bits = 0;
+  for (uint64_t i = byte; i < size; ++i) bits |= uint64_t{data[i]} << 8 * (i - byte);
+  return bits >> shift;
+}
+
+// Decodes tags.size() groups of `components` values, at most 255, to `out`, which has room for all. The tags
+// may be the last ones of `out`. Every lane has a reader of its own, all at the same byte, and takes the same
+// bytes. A tag above 32 is a fault, and leaves anything in `out`.
+template <Lanes L>
+PSPLIT_HD Fault read_tagged(L lanes, ByteReader& reader, View<const uint32_t> tags, uint32_t components,
+                            View<uint32_t> out) {
+  constexpr uint32_t kMostBits = 32;
+  const uint8_t* data = reader.head();
+  const size_t size = reader.remaining();
+  const auto group_count = static_cast<uint32_t>(tags.size());
+  uint64_t taken = 0;  // bits of all chunks before
+  for (uint32_t chunk = 0; chunk < group_count; chunk += L::size()) {
+    const uint32_t group = chunk + lanes.rank();
+    const uint32_t bit_count = group < group_count ? tags[group] : 0;
+    if (PSPLIT_UNLIKELY(any(lanes, bit_count > kMostBits))) return Fault::kEntropy;
+    const uint32_t together = bit_count * components;
+    const Scan<uint32_t> scan = exclusive_scan(lanes, together);
+    lanes.sync();  // values of this chunk may come to lie on its tags, never on later ones
+    if (group < group_count) {
+      const uint64_t mask = (uint64_t{1} << bit_count) - 1;
+      uint64_t at = taken + scan.before;
+      uint32_t i = group * components;
+      if (together <= 57) {
+        uint64_t ahead = bits_at(data, size, at);
+        for (uint32_t k = 0; k < components; ++k, ahead >>= bit_count)
+          out[i++] = static_cast<uint32_t>(ahead & mask);
+      } else {
+        for (uint32_t k = 0; k < components; ++k, at += bit_count)
+          out[i++] = static_cast<uint32_t>(bits_at(data, size, at) & mask);
+      }
+    }
+    taken += scan.total;
+  }
+  lanes.sync();
+  // Bits past the end read as 0, and are not there to be skipped.
+  return reader.skip((taken + 7) / 8) ? Fault::kNone : Fault::kTruncated;
+}
+
+}  // namespace psplit::core

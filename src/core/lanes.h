@@ -1,0 +1,119 @@
+// Cooperation of lanes: code that one thread runs alone or the 32 of a warp together, written once.
+//
+// All lanes call the same function with the same arguments, each with its own `lanes`. What they keep in
+// locals each has for itself; arrays are everybody's. Calls are collective unless it says otherwise: every lane
+// must reach them, the same ones in the same order, so no lane may leave early or stand in a branch that others
+// do not take. A fault that one lane finds ends the work of all (any).
+//
+// What a lane wrote to an array others may read after the next sync, and overwrite what others read only after
+// it: ballot and shuffle order no memory. The functions here that write arrays end with a sync.
+//
+// Kinds of lanes: SerialLanes here, WarpLanes of CUDA (decoder_cuda), and the emulated warp of the tests.
+#pragma once
+
+#include "src/core/view.h"
+
+namespace psplit::core {
+
+template <typename A, typename B>
+inline constexpr bool kSameType = false;
+template <typename A>
+inline constexpr bool kSameType<A, A> = true;
+template <typename A, typename B>
+concept SameAs = kSameType<A, B>;
+
+template <typename L>
+concept Lanes = requires(const L lanes, bool flag, uint32_t source, uint32_t word, uint64_t wide) {
+  // A constant power of two, at most 32.
+  requires(L::size() >= 1 && L::size() <= 32 && (L::size() & (L::size() - 1)) == 0);
+  // This lane, below size(). Not collective.
+  { lanes.rank() } -> SameAs<uint32_t>;
+  // Bit r is the flag of lane r.
+  { lanes.ballot(flag) } -> SameAs<uint32_t>;
+  // The word that lane `source` gives; each lane may name another, below size().
+  { lanes.shuffle(word, source) } -> SameAs<uint32_t>;
+  { lanes.shuffle(wide, source) } -> SameAs<uint64_t>;
+  // Orders what all lanes wrote and read before it ahead of what they write and read after it.
+  lanes.sync();
+};
+
+// A thread of its own. Code over it compiles to plain loops.
+struct SerialLanes {
+  PSPLIT_HD static constexpr uint32_t size() { return 1; }
+  PSPLIT_HD constexpr uint32_t rank() const { return 0; }
+  PSPLIT_HD constexpr uint32_t ballot(bool flag) const { return flag; }
+  PSPLIT_HD constexpr uint32_t shuffle(uint32_t word, uint32_t) const { return word; }
+  PSPLIT_HD constexpr uint64_t shuffle(uint64_t wide, uint32_t) const { return wide; }
+  PSPLIT_HD constexpr void sync() const {}
+};
+
+// Whether the flag of any lane is set.
+template <Lanes L>
+PSPLIT_HD constexpr bool any(L lanes, bool flag) {
+  return lanes.ballot(flag) != 0;
+}
+
+// The word of lane `source`, which is the same for all.
+template <Lanes L, typename Word>
+PSPLIT_HD constexpr Word broadcast(L lanes, Word word, uint32_t source) {
+  return lanes.shuffle(word, source);
+}
+
+// Calls body(i) for all i below count, lane r for r, r + size() and so on. Not collective, and the body must
+// not be either: some lanes call it once less. `count` is at most 2^32 - 32.
+template <Lanes L, typename Body>
+PSPLIT_HD constexpr void for_each_lane_item(L lanes, uint32_t count, Body body) {
+  PSPLIT_CORE_CHECK(count <= 0u - L::size());
+  for (uint32_t i = lanes.rank(); i < count; i += L::size()) body(i);
+}
+
+template <Lanes L, typename T>
+PSPLIT_HD void fill(L lanes, View<T> view, T value) {
+  for_each_lane_item(lanes, static_cast<uint32_t>(view.size()), [&](uint32_t i) { view[i] = value; });
+  lanes.sync();
+}
+
+// The greatest word of all lanes, to all.
+template <Lanes L, typename Word>
+PSPLIT_HD constexpr Word reduce_max(L lanes, Word word) {
+  for (uint32_t step = 1; step < L::size(); step *= 2) {
+    const Word other = lanes.shuffle(word, lanes.rank() ^ step);
+    word = other > word ? other : word;
+  }
+  return word;
+}
+
+template <typename Word>
+struct Scan {
+  Word before;  // the sum of the words of lower lanes
+  Word total;   // of all
+};
+
+template <Lanes L, typename Word>
+PSPLIT_HD constexpr Scan<Word> exclusive_scan(L lanes, Word word) {
+  const uint32_t rank = lanes.rank();
+  Word sum = word;  // of the last 1, 2, 4 ... lanes up to this one
+  for (uint32_t step = 1; step < L::size(); step *= 2) {
+    const Word lower = lanes.shuffle(sum, rank >= step ? rank - step : rank);
+    if (rank >= step) sum += lower;
+  }
+  return {sum - word, broadcast(lanes, sum, L::size() - 1)};
+}
+
+// Replaces each value by the sum of those before it, and returns the sum of all.
+template <Lanes L, typename T>
+PSPLIT_HD constexpr uint32_t scan_array(L lanes, View<T> values) {
+  static_assert(sizeof(T) <= sizeof(uint32_t));
+  const auto count = static_cast<uint32_t>(values.size());
+  uint32_t sum = 0;
+  for (uint32_t chunk = 0; chunk < count; chunk += L::size()) {
+    const uint32_t i = chunk + lanes.rank();
+    const Scan<uint32_t> scan = exclusive_scan(lanes, i < count ? uint32_t{values[i]} : 0u);
+    if (i < count) values[i] = static_cast<T>(sum + scan.before);
+    sum += scan.total;
+  }
+  lanes.sync();
+  return sum;
+}
+
+}  // namespace psplit::core

@@ -1,0 +1,168 @@
+#include "tests/support/fibre.h"
+
+#include <sys/mman.h>
+#include <ucontext.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/support/sanitizers.h"
+
+#if defined(PSPLIT_ASAN)
+#include <sanitizer/asan_interface.h>
+#include <sanitizer/common_interface_defs.h>
+#endif
+#if defined(PSPLIT_TSAN)
+#include <sanitizer/tsan_interface.h>
+#endif
+
+// swapcontext asks the kernel for the signal mask at every switch, which is nearly all of its time: with it the
+// lanes of an emulated warp meet in 7 us, without in 0.3 us. So the commonest machine has a switch of its own.
+// PSPLIT_UCONTEXT_FIBRES leaves it out.
+#if defined(__x86_64__) && defined(__ELF__) && !defined(PSPLIT_UCONTEXT_FIBRES)
+#define PSPLIT_SWITCH_STACK
+// Pushes what a callee must preserve, changes stacks, and pops the same there.
+extern "C" void psplit_switch_stack(void** from, void* to);
+asm(R"(
+.pushsection .text
+.hidden psplit_switch_stack
+.globl psplit_switch_stack
+.type psplit_switch_stack, @function
+psplit_switch_stack:
+  pushq %rbp
+  pushq %rbx
+  pushq %r12
+  pushq %r13
+  pushq %r14
+  pushq %r15
+  movq %rsp, (%rdi)
+  movq %rsi, %rsp
+  popq %r15
+  popq %r14
+  popq %r13
+  popq %r12
+  popq %rbx
+  popq %rbp
+  ret
+.size psplit_switch_stack, . - psplit_switch_stack
+.popsection
+)");
+#endif
+
+namespace psplit {
+
+struct Fibre::State {
+  void (*body)(void*) = nullptr;
+  void* argument = nullptr;
+  uint8_t* memory = nullptr;  // the guard page, then the stack
+  size_t memory_bytes = 0;
+  // The stack. A thread's is found by whoever comes from it.
+  const void* stack = nullptr;
+  size_t stack_bytes = 0;
+#if defined(PSPLIT_SWITCH_STACK)
+  void* stack_pointer = nullptr;
+#else
+  ucontext_t context;
+#endif
+#if defined(PSPLIT_ASAN)
+  void* fake_stack = nullptr;
+#endif
+#if defined(PSPLIT_TSAN)
+  void* tsan_fiber = nullptr;
+#endif
+};
+
+namespace {
+
+// The last switch of this thread.
+thread_local Fibre* switched_from = nullptr;
+thread_local Fibre* switched_to = nullptr;
+
+}  // namespace
+
+Fibre::Fibre() : state_(new State) {}
+
+Fibre::Fibre(void (*body)(void*), void* argument, size_t stack_bytes, size_t offset_bytes) : state_(new State) {
+  state_->body = body;
+  state_->argument = argument;
+  const auto page = static_cast<size_t>(sysconf(_SC_PAGESIZE));
+  state_->stack_bytes = (stack_bytes + offset_bytes + page - 1) / page * page;
+  state_->memory_bytes = page + state_->stack_bytes;
+  void* memory =
+      mmap(nullptr, state_->memory_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (memory == MAP_FAILED || mprotect(memory, page, PROT_NONE) != 0) {
+    std::perror("a fibre's stack");
+    std::abort();
+  }
+  state_->memory = static_cast<uint8_t*>(memory);
+  state_->stack = state_->memory + page;
+#if defined(PSPLIT_SWITCH_STACK)
+  auto* top = reinterpret_cast<void**>(state_->memory + state_->memory_bytes - offset_bytes);
+  *--top = nullptr;  // where enter() would return to; the stack is aligned as it is at a call
+  *--top = reinterpret_cast<void*>(&Fibre::enter);
+  for (int i = 0; i < 6; ++i) *--top = nullptr;
+  state_->stack_pointer = top;
+#else
+  if (getcontext(&state_->context) != 0) std::abort();
+  state_->context.uc_stack.ss_sp = state_->memory + page;
+  state_->context.uc_stack.ss_size = state_->stack_bytes - offset_bytes;
+  state_->context.uc_link = nullptr;
+  makecontext(&state_->context, &Fibre::enter, 0);
+  // The address sanitizer would take all marks off a stack whose bounds it finds here.
+  state_->context.uc_stack.ss_size = 0;
+#endif
+#if defined(PSPLIT_TSAN)
+  state_->tsan_fiber = __tsan_create_fiber(0);
+#endif
+}
+
+Fibre::~Fibre() {
+  if (state_->memory != nullptr) {
+#if defined(PSPLIT_ASAN)
+    ASAN_UNPOISON_MEMORY_REGION(state_->stack, state_->stack_bytes);
+#endif
+#if defined(PSPLIT_TSAN)
+    __tsan_destroy_fiber(state_->tsan_fiber);
+#endif
+    munmap(state_->memory, state_->memory_bytes);
+  }
+  delete state_;
+}
+
+// To the thread sanitizer fibres would race for what they note here.
+[[gnu::no_sanitize_thread]] void Fibre::switch_from(Fibre& from) {
+  if (&from == this) return;
+  switched_from = &from;
+  switched_to = this;
+#if defined(PSPLIT_ASAN)
+  __sanitizer_start_switch_fiber(&from.state_->fake_stack, state_->stack, state_->stack_bytes);
+#endif
+#if defined(PSPLIT_TSAN)
+  if (from.state_->body == nullptr) from.state_->tsan_fiber = __tsan_get_current_fiber();
+  __tsan_switch_to_fiber(state_->tsan_fiber, __tsan_switch_to_fiber_no_sync);
+#endif
+#if defined(PSPLIT_SWITCH_STACK)
+  psplit_switch_stack(&from.state_->stack_pointer, state_->stack_pointer);
+#else
+  swapcontext(&from.state_->context, &state_->context);
+#endif
+  arrive(from);
+}
+
+void Fibre::arrive([[maybe_unused]] Fibre& fibre) {
+#if defined(PSPLIT_ASAN)
+  __sanitizer_finish_switch_fiber(fibre.state_->fake_stack, &switched_from->state_->stack,
+                                  &switched_from->state_->stack_bytes);
+#endif
+}
+
+void Fibre::enter() {
+  Fibre& fibre = *switched_to;
+  arrive(fibre);
+  fibre.state_->body(fibre.state_->argument);
+  std::abort();
+}
+
+}  // namespace psplit
