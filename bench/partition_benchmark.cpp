@@ -12,23 +12,15 @@
 namespace psplit {
 namespace {
 
-struct Input {
-  std::vector<std::array<uint32_t, 3>> faces;
-  uint32_t vertex_count = 0;
-};
-
-const Input& input() {
-  static const Input made = [] {
-    const Mesh mesh = bench_mesh(1'000'000, false);
-    return Input{mesh.faces, mesh.point_count};
-  }();
+const Mesh& input() {
+  static const Mesh made = bench_mesh(1'000'000, false);
   return made;
 }
 
 void report(benchmark::State& state, const std::vector<uint32_t>& patch_of_face, uint32_t patch_count) {
   std::vector<uint64_t> uses;
   std::vector<uint32_t> sizes(patch_count, 0);
-  std::vector<bool> used(input().vertex_count, false);
+  std::vector<bool> used(input().point_count, false);
   for (size_t face = 0; face < patch_of_face.size(); ++face) {
     ++sizes[patch_of_face[face]];
     for (const uint32_t vertex : input().faces[face]) {
@@ -53,7 +45,7 @@ void ours(benchmark::State& state) {
   PartitionOptions options;
   options.patch_count = patch_count_of(state);
   Partition partition;
-  for (auto _ : state) partition = partition_faces(input().faces, input().vertex_count, options, pool);
+  for (auto _ : state) partition = partition_faces(input().faces, input().point_count, options, pool);
   report(state, partition.patch_of_face, partition.patch_count);
 }
 

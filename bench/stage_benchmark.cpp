@@ -30,12 +30,11 @@ using core::Fault;
 using core::Stop;
 
 struct StageTimes {
-  double connectivity_ms = 0;  // header to points, and memory made ready; at speed 0 the traversal as well
-  double traversal_ms = 0;
-  double symbols_ms = 0;
+  double connectivity_ms = 0;  // header to corner table, and memory made ready
+  double seams_ms = 0;         // to points; by prediction degree the traversal as well, here or above
+  double chains_ms = 0;        // traversal and symbols
   double prediction_ms = 0;
-  double in_step_ms = 0;  // the stages above, of several patches in step
-  double output_ms = 0;   // faces to 32-bit indices, integers to values
+  double output_ms = 0;  // faces to 32-bit indices, integers to values
 };
 
 // A stream while it is decoded, in memory for any of a container.
@@ -73,43 +72,49 @@ class StreamDecoder {
   std::optional<core::PatchDecoder<Index>> decoder_;
 };
 
+// Streams that are decoded in step, as far as they stand at the same stop.
 template <typename Index>
-PSPLIT_OWN_FUNCTION Fault connectivity_stage(std::span<const uint8_t> stream, StreamDecoder<Index>& lane,
-                                             StageTimes& times) {
+struct AtStop {
+  core::PatchDecoder<Index>* decoders[kLanes];
+  Fault* faults[kLanes];
+  uint32_t count = 0;
+
+  void go_on() {
+    core::take_steps(decoders, count);
+    for (uint32_t n = 0; n < count; ++n) *faults[n] = decoders[n]->resume(core::SerialLanes());
+  }
+};
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION Fault start_stage(std::span<const uint8_t> stream, StreamDecoder<Index>& lane,
+                                      StageTimes& times) {
   const Stopwatch watch(times.connectivity_ms);
   const Fault fault = lane.open(stream);
   return fault == Fault::kNone ? lane.decoder().start() : fault;
 }
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION Fault traversal_stage(core::PatchDecoder<Index>& decoder, StageTimes& times) {
-  const Stopwatch watch(times.traversal_ms);
-  return decoder.resume();
+PSPLIT_OWN_FUNCTION void connectivity_stage(AtStop<Index>& at, StageTimes& times) {
+  const Stopwatch watch(times.connectivity_ms);
+  at.go_on();
 }
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION Fault symbols_stage(core::PatchDecoder<Index>& decoder, StageTimes& times) {
-  const Stopwatch watch(times.symbols_ms);
-  return decoder.resume();
+PSPLIT_OWN_FUNCTION void seams_stage(AtStop<Index>& at, StageTimes& times) {
+  const Stopwatch watch(times.seams_ms);
+  at.go_on();
 }
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION Fault prediction_stage(core::PatchDecoder<Index>& decoder, StageTimes& times) {
+PSPLIT_OWN_FUNCTION void chains_stage(AtStop<Index>& at, StageTimes& times) {
+  const Stopwatch watch(times.chains_ms);
+  at.go_on();
+}
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION void prediction_stage(AtStop<Index>& at, StageTimes& times) {
   const Stopwatch watch(times.prediction_ms);
-  return decoder.resume();
-}
-
-PSPLIT_OWN_FUNCTION void in_step_stages(const std::span<const uint8_t>* streams,
-                                        std::vector<StreamDecoder<uint16_t>>& lanes, Fault (&faults)[kLanes],
-                                        StageTimes& times) {
-  const Stopwatch watch(times.in_step_ms);
-  core::PatchDecoder<uint16_t>* decoders[kLanes];
-  for (uint32_t n = 0; n < kLanes; ++n) {
-    faults[n] = lanes[n].open(streams[n]);
-    if (faults[n] != Fault::kNone) return;
-    decoders[n] = &lanes[n].decoder();
-  }
-  core::decode_in_step(decoders, faults);
+  at.go_on();
 }
 
 // Where the next patch goes.
@@ -125,7 +130,7 @@ PSPLIT_OWN_FUNCTION void output_stage(const core::Patch<Index>& patch, Output& o
   for (uint32_t face = 0; face < patch.face_count; ++face)
     faces[face] = {patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]};
   out.faces += patch.face_count;
-  for (uint32_t i = 0; i < patch.attribute_count; ++i) {
+  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
     const core::Attribute<Index>& attribute = patch.attributes[i];
     const size_t stride = attribute.stride();
     patch.write_values(attribute,
@@ -153,7 +158,7 @@ struct Input {
       fits_16_bits &= core::read_stream_header(stream.data(), stream.size(), header) == Fault::kNone &&
                       header.fits_16_bits();
     }
-    if (!fits_16_bits) wide.emplace(container);
+    if (!fits_16_bits) wide.emplace_back(container);
     for (uint32_t n = 0; n < kLanes && fits_16_bits; ++n) narrow.emplace_back(container);
   }
 
@@ -161,50 +166,52 @@ struct Input {
   std::vector<std::array<uint32_t, 3>> faces;
   std::vector<uint8_t> values;
   std::vector<StreamDecoder<uint16_t>> narrow;  // none where a stream is too large for 16-bit numbers
-  std::optional<StreamDecoder<uint32_t>> wide;
+  std::vector<StreamDecoder<uint32_t>> wide;
 };
 
+// `count` streams in step: core::decode_in_step with a watch.
 template <typename Index>
-Fault decode_stream(std::span<const uint8_t> stream, StreamDecoder<Index>& lane, Output& out,
-                    StageTimes& times) {
-  Fault fault = connectivity_stage(stream, lane, times);
-  if (fault != Fault::kNone) return fault;
-  core::PatchDecoder<Index>& decoder = lane.decoder();
-  while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
-    switch (decoder.stop()) {
-      case Stop::kTraversal: fault = traversal_stage(decoder, times); break;
-      case Stop::kSymbols: fault = symbols_stage(decoder, times); break;
-      case Stop::kPrediction: fault = prediction_stage(decoder, times); break;
+Fault decode_streams(const std::span<const uint8_t>* streams, std::vector<StreamDecoder<Index>>& lanes,
+                     uint32_t count, Output& out, StageTimes& times) {
+  Fault faults[kLanes];
+  for (uint32_t n = 0; n < count; ++n) faults[n] = start_stage(streams[n], lanes[n], times);
+  for (;;) {
+    AtStop<Index> at;
+    for (uint32_t n = 0; n < count; ++n) {
+      core::PatchDecoder<Index>& decoder = lanes[n].decoder();
+      if (faults[n] != Fault::kNone || decoder.stop() == Stop::kDone) continue;
+      if (at.count > 0 && decoder.stop() != at.decoders[0]->stop()) continue;
+      at.decoders[at.count] = &decoder;
+      at.faults[at.count++] = &faults[n];
+    }
+    if (at.count == 0) break;
+    switch (at.decoders[0]->stop()) {
+      case Stop::kSymbolLists: connectivity_stage(at, times); break;
+      case Stop::kSeams: seams_stage(at, times); break;
+      case Stop::kChains: chains_stage(at, times); break;
+      case Stop::kPrediction: prediction_stage(at, times); break;
       case Stop::kDone: break;
     }
   }
-  if (fault == Fault::kNone) output_stage(lane.patch(), out, times);
-  return fault;
+  for (uint32_t n = 0; n < count; ++n) {
+    if (faults[n] != Fault::kNone) return faults[n];
+    output_stage(lanes[n].patch(), out, times);
+  }
+  return Fault::kNone;
 }
 
 // One stream after the other; or, `in_step`, as many at once as src/cpu takes, and those left at the end alone.
 Fault decode_with_core(Input& input, bool in_step, StageTimes& times) {
   const uint32_t count = input.container.patch_count();
   Output out{input.faces.data(), input.values.data()};
-  uint32_t i = 0;
-  for (; in_step && i + kLanes <= count; i += kLanes) {
-    Fault faults[kLanes] = {};
-    in_step_stages(&input.container.streams[i], input.narrow, faults, times);
-    for (uint32_t n = 0; n < kLanes; ++n) {
-      if (faults[n] != Fault::kNone) return faults[n];
-      output_stage(input.narrow[n].patch(), out, times);
-    }
-  }
-  StageTimes left;
-  for (; i < count; ++i) {
-    const std::span<const uint8_t> stream = input.container.streams[i];
-    StageTimes& alone = in_step ? left : times;
-    const Fault fault = input.wide ? decode_stream(stream, *input.wide, out, alone)
-                                   : decode_stream(stream, input.narrow[0], out, alone);
+  for (uint32_t i = 0; i < count;) {
+    const std::span<const uint8_t>* streams = &input.container.streams[i];
+    const uint32_t together = in_step && i + kLanes <= count ? kLanes : 1;
+    const Fault fault = !input.wide.empty() ? decode_streams(streams, input.wide, 1, out, times)
+                                            : decode_streams(streams, input.narrow, together, out, times);
     if (fault != Fault::kNone) return fault;
+    i += input.wide.empty() ? together : 1;
   }
-  times.in_step_ms += left.connectivity_ms + left.traversal_ms + left.symbols_ms + left.prediction_ms;
-  times.output_ms += left.output_ms;
   return Fault::kNone;
 }
 
@@ -222,12 +229,11 @@ void report(benchmark::State& state, const StageTimes& ours, const DracoTimes& d
     state.counters[stage] = benchmark::Counter(sum_ms, benchmark::Counter::kAvgIterations);
   };
   count("1 connectivity", ours.connectivity_ms + draco.connectivity_ms);
-  count("2 traversal", ours.traversal_ms);
-  count("3 symbols", ours.symbols_ms);
+  count("2 seams", ours.seams_ms);
+  count("3 traversal, symbols", ours.chains_ms);
   count("4 prediction", ours.prediction_ms);
   count("5 output", ours.output_ms);
-  count("1-4 in step", ours.in_step_ms);
-  count("2-5 attributes", draco.attributes_ms);
+  count("3-5 attributes", draco.attributes_ms);
 }
 
 void measure_core(benchmark::State& state, const SampleKind& kind, bool in_step) {

@@ -196,30 +196,19 @@ class IntegerDecoder {
   }
 
   // The symbols and the sequence are known: the commonest predictions in steps, of which one may be running.
-  // Any number of them may be taken before finish.
-  PSPLIT_HD void start_prediction() {
-    if (data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap)
-      for (size_t i = 0; i + 1 < corrections_.size(); ++i)
-        corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
-    const PredictedValues<Index> on{group_->table.table, group_->sequence, corrections_, attribute_->values,
-                                    zeros_.data()};
-    const Wrap wrap{data_.low, data_.high, data_.modulus};
-    const uint32_t components = attribute_->value_components();
-    if (data_.scheme == Scheme::kParallelogram && components == 3) of_three_ = {on, wrap};
-    if (data_.scheme == Scheme::kParallelogram && components == 2) of_two_ = {on, wrap};
-    if (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal)
-      normals_ = {on, data_.grid, data_.transform == Transform::kOctahedronCanonicalized};
+  // Any number of them may be taken before finish. Collective.
+  template <Lanes L>
+  PSPLIT_HD void start_prediction(L lanes) {
+    const bool is_signed = data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap;
+    for_each_lane_item(lanes, is_signed ? static_cast<uint32_t>(corrections_.size()) - 1 : 0, [&](uint32_t i) {
+      corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
+    });
+    if (lanes.rank() == 0) start_steps();
+    lanes.sync();
   }
   PSPLIT_HD ParallelogramSteps<Index, 3>& of_three() { return of_three_; }
   PSPLIT_HD ParallelogramSteps<Index, 2>& of_two() { return of_two_; }
   PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
-
-  // Whether steps are all that there is to do.
-  PSPLIT_HD bool in_steps() const {
-    const uint32_t components = attribute_->value_components();
-    return (data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3)) ||
-           (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal);
-  }
 
   PSPLIT_HD Fault finish(Arena& arena) {
     const size_t mark = arena.mark();
@@ -229,6 +218,24 @@ class IntegerDecoder {
   }
 
  private:
+  PSPLIT_HD void start_steps() {
+    const PredictedValues<Index> on{group_->table.table, group_->sequence, corrections_, attribute_->values,
+                                    zeros_.data()};
+    const Wrap wrap{data_.low, data_.high, data_.modulus};
+    const uint32_t components = attribute_->value_components();
+    if (data_.scheme == Scheme::kParallelogram && components == 3) of_three_ = {on, wrap};
+    if (data_.scheme == Scheme::kParallelogram && components == 2) of_two_ = {on, wrap};
+    if (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal)
+      normals_ = {on, data_.grid, data_.transform == Transform::kOctahedronCanonicalized};
+  }
+
+  // Whether steps are all that there is to do.
+  PSPLIT_HD bool in_steps() const {
+    const uint32_t components = attribute_->value_components();
+    return (data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3)) ||
+           (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal);
+  }
+
   PSPLIT_HD Fault predict_components(Arena& arena) {
     switch (attribute_->value_components()) {
       case 1: return predict<Index, 1>(*group_, *attribute_, positions_, position_, corrections_, arena, data_);
@@ -282,11 +289,12 @@ class ValueWriter {
   // Writes the values of points [0, count), attribute.stride() bytes each. value_of(point) is a vertex of the
   // table, for kRaw a place in the sequence; place_of(point) is where its value goes, or null where nobody
   // wants it.
-  template <typename ValueOf, typename PlaceOf>
-  PSPLIT_HD void write(uint32_t count, ValueOf value_of, PlaceOf place_of) const {
+  template <Lanes L, typename ValueOf, typename PlaceOf>
+  PSPLIT_HD void write(L lanes, uint32_t count, ValueOf value_of, PlaceOf place_of) const {
     const auto each = [&](auto write_one) {
-      for (uint32_t point = 0; point < count; ++point)
+      for_each_lane_item(lanes, count, [&](uint32_t point) {
         if (uint8_t* place = place_of(point); place != nullptr) write_one(value_of(point), place);
+      });
     };
     switch (attribute_.coding) {
       case Coding::kRaw:

@@ -32,22 +32,26 @@ struct Patch {
   View<bool> on_seam;  // by vertex: at the end of some attribute's seam; empty without seams
 
   // Writes an attribute's values by point; see ValueWriter.
-  template <typename PlaceOf>
-  PSPLIT_HD void write_values(const Attribute<Index>& attribute, PlaceOf place_of) const {
+  template <Lanes L, typename PlaceOf>
+  PSPLIT_HD void write_values(L lanes, const Attribute<Index>& attribute, PlaceOf place_of) const {
     const ValueWriter<Index> writer(attribute);
     const Group<Index>& group = groups[attribute.group];
     const bool is_raw = attribute.coding == Coding::kRaw;
     if (corner_of_point.empty() && !is_raw)
       return writer.write(
-          point_count, [](uint32_t point) { return point; }, place_of);
+          lanes, point_count, [](uint32_t point) { return point; }, place_of);
     writer.write(
-        point_count,
+        lanes, point_count,
         [&](uint32_t point) -> uint32_t {
           const uint32_t vertex =
               corner_of_point.empty() ? point : group.table.table.vertex[corner_of_point[point]];
           return is_raw ? group.sequence.rank[vertex] : vertex;
         },
         place_of);
+  }
+  template <typename PlaceOf>
+  PSPLIT_HD void write_values(const Attribute<Index>& attribute, PlaceOf place_of) const {
+    write_values(SerialLanes(), attribute, place_of);
   }
 };
 
@@ -57,12 +61,13 @@ struct Patch {
 //   Fault fault = decoder.start();
 //   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
 //     ... take all steps of what is pending
-//     fault = decoder.resume();
+//     fault = decoder.resume(lanes);
 //   }
 enum class Stop : uint8_t {
-  kSeams,       // seams() are pending
-  kChains,      // sequences() and traversals() are pending
-  kPrediction,  // of_three(), of_two() and normals() of integers() are
+  kSymbolLists,  // sequences(), of a valence traversal's symbols, are pending
+  kSeams,        // seams() are pending
+  kChains,       // sequences() and traversals() are pending
+  kPrediction,   // of_three(), of_two() and normals() of integers() are
   kDone,
 };
 
@@ -87,15 +92,28 @@ class PatchDecoder {
   PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return traversals_.first(traversal_count_); }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
 
-  // All steps are taken, but for what sequences leave to their finish: goes on to the next stop.
-  PSPLIT_HD Fault resume() {
-    switch (stop_) {
-      case Stop::kSeams: return finish_seams();
-      case Stop::kChains: return in_attributes_ ? finish_chains() : finish_edgebreaker();
-      case Stop::kPrediction: return finish_predictions();
+  // All steps are taken, but for what sequences leave to their finish: goes on to the next stop. Collective:
+  // the decoder is everybody's.
+  template <Lanes L>
+  PSPLIT_HD Fault resume(L lanes) {
+    const Stop stop = stop_;
+    lanes.sync();
+    switch (stop) {
+      case Stop::kSymbolLists: return alone(lanes, [&] { return finish_edgebreaker(); });
+      case Stop::kSeams: return alone(lanes, [&] { return finish_seams(); });
+      case Stop::kChains: return finish_chains(lanes);
+      case Stop::kPrediction: return alone(lanes, [&] { return finish_predictions(); });
       case Stop::kDone: break;
     }
     return Fault::kNone;
+  }
+
+  // What the first lane does alone.
+  template <Lanes L, typename Do>
+  PSPLIT_HD static Fault alone(L lanes, Do what) {
+    const Fault fault = lanes.rank() == 0 ? what() : Fault::kNone;
+    lanes.sync();
+    return static_cast<Fault>(broadcast(lanes, static_cast<uint32_t>(fault), 0));
   }
 
  private:
@@ -123,7 +141,7 @@ class PatchDecoder {
     if (!arena_.take(sequences_, valence_symbols_.kLists)) return Fault::kWorkspace;
     sequence_count_ = valence_symbols_.kLists;
     const Fault fault = valence_symbols_.start(reader_, counts, arena_, sequences_);
-    return fault == Fault::kNone ? stop_at(Stop::kChains) : fault;
+    return fault == Fault::kNone ? stop_at(Stop::kSymbolLists) : fault;
   }
 
   PSPLIT_HD Fault finish_edgebreaker() {
@@ -246,7 +264,6 @@ class PatchDecoder {
 
   // What attributes there are, and how their values are ordered.
   PSPLIT_HD Fault start_attributes() {
-    in_attributes_ = true;
     const uint32_t group_count = reader_.u8();
     if (reader_.truncated()) return Fault::kTruncated;
     if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
@@ -358,15 +375,28 @@ class PatchDecoder {
     return stop_at(Stop::kChains);
   }
 
-  PSPLIT_HD Fault finish_chains() {
+  template <Lanes L>
+  PSPLIT_HD Fault finish_chains(L lanes) {
+    Fault fault = alone(lanes, [&] { return finish_traversals(); });
+    const uint32_t first = first_pending_, end = sequence_count_;
+    for (uint32_t i = first; i < end && fault == Fault::kNone; ++i)
+      fault = sequences_[i].finish(lanes, reader_);
+    if (fault != Fault::kNone) return fault;
+    const bool is_last = group_ == patch_.groups.size();
+    lanes.sync();
+    if (!is_last)
+      return alone(lanes, [&] {
+        first_pending_ = end;
+        return read_attributes();
+      });
+    for (uint32_t i = 0; i < integers_.size(); ++i)
+      if (patch_.attributes[i].coding != Coding::kRaw) integers_[i].start_prediction(lanes);
+    return alone(lanes, [&] { return stop_at(Stop::kPrediction); });
+  }
+  PSPLIT_HD Fault finish_traversals() {
     for (; traversal_count_ > 0; --traversal_count_)
       if (const Fault fault = traversals_[traversal_count_ - 1].finish(); fault != Fault::kNone) return fault;
-    for (; first_pending_ < sequence_count_; ++first_pending_)
-      if (const Fault fault = sequences_[first_pending_].finish(reader_); fault != Fault::kNone) return fault;
-    if (group_ < patch_.groups.size()) return read_attributes();
-    for (uint32_t i = 0; i < integers_.size(); ++i)
-      if (patch_.attributes[i].coding != Coding::kRaw) integers_[i].start_prediction();
-    return stop_at(Stop::kPrediction);
+    return Fault::kNone;
   }
 
   PSPLIT_HD Fault finish_predictions() {
@@ -404,7 +434,7 @@ class PatchDecoder {
   AttributeTable<Index> linear_;
   Sequence<Index> linear_sequence_;
 
-  bool in_attributes_ = false, tags_are_known_ = false;
+  bool tags_are_known_ = false;
   uint32_t group_ = 0, attribute_ = 0;
   View<DepthFirstTraversal<Index>> traversals_;
   uint32_t traversal_count_ = 0;
@@ -461,6 +491,7 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
   using Decoder = PatchDecoder<Index>;
   using Integers = IntegerDecoder<Index>;
   const auto itself = [](auto& run) -> auto& { return run; };
+  const auto sequences = [](Decoder& decoder) { return decoder.sequences(); };
   const auto integers = [](Decoder& decoder) { return decoder.integers(); };
   switch (decoders[0]->stop()) {
     case Stop::kSeams:
@@ -468,10 +499,12 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
           decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
           step_all<kWays, BitSteps, BitSteps>);
       return;
+    case Stop::kSymbolLists:
+      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kWays>);
+      return;
     case Stop::kChains: {
       using Run = DepthFirstTraversal<Index>;
       const auto traversals = [](Decoder& decoder) { return decoder.traversals(); };
-      const auto sequences = [](Decoder& decoder) { return decoder.sequences(); };
       // One of each has nobody but the other to go with.
       if (count == 1 && traversals(*decoders[0]).size() == 1 && sequences(*decoders[0]).size() == 1)
         step_both(traversals(*decoders[0])[0], sequences(*decoders[0])[0]);
@@ -515,8 +548,46 @@ PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fa
     }
     if (count == 0) return;
     take_steps(at, count);
-    for (uint32_t n = 0; n < count; ++n) *fault_of[n] = at[n]->resume();
+    for (uint32_t n = 0; n < count; ++n) *fault_of[n] = at[n]->resume(SerialLanes());
   }
+}
+
+// Decodes one stream with all lanes of a warp, a run of steps a lane. The decoder is everybody's, and not
+// started.
+template <Lanes L, typename Index>
+PSPLIT_HD Fault decode_together(L lanes, PatchDecoder<Index>& decoder) {
+  const auto take = [&](auto list, auto take_all) {
+    for_each_lane_item(lanes, static_cast<uint32_t>(list.size()), [&](uint32_t i) { take_all(list[i]); });
+  };
+  const auto step_through = []<typename Run>(Run& run) {
+    Run* const one = &run;
+    step_all<1, Run>(&one, 1);
+  };
+  Fault fault = decoder.alone(lanes, [&] { return decoder.start(); });
+  while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
+    switch (decoder.stop()) {
+      case Stop::kSeams: take(decoder.seams(), step_through); break;
+      case Stop::kSymbolLists:
+      case Stop::kChains:
+        take(decoder.sequences(), [](SymbolSequence& sequence) {
+          SymbolSequence* const one = &sequence;
+          step_symbols<1>(&one, 1);
+        });
+        take(decoder.traversals(), step_through);
+        break;
+      case Stop::kPrediction:
+        take(decoder.integers(), [&](IntegerDecoder<Index>& integers) {
+          step_through(integers.of_three());
+          step_through(integers.of_two());
+          step_through(integers.normals());
+        });
+        break;
+      case Stop::kDone: break;
+    }
+    lanes.sync();
+    fault = decoder.resume(lanes);
+  }
+  return fault;
 }
 
 // Decodes a stream whose header was read, and for which Index is wide enough (StreamHeader::fits_16_bits). The

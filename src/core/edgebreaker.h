@@ -170,7 +170,7 @@ class ValenceSymbols {
       sequences[i] = {};
       Fault fault = sequences[i].start(reader, list.left, 1, arena, list.decoded);
       if (fault == Fault::kNone && sequences[i].is_tagged()) {
-        fault = sequences[i].finish(reader);  // the next list begins behind its last bit
+        fault = sequences[i].finish(SerialLanes(), reader);  // the next list begins behind its last bit
         sequences[i] = {};
       }
       if (fault != Fault::kNone) return fault;
@@ -180,7 +180,7 @@ class ValenceSymbols {
 
   PSPLIT_HD Fault finish(ByteReader& reader, View<SymbolSequence> sequences) {
     for (uint32_t i = 0; i < kLists; ++i) {
-      if (const Fault fault = sequences[i].finish(reader); fault != Fault::kNone) return fault;
+      if (const Fault fault = sequences[i].finish(SerialLanes(), reader); fault != Fault::kNone) return fault;
       // A byte each, in place.
       constexpr uint8_t kClersOfSymbol[8] = {kC, kS, kL, kR, kE, kBroken, kBroken, kBroken};
       List& list = lists_[i];

@@ -5,6 +5,7 @@
 //           follow in plain
 #pragma once
 
+#include "src/core/bit_groups.h"
 #include "src/core/rans.h"
 
 namespace psplit::core {
@@ -40,10 +41,21 @@ class SymbolSequence {
   PSPLIT_HD bool is_tagged() const { return is_tagged_; }
   PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
 
-  // Decodes what is left. The reader stands where start left it, and then behind the last value.
-  PSPLIT_HD Fault finish(ByteReader& reader) {
-    for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
-    return is_tagged_ ? read_tagged(reader) : Fault::kNone;
+  // Decodes what is left. The reader stands where start left it, and then behind the last value. Collective;
+  // sequence and reader are everybody's.
+  template <Lanes L>
+  PSPLIT_HD Fault finish(L lanes, ByteReader& reader) {
+    if (lanes.rank() == 0)
+      for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
+    lanes.sync();
+    if (!is_tagged_) return Fault::kNone;
+    ByteReader bits = reader;
+    const View<const uint32_t> tags(out_.data() + first_, group_count_);
+    const Fault fault = read_tagged(lanes, bits, tags, components_, out_);
+    lanes.sync();
+    if (lanes.rank() == 0) reader = bits;
+    lanes.sync();
+    return fault;
   }
 
  protected:
@@ -60,26 +72,6 @@ class SymbolSequence {
   PSPLIT_HD uint32_t done() const { return done_; }
 
  private:
-  PSPLIT_HD Fault read_tagged(ByteReader& reader) {
-    BitReader bits(reader.head(), reader.remaining());
-    uint32_t i = 0;
-    for (uint32_t group = 0; group < group_count_; ++group) {
-      const uint32_t bit_count = out_[first_ + group];
-      if (bit_count > 32) return Fault::kEntropy;
-      if (const uint32_t together = bit_count * components_; together <= 56) {
-        uint64_t ahead = bits.peek(static_cast<int>(together));
-        const uint64_t mask = (uint64_t{1} << bit_count) - 1;
-        for (uint32_t k = 0; k < components_; ++k, ahead >>= bit_count)
-          out_[i++] = static_cast<uint32_t>(ahead & mask);
-        bits.take(static_cast<int>(together));
-      } else {
-        for (uint32_t k = 0; k < components_; ++k) out_[i++] = bits.read(static_cast<int>(bit_count));
-      }
-    }
-    // Bits past the end read as 0, and are not there to be skipped.
-    return reader.skip(bits.bytes_taken()) ? Fault::kNone : Fault::kTruncated;
-  }
-
   RansTable table_;
   RansSymbols symbols_;
   View<uint32_t> out_;
@@ -135,7 +127,7 @@ PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena,
   if (fault == Fault::kNone) {
     SymbolSequence* const one = &sequence;
     step_symbols<1>(&one, 1);
-    fault = sequence.finish(reader);
+    fault = sequence.finish(SerialLanes(), reader);
   }
   if (fault != Fault::kNone) return fault;
   for (uint32_t i = 0; i < count; ++i) visit(i, values[i]);

@@ -16,8 +16,11 @@ struct Sequence {
 
   PSPLIT_HD bool allocate(uint32_t vertex_count, Arena& arena) {
     count = vertex_count;
-    // One more: what is stored at the end of the sequence may turn out not to be part of it.
-    return arena.take(corner, size_t{vertex_count} + 1) && arena.take(rank, vertex_count);
+    // One more: what is stored at the end of the sequence may turn out not to be part of it. It is a corner
+    // always.
+    if (!arena.take(corner, size_t{vertex_count} + 1) || !arena.take(rank, vertex_count)) return false;
+    corner[vertex_count] = 0;
+    return true;
   }
 };
 
