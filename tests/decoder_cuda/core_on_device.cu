@@ -1,4 +1,6 @@
 // That nvcc takes the core for a device as it is. Built where there is a toolkit, never run.
+#include <new>
+
 #include "decoder_cuda/warp_lanes.cuh"
 #include "src/core/bit_groups.h"
 #include "src/core/stitch.h"
@@ -14,6 +16,18 @@ __global__ void decode_one_patch(const uint8_t* stream, size_t stream_bytes, uin
   View<uint16_t> walk;
   auto kind = BorderKind::kNoWalk;
   if (*fault == Fault::kNone) *fault = walk_border(*patch, arena, walk, kind);
+}
+
+__global__ void decode_by_warp(const StreamHeader* header, Arena* arena, PatchDecoder<uint16_t>* decoder,
+                               Patch<uint16_t>* patch, uint8_t* values, Fault* fault) {
+  const WarpLanes lanes;
+  if (lanes.rank() == 0) new (decoder) PatchDecoder<uint16_t>(*header, *arena, *patch);
+  lanes.sync();
+  const Fault decoded = decode_together(lanes, *decoder);
+  if (lanes.rank() == 0) *fault = decoded;
+  if (decoded != Fault::kNone || patch->attributes.empty()) return;
+  const Attribute<uint16_t>& attribute = patch->attributes[0];
+  patch->write_values(lanes, attribute, [&](uint32_t point) { return values + point * attribute.stride(); });
 }
 
 __global__ void cooperate(const uint8_t* stream, size_t stream_bytes, View<uint32_t> values,

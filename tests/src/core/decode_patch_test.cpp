@@ -9,12 +9,17 @@
 #include <random>
 
 #include "tests/support/draco_streams.h"
+#include "tests/support/emulated_warp.h"
+#include "tests/support/sanitizers.h"
 
 namespace psplit::core {
 namespace {
 
-template <typename Index>
-RawMesh raw_mesh(const Patch<Index>& patch) {
+// `run(body)` calls body(lanes) on all lanes.
+constexpr auto kOneLane = [](auto body) { body(SerialLanes()); };
+
+template <typename Index, typename Run>
+RawMesh raw_mesh(const Patch<Index>& patch, Run run) {
   RawMesh mesh;
   mesh.point_count = patch.point_count;
   for (uint32_t face = 0; face < patch.face_count; ++face)
@@ -25,25 +30,50 @@ RawMesh raw_mesh(const Patch<Index>& patch) {
     RawAttribute raw{attribute.unique_id,  attribute.semantic,   static_cast<int>(attribute.type),
                      attribute.components, attribute.normalized, {}};
     raw.point_values.resize(size_t{patch.point_count} * attribute.stride());
-    patch.write_values(attribute,
-                       [&](uint32_t point) { return &raw.point_values[size_t{point} * attribute.stride()]; });
+    const auto place_of = [&](uint32_t point) { return &raw.point_values[size_t{point} * attribute.stride()]; };
+    run([&](auto lanes) { patch.write_values(lanes, attribute, place_of); });
     mesh.attributes.push_back(std::move(raw));
   }
   return mesh;
 }
 
-// Decodes with memory that grows until it is enough.
 template <typename Index>
-Fault decode(const StreamHeader& header, RawMesh& out) {
+RawMesh raw_mesh(const Patch<Index>& patch) {
+  return raw_mesh(patch, kOneLane);
+}
+
+// Decodes with memory that grows until it is enough: decode_with(arena, patch).
+template <typename Index, typename DecodeWith, typename Run>
+Fault decode(DecodeWith decode_with, Run run, RawMesh& out) {
   for (size_t size = size_t{1} << 16;; size *= 2) {
     std::vector<uint8_t> memory(size);
     Arena arena(memory.data(), memory.size());
     const auto patch = std::make_unique<Patch<Index>>();
-    const Fault fault = decode_patch<Index>(header, arena, *patch);
+    const Fault fault = decode_with(arena, *patch);
     if (fault == Fault::kWorkspace && size < size_t{1} << 32) continue;
-    if (fault == Fault::kNone) out = raw_mesh(*patch);
+    if (fault == Fault::kNone) out = raw_mesh(*patch, run);
     return fault;
   }
+}
+
+template <typename Index>
+Fault decode(const StreamHeader& header, RawMesh& out) {
+  return decode<Index>(
+      [&](Arena& arena, Patch<Index>& patch) { return decode_patch<Index>(header, arena, patch); }, kOneLane,
+      out);
+}
+
+template <typename Index>
+Fault decode_by_warp(const StreamHeader& header, LaneOrder order, RawMesh& out) {
+  const auto run = [&](auto body) { run_warp([&](EmulatedLanes lanes) { body(lanes); }, order); };
+  const auto decode_with = [&](Arena& arena, Patch<Index>& patch) {
+    PatchDecoder<Index> decoder(header, arena, patch);
+    Fault faults[EmulatedLanes::size()];
+    run([&](auto lanes) { faults[lanes.rank()] = decode_together(lanes, decoder); });
+    for (const Fault fault : faults) EXPECT_EQ(fault_text(fault), fault_text(faults[0])) << "lanes disagree";
+    return faults[0];
+  };
+  return decode<Index>(decode_with, run, out);
 }
 
 void expect_same_as_libdraco(const DracoStream& stream) {
@@ -69,6 +99,45 @@ TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
         expect_same_as_libdraco(stream);
       },
       StreamSet::kAll);
+}
+
+// A run of steps a lane, the rest shared or by the first lane alone: in any order of the lanes the same. Each
+// stream in another order; under sanitizers the small streams.
+TEST(DecodePatch, TheLanesOfAWarpTogetherEqualLibdraco) {
+#if defined(PSPLIT_ASAN) || defined(PSPLIT_TSAN)
+  constexpr StreamSet kSet = StreamSet::kSmall;
+#else
+  constexpr StreamSet kSet = StreamSet::kAll;
+#endif
+  size_t count = 0;
+  const auto expect_equal = [&]<typename Index>(const DracoStream& stream, const RawMesh& expected,
+                                                const StreamHeader& header, Index) {
+    RawMesh decoded;
+    const LaneOrder order = kLaneOrders[count++ % kLaneOrders.size()];
+    ASSERT_EQ(fault_text(decode_by_warp<Index>(header, order, decoded)), fault_text(Fault::kNone));
+    ASSERT_TRUE(decoded == expected) << "order " << int{order.kind};
+    // Streams end early for all lanes at once.
+    const std::vector<uint8_t> half(stream.bytes.begin(),
+                                    stream.bytes.begin() + static_cast<ptrdiff_t>(stream.bytes.size() / 2));
+    StreamHeader half_header;
+    if (read_stream_header(half.data(), half.size(), half_header) != Fault::kNone) return;
+    ASSERT_EQ(fault_text(decode_by_warp<Index>(half_header, order, decoded)),
+              fault_text(decode<Index>(half_header, decoded)));
+  };
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (testing::Test::HasFatalFailure()) return;
+        SCOPED_TRACE(stream.name);
+        StreamHeader header;
+        ASSERT_EQ(fault_text(read_stream_header(stream.bytes.data(), stream.bytes.size(), header)),
+                  fault_text(Fault::kNone));
+        const std::optional<RawMesh> expected = decode_with_libdraco(stream.bytes);
+        ASSERT_TRUE(expected);
+        expect_equal(stream, *expected, header, uint32_t{});
+        if (header.fits_16_bits()) expect_equal(stream, *expected, header, uint16_t{});
+      },
+      kSet);
+  EXPECT_GT(count, 1000u);
 }
 
 // Streams that have little in common, broken ones among them, do not disturb each other.
