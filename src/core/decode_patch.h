@@ -269,8 +269,8 @@ class PatchDecoder {
     if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
     // Descriptions take more bytes than this.
     const size_t most = reader_.remaining() / 4 < kMaxAttributes ? reader_.remaining() / 4 : kMaxAttributes;
-    if (!arena_.take(patch_.groups, group_count) || !arena_.take(patch_.attributes, most) ||
-        !arena_.take(traversals_, group_count))
+    if (!arena_.take(patch_.groups, group_count) || !arena_.take(traversals_, group_count) ||
+        !arena_.take(patch_.attributes, most))
       return Fault::kWorkspace;
     if (const Fault fault = read_groups(); fault != Fault::kNone) return fault;
     uint32_t attribute_count = 0;
@@ -279,7 +279,7 @@ class PatchDecoder {
                                             patch_.attributes, attribute_count);
       if (fault != Fault::kNone) return fault;
     }
-    patch_.attributes = patch_.attributes.first(attribute_count);
+    arena_.trim(patch_.attributes, attribute_count);
     if (!arena_.take(sequences_, attribute_count) || !arena_.take(integers_, attribute_count))
       return Fault::kWorkspace;
     for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};

@@ -112,10 +112,11 @@ class RansTable {
     if (reader.truncated()) return Fault::kTruncated;
     if (symbol_count == 0 || symbol_count / 64 > reader.remaining() || symbol_count > Slot::kMostSymbols)
       return Fault::kEntropy;
-    // Symbols that occur have a slot each, and at least 1 of the total.
+    // Symbols that occur have a slot each, at least 1 of the total, and a byte.
+    const uint32_t most = symbol_count < total ? symbol_count : total;
+    const size_t most_slots = most < reader.remaining() ? most : reader.remaining();
     if (is_direct() ? !arena.take(direct_, size_t{1} << kDirectBits)
-                    : !arena.take(buckets_, size_t{1} << kDirectBits) ||
-                          !arena.take(slots_, symbol_count < total ? symbol_count : total))
+                    : !arena.take(buckets_, size_t{1} << kDirectBits) || !arena.take(slots_, most_slots))
       return Fault::kWorkspace;
     uint32_t sum = 0, slot_count = 0, filled = 0;
     for (uint32_t symbol = 0; symbol < symbol_count; ++symbol) {
@@ -142,6 +143,7 @@ class RansTable {
       sum += prob;
     }
     if (reader.truncated()) return Fault::kTruncated;
+    if (!is_direct()) arena.trim(slots_, slot_count);
     return sum == total ? Fault::kNone : Fault::kEntropy;
   }
 

@@ -53,6 +53,13 @@ class Arena {
     return true;
   }
 
+  // Gives back all but the first `count` of what was taken last.
+  template <typename T>
+  PSPLIT_HD void trim(View<T>& last, size_t count) {
+    used_ -= (last.size() - count) * sizeof(T);
+    last = last.first(count);
+  }
+
   // What was taken after a mark goes back at release.
   PSPLIT_HD size_t mark() const { return used_; }
   PSPLIT_HD void release(size_t mark) { used_ = mark; }

@@ -1,9 +1,10 @@
 #include "src/cpu/cpu_backend.h"
 
+#include <algorithm>
 #include <array>
 
 #include "src/container/stitch.h"
-#include "src/core/stitch.h"
+#include "src/core/workspace.h"
 #include "src/cpu/convert.h"
 #include "src/cpu/scratch.h"
 
@@ -28,11 +29,6 @@ Status status_of(Fault fault) {
 uint64_t element_count(const core::StreamHeader& header) {
   return uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
 }
-// Memory to start with, which does for nearly all streams.
-size_t first_size(const core::StreamHeader& header, size_t stream_bytes) {
-  return static_cast<size_t>((64 + 32 * header.attribute_data_count) * element_count(header)) +
-         2 * stream_bytes + (size_t{1} << 17);
-}
 // Streams of a few bits a face are honest; of hundreds of faces a byte they are not.
 uint64_t justified_size(size_t stream_bytes) { return (uint64_t{1} << 26) + 4096 * uint64_t{stream_bytes}; }
 
@@ -47,13 +43,31 @@ Expected<core::StreamHeader> read_header(std::span<const uint8_t> stream) {
 // What `use` below returns to be called again with more memory.
 Status more_memory() { return runtime_failure("the scratch is too small"); }
 
+// Memory that does for all but liars. `points` is 0 where no directory says: then as many as there are
+// vertices, and some for seams.
+template <typename Index>
+size_t likely_size(const core::StreamHeader& header, std::span<const uint8_t> stream, uint32_t points,
+                   std::span<const AttributeRequest> requests) {
+  core::ValueCounts values{points, static_cast<uint32_t>(requests.size()), 0};
+  for (const AttributeRequest& request : requests) values.components += request.component_count;
+  if (points == 0) {
+    values.points = header.counts.vertex_limit + header.point_count;
+    if (header.attribute_data_count > 0) values.points += values.points / 8;
+  }
+  return static_cast<size_t>(std::min<uint64_t>(core::workspace_bytes<Index>(header, stream.size(), values),
+                                                justified_size(stream.size())));
+}
+
 // Decodes, and calls use(patch, arena) for the patch of 16-bit or 32-bit numbers; what it returns is returned.
+// For `points` see likely_size.
 template <typename Use>
-Status with_decoded(std::span<const uint8_t> stream, Scratch& scratch, Use use) {
+Status with_decoded(std::span<const uint8_t> stream, uint32_t points,
+                    std::span<const AttributeRequest> requests, Scratch& scratch, Use use) {
   const Expected<core::StreamHeader> header = read_header(stream);
   if (!header) return header.status();
   const auto decode = [&]<typename Index>(core::Patch<Index>& patch) -> Status {
-    for (size_t size = first_size(*header, stream.size());; size = 2 * scratch.lanes[0].size) {
+    for (size_t size = likely_size<Index>(*header, stream, points, requests);;
+         size = 2 * scratch.lanes[0].size) {
       Arena arena = scratch.lanes[0].arena(size);
       patch = {};
       const Fault fault = core::decode_patch<Index>(*header, arena, patch);
@@ -73,7 +87,9 @@ Status with_decoded(std::span<const uint8_t> stream, Scratch& scratch, Use use) 
 // not decode, or for which `use` wants more memory, are left for with_decoded: returns which.
 template <typename Use>
 std::array<bool, kLanes> decode_in_lanes(const std::array<std::span<const uint8_t>, kLanes>& streams,
-                                         Scratch& scratch, Use use) {
+                                         const std::array<uint32_t, kLanes>& points,
+                                         std::span<const AttributeRequest> requests, Scratch& scratch,
+                                         Use use) {
   std::array<bool, kLanes> left;
   left.fill(true);
   core::StreamHeader headers[kLanes];
@@ -87,7 +103,7 @@ std::array<bool, kLanes> decode_in_lanes(const std::array<std::span<const uint8_
   Fault faults[kLanes];
   for (uint32_t n = 0; n < kLanes; ++n) {
     Lane& lane = scratch.lanes[n];
-    arenas[n] = lane.arena(first_size(headers[n], streams[n].size()));
+    arenas[n] = lane.arena(likely_size<uint16_t>(headers[n], streams[n], points[n], requests));
     lane.patch = {};
     decoders[n] = &lane.decoder.emplace(headers[n], arenas[n], lane.patch);
   }
@@ -153,8 +169,8 @@ std::vector<Attribute> make_attributes(std::span<const AttributeRequest> request
 Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
   const ScratchPool::Lease lease(scratch_pool());
   Mesh mesh;
-  Status status =
-      with_decoded(stream, *lease, [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
+  Status status = with_decoded(
+      stream, 0, requests, *lease, [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
         std::vector<const core::Attribute<Index>*> attributes;
         if (Status found = find_attributes(patch, requests, attributes); !found.ok()) return found;
         mesh.point_count = patch.point_count;
@@ -263,7 +279,7 @@ class ContainerDecoder {
     decode_patch(i, *lease);
   }
   void decode_patch(uint32_t i, Scratch& scratch) {
-    Status status = with_decoded(container_.streams[i], scratch,
+    Status status = with_decoded(container_.streams[i], container_.entries[i].point_count, requests_, scratch,
                                  [&]<typename Index>(const core::Patch<Index>& patch, Arena& arena) -> Status {
                                    return write_patch(i, patch, arena, scratch.numbers);
                                  });
@@ -275,13 +291,18 @@ class ContainerDecoder {
     const ScratchPool::Lease lease(scratch_pool());
     Scratch& scratch = *lease;
     std::array<std::span<const uint8_t>, kLanes> streams;
-    for (uint32_t n = 0; n < kLanes; ++n) streams[n] = container_.streams[first + n];
-    const auto left = decode_in_lanes(streams, scratch, [&](uint32_t n, const auto& patch, Arena& arena) {
-      Status status = write_patch(first + n, patch, arena, scratch.numbers);
-      const bool is_done = status.code() != StatusCode::kRuntimeFailure;
-      patches_[first + n].status = std::move(status).at({.patch = first + n});
-      return is_done;
-    });
+    std::array<uint32_t, kLanes> points;
+    for (uint32_t n = 0; n < kLanes; ++n) {
+      streams[n] = container_.streams[first + n];
+      points[n] = container_.entries[first + n].point_count;
+    }
+    const auto left =
+        decode_in_lanes(streams, points, requests_, scratch, [&](uint32_t n, const auto& patch, Arena& arena) {
+          Status status = write_patch(first + n, patch, arena, scratch.numbers);
+          const bool is_done = status.code() != StatusCode::kRuntimeFailure;
+          patches_[first + n].status = std::move(status).at({.patch = first + n});
+          return is_done;
+        });
     for (uint32_t n = 0; n < kLanes; ++n)
       if (left[n]) decode_patch(first + n, scratch);
   }
