@@ -4,6 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <random>
@@ -158,6 +162,38 @@ TEST(DecodePatch, TheLanesOfAWarpTogetherEqualLibdraco) {
       },
       kSet);
   EXPECT_GT(count, 1000u);
+}
+
+// Every mesh stream of version 2.2 in files that others made: .drc and inside of glTF's buffers.
+TEST(DecodePatch, EqualsLibdracoOnTheCorpus) {
+  const std::filesystem::path corpus = PSPLIT_CORPUS;
+  if (!std::filesystem::exists(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
+  constexpr std::array<uint8_t, 8> kFront = {'D', 'R', 'A', 'C', 'O', 2, 2, 1};
+  size_t count = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(corpus)) {
+    if (!entry.is_regular_file() || entry.path().string().find("malformed") != std::string::npos) continue;
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+    auto at = bytes.begin();
+    while ((at = std::search(at, bytes.end(), kFront.begin(), kFront.end())) != bytes.end()) {
+      const auto end = std::search(at + 1, bytes.end(), kFront.begin(), kFront.end());
+      const std::vector<uint8_t> stream(at, end);
+      at = end;
+      SCOPED_TRACE(entry.path().filename().string());
+      StreamHeader header;
+      ASSERT_EQ(fault_text(read_stream_header(stream.data(), stream.size(), header)), fault_text(Fault::kNone));
+      const std::optional<RawMesh> expected = decode_with_libdraco(stream);
+      ASSERT_TRUE(expected);
+      RawMesh decoded;
+      ASSERT_EQ(fault_text(decode<uint32_t>(header, decoded)), fault_text(Fault::kNone));
+      ASSERT_TRUE(decoded == *expected);
+      const LaneOrder order = kLaneOrders[count++ % kLaneOrders.size()];
+      ASSERT_EQ(fault_text(decode_by_warp<uint32_t>(header, order, decoded)), fault_text(Fault::kNone));
+      ASSERT_TRUE(decoded == *expected) << "by a warp, order " << int{order.kind};
+    }
+  }
+  EXPECT_GT(count, 0u);
+  RecordProperty("streams", static_cast<int>(count));
 }
 
 // Streams that have little in common, broken ones among them, do not disturb each other.
