@@ -20,6 +20,10 @@ enum class Fault : uint8_t {
   kAttribute,     // an attribute's type, component count or transform
   kPrediction,    // a prediction that its data contradicts
   kIndex,         // a face with a point that is not there
+  kStitchMap,     // a stitch map that ends early, or has other references than its row counts
+  kStitchRun,     // a run that leaves the border of its patch
+  kStitchPair,    // a point that is not there, or that has two references
+  kStitchOwner,   // a reference to a point that its owner does not own
 };
 
 // A phrase to follow "patch 7: ".
@@ -39,6 +43,11 @@ constexpr const char* fault_text(Fault fault) {
     case Fault::kAttribute: return "an attribute whose description contradicts itself";
     case Fault::kPrediction: return "prediction data that contradicts the mesh";
     case Fault::kIndex: return "a face with a point that is not there";
+    case Fault::kStitchMap:
+      return "stitch map: it ends early, or has other references than the directory counts";
+    case Fault::kStitchRun: return "stitch map: a run leaves the border of its patch";
+    case Fault::kStitchPair: return "stitch map: a point that is not there, or that has two references";
+    case Fault::kStitchOwner: return "stitch map: a reference to a point that its owner does not own";
   }
   return "unknown fault";
 }

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include "src/container/stitch.h"
+#include "src/container/container.h"
+#include "src/core/numbering.h"
 #include "src/core/workspace.h"
 #include "src/cpu/convert.h"
 #include "src/cpu/scratch.h"
@@ -21,7 +22,8 @@ ScratchPool& scratch_pool() {
 
 Status status_of(Fault fault) {
   if (fault == Fault::kNone) return {};
-  const std::string message = std::string("Draco stream: ") + core::fault_text(fault);
+  const std::string message =
+      (fault < Fault::kStitchMap ? std::string("Draco stream: ") : std::string()) + core::fault_text(fault);
   return fault == Fault::kVersion ? unsupported(message) : invalid_input(message);
 }
 
@@ -198,19 +200,16 @@ class ContainerDecoder {
  public:
   ContainerDecoder(const Container& container, std::span<const AttributeRequest> requests,
                    const ThreadPool& pool)
-      : container_(container), requests_(requests), pool_(pool), patches_(container.entries.size()) {}
+      : container_(container),
+        has_references_(container.reference_count() > 0),
+        requests_(requests),
+        pool_(pool),
+        patches_(container.entries.size()) {}
 
   Expected<Mesh> decode() {
     if (uint64_t{container_.point_count()} + container_.reference_count() > 0xffffffffu)
       return unsupported("more points than 32-bit numbers can tell apart");
     if (Status status = check_claims(); !status.ok()) return status;
-    for (uint32_t i = 0; i < patches_.size(); ++i) {
-      Expected<StitchMap> map = parse_stitch_map(container_, i);
-      if (!map) return map.status();
-      patches_[i].map = std::move(*map);
-      for (const StitchRun& run : patches_[i].map.runs)
-        patches_[i].needs_walk = patches_[run.owner].needs_walk = true;
-    }
     mesh_.point_count = container_.point_count();
     mesh_.faces.resize(container_.face_count());
     mesh_.attributes = make_attributes(requests_, mesh_.point_count);
@@ -233,16 +232,12 @@ class ContainerDecoder {
   }
 
  private:
-  static constexpr uint32_t kNone = 0xffffffffu;
-
   struct Placeholder {
     uint32_t corner;     // of the mesh, three a face
     uint32_t reference;  // of the patch, in the order of its stitch map
   };
   struct StitchedPatch {
-    StitchMap map;
-    bool needs_walk = false;
-    std::vector<uint32_t> walk;  // numbers of the points along the border; kNone for references
+    std::vector<uint32_t> walk;  // the mesh's numbers along the border; kNoPoint for references
     std::vector<Placeholder> placeholders;
     Status status;
   };
@@ -314,10 +309,12 @@ class ContainerDecoder {
     if (patch.point_count != entry.point_count) return differs("points", patch.point_count, entry.point_count);
     std::vector<const core::Attribute<Index>*> attributes;
     if (Status status = find_attributes(patch, requests_, attributes); !status.ok()) return status;
-    std::vector<uint32_t> walk;
-    if (patches_[i].needs_walk)
-      if (Status status = walk_border(patch, arena, walk); !status.ok()) return status;
-    if (Status status = number_points(i, walk, numbers); !status.ok()) return status;
+    core::View<Index> border;
+    if (has_references_ && core::walk_border(patch, arena, border) == Fault::kWorkspace) return more_memory();
+    numbers.resize(entry.point_count);
+    const Fault fault = core::number_points(core::SerialLanes(), row(i), core::View<const Index>(border),
+                                            core::View<uint32_t>(numbers.data(), numbers.size()));
+    if (fault != Fault::kNone) return status_of(fault);
 
     const uint32_t total = mesh_.point_count;
     std::vector<Placeholder>& placeholders = patches_[i].placeholders;
@@ -339,69 +336,43 @@ class ContainerDecoder {
       });
       if (!status.ok()) return status;
     }
-    for (uint32_t& point : walk) point = numbers[point] < total ? numbers[point] : kNone;
-    patches_[i].walk = std::move(walk);
+    patches_[i].walk.resize(border.size());
+    for (size_t at = 0; at < border.size(); ++at) {
+      const uint32_t number = numbers[border[at]];
+      patches_[i].walk[at] = number < total ? number : core::kNoPoint;
+    }
     return {};
   }
 
-  template <typename Index>
-  Status walk_border(const core::Patch<Index>& patch, Arena& arena, std::vector<uint32_t>& walk) {
-    core::View<Index> border;
-    auto kind = core::BorderKind::kNoWalk;
-    if (!patch.mesh.table.opposite.empty()) {
-      const Fault fault = core::walk_border(patch, arena, border, kind);
-      if (fault == Fault::kWorkspace) return more_memory();
-    }
-    if (kind == core::BorderKind::kWalked) walk.assign(border.data(), border.data() + border.size());
-    if (kind != core::BorderKind::kIrregular) return {};
-    std::vector<Face> faces;
-    for (uint32_t face = 0; face < patch.face_count; ++face)
-      faces.push_back({patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]});
-    walk = border_walk(faces, patch.point_count);
-    return {};
-  }
-
-  // The number of each point in the mesh; of the n-th reference the mesh's point count + n.
-  Status number_points(uint32_t i, const std::vector<uint32_t>& walk, std::vector<uint32_t>& numbers) const {
-    numbers.assign(container_.entries[i].point_count, kNone);
-    uint32_t reference = mesh_.point_count;
-    for (const StitchRun& run : patches_[i].map.runs)
-      for (uint32_t k = 0; k < run.length; ++k) {
-        if (run.begin + k >= walk.size() || numbers[walk[run.begin + k]] != kNone)
-          return invalid_input("stitch map: a run leaves the border, or crosses itself");
-        numbers[walk[run.begin + k]] = reference++;
-      }
-    for (const StitchPair& pair : patches_[i].map.pairs) {
-      if (numbers[pair.point] != kNone) return invalid_input("stitch map: a point has two references");
-      numbers[pair.point] = reference++;
-    }
-    uint32_t next = container_.owned_base[i];
-    for (uint32_t& number : numbers)
-      if (number == kNone) number = next++;
-    return {};
+  core::StitchRow row(uint32_t i) const {
+    const std::span<const uint8_t> bytes = container_.stitch[i];
+    return {{bytes.data(), bytes.size()},
+            i,
+            container_.entries[i].reference_count,
+            container_.owned_base[i],
+            mesh_.point_count};
   }
 
   Status resolve_references(uint32_t i) {
-    StitchedPatch& patch = patches_[i];
-    std::vector<uint32_t> numbers;
-    numbers.reserve(container_.entries[i].reference_count);
-    for (const StitchRun& run : patch.map.runs) {
-      const std::vector<uint32_t>& walk = patches_[run.owner].walk;
-      for (uint32_t k = 0; k < run.length; ++k) {
-        const uint32_t at = run.forward ? run.start + k : run.start - k;
-        if (at >= walk.size() || walk[at] == kNone)
-          return invalid_input("stitch map: a run names a point that its owner does not own");
-        numbers.push_back(walk[at]);
-      }
-    }
-    for (const StitchPair& pair : patch.map.pairs)
-      numbers.push_back(container_.owned_base[pair.owner] + pair.rank);
-    for (const Placeholder& placeholder : patch.placeholders)
+    std::vector<uint32_t> numbers(container_.entries[i].reference_count);
+    const auto walk_of = [&](uint32_t stream, uint32_t place) {
+      const std::vector<uint32_t>& walk = patches_[stream].walk;
+      return place < walk.size() ? walk[place] : core::kNoPoint;
+    };
+    const auto owned_of = [&](uint32_t stream, uint32_t rank) {
+      const uint32_t base = container_.owned_base[stream];
+      return rank < container_.owned_base[stream + 1] - base ? base + rank : core::kNoPoint;
+    };
+    const Fault fault = core::resolve_references(core::SerialLanes(), row(i), walk_of, owned_of,
+                                                 core::View<uint32_t>(numbers.data(), numbers.size()));
+    if (fault != Fault::kNone) return status_of(fault);
+    for (const Placeholder& placeholder : patches_[i].placeholders)
       mesh_.faces[placeholder.corner / 3][placeholder.corner % 3] = numbers[placeholder.reference];
     return {};
   }
 
   const Container& container_;
+  const bool has_references_;
   std::span<const AttributeRequest> requests_;
   const ThreadPool& pool_;
   std::vector<StitchedPatch> patches_;

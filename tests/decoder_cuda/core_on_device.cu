@@ -14,8 +14,7 @@ __global__ void decode_one_patch(const uint8_t* stream, size_t stream_bytes, uin
   *fault = read_stream_header(stream, stream_bytes, header);
   if (*fault == Fault::kNone) *fault = decode_patch<uint16_t>(header, arena, *patch);
   View<uint16_t> walk;
-  auto kind = BorderKind::kNoWalk;
-  if (*fault == Fault::kNone) *fault = walk_border(*patch, arena, walk, kind);
+  if (*fault == Fault::kNone) *fault = walk_border(*patch, arena, walk);
 }
 
 __global__ void decode_by_warp(const StreamHeader* header, Arena* arena, PatchDecoder<uint16_t>* decoder,

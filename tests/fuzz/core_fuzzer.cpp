@@ -20,8 +20,7 @@ void decode(const psplit::core::StreamHeader& header) {
     patch->write_values(patch->attributes[i], [&](uint32_t) { return value.data(); });
   }
   psplit::core::View<Index> walk;
-  auto kind = psplit::core::BorderKind::kNoWalk;
-  if (!patch->mesh.table.opposite.empty()) (void)psplit::core::walk_border(*patch, arena, walk, kind);
+  (void)psplit::core::walk_border(*patch, arena, walk);
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <optional>
 #include <random>
 
+#include "src/container/stitch.h"
 #include "src/core/workspace.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/emulated_warp.h"
@@ -20,6 +21,14 @@
 namespace psplit::core {
 namespace {
 
+template <typename Index>
+std::vector<std::array<uint32_t, 3>> faces_of(const Patch<Index>& patch) {
+  std::vector<std::array<uint32_t, 3>> faces;
+  for (uint32_t face = 0; face < patch.face_count; ++face)
+    faces.push_back({patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]});
+  return faces;
+}
+
 // `run(body)` calls body(lanes) on all lanes.
 constexpr auto kOneLane = [](auto body) { body(SerialLanes()); };
 
@@ -27,9 +36,7 @@ template <typename Index, typename Run>
 RawMesh raw_mesh(const Patch<Index>& patch, Run run) {
   RawMesh mesh;
   mesh.point_count = patch.point_count;
-  for (uint32_t face = 0; face < patch.face_count; ++face)
-    mesh.faces.push_back(
-        {patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]});
+  mesh.faces = faces_of(patch);
   for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
     const Attribute<Index>& attribute = patch.attributes[i];
     RawAttribute raw{attribute.unique_id,  attribute.semantic,   static_cast<int>(attribute.type),
@@ -81,6 +88,18 @@ Fault decode_by_warp(const StreamHeader& header, LaneOrder order, RawMesh& out) 
   return decode<Index>(decode_with, run, out);
 }
 
+// The border's walk must be the one that docs/format.md defines by faces and points alone.
+template <typename Index>
+Fault expect_walk_by_definition(const Patch<Index>& patch, Arena& arena) {
+  View<Index> walk;
+  const Fault fault = walk_border(patch, arena, walk);
+  if (fault != Fault::kNone) return fault;
+  std::vector<uint32_t> expected;
+  if (!patch.mesh.table.opposite.empty()) expected = border_walk(faces_of(patch), patch.point_count);
+  EXPECT_TRUE(std::equal(walk.data(), walk.data() + walk.size(), expected.begin(), expected.end()));
+  return fault;
+}
+
 // In as much memory as the counts say, and its border is walked in it.
 template <typename Index>
 Fault decode_in_workspace(const StreamHeader& header, size_t stream_bytes, const RawMesh& expected,
@@ -93,9 +112,7 @@ Fault decode_in_workspace(const StreamHeader& header, size_t stream_bytes, const
   const auto patch = std::make_unique<Patch<Index>>();
   if (const Fault fault = decode_patch<Index>(header, arena, *patch); fault != Fault::kNone) return fault;
   out = raw_mesh(*patch);
-  View<Index> walk;
-  auto kind = BorderKind::kNoWalk;
-  return header.edgebreaker ? walk_border(*patch, arena, walk, kind) : Fault::kNone;
+  return expect_walk_by_definition(*patch, arena);
 }
 
 void expect_same_as_libdraco(const DracoStream& stream) {
@@ -300,6 +317,7 @@ TEST(DecodePatch, RefusesMutantsOrDecodesThemWithinTheirBounds) {
     if (!expected) continue;
     ++compared;
     ASSERT_TRUE(decoded == *expected) << "mutant " << i;
+    EXPECT_EQ(fault_text(expect_walk_by_definition(*patch, arena)), fault_text(Fault::kNone)) << "mutant " << i;
   }
   // A test that only ever sees refusals would show little.
   EXPECT_GT(accepted, kMutants / 100);
