@@ -552,42 +552,60 @@ PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fa
   }
 }
 
-// Decodes one stream with all lanes of a warp, a run of steps a lane. The decoder is everybody's, and not
-// started.
-template <Lanes L, typename Index>
-PSPLIT_HD Fault decode_together(L lanes, PatchDecoder<Index>& decoder) {
-  const auto take = [&](auto list, auto take_all) {
-    for_each_lane_item(lanes, static_cast<uint32_t>(list.size()), [&](uint32_t i) { take_all(list[i]); });
-  };
+// How many runs of steps a decoder waits for, and all steps of one of them: for those who step each run apart.
+template <typename Index>
+PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index>& decoder) {
+  switch (decoder.stop()) {
+    case Stop::kSeams: return static_cast<uint32_t>(decoder.seams().size());
+    case Stop::kSymbolLists:
+    case Stop::kChains: return static_cast<uint32_t>(decoder.sequences().size() + decoder.traversals().size());
+    case Stop::kPrediction: return static_cast<uint32_t>(decoder.integers().size());
+    case Stop::kDone: break;
+  }
+  return 0;
+}
+template <typename Index>
+PSPLIT_HD void take_run(const PatchDecoder<Index>& decoder, uint32_t number) {
   const auto step_through = []<typename Run>(Run& run) {
     Run* const one = &run;
     step_all<1, Run>(&one, 1);
   };
-  Fault fault = decoder.alone(lanes, [&] { return decoder.start(); });
-  while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
-    switch (decoder.stop()) {
-      case Stop::kSeams: take(decoder.seams(), step_through); break;
-      case Stop::kSymbolLists:
-      case Stop::kChains:
-        take(decoder.sequences(), [](SymbolSequence& sequence) {
-          SymbolSequence* const one = &sequence;
-          step_symbols<1>(&one, 1);
-        });
-        take(decoder.traversals(), step_through);
-        break;
-      case Stop::kPrediction:
-        take(decoder.integers(), [&](IntegerDecoder<Index>& integers) {
-          step_through(integers.of_three());
-          step_through(integers.of_two());
-          step_through(integers.normals());
-        });
-        break;
-      case Stop::kDone: break;
+  switch (decoder.stop()) {
+    case Stop::kSeams: return step_through(decoder.seams()[number]);
+    case Stop::kSymbolLists:
+    case Stop::kChains: {
+      const View<SymbolSequence> sequences = decoder.sequences();
+      if (number >= sequences.size()) return step_through(decoder.traversals()[number - sequences.size()]);
+      SymbolSequence* const one = &sequences[number];
+      return step_symbols<1>(&one, 1);
     }
+    case Stop::kPrediction: {
+      IntegerDecoder<Index>& integers = decoder.integers()[number];
+      step_through(integers.of_three());
+      step_through(integers.of_two());
+      return step_through(integers.normals());
+    }
+    case Stop::kDone: return;
+  }
+}
+
+// From the stop at which a decoder is to the end, with all lanes of a warp, a run a lane. The decoder is
+// everybody's. Collective.
+template <Lanes L, typename Index>
+PSPLIT_HD Fault finish_together(L lanes, PatchDecoder<Index>& decoder) {
+  Fault fault = Fault::kNone;
+  while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
+    for_each_lane_item(lanes, pending_runs(decoder), [&](uint32_t run) { take_run(decoder, run); });
     lanes.sync();
     fault = decoder.resume(lanes);
   }
   return fault;
+}
+// The same from the start.
+template <Lanes L, typename Index>
+PSPLIT_HD Fault decode_together(L lanes, PatchDecoder<Index>& decoder) {
+  const Fault fault = decoder.alone(lanes, [&] { return decoder.start(); });
+  return fault == Fault::kNone ? finish_together(lanes, decoder) : fault;
 }
 
 // Decodes a stream whose header was read, and for which Index is wide enough (StreamHeader::fits_16_bits). The

@@ -20,6 +20,8 @@ enum class Fault : uint8_t {
   kAttribute,     // an attribute's type, component count or transform
   kPrediction,    // a prediction that its data contradicts
   kIndex,         // a face with a point that is not there
+  kRow,           // other counts than the directory's row
+  kRequest,       // an attribute that is asked for is not there, or has another type
   kStitchMap,     // a stitch map that ends early, or has other references than its row counts
   kStitchRun,     // a run that leaves the border of its patch
   kStitchPair,    // a point that is not there, or that has two references
@@ -43,6 +45,8 @@ constexpr const char* fault_text(Fault fault) {
     case Fault::kAttribute: return "an attribute whose description contradicts itself";
     case Fault::kPrediction: return "prediction data that contradicts the mesh";
     case Fault::kIndex: return "a face with a point that is not there";
+    case Fault::kRow: return "other counts than the directory's";
+    case Fault::kRequest: return "an attribute that is asked for is missing or has another type";
     case Fault::kStitchMap:
       return "stitch map: it ends early, or has other references than the directory counts";
     case Fault::kStitchRun: return "stitch map: a run leaves the border of its patch";

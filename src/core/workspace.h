@@ -12,6 +12,12 @@ struct ValueCounts {
   uint32_t components = 0;  // of all attributes together
 };
 
+// Streams of a few bits a face are honest; of hundreds of faces a byte they are not. No stream gets more memory
+// than this, whatever it claims.
+PSPLIT_HD inline uint64_t justified_bytes(uint64_t stream_bytes) {
+  return (uint64_t{1} << 26) + 4096 * stream_bytes;
+}
+
 // Memory that every stream decodes in which an encoder wrote and for which `values` is true, and in which its
 // border is walked. A stream that needs more lies about its counts, or about its attributes.
 template <typename Index>

@@ -31,14 +31,12 @@ Status status_of(Fault fault) {
 uint64_t element_count(const core::StreamHeader& header) {
   return uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
 }
-// Streams of a few bits a face are honest; of hundreds of faces a byte they are not.
-uint64_t justified_size(size_t stream_bytes) { return (uint64_t{1} << 26) + 4096 * uint64_t{stream_bytes}; }
 
 Expected<core::StreamHeader> read_header(std::span<const uint8_t> stream) {
   core::StreamHeader header;
   if (const Fault fault = core::read_stream_header(stream.data(), stream.size(), header); fault != Fault::kNone)
     return status_of(fault);
-  if (element_count(header) * 16 > justified_size(stream.size())) return status_of(Fault::kWorkspace);
+  if (element_count(header) * 16 > core::justified_bytes(stream.size())) return status_of(Fault::kWorkspace);
   return header;
 }
 
@@ -57,7 +55,7 @@ size_t likely_size(const core::StreamHeader& header, std::span<const uint8_t> st
     if (header.attribute_data_count > 0) values.points += values.points / 8;
   }
   return static_cast<size_t>(std::min<uint64_t>(core::workspace_bytes<Index>(header, stream.size(), values),
-                                                justified_size(stream.size())));
+                                                core::justified_bytes(stream.size())));
 }
 
 // Decodes, and calls use(patch, arena) for the patch of 16-bit or 32-bit numbers; what it returns is returned.
@@ -79,7 +77,7 @@ Status with_decoded(std::span<const uint8_t> stream, uint32_t points,
       } else if (fault != Fault::kWorkspace) {
         return status_of(fault);
       }
-      if (scratch.lanes[0].size > justified_size(stream.size())) return status_of(Fault::kWorkspace);
+      if (scratch.lanes[0].size > core::justified_bytes(stream.size())) return status_of(Fault::kWorkspace);
     }
   };
   return header->fits_16_bits() ? decode(scratch.lanes[0].patch) : decode(scratch.wide);
@@ -255,7 +253,7 @@ class ContainerDecoder {
       bytes += container_.streams[i].size();
     }
     const uint64_t elements = uint64_t{container_.face_count()} + container_.point_count();
-    return elements * 16 > justified_size(bytes) ? status_of(Fault::kWorkspace) : Status();
+    return elements * 16 > core::justified_bytes(bytes) ? status_of(Fault::kWorkspace) : Status();
   }
 
   static Status differs(const char* what, uint32_t stream, uint32_t directory) {

@@ -8,62 +8,15 @@
 #include <random>
 
 #include "encoder/draco/draco_backend.h"
-#include "encoder/encode_mesh.h"
 #include "src/container/container.h"
-#include "tests/support/procedural_meshes.h"
+#include "tests/support/patched_samples.h"
 
 namespace psplit {
 namespace {
 
-struct Sample {
-  std::string name;
-  EncodedMesh encoded;
-  std::vector<AttributeRequest> requests;
-};
-
-// Every mesh of the catalogue, in patches, exactly and on grids.
-std::vector<Sample> samples(const ThreadPool& pool) {
-  std::vector<NamedMesh> meshes = procedural_meshes();
-  for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
-  std::vector<Sample> made;
-  for (const NamedMesh& mesh : meshes)
-    for (const bool lossless : {false, true}) {
-      std::vector<AttributeCoding> codings;
-      for (const Attribute& attribute : mesh.mesh.attributes) {
-        AttributeCoding coding;
-        if (!lossless && attribute.component_type == ComponentType::kFloat32)
-          if (const Expected<AttributeCoding> grid = fit_grid(attribute, 12)) coding = *grid;
-        codings.push_back(std::move(coding));
-      }
-      EncodeOptions options;
-      options.patch_count = 7;
-      options.encode_speed = static_cast<int>(made.size() % 11);
-      options.verify = false;
-      Expected<EncodedMesh> encoded = encode_mesh(mesh.mesh, codings, options, pool);
-      EXPECT_TRUE(encoded) << mesh.name << ": " << encoded.status().to_string();
-      if (!encoded) continue;
-      Sample sample{mesh.name + (lossless ? ", lossless" : ""), std::move(*encoded), {}};
-      for (size_t i = 0; i < mesh.mesh.attributes.size(); ++i) {
-        const Attribute& attribute = mesh.mesh.attributes[i];
-        sample.requests.push_back({attribute.semantic, sample.encoded.unique_ids[i], attribute.component_type,
-                                   attribute.component_count, attribute.normalized});
-      }
-      made.push_back(std::move(sample));
-    }
-  return made;
-}
-
-bool same_bits(const Mesh& a, const Mesh& b) {
-  if (a.point_count != b.point_count || a.faces != b.faces || a.attributes.size() != b.attributes.size())
-    return false;
-  for (size_t i = 0; i < a.attributes.size(); ++i)
-    if (a.attributes[i].values != b.attributes[i].values) return false;
-  return true;
-}
-
 TEST(CpuBackend, EqualsLibdracoForAnyNumberOfThreads) {
   const ThreadPool one(1), seven(7);
-  for (const Sample& sample : samples(seven)) {
+  for (const PatchedSample& sample : patched_samples(seven)) {
     SCOPED_TRACE(sample.name);
     const Expected<Mesh> expected =
         draco_backend().decode_container(sample.encoded.container, sample.requests, one);
@@ -79,7 +32,7 @@ TEST(CpuBackend, EqualsLibdracoForAnyNumberOfThreads) {
 
 TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {
   const ThreadPool pool(1);
-  for (Sample& sample : samples(pool)) {
+  for (PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     for (const ComponentType type : {ComponentType::kFloat32, ComponentType::kUint8, ComponentType::kInt16}) {
       for (AttributeRequest& request : sample.requests) request.component_type = type;
@@ -94,11 +47,11 @@ TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {
 
 TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
   const ThreadPool pool(1);
-  const std::vector<Sample> seeds = samples(pool);
+  const std::vector<PatchedSample> seeds = patched_samples(pool);
   std::mt19937 random(1);
   size_t accepted = 0;
   for (int i = 0; i < 2000; ++i) {
-    const Sample& seed = seeds[random() % seeds.size()];
+    const PatchedSample& seed = seeds[random() % seeds.size()];
     if (seed.encoded.container.size() > 20'000) continue;
     std::vector<uint8_t> bytes = seed.encoded.container;
     for (int edits = 1 + static_cast<int>(random() % 2); edits > 0; --edits)
@@ -117,7 +70,7 @@ TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
 // A directory that claims more than its streams do must not have memory taken for it first.
 TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
   const ThreadPool pool(1);
-  const Sample sample = samples(pool).front();
+  const PatchedSample sample = patched_samples(pool).front();
   const Expected<Container> container = parse_container(sample.encoded.container);
   ASSERT_TRUE(container);
   std::vector<std::vector<uint8_t>> stitch, streams;
@@ -143,9 +96,9 @@ TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
 
 TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {
   const ThreadPool pool(1);
-  const std::vector<Sample> all = samples(pool);
+  const std::vector<PatchedSample> all = patched_samples(pool);
   const auto sample = std::find_if(all.begin(), all.end(),
-                                   [](const Sample& s) { return s.encoded.statistics.patch_count > 2; });
+                                   [](const PatchedSample& s) { return s.encoded.statistics.patch_count > 2; });
   ASSERT_NE(sample, all.end());
   // No patch's stream is Draco any more; the first is named.
   std::vector<uint8_t> bytes = sample->encoded.container;

@@ -1,0 +1,270 @@
+// Decoding many streams at once on a device: what it is told, what it keeps, and what its threads and warps do.
+//
+// Nothing here is CUDA. A launcher calls the bodies, for each item once, with one thread or with the lanes of a
+// warp: launch.cuh does on a device, and an emulation of it in the tests.
+//
+//   BeginStreams    a thread a stream    header, connectivity, what comes before the first stop
+//   TakeRuns        a thread a run       the long chains of steps: seams, symbols, traversals, predictions
+//   ResumeStreams   a warp a stream      from one stop to the next
+//   FinishStreams   a warp a stream      what stops are left; which points are its own
+//   WriteStreams    a warp a stream      values and faces, to where they are wanted
+#pragma once
+
+#include <new>
+
+#include "src/core/numbering.h"
+#include "src/core/workspace.h"
+
+namespace psplit {
+
+// An attribute that is wanted, in the type that the streams store.
+struct AttributeTarget {
+  uint32_t unique_id = 0;
+  core::DataType type = core::DataType::kFloat32;
+  uint8_t components = 0;
+  uint8_t* values = nullptr;  // of the primitive's first point
+  uint32_t stride = 0;        // bytes from one point to the next
+};
+
+// A primitive: consecutive streams, and consecutive targets.
+struct PrimitiveTask {
+  uint32_t first_stream = 0, stream_count = 0;
+  uint32_t first_target = 0, target_count = 0;
+  uint32_t point_count = 0;
+  uint32_t* indices = nullptr;  // three a face
+};
+
+// A row of a container's directory, and where everything is.
+struct StreamTask {
+  uint64_t stream_at = 0, stitch_at = 0;  // in the compressed bytes
+  uint32_t stream_bytes = 0, stitch_bytes = 0;
+  uint32_t primitive = 0, number = 0;  // the stream's place in its container
+  uint32_t face_count = 0, point_count = 0, reference_count = 0;
+  uint32_t face_base = 0, owned_base = 0, owned_end = 0;
+  bool is_residue = false, has_walk = false;
+  uint64_t workspace_at = 0, workspace_bytes = 0;
+};
+
+// What a stream's walk and numbers take beside what it decodes in.
+inline size_t numbering_bytes(const StreamTask& task) {
+  return sizeof(uint32_t) * (size_t{2} * task.point_count + task.reference_count) + 3 * 16;
+}
+
+template <typename Index>
+struct StreamState {
+  core::StreamHeader header;
+  core::Arena arena;
+  core::Patch<Index> patch;
+  alignas(core::PatchDecoder<Index>) uint8_t decoder_bytes[sizeof(core::PatchDecoder<Index>)];
+  core::View<Index> border;
+  core::View<uint32_t> numbers, references;
+
+  PSPLIT_HD core::PatchDecoder<Index>& decoder() {
+    return *std::launder(reinterpret_cast<core::PatchDecoder<Index>*>(decoder_bytes));
+  }
+};
+
+// Arrays of the device. Those by stream are in the order of `streams`.
+struct Batch {
+  const uint8_t* compressed = nullptr;
+  const PrimitiveTask* primitives = nullptr;
+  const AttributeTarget* targets = nullptr;
+  const StreamTask* streams = nullptr;
+  uint8_t* workspace = nullptr;
+  core::View<uint32_t>* walks = nullptr;  // the primitive's points along the stream's border
+  core::Fault* faults = nullptr;          // of decoding
+  core::Fault* stitch_faults = nullptr;
+};
+
+// The streams whose numbers take 16 bits, or those whose take 32.
+template <typename Index>
+struct StreamSet {
+  Batch batch;
+  const uint32_t* streams = nullptr;  // their places in the batch
+  StreamState<Index>* states = nullptr;
+  uint32_t count = 0;
+
+  PSPLIT_HD const StreamTask& task(uint32_t i) const { return batch.streams[streams[i]]; }
+  PSPLIT_HD core::Fault& fault(uint32_t i) const { return batch.faults[streams[i]]; }
+  PSPLIT_HD core::StitchRow row(const StreamTask& task) const {
+    return {core::View<const uint8_t>(batch.compressed + task.stitch_at, task.stitch_bytes), task.number,
+            task.reference_count, task.owned_base, batch.primitives[task.primitive].point_count};
+  }
+};
+
+// The attribute of a target, or null where there is none of its type.
+template <typename Index>
+PSPLIT_HD const core::Attribute<Index>* find_attribute(const core::Patch<Index>& patch,
+                                                       const AttributeTarget& target) {
+  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+    const core::Attribute<Index>& attribute = patch.attributes[i];
+    if (attribute.unique_id == target.unique_id)
+      return attribute.type == target.type && attribute.components == target.components ? &attribute : nullptr;
+  }
+  return nullptr;
+}
+
+template <typename Index>
+struct BeginStreams {
+  StreamSet<Index> set;
+
+  PSPLIT_HD void operator()(uint32_t i) const { set.fault(i) = begin(set.task(i), set.states[i]); }
+
+ private:
+  PSPLIT_HD core::Fault begin(const StreamTask& task, StreamState<Index>& state) const {
+    using core::Fault;
+    state.header = {};
+    const uint8_t* stream = set.batch.compressed + task.stream_at;
+    const Fault fault = core::read_stream_header(stream, task.stream_bytes, state.header);
+    if (fault != Fault::kNone) return fault;
+    // A residue may have more faces than its row counts, behind those.
+    const uint32_t faces = state.header.counts.face_count;
+    if (task.is_residue ? faces < task.face_count : faces != task.face_count) return Fault::kRow;
+    if (sizeof(Index) == 2 && !state.header.fits_16_bits()) return Fault::kRow;
+    state.arena = core::Arena(set.batch.workspace + task.workspace_at, task.workspace_bytes);
+    state.patch = {};
+    state.border = {};
+    return (new (state.decoder_bytes) core::PatchDecoder<Index>(state.header, state.arena, state.patch))
+        ->start();
+  }
+};
+
+// Runs [0, run_count) of all streams; neighbours take runs of the same kind.
+template <typename Index>
+struct TakeRuns {
+  StreamSet<Index> set;
+
+  PSPLIT_HD void operator()(uint32_t item) const {
+    const uint32_t run = item / set.count, i = item % set.count;
+    if (set.fault(i) != core::Fault::kNone) return;
+    const core::PatchDecoder<Index>& decoder = set.states[i].decoder();
+    if (run < core::pending_runs(decoder)) core::take_run(decoder, run);
+  }
+};
+
+template <typename Index>
+struct ResumeStreams {
+  StreamSet<Index> set;
+  uint32_t runs_taken = 0;
+
+  template <core::Lanes L>
+  PSPLIT_HD void operator()(L lanes, uint32_t i) const {
+    using core::Fault;
+    if (set.fault(i) != Fault::kNone) return;
+    core::PatchDecoder<Index>& decoder = set.states[i].decoder();
+    if (decoder.stop() == core::Stop::kDone) return;
+    const uint32_t pending = core::pending_runs(decoder);
+    if (pending > runs_taken)
+      core::for_each_lane_item(lanes, pending - runs_taken,
+                               [&](uint32_t run) { core::take_run(decoder, runs_taken + run); });
+    lanes.sync();
+    const Fault fault = decoder.resume(lanes);
+    if (lanes.rank() == 0) set.fault(i) = fault;
+  }
+};
+
+template <typename Index>
+struct FinishStreams {
+  StreamSet<Index> set;
+
+  template <core::Lanes L>
+  PSPLIT_HD void operator()(L lanes, uint32_t i) const {
+    using core::Fault;
+    const StreamTask& task = set.task(i);
+    StreamState<Index>& state = set.states[i];
+    core::View<uint32_t>& walk = set.batch.walks[set.streams[i]];
+    Fault fault = set.fault(i);
+    if (fault == Fault::kNone) fault = core::finish_together(lanes, state.decoder());
+    if (fault == Fault::kNone)
+      fault = state.decoder().alone(lanes, [&] { return take_numbers(task, state, walk); });
+    if (fault == Fault::kNone) fault = number(lanes, task, state, walk);
+    lanes.sync();
+    if (lanes.rank() != 0) return;
+    set.fault(i) = fault;
+    if (fault != Fault::kNone) walk = {};
+  }
+
+ private:
+  PSPLIT_HD core::Fault take_numbers(const StreamTask& task, StreamState<Index>& state,
+                                     core::View<uint32_t>& walk) const {
+    using core::Fault;
+    if (state.patch.point_count != task.point_count) return Fault::kRow;
+    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
+    for (uint32_t t = 0; t < primitive.target_count; ++t)
+      if (find_attribute(state.patch, set.batch.targets[primitive.first_target + t]) == nullptr)
+        return Fault::kRequest;
+    if (task.has_walk)
+      if (const Fault fault = core::walk_border(state.patch, state.arena, state.border); fault != Fault::kNone)
+        return fault;
+    const bool taken = state.arena.take(state.numbers, task.point_count) &&
+                       state.arena.take(state.references, task.reference_count) &&
+                       state.arena.take(walk, state.border.size());
+    return taken ? Fault::kNone : Fault::kWorkspace;
+  }
+
+  template <core::Lanes L>
+  PSPLIT_HD core::Fault number(L lanes, const StreamTask& task, StreamState<Index>& state,
+                               core::View<uint32_t> walk) const {
+    const uint32_t total = set.batch.primitives[task.primitive].point_count;
+    const core::Fault fault =
+        core::number_points(lanes, set.row(task), core::View<const Index>(state.border), state.numbers);
+    if (fault != core::Fault::kNone) return fault;
+    core::for_each_lane_item(lanes, static_cast<uint32_t>(walk.size()), [&](uint32_t at) {
+      const uint32_t number = state.numbers[state.border[at]];
+      walk[at] = number < total ? number : core::kNoPoint;
+    });
+    return fault;
+  }
+};
+
+template <typename Index>
+struct WriteStreams {
+  StreamSet<Index> set;
+
+  template <core::Lanes L>
+  PSPLIT_HD void operator()(L lanes, uint32_t i) const {
+    if (set.fault(i) != core::Fault::kNone) return;
+    const StreamTask& task = set.task(i);
+    StreamState<Index>& state = set.states[i];
+    const core::Fault fault = resolve(lanes, task, state);
+    if (lanes.rank() == 0) set.batch.stitch_faults[set.streams[i]] = fault;
+    if (fault != core::Fault::kNone) return;
+    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
+    const uint32_t total = primitive.point_count;
+    uint32_t* const indices = primitive.indices + size_t{3} * task.face_base;
+    core::for_each_lane_item(lanes, 3 * task.face_count, [&](uint32_t at) {
+      const uint32_t number = state.numbers[state.patch.point_at[4 * (at / 3) + at % 3]];
+      indices[at] = number < total ? number : state.references[number - total];
+    });
+    for (uint32_t t = 0; t < primitive.target_count; ++t) {
+      const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
+      // Owners write; every copy holds the same bits.
+      state.patch.write_values(lanes, *find_attribute(state.patch, target), [&](uint32_t point) -> uint8_t* {
+        const uint32_t number = state.numbers[point];
+        return number < total ? target.values + size_t{number} * target.stride : nullptr;
+      });
+    }
+  }
+
+ private:
+  // References to streams that did not decode are to any point of theirs: the fault is not this one's.
+  template <core::Lanes L>
+  PSPLIT_HD core::Fault resolve(L lanes, const StreamTask& task, StreamState<Index>& state) const {
+    const Batch& batch = set.batch;
+    const uint32_t first = batch.primitives[task.primitive].first_stream;
+    const auto walk_of = [&](uint32_t stream, uint32_t place) -> uint32_t {
+      const StreamTask& owner = batch.streams[first + stream];
+      if (batch.faults[first + stream] != core::Fault::kNone && owner.owned_base < owner.owned_end)
+        return owner.owned_base;
+      const core::View<uint32_t> walk = batch.walks[first + stream];
+      return place < walk.size() ? walk[place] : core::kNoPoint;
+    };
+    const auto owned_of = [&](uint32_t stream, uint32_t rank) -> uint32_t {
+      const StreamTask& owner = batch.streams[first + stream];
+      return rank < owner.owned_end - owner.owned_base ? owner.owned_base + rank : core::kNoPoint;
+    };
+    return core::resolve_references(lanes, set.row(task), walk_of, owned_of, state.references);
+  }
+};
+
+}  // namespace psplit

@@ -1,0 +1,300 @@
+// Plans a batch and launches it on a device: what a CUDA device (cuda_device.cuh) and its emulation in the
+// tests have in common. A Device has
+//
+//   Array<T>                     memory of its own that grows and is kept: reserve(count), data()
+//   upload(array, span)          to an array, that is large enough afterwards
+//   download(out, data, count)
+//   launch_threads(count, body)  body(i) for each i below count
+//   launch_warps(count, body)    body(lanes, i), with the lanes of a warp
+//   wait()                       until all that was asked for is done
+//
+// which are in order, and may return before they are done, but for wait. Those that can fail return a Status.
+#pragma once
+
+#include <algorithm>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "decoder_cuda/batch.h"
+#include "src/container/container.h"
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+// One primitive of a batch. Targets and indices are memory of the device, of the sizes that the directory says.
+struct BatchPrimitive {
+  std::span<const uint8_t> bytes;        // of the container
+  const Container* container = nullptr;  // parsed from them
+  std::vector<AttributeTarget> targets;
+  uint32_t* indices = nullptr;
+};
+
+// How streams of one width are launched. What is more than was foreseen is done at the end, slowly.
+struct LaunchPlan {
+  uint32_t runs = 0;    // of one stream between two stops
+  uint32_t rounds = 0;  // from stop to stop
+};
+
+template <typename Index, typename Device>
+Status launch_decoding(Device& device, const StreamSet<Index>& set, const LaunchPlan& plan) {
+  if (set.count == 0) return {};
+  if (Status status = device.launch_threads(set.count, BeginStreams<Index>{set}); !status.ok()) return status;
+  for (uint32_t round = 0; round < plan.rounds; ++round) {
+    if (Status status = device.launch_threads(plan.runs * set.count, TakeRuns<Index>{set}); !status.ok())
+      return status;
+    if (Status status = device.launch_warps(set.count, ResumeStreams<Index>{set, plan.runs}); !status.ok())
+      return status;
+  }
+  return device.launch_warps(set.count, FinishStreams<Index>{set});
+}
+
+template <typename Index, typename Device>
+Status launch_writing(Device& device, const StreamSet<Index>& set) {
+  return set.count == 0 ? Status() : device.launch_warps(set.count, WriteStreams<Index>{set});
+}
+
+// Not safe to share between threads. Its memory is kept from batch to batch.
+template <typename Device>
+class BatchDecoder {
+ public:
+  explicit BatchDecoder(Device device) : device_(std::move(device)) {}
+
+  Device& device() { return device_; }
+
+  // Plans and launches; the containers' bytes are no longer needed afterwards. Errors: kInvalidInput for
+  // streams whose headers are broken, kRuntimeFailure where the device fails.
+  Status start(std::span<const BatchPrimitive> primitives) {
+    if (Status status = plan(primitives); !status.ok()) return status;
+    if (Status status = send(); !status.ok()) return status;
+    if (Status status = launch_decoding(device_, narrow_.set, narrow_.launches); !status.ok()) return status;
+    if (Status status = launch_decoding(device_, wide_.set, wide_.launches); !status.ok()) return status;
+    if (Status status = launch_writing(device_, narrow_.set); !status.ok()) return status;
+    if (Status status = launch_writing(device_, wide_.set); !status.ok()) return status;
+    faults_.resize(2 * streams_.size());
+    return device_.download(faults_.data(), device_faults_.data(), faults_.size());
+  }
+
+  // Waits until all is written. The first fault, with its primitive of the batch and its patch as the place;
+  // what other patches decoded to is right all the same. Of a patch with a fault, and of faces that share a
+  // point with it, nothing is promised but that indices are below the number of points.
+  Status finish() {
+    if (Status status = device_.wait(); !status.ok()) return status;
+    for (size_t i = 0; i < streams_.size(); ++i) {
+      const core::Fault fault = faults_[i] != core::Fault::kNone ? faults_[i] : faults_[streams_.size() + i];
+      if (fault != core::Fault::kNone) return status_of(fault).at({.patch = streams_[i].number});
+    }
+    return {};
+  }
+
+ private:
+  template <typename Index>
+  struct Width {
+    std::vector<uint32_t> streams;
+    LaunchPlan launches;
+    typename Device::template Array<uint32_t> device_streams;
+    typename Device::template Array<StreamState<Index>> states;
+    StreamSet<Index> set;
+  };
+
+  static Status status_of(core::Fault fault) {
+    const std::string text = core::fault_text(fault);
+    return fault == core::Fault::kVersion ? unsupported(text) : invalid_input(text);
+  }
+
+  Status plan(std::span<const BatchPrimitive> primitives) {
+    primitives_.clear();
+    targets_.clear();
+    streams_.clear();
+    compressed_.clear();
+    narrow_.streams.clear();
+    wide_.streams.clear();
+    narrow_.launches = wide_.launches = {};
+    workspace_bytes_ = 0;
+    for (const BatchPrimitive& primitive : primitives)
+      if (Status status = plan(primitive); !status.ok()) return status;
+    // Threads of a warp wait for the longest.
+    const auto by_size = [&](uint32_t a, uint32_t b) {
+      return streams_[a].face_count > streams_[b].face_count;
+    };
+    std::stable_sort(narrow_.streams.begin(), narrow_.streams.end(), by_size);
+    std::stable_sort(wide_.streams.begin(), wide_.streams.end(), by_size);
+    return {};
+  }
+
+  Status plan(const BatchPrimitive& primitive) {
+    const Container& container = *primitive.container;
+    const auto number = static_cast<uint32_t>(primitives_.size());
+    const auto count = static_cast<uint32_t>(container.entries.size());
+    if (uint64_t{container.point_count()} + container.reference_count() > 0xffffffffu)
+      return unsupported("more points than 32-bit numbers can tell apart");
+    const uint64_t elements = uint64_t{container.face_count()} + container.point_count();
+    if (elements * 16 > core::justified_bytes(container.stream_bytes()))
+      return status_of(core::Fault::kWorkspace);
+    primitives_.push_back(
+        {static_cast<uint32_t>(streams_.size()), count, static_cast<uint32_t>(targets_.size()),
+         static_cast<uint32_t>(primitive.targets.size()), container.point_count(), primitive.indices});
+    targets_.insert(targets_.end(), primitive.targets.begin(), primitive.targets.end());
+    core::ValueCounts values{0, static_cast<uint32_t>(primitive.targets.size()), 0};
+    for (const AttributeTarget& target : primitive.targets) values.components += target.components;
+
+    const uint64_t base = compressed_.size();
+    compressed_.insert(compressed_.end(), primitive.bytes.begin(), primitive.bytes.end());
+    const auto place_of = [&](std::span<const uint8_t> part) {
+      return base + static_cast<uint64_t>(part.data() - primitive.bytes.data());
+    };
+    for (uint32_t i = 0; i < count; ++i) {
+      const StreamEntry& entry = container.entries[i];
+      StreamTask task;
+      task.stream_at = place_of(container.streams[i]);
+      task.stitch_at = container.stitch[i].empty() ? base : place_of(container.stitch[i]);
+      task.stream_bytes = entry.stream_bytes;
+      task.stitch_bytes = entry.stitch_bytes;
+      task.primitive = number;
+      task.number = i;
+      task.face_count = entry.face_count;
+      task.point_count = entry.point_count;
+      task.reference_count = entry.reference_count;
+      task.face_base = container.face_base[i];
+      task.owned_base = container.owned_base[i];
+      task.owned_end = container.owned_base[i + 1];
+      task.is_residue = i == container.patch_count();
+      task.has_walk = container.reference_count() > 0;
+      core::StreamHeader header;
+      const std::span<const uint8_t> stream = container.streams[i];
+      const core::Fault fault = core::read_stream_header(stream.data(), stream.size(), header);
+      if (fault != core::Fault::kNone) return status_of(fault).at({.patch = i});
+      values.points = entry.point_count;
+      const auto place = static_cast<uint32_t>(streams_.size());
+      if (header.fits_16_bits())
+        add(narrow_, place, header, values, task);
+      else
+        add(wide_, place, header, values, task);
+      streams_.push_back(task);
+    }
+    return {};
+  }
+
+  template <typename Index>
+  void add(Width<Index>& width, uint32_t place, const core::StreamHeader& header, core::ValueCounts values,
+           StreamTask& task) {
+    // Streams may have attributes that nobody asked for: they nearly always have a table of their own.
+    const uint32_t others = header.attribute_data_count >= values.attributes
+                                ? header.attribute_data_count + 1 - values.attributes
+                                : 0;
+    values.attributes += others;
+    values.components += 4 * others;
+    const uint64_t needed =
+        core::workspace_bytes<Index>(header, task.stream_bytes, values) + numbering_bytes(task);
+    task.workspace_at = workspace_bytes_;
+    task.workspace_bytes = std::min(needed, core::justified_bytes(task.stream_bytes));
+    workspace_bytes_ += (task.workspace_bytes + 255) / 256 * 256;
+    LaunchPlan& launches = width.launches;
+    const uint32_t lists = header.valence ? core::ValenceSymbols<Index>::kLists : 0;
+    launches.runs = std::max({launches.runs, 2 * values.attributes, header.attribute_data_count, lists});
+    // Tagged symbols stop once more each.
+    launches.rounds =
+        std::max(launches.rounds,
+                 2 + values.attributes + (header.attribute_data_count > 0 ? 1 : 0) + (header.valence ? 1 : 0));
+    width.streams.push_back(place);
+  }
+
+  Status send() {
+    const size_t count = streams_.size();
+    for (Status status : {device_.upload(device_compressed_, std::span<const uint8_t>(compressed_)),
+                          device_.upload(device_primitives_, std::span<const PrimitiveTask>(primitives_)),
+                          device_.upload(device_targets_, std::span<const AttributeTarget>(targets_)),
+                          device_.upload(device_streams_, std::span<const StreamTask>(streams_)),
+                          device_workspace_.reserve(workspace_bytes_), device_walks_.reserve(count),
+                          device_faults_.reserve(2 * count)})
+      if (!status.ok()) return status;
+    const Batch batch{device_compressed_.data(), device_primitives_.data(),    device_targets_.data(),
+                      device_streams_.data(),    device_workspace_.data(),     device_walks_.data(),
+                      device_faults_.data(),     device_faults_.data() + count};
+    if (Status status = send(narrow_, batch); !status.ok()) return status;
+    return send(wide_, batch);
+  }
+  template <typename Index>
+  Status send(Width<Index>& width, const Batch& batch) {
+    const auto count = static_cast<uint32_t>(width.streams.size());
+    if (Status status = device_.upload(width.device_streams, std::span<const uint32_t>(width.streams));
+        !status.ok())
+      return status;
+    if (Status status = width.states.reserve(count); !status.ok()) return status;
+    width.set = {batch, width.device_streams.data(), width.states.data(), count};
+    return {};
+  }
+
+  Device device_;
+  std::vector<PrimitiveTask> primitives_;
+  std::vector<AttributeTarget> targets_;
+  std::vector<StreamTask> streams_;
+  std::vector<uint8_t> compressed_;
+  std::vector<core::Fault> faults_;  // of decoding, then of stitching
+  uint64_t workspace_bytes_ = 0;
+  Width<uint16_t> narrow_;
+  Width<uint32_t> wide_;
+  typename Device::template Array<uint8_t> device_compressed_, device_workspace_;
+  typename Device::template Array<PrimitiveTask> device_primitives_;
+  typename Device::template Array<AttributeTarget> device_targets_;
+  typename Device::template Array<StreamTask> device_streams_;
+  typename Device::template Array<core::View<uint32_t>> device_walks_;
+  typename Device::template Array<core::Fault> device_faults_;
+};
+
+constexpr core::DataType stored_type(ComponentType type) {
+  switch (type) {
+    case ComponentType::kInt8: return core::DataType::kInt8;
+    case ComponentType::kUint8: return core::DataType::kUint8;
+    case ComponentType::kInt16: return core::DataType::kInt16;
+    case ComponentType::kUint16: return core::DataType::kUint16;
+    case ComponentType::kUint32: return core::DataType::kUint32;
+    case ComponentType::kFloat32: break;
+  }
+  return core::DataType::kFloat32;
+}
+
+// A container to a mesh in the host's memory.
+template <typename Device>
+Expected<Mesh> decode_to_host(BatchDecoder<Device>& decoder, std::span<const uint8_t> bytes,
+                              std::span<const AttributeRequest> requests) {
+  const Expected<Container> container = parse_container(bytes);
+  if (!container) return container.status();
+  Mesh mesh;
+  mesh.point_count = container->point_count();
+  BatchPrimitive primitive{bytes, &*container, {}, nullptr};
+  std::vector<size_t> offsets;
+  size_t size = size_t{12} * container->face_count();
+  for (const AttributeRequest& request : requests) {
+    mesh.attributes.push_back(
+        {request.semantic, request.component_type, request.component_count, request.normalized, {}});
+    const size_t stride = mesh.attributes.back().stride();
+    offsets.push_back(size);
+    size += (size_t{mesh.point_count} * stride + 255) / 256 * 256;
+    primitive.targets.push_back({request.unique_id, stored_type(request.component_type),
+                                 request.component_count, nullptr, static_cast<uint32_t>(stride)});
+  }
+  typename Device::template Array<uint8_t> out;
+  if (Status status = out.reserve(size); !status.ok()) return status;
+  primitive.indices = reinterpret_cast<uint32_t*>(out.data());
+  for (size_t i = 0; i < requests.size(); ++i) primitive.targets[i].values = out.data() + offsets[i];
+  if (Status status = decoder.start({&primitive, 1}); !status.ok()) return status;
+  if (Status status = decoder.finish(); !status.ok()) return status;
+
+  mesh.faces.resize(container->face_count());
+  Device& device = decoder.device();
+  if (Status status = device.download(&mesh.faces[0][0], primitive.indices, 3 * mesh.faces.size());
+      !status.ok())
+    return status;
+  for (size_t i = 0; i < requests.size(); ++i) {
+    Array<std::byte>& values = mesh.attributes[i].values;
+    values.resize(size_t{mesh.point_count} * mesh.attributes[i].stride());
+    auto* const to = reinterpret_cast<uint8_t*>(values.data());
+    if (Status status = device.download(to, out.data() + offsets[i], values.size()); !status.ok())
+      return status;
+  }
+  if (Status status = device.wait(); !status.ok()) return status;
+  return mesh;
+}
+
+}  // namespace psplit
