@@ -1,5 +1,5 @@
 // The meshes of the benchmarks: the built-in shapes, or the file that PSPLIT_BENCH_MESH names (.ply, .obj,
-// .stl, .drc).
+// .stl).
 #pragma once
 
 #include <algorithm>

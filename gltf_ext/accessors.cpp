@@ -162,12 +162,18 @@ Expected<AccessorData> read_accessor(const Document& document, int64_t index) {
   return data;
 }
 
-int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds) {
+Json describe_stored(const AccessorData& data) {
+  const char* type = type_name(data.component_count);
+  if (type == nullptr) return Json::object();
   Json accessor = {{"componentType", static_cast<int>(data.component_type)}, {"count", data.count}};
   if (data.normalized) accessor["normalized"] = true;
-  const char* type = type_name(data.component_count);
-  if (type == nullptr) return -1;
   accessor["type"] = type;
+  return accessor;
+}
+
+int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds) {
+  Json accessor = describe_stored(data);
+  if (accessor.empty()) return -1;
   const auto layout = *element_layout(accessor);
 
   // Vertex attributes start on 4-byte boundaries, and so do columns of matrices.

@@ -20,6 +20,10 @@ Expected<AccessorData> read_accessor(const Document& document, int64_t index);
 // accessor's index. `target` is 34962, 34963 or 0.
 int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);
 
+// An accessor of such data, which an extension supplies: no bufferView, no bounds. The data's values may be
+// left out. An empty object where no glTF type has so many components.
+Json describe_stored(const AccessorData& data);
+
 // Writes count, min, max of decoded data onto an accessor that keeps its other members, and takes its
 // bufferView, byteOffset and sparse away: an accessor whose data an extension supplies.
 void describe_decoded(Json& accessor, const AccessorData& data, bool with_bounds);

@@ -61,9 +61,9 @@ Status load_buffers(Document& document, std::optional<std::span<const uint8_t>> 
   return {};
 }
 
-Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& path) {
+Expected<Document> parse(std::span<const uint8_t> file, const std::filesystem::path& source) {
   Document document;
-  document.source = path;
+  document.source = source;
   document.from_glb = is_glb(file);
   GlbChunks chunks{file, std::nullopt};
   if (document.from_glb) {
@@ -77,6 +77,10 @@ Expected<Document> parse_document(std::span<const uint8_t> file, const std::file
   if (Status status = check_structure(document.json); !status.ok()) return status;
   if (Status status = load_buffers(document, chunks.binary); !status.ok()) return status;
   return document;
+}
+
+Place place_of(const std::filesystem::path& source) {
+  return {.file = source == "-" ? "stdin" : source.string()};
 }
 
 // The index of a buffer that may grow.
@@ -95,11 +99,14 @@ size_t growing_buffer(Document& document) {
 }  // namespace
 
 Expected<Document> read_document(const std::filesystem::path& path) {
-  const Place place{.file = path == "-" ? "stdin" : path.string()};
   const auto file = read_file(path);
-  if (!file) return file.status().at(place);
-  auto document = parse_document(*file, path);
-  if (!document) return document.status().at(place);
+  if (!file) return file.status().at(place_of(path));
+  return parse_document(*file, path);
+}
+
+Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source) {
+  auto document = parse(file, source);
+  if (!document) return document.status().at(place_of(source));
   return document;
 }
 

@@ -22,6 +22,7 @@ struct Document {
   std::vector<std::vector<uint8_t>> buffers;  // resolved bytes, at least byteLength each
   std::filesystem::path source;               // "-" for stdin; the directory that relative URIs start from
   bool from_glb = false;
+  bool from_draco = false;  // a .drc file (gltf_ext/draco_file.h)
 };
 
 // Reads .gltf or .glb (told apart by content, not by name); "-" reads a GLB or glTF from stdin. Loads every
@@ -30,6 +31,9 @@ struct Document {
 // accessors, buffer views and buffers safely: every function here returns kInvalidInput rather than read out
 // of bounds. Errors: kIo, kInvalidInput, kUnsupported.
 Expected<Document> read_document(const std::filesystem::path& path);
+
+// The same of a file whose bytes are at hand.
+Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source);
 
 // A new document of one mesh, one node, one scene; used for PLY and its like, and by `generate`.
 Document new_document();

@@ -10,8 +10,6 @@
 
 namespace psplit {
 
-inline constexpr const char* kStockExtensionName = "KHR_draco_mesh_compression";
-
 // Primitives that say the same: one geometry, stored once.
 struct PrimitiveGroup {
   std::vector<PrimitiveId> ids;

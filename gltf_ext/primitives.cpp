@@ -8,8 +8,6 @@
 namespace psplit {
 namespace {
 
-constexpr const char* kStockExtension = "KHR_draco_mesh_compression";
-
 Place place_of(PrimitiveId id) {
   return {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
 }
@@ -138,13 +136,10 @@ Expected<Mesh> read(const Document& document, PrimitiveId id, const DecodeBacken
   Mesh mesh;
   if (kind->storage != PrimitiveStorage::kPlain) {
     const bool patched = kind->storage == PrimitiveStorage::kPatches;
-    const Json& extension = *extension_field(primitive, patched ? kExtensionName : kStockExtension);
-    const auto bytes = extension_bytes(document, extension);
-    if (!bytes) return bytes.status();
-    const auto requests = requests_of(document, primitive, extension);
-    if (!requests) return requests.status();
-    Expected<Mesh> decoded =
-        patched ? backend.decode_container(*bytes, *requests, pool) : backend.decode_stream(*bytes, *requests);
+    const auto stored = stored_primitive(document, id, patched ? kExtensionName : kStockExtensionName);
+    if (!stored) return stored.status();
+    Expected<Mesh> decoded = patched ? backend.decode_container(stored->bytes, stored->requests, pool)
+                                     : backend.decode_stream(stored->bytes, stored->requests);
     if (!decoded) return decoded.status();
     mesh = std::move(*decoded);
   }
@@ -165,7 +160,7 @@ Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id)
   if (primitive == nullptr) return invalid_input("no such primitive", place_of(id));
   const auto mode = integer_field_or(*primitive, "mode", 4);
   if (!mode || *mode < 0 || *mode > 6) return invalid_input("an unknown mode", place_of(id));
-  for (const char* name : {kExtensionName, kStockExtension}) {
+  for (const char* name : {kExtensionName, kStockExtensionName}) {
     const Json* extensions = object_field(*primitive, "extensions");
     const Json* extension = extensions == nullptr ? nullptr : field(*extensions, name);
     if (extension != nullptr && !extension->is_object())
@@ -175,7 +170,7 @@ Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id)
   kind.triangles = *mode >= 4;
   if (extension_field(*primitive, kExtensionName) != nullptr)
     kind.storage = PrimitiveStorage::kPatches;
-  else if (extension_field(*primitive, kStockExtension) != nullptr)
+  else if (extension_field(*primitive, kStockExtensionName) != nullptr)
     kind.storage = PrimitiveStorage::kStockDraco;
   return kind;
 }
@@ -212,16 +207,17 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
   return morphs;
 }
 
-Expected<PatchedPrimitive> patched_primitive(const Document& document, PrimitiveId id) {
+Expected<StoredPrimitive> stored_primitive(const Document& document, PrimitiveId id,
+                                           const char* extension_name) {
   const Json* primitive = find_primitive(document, id);
-  const Json* extension = primitive == nullptr ? nullptr : extension_field(*primitive, kExtensionName);
+  const Json* extension = primitive == nullptr ? nullptr : extension_field(*primitive, extension_name);
   if (extension == nullptr)
-    return invalid_input(std::string(kExtensionName) + " is missing, or is no object", place_of(id));
+    return invalid_input(std::string(extension_name) + " is missing, or is no object", place_of(id));
   const auto bytes = extension_bytes(document, *extension);
   if (!bytes) return bytes.status().at(place_of(id));
   auto requests = requests_of(document, *primitive, *extension);
   if (!requests) return requests.status().at(place_of(id));
-  return PatchedPrimitive{*bytes, std::move(*requests)};
+  return StoredPrimitive{*bytes, std::move(*requests)};
 }
 
 }  // namespace psplit

@@ -9,6 +9,7 @@
 namespace psplit {
 
 inline constexpr const char* kExtensionName = "PSPLIT_mesh_draco_patches";
+inline constexpr const char* kStockExtensionName = "KHR_draco_mesh_compression";
 
 struct PrimitiveId {
   size_t mesh = 0;
@@ -40,11 +41,13 @@ struct MorphAttribute {
 };
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id);
 
-// The container bytes and attribute requests of a patched primitive, for inspection and validation.
-struct PatchedPrimitive {
-  std::span<const uint8_t> container;
+// What one of the two extensions stores of a primitive, for inspection and validation. The document keeps the
+// bytes. Errors: kInvalidInput.
+struct StoredPrimitive {
+  std::span<const uint8_t> bytes;  // a container, or the one stream of stock Draco
   std::vector<AttributeRequest> requests;
 };
-Expected<PatchedPrimitive> patched_primitive(const Document& document, PrimitiveId id);
+Expected<StoredPrimitive> stored_primitive(const Document& document, PrimitiveId id,
+                                           const char* extension_name);
 
 }  // namespace psplit

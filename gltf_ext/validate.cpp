@@ -84,11 +84,11 @@ class Validator {
     place_ = {document_.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
     if (integer_field_or(primitive, "mode", 4) != 4)
       report("mode", "patches are triangle lists: mode must be 4");
-    const Expected<PatchedPrimitive> patched = patched_primitive(document_, id);
+    const Expected<StoredPrimitive> patched = stored_primitive(document_, id, kExtensionName);
     if (!patched) return report("members", patched.status());
-    const Expected<Container> container = parse_container(patched->container);
+    const Expected<Container> container = parse_container(patched->bytes);
     if (!container) return report("container", container.status());
-    const Expected<Mesh> mesh = backend_.decode_container(patched->container, patched->requests, pool_);
+    const Expected<Mesh> mesh = backend_.decode_container(patched->bytes, patched->requests, pool_);
     if (!mesh) return report("decode", mesh.status());
 
     const Json& attributes = *object_field(primitive, "attributes");

@@ -1,7 +1,7 @@
 # Every dependency of psplit is found here and nowhere else. All come from packages (packages.txt lists
 # Debian's names, vcpkg.json those of other platforms); nothing is vendored or downloaded.
 
-# Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle, reads PLY, OBJ, STL, DRC.
+# Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle, reads PLY, OBJ, STL.
 # Debian's config file names its static library with a path relative to a build folder, so the library and
 # the headers are looked up by name.
 find_path(DRACO_INCLUDE_DIR draco/compression/encode.h REQUIRED)

@@ -5,10 +5,15 @@
 #include <draco/compression/decode.h>
 #include <draco/mesh/mesh.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
+#include <new>
+#include <stdexcept>
 
+#include "encoder/draco/describe_attribute.h"
 #include "src/container/stitch.h"
+#include "src/core/stream_header.h"
 
 namespace psplit {
 namespace {
@@ -17,6 +22,13 @@ struct DracoMesh {
   std::unique_ptr<draco::Mesh> mesh;
 };
 
+// Streams before 1.3 give all their attributes the id 0.
+bool has_no_unique_ids(std::span<const uint8_t> stream) {
+  constexpr size_t kMajor = 5, kMinor = 6;
+  return stream.size() > kMinor && (stream[kMajor] < 1 || (stream[kMajor] == 1 && stream[kMinor] < 3));
+}
+
+// Attributes without unique ids get their places for ids.
 Expected<DracoMesh> decode_mesh(std::span<const uint8_t> stream, bool keep_quantized) {
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
@@ -24,12 +36,56 @@ Expected<DracoMesh> decode_mesh(std::span<const uint8_t> stream, bool keep_quant
   if (keep_quantized)
     for (int type = 0; type < draco::GeometryAttribute::NAMED_ATTRIBUTES_COUNT; ++type)
       decoder.SetSkipAttributeTransform(static_cast<draco::GeometryAttribute::Type>(type));
-  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok()) {
+  // libdraco sizes arrays from what the stream claims.
+  const Status too_large = invalid_input("Draco stream: claims more data than memory can hold");
+  try {
+    auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+    if (decoded.ok()) {
+      DracoMesh decoded_mesh{std::move(decoded).value()};
+      if (has_no_unique_ids(stream))
+        for (int32_t i = 0; i < decoded_mesh.mesh->num_attributes(); ++i)
+          decoded_mesh.mesh->attribute(i)->set_unique_id(static_cast<uint32_t>(i));
+      return decoded_mesh;
+    }
     const char* reason = decoded.status().error_msg();
     return invalid_input(std::string("Draco stream: ") + (*reason != 0 ? reason : "libdraco cannot decode it"));
+  } catch (const std::bad_alloc&) {
+    return too_large;
+  } catch (const std::length_error&) {
+    return too_large;
   }
-  return DracoMesh{std::move(decoded).value()};
+}
+
+// What libdraco leaves to its caller.
+constexpr const char* kNoSuchPoint = "Draco stream: a face names a point that is not there";
+bool has_its_points(const draco::Mesh::Face& face, uint32_t point_count) {
+  return std::ranges::all_of(face, [&](draco::PointIndex point) { return point.value() < point_count; });
+}
+
+// Of a stream that libdraco decodes; its API does not tell.
+StreamCoding read_coding(std::span<const uint8_t> stream) {
+  core::ByteReader reader(stream.data(), stream.size());
+  reader.skip(8);  // magic, version, kind
+  if (reader.u8() == 0) return StreamCoding::kSequential;
+  if (constexpr uint32_t kHasMetadata = 0x8000; (reader.u16() & kHasMetadata) != 0)
+    (void)core::skip_metadata(reader);
+  const uint8_t traversal = reader.u8();
+  return traversal == 0   ? StreamCoding::kEdgebreaker
+         : traversal == 1 ? StreamCoding::kEdgebreakerPredictive
+                          : StreamCoding::kEdgebreakerValence;
+}
+
+// Of an attribute whose transform was left undone; 0 where it has none.
+uint8_t quantization_bits(const draco::PointAttribute& attribute) {
+  const draco::AttributeTransformData* data = attribute.GetAttributeTransformData();
+  const auto type = data == nullptr ? draco::ATTRIBUTE_NO_TRANSFORM : data->transform_type();
+  draco::AttributeQuantizationTransform quantization;
+  draco::AttributeOctahedronTransform octahedron;
+  if (type == draco::ATTRIBUTE_QUANTIZATION_TRANSFORM && quantization.InitFromAttribute(attribute))
+    return static_cast<uint8_t>(quantization.quantization_bits());
+  if (type == draco::ATTRIBUTE_OCTAHEDRON_TRANSFORM && octahedron.InitFromAttribute(attribute))
+    return static_cast<uint8_t>(octahedron.quantization_bits());
+  return 0;
 }
 
 std::string describe(const AttributeRequest& request) {
@@ -161,9 +217,7 @@ Expected<DecodedStream> decode_draco_stream(std::span<const uint8_t> stream,
   out.faces.reserve(mesh.num_faces());
   for (uint32_t i = 0; i < mesh.num_faces(); ++i) {
     const draco::Mesh::Face& face = mesh.face(draco::FaceIndex(i));
-    for (const draco::PointIndex& point : face)
-      if (point.value() >= out.point_count)
-        return invalid_input("Draco stream: a face names a point that is not there");
+    if (!has_its_points(face, out.point_count)) return invalid_input(kNoSuchPoint);
     out.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
   }
   for (const AttributeRequest& request : requests) {
@@ -198,27 +252,24 @@ Expected<StreamCounts> stream_counts(std::span<const uint8_t> stream) {
   return StreamCounts{decoded->mesh->num_faces(), decoded->mesh->num_points()};
 }
 
-Expected<std::vector<int>> stream_attribute_bits(std::span<const uint8_t> stream,
-                                                 std::span<const AttributeRequest> requests) {
-  const Expected<DracoMesh> decoded = decode_mesh(stream, true);
+Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream) {
+  const Expected<DracoMesh> decoded = decode_mesh(stream, false);
   if (!decoded) return decoded.status();
-  std::vector<int> bits;
-  for (const AttributeRequest& request : requests) {
-    const draco::PointAttribute* attribute = decoded->mesh->GetAttributeByUniqueId(request.unique_id);
-    if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + describe(request));
-    const draco::AttributeTransformData* transform = attribute->GetAttributeTransformData();
-    draco::AttributeQuantizationTransform quantization;
-    draco::AttributeOctahedronTransform octahedron;
-    int found = 0;
-    if (transform != nullptr && transform->transform_type() == draco::ATTRIBUTE_QUANTIZATION_TRANSFORM &&
-        quantization.InitFromAttribute(*attribute))
-      found = quantization.quantization_bits();
-    else if (transform != nullptr && transform->transform_type() == draco::ATTRIBUTE_OCTAHEDRON_TRANSFORM &&
-             octahedron.InitFromAttribute(*attribute))
-      found = octahedron.quantization_bits();
-    bits.push_back(found);
+  // Bits are known only where the transform is left undone, types only where it is done.
+  const Expected<DracoMesh> quantized = decode_mesh(stream, true);
+  if (!quantized) return quantized.status();
+  StreamDescription description;
+  description.coding = read_coding(stream);
+  description.face_count = decoded->mesh->num_faces();
+  description.point_count = decoded->mesh->num_points();
+  for (uint32_t i = 0; i < description.face_count; ++i)
+    if (!has_its_points(decoded->mesh->face(draco::FaceIndex(i)), description.point_count))
+      return invalid_input(kNoSuchPoint);
+  for (int32_t i = 0; i < decoded->mesh->num_attributes(); ++i) {
+    description.attributes.push_back(describe_attribute(*decoded->mesh->attribute(i)));
+    description.attributes.back().bits = quantization_bits(*quantized->mesh->attribute(i));
   }
-  return bits;
+  return description;
 }
 
 DecodeBackend draco_backend() { return {"draco", decode_container, decode_stream}; }

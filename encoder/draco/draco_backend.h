@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "src/container/decode_backend.h"
+#include "src/container/stream_description.h"
 
 namespace psplit {
 
@@ -27,8 +28,8 @@ struct StreamCounts {
 };
 Expected<StreamCounts> stream_counts(std::span<const uint8_t> stream);
 
-// Quantization bits of each request's attribute in a stream; 0 where it is stored as it is.
-Expected<std::vector<int>> stream_attribute_bits(std::span<const uint8_t> stream,
-                                                 std::span<const AttributeRequest> requests);
+// What a mesh stream of any version that libdraco decodes is. Attributes of streams before 1.3, which have no
+// unique ids, have their places for ids, here and for the backend. Errors: kInvalidInput.
+Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream);
 
 }  // namespace psplit

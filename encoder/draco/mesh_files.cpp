@@ -1,6 +1,5 @@
 #include "encoder/draco/mesh_files.h"
 
-#include <draco/compression/decode.h>
 #include <draco/io/mesh_io.h>
 #include <draco/mesh/mesh.h>
 
@@ -10,6 +9,9 @@
 #include <cstring>
 #include <fstream>
 #include <new>
+#include <stdexcept>
+
+#include "encoder/draco/describe_attribute.h"
 
 namespace psplit {
 namespace {
@@ -21,45 +23,9 @@ std::string lower_extension(const std::filesystem::path& path) {
   return extension;
 }
 
-// glTF's type for a Draco type; 32-bit integers and doubles, which glTF attributes cannot be, become floats.
-ComponentType component_type(draco::DataType type) {
-  switch (type) {
-    case draco::DT_INT8: return ComponentType::kInt8;
-    case draco::DT_UINT8:
-    case draco::DT_BOOL: return ComponentType::kUint8;
-    case draco::DT_INT16: return ComponentType::kInt16;
-    case draco::DT_UINT16: return ComponentType::kUint16;
-    default: return ComponentType::kFloat32;
-  }
-}
-
-// A semantic that glTF allows for such data, numbered where several share a name.
-std::string semantic_of(const draco::PointAttribute& source, ComponentType type, const Mesh& mesh) {
-  const int components = source.num_components();
-  const bool is_float = type == ComponentType::kFloat32;
-  std::string prefix = "_GENERIC_";
-  if (source.attribute_type() == draco::GeometryAttribute::POSITION && is_float && components == 3)
-    return "POSITION";
-  if (source.attribute_type() == draco::GeometryAttribute::NORMAL && is_float && components == 3 &&
-      mesh.find("NORMAL") == nullptr)
-    return "NORMAL";
-  if (source.attribute_type() == draco::GeometryAttribute::TEX_COORD && is_float && components == 2)
-    prefix = "TEXCOORD_";
-  if (source.attribute_type() == draco::GeometryAttribute::COLOR && components >= 3 && components <= 4 &&
-      type != ComponentType::kInt8 && type != ComponentType::kInt16)
-    prefix = "COLOR_";
-  int number = 0;
-  while (mesh.find(prefix + std::to_string(number)) != nullptr) ++number;
-  return prefix + std::to_string(number);
-}
-
-Attribute convert(const draco::PointAttribute& source, uint32_t point_count, const Mesh& mesh) {
-  Attribute attribute;
-  attribute.component_type = component_type(source.data_type());
-  attribute.component_count = static_cast<uint8_t>(source.num_components());
-  attribute.semantic = semantic_of(source, attribute.component_type, mesh);
-  attribute.normalized = attribute.component_type != ComponentType::kFloat32 &&
-                         (source.normalized() || attribute.semantic.starts_with("COLOR_"));
+Attribute convert(const draco::PointAttribute& source, const AttributeRequest& request, uint32_t point_count) {
+  Attribute attribute{
+      request.semantic, request.component_type, request.component_count, request.normalized, {}};
   const size_t stride = attribute.stride();
   attribute.values.resize(stride * point_count);
   const bool copies =
@@ -87,15 +53,7 @@ void flip_v(Attribute& texcoord) {
   }
 }
 
-bool is_draco_point_cloud(std::istream& file) {
-  std::array<char, 16> head{};
-  file.read(head.data(), head.size());
-  draco::DecoderBuffer buffer;
-  buffer.Init(head.data(), static_cast<size_t>(file.gcount()));
-  const auto type = draco::Decoder::GetEncodedGeometryType(&buffer);
-  return type.ok() && type.value() == draco::POINT_CLOUD;
-}
-
+// libdraco's reader only says that such a file is broken.
 bool is_ply_point_cloud(std::istream& file) {
   std::string line;
   if (!std::getline(file, line) || !line.starts_with("ply")) return false;
@@ -104,18 +62,11 @@ bool is_ply_point_cloud(std::istream& file) {
   return false;
 }
 
-// libdraco's mesh readers only say that such a file is broken.
-bool is_point_cloud(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  const std::string extension = lower_extension(path);
-  return extension == ".drc" ? is_draco_point_cloud(file) : extension == ".ply" && is_ply_point_cloud(file);
-}
-
 }  // namespace
 
 bool is_mesh_file(const std::filesystem::path& path) {
   const std::string extension = lower_extension(path);
-  return extension == ".ply" || extension == ".obj" || extension == ".stl" || extension == ".drc";
+  return extension == ".ply" || extension == ".obj" || extension == ".stl";
 }
 
 Expected<Mesh> read_mesh_file(const std::filesystem::path& path) {
@@ -124,7 +75,7 @@ Expected<Mesh> read_mesh_file(const std::filesystem::path& path) {
   file.peek();  // a folder opens, but does not read
   if (!file.is_open() || file.bad()) return io_failure("cannot be read", place);
   const Status point_cloud = unsupported("a point cloud: only triangles can be split", place);
-  if (is_point_cloud(path)) return point_cloud;
+  if (lower_extension(path) == ".ply" && is_ply_point_cloud(file)) return point_cloud;
   std::unique_ptr<draco::Mesh> source;
   // libdraco's readers size arrays from what the file claims.
   try {
@@ -152,19 +103,20 @@ Expected<Mesh> read_mesh_file(const std::filesystem::path& path) {
         return invalid_input("a face names a vertex that is not there", place);
     mesh.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
   }
+  std::vector<StreamAttribute> descriptions;
+  for (int32_t i = 0; i < source->num_attributes(); ++i)
+    descriptions.push_back(describe_attribute(*source->attribute(i)));
+  const Expected<std::vector<AttributeRequest>> requests = gltf_attributes(descriptions);
+  if (!requests) return requests.status().at(place);
   for (int32_t i = 0; i < source->num_attributes(); ++i) {
     const draco::PointAttribute& attribute = *source->attribute(i);
-    if (attribute.num_components() < 1 || attribute.num_components() > 16)
-      return unsupported("an attribute has " + std::to_string(attribute.num_components()) + " components",
-                         place);
     for (uint32_t point = 0; point < mesh.point_count; ++point)
       if (attribute.mapped_index(draco::PointIndex(point)).value() >= attribute.size())
         return invalid_input("a vertex has no value of an attribute", place);
-    mesh.attributes.push_back(convert(attribute, mesh.point_count, mesh));
+    mesh.attributes.push_back(convert(attribute, (*requests)[static_cast<size_t>(i)], mesh.point_count));
     if (lower_extension(path) == ".obj" && mesh.attributes.back().semantic.starts_with("TEXCOORD_"))
       flip_v(mesh.attributes.back());
   }
-  if (mesh.find("POSITION") == nullptr) return invalid_input("has no positions", place);
   return mesh;
 }
 

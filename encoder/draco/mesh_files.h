@@ -1,4 +1,4 @@
-// PLY, OBJ, STL and DRC files through libdraco's readers.
+// PLY, OBJ and STL files through libdraco's readers.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace psplit {
 
-// True for .ply, .obj, .stl and .drc, in any case.
+// True for .ply, .obj and .stl, in any case.
 bool is_mesh_file(const std::filesystem::path& path);
 
-// Positions, normals, texture coordinates, colours and generic attributes as glTF semantics. Polygons become
-// triangles. Errors: kIo, kInvalidInput (not a mesh of that format), kUnsupported (no faces: a point cloud).
+// Attributes as gltf_attributes (src/container/stream_description.h) names them. Polygons become triangles.
+// Errors: kIo, kInvalidInput (not a mesh of that format, no positions), kUnsupported (no faces: a point cloud).
 Expected<Mesh> read_mesh_file(const std::filesystem::path& path);
 
 }  // namespace psplit

@@ -386,6 +386,32 @@ Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const 
 
 }  // namespace
 
+Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
+  const Expected<core::StreamHeader> header = read_header(stream);
+  if (!header) return header.status();
+  StreamDescription description;
+  description.coding = !header->edgebreaker ? StreamCoding::kSequential
+                       : header->valence    ? StreamCoding::kEdgebreakerValence
+                                            : StreamCoding::kEdgebreaker;
+  const ScratchPool::Lease lease(scratch_pool());
+  // Nobody knows the attributes yet: the first try has memory for as many as most streams have.
+  const std::array<AttributeRequest, 4> likely;
+  Status status = with_decoded(
+      stream, 0, likely, *lease, [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
+        description.face_count = patch.face_count;
+        description.point_count = patch.point_count;
+        for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+          const core::Attribute<Index>& attribute = patch.attributes[i];
+          description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
+                                            attribute.type, attribute.components, attribute.normalized,
+                                            attribute.bits});
+        }
+        return {};
+      });
+  if (!status.ok()) return status;
+  return description;
+}
+
 DecodeBackend cpu_backend() { return {"cpu", decode_container, decode_stream}; }
 
 }  // namespace psplit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "src/container/decode_backend.h"
+#include "src/container/stream_description.h"
 
 namespace psplit {
 
@@ -10,5 +11,9 @@ namespace psplit {
 // kUnsupported, all else that cannot be decoded is kInvalidInput, with the patch as its place. Safe to call
 // from many threads.
 DecodeBackend cpu_backend();
+
+// What a Draco 2.2 mesh stream is: it is decoded for that, on the caller's thread. Any bytes may be given, and
+// errors are those of the backend. Safe to call from many threads.
+Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream);
 
 }  // namespace psplit

@@ -8,9 +8,13 @@ Well-formed files must encode, validate, decode and compare equal (same_mesh), w
 refused: exit code 2, 3 or 5 with a message. --validator names a folder with validate.mjs and its node_modules:
 outputs then pass the official validator, errors of the input (glTF's own, or those in expected_errors.txt) aside.
 
+Well-formed .drc files and assets with stock KHR_draco_mesh_compression must inspect, and decode to the same bytes
+with --backend cpu and --backend draco; .drc files of bitstreams before 2.2, which only libdraco decodes, with
+--backend auto and draco.
+
 Exits 77 (skipped) where there is no corpus: it is not part of the project.
 """
-import argparse, concurrent.futures, fnmatch, gzip, pathlib, shutil, subprocess, sys, tempfile
+import argparse, concurrent.futures, fnmatch, gzip, json, pathlib, shutil, subprocess, sys, tempfile
 
 here = pathlib.Path(__file__).resolve().parent
 parser = argparse.ArgumentParser()
@@ -56,6 +60,31 @@ def must(what, *command):
     code, said = run(what, *command)
     if code != 0:
         raise Failure(f"{what} exits with {code}: {said[-400:]}")
+    return said
+
+
+def decode_stock(source, folder):
+    """What holds stock Draco streams (a key of stock_files, or None), and how many. Both backends decode them alike."""
+    content = source.read_bytes()
+    is_drc = source.suffix.lower() == ".drc"
+    if not is_drc and b"KHR_draco_mesh_compression" not in content:
+        return None, 0
+    older = is_drc and content[5:7] != b"\x02\x02"
+    inspect = [options.psplit, "inspect", "-q", "-j", 1, source, "--format", "json", "--backend"]
+    decode = [options.psplit, "decode", "-q", "-j", 1, source, folder / "stock.glb", "--backend"]
+    inspected, decoded = [], []
+    for backend in ("auto" if older else "cpu", "draco"):
+        inspected.append(must(f"inspect --backend {backend}", *inspect, backend))
+        must(f"decode --backend {backend}", *decode, backend)
+        decoded.append((folder / "stock.glb").read_bytes())
+    if inspected[0] != inspected[1] or decoded[0] != decoded[1]:
+        raise Failure("the backends do not say the same of its streams, or decode them to other bytes")
+    if older and (run("inspect", *inspect, "cpu")[0] != 5 or run("decode", *decode, "cpu")[0] != 5):
+        raise Failure("--backend cpu does not refuse a bitstream before 2.2")
+    count = sum(primitive["storage"] == "draco" for primitive in json.loads(inspected[0])["primitives"])
+    if count == 0:
+        return None, 0
+    return "older .drc" if older else ".drc" if is_drc else "glTF", count
 
 
 def round_trip(path, source, folder, malformed, lossless):
@@ -92,7 +121,7 @@ def kind(path):
 def check(file):
     path = file.relative_to(options.corpus).as_posix()
     malformed = path.startswith("malformed/")
-    outcome = None
+    outcome, stock = None, (None, 0)
     try:
         with tempfile.TemporaryDirectory(prefix="psplit-corpus-") as name:
             folder, source = pathlib.Path(name), file
@@ -100,6 +129,8 @@ def check(file):
                 source = folder / source.stem
                 with gzip.open(file) as packed, open(source, "wb") as plain:
                     shutil.copyfileobj(packed, plain)
+            if not malformed and not expected_codes(refusals, path):
+                stock = decode_stock(source, folder)
             for lossless in ([], ["--lossless"]):
                 (folder / "out").mkdir()
                 outcome = round_trip(path, source, folder / "out", malformed, lossless)
@@ -107,8 +138,8 @@ def check(file):
                 if outcome == "refused" or malformed:
                     break
     except Failure as failure:
-        return path, "failed", failure
-    return path, outcome, None
+        return path, "failed", failure, stock
+    return path, outcome, None, stock
 
 
 if not options.corpus.is_dir():
@@ -119,10 +150,19 @@ root = options.corpus / "malformed" if options.malformed else options.corpus
 files = [p for p in root.rglob("*") if p.is_file() and kind(p) in kLoadable and options.only in str(p)]
 files.sort(key=lambda p: (-p.stat().st_size, p))
 outcomes = {}
+stock_files = {"glTF": 0, ".drc": 0, "older .drc": 0}
+stock_streams = dict(stock_files)
 with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
-    for path, outcome, failure in pool.map(check, files):
+    for path, outcome, failure, (holder, streams) in pool.map(check, files):
         outcomes[outcome] = outcomes.get(outcome, 0) + 1
+        if holder:
+            stock_files[holder] += 1
+            stock_streams[holder] += streams
         if failure:
             print(f"FAILED  {path}: {failure}", flush=True)
 print("corpus: " + (", ".join(f"{count} {outcome}" for outcome, count in sorted(outcomes.items())) or "nothing to do"))
+if any(stock_files.values()):
+    print(f"stock Draco: {stock_streams['glTF']} streams in {stock_files['glTF']} glTF assets, and {stock_files['.drc']} "
+          f".drc files, decode to the same bytes with both backends; libdraco alone decodes {stock_files['older .drc']} "
+          ".drc files before 2.2")
 sys.exit(1 if "failed" in outcomes or not files else 0)

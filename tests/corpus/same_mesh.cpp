@@ -13,6 +13,8 @@
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/mesh_files.h"
 #include "encoder/encode_mesh.h"
+#include "gltf_ext/draco_file.h"
+#include "gltf_ext/files.h"
 #include "gltf_ext/primitives.h"
 #include "tests/support/compare_meshes.h"
 
@@ -44,7 +46,10 @@ Expected<std::vector<Expected<Mesh>>> read_meshes(const std::string& path, const
     meshes.push_back(std::move(mesh));
     return meshes;
   }
-  const Expected<Document> document = read_document(path);
+  const Expected<std::vector<uint8_t>> bytes = read_file(path);
+  if (!bytes) return bytes.status();
+  const Expected<Document> document =
+      is_draco(*bytes) ? document_from_draco(*bytes, describe_draco_stream) : parse_document(*bytes, path);
   if (!document) return document.status();
   for (const PrimitiveId id : all_primitives(*document)) {
     const Expected<PrimitiveKind> kind = primitive_kind(*document, id);

@@ -87,6 +87,26 @@ class CommandLine : public testing::Test {
     return path("split.glb");
   }
 
+  // The same as stock Draco, as glTF and as the stream alone.
+  std::string stock_sample() const {
+    const Outcome outcome =
+        run({"decode", sample("terrain", "3000"), path("stock.gltf"), "--to", "draco", "-q"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return path("stock.gltf");
+  }
+  std::string draco_sample() const {
+    const auto json = nlohmann::json::parse(read_bytes(stock_sample()));
+    const auto& extension = json.at("meshes").at(0).at("primitives").at(0).at("extensions");
+    const auto& view =
+        json.at("bufferViews").at(extension.at("KHR_draco_mesh_compression").at("bufferView").get<size_t>());
+    const std::string stream =
+        read_bytes(path("stock.bin"))
+            .substr(view.value("byteOffset", size_t{0}), view.at("byteLength").get<size_t>());
+    EXPECT_EQ(stream.substr(0, 5), "DRACO");
+    write("mesh.drc", stream);
+    return path("mesh.drc");
+  }
+
   std::filesystem::path folder_;
 };
 
@@ -273,6 +293,86 @@ TEST_F(CommandLine, InspectOfAPlainAssetListsNoPatches) {
   EXPECT_EQ(json.at("others").at(0).at("storage"), "plain");
 }
 
+TEST_F(CommandLine, InspectShowsAStockDracoStreamAsOnePatch) {
+  const std::string drc = draco_sample(), stock = path("stock.gltf");
+  ASSERT_EQ(run({"decode", drc, path("plain.gltf"), "-q"}).code, 0);
+  const auto plain = nlohmann::json::parse(read_bytes(path("plain.gltf")));
+  const auto& accessors = plain.at("accessors");
+  const auto& geometry = plain.at("meshes").at(0).at("primitives").at(0);
+  const auto count_of = [&](const nlohmann::json& accessor) {
+    return accessors.at(accessor.get<size_t>()).at("count").get<int>();
+  };
+  for (const std::string& input : {drc, stock}) {
+    const Outcome outcome = run({"inspect", input, "--format", "json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    const auto json = nlohmann::json::parse(outcome.out);
+    EXPECT_TRUE(json.at("others").empty());
+    ASSERT_EQ(json.at("primitives").size(), 1u);
+    const auto& primitive = json.at("primitives").at(0);
+    EXPECT_EQ(primitive.at("storage"), "draco");
+    EXPECT_EQ(primitive.at("coding"), "edgebreaker");
+    EXPECT_EQ(primitive.at("patches"), 1);
+    EXPECT_EQ(primitive.at("faces").get<int>() * 3, count_of(geometry.at("indices")));
+    EXPECT_EQ(primitive.at("points").get<int>(), count_of(geometry.at("attributes").at("POSITION")));
+    EXPECT_EQ(primitive.at("references"), 0);
+    EXPECT_EQ(primitive.at("balance"), 1.0);
+    EXPECT_EQ(primitive.at("bytes"), nlohmann::json({{"payload", std::filesystem::file_size(drc)},
+                                                     {"directory", 0},
+                                                     {"stitch", 0},
+                                                     {"total", std::filesystem::file_size(drc)}}));
+    EXPECT_NEAR(primitive.at("bits_per_point").get<double>(),
+                8 * static_cast<double>(std::filesystem::file_size(drc)) / primitive.at("points").get<double>(),
+                1e-9);
+    ASSERT_EQ(primitive.at("attributes").size(), 1u);
+    EXPECT_EQ(primitive.at("attributes").at(0),
+              nlohmann::json({{"semantic", "POSITION"}, {"componentType", 5126}, {"bits", 14}}));
+    const Outcome text = run({"inspect", input});
+    EXPECT_EQ(text.code, 0);
+    EXPECT_NE(text.out.find("POSITION 14 bits"), std::string::npos) << text.out;
+    EXPECT_NE(text.out.find("edgebreaker"), std::string::npos) << text.out;
+  }
+  EXPECT_EQ(run_on(drc, {"inspect", "-"}).out, run({"inspect", drc}).out);
+  for (const std::string& input : {drc, stock, split_sample()})
+    EXPECT_EQ(run({"inspect", input, "--backend", "cpu"}).out,
+              run({"inspect", input, "--backend", "draco"}).out);
+}
+
+TEST_F(CommandLine, InspectTellsCodingsAndStoragesApart) {
+  const auto first_of = [&](const std::string& input) {
+    const Outcome outcome = run({"inspect", input, "--format", "json"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out).at("primitives").at(0);
+  };
+  const auto split = first_of(split_sample());
+  EXPECT_EQ(split.at("storage"), "patches");
+  EXPECT_EQ(split.at("coding"), "edgebreaker");
+  const std::string out = path("valence.glb");
+  ASSERT_EQ(run({"decode", path("terrain.glb"), out, "--to", "draco", "--encode-speed", "0", "-q"}).code, 0);
+  EXPECT_EQ(first_of(out).at("coding"), "edgebreaker-valence");
+  // Nothing but degenerate faces: Edgebreaker cannot hold them.
+  write("flat.obj", "v 0 0 0\nv 1 0 0\nf 1 1 2\nf 2 2 1\n");
+  ASSERT_EQ(run({"decode", path("flat.obj"), path("flat.glb"), "--to", "draco", "-q"}).code, 0);
+  EXPECT_EQ(first_of(path("flat.glb")).at("coding"), "sequential");
+}
+
+TEST_F(CommandLine, InspectNamesTheStreamThatIsBroken) {
+  std::string bytes = read_bytes(draco_sample());
+  write("short.drc", bytes.substr(0, bytes.size() - 20));
+  const Outcome shortened = run({"inspect", path("short.drc")});
+  EXPECT_EQ(shortened.code, 3);
+  EXPECT_EQ(shortened.out, "");
+  EXPECT_NE(shortened.err.find("short.drc: Draco stream: "), std::string::npos) << shortened.err;
+  std::string binary = read_bytes(path("stock.bin"));
+  binary[binary.find("DRACO")] = 'X';
+  write("stock.bin", binary);
+  const Outcome broken = run({"inspect", path("stock.gltf")});
+  EXPECT_EQ(broken.code, 3);
+  EXPECT_NE(broken.err.find("stock.gltf: mesh 0, primitive 0: Draco stream: not a Draco mesh"),
+            std::string::npos)
+      << broken.err;
+}
+
 TEST_F(CommandLine, ValidateAcceptsWhatEncodeWrites) {
   const Outcome outcome = run({"validate", split_sample(), "--format", "json"});
   EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
@@ -441,12 +541,14 @@ TEST_F(CommandLine, PointCloudsAreUnsupported) {
   // Draco 2.2, a point cloud, sequential.
   write("cloud.drc", std::string("DRACO\x02\x02\x00\x00\x00\x00\x01\x00\x00\x00\x00", 16));
   write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
-  for (const char* name : {"none.ply", "zero.ply", "cloud.drc", "points.obj"}) {
-    const Outcome outcome = run({"encode", path(name), path("out.glb")});
-    EXPECT_EQ(outcome.code, 5) << name;
-    EXPECT_NE(outcome.err.find(std::string(name) + ": a point cloud"), std::string::npos) << outcome.err;
-    EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
-  }
+  for (const char* command : {"encode", "decode"})
+    for (const char* name : {"none.ply", "zero.ply", "cloud.drc", "points.obj"}) {
+      const Outcome outcome = run({command, path(name), path("out.glb")});
+      EXPECT_EQ(outcome.code, 5) << name;
+      EXPECT_NE(outcome.err.find(std::string(name) + ": a point cloud"), std::string::npos) << outcome.err;
+      EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
+    }
+  EXPECT_EQ(run({"inspect", path("cloud.drc")}).code, 5);
 }
 
 TEST_F(CommandLine, UnreadableInputsAreIoErrors) {
@@ -563,6 +665,81 @@ TEST_F(CommandLine, EveryBackendDecodesToTheSameBytes) {
   EXPECT_EQ(run({"decode", split, path("auto.glb")}).code, 0);
   EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("draco.glb")), true);
   EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("auto.glb")), true);
+}
+
+TEST_F(CommandLine, EveryBackendDecodesStockDracoToTheSameBytes) {
+  const std::string drc = draco_sample(), stock = path("stock.gltf");
+  for (const std::string& input : {drc, stock}) {
+    const auto decoded = [&](const char* backend) {
+      const Outcome outcome = run({"decode", input, path("out.glb"), "--backend", backend, "-q"});
+      EXPECT_EQ(outcome.code, 0) << outcome.err;
+      return read_bytes(path("out.glb"));
+    };
+    const std::string cpu = decoded("cpu");
+    EXPECT_EQ(cpu.substr(0, 4), "glTF");
+    EXPECT_EQ(cpu.find("KHR_draco_mesh_compression"), std::string::npos);
+    EXPECT_TRUE(cpu == decoded("draco")) << input;
+    EXPECT_TRUE(cpu == decoded("auto")) << input;
+  }
+  // One node, the file's one mesh, and nothing else.
+  ASSERT_EQ(run({"decode", drc, path("out.gltf"), "-q"}).code, 0);
+  const auto json = nlohmann::json::parse(read_bytes(path("out.gltf")));
+  EXPECT_EQ(json.at("nodes"), nlohmann::json::parse(R"([{"mesh":0}])"));
+  EXPECT_EQ(json.at("meshes").at(0).at("primitives").size(), 1u);
+  EXPECT_EQ(json.at("accessors").size(), 2u);
+  EXPECT_FALSE(json.contains("extensionsUsed"));
+  EXPECT_FALSE(json.contains("extensionsRequired"));
+}
+
+TEST_F(CommandLine, DracoFilesAreReadByNameAndByContent) {
+  const std::string drc = draco_sample();
+  ASSERT_EQ(run({"decode", drc, path("named.glb"), "-q"}).code, 0);
+  const Outcome piped = run_on(drc, {"decode", "-", "-", "-q"});
+  EXPECT_EQ(piped.code, 0) << piped.err;
+  EXPECT_TRUE(piped.out == read_bytes(path("named.glb")));
+  std::filesystem::copy(drc, path("stream.bin"));
+  ASSERT_EQ(run({"decode", path("stream.bin"), path("by_content.glb"), "-q"}).code, 0);
+  EXPECT_TRUE(read_bytes(path("by_content.glb")) == read_bytes(path("named.glb")));
+  EXPECT_EQ(run({"decode", drc, path("again.glb"), "--to", "draco", "-q"}).code, 0);
+  // Every command that reads meshes takes it.
+  const Outcome encoded = run({"encode", drc, path("split.glb"), "--patches", "3", "--report", "-", "-q"});
+  ASSERT_EQ(encoded.code, 0) << encoded.err;
+  EXPECT_EQ(nlohmann::json::parse(encoded.out).at("total").at("patches"), 3);
+  EXPECT_EQ(read_bytes(path("split.glb")).find("KHR_draco_mesh_compression"), std::string::npos);
+  EXPECT_EQ(run({"validate", path("split.glb")}).code, 0);
+  EXPECT_EQ(run({"compare", drc, "--repeat", "1", "--patches", "2"}).code, 0);
+  // Compared with what is compressed already, patches would look better than they are.
+  EXPECT_EQ(run({"compare", path("stock.gltf"), "--repeat", "1"}).code, 5);
+}
+
+TEST_F(CommandLine, DracoFilesThatHoldNoMeshSayWhy) {
+  write("text.drc", "not Draco at all");
+  write("empty.drc", "");
+  write("version.drc", std::string("DRACO\x02\x01\x01\x01\x00\x00", 11));
+  std::filesystem::create_directories(path("folder.drc"));
+  const auto fails = [&](const char* command, const char* name, int code, const std::string& why) {
+    std::vector<std::string> words = {command, path(name)};
+    if (command == std::string("decode")) words.push_back(path("out.glb"));
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.code, code) << command << " " << name;
+    EXPECT_NE(outcome.err.find(name + (": " + why)), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
+  };
+  for (const char* command : {"decode", "inspect"}) {
+    fails(command, "text.drc", 3, "Draco stream: not a Draco mesh");
+    fails(command, "empty.drc", 3, "Draco stream: not a Draco mesh");
+    fails(command, "folder.drc", 2, "");
+    fails(command, "version.drc", 3, "Draco stream: ");
+  }
+  const std::vector<std::vector<std::string>> with_our_own = {
+      {"decode", path("version.drc"), path("out.glb"), "--backend", "cpu"},
+      {"inspect", path("version.drc"), "--backend", "cpu"}};
+  for (const std::vector<std::string>& words : with_our_own) {
+    const Outcome older = run(words);
+    EXPECT_EQ(older.code, 5);
+    EXPECT_NE(older.err.find("version.drc: Draco stream: not Draco bitstream 2.2"), std::string::npos)
+        << older.err;
+  }
 }
 
 TEST_F(CommandLine, MeshFilesAreReadByTheirExtension) {

@@ -16,7 +16,7 @@ struct Arguments {
 
 constexpr uint64_t kDefaultPatchFaces[] = {19200, 4800, 1200};
 
-// The triangle primitives of an uncompressed asset.
+// The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
 Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session& session) {
   const DecodeBackend backend = find_backend("auto");
   std::vector<Mesh> meshes;
@@ -24,7 +24,7 @@ Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session&
     const Place place{.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
     const Expected<PrimitiveKind> kind = primitive_kind(document, id);
     if (!kind) return kind.status().at(place);
-    if (kind->storage != PrimitiveStorage::kPlain)
+    if (kind->storage != PrimitiveStorage::kPlain && !document.from_draco)
       return unsupported(
           "is compressed already: decode it first, and compare from the original if there is one", place);
     if (!kind->triangles) {
@@ -175,7 +175,7 @@ void add_compare_command(CLI::App& app, Action& action) {
       *app.add_subcommand("compare", "Measure patches, stock Draco and meshoptimizer on the same meshes");
   command
       .add_option("IN", arguments->input,
-                  "An uncompressed .gltf or .glb file, or .ply, .obj, .stl, .drc; - is a GLB on stdin")
+                  "An uncompressed .gltf or .glb file, or .ply, .obj, .stl, .drc; - is a GLB or Draco on stdin")
       ->required();
   command
       .add_option("--patches", arguments->options.patch_counts,

@@ -1,4 +1,4 @@
-// gltf-psplit decode: patches back to plain glTF, or to stock Draco.
+// gltf-psplit decode: patches, and stock Draco, back to plain glTF, or to stock Draco.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <memory>
@@ -17,7 +17,7 @@ struct Arguments {
 Status run_decode(const Arguments& arguments, const Session& session) {
   if (Status status = check_output_path(arguments.output); !status.ok()) return status;
   const auto begin = std::chrono::steady_clock::now();
-  Expected<Document> document = read_input(arguments.input);
+  Expected<Document> document = read_input(arguments.input, arguments.backend);
   if (!document) return document.status();
   const size_t primitive_count = all_primitives(*document).size();
   {
@@ -41,8 +41,9 @@ Status run_decode(const Arguments& arguments, const Session& session) {
 void add_decode_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command =
-      *app.add_subcommand("decode", "Join the patches of an asset into plain or stock Draco glTF");
-  command.add_option("IN", arguments->input, "A .gltf or .glb file; - is a GLB on stdin")->required();
+      *app.add_subcommand("decode", "Decode patches and stock Draco into plain or stock Draco glTF");
+  command.add_option("IN", arguments->input, "A .gltf, .glb or .drc file; - is a GLB or Draco on stdin")
+      ->required();
   command.add_option("OUT", arguments->output, "A .glb or .gltf file; - is a GLB on stdout")->required();
   command
       .add_option(

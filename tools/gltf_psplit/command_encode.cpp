@@ -75,9 +75,9 @@ std::string row_text(const Row& row) {
 }
 
 Expected<Row> make_row(const Document& document, const PrimitiveReport& report) {
-  const Expected<PatchedPrimitive> patched = patched_primitive(document, report.id);
+  const Expected<StoredPrimitive> patched = stored_primitive(document, report.id, kExtensionName);
   if (!patched) return patched.status();
-  Expected<PatchSummary> summary = summarize_container(patched->container);
+  Expected<PatchSummary> summary = summarize_container(patched->bytes);
   if (!summary) return summary.status();
   return Row{report.faces, report.points, *summary, report.statistics};
 }
@@ -167,7 +167,8 @@ void add_encode_command(CLI::App& app, Action& action) {
   EncodeDocumentOptions& options = arguments->options;
   CLI::App& command = *app.add_subcommand("encode", "Split the meshes of an asset into Draco patches");
   command
-      .add_option("IN", arguments->input, "A .gltf, .glb, .ply, .obj, .stl or .drc file; - is a GLB on stdin")
+      .add_option("IN", arguments->input,
+                  "A .gltf, .glb, .ply, .obj, .stl or .drc file; - is a GLB or Draco on stdin")
       ->required();
   command.add_option("OUT", arguments->output, "A .glb or .gltf file; - is a GLB on stdout")->required();
 

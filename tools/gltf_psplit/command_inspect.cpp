@@ -1,8 +1,9 @@
-// gltf-psplit inspect: what the patches of an asset are and cost.
+// gltf-psplit inspect: what the patches, and the stock Draco streams, of an asset are and cost.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
+#include <optional>
 
-#include "encoder/draco/draco_backend.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/patch_summary.h"
 
@@ -10,12 +11,14 @@ namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, format = "text";
+  std::string input, format = "text", backend = "auto";
 };
 
 struct InspectedPrimitive {
   PrimitiveId id;
+  PrimitiveStorage storage = PrimitiveStorage::kPlain;
   PatchSummary summary;
+  std::optional<StreamCoding> coding;  // none where there is no stream
   std::vector<AttributeRequest> attributes;
   std::vector<int> bits;  // one per attribute; 0 where it is stored exactly
 };
@@ -29,26 +32,64 @@ const char* storage_name(PrimitiveStorage storage) {
   return "";
 }
 
-Expected<InspectedPrimitive> inspect_primitive(const Document& document, PrimitiveId id) {
-  const Expected<PatchedPrimitive> patched = patched_primitive(document, id);
-  if (!patched) return patched.status();
-  const Expected<Container> container = parse_container(patched->container);
-  if (!container) return container.status();
-  const Expected<PatchSummary> summary = summarize_container(patched->container);
-  if (!summary) return summary.status();
-  InspectedPrimitive inspected{id, *summary, patched->requests, {}};
-  inspected.bits.assign(inspected.attributes.size(), 0);
-  // All streams of a container are coded alike.
-  if (!container->streams.empty()) {
-    Expected<std::vector<int>> bits = stream_attribute_bits(container->streams[0], inspected.attributes);
-    if (!bits) return bits.status().at({.patch = 0});
-    inspected.bits = std::move(*bits);
+// The stream's coding, and the bits of each attribute asked for.
+Status add_coding(const StreamDescription& stream, InspectedPrimitive& primitive) {
+  primitive.coding = stream.coding;
+  primitive.bits.clear();
+  for (const AttributeRequest& request : primitive.attributes) {
+    const auto found = std::ranges::find(stream.attributes, request.unique_id, &StreamAttribute::unique_id);
+    if (found == stream.attributes.end())
+      return invalid_input("Draco stream: no attribute for " + request.semantic + " (unique id " +
+                           std::to_string(request.unique_id) + ")");
+    primitive.bits.push_back(found->bits);
   }
-  return inspected;
+  return {};
+}
+
+Status inspect_patches(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+  const Expected<StoredPrimitive> patched = stored_primitive(document, out.id, kExtensionName);
+  if (!patched) return patched.status();
+  const Expected<Container> container = parse_container(patched->bytes);
+  if (!container) return container.status();
+  const Expected<PatchSummary> summary = summarize_container(patched->bytes);
+  if (!summary) return summary.status();
+  out.summary = *summary;
+  out.attributes = patched->requests;
+  out.bits.assign(out.attributes.size(), 0);
+  if (container->streams.empty()) return {};
+  // All streams of a container are coded alike, but for that of the residue, which is the last.
+  const Expected<StreamDescription> stream = describe(container->streams[0]);
+  return (stream ? add_coding(*stream, out) : stream.status()).at({.patch = 0});
+}
+
+Status inspect_stock(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+  const Expected<StoredPrimitive> stock = stored_primitive(document, out.id, kStockExtensionName);
+  if (!stock) return stock.status();
+  const Expected<StreamDescription> stream = describe(stock->bytes);
+  if (!stream) return stream.status();
+  out.summary = summarize_stream(*stream, stock->bytes.size());
+  out.attributes = stock->requests;
+  return add_coding(*stream, out);
+}
+
+// Of a plain primitive there is nothing but its storage.
+Status inspect_primitive(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+  const Expected<PrimitiveKind> kind = primitive_kind(document, out.id);
+  if (!kind) return kind.status();
+  out.storage = kind->storage;
+  switch (kind->storage) {
+    case PrimitiveStorage::kPatches: return inspect_patches(document, describe, out);
+    case PrimitiveStorage::kStockDraco: return inspect_stock(document, describe, out);
+    case PrimitiveStorage::kPlain: break;
+  }
+  return {};
 }
 
 Json to_json(const InspectedPrimitive& primitive) {
-  Json object{{"mesh", primitive.id.mesh}, {"primitive", primitive.id.primitive}};
+  Json object{{"mesh", primitive.id.mesh},
+              {"primitive", primitive.id.primitive},
+              {"storage", storage_name(primitive.storage)}};
+  object["coding"] = primitive.coding ? Json(coding_name(*primitive.coding)) : Json(nullptr);
   append_summary(object, primitive.summary);
   Json attributes = Json::array();
   for (size_t i = 0; i < primitive.attributes.size(); ++i) {
@@ -70,67 +111,87 @@ std::string attributes_text(const InspectedPrimitive& primitive) {
   return text;
 }
 
-void add_row(TextTable& table, const std::string& mesh, const std::string& primitive,
-             const PatchSummary& summary, const std::string& attributes) {
-  table.add({mesh, primitive, with_separators(summary.patches), with_separators(summary.faces),
-             with_separators(summary.points), with_separators(summary.references),
-             as_share(summary.replication()), with_decimals(summary.balance(), 3),
-             with_separators(summary.payload_bytes), with_separators(summary.directory_bytes),
-             with_separators(summary.stitch_bytes), with_separators(summary.total_bytes),
-             with_decimals(summary.bits_per_point(), 2), attributes});
+void add_row(TextTable& table, const std::vector<std::string>& names, const PatchSummary& summary,
+             const std::string& attributes) {
+  std::vector<std::string> row = names;
+  for (const std::string& cell :
+       {with_separators(summary.patches), with_separators(summary.faces), with_separators(summary.points),
+        with_separators(summary.references), as_share(summary.replication()),
+        with_decimals(summary.balance(), 3), with_separators(summary.payload_bytes),
+        with_separators(summary.directory_bytes), with_separators(summary.stitch_bytes),
+        with_separators(summary.total_bytes), with_decimals(summary.bits_per_point(), 2), attributes})
+    row.push_back(cell);
+  table.add(std::move(row));
+}
+
+std::string to_text(std::span<const InspectedPrimitive> primitives) {
+  if (primitives.empty()) return "";
+  TextTable table(
+      {"mesh", "primitive", "storage", "coding", "patches", "faces", "points", "references", "replication",
+       "balance", "payload", "directory", "stitch", "total bytes", "bits/point", "attributes"},
+      0);
+  PatchSummary sum;
+  for (const InspectedPrimitive& primitive : primitives) {
+    add_row(table,
+            {std::to_string(primitive.id.mesh), std::to_string(primitive.id.primitive),
+             storage_name(primitive.storage), primitive.coding ? coding_name(*primitive.coding) : ""},
+            primitive.summary, attributes_text(primitive));
+    sum += primitive.summary;
+  }
+  if (primitives.size() > 1) add_row(table, {"all", "", "", ""}, sum, "");
+  return table.to_string();
 }
 
 Status run_inspect(const Arguments& arguments, const Session& session) {
-  const Expected<Document> document = read_input(arguments.input);
+  const Expected<Document> document = read_input(arguments.input, arguments.backend);
   if (!document) return document.status();
-  std::vector<InspectedPrimitive> patched;
+  const DescribeStream describe = find_describer(arguments.backend);
+  std::vector<InspectedPrimitive> all;
+  for (const PrimitiveId id : all_primitives(*document)) all.emplace_back().id = id;
+  std::vector<Status> statuses(all.size());
+  session.pool.for_each(all.size(),
+                        [&](size_t i) { statuses[i] = inspect_primitive(*document, describe, all[i]); });
+
+  std::vector<InspectedPrimitive> compressed;
   Json others = Json::array();
   std::string others_text;
-  for (const PrimitiveId id : all_primitives(*document)) {
-    const Place place{.file = arguments.input,
-                      .mesh = static_cast<int64_t>(id.mesh),
-                      .primitive = static_cast<int64_t>(id.primitive)};
-    const Expected<PrimitiveKind> kind = primitive_kind(*document, id);
-    if (!kind) return kind.status().at(place);
-    if (kind->storage != PrimitiveStorage::kPatches) {
-      others.push_back(
-          {{"mesh", id.mesh}, {"primitive", id.primitive}, {"storage", storage_name(kind->storage)}});
-      others_text +=
-          describe_place(id.mesh, id.primitive) + ": " + storage_name(kind->storage) + ", not split\n";
+  for (size_t i = 0; i < all.size(); ++i) {
+    const auto [mesh, primitive] = all[i].id;
+    if (!statuses[i].ok())
+      return std::move(statuses[i])
+          .at({.file = arguments.input,
+               .mesh = static_cast<int64_t>(mesh),
+               .primitive = static_cast<int64_t>(primitive)});
+    if (all[i].storage != PrimitiveStorage::kPlain) {
+      compressed.push_back(std::move(all[i]));
       continue;
     }
-    Expected<InspectedPrimitive> inspected = inspect_primitive(*document, id);
-    if (!inspected) return inspected.status().at(place);
-    patched.push_back(std::move(*inspected));
+    const char* storage = storage_name(all[i].storage);
+    others.push_back({{"mesh", mesh}, {"primitive", primitive}, {"storage", storage}});
+    others_text += describe_place(mesh, primitive) + ": " + storage + ", not split\n";
   }
-  if (patched.empty()) session.log.warning("no primitive of " + arguments.input + " is split into patches");
+  if (compressed.empty())
+    session.log.warning("no primitive of " + arguments.input + " is split into patches, or stock Draco");
 
   if (arguments.format == "json") {
     Json primitives = Json::array();
-    for (const InspectedPrimitive& primitive : patched) primitives.push_back(to_json(primitive));
+    for (const InspectedPrimitive& primitive : compressed) primitives.push_back(to_json(primitive));
     const Json result{{"primitives", std::move(primitives)}, {"others", std::move(others)}};
     return write_text("-", result.dump(2) + "\n");
   }
-  TextTable table({"mesh", "primitive", "patches", "faces", "points", "references", "replication", "balance",
-                   "payload", "directory", "stitch", "total bytes", "bits/point", "attributes"},
-                  0);
-  PatchSummary sum;
-  for (const InspectedPrimitive& primitive : patched) {
-    add_row(table, std::to_string(primitive.id.mesh), std::to_string(primitive.id.primitive), primitive.summary,
-            attributes_text(primitive));
-    sum += primitive.summary;
-  }
-  if (patched.size() > 1) add_row(table, "all", "", sum, "");
-  return write_text("-", (patched.empty() ? "" : table.to_string()) + others_text);
+  return write_text("-", to_text(compressed) + others_text);
 }
 
 }  // namespace
 
 void add_inspect_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("inspect", "Show the patches of an asset and what they cost");
-  command.add_option("IN", arguments->input, "A .gltf or .glb file; - is a GLB on stdin")->required();
+  CLI::App& command =
+      *app.add_subcommand("inspect", "Show the patches and Draco streams of an asset, and what they cost");
+  command.add_option("IN", arguments->input, "A .gltf, .glb or .drc file; - is a GLB or Draco on stdin")
+      ->required();
   add_format_option(command, arguments->format);
+  add_backend_option(command, arguments->backend);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_inspect(*arguments, session); };
   });

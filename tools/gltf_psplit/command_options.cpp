@@ -3,6 +3,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/mesh_files.h"
+#include "gltf_ext/draco_file.h"
 #include "gltf_ext/files.h"
 #include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/commands.h"
@@ -76,20 +77,39 @@ DecodeBackend find_backend(const std::string& name) {
   return name == "cpu" ? cpu_backend() : name == "draco" ? draco_backend() : fastest_backend();
 }
 
-Expected<Document> read_input(const std::string& path) {
-  if (path == "-" || !is_mesh_file(path)) {
-    Expected<Document> document = read_document(path);
-    const std::string extension = lower_extension(path);
-    if (document.status().code() != StatusCode::kInvalidInput || extension.empty() || is_gltf_name(path))
-      return document;
-    return unsupported(extension + " files are not read; .gltf, .glb, .ply, .obj, .stl and .drc files are",
-                       {.file = path});
+DescribeStream find_describer(const std::string& name) {
+  if (name == "cpu") return describe_stream;
+  if (name == "draco") return describe_draco_stream;
+  return [](std::span<const uint8_t> stream) {
+    Expected<StreamDescription> description = describe_stream(stream);
+    if (description || description.status().code() != StatusCode::kUnsupported) return description;
+    return describe_draco_stream(stream);
+  };
+}
+
+Expected<Document> read_input(const std::string& path, const std::string& backend) {
+  const Place place{.file = path == "-" ? "stdin" : path};
+  if (path != "-" && is_mesh_file(path)) {
+    const Expected<Mesh> mesh = read_mesh_file(path);
+    if (!mesh) return mesh.status().at(place);
+    Document document = document_from_mesh(*mesh);
+    document.source = path;
+    return document;
   }
-  const Expected<Mesh> mesh = read_mesh_file(path);
-  if (!mesh) return mesh.status().at({.file = path});
-  Document document = document_from_mesh(*mesh);
-  document.source = path;
-  return document;
+  const auto bytes = read_file(path);
+  if (!bytes) return bytes.status().at(place);
+  const std::string extension = lower_extension(path);
+  if (is_draco(*bytes) || extension == ".drc") {
+    Expected<Document> document = document_from_draco(*bytes, find_describer(backend));
+    if (!document) return document.status().at(place);
+    document->source = path;
+    return document;
+  }
+  Expected<Document> document = parse_document(*bytes, path);
+  if (document.status().code() != StatusCode::kInvalidInput || extension.empty() || is_gltf_name(path))
+    return document;
+  return unsupported(extension + " files are not read; .gltf, .glb, .ply, .obj, .stl and .drc files are",
+                     place);
 }
 
 Status check_output_path(const std::string& path) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "gltf_ext/convert.h"
+#include "src/container/stream_description.h"
 #include "tools/gltf_psplit/messages.h"
 
 namespace CLI {
@@ -37,9 +38,13 @@ void add_format_option(CLI::App& command, std::string& name);
 
 // `name` is one that add_backend_option lets through.
 DecodeBackend find_backend(const std::string& name);
+// What describes streams with the decoder of that backend, libdraco where `auto` would fall back to it.
+DescribeStream find_describer(const std::string& name);
 
-// glTF, or a mesh file as a document of one mesh; "-" is a GLB or glTF on stdin.
-Expected<Document> read_input(const std::string& path);
+// glTF, or a mesh file as a document of one mesh: .ply, .obj and .stl by name, Draco by content or by name. Of
+// a Draco file the document holds the stream (gltf_ext/draco_file.h), which `backend` described. "-" is a GLB,
+// glTF or Draco on stdin.
+Expected<Document> read_input(const std::string& path, const std::string& backend = "auto");
 // kUsage for a path that write_document cannot take, before any work is done.
 Status check_output_path(const std::string& path);
 // A text that appears whole or not at all; "-" is stdout.

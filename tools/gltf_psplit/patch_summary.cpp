@@ -38,6 +38,15 @@ Expected<PatchSummary> summarize_container(std::span<const uint8_t> container) {
   return summary;
 }
 
+PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes) {
+  PatchSummary summary;
+  summary.patches = 1;
+  summary.faces = summary.largest_patch_faces = summary.patch_faces = description.face_count;
+  summary.points = description.point_count;
+  summary.payload_bytes = summary.total_bytes = stream_bytes;
+  return summary;
+}
+
 void append_summary(Json& object, const PatchSummary& summary) {
   object["patches"] = summary.patches;
   object["faces"] = summary.faces;

@@ -3,6 +3,7 @@
 
 #include "gltf_ext/primitives.h"
 #include "src/container/container.h"
+#include "src/container/stream_description.h"
 
 namespace psplit {
 
@@ -30,6 +31,8 @@ struct PatchSummary {
 };
 
 Expected<PatchSummary> summarize_container(std::span<const uint8_t> container);
+// Of a stock Draco stream of so many bytes: one patch, which is all there is.
+PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);
 
 // {"patches", "faces", "points", "references", "replication", "balance", "bytes": {"payload", "directory",
 // "stitch", "total"}, "bits_per_point"} appended to an object.

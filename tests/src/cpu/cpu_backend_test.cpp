@@ -1,4 +1,4 @@
-// The CPU backend against libdraco's, over whole containers.
+// The CPU backend against libdraco's, over whole containers and stock streams.
 #include "src/cpu/cpu_backend.h"
 
 #include <gtest/gtest.h>
@@ -9,6 +9,8 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "src/container/container.h"
+#include "src/container/stream_description.h"
+#include "tests/support/draco_streams.h"
 #include "tests/support/patched_samples.h"
 
 namespace psplit {
@@ -28,6 +30,30 @@ TEST(CpuBackend, EqualsLibdracoForAnyNumberOfThreads) {
       EXPECT_TRUE(same_bits(*decoded, *expected));
     }
   }
+}
+
+TEST(CpuBackend, DecodesStockStreamsAsLibdracoDoes) {
+  size_t equal = 0, converted = 0;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        SCOPED_TRACE(stream.name);
+        const auto description = describe_stream(stream.bytes);
+        ASSERT_TRUE(description) << description.status().to_string();
+        const auto requests = gltf_attributes(description->attributes);
+        if (!requests) return;  // no glTF asset can hold it
+        const auto expected = draco_backend().decode_stream(stream.bytes, *requests);
+        const auto decoded = cpu_backend().decode_stream(stream.bytes, *requests);
+        // Neither converts numbers that the type asked for cannot hold.
+        ASSERT_EQ(decoded.ok(), expected.ok()) << decoded.status().to_string();
+        if (!decoded) return;
+        EXPECT_TRUE(same_bits(*decoded, *expected));
+        ++equal;
+        for (const StreamAttribute& attribute : description->attributes)
+          converted += attribute.type == core::DataType::kInt32 || attribute.type == core::DataType::kFloat64;
+      },
+      StreamSet::kSmall);
+  EXPECT_GT(equal, 100u);
+  EXPECT_GT(converted, 0u);
 }
 
 TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {

@@ -1,0 +1,50 @@
+// What a Draco mesh stream says of itself, and the glTF attributes that a mesh file of it holds.
+#pragma once
+
+#include "src/container/decode_backend.h"
+#include "src/core/attributes.h"
+
+namespace psplit {
+
+// Draco's attribute types, with Draco's numbers.
+enum class DracoSemantic : uint8_t { kPosition, kNormal, kColor, kTexCoord, kGeneric };
+
+struct StreamAttribute {
+  uint32_t unique_id = 0;
+  DracoSemantic semantic = DracoSemantic::kGeneric;
+  core::DataType type = core::DataType::kFloat32;  // of the decoded values
+  uint8_t components = 0;
+  bool normalized = false;
+  uint8_t bits = 0;  // of quantization, for normals on an octahedron; 0 where values are stored exactly
+
+  bool operator==(const StreamAttribute&) const = default;
+};
+
+enum class StreamCoding : uint8_t {
+  kSequential,
+  kEdgebreaker,            // the standard traversal
+  kEdgebreakerPredictive,  // streams before 2.2 only
+  kEdgebreakerValence,
+};
+// "sequential", "edgebreaker", "edgebreaker-predictive", "edgebreaker-valence".
+const char* coding_name(StreamCoding coding);
+
+struct StreamDescription {
+  StreamCoding coding = StreamCoding::kSequential;
+  uint32_t face_count = 0, point_count = 0;  // as a decoder of the stream sees them
+  std::vector<StreamAttribute> attributes;   // in the order of the stream
+
+  bool operator==(const StreamDescription&) const = default;
+};
+
+// describe_stream (src/cpu/cpu_backend.h), describe_draco_stream (encoder/draco/draco_backend.h), or both.
+using DescribeStream = std::function<Expected<StreamDescription>(std::span<const uint8_t> stream)>;
+
+// What to ask a decoder for, so that every attribute becomes one that glTF allows, in the same order: POSITION,
+// NORMAL, TEXCOORD_n and COLOR_n for data that these names may have, and _GENERIC_n for all else. 32-bit and
+// 64-bit integers and doubles become floats, bools bytes; integer colours are normalized. Errors: kUnsupported
+// (a number of components that no glTF type has), kInvalidInput (no positions, or two attributes of one unique
+// id).
+Expected<std::vector<AttributeRequest>> gltf_attributes(std::span<const StreamAttribute> attributes);
+
+}  // namespace psplit

@@ -1,0 +1,102 @@
+// What the core says of streams, against libdraco and against a walk over their sections.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "encoder/draco/draco_backend.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/support/draco_features.h"
+#include "tests/support/draco_streams.h"
+
+namespace psplit {
+namespace {
+
+TEST(DescribeStream, EqualsWhatLibdracoSaysOfEveryKindOfStream) {
+  std::set<StreamCoding> codings;
+  size_t quantized = 0, exact = 0;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        SCOPED_TRACE(stream.name);
+        const auto described = describe_stream(stream.bytes);
+        ASSERT_TRUE(described) << described.status().to_string();
+        const auto expected = describe_draco_stream(stream.bytes);
+        ASSERT_TRUE(expected) << expected.status().to_string();
+        EXPECT_TRUE(*described == *expected);
+
+        const auto features = read_features(stream.bytes);
+        ASSERT_TRUE(features);
+        EXPECT_EQ(described->coding, !features->edgebreaker        ? StreamCoding::kSequential
+                                     : features->connectivity == 2 ? StreamCoding::kEdgebreakerValence
+                                                                   : StreamCoding::kEdgebreaker);
+        ASSERT_EQ(described->attributes.size(), features->attributes.size());
+        for (size_t i = 0; i < features->attributes.size(); ++i) {
+          EXPECT_EQ(described->attributes[i].unique_id, features->attributes[i].unique_id);
+          EXPECT_EQ(static_cast<int>(described->attributes[i].semantic), features->attributes[i].type);
+          EXPECT_EQ(static_cast<int>(described->attributes[i].type), features->attributes[i].data_type);
+          EXPECT_EQ(described->attributes[i].components, features->attributes[i].component_count);
+          EXPECT_EQ(described->attributes[i].bits, std::max(features->attributes[i].bits, 0));
+          ++(described->attributes[i].bits > 0 ? quantized : exact);
+        }
+        codings.insert(described->coding);
+      },
+      StreamSet::kSmall);
+  EXPECT_EQ(codings.size(), 3u);
+  EXPECT_GT(quantized, 100u);
+  EXPECT_GT(exact, 100u);
+}
+
+// The smallest stream of one kind with nothing that glTF does not know.
+std::vector<uint8_t> smallest_stream(bool is_sequential) {
+  std::vector<uint8_t> smallest;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (!smallest.empty() && stream.bytes.size() >= smallest.size()) return;
+        const auto description = describe_stream(stream.bytes);
+        if (description && (description->coding == StreamCoding::kSequential) == is_sequential &&
+            description->face_count > 1 && gltf_attributes(description->attributes))
+          smallest = stream.bytes;
+      },
+      StreamSet::kSmall);
+  return smallest;
+}
+
+TEST(DescribeStream, RefusesWhatTheBackendRefuses) {
+  struct Decoder {
+    DescribeStream describe;
+    DecodeBackend backend;
+  };
+  const Decoder decoders[] = {{describe_stream, cpu_backend()}, {describe_draco_stream, draco_backend()}};
+  for (const bool is_sequential : {false, true}) {
+    const std::vector<uint8_t> whole = smallest_stream(is_sequential);
+    for (const auto& [describe, backend] : decoders) {
+      SCOPED_TRACE(backend.name + (is_sequential ? ", sequential" : ", Edgebreaker"));
+      const auto description = describe(whole);
+      ASSERT_TRUE(description) << description.status().to_string();
+      const auto usual = gltf_attributes(description->attributes);
+      for (size_t at = 0; at < whole.size(); ++at) {
+        SCOPED_TRACE(at);
+        const std::vector<uint8_t> part(whole.begin(), whole.begin() + static_cast<ptrdiff_t>(at));
+        EXPECT_EQ(describe(part).status().code(), StatusCode::kInvalidInput);
+        std::vector<uint8_t> broken = whole;
+        broken[at] = 0xff;
+        const auto described = describe(broken);
+        const auto requests = described ? gltf_attributes(described->attributes) : usual;
+        if (!requests) continue;
+        const auto decoded = backend.decode_stream(broken, *requests);
+        EXPECT_EQ(described.status().to_string(), decoded.status().to_string());
+      }
+    }
+  }
+}
+
+TEST(DescribeStream, LeavesOlderStreamsToLibdraco) {
+  std::vector<uint8_t> bytes = smallest_stream(false);
+  bytes[6] = 1;  // 2.1
+  const Status older = describe_stream(bytes).status();
+  EXPECT_EQ(older.code(), StatusCode::kUnsupported);
+  EXPECT_EQ(older.message(), "Draco stream: not Draco bitstream 2.2");
+}
+
+}  // namespace
+}  // namespace psplit
