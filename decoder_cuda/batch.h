@@ -60,7 +60,7 @@ struct StreamState {
   core::View<uint32_t> numbers, references;
 
   PSPLIT_HD core::PatchDecoder<Index>& decoder() {
-    return *std::launder(reinterpret_cast<core::PatchDecoder<Index>*>(decoder_bytes));
+    return *__builtin_launder(reinterpret_cast<core::PatchDecoder<Index>*>(decoder_bytes));
   }
 };
 

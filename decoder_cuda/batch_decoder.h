@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "decoder_cuda/batch.h"
-#include "src/container/container.h"
+#include "src/container/claims.h"
 #include "src/container/decode_backend.h"
 
 namespace psplit {
@@ -97,11 +97,6 @@ class BatchDecoder {
     StreamSet<Index> set;
   };
 
-  static Status status_of(core::Fault fault) {
-    const std::string text = core::fault_text(fault);
-    return fault == core::Fault::kVersion ? unsupported(text) : invalid_input(text);
-  }
-
   Status plan(std::span<const BatchPrimitive> primitives) {
     primitives_.clear();
     targets_.clear();
@@ -126,11 +121,6 @@ class BatchDecoder {
     const Container& container = *primitive.container;
     const auto number = static_cast<uint32_t>(primitives_.size());
     const auto count = static_cast<uint32_t>(container.entries.size());
-    if (uint64_t{container.point_count()} + container.reference_count() > 0xffffffffu)
-      return unsupported("more points than 32-bit numbers can tell apart");
-    const uint64_t elements = uint64_t{container.face_count()} + container.point_count();
-    if (elements * 16 > core::justified_bytes(container.stream_bytes()))
-      return status_of(core::Fault::kWorkspace);
     primitives_.push_back(
         {static_cast<uint32_t>(streams_.size()), count, static_cast<uint32_t>(targets_.size()),
          static_cast<uint32_t>(primitive.targets.size()), container.point_count(), primitive.indices});
@@ -160,16 +150,14 @@ class BatchDecoder {
       task.owned_end = container.owned_base[i + 1];
       task.is_residue = i == container.patch_count();
       task.has_walk = container.reference_count() > 0;
-      core::StreamHeader header;
-      const std::span<const uint8_t> stream = container.streams[i];
-      const core::Fault fault = core::read_stream_header(stream.data(), stream.size(), header);
-      if (fault != core::Fault::kNone) return status_of(fault).at({.patch = i});
+      const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
+      if (!header) return header.status().at({.patch = i});
       values.points = entry.point_count;
       const auto place = static_cast<uint32_t>(streams_.size());
-      if (header.fits_16_bits())
-        add(narrow_, place, header, values, task);
+      if (header->fits_16_bits())
+        add(narrow_, place, *header, values, task);
       else
-        add(wide_, place, header, values, task);
+        add(wide_, place, *header, values, task);
       streams_.push_back(task);
     }
     return {};
@@ -260,6 +248,7 @@ Expected<Mesh> decode_to_host(BatchDecoder<Device>& decoder, std::span<const uin
                               std::span<const AttributeRequest> requests) {
   const Expected<Container> container = parse_container(bytes);
   if (!container) return container.status();
+  if (Status status = check_claims(*container); !status.ok()) return status;
   Mesh mesh;
   mesh.point_count = container->point_count();
   BatchPrimitive primitive{bytes, &*container, {}, nullptr};

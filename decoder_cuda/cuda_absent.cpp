@@ -8,4 +8,14 @@ bool cuda_available(std::string* why) {
   return false;
 }
 
+DecodeBackend cuda_backend() {
+  const auto absent = [] { return unsupported("no CUDA device to decode on: built without CUDA"); };
+  return {
+      "cuda",
+      [=](std::span<const uint8_t>, std::span<const AttributeRequest>, const ThreadPool&) -> Expected<Mesh> {
+        return absent();
+      },
+      [=](std::span<const uint8_t>, std::span<const AttributeRequest>) -> Expected<Mesh> { return absent(); }};
+}
+
 }  // namespace psplit

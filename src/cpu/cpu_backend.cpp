@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "src/container/container.h"
+#include "src/container/claims.h"
 #include "src/core/numbering.h"
 #include "src/core/workspace.h"
 #include "src/cpu/convert.h"
@@ -18,26 +18,6 @@ using core::Fault;
 ScratchPool& scratch_pool() {
   static ScratchPool pool;
   return pool;
-}
-
-Status status_of(Fault fault) {
-  if (fault == Fault::kNone) return {};
-  const std::string message =
-      (fault < Fault::kStitchMap ? std::string("Draco stream: ") : std::string()) + core::fault_text(fault);
-  return fault == Fault::kVersion ? unsupported(message) : invalid_input(message);
-}
-
-// Vertices and faces of a stream, by what it claims.
-uint64_t element_count(const core::StreamHeader& header) {
-  return uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
-}
-
-Expected<core::StreamHeader> read_header(std::span<const uint8_t> stream) {
-  core::StreamHeader header;
-  if (const Fault fault = core::read_stream_header(stream.data(), stream.size(), header); fault != Fault::kNone)
-    return status_of(fault);
-  if (element_count(header) * 16 > core::justified_bytes(stream.size())) return status_of(Fault::kWorkspace);
-  return header;
 }
 
 // What `use` below returns to be called again with more memory.
@@ -63,7 +43,7 @@ size_t likely_size(const core::StreamHeader& header, std::span<const uint8_t> st
 template <typename Use>
 Status with_decoded(std::span<const uint8_t> stream, uint32_t points,
                     std::span<const AttributeRequest> requests, Scratch& scratch, Use use) {
-  const Expected<core::StreamHeader> header = read_header(stream);
+  const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
   const auto decode = [&]<typename Index>(core::Patch<Index>& patch) -> Status {
     for (size_t size = likely_size<Index>(*header, stream, points, requests);;
@@ -94,7 +74,7 @@ std::array<bool, kLanes> decode_in_lanes(const std::array<std::span<const uint8_
   left.fill(true);
   core::StreamHeader headers[kLanes];
   for (uint32_t n = 0; n < kLanes; ++n) {
-    const Expected<core::StreamHeader> header = read_header(streams[n]);
+    const Expected<core::StreamHeader> header = read_stream_header(streams[n]);
     if (!header || !header->fits_16_bits()) return left;
     headers[n] = *header;
   }
@@ -205,9 +185,7 @@ class ContainerDecoder {
         patches_(container.entries.size()) {}
 
   Expected<Mesh> decode() {
-    if (uint64_t{container_.point_count()} + container_.reference_count() > 0xffffffffu)
-      return unsupported("more points than 32-bit numbers can tell apart");
-    if (Status status = check_claims(); !status.ok()) return status;
+    if (Status status = check_claims(container_); !status.ok()) return status;
     mesh_.point_count = container_.point_count();
     mesh_.faces.resize(container_.face_count());
     mesh_.attributes = make_attributes(requests_, mesh_.point_count);
@@ -239,27 +217,6 @@ class ContainerDecoder {
     std::vector<Placeholder> placeholders;
     Status status;
   };
-
-  // Before memory is taken for what the directory claims: streams claim the same, and their bytes justify it.
-  Status check_claims() const {
-    uint64_t bytes = 0;
-    for (uint32_t i = 0; i < patches_.size(); ++i) {
-      const Expected<core::StreamHeader> header = read_header(container_.streams[i]);
-      if (!header) return header.status().at({.patch = i});
-      const uint32_t faces = header->counts.face_count, claimed = container_.entries[i].face_count;
-      // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
-      if (i < container_.patch_count() ? faces != claimed : faces < claimed)
-        return differs("faces", faces, claimed).at({.patch = i});
-      bytes += container_.streams[i].size();
-    }
-    const uint64_t elements = uint64_t{container_.face_count()} + container_.point_count();
-    return elements * 16 > core::justified_bytes(bytes) ? status_of(Fault::kWorkspace) : Status();
-  }
-
-  static Status differs(const char* what, uint32_t stream, uint32_t directory) {
-    return invalid_input("the stream has " + std::to_string(stream) + " " + what + ", the directory says " +
-                         std::to_string(directory));
-  }
 
   Status first_failure() const {
     for (const StitchedPatch& patch : patches_)
@@ -304,7 +261,8 @@ class ContainerDecoder {
   Status write_patch(uint32_t i, const core::Patch<Index>& patch, Arena& arena,
                      std::vector<uint32_t>& numbers) {
     const StreamEntry& entry = container_.entries[i];
-    if (patch.point_count != entry.point_count) return differs("points", patch.point_count, entry.point_count);
+    if (patch.point_count != entry.point_count)
+      return differs_from_directory("points", patch.point_count, entry.point_count);
     std::vector<const core::Attribute<Index>*> attributes;
     if (Status status = find_attributes(patch, requests_, attributes); !status.ok()) return status;
     core::View<Index> border;
@@ -387,7 +345,7 @@ Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const 
 }  // namespace
 
 Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
-  const Expected<core::StreamHeader> header = read_header(stream);
+  const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
   StreamDescription description;
   description.coding = !header->edgebreaker ? StreamCoding::kSequential

@@ -4,7 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <random>
+
 #include "encoder/draco/draco_backend.h"
+#include "src/cpu/cpu_backend.h"
 #include "tests/decoder_cuda/emulated_device.h"
 #include "tests/support/patched_samples.h"
 
@@ -26,6 +30,126 @@ TEST(BatchDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
     ASSERT_TRUE(decoded) << decoded.status().to_string();
     EXPECT_TRUE(same_bits(*decoded, *expected));
   }
+}
+
+// Where a primitive of a batch is decoded to.
+struct Outputs {
+  EmulatedDevice::Array<uint32_t> indices;
+  std::vector<EmulatedDevice::Array<uint8_t>> values;
+};
+
+BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Container& container,
+                               std::span<const AttributeRequest> requests, Outputs& outputs) {
+  (void)outputs.indices.reserve(size_t{3} * container.face_count());
+  outputs.values.resize(requests.size());
+  BatchPrimitive primitive{bytes, &container, {}, outputs.indices.data()};
+  for (size_t i = 0; i < requests.size(); ++i) {
+    const auto stride =
+        static_cast<uint32_t>(component_bytes(requests[i].component_type)) * requests[i].component_count;
+    (void)outputs.values[i].reserve(size_t{container.point_count()} * stride);
+    primitive.targets.push_back({requests[i].unique_id, stored_type(requests[i].component_type),
+                                 requests[i].component_count, outputs.values[i].data(), stride});
+  }
+  return primitive;
+}
+
+TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
+  const ThreadPool pool(2);
+  const std::vector<PatchedSample> samples = patched_samples(pool);
+  std::vector<Container> containers;
+  for (const PatchedSample& sample : samples) {
+    Expected<Container> container = parse_container(sample.encoded.container);
+    ASSERT_TRUE(container);
+    containers.push_back(std::move(*container));
+  }
+  std::vector<Outputs> outputs(samples.size());
+  std::vector<BatchPrimitive> primitives;
+  for (size_t i = 0; i < samples.size(); ++i)
+    primitives.push_back(
+        batch_primitive(samples[i].encoded.container, containers[i], samples[i].requests, outputs[i]));
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  ASSERT_TRUE(decoder.start(primitives).ok());
+  const Status status = decoder.finish();
+  ASSERT_TRUE(status.ok()) << status.to_string();
+  for (size_t i = 0; i < samples.size(); ++i) {
+    const Expected<Mesh> expected =
+        draco_backend().decode_container(samples[i].encoded.container, samples[i].requests, pool);
+    ASSERT_TRUE(expected);
+    EXPECT_EQ(std::memcmp(outputs[i].indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
+    for (size_t k = 0; k < samples[i].requests.size(); ++k) {
+      const Array<std::byte>& values = expected->attributes[k].values;
+      EXPECT_EQ(std::memcmp(outputs[i].values[k].data(), values.data(), values.size()), 0) << samples[i].name;
+    }
+  }
+}
+
+// The patch that is broken is named; what the others own comes out right, and no index is out of range.
+TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
+  const ThreadPool pool(2);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 3})};
+  std::mt19937 random(1);
+  size_t refused = 0;
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    const Expected<Container> whole = parse_container(sample.encoded.container);
+    ASSERT_TRUE(whole);
+    if (whole->patch_count() < 3) continue;
+    const Expected<Mesh> expected =
+        draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
+    ASSERT_TRUE(expected);
+    const uint32_t broken = static_cast<uint32_t>(random()) % whole->patch_count();
+    std::vector<uint8_t> bytes = sample.encoded.container;
+    const auto stream_at = static_cast<size_t>(whole->streams[broken].data() - sample.encoded.container.data());
+    // Behind the header, which the host reads.
+    for (size_t at = whole->streams[broken].size() / 3; at < whole->streams[broken].size(); ++at)
+      bytes[stream_at + at] = static_cast<uint8_t>(random());
+    const Expected<Container> container = parse_container(bytes);
+    ASSERT_TRUE(container);
+    Outputs outputs;
+    const BatchPrimitive primitive = batch_primitive(bytes, *container, sample.requests, outputs);
+    ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+    const Status status = decoder.finish();
+    if (status.ok()) continue;
+    ++refused;
+    EXPECT_EQ(status.place().patch, broken) << status.to_string();
+    for (uint32_t patch = 0; patch < container->entries.size(); ++patch) {
+      if (patch == broken) continue;
+      for (size_t k = 0; k < sample.requests.size(); ++k) {
+        const size_t stride = expected->attributes[k].stride(), first = container->owned_base[patch] * stride;
+        EXPECT_EQ(std::memcmp(outputs.values[k].data() + first, expected->attributes[k].values.data() + first,
+                              container->owned_base[patch + 1] * stride - first),
+                  0)
+            << "patch " << patch;
+      }
+      for (size_t i = size_t{3} * container->face_base[patch]; i < size_t{3} * container->face_base[patch + 1];
+           ++i)
+        ASSERT_LT(outputs.indices.data()[i], expected->point_count);
+    }
+  }
+  EXPECT_GT(refused, 10u);
+}
+
+TEST(BatchDecoder, TakesAndRefusesMutantsAsTheCpuDoes) {
+  const ThreadPool pool(1);
+  const std::vector<PatchedSample> seeds = patched_samples(pool);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 4})};
+  std::mt19937 random(2);
+  size_t accepted = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const PatchedSample& seed = seeds[random() % seeds.size()];
+    if (seed.encoded.container.size() > 10'000) continue;
+    std::vector<uint8_t> bytes = seed.encoded.container;
+    bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 300))] =
+        static_cast<uint8_t>(random());
+    const Expected<Mesh> expected = cpu_backend().decode_container(bytes, seed.requests, pool);
+    const Expected<Mesh> decoded = decode_to_host(decoder, bytes, seed.requests);
+    ASSERT_EQ(decoded.ok(), expected.ok())
+        << seed.name << ", mutant " << i << ": " << (decoded ? expected : decoded).status().to_string();
+    if (!decoded) continue;
+    ++accepted;
+    EXPECT_TRUE(same_bits(*decoded, *expected)) << seed.name << ", mutant " << i;
+  }
+  EXPECT_GT(accepted, 100u);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "decoder_cuda/psplit_cuda.h"
 #include "tools/gltf_psplit/messages.h"
 
 namespace psplit {
@@ -665,6 +666,14 @@ TEST_F(CommandLine, EveryBackendDecodesToTheSameBytes) {
   EXPECT_EQ(run({"decode", split, path("auto.glb")}).code, 0);
   EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("draco.glb")), true);
   EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("auto.glb")), true);
+  const Outcome cuda = run({"decode", split, path("cuda.glb"), "--backend", "cuda"});
+  if (cuda_available(nullptr)) {
+    EXPECT_EQ(cuda.code, 0) << cuda.err;
+    EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("cuda.glb")), true);
+  } else {
+    EXPECT_EQ(cuda.code, 5);
+    EXPECT_NE(cuda.err.find("no CUDA device to decode on: "), std::string::npos) << cuda.err;
+  }
 }
 
 TEST_F(CommandLine, EveryBackendDecodesStockDracoToTheSameBytes) {

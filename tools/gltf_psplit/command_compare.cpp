@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <memory>
 
+#include "decoder_cuda/psplit_cuda.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/progress.h"
@@ -156,8 +157,11 @@ Status run_compare(Arguments arguments, const Session& session) {
 
   // By default every decoder there is.
   std::vector<DecodeBackend> backends;
-  for (const char* name : {"cpu", "draco"})
-    if (arguments.backend == "auto" || arguments.backend == name) backends.push_back(find_backend(name));
+  for (const std::string name : {"cuda", "cpu", "draco"}) {
+    const bool is_there = name != "cuda" || cuda_available(nullptr);
+    if (arguments.backend == name || (arguments.backend == "auto" && is_there))
+      backends.push_back(find_backend(name));
+  }
   const Expected<Comparison> comparison = [&] {
     ProgressBar bar("comparing", session.log);
     return compare_codecs(*meshes, options, backends, session.pool, bar.callback());

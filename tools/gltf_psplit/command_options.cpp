@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/mesh_files.h"
 #include "gltf_ext/draco_file.h"
@@ -22,20 +23,37 @@ bool is_gltf_name(const std::string& path) {
   return extension == ".glb" || extension == ".gltf";
 }
 
-// The CPU backend, and libdraco for what it does not take: streams of versions before 2.2.
+// Each in turn, until one takes it.
+template <typename Decode>
+Expected<Mesh> first_that_can(std::span<const DecodeBackend> backends, Decode decode) {
+  Expected<Mesh> mesh = decode(backends[0]);
+  for (size_t i = 1; i < backends.size() && !mesh; ++i) {
+    // A device may run out of memory where the host does not.
+    const StatusCode code = mesh.status().code();
+    if (code != StatusCode::kUnsupported && code != StatusCode::kRuntimeFailure) break;
+    mesh = decode(backends[i]);
+  }
+  return mesh;
+}
+
+// CUDA where there is a device, the CPU for what that does not take, whole streams, and libdraco for what both
+// do not: streams of versions before 2.2.
 DecodeBackend fastest_backend() {
-  const DecodeBackend cpu = cpu_backend(), draco = draco_backend();
+  std::vector<DecodeBackend> backends;
+  if (cuda_available(nullptr)) backends.push_back(cuda_backend());
+  backends.push_back(cpu_backend());
+  backends.push_back(draco_backend());
   return {"auto",
-          [=](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
-              const ThreadPool& pool) {
-            Expected<Mesh> mesh = cpu.decode_container(container, requests, pool);
-            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
-            return draco.decode_container(container, requests, pool);
+          [backends](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
+                     const ThreadPool& pool) {
+            return first_that_can(backends, [&](const DecodeBackend& backend) {
+              return backend.decode_container(container, requests, pool);
+            });
           },
-          [=](std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
-            Expected<Mesh> mesh = cpu.decode_stream(stream, requests);
-            if (mesh || mesh.status().code() != StatusCode::kUnsupported) return mesh;
-            return draco.decode_stream(stream, requests);
+          [backends](std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
+            return first_that_can(backends, [&](const DecodeBackend& backend) {
+              return backend.decode_stream(stream, requests);
+            });
           }};
 }
 
@@ -61,7 +79,7 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options) {
 
 void add_backend_option(CLI::App& command, std::string& name) {
   command.add_option("--backend", name, "Decoder: auto takes the fastest there is; draco is stock libdraco")
-      ->check(CLI::IsMember({"auto", "cpu", "draco"}))
+      ->check(CLI::IsMember({"auto", "cuda", "cpu", "draco"}))
       ->capture_default_str()
       ->type_name("NAME");
 }
@@ -74,6 +92,7 @@ void add_format_option(CLI::App& command, std::string& name) {
 }
 
 DecodeBackend find_backend(const std::string& name) {
+  if (name == "cuda") return cuda_backend();
   return name == "cpu" ? cpu_backend() : name == "draco" ? draco_backend() : fastest_backend();
 }
 

@@ -1,0 +1,112 @@
+// The Device of batch_decoder.h that is a CUDA device: one stream of work, memory that grows.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <span>
+#include <utility>
+
+#include "decoder_cuda/warp_lanes.cuh"
+#include "src/status.h"
+
+namespace psplit {
+
+inline Status cuda_status(cudaError_t error, const char* what) {
+  if (error == cudaSuccess) return {};
+  (void)cudaGetLastError();  // it also stays behind as the runtime's last one
+  return runtime_failure(std::string("CUDA: ") + what + ": " + cudaGetErrorString(error));
+}
+
+template <typename Body>
+__global__ void run_threads(uint32_t count, Body body) {
+  const uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < count) body(i);
+}
+
+// Whole warps leave together: lanes never wait for lanes that are gone.
+template <typename Body>
+__global__ void run_warps(uint32_t count, Body body) {
+  const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size();
+  if (i < count) body(WarpLanes(), i);
+}
+
+// Movable; its arrays must not outlive it.
+class CudaDevice {
+ public:
+  template <typename T>
+  class Array {
+   public:
+    Array() = default;
+    Array(Array&& other) noexcept
+        : data_(std::exchange(other.data_, nullptr)), count_(std::exchange(other.count_, 0)) {}
+    Array& operator=(Array&& other) noexcept {
+      std::swap(data_, other.data_);
+      std::swap(count_, other.count_);
+      return *this;
+    }
+    ~Array() { (void)cudaFree(data_); }
+
+    // What was in it is lost where it grows.
+    Status reserve(size_t count) {
+      if (count <= count_) return {};
+      (void)cudaFree(data_);
+      data_ = nullptr;
+      count_ = 0;
+      Status status = cuda_status(cudaMalloc(&data_, count * sizeof(T)), "cannot allocate memory");
+      if (status.ok()) count_ = count;
+      return status;
+    }
+    T* data() const { return data_; }
+
+   private:
+    T* data_ = nullptr;
+    size_t count_ = 0;
+  };
+
+  static Expected<CudaDevice> create() {
+    CudaDevice device;
+    Status status = cuda_status(cudaStreamCreateWithFlags(&device.stream_, cudaStreamNonBlocking), "no stream");
+    if (!status.ok()) return status;
+    return Expected<CudaDevice>(std::move(device));
+  }
+  CudaDevice(CudaDevice&& other) noexcept : stream_(std::exchange(other.stream_, nullptr)) {}
+  CudaDevice& operator=(CudaDevice&&) = delete;
+  ~CudaDevice() {
+    if (stream_ != nullptr) (void)cudaStreamDestroy(stream_);
+  }
+
+  template <typename T>
+  Status upload(Array<T>& array, std::span<const T> values) {
+    if (Status status = array.reserve(values.size()); !status.ok()) return status;
+    return cuda_status(
+        cudaMemcpyAsync(array.data(), values.data(), values.size_bytes(), cudaMemcpyHostToDevice, stream_),
+        "upload");
+  }
+  template <typename T>
+  Status download(T* out, const T* data, size_t count) {
+    return cuda_status(cudaMemcpyAsync(out, data, count * sizeof(T), cudaMemcpyDeviceToHost, stream_),
+                       "download");
+  }
+  template <typename Body>
+  Status launch_threads(uint32_t count, const Body& body) {
+    constexpr uint32_t kBlock = 128;
+    if (count == 0) return {};
+    run_threads<<<(count + kBlock - 1) / kBlock, kBlock, 0, stream_>>>(count, body);
+    return cuda_status(cudaGetLastError(), "launch");
+  }
+  template <typename Body>
+  Status launch_warps(uint32_t count, const Body& body) {
+    constexpr uint32_t kWarps = 4;
+    if (count == 0) return {};
+    run_warps<<<(count + kWarps - 1) / kWarps, kWarps * WarpLanes::size(), 0, stream_>>>(count, body);
+    return cuda_status(cudaGetLastError(), "launch");
+  }
+  Status wait() { return cuda_status(cudaStreamSynchronize(stream_), "decoding"); }
+
+ private:
+  CudaDevice() = default;
+
+  cudaStream_t stream_ = nullptr;
+};
+
+}  // namespace psplit

@@ -1,0 +1,48 @@
+#include "src/container/claims.h"
+
+#include "src/core/workspace.h"
+
+namespace psplit {
+
+using core::Fault;
+
+Status status_of(Fault fault) {
+  if (fault == Fault::kNone) return {};
+  const std::string message =
+      (fault < Fault::kRow ? std::string("Draco stream: ") : std::string()) + core::fault_text(fault);
+  const bool is_unsupported = fault == Fault::kVersion || fault == Fault::kRequest;
+  return is_unsupported ? unsupported(message) : invalid_input(message);
+}
+
+Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream) {
+  core::StreamHeader header;
+  const Fault fault = core::read_stream_header(stream.data(), stream.size(), header);
+  if (fault != Fault::kNone) return status_of(fault);
+  const uint64_t elements =
+      uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
+  if (elements * 16 > core::justified_bytes(stream.size())) return status_of(Fault::kWorkspace);
+  return header;
+}
+
+Status differs_from_directory(const char* what, uint32_t stream, uint32_t directory) {
+  return invalid_input("the stream has " + std::to_string(stream) + " " + what + ", the directory says " +
+                       std::to_string(directory));
+}
+
+Status check_claims(const Container& container) {
+  for (uint32_t i = 0; i < container.entries.size(); ++i) {
+    const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
+    if (!header) return header.status().at({.patch = i});
+    const uint32_t faces = header->counts.face_count, claimed = container.entries[i].face_count;
+    // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
+    if (i < container.patch_count() ? faces != claimed : faces < claimed)
+      return differs_from_directory("faces", faces, claimed).at({.patch = i});
+  }
+  if (uint64_t{container.point_count()} + container.reference_count() > 0xffffffffu)
+    return unsupported("more points than 32-bit numbers can tell apart");
+  const uint64_t elements = uint64_t{container.face_count()} + container.point_count();
+  return elements * 16 > core::justified_bytes(container.stream_bytes()) ? status_of(Fault::kWorkspace)
+                                                                         : Status();
+}
+
+}  // namespace psplit

@@ -1,0 +1,22 @@
+// What streams and directories claim, checked before memory is taken for it.
+#pragma once
+
+#include <span>
+
+#include "src/container/container.h"
+#include "src/core/stream_header.h"
+
+namespace psplit {
+
+// kVersion and kRequest are kUnsupported, all others kInvalidInput.
+Status status_of(core::Fault fault);
+
+// Errors: those of status_of, and kInvalidInput for claims that the stream's bytes do not justify.
+Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
+
+// The directory against the streams' own headers, and both against the number of bytes. Errors name the patch.
+Status check_claims(const Container& container);
+
+Status differs_from_directory(const char* what, uint32_t stream, uint32_t directory);
+
+}  // namespace psplit
