@@ -31,7 +31,8 @@ struct PrimitiveTask {
   uint32_t first_stream = 0, stream_count = 0;
   uint32_t first_target = 0, target_count = 0;
   uint32_t point_count = 0;
-  uint32_t* indices = nullptr;  // three a face
+  void* indices = nullptr;   // three a face
+  uint32_t index_bytes = 4;  // 2 or 4
 };
 
 // A row of a container's directory, and where everything is.
@@ -231,11 +232,10 @@ struct WriteStreams {
     if (fault != core::Fault::kNone) return;
     const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
     const uint32_t total = primitive.point_count;
-    uint32_t* const indices = primitive.indices + size_t{3} * task.face_base;
-    core::for_each_lane_item(lanes, 3 * task.face_count, [&](uint32_t at) {
-      const uint32_t number = state.numbers[state.patch.point_at[4 * (at / 3) + at % 3]];
-      indices[at] = number < total ? number : state.references[number - total];
-    });
+    if (primitive.index_bytes == 2)
+      write_indices(lanes, task, state, total, static_cast<uint16_t*>(primitive.indices));
+    else
+      write_indices(lanes, task, state, total, static_cast<uint32_t*>(primitive.indices));
     for (uint32_t t = 0; t < primitive.target_count; ++t) {
       const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
       // Owners write; every copy holds the same bits.
@@ -247,6 +247,16 @@ struct WriteStreams {
   }
 
  private:
+  template <core::Lanes L, typename Out>
+  PSPLIT_HD void write_indices(L lanes, const StreamTask& task, const StreamState<Index>& state, uint32_t total,
+                               Out* indices) const {
+    Out* const out = indices + size_t{3} * task.face_base;
+    core::for_each_lane_item(lanes, 3 * task.face_count, [&](uint32_t at) {
+      const uint32_t number = state.numbers[state.patch.point_at[4 * (at / 3) + at % 3]];
+      out[at] = static_cast<Out>(number < total ? number : state.references[number - total]);
+    });
+  }
+
   // References to streams that did not decode are to any point of theirs: the fault is not this one's.
   template <core::Lanes L>
   PSPLIT_HD core::Fault resolve(L lanes, const StreamTask& task, StreamState<Index>& state) const {

@@ -6,6 +6,7 @@
 //   download(out, data, count)
 //   launch_threads(count, body)  body(i) for each i below count
 //   launch_warps(count, body)    body(lanes, i), with the lanes of a warp
+//   mark(stage)                  what follows belongs to a stage, for those who measure
 //   wait()                       until all that was asked for is done
 //
 // which are in order, and may return before they are done, but for wait. Those that can fail return a Status.
@@ -27,7 +28,8 @@ struct BatchPrimitive {
   std::span<const uint8_t> bytes;        // of the container
   const Container* container = nullptr;  // parsed from them
   std::vector<AttributeTarget> targets;
-  uint32_t* indices = nullptr;
+  void* indices = nullptr;
+  uint32_t index_bytes = 4;  // 2 or 4
 };
 
 // How streams of one width are launched. What is more than was foreseen is done at the end, slowly.
@@ -39,19 +41,25 @@ struct LaunchPlan {
 template <typename Index, typename Device>
 Status launch_decoding(Device& device, const StreamSet<Index>& set, const LaunchPlan& plan) {
   if (set.count == 0) return {};
+  device.mark("connectivity");
   if (Status status = device.launch_threads(set.count, BeginStreams<Index>{set}); !status.ok()) return status;
   for (uint32_t round = 0; round < plan.rounds; ++round) {
+    device.mark("steps");
     if (Status status = device.launch_threads(plan.runs * set.count, TakeRuns<Index>{set}); !status.ok())
       return status;
+    device.mark("between steps");
     if (Status status = device.launch_warps(set.count, ResumeStreams<Index>{set, plan.runs}); !status.ok())
       return status;
   }
+  device.mark("numbering");
   return device.launch_warps(set.count, FinishStreams<Index>{set});
 }
 
 template <typename Index, typename Device>
 Status launch_writing(Device& device, const StreamSet<Index>& set) {
-  return set.count == 0 ? Status() : device.launch_warps(set.count, WriteStreams<Index>{set});
+  if (set.count == 0) return {};
+  device.mark("output");
+  return device.launch_warps(set.count, WriteStreams<Index>{set});
 }
 
 // Not safe to share between threads. Its memory is kept from batch to batch.
@@ -66,13 +74,18 @@ class BatchDecoder {
   // streams whose headers are broken, kRuntimeFailure where the device fails.
   Status start(std::span<const BatchPrimitive> primitives) {
     if (Status status = plan(primitives); !status.ok()) return status;
+    device_.mark("upload");
     if (Status status = send(); !status.ok()) return status;
     if (Status status = launch_decoding(device_, narrow_.set, narrow_.launches); !status.ok()) return status;
     if (Status status = launch_decoding(device_, wide_.set, wide_.launches); !status.ok()) return status;
     if (Status status = launch_writing(device_, narrow_.set); !status.ok()) return status;
     if (Status status = launch_writing(device_, wide_.set); !status.ok()) return status;
     faults_.resize(2 * streams_.size());
-    return device_.download(faults_.data(), device_faults_.data(), faults_.size());
+    device_.mark("faults");
+    if (Status status = device_.download(faults_.data(), device_faults_.data(), faults_.size()); !status.ok())
+      return status;
+    device_.mark("");
+    return {};
   }
 
   // Waits until all is written. The first fault, with its primitive of the batch and its patch as the place;
@@ -119,11 +132,16 @@ class BatchDecoder {
 
   Status plan(const BatchPrimitive& primitive) {
     const Container& container = *primitive.container;
+    if (primitive.index_bytes != 2 && primitive.index_bytes != 4)
+      return Status(StatusCode::kUsage, "indices take 2 or 4 bytes");
+    if (primitive.index_bytes == 2 && container.point_count() > 0xffff)
+      return Status(StatusCode::kUsage, "2 bytes do not tell so many points apart");
     const auto number = static_cast<uint32_t>(primitives_.size());
     const auto count = static_cast<uint32_t>(container.entries.size());
-    primitives_.push_back(
-        {static_cast<uint32_t>(streams_.size()), count, static_cast<uint32_t>(targets_.size()),
-         static_cast<uint32_t>(primitive.targets.size()), container.point_count(), primitive.indices});
+    primitives_.push_back({static_cast<uint32_t>(streams_.size()), count,
+                           static_cast<uint32_t>(targets_.size()),
+                           static_cast<uint32_t>(primitive.targets.size()), container.point_count(),
+                           primitive.indices, primitive.index_bytes});
     targets_.insert(targets_.end(), primitive.targets.begin(), primitive.targets.end());
     core::ValueCounts values{0, static_cast<uint32_t>(primitive.targets.size()), 0};
     for (const AttributeTarget& target : primitive.targets) values.components += target.components;
@@ -251,7 +269,7 @@ Expected<Mesh> decode_to_host(BatchDecoder<Device>& decoder, std::span<const uin
   if (Status status = check_claims(*container); !status.ok()) return status;
   Mesh mesh;
   mesh.point_count = container->point_count();
-  BatchPrimitive primitive{bytes, &*container, {}, nullptr};
+  BatchPrimitive primitive{bytes, &*container, {}, nullptr, 4};
   std::vector<size_t> offsets;
   size_t size = size_t{12} * container->face_count();
   for (const AttributeRequest& request : requests) {
@@ -265,14 +283,16 @@ Expected<Mesh> decode_to_host(BatchDecoder<Device>& decoder, std::span<const uin
   }
   typename Device::template Array<uint8_t> out;
   if (Status status = out.reserve(size); !status.ok()) return status;
-  primitive.indices = reinterpret_cast<uint32_t*>(out.data());
+  auto* const indices = reinterpret_cast<uint32_t*>(out.data());
+  primitive.indices = indices;
   for (size_t i = 0; i < requests.size(); ++i) primitive.targets[i].values = out.data() + offsets[i];
   if (Status status = decoder.start({&primitive, 1}); !status.ok()) return status;
   if (Status status = decoder.finish(); !status.ok()) return status;
 
   mesh.faces.resize(container->face_count());
   Device& device = decoder.device();
-  if (Status status = device.download(&mesh.faces[0][0], primitive.indices, 3 * mesh.faces.size());
+  if (Status status =
+          device.download(reinterpret_cast<uint32_t*>(mesh.faces.data()), indices, 3 * mesh.faces.size());
       !status.ok())
     return status;
   for (size_t i = 0; i < requests.size(); ++i) {

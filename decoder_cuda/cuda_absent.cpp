@@ -2,20 +2,34 @@
 #include "decoder_cuda/psplit_cuda.h"
 
 namespace psplit {
+namespace {
+
+Status absent() { return unsupported("no CUDA device to decode on: built without CUDA"); }
+
+}  // namespace
 
 bool cuda_available(std::string* why) {
   if (why != nullptr) *why = "built without CUDA";
   return false;
 }
 
+struct CudaDecoder::Implementation {};
+
+CudaDecoder::CudaDecoder(CudaDecoder&&) noexcept = default;
+CudaDecoder::~CudaDecoder() = default;
+Expected<CudaDecoder> CudaDecoder::create(CUstream_st*) { return absent(); }
+Status CudaDecoder::start(std::span<const CudaPrimitive>) { return absent(); }
+Status CudaDecoder::finish() { return absent(); }
+void CudaDecoder::measure(bool) {}
+std::vector<std::pair<std::string, double>> CudaDecoder::take_times() { return {}; }
+
 DecodeBackend cuda_backend() {
-  const auto absent = [] { return unsupported("no CUDA device to decode on: built without CUDA"); };
   return {
       "cuda",
-      [=](std::span<const uint8_t>, std::span<const AttributeRequest>, const ThreadPool&) -> Expected<Mesh> {
+      [](std::span<const uint8_t>, std::span<const AttributeRequest>, const ThreadPool&) -> Expected<Mesh> {
         return absent();
       },
-      [=](std::span<const uint8_t>, std::span<const AttributeRequest>) -> Expected<Mesh> { return absent(); }};
+      [](std::span<const uint8_t>, std::span<const AttributeRequest>) -> Expected<Mesh> { return absent(); }};
 }
 
 }  // namespace psplit

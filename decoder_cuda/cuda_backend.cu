@@ -23,34 +23,83 @@ bool cuda_available(std::string* why) {
   return available;
 }
 
-namespace {
-
-// One decoder for all: the device is one, and its memory is kept.
-struct SharedDecoder {
-  std::mutex mutex;
-  std::optional<BatchDecoder<CudaDevice>> decoder;
+struct CudaDecoder::Implementation {
+  BatchDecoder<CudaDevice> decoder;
 };
 
-Expected<Mesh> decode_container(std::span<const uint8_t> container,
-                                std::span<const AttributeRequest> requests) {
-  static SharedDecoder& shared = *new SharedDecoder;  // the driver is gone when statics are destroyed
-  const std::lock_guard lock(shared.mutex);
-  if (!shared.decoder) {
-    std::string why;
-    if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
-    Expected<CudaDevice> device = CudaDevice::create();
-    if (!device) return device.status();
-    shared.decoder.emplace(std::move(*device));
-  }
-  return decode_to_host(*shared.decoder, container, requests);
+CudaDecoder::CudaDecoder(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+CudaDecoder::CudaDecoder(CudaDecoder&&) noexcept = default;
+CudaDecoder::~CudaDecoder() = default;
+
+namespace {
+
+Expected<BatchDecoder<CudaDevice>> create_decoder(cudaStream_t stream) {
+  std::string why;
+  if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
+  Expected<CudaDevice> device = CudaDevice::create(stream);
+  if (!device) return device.status();
+  return BatchDecoder<CudaDevice>(std::move(*device));
 }
 
 }  // namespace
 
+Expected<CudaDecoder> CudaDecoder::create(CUstream_st* stream) {
+  Expected<BatchDecoder<CudaDevice>> decoder = create_decoder(stream);
+  if (!decoder) return decoder.status();
+  return CudaDecoder(std::make_unique<Implementation>(Implementation{std::move(*decoder)}));
+}
+
+Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
+  std::vector<Container> containers;
+  containers.reserve(primitives.size());
+  std::vector<BatchPrimitive> batch;
+  for (const CudaPrimitive& primitive : primitives) {
+    Expected<Container> container = parse_container(primitive.container);
+    if (!container) return container.status();
+    containers.push_back(std::move(*container));
+    batch.push_back({primitive.container, &containers.back(), {}, primitive.indices, primitive.index_bytes});
+    for (const CudaAttribute& attribute : primitive.attributes)
+      batch.back().targets.push_back({attribute.unique_id, stored_type(attribute.component_type),
+                                      attribute.component_count, static_cast<uint8_t*>(attribute.values),
+                                      attribute.stride});
+  }
+  return implementation_->decoder.start(batch);
+}
+
+Status CudaDecoder::finish() { return implementation_->decoder.finish(); }
+
+void CudaDecoder::measure(bool on) { implementation_->decoder.device().measure(on); }
+
+std::vector<std::pair<std::string, double>> CudaDecoder::take_times() {
+  std::vector<std::pair<std::string, double>> times;
+  for (const auto& [stage, ms] : implementation_->decoder.device().take_times()) {
+    const auto same =
+        std::find_if(times.begin(), times.end(), [&](const auto& time) { return time.first == stage; });
+    if (same == times.end())
+      times.emplace_back(stage, ms);
+    else
+      same->second += ms;
+  }
+  return times;
+}
+
 DecodeBackend cuda_backend() {
   return {"cuda",
           [](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
-             const ThreadPool&) { return decode_container(container, requests); },
+             const ThreadPool&) -> Expected<Mesh> {
+            // One decoder for all. The driver is gone when statics are destroyed.
+            static std::mutex& mutex = *new std::mutex;
+            static std::optional<BatchDecoder<CudaDevice>>& decoder =
+                *new std::optional<BatchDecoder<CudaDevice>>;
+            const std::lock_guard lock(mutex);
+            if (!decoder) {
+              Expected<BatchDecoder<CudaDevice>> created = create_decoder(nullptr);
+              if (!created) return created.status();
+              decoder.emplace(std::move(*created));
+            }
+            return decode_to_host(*decoder, container, requests);
+          },
           [](std::span<const uint8_t>, std::span<const AttributeRequest>) -> Expected<Mesh> {
             return unsupported("the CUDA decoder takes patches only, not whole Draco streams");
           }};

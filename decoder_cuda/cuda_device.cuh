@@ -5,6 +5,7 @@
 
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "decoder_cuda/warp_lanes.cuh"
 #include "src/status.h"
@@ -63,16 +64,26 @@ class CudaDevice {
     size_t count_ = 0;
   };
 
-  static Expected<CudaDevice> create() {
+  // On `stream`, which must outlive it, or on one of its own where that is null.
+  static Expected<CudaDevice> create(cudaStream_t stream) {
     CudaDevice device;
+    device.stream_ = stream;
+    device.owns_stream_ = stream == nullptr;
+    if (!device.owns_stream_) return Expected<CudaDevice>(std::move(device));
     Status status = cuda_status(cudaStreamCreateWithFlags(&device.stream_, cudaStreamNonBlocking), "no stream");
     if (!status.ok()) return status;
     return Expected<CudaDevice>(std::move(device));
   }
-  CudaDevice(CudaDevice&& other) noexcept : stream_(std::exchange(other.stream_, nullptr)) {}
+  CudaDevice(CudaDevice&& other) noexcept
+      : stream_(std::exchange(other.stream_, nullptr)),
+        owns_stream_(other.owns_stream_),
+        measures_(other.measures_),
+        marks_(std::exchange(other.marks_, {})),
+        mark_count_(std::exchange(other.mark_count_, 0)) {}
   CudaDevice& operator=(CudaDevice&&) = delete;
   ~CudaDevice() {
-    if (stream_ != nullptr) (void)cudaStreamDestroy(stream_);
+    for (const Mark& mark : marks_) (void)cudaEventDestroy(mark.event);
+    if (owns_stream_ && stream_ != nullptr) (void)cudaStreamDestroy(stream_);
   }
 
   template <typename T>
@@ -103,10 +114,41 @@ class CudaDevice {
   }
   Status wait() { return cuda_status(cudaStreamSynchronize(stream_), "decoding"); }
 
+  // Nothing is marked unless it is asked for.
+  void measure(bool on) { measures_ = on; }
+  void mark(const char* stage) {
+    if (!measures_) return;
+    if (mark_count_ == marks_.size()) {
+      marks_.push_back({});
+      (void)cudaEventCreate(&marks_.back().event);
+    }
+    marks_[mark_count_].stage = stage;
+    (void)cudaEventRecord(marks_[mark_count_++].event, stream_);
+  }
+  // Milliseconds from each mark to the next, of those since the last call; after wait.
+  std::vector<std::pair<const char*, float>> take_times() {
+    std::vector<std::pair<const char*, float>> times;
+    for (size_t i = 0; i + 1 < mark_count_; ++i) {
+      float ms = 0;
+      (void)cudaEventElapsedTime(&ms, marks_[i].event, marks_[i + 1].event);
+      times.emplace_back(marks_[i].stage, ms);
+    }
+    mark_count_ = 0;
+    return times;
+  }
+
  private:
+  struct Mark {
+    cudaEvent_t event = nullptr;
+    const char* stage = "";
+  };
+
   CudaDevice() = default;
 
   cudaStream_t stream_ = nullptr;
+  bool owns_stream_ = true, measures_ = false;
+  std::vector<Mark> marks_;
+  size_t mark_count_ = 0;
 };
 
 }  // namespace psplit

@@ -1,15 +1,66 @@
 // The CUDA side of psplit, callable from builds that have none.
 #pragma once
 
+#include <memory>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "src/container/decode_backend.h"
+
+struct CUstream_st;  // what a cudaStream_t points to
 
 namespace psplit {
 
 // True when this build holds the CUDA decoder and the machine has a device and a driver that run it. Else
 // *why, where given, is a phrase to show a user: "built without CUDA", "no CUDA-capable device is detected".
 bool cuda_available(std::string* why);
+
+// Where an attribute goes, in the type that it was encoded in.
+struct CudaAttribute {
+  uint32_t unique_id = 0;  // Draco's, as the extension names it
+  ComponentType component_type = ComponentType::kFloat32;
+  uint8_t component_count = 3;
+  void* values = nullptr;  // on the device: the first point's
+  uint32_t stride = 0;     // bytes from one point to the next
+};
+
+struct CudaPrimitive {
+  std::span<const uint8_t> container;  // on the host
+  std::vector<CudaAttribute> attributes;
+  void* indices = nullptr;   // on the device: three for each face of the directory
+  uint32_t index_bytes = 4;  // 2 or 4
+};
+
+// Decodes any number of primitives at once to memory of the device. Its own memory there grows to the largest
+// batch, and is kept. Not safe to share between threads; a device may have several.
+class CudaDecoder {
+ public:
+  // For the current device. Work is in the order of `stream`, or of a stream of its own where that is null.
+  // Errors: kUnsupported without a device, kRuntimeFailure where CUDA fails.
+  static Expected<CudaDecoder> create(CUstream_st* stream = nullptr);
+  CudaDecoder(CudaDecoder&&) noexcept;
+  ~CudaDecoder();
+
+  // Starts to decode; what it is given on the host may go when it returns, once started is all that may be
+  // started until finish. Errors: kUsage for impossible indices, kInvalidInput for broken containers and
+  // headers, kUnsupported for versions of them that are not known, kRuntimeFailure where CUDA fails.
+  Status start(std::span<const CudaPrimitive> primitives);
+  // Waits. The first error of a stream, with its patch as the place. The other streams are right nevertheless;
+  // of broken ones nothing is promised but that no index is beyond the points and nothing else was written to.
+  Status finish();
+
+  // Milliseconds of each stage between start and finish, as the device's events measure them. Measuring is off
+  // at first; each call is for what was decoded since the last.
+  void measure(bool on);
+  std::vector<std::pair<std::string, double>> take_times();
+
+ private:
+  struct Implementation;
+  explicit CudaDecoder(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
 
 // All patches at once on the current device. Safe to call from several threads, which wait for each other;
 // memory of the device is kept for the next mesh. Attributes must be asked for in the types that they were

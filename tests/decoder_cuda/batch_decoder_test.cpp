@@ -42,7 +42,7 @@ BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Container& 
                                std::span<const AttributeRequest> requests, Outputs& outputs) {
   (void)outputs.indices.reserve(size_t{3} * container.face_count());
   outputs.values.resize(requests.size());
-  BatchPrimitive primitive{bytes, &container, {}, outputs.indices.data()};
+  BatchPrimitive primitive{bytes, &container, {}, outputs.indices.data(), 4};
   for (size_t i = 0; i < requests.size(); ++i) {
     const auto stride =
         static_cast<uint32_t>(component_bytes(requests[i].component_type)) * requests[i].component_count;
@@ -79,6 +79,43 @@ TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
     for (size_t k = 0; k < samples[i].requests.size(); ++k) {
       const Array<std::byte>& values = expected->attributes[k].values;
       EXPECT_EQ(std::memcmp(outputs[i].values[k].data(), values.data(), values.size()), 0) << samples[i].name;
+    }
+  }
+}
+
+TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
+  const ThreadPool pool(2);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    const Expected<Container> container = parse_container(sample.encoded.container);
+    const Expected<Mesh> expected =
+        draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
+    ASSERT_TRUE(container && expected);
+    uint32_t stride = 4;  // and four bytes between points that nobody writes to
+    for (const Attribute& attribute : expected->attributes) stride += static_cast<uint32_t>(attribute.stride());
+    std::vector<uint16_t> indices(3 * expected->faces.size());
+    std::vector<uint8_t> points(size_t{stride} * expected->point_count, 0x5a);
+    BatchPrimitive primitive{sample.encoded.container, &*container, {}, indices.data(), 2};
+    size_t offset = 0;
+    for (size_t i = 0; i < sample.requests.size(); offset += expected->attributes[i++].stride())
+      primitive.targets.push_back({sample.requests[i].unique_id, stored_type(sample.requests[i].component_type),
+                                   sample.requests[i].component_count, points.data() + offset, stride});
+    const Status started = decoder.start({&primitive, 1});
+    if (expected->point_count > 0xffff) {
+      EXPECT_EQ(started.code(), StatusCode::kUsage);
+      continue;
+    }
+    ASSERT_TRUE(started.ok()) << started.to_string();
+    ASSERT_TRUE(decoder.finish().ok());
+    for (size_t i = 0; i < indices.size(); ++i) ASSERT_EQ(indices[i], expected->faces[i / 3][i % 3]);
+    for (size_t point = 0; point < expected->point_count; ++point) {
+      const uint8_t* at = points.data() + point * stride;
+      for (const Attribute& attribute : expected->attributes) {
+        ASSERT_EQ(std::memcmp(at, attribute.values.data() + point * attribute.stride(), attribute.stride()), 0);
+        at += attribute.stride();
+      }
+      ASSERT_TRUE(std::all_of(at, at + 4, [](uint8_t byte) { return byte == 0x5a; }));
     }
   }
 }

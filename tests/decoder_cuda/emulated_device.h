@@ -57,6 +57,7 @@ class EmulatedDevice {
     for (const uint32_t i : in_order(count)) run_warp([&](EmulatedLanes lanes) { body(lanes, i); }, order_);
     return {};
   }
+  void mark(const char*) {}
   Status wait() { return {}; }
 
  private:

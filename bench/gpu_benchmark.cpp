@@ -1,0 +1,237 @@
+// The CUDA decoder on the GPU of this machine, beside libdraco on one thread and our CPU backend on all: bits
+// first, then times. Prints a table, and JSON to the file that --json names.
+//
+//   gpu_benchmark [--quick] [--json FILE]
+#include <cuda_runtime_api.h>
+
+#include <chrono>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "bench/samples.h"
+#include "decoder_cuda/psplit_cuda.h"
+#include "encoder/draco/draco_backend.h"
+#include "src/container/container.h"
+#include "src/cpu/cpu_backend.h"
+
+namespace psplit {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
+
+void check(cudaError_t error) {
+  if (error != cudaSuccess) give_up(runtime_failure(cudaGetErrorString(error)));
+}
+template <typename T>
+T check(Expected<T> expected) {
+  if (!expected) give_up(expected.status());
+  return std::move(*expected);
+}
+void check(const Status& status) {
+  if (!status.ok()) give_up(status);
+}
+
+struct DeviceMemory {
+  void* data = nullptr;
+  explicit DeviceMemory(size_t bytes) { check(cudaMalloc(&data, bytes)); }
+  ~DeviceMemory() { (void)cudaFree(data); }
+  DeviceMemory(const DeviceMemory&) = delete;
+  DeviceMemory& operator=(const DeviceMemory&) = delete;
+};
+
+// Bytes a second, read and written, of a copy within the device.
+double copy_bandwidth() {
+  constexpr size_t kBytes = size_t{1} << 30;
+  const DeviceMemory from(kBytes), to(kBytes);
+  cudaEvent_t start, end;
+  check(cudaEventCreate(&start));
+  check(cudaEventCreate(&end));
+  std::vector<double> times;
+  for (int i = 0; i < 12; ++i) {
+    check(cudaEventRecord(start));
+    check(cudaMemcpyAsync(to.data, from.data, kBytes, cudaMemcpyDeviceToDevice));
+    check(cudaEventRecord(end));
+    check(cudaEventSynchronize(end));
+    float ms = 0;
+    check(cudaEventElapsedTime(&ms, start, end));
+    times.push_back(ms);
+  }
+  return 2.0 * kBytes / (median(times) * 1e-3);
+}
+
+// Of a mesh as one stream.
+double stock_ms(const Mesh& mesh, int speed) {
+  const Sample whole = encode_sample(mesh, 1, speed);
+  const Container container = check(parse_container(whole.container));
+  const auto start = Clock::now();
+  (void)check(draco_backend().decode_stream(container.streams[0], whole.requests));
+  return ms_since(start);
+}
+
+Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, double bandwidth) {
+  const Sample sample = encode_sample(mesh, patch_count, speed);
+  const Container container = check(parse_container(sample.container));
+  // Indices, and each attribute, in memory of their own.
+  size_t output_bytes = size_t{12} * container.face_count();
+  const DeviceMemory indices(output_bytes);
+  std::vector<std::unique_ptr<DeviceMemory>> values;
+  CudaPrimitive primitive{sample.container, {}, indices.data, 4};
+  for (const AttributeRequest& request : sample.requests) {
+    const auto stride =
+        static_cast<uint32_t>(component_bytes(request.component_type)) * request.component_count;
+    const size_t bytes = size_t{container.point_count()} * stride;
+    output_bytes += bytes;
+    values.push_back(std::make_unique<DeviceMemory>(bytes));
+    primitive.attributes.push_back(
+        {request.unique_id, request.component_type, request.component_count, values.back()->data, stride});
+  }
+
+  CudaDecoder decoder = check(CudaDecoder::create());
+  decoder.measure(true);
+  std::map<std::string, std::vector<double>> stages;
+  std::vector<double> kernels, with_upload, with_download;
+  std::vector<std::byte> downloaded(output_bytes);
+  constexpr int kWarm = 2, kRuns = 9;
+  for (int run = 0; run < kWarm + kRuns; ++run) {
+    const auto start = Clock::now();
+    check(decoder.start({&primitive, 1}));
+    check(decoder.finish());
+    const double decoded = ms_since(start);
+    size_t at = size_t{12} * container.face_count();
+    check(cudaMemcpy(downloaded.data(), indices.data, at, cudaMemcpyDeviceToHost));
+    for (size_t i = 0; i < values.size(); ++i) {
+      const size_t bytes = size_t{container.point_count()} * primitive.attributes[i].stride;
+      check(cudaMemcpy(downloaded.data() + at, values[i]->data, bytes, cudaMemcpyDeviceToHost));
+      at += bytes;
+    }
+    const double copied = ms_since(start);
+    const auto times = decoder.take_times();
+    if (run < kWarm) continue;
+    double total = 0;
+    for (const auto& [stage, ms] : times) {
+      stages[stage].push_back(ms);
+      if (stage != "upload" && stage != "faults") total += ms;
+    }
+    kernels.push_back(total);
+    with_upload.push_back(decoded);
+    with_download.push_back(copied);
+  }
+
+  std::vector<double> cpu_times;
+  const ThreadPool pool;
+  for (int run = 0; run < 3; ++run) {
+    const auto start = Clock::now();
+    const Mesh decoded = check(cpu_backend().decode_container(sample.container, sample.requests, pool));
+    cpu_times.push_back(ms_since(start));
+    if (run > 0) continue;
+    const std::byte* at = downloaded.data();
+    bool same = std::memcmp(at, decoded.faces.data(), 12 * decoded.faces.size()) == 0;
+    at += 12 * decoded.faces.size();
+    for (const Attribute& attribute : decoded.attributes) {
+      same = same && std::memcmp(at, attribute.values.data(), attribute.values.size()) == 0;
+      at += attribute.values.size();
+    }
+    if (!same) give_up({StatusCode::kDiffers, "the GPU's result differs from the CPU's"});
+  }
+  const auto start = Clock::now();
+  (void)check(draco_backend().decode_container(sample.container, sample.requests, ThreadPool(1)));
+  const double draco = ms_since(start);
+
+  const double ms = median(kernels);
+  const auto faces = static_cast<double>(container.face_count());
+  Json row{
+      {"faces", container.face_count()},
+      {"attributes", sample.requests.size()},
+      {"speed", speed},
+      {"patches", container.patch_count()},
+      {"bytes", sample.container.size()},
+      {"kernels_ms", ms},
+      {"upload_ms", median(with_upload)},
+      {"download_ms", median(with_download)},
+      {"cpu_threads", pool.thread_count()},
+      {"cpu_ms", median(cpu_times)},
+      {"draco_patches_ms", draco},
+      {"stock_ms", stock},
+      {"triangles_per_s", faces / (ms * 1e-3)},
+      {"output_bytes_per_s", static_cast<double>(output_bytes) / (ms * 1e-3)},
+      {"times_stock", stock / ms},
+      {"times_stock_with_upload", stock / median(with_upload)},
+      {"times_output_at_copy_bandwidth", ms * 1e-3 * bandwidth / (2.0 * static_cast<double>(output_bytes))},
+      {"stages_ms", Json::object()}};
+  for (const auto& [stage, times] : stages) row["stages_ms"][stage] = median(times);
+  std::printf("%9u %5zu %5d %7u %10.3f %10.3f %10.3f %9.1f %9.1f %8.2f %7.1f %7.0fx %7.0fx %7.1fx\n",
+              container.face_count(), sample.requests.size(), speed, container.patch_count(), ms,
+              median(with_upload), median(with_download), median(cpu_times), stock, faces / (ms * 1e6),
+              static_cast<double>(output_bytes) / (ms * 1e6), stock / ms, stock / median(with_upload),
+              row["times_output_at_copy_bandwidth"].get<double>());
+  for (const auto& [stage, times] : stages)
+    std::printf("            %-14s %8.3f ms\n", stage.c_str(), median(times));
+  std::fflush(stdout);
+  return row;
+}
+
+int run(bool quick, const char* json_path) {
+  std::string why;
+  if (!cuda_available(&why)) {
+    std::printf("skipped: %s\n", why.c_str());
+    return 0;
+  }
+  cudaDeviceProp device;
+  check(cudaGetDeviceProperties(&device, 0));
+  const double bandwidth = copy_bandwidth();
+  std::printf("%s, %d multiprocessors, copies at %.0f GB/s (read and written)\n\n", device.name,
+              device.multiProcessorCount, bandwidth * 1e-9);
+  std::printf(
+      "    faces attrs speed patches kernels ms  +upload ms +download ms  cpu ms  stock ms   Gtri/s    GB/s "
+      "x stock +upload x floor\n");
+  Json result{{"device", device.name}, {"copy_bytes_per_s", bandwidth}, {"rows", Json::array()}};
+  struct Batch {
+    uint64_t faces;
+    bool all_attributes;
+    int speed;
+    std::vector<uint32_t> patch_counts;
+  };
+  std::vector<Batch> batches{{1'000'000, false, 5, {208, 512, 2048}},
+                             {4'000'000, false, 5, {512, 2048, 8192}},
+                             {10'000'000, false, 5, {512, 2048, 8192, 32768}}};
+  if (!quick) {
+    batches.push_back({28'000'000, false, 5, {8192, 32768}});
+    for (const int speed : {0, 10}) batches.push_back({10'000'000, false, speed, {8192}});
+    for (const int speed : {0, 5, 10}) batches.push_back({4'000'000, true, speed, {8192}});
+  }
+  for (const Batch& batch : batches) {
+    const Mesh mesh = bench_mesh(batch.faces, batch.all_attributes);
+    const double stock = stock_ms(mesh, batch.speed);
+    for (const uint32_t patch_count : batch.patch_counts)
+      result["rows"].push_back(measure(mesh, patch_count, batch.speed, stock, bandwidth));
+  }
+  if (json_path != nullptr) {
+    std::FILE* file = std::fopen(json_path, "w");
+    if (file == nullptr) give_up(io_failure("cannot be written", {.file = json_path}));
+    std::fprintf(file, "%s\n", result.dump(2).c_str());
+    std::fclose(file);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace psplit
+
+int main(int argc, char** argv) {
+  bool quick = false;
+  const char* json_path = nullptr;
+  for (int i = 1; i < argc; ++i) {
+    if (std::strcmp(argv[i], "--quick") == 0) quick = true;
+    if (std::strcmp(argv[i], "--json") == 0 && i + 1 < argc) json_path = argv[++i];
+  }
+  return psplit::run(quick, json_path);
+}
