@@ -28,11 +28,13 @@ struct AttributeTarget {
 
 // A primitive: consecutive streams, and consecutive targets.
 struct PrimitiveTask {
-  uint32_t first_stream = 0, stream_count = 0;
+  uint32_t first_stream = 0;
   uint32_t first_target = 0, target_count = 0;
   uint32_t point_count = 0;
+  bool is_stitched = true;   // else every stream has all its points, one stream after the other
   void* indices = nullptr;   // three a face
   uint32_t index_bytes = 4;  // 2 or 4
+  float* bounds = nullptr;  // of the first target's values: for each stream three least and three most, or null
 };
 
 // A row of a container's directory, and where everything is.
@@ -44,11 +46,12 @@ struct StreamTask {
   uint32_t face_base = 0, owned_base = 0, owned_end = 0;
   bool is_residue = false, has_walk = false;
   uint64_t workspace_at = 0, workspace_bytes = 0;
+  uint64_t walk_at = 0;  // has room for point_count numbers, as long as any stream may refer to them
 };
 
-// What a stream's walk and numbers take beside what it decodes in.
+// What a stream's numbers take beside what it decodes in.
 inline size_t numbering_bytes(const StreamTask& task) {
-  return sizeof(uint32_t) * (size_t{2} * task.point_count + task.reference_count) + 3 * 16;
+  return sizeof(uint32_t) * (size_t{task.point_count} + task.reference_count) + 2 * 16;
 }
 
 template <typename Index>
@@ -72,6 +75,7 @@ struct Batch {
   const AttributeTarget* targets = nullptr;
   const StreamTask* streams = nullptr;
   uint8_t* workspace = nullptr;
+  uint32_t* walk_numbers = nullptr;
   core::View<uint32_t>* walks = nullptr;  // the primitive's points along the stream's border
   core::Fault* faults = nullptr;          // of decoding
   core::Fault* stitch_faults = nullptr;
@@ -197,16 +201,23 @@ struct FinishStreams {
     if (task.has_walk)
       if (const Fault fault = core::walk_border(state.patch, state.arena, state.border); fault != Fault::kNone)
         return fault;
+    // A walk has no point twice.
+    walk = core::View<uint32_t>(set.batch.walk_numbers + task.walk_at, state.border.size());
     const bool taken = state.arena.take(state.numbers, task.point_count) &&
-                       state.arena.take(state.references, task.reference_count) &&
-                       state.arena.take(walk, state.border.size());
+                       state.arena.take(state.references, task.reference_count);
     return taken ? Fault::kNone : Fault::kWorkspace;
   }
 
   template <core::Lanes L>
   PSPLIT_HD core::Fault number(L lanes, const StreamTask& task, StreamState<Index>& state,
                                core::View<uint32_t> walk) const {
-    const uint32_t total = set.batch.primitives[task.primitive].point_count;
+    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
+    if (!primitive.is_stitched) {
+      core::for_each_lane_item(lanes, task.point_count,
+                               [&](uint32_t point) { state.numbers[point] = task.owned_base + point; });
+      return core::Fault::kNone;
+    }
+    const uint32_t total = primitive.point_count;
     const core::Fault fault =
         core::number_points(lanes, set.row(task), core::View<const Index>(state.border), state.numbers);
     if (fault != core::Fault::kNone) return fault;
@@ -227,10 +238,10 @@ struct WriteStreams {
     if (set.fault(i) != core::Fault::kNone) return;
     const StreamTask& task = set.task(i);
     StreamState<Index>& state = set.states[i];
-    const core::Fault fault = resolve(lanes, task, state);
+    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
+    const core::Fault fault = primitive.is_stitched ? resolve(lanes, task, state) : core::Fault::kNone;
     if (lanes.rank() == 0) set.batch.stitch_faults[set.streams[i]] = fault;
     if (fault != core::Fault::kNone) return;
-    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
     const uint32_t total = primitive.point_count;
     if (primitive.index_bytes == 2)
       write_indices(lanes, task, state, total, static_cast<uint16_t*>(primitive.indices));
@@ -244,6 +255,10 @@ struct WriteStreams {
         return number < total ? target.values + size_t{number} * target.stride : nullptr;
       });
     }
+    if (primitive.bounds == nullptr) return;
+    lanes.sync();
+    write_bounds(lanes, task, set.batch.targets[primitive.first_target],
+                 primitive.bounds + 6 * (set.streams[i] - primitive.first_stream));
   }
 
  private:
@@ -255,6 +270,40 @@ struct WriteStreams {
       const uint32_t number = state.numbers[state.patch.point_at[4 * (at / 3) + at % 3]];
       out[at] = static_cast<Out>(number < total ? number : state.references[number - total]);
     });
+  }
+
+  // Of what was just written.
+  template <core::Lanes L>
+  PSPLIT_HD void write_bounds(L lanes, const StreamTask& task, const AttributeTarget& target,
+                              float* bounds) const {
+    for (uint32_t k = 0; k < 3; ++k) {
+      float low = 0, high = 0;
+      bool any = false;
+      core::for_each_lane_item(lanes, task.owned_end - task.owned_base, [&](uint32_t point) {
+        float value;
+        __builtin_memcpy(&value, target.values + size_t{task.owned_base + point} * target.stride + 4 * k, 4);
+        low = !any || value < low ? value : low;
+        high = !any || value > high ? value : high;
+        any = true;
+      });
+      for (uint32_t step = 1; step < L::size(); step *= 2) {
+        const float other_low = shuffle_float(lanes, low, lanes.rank() ^ step);
+        const float other_high = shuffle_float(lanes, high, lanes.rank() ^ step);
+        const bool other_any = lanes.shuffle(uint32_t{any}, lanes.rank() ^ step) != 0;
+        low = other_any && (!any || other_low < low) ? other_low : low;
+        high = other_any && (!any || other_high > high) ? other_high : high;
+        any |= other_any;
+      }
+      if (lanes.rank() == 0) bounds[k] = low, bounds[3 + k] = high;
+    }
+  }
+  template <core::Lanes L>
+  PSPLIT_HD static float shuffle_float(L lanes, float value, uint32_t source) {
+    uint32_t bits;
+    __builtin_memcpy(&bits, &value, sizeof bits);
+    bits = lanes.shuffle(bits, source);
+    __builtin_memcpy(&value, &bits, sizeof bits);
+    return value;
   }
 
   // References to streams that did not decode are to any point of theirs: the fault is not this one's.

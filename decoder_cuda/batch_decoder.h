@@ -23,13 +23,22 @@
 
 namespace psplit {
 
-// One primitive of a batch. Targets and indices are memory of the device, of the sizes that the directory says.
+// One primitive of a batch, or some of its patches. Targets and indices are memory of the device, for as many
+// faces and points as the directory counts.
+//
+// Stitched, points are those of the mesh, and there are all patches. Otherwise every patch has the points that
+// it decodes to, references included: faces and points of patch after patch, from `first` to `end`, indices
+// counting from the first point of all; a residue is one more patch.
 struct BatchPrimitive {
   std::span<const uint8_t> bytes;        // of the container
   const Container* container = nullptr;  // parsed from them
   std::vector<AttributeTarget> targets;
   void* indices = nullptr;
   uint32_t index_bytes = 4;  // 2 or 4
+  bool is_stitched = true;
+  uint32_t first = 0, end = 0xffffffff;  // patches, if they are not stitched
+  // On the device, or null: least and most of the first target's three floats, six for each patch.
+  float* bounds = nullptr;
 };
 
 // How streams of one width are launched. What is more than was foreseen is done at the end, slowly.
@@ -70,16 +79,19 @@ class BatchDecoder {
 
   Device& device() { return device_; }
 
+  // How much memory of the device streams may take that are decoded at once; beside that there are the
+  // compressed bytes, four bytes a point and what results take. Streams wait for their turn, results are the
+  // same. A stream that takes more on its own is decoded all the same.
+  void set_workspace_limit(uint64_t bytes) { workspace_limit_ = bytes; }
+
   // Plans and launches; the containers' bytes are no longer needed afterwards. Errors: kInvalidInput for
   // streams whose headers are broken, kRuntimeFailure where the device fails.
   Status start(std::span<const BatchPrimitive> primitives) {
     if (Status status = plan(primitives); !status.ok()) return status;
     device_.mark("upload");
     if (Status status = send(); !status.ok()) return status;
-    if (Status status = launch_decoding(device_, narrow_.set, narrow_.launches); !status.ok()) return status;
-    if (Status status = launch_decoding(device_, wide_.set, wide_.launches); !status.ok()) return status;
-    if (Status status = launch_writing(device_, narrow_.set); !status.ok()) return status;
-    if (Status status = launch_writing(device_, wide_.set); !status.ok()) return status;
+    for (const Part& part : parts_)
+      if (Status status = launch(part); !status.ok()) return status;
     faults_.resize(2 * streams_.size());
     device_.mark("faults");
     if (Status status = device_.download(faults_.data(), device_faults_.data(), faults_.size()); !status.ok())
@@ -107,8 +119,24 @@ class BatchDecoder {
     LaunchPlan launches;
     typename Device::template Array<uint32_t> device_streams;
     typename Device::template Array<StreamState<Index>> states;
-    StreamSet<Index> set;
+
+    StreamSet<Index> part(const Batch& batch, size_t first, size_t end) const {
+      return {batch, device_streams.data() + first, states.data(), static_cast<uint32_t>(end - first)};
+    }
   };
+  // Streams that are decoded at once: up to these of each width, from where the part before ended.
+  struct Part {
+    size_t first_narrow = 0, narrow_end = 0, first_wide = 0, wide_end = 0;
+  };
+
+  Status launch(const Part& part) {
+    const auto narrow = narrow_.part(batch_, part.first_narrow, part.narrow_end);
+    const auto wide = wide_.part(batch_, part.first_wide, part.wide_end);
+    if (Status status = launch_decoding(device_, narrow, narrow_.launches); !status.ok()) return status;
+    if (Status status = launch_decoding(device_, wide, wide_.launches); !status.ok()) return status;
+    if (Status status = launch_writing(device_, narrow); !status.ok()) return status;
+    return launch_writing(device_, wide);
+  }
 
   Status plan(std::span<const BatchPrimitive> primitives) {
     primitives_.clear();
@@ -118,30 +146,49 @@ class BatchDecoder {
     narrow_.streams.clear();
     wide_.streams.clear();
     narrow_.launches = wide_.launches = {};
-    workspace_bytes_ = 0;
+    parts_ = {Part()};
+    part_bytes_ = workspace_bytes_ = walk_points_ = 0;
     for (const BatchPrimitive& primitive : primitives)
       if (Status status = plan(primitive); !status.ok()) return status;
     // Threads of a warp wait for the longest.
     const auto by_size = [&](uint32_t a, uint32_t b) {
       return streams_[a].face_count > streams_[b].face_count;
     };
-    std::stable_sort(narrow_.streams.begin(), narrow_.streams.end(), by_size);
-    std::stable_sort(wide_.streams.begin(), wide_.streams.end(), by_size);
+    const auto sort = [&](std::vector<uint32_t>& streams, size_t first, size_t end) {
+      std::stable_sort(streams.begin() + static_cast<ptrdiff_t>(first),
+                       streams.begin() + static_cast<ptrdiff_t>(end), by_size);
+    };
+    for (const Part& part : parts_) {
+      sort(narrow_.streams, part.first_narrow, part.narrow_end);
+      sort(wide_.streams, part.first_wide, part.wide_end);
+    }
     return {};
   }
 
   Status plan(const BatchPrimitive& primitive) {
     const Container& container = *primitive.container;
+    if (Status status = check_claims(container); !status.ok()) return status;
+    const auto count = static_cast<uint32_t>(container.entries.size());
+    const uint32_t first = primitive.first, end = std::min(primitive.end, count);
+    if (primitive.is_stitched ? first != 0 || end != count : first > end)
+      return Status(StatusCode::kUsage, "patches that are stitched are all patches");
+    uint64_t points = container.point_count();
+    if (!primitive.is_stitched) {
+      points = 0;
+      for (uint32_t i = first; i < end; ++i) points += container.entries[i].point_count;
+    }
     if (primitive.index_bytes != 2 && primitive.index_bytes != 4)
       return Status(StatusCode::kUsage, "indices take 2 or 4 bytes");
-    if (primitive.index_bytes == 2 && container.point_count() > 0xffff)
-      return Status(StatusCode::kUsage, "2 bytes do not tell so many points apart");
+    if (points > (primitive.index_bytes == 2 ? 0xffffu : 0xfffffffeu))
+      return Status(StatusCode::kUsage, "the indices do not tell so many points apart");
+    if (primitive.bounds != nullptr &&
+        (primitive.targets.empty() || primitive.targets[0].type != core::DataType::kFloat32 ||
+         primitive.targets[0].components != 3))
+      return Status(StatusCode::kUsage, "bounds are those of a first attribute of three floats");
     const auto number = static_cast<uint32_t>(primitives_.size());
-    const auto count = static_cast<uint32_t>(container.entries.size());
-    primitives_.push_back({static_cast<uint32_t>(streams_.size()), count,
-                           static_cast<uint32_t>(targets_.size()),
-                           static_cast<uint32_t>(primitive.targets.size()), container.point_count(),
-                           primitive.indices, primitive.index_bytes});
+    primitives_.push_back({static_cast<uint32_t>(streams_.size()), static_cast<uint32_t>(targets_.size()),
+                           static_cast<uint32_t>(primitive.targets.size()), static_cast<uint32_t>(points),
+                           primitive.is_stitched, primitive.indices, primitive.index_bytes, primitive.bounds});
     targets_.insert(targets_.end(), primitive.targets.begin(), primitive.targets.end());
     core::ValueCounts values{0, static_cast<uint32_t>(primitive.targets.size()), 0};
     for (const AttributeTarget& target : primitive.targets) values.components += target.components;
@@ -151,7 +198,8 @@ class BatchDecoder {
     const auto place_of = [&](std::span<const uint8_t> part) {
       return base + static_cast<uint64_t>(part.data() - primitive.bytes.data());
     };
-    for (uint32_t i = 0; i < count; ++i) {
+    uint32_t next_face = 0, next_point = 0;
+    for (uint32_t i = first; i < end; ++i) {
       const StreamEntry& entry = container.entries[i];
       StreamTask task;
       task.stream_at = place_of(container.streams[i]);
@@ -163,11 +211,15 @@ class BatchDecoder {
       task.face_count = entry.face_count;
       task.point_count = entry.point_count;
       task.reference_count = entry.reference_count;
-      task.face_base = container.face_base[i];
-      task.owned_base = container.owned_base[i];
-      task.owned_end = container.owned_base[i + 1];
+      task.face_base = next_face;
+      next_face += entry.face_count;
+      task.owned_base = next_point;
+      next_point += entry.point_count - (primitive.is_stitched ? entry.reference_count : 0);
+      task.owned_end = next_point;
       task.is_residue = i == container.patch_count();
-      task.has_walk = container.reference_count() > 0;
+      task.has_walk = primitive.is_stitched && container.reference_count() > 0;
+      task.walk_at = walk_points_;
+      if (task.has_walk) walk_points_ += entry.point_count;
       const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
       if (!header) return header.status().at({.patch = i});
       values.points = entry.point_count;
@@ -192,9 +244,16 @@ class BatchDecoder {
     values.components += 4 * others;
     const uint64_t needed =
         core::workspace_bytes<Index>(header, task.stream_bytes, values) + numbering_bytes(task);
-    task.workspace_at = workspace_bytes_;
     task.workspace_bytes = std::min(needed, core::justified_bytes(task.stream_bytes));
-    workspace_bytes_ += (task.workspace_bytes + 255) / 256 * 256;
+    const uint64_t rounded = (task.workspace_bytes + 255) / 256 * 256;
+    if (part_bytes_ > 0 && part_bytes_ + rounded > workspace_limit_) {
+      const Part& full = parts_.back();
+      parts_.push_back({full.narrow_end, full.narrow_end, full.wide_end, full.wide_end});
+      part_bytes_ = 0;
+    }
+    task.workspace_at = part_bytes_;
+    part_bytes_ += rounded;
+    workspace_bytes_ = std::max(workspace_bytes_, part_bytes_);
     LaunchPlan& launches = width.launches;
     const uint32_t lists = header.valence ? core::ValenceSymbols<Index>::kLists : 0;
     launches.runs = std::max({launches.runs, 2 * values.attributes, header.attribute_data_count, lists});
@@ -203,6 +262,8 @@ class BatchDecoder {
         std::max(launches.rounds,
                  2 + values.attributes + (header.attribute_data_count > 0 ? 1 : 0) + (header.valence ? 1 : 0));
     width.streams.push_back(place);
+    parts_.back().narrow_end = narrow_.streams.size();
+    parts_.back().wide_end = wide_.streams.size();
   }
 
   Status send() {
@@ -212,23 +273,23 @@ class BatchDecoder {
                           device_.upload(device_targets_, std::span<const AttributeTarget>(targets_)),
                           device_.upload(device_streams_, std::span<const StreamTask>(streams_)),
                           device_workspace_.reserve(workspace_bytes_), device_walks_.reserve(count),
-                          device_faults_.reserve(2 * count)})
+                          device_walk_numbers_.reserve(walk_points_), device_faults_.reserve(2 * count)})
       if (!status.ok()) return status;
-    const Batch batch{device_compressed_.data(), device_primitives_.data(),    device_targets_.data(),
-                      device_streams_.data(),    device_workspace_.data(),     device_walks_.data(),
-                      device_faults_.data(),     device_faults_.data() + count};
-    if (Status status = send(narrow_, batch); !status.ok()) return status;
-    return send(wide_, batch);
+    batch_ = {device_compressed_.data(), device_primitives_.data(), device_targets_.data(),
+              device_streams_.data(),    device_workspace_.data(),  device_walk_numbers_.data(),
+              device_walks_.data(),      device_faults_.data(),     device_faults_.data() + count};
+    size_t narrow = 0, wide = 0;  // most in one part
+    for (const Part& part : parts_) {
+      narrow = std::max(narrow, part.narrow_end - part.first_narrow);
+      wide = std::max(wide, part.wide_end - part.first_wide);
+    }
+    if (Status status = send(narrow_, narrow); !status.ok()) return status;
+    return send(wide_, wide);
   }
   template <typename Index>
-  Status send(Width<Index>& width, const Batch& batch) {
-    const auto count = static_cast<uint32_t>(width.streams.size());
-    if (Status status = device_.upload(width.device_streams, std::span<const uint32_t>(width.streams));
-        !status.ok())
-      return status;
-    if (Status status = width.states.reserve(count); !status.ok()) return status;
-    width.set = {batch, width.device_streams.data(), width.states.data(), count};
-    return {};
+  Status send(Width<Index>& width, size_t most_states) {
+    Status status = device_.upload(width.device_streams, std::span<const uint32_t>(width.streams));
+    return status.ok() ? width.states.reserve(most_states) : status;
   }
 
   Device device_;
@@ -237,7 +298,10 @@ class BatchDecoder {
   std::vector<StreamTask> streams_;
   std::vector<uint8_t> compressed_;
   std::vector<core::Fault> faults_;  // of decoding, then of stitching
-  uint64_t workspace_bytes_ = 0;
+  std::vector<Part> parts_;
+  uint64_t workspace_limit_ = ~uint64_t{0};
+  uint64_t part_bytes_ = 0, workspace_bytes_ = 0, walk_points_ = 0;
+  Batch batch_;
   Width<uint16_t> narrow_;
   Width<uint32_t> wide_;
   typename Device::template Array<uint8_t> device_compressed_, device_workspace_;
@@ -245,6 +309,7 @@ class BatchDecoder {
   typename Device::template Array<AttributeTarget> device_targets_;
   typename Device::template Array<StreamTask> device_streams_;
   typename Device::template Array<core::View<uint32_t>> device_walks_;
+  typename Device::template Array<uint32_t> device_walk_numbers_;
   typename Device::template Array<core::Fault> device_faults_;
 };
 

@@ -20,6 +20,7 @@ CudaDecoder::~CudaDecoder() = default;
 Expected<CudaDecoder> CudaDecoder::create(CUstream_st*) { return absent(); }
 Status CudaDecoder::start(std::span<const CudaPrimitive>) { return absent(); }
 Status CudaDecoder::finish() { return absent(); }
+void CudaDecoder::set_workspace_limit(uint64_t) {}
 void CudaDecoder::measure(bool) {}
 std::vector<std::pair<std::string, double>> CudaDecoder::take_times() { return {}; }
 

@@ -58,7 +58,15 @@ Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
     Expected<Container> container = parse_container(primitive.container);
     if (!container) return container.status();
     containers.push_back(std::move(*container));
-    batch.push_back({primitive.container, &containers.back(), {}, primitive.indices, primitive.index_bytes});
+    batch.push_back({primitive.container,
+                     &containers.back(),
+                     {},
+                     primitive.indices,
+                     primitive.index_bytes,
+                     primitive.is_stitched,
+                     primitive.first,
+                     primitive.end,
+                     primitive.bounds});
     for (const CudaAttribute& attribute : primitive.attributes)
       batch.back().targets.push_back({attribute.unique_id, stored_type(attribute.component_type),
                                       attribute.component_count, static_cast<uint8_t*>(attribute.values),
@@ -68,6 +76,8 @@ Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
 }
 
 Status CudaDecoder::finish() { return implementation_->decoder.finish(); }
+
+void CudaDecoder::set_workspace_limit(uint64_t bytes) { implementation_->decoder.set_workspace_limit(bytes); }
 
 void CudaDecoder::measure(bool on) { implementation_->decoder.device().measure(on); }
 

@@ -26,11 +26,19 @@ struct CudaAttribute {
   uint32_t stride = 0;     // bytes from one point to the next
 };
 
+// Stitched, points are those of the mesh, and there are all patches. Otherwise every patch has the points that
+// it decodes to, those on its border as well: for cluster rendering, and for some patches of many. Faces and
+// points stand patch after patch, from `first` up to `end`; indices count from the first point of all.
 struct CudaPrimitive {
   std::span<const uint8_t> container;  // on the host
   std::vector<CudaAttribute> attributes;
   void* indices = nullptr;   // on the device: three for each face of the directory
   uint32_t index_bytes = 4;  // 2 or 4
+  bool is_stitched = true;
+  uint32_t first = 0, end = 0xffffffff;  // patches, where they are not stitched; a residue is the last
+  // On the device, or null: the box of each patch, three least and three most of the first attribute's three
+  // floats.
+  float* bounds = nullptr;
 };
 
 // Decodes any number of primitives at once to memory of the device. Its own memory there grows to the largest
@@ -50,6 +58,11 @@ class CudaDecoder {
   // Waits. The first error of a stream, with its patch as the place. The other streams are right nevertheless;
   // of broken ones nothing is promised but that no index is beyond the points and nothing else was written to.
   Status finish();
+
+  // Bytes of the device that patches may take which are decoded at once, beside the compressed ones, four a
+  // point and the results. More patches wait for their turn, and come out the same. A patch that takes more is
+  // decoded all the same.
+  void set_workspace_limit(uint64_t bytes);
 
   // Milliseconds of each stage between start and finish, as the device's events measure them. Measuring is off
   // at first; each call is for what was decoded since the last.

@@ -120,6 +120,117 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   }
 }
 
+TEST(BatchDecoder, DecodesInPartsWhereMemoryIsShort) {
+  const ThreadPool pool(2);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kDescending})};
+  for (const uint64_t limit : {uint64_t{1}, uint64_t{400'000}}) {
+    decoder.set_workspace_limit(limit);
+    for (const PatchedSample& sample : patched_samples(pool)) {
+      const Expected<Mesh> expected =
+          cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+      const Expected<Mesh> decoded = decode_to_host(decoder, sample.encoded.container, sample.requests);
+      ASSERT_TRUE(decoded) << sample.name << ": " << decoded.status().to_string();
+      EXPECT_TRUE(same_bits(*decoded, *expected)) << sample.name;
+    }
+  }
+}
+
+// Patches [1, 4) of each mesh as they are, one after the other.
+TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
+  const ThreadPool pool(2);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 5})};
+  size_t count = 0;
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    const Expected<Container> container = parse_container(sample.encoded.container);
+    ASSERT_TRUE(container);
+    constexpr uint32_t kFirst = 1;
+    const uint32_t end = std::min<uint32_t>(4, static_cast<uint32_t>(container->entries.size()));
+    std::vector<Mesh> expected;
+    size_t faces = 0, points = 0;
+    for (uint32_t i = kFirst; i < end; ++i) {
+      Expected<Mesh> patch = draco_backend().decode_stream(container->streams[i], sample.requests);
+      ASSERT_TRUE(patch);
+      patch->faces.resize(container->entries[i].face_count);  // a residue may have more
+      faces += patch->faces.size();
+      points += patch->point_count;
+      expected.push_back(std::move(*patch));
+    }
+    std::vector<uint32_t> indices(3 * faces);
+    std::vector<float> bounds(6 * expected.size());
+    std::vector<std::vector<uint8_t>> values;
+    BatchPrimitive primitive{sample.encoded.container, &*container, {}, indices.data(), 4, false, kFirst, 4};
+    for (const AttributeRequest& request : sample.requests) {
+      const auto stride =
+          static_cast<uint32_t>(component_bytes(request.component_type)) * request.component_count;
+      values.emplace_back(points * stride);
+      primitive.targets.push_back({request.unique_id, stored_type(request.component_type),
+                                   request.component_count, values.back().data(), stride});
+    }
+    const bool has_bounds = sample.requests[0].component_type == ComponentType::kFloat32;
+    if (has_bounds) primitive.bounds = bounds.data();
+    Status status = decoder.start({&primitive, 1});
+    ASSERT_TRUE(status.ok()) << status.to_string();
+    status = decoder.finish();
+    ASSERT_TRUE(status.ok()) << status.to_string();
+    size_t first_face = 0, first_point = 0;
+    for (size_t n = 0; n < expected.size(); ++n) {
+      const Mesh& patch = expected[n];
+      for (size_t i = 0; i < 3 * patch.faces.size(); ++i)
+        ASSERT_EQ(indices[3 * first_face + i], first_point + patch.faces[i / 3][i % 3]);
+      for (size_t k = 0; k < values.size(); ++k) {
+        const size_t stride = patch.attributes[k].stride();
+        ASSERT_EQ(std::memcmp(values[k].data() + first_point * stride, patch.attributes[k].values.data(),
+                              patch.attributes[k].values.size()),
+                  0);
+      }
+      for (size_t k = 0; has_bounds && k < 3; ++k) {
+        std::vector<float> along;
+        for (size_t point = 0; point < patch.point_count; ++point) {
+          float value;
+          std::memcpy(&value, values[0].data() + 12 * (first_point + point) + 4 * k, sizeof value);
+          along.push_back(value);
+        }
+        EXPECT_EQ(bounds[6 * n + k], *std::min_element(along.begin(), along.end()));
+        EXPECT_EQ(bounds[6 * n + 3 + k], *std::max_element(along.begin(), along.end()));
+      }
+      first_face += patch.faces.size();
+      first_point += patch.point_count;
+      ++count;
+    }
+  }
+  EXPECT_GT(count, 50u);
+}
+
+TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
+  const ThreadPool pool(2);
+  const PatchedSample sample = patched_samples(pool).front();
+  const Expected<Container> container = parse_container(sample.encoded.container);
+  ASSERT_TRUE(container);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  Outputs outputs;
+  const BatchPrimitive good = batch_primitive(sample.encoded.container, *container, sample.requests, outputs);
+  const auto refused = [&](auto change) {
+    BatchPrimitive bad = good;
+    change(bad);
+    return decoder.start({&bad, 1}).code();
+  };
+  float bounds[6];
+  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.index_bytes = 3; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.first = 1; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.end = 1; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.is_stitched = false, bad.first = 3, bad.end = 2; }),
+            StatusCode::kUsage);
+  EXPECT_EQ(refused([&](BatchPrimitive& bad) { bad.bounds = bounds, bad.targets[0].components = 2; }),
+            StatusCode::kUsage);
+  BatchPrimitive wrong = good;
+  wrong.targets[0].type = core::DataType::kInt16;
+  ASSERT_TRUE(decoder.start({&wrong, 1}).ok());
+  EXPECT_EQ(decoder.finish().code(), StatusCode::kUnsupported);
+  ASSERT_TRUE(decoder.start({&good, 1}).ok());
+  EXPECT_TRUE(decoder.finish().ok());
+}
+
 // The patch that is broken is named; what the others own comes out right, and no index is out of range.
 TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
   const ThreadPool pool(2);
