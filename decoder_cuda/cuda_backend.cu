@@ -55,7 +55,9 @@ Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
   containers.reserve(primitives.size());
   std::vector<BatchPrimitive> batch;
   for (const CudaPrimitive& primitive : primitives) {
-    Expected<Container> container = parse_container(primitive.container);
+    Expected<Container> container = primitive.stream_points > 0
+                                        ? container_of_stream(primitive.container, primitive.stream_points)
+                                        : parse_container(primitive.container);
     if (!container) return container.status();
     containers.push_back(std::move(*container));
     batch.push_back({primitive.container,

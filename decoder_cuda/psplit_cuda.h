@@ -29,6 +29,8 @@ struct CudaAttribute {
 // Stitched, points are those of the mesh, and there are all patches. Otherwise every patch has the points that
 // it decodes to, those on its border as well: for cluster rendering, and for some patches of many. Faces and
 // points stand patch after patch, from `first` up to `end`; indices count from the first point of all.
+//
+// A stock Draco stream is a container of one patch, if its number of points is given.
 struct CudaPrimitive {
   std::span<const uint8_t> container;  // on the host
   std::vector<CudaAttribute> attributes;
@@ -39,6 +41,7 @@ struct CudaPrimitive {
   // On the device, or null: the box of each patch, three least and three most of the first attribute's three
   // floats.
   float* bounds = nullptr;
+  uint32_t stream_points = 0;  // of a stock Draco stream; 0 for a container
 };
 
 // Decodes any number of primitives at once to memory of the device. Its own memory there grows to the largest

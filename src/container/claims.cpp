@@ -29,6 +29,18 @@ Status differs_from_directory(const char* what, uint32_t stream, uint32_t direct
                        std::to_string(directory));
 }
 
+Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t point_count) {
+  const Expected<core::StreamHeader> header = read_stream_header(stream);
+  if (!header) return header.status();
+  Container container;
+  container.entries = {{static_cast<uint32_t>(stream.size()), header->counts.face_count, point_count, 0, 0}};
+  container.stitch = {{}};
+  container.streams = {stream};
+  container.owned_base = {0, point_count};
+  container.face_base = {0, header->counts.face_count};
+  return container;
+}
+
 Status check_claims(const Container& container) {
   for (uint32_t i = 0; i < container.entries.size(); ++i) {
     const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);

@@ -17,6 +17,9 @@ Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream)
 // The directory against the streams' own headers, and both against the number of bytes. Errors name the patch.
 Status check_claims(const Container& container);
 
+// A Draco stream of so many points, as the only patch of a container. Errors: those of read_stream_header.
+Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t point_count);
+
 Status differs_from_directory(const char* what, uint32_t stream, uint32_t directory);
 
 }  // namespace psplit

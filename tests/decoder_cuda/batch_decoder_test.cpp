@@ -202,6 +202,43 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   EXPECT_GT(count, 50u);
 }
 
+// Streams for themselves, all of all meshes in one batch, as stock Draco has them.
+TEST(BatchDecoder, TakesStockStreams) {
+  const ThreadPool pool(2);
+  const std::vector<PatchedSample> samples = patched_samples(pool);
+  std::vector<Container> containers, streams;
+  std::vector<size_t> sample_of_stream;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    containers.push_back(*parse_container(samples[i].encoded.container));
+    for (size_t n = 0; n < containers.back().streams.size(); ++n) {
+      Expected<Container> stream =
+          container_of_stream(containers.back().streams[n], containers.back().entries[n].point_count);
+      ASSERT_TRUE(stream);
+      streams.push_back(std::move(*stream));
+      sample_of_stream.push_back(i);
+    }
+  }
+  std::vector<Outputs> outputs(streams.size());
+  std::vector<BatchPrimitive> primitives;
+  for (size_t n = 0; n < streams.size(); ++n)
+    primitives.push_back(
+        batch_primitive(streams[n].streams[0], streams[n], samples[sample_of_stream[n]].requests, outputs[n]));
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  ASSERT_TRUE(decoder.start(primitives).ok());
+  const Status status = decoder.finish();
+  ASSERT_TRUE(status.ok()) << status.to_string();
+  for (size_t n = 0; n < streams.size(); ++n) {
+    const PatchedSample& sample = samples[sample_of_stream[n]];
+    const Expected<Mesh> expected = draco_backend().decode_stream(streams[n].streams[0], sample.requests);
+    ASSERT_TRUE(expected);
+    EXPECT_EQ(std::memcmp(outputs[n].indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
+    for (size_t k = 0; k < sample.requests.size(); ++k) {
+      const Array<std::byte>& values = expected->attributes[k].values;
+      EXPECT_EQ(std::memcmp(outputs[n].values[k].data(), values.data(), values.size()), 0) << sample.name;
+    }
+  }
+}
+
 TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
   const ThreadPool pool(2);
   const PatchedSample sample = patched_samples(pool).front();
