@@ -1,7 +1,7 @@
 // Decoding many streams at once on a device: what it is told, what it keeps, and what its threads and warps do.
 //
 // Nothing here is CUDA. A launcher calls the bodies, for each item once, with one thread or with the lanes of a
-// warp: launch.cuh does on a device, and an emulation of it in the tests.
+// warp: cuda_device.cuh does on a device, and an emulation of it in the tests.
 //
 //   BeginStreams    a thread a stream    header, connectivity, what comes before the first stop
 //   TakeRuns        a thread a run       the long chains of steps: seams, symbols, traversals, predictions
@@ -219,7 +219,7 @@ struct FinishStreams {
     }
     const uint32_t total = primitive.point_count;
     const core::Fault fault =
-        core::number_points(lanes, set.row(task), core::View<const Index>(state.border), state.numbers);
+        core::number_mesh_points(lanes, set.row(task), core::View<const Index>(state.border), state.numbers);
     if (fault != core::Fault::kNone) return fault;
     core::for_each_lane_item(lanes, static_cast<uint32_t>(walk.size()), [&](uint32_t at) {
       const uint32_t number = state.numbers[state.border[at]];
@@ -235,18 +235,22 @@ struct WriteStreams {
 
   template <core::Lanes L>
   PSPLIT_HD void operator()(L lanes, uint32_t i) const {
-    if (set.fault(i) != core::Fault::kNone) return;
     const StreamTask& task = set.task(i);
     StreamState<Index>& state = set.states[i];
     const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
+    // Faces of broken streams may be drawn by mistake.
+    const auto write_nothing = [&] {
+      if (primitive.point_count > 0) write_indices(lanes, task, primitive, [](uint32_t) { return 0u; });
+    };
+    if (set.fault(i) != core::Fault::kNone) return write_nothing();
     const core::Fault fault = primitive.is_stitched ? resolve(lanes, task, state) : core::Fault::kNone;
     if (lanes.rank() == 0) set.batch.stitch_faults[set.streams[i]] = fault;
-    if (fault != core::Fault::kNone) return;
+    if (fault != core::Fault::kNone) return write_nothing();
     const uint32_t total = primitive.point_count;
-    if (primitive.index_bytes == 2)
-      write_indices(lanes, task, state, total, static_cast<uint16_t*>(primitive.indices));
-    else
-      write_indices(lanes, task, state, total, static_cast<uint32_t*>(primitive.indices));
+    write_indices(lanes, task, primitive, [&](uint32_t at) {
+      const uint32_t number = state.numbers[state.patch.point_at[4 * (at / 3) + at % 3]];
+      return number < total ? number : state.references[number - total];
+    });
     for (uint32_t t = 0; t < primitive.target_count; ++t) {
       const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
       // Owners write; every copy holds the same bits.
@@ -262,14 +266,19 @@ struct WriteStreams {
   }
 
  private:
-  template <core::Lanes L, typename Out>
-  PSPLIT_HD void write_indices(L lanes, const StreamTask& task, const StreamState<Index>& state, uint32_t total,
-                               Out* indices) const {
-    Out* const out = indices + size_t{3} * task.face_base;
-    core::for_each_lane_item(lanes, 3 * task.face_count, [&](uint32_t at) {
-      const uint32_t number = state.numbers[state.patch.point_at[4 * (at / 3) + at % 3]];
-      out[at] = static_cast<Out>(number < total ? number : state.references[number - total]);
-    });
+  // point_at(n) is that of the stream's n-th corner, three a face.
+  template <core::Lanes L, typename PointAt>
+  PSPLIT_HD static void write_indices(L lanes, const StreamTask& task, const PrimitiveTask& primitive,
+                                      PointAt point_at) {
+    const auto write = [&]<typename Out>(Out* indices) {
+      Out* const out = indices + size_t{3} * task.face_base;
+      core::for_each_lane_item(lanes, 3 * task.face_count,
+                               [&](uint32_t at) { out[at] = static_cast<Out>(point_at(at)); });
+    };
+    if (primitive.index_bytes == 2)
+      write(static_cast<uint16_t*>(primitive.indices));
+    else
+      write(static_cast<uint32_t*>(primitive.indices));
   }
 
   // Of what was just written.
@@ -282,6 +291,7 @@ struct WriteStreams {
       core::for_each_lane_item(lanes, task.owned_end - task.owned_base, [&](uint32_t point) {
         float value;
         __builtin_memcpy(&value, target.values + size_t{task.owned_base + point} * target.stride + 4 * k, 4);
+        if (!(value == value)) return;  // no number
         low = !any || value < low ? value : low;
         high = !any || value > high ? value : high;
         any = true;

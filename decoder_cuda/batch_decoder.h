@@ -13,7 +13,6 @@
 #pragma once
 
 #include <algorithm>
-#include <numeric>
 #include <span>
 #include <vector>
 
@@ -80,34 +79,41 @@ class BatchDecoder {
   Device& device() { return device_; }
 
   // How much memory of the device streams may take that are decoded at once; beside that there are the
-  // compressed bytes, four bytes a point and what results take. Streams wait for their turn, results are the
-  // same. A stream that takes more on its own is decoded all the same.
+  // compressed bytes, four bytes a point, four kilobytes a stream and what results take. Streams wait for their
+  // turn, results are the same. A stream that takes more on its own is decoded all the same.
   void set_workspace_limit(uint64_t bytes) { workspace_limit_ = bytes; }
 
-  // Plans and launches; the containers' bytes are no longer needed afterwards. Errors: kInvalidInput for
-  // streams whose headers are broken, kRuntimeFailure where the device fails.
+  // Plans and launches; the containers' bytes are no longer needed afterwards. Their claims are checked
+  // (check_claims). Errors: kUsage for what cannot be asked for, kInvalidInput and kUnsupported for containers
+  // and streams, with the primitive of the batch and the patch as the place, kRuntimeFailure where the device
+  // fails.
   Status start(std::span<const BatchPrimitive> primitives) {
-    if (Status status = plan(primitives); !status.ok()) return status;
-    device_.mark("upload");
-    if (Status status = send(); !status.ok()) return status;
-    for (const Part& part : parts_)
-      if (Status status = launch(part); !status.ok()) return status;
-    faults_.resize(2 * streams_.size());
-    device_.mark("faults");
-    if (Status status = device_.download(faults_.data(), device_faults_.data(), faults_.size()); !status.ok())
-      return status;
-    device_.mark("");
-    return {};
+    Status status = plan(primitives);
+    if (status.ok()) status = send();
+    if (status.ok()) status = launch();
+    if (!status.ok()) streams_.clear();
+    return status;
   }
 
-  // Waits until all is written. The first fault, with its primitive of the batch and its patch as the place;
-  // what other patches decoded to is right all the same. Of a patch with a fault, and of faces that share a
-  // point with it, nothing is promised but that indices are below the number of points.
+  // Waits until all is written. The first fault, with its place like start. What other streams decoded to is
+  // right all the same, but for faces that share a point with the broken one; indices are below the number of
+  // points in any case.
   Status finish() {
-    if (Status status = device_.wait(); !status.ok()) return status;
+    for (;;) {
+      faults_.resize(2 * streams_.size());
+      device_.mark("faults");
+      if (Status status = device_.download(faults_.data(), device_faults_.data(), faults_.size()); !status.ok())
+        return status;
+      device_.mark("");
+      if (Status status = device_.wait(); !status.ok()) return status;
+      if (!enlarge()) break;
+      if (Status status = send(); !status.ok()) return status;
+      if (Status status = launch(); !status.ok()) return status;
+    }
     for (size_t i = 0; i < streams_.size(); ++i) {
       const core::Fault fault = faults_[i] != core::Fault::kNone ? faults_[i] : faults_[streams_.size() + i];
-      if (fault != core::Fault::kNone) return status_of(fault).at({.patch = streams_[i].number});
+      if (fault != core::Fault::kNone)
+        return status_of(fault).at({.primitive = streams_[i].primitive, .patch = streams_[i].number});
     }
     return {};
   }
@@ -129,6 +135,11 @@ class BatchDecoder {
     size_t first_narrow = 0, narrow_end = 0, first_wide = 0, wide_end = 0;
   };
 
+  Status launch() {
+    for (const Part& part : parts_)
+      if (Status status = launch(part); !status.ok()) return status;
+    return {};
+  }
   Status launch(const Part& part) {
     const auto narrow = narrow_.part(batch_, part.first_narrow, part.narrow_end);
     const auto wide = wide_.part(batch_, part.first_wide, part.wide_end);
@@ -142,27 +153,67 @@ class BatchDecoder {
     primitives_.clear();
     targets_.clear();
     streams_.clear();
+    is_wide_.clear();
     compressed_.clear();
+    narrow_.launches = wide_.launches = {};
+    walk_points_ = 0;
+    for (const BatchPrimitive& primitive : primitives) {
+      Status status = plan(primitive);
+      if (!status.ok()) return std::move(status).at({.primitive = static_cast<int64_t>(primitives_.size())});
+    }
+    return {};
+  }
+
+  // Gives streams their memory, part after part: of the order of the streams, since references go back only.
+  void arrange() {
+    constexpr size_t kMostStreams = size_t{1} << 20;  // threads have 32-bit numbers
+    // Whatever streams claim, their bytes must justify it.
+    const uint64_t limit = std::min(workspace_limit_, core::justified_bytes(compressed_.size()));
     narrow_.streams.clear();
     wide_.streams.clear();
-    narrow_.launches = wide_.launches = {};
     parts_ = {Part()};
-    part_bytes_ = workspace_bytes_ = walk_points_ = 0;
-    for (const BatchPrimitive& primitive : primitives)
-      if (Status status = plan(primitive); !status.ok()) return status;
+    uint64_t used = 0;
+    workspace_bytes_ = 0;
+    for (uint32_t i = 0; i < streams_.size(); ++i) {
+      StreamTask& task = streams_[i];
+      const uint64_t bytes = (task.workspace_bytes + 255) / 256 * 256;
+      const Part last = parts_.back();
+      const size_t count = last.narrow_end - last.first_narrow + last.wide_end - last.first_wide;
+      if (count > 0 && (used + bytes > limit || count == kMostStreams)) {
+        parts_.push_back({last.narrow_end, last.narrow_end, last.wide_end, last.wide_end});
+        used = 0;
+      }
+      task.workspace_at = used;
+      used += bytes;
+      workspace_bytes_ = std::max(workspace_bytes_, used);
+      (is_wide_[i] ? wide_.streams : narrow_.streams).push_back(i);
+      parts_.back().narrow_end = narrow_.streams.size();
+      parts_.back().wide_end = wide_.streams.size();
+    }
     // Threads of a warp wait for the longest.
-    const auto by_size = [&](uint32_t a, uint32_t b) {
-      return streams_[a].face_count > streams_[b].face_count;
-    };
     const auto sort = [&](std::vector<uint32_t>& streams, size_t first, size_t end) {
       std::stable_sort(streams.begin() + static_cast<ptrdiff_t>(first),
-                       streams.begin() + static_cast<ptrdiff_t>(end), by_size);
+                       streams.begin() + static_cast<ptrdiff_t>(end),
+                       [&](uint32_t a, uint32_t b) { return streams_[a].face_count > streams_[b].face_count; });
     };
     for (const Part& part : parts_) {
       sort(narrow_.streams, part.first_narrow, part.narrow_end);
       sort(wide_.streams, part.first_wide, part.wide_end);
     }
-    return {};
+  }
+
+  // More memory for streams that had too little: they have attributes that nobody asked for. Whether there are
+  // any that may have more.
+  bool enlarge() {
+    bool any = false;
+    for (size_t i = 0; i < streams_.size(); ++i) {
+      StreamTask& task = streams_[i];
+      const uint64_t most = core::justified_bytes(task.stream_bytes);
+      if (faults_[i] != core::Fault::kWorkspace || task.workspace_bytes == most) continue;
+      task.workspace_bytes = std::min(4 * task.workspace_bytes, most);
+      any = true;
+    }
+    return any;
   }
 
   Status plan(const BatchPrimitive& primitive) {
@@ -181,14 +232,24 @@ class BatchDecoder {
       return Status(StatusCode::kUsage, "indices take 2 or 4 bytes");
     if (points > (primitive.index_bytes == 2 ? 0xffffu : 0xfffffffeu))
       return Status(StatusCode::kUsage, "the indices do not tell so many points apart");
+    for (const AttributeTarget& target : primitive.targets)
+      if (target.stride < core::data_type_bytes(target.type) * target.components)
+        return Status(StatusCode::kUsage, "values of an attribute that overlap");
+    if (primitive.bounds != nullptr && primitive.is_stitched)
+      return Status(StatusCode::kUsage, "patches that are stitched do not have all their points");
     if (primitive.bounds != nullptr &&
         (primitive.targets.empty() || primitive.targets[0].type != core::DataType::kFloat32 ||
          primitive.targets[0].components != 3))
       return Status(StatusCode::kUsage, "bounds are those of a first attribute of three floats");
     const auto number = static_cast<uint32_t>(primitives_.size());
-    primitives_.push_back({static_cast<uint32_t>(streams_.size()), static_cast<uint32_t>(targets_.size()),
-                           static_cast<uint32_t>(primitive.targets.size()), static_cast<uint32_t>(points),
-                           primitive.is_stitched, primitive.indices, primitive.index_bytes, primitive.bounds});
+    primitives_.push_back({.first_stream = static_cast<uint32_t>(streams_.size()),
+                           .first_target = static_cast<uint32_t>(targets_.size()),
+                           .target_count = static_cast<uint32_t>(primitive.targets.size()),
+                           .point_count = static_cast<uint32_t>(points),
+                           .is_stitched = primitive.is_stitched,
+                           .indices = primitive.indices,
+                           .index_bytes = primitive.index_bytes,
+                           .bounds = primitive.bounds});
     targets_.insert(targets_.end(), primitive.targets.begin(), primitive.targets.end());
     core::ValueCounts values{0, static_cast<uint32_t>(primitive.targets.size()), 0};
     for (const AttributeTarget& target : primitive.targets) values.components += target.components;
@@ -223,20 +284,21 @@ class BatchDecoder {
       const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
       if (!header) return header.status().at({.patch = i});
       values.points = entry.point_count;
-      const auto place = static_cast<uint32_t>(streams_.size());
-      if (header->fits_16_bits())
-        add(narrow_, place, *header, values, task);
+      is_wide_.push_back(!header->fits_16_bits());
+      if (is_wide_.back())
+        foresee<uint32_t>(wide_.launches, *header, values, task);
       else
-        add(wide_, place, *header, values, task);
+        foresee<uint16_t>(narrow_.launches, *header, values, task);
       streams_.push_back(task);
     }
     return {};
   }
 
+  // The memory that a stream needs, and how often it stops.
   template <typename Index>
-  void add(Width<Index>& width, uint32_t place, const core::StreamHeader& header, core::ValueCounts values,
-           StreamTask& task) {
-    // Streams may have attributes that nobody asked for: they nearly always have a table of their own.
+  static void foresee(LaunchPlan& launches, const core::StreamHeader& header, core::ValueCounts values,
+                      StreamTask& task) {
+    // Streams may have attributes that nobody asked for: most have a table of their own.
     const uint32_t others = header.attribute_data_count >= values.attributes
                                 ? header.attribute_data_count + 1 - values.attributes
                                 : 0;
@@ -245,28 +307,17 @@ class BatchDecoder {
     const uint64_t needed =
         core::workspace_bytes<Index>(header, task.stream_bytes, values) + numbering_bytes(task);
     task.workspace_bytes = std::min(needed, core::justified_bytes(task.stream_bytes));
-    const uint64_t rounded = (task.workspace_bytes + 255) / 256 * 256;
-    if (part_bytes_ > 0 && part_bytes_ + rounded > workspace_limit_) {
-      const Part& full = parts_.back();
-      parts_.push_back({full.narrow_end, full.narrow_end, full.wide_end, full.wide_end});
-      part_bytes_ = 0;
-    }
-    task.workspace_at = part_bytes_;
-    part_bytes_ += rounded;
-    workspace_bytes_ = std::max(workspace_bytes_, part_bytes_);
-    LaunchPlan& launches = width.launches;
     const uint32_t lists = header.valence ? core::ValenceSymbols<Index>::kLists : 0;
     launches.runs = std::max({launches.runs, 2 * values.attributes, header.attribute_data_count, lists});
     // Tagged symbols stop once more each.
     launches.rounds =
         std::max(launches.rounds,
                  2 + values.attributes + (header.attribute_data_count > 0 ? 1 : 0) + (header.valence ? 1 : 0));
-    width.streams.push_back(place);
-    parts_.back().narrow_end = narrow_.streams.size();
-    parts_.back().wide_end = wide_.streams.size();
   }
 
   Status send() {
+    arrange();
+    device_.mark("upload");
     const size_t count = streams_.size();
     for (Status status : {device_.upload(device_compressed_, std::span<const uint8_t>(compressed_)),
                           device_.upload(device_primitives_, std::span<const PrimitiveTask>(primitives_)),
@@ -296,11 +347,12 @@ class BatchDecoder {
   std::vector<PrimitiveTask> primitives_;
   std::vector<AttributeTarget> targets_;
   std::vector<StreamTask> streams_;
+  std::vector<bool> is_wide_;  // by stream
   std::vector<uint8_t> compressed_;
   std::vector<core::Fault> faults_;  // of decoding, then of stitching
   std::vector<Part> parts_;
   uint64_t workspace_limit_ = ~uint64_t{0};
-  uint64_t part_bytes_ = 0, workspace_bytes_ = 0, walk_points_ = 0;
+  uint64_t workspace_bytes_ = 0, walk_points_ = 0;
   Batch batch_;
   Width<uint16_t> narrow_;
   Width<uint32_t> wide_;
@@ -352,7 +404,8 @@ Expected<Mesh> decode_to_host(BatchDecoder<Device>& decoder, std::span<const uin
   primitive.indices = indices;
   for (size_t i = 0; i < requests.size(); ++i) primitive.targets[i].values = out.data() + offsets[i];
   if (Status status = decoder.start({&primitive, 1}); !status.ok()) return status;
-  if (Status status = decoder.finish(); !status.ok()) return status;
+  if (const Status status = decoder.finish(); !status.ok())
+    return Status(status.code(), status.message(), {.patch = status.place().patch});
 
   mesh.faces.resize(container->face_count());
   Device& device = decoder.device();

@@ -13,9 +13,18 @@ extern template Status launch_decoding<uint32_t>(CudaDevice&, const StreamSet<ui
 extern template Status launch_writing<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
 extern template Status launch_writing<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 
+namespace {
+
+__global__ void probe() {}
+
+}  // namespace
+
 bool cuda_available(std::string* why) {
   int device_count = 0;
-  const cudaError_t error = cudaGetDeviceCount(&device_count);
+  cudaError_t error = cudaGetDeviceCount(&device_count);
+  // There may be no code for it in this build.
+  cudaFuncAttributes attributes;
+  if (error == cudaSuccess && device_count > 0) error = cudaFuncGetAttributes(&attributes, probe);
   // The error also stays behind as the runtime's last one, where the next caller would take it for its own.
   if (error != cudaSuccess) (void)cudaGetLastError();
   const bool available = error == cudaSuccess && device_count > 0;
@@ -60,15 +69,15 @@ Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
                                         : parse_container(primitive.container);
     if (!container) return container.status();
     containers.push_back(std::move(*container));
-    batch.push_back({primitive.container,
-                     &containers.back(),
-                     {},
-                     primitive.indices,
-                     primitive.index_bytes,
-                     primitive.is_stitched,
-                     primitive.first,
-                     primitive.end,
-                     primitive.bounds});
+    batch.push_back({.bytes = primitive.container,
+                     .container = &containers.back(),
+                     .targets = {},
+                     .indices = primitive.indices,
+                     .index_bytes = primitive.index_bytes,
+                     .is_stitched = primitive.is_stitched,
+                     .first = primitive.first,
+                     .end = primitive.end,
+                     .bounds = primitive.bounds});
     for (const CudaAttribute& attribute : primitive.attributes)
       batch.back().targets.push_back({attribute.unique_id, stored_type(attribute.component_type),
                                       attribute.component_count, static_cast<uint8_t*>(attribute.values),
@@ -86,6 +95,7 @@ void CudaDecoder::measure(bool on) { implementation_->decoder.device().measure(o
 std::vector<std::pair<std::string, double>> CudaDecoder::take_times() {
   std::vector<std::pair<std::string, double>> times;
   for (const auto& [stage, ms] : implementation_->decoder.device().take_times()) {
+    if (*stage == 0) continue;  // between batches
     const auto same =
         std::find_if(times.begin(), times.end(), [&](const auto& time) { return time.first == stage; });
     if (same == times.end())

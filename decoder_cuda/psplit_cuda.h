@@ -38,14 +38,15 @@ struct CudaPrimitive {
   uint32_t index_bytes = 4;  // 2 or 4
   bool is_stitched = true;
   uint32_t first = 0, end = 0xffffffff;  // patches, where they are not stitched; a residue is the last
-  // On the device, or null: the box of each patch, three least and three most of the first attribute's three
-  // floats.
+  // On the device, or null; for patches that are not stitched. The box of each, three least and three most of
+  // the first attribute's three floats.
   float* bounds = nullptr;
   uint32_t stream_points = 0;  // of a stock Draco stream; 0 for a container
 };
 
 // Decodes any number of primitives at once to memory of the device. Its own memory there grows to the largest
-// batch, and is kept. Not safe to share between threads; a device may have several.
+// batch, and is kept. Not safe to share between threads; a device may have several. Wherever one is called the
+// device must be current for which it was created.
 class CudaDecoder {
  public:
   // For the current device. Work is in the order of `stream`, or of a stream of its own where that is null.
@@ -54,17 +55,18 @@ class CudaDecoder {
   CudaDecoder(CudaDecoder&&) noexcept;
   ~CudaDecoder();
 
-  // Starts to decode; what it is given on the host may go when it returns, once started is all that may be
-  // started until finish. Errors: kUsage for impossible indices, kInvalidInput for broken containers and
-  // headers, kUnsupported for versions of them that are not known, kRuntimeFailure where CUDA fails.
+  // Starts to decode, of which finish is the end. What it is given on the host may go when it returns. Errors:
+  // kUsage for what cannot be asked for, kInvalidInput for broken containers and headers, kUnsupported for
+  // versions of them that are not known, kRuntimeFailure where CUDA fails.
   Status start(std::span<const CudaPrimitive> primitives);
-  // Waits. The first error of a stream, with its patch as the place. The other streams are right nevertheless;
-  // of broken ones nothing is promised but that no index is beyond the points and nothing else was written to.
+  // Waits. The first error of a stream, with its place. Others are right nevertheless, but for faces that share
+  // a point with a broken patch; of broken ones nothing is promised but that indices are below the number of
+  // points, and that nothing else was written to.
   Status finish();
 
   // Bytes of the device that patches may take which are decoded at once, beside the compressed ones, four a
-  // point and the results. More patches wait for their turn, and come out the same. A patch that takes more is
-  // decoded all the same.
+  // point, four thousand a patch, and the results. More patches wait for their turn, and come out the same. A
+  // patch that takes more is decoded all the same.
   void set_workspace_limit(uint64_t bytes);
 
   // Milliseconds of each stage between start and finish, as the device's events measure them. Measuring is off
@@ -78,10 +80,10 @@ class CudaDecoder {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// All patches at once on the current device. Safe to call from several threads, which wait for each other;
-// memory of the device is kept for the next mesh. Attributes must be asked for in the types that they were
-// encoded in. Errors: kUnsupported without a device, and for whole Draco streams; kRuntimeFailure where the
-// device fails.
+// All patches at once, on the device that is current when it is first used. Safe to call from several threads,
+// which wait for each other; memory of the device is kept for the next mesh. Attributes must be asked for in
+// the types that they were encoded in. Errors: kUnsupported without a device, and for whole Draco streams;
+// kRuntimeFailure where the device fails.
 DecodeBackend cuda_backend();
 
 }  // namespace psplit

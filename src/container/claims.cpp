@@ -32,6 +32,7 @@ Status differs_from_directory(const char* what, uint32_t stream, uint32_t direct
 Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t point_count) {
   const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
+  if (stream.size() > 0xffffffffu) return unsupported("Draco stream: of more than 4 GiB");
   Container container;
   container.entries = {{static_cast<uint32_t>(stream.size()), header->counts.face_count, point_count, 0, 0}};
   container.stitch = {{}};
@@ -42,17 +43,24 @@ Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_
 }
 
 Status check_claims(const Container& container) {
+  uint64_t elements = container.face_count();
   for (uint32_t i = 0; i < container.entries.size(); ++i) {
     const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
     if (!header) return header.status().at({.patch = i});
-    const uint32_t faces = header->counts.face_count, claimed = container.entries[i].face_count;
+    const StreamEntry& entry = container.entries[i];
+    const uint32_t faces = header->counts.face_count, claimed = entry.face_count;
     // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
     if (i < container.patch_count() ? faces != claimed : faces < claimed)
       return differs_from_directory("faces", faces, claimed).at({.patch = i});
+    // Of other streams the number of points shows when they are decoded.
+    if (!header->edgebreaker && header->point_count != entry.point_count)
+      return differs_from_directory("points", header->point_count, entry.point_count).at({.patch = i});
+    if (entry.point_count > uint64_t{3} * faces && header->edgebreaker)
+      return invalid_input("more points than its faces have corners", {.patch = i});
+    elements += entry.point_count;
   }
   if (uint64_t{container.point_count()} + container.reference_count() > 0xffffffffu)
     return unsupported("more points than 32-bit numbers can tell apart");
-  const uint64_t elements = uint64_t{container.face_count()} + container.point_count();
   return elements * 16 > core::justified_bytes(container.stream_bytes()) ? status_of(Fault::kWorkspace)
                                                                          : Status();
 }

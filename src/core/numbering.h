@@ -1,7 +1,7 @@
 // From the decoded points of a container's streams to the points of the mesh. docs/format.md, "numbering" and
 // "stitch map"; src/container/stitch.h has the definition for whole containers.
 //
-//   number_points        of each stream: its own points, and which are references
+//   number_mesh_points   of each stream: its own points, and which are references
 //   resolve_references   when all are numbered: the points that references stand for
 #pragma once
 
@@ -89,7 +89,8 @@ class StitchReader {
 // numbers[point] becomes the mesh's number of each point that the stream owns; of the n-th reference of its
 // stitch map, first_reference + n. `walk` has the points of its border. Collective.
 template <Lanes L, typename Index>
-PSPLIT_HD Fault number_points(L lanes, const StitchRow& row, View<const Index> walk, View<uint32_t> numbers) {
+PSPLIT_HD Fault number_mesh_points(L lanes, const StitchRow& row, View<const Index> walk,
+                                   View<uint32_t> numbers) {
   fill(lanes, numbers, kNoPoint);
   StitchReader reader(row);
   uint32_t reference = row.first_reference;
@@ -131,10 +132,10 @@ PSPLIT_HD Fault number_points(L lanes, const StitchRow& row, View<const Index> w
   return Fault::kNone;
 }
 
-// resolved[n] becomes the mesh's number of the n-th reference of a row that number_points took. All streams up
-// to this one are numbered: walk_of(stream, place) is the mesh's number of the point at a place of its walk,
-// kNoPoint where that is a reference or there is none; owned_of(stream, rank) of the rank-th point that it
-// owns, or kNoPoint. Collective.
+// resolved[n] becomes the mesh's number of the n-th reference of a row that number_mesh_points took. All
+// streams up to this one are numbered: walk_of(stream, place) is the mesh's number of the point at a place of
+// its walk, kNoPoint where that is a reference or there is none; owned_of(stream, rank) of the rank-th point
+// that it owns, or kNoPoint. Collective.
 template <Lanes L, typename WalkOf, typename OwnedOf>
 PSPLIT_HD Fault resolve_references(L lanes, const StitchRow& row, WalkOf walk_of, OwnedOf owned_of,
                                    View<uint32_t> resolved) {

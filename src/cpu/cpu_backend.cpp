@@ -45,9 +45,10 @@ Status with_decoded(std::span<const uint8_t> stream, uint32_t points,
                     std::span<const AttributeRequest> requests, Scratch& scratch, Use use) {
   const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
+  const uint64_t most = core::justified_bytes(stream.size());
   const auto decode = [&]<typename Index>(core::Patch<Index>& patch) -> Status {
     for (size_t size = likely_size<Index>(*header, stream, points, requests);;
-         size = 2 * scratch.lanes[0].size) {
+         size = static_cast<size_t>(std::min<uint64_t>(2 * scratch.lanes[0].size, most))) {
       Arena arena = scratch.lanes[0].arena(size);
       patch = {};
       const Fault fault = core::decode_patch<Index>(*header, arena, patch);
@@ -57,7 +58,7 @@ Status with_decoded(std::span<const uint8_t> stream, uint32_t points,
       } else if (fault != Fault::kWorkspace) {
         return status_of(fault);
       }
-      if (scratch.lanes[0].size > core::justified_bytes(stream.size())) return status_of(Fault::kWorkspace);
+      if (scratch.lanes[0].size >= most) return status_of(Fault::kWorkspace);
     }
   };
   return header->fits_16_bits() ? decode(scratch.lanes[0].patch) : decode(scratch.wide);
@@ -268,8 +269,8 @@ class ContainerDecoder {
     core::View<Index> border;
     if (has_references_ && core::walk_border(patch, arena, border) == Fault::kWorkspace) return more_memory();
     numbers.resize(entry.point_count);
-    const Fault fault = core::number_points(core::SerialLanes(), row(i), core::View<const Index>(border),
-                                            core::View<uint32_t>(numbers.data(), numbers.size()));
+    const Fault fault = core::number_mesh_points(core::SerialLanes(), row(i), core::View<const Index>(border),
+                                                 core::View<uint32_t>(numbers.data(), numbers.size()));
     if (fault != Fault::kNone) return status_of(fault);
 
     const uint32_t total = mesh_.point_count;

@@ -2,6 +2,7 @@
 // the lanes of warps as the emulated warp runs them. Its memory is poisoned, so that nobody relies on zeros.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <numeric>

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "encoder/draco/draco_backend.h"
-#include "src/container/container.h"
+#include "src/container/claims.h"
 #include "src/container/stream_description.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/patched_samples.h"
@@ -118,6 +118,31 @@ TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
                 .status()
                 .code(),
             StatusCode::kInvalidInput);
+}
+
+// Points that are all references own nothing, but take memory.
+TEST(CpuBackend, RefusesResiduesThatClaimOtherPoints) {
+  const ThreadPool pool(1);
+  size_t count = 0;
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    const Expected<Container> container = parse_container(sample.encoded.container);
+    ASSERT_TRUE(container);
+    if (!container->has_residue) continue;
+    ++count;
+    std::vector<std::vector<uint8_t>> stitch, streams;
+    for (const auto& bytes : container->stitch) stitch.emplace_back(bytes.begin(), bytes.end());
+    for (const auto& bytes : container->streams) streams.emplace_back(bytes.begin(), bytes.end());
+    std::vector<StreamEntry> entries = container->entries;
+    entries.back().point_count += 0x70000000;
+    entries.back().reference_count += 0x70000000;
+    const std::vector<uint8_t> bytes = write_container(entries, true, stitch, streams);
+    const Expected<Container> claims = parse_container(bytes);
+    ASSERT_TRUE(claims) << claims.status().to_string();
+    const Status status = check_claims(*claims);
+    EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
+    EXPECT_EQ(status.place().patch, static_cast<int64_t>(entries.size()) - 1);
+  }
+  EXPECT_GT(count, 0u);
 }
 
 TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {
