@@ -482,9 +482,6 @@ PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& 
     step(SymbolSteps<false>(sequence));
 }
 
-// Runs whose steps are taken in turn: three keep a processor busy.
-inline constexpr uint32_t kWays = 3;
-
 // Takes all pending steps of decoders that are at the same stop, those of kWays runs in turn.
 template <typename Index>
 PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) {

@@ -47,6 +47,9 @@ namespace psplit::core {
 PSPLIT_HD constexpr uint32_t mask(bool condition) { return 0u - static_cast<uint32_t>(condition); }
 PSPLIT_HD constexpr uint32_t select(uint32_t if_set, uint32_t a, uint32_t b) { return b ^ ((a ^ b) & if_set); }
 
+// Runs whose steps are taken in turn: three keep a processor busy.
+inline constexpr uint32_t kWays = 3;
+
 // Takes the steps of `count` runs, those of up to kWays in turn, so that a processor works on one while it
 // waits for another. A run has running() and step(), and may have renew(): whether it goes on after running()
 // said no. Copies of type Run are stepped, whose state may live in registers, and assigned back.

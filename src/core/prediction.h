@@ -78,15 +78,19 @@ PSPLIT_HD inline Fault read_prediction_data(ByteReader& reader, uint32_t corner_
   };
   if (data.scheme == Scheme::kNone) return Fault::kNone;
   if (data.scheme == Scheme::kConstrainedMultiParallelogram) {
+    BitSteps flags[kMaxParallelograms];
+    BitSteps* runs[kMaxParallelograms];
     for (uint32_t i = 0; i < kMaxParallelograms; ++i) {
+      runs[i] = &flags[i];
       const uint32_t count = reader.varint();
       if (count > corner_limit) return Fault::kPrediction;
       if (!arena.take(data.creases[i], count)) return Fault::kWorkspace;
       if (count == 0) continue;
       RansBits bits;
       if (const Fault fault = bits.start(reader); fault != Fault::kNone) return fault;
-      for (uint32_t k = 0; k < count; ++k) data.creases[i][k] = static_cast<uint8_t>(bits.next_fast());
+      flags[i] = BitSteps(bits, data.creases[i]);
     }
+    step_all<kWays, BitSteps>(runs, kMaxParallelograms);
   }
   if (data.scheme == Scheme::kTexCoords) {
     const uint32_t count = reader.u32();

@@ -79,12 +79,14 @@ class BitSteps {
 
 // A table of symbol probabilities that add up to 1 << precision_bits, and lookup in it.
 //
-// Up to kDirectBits every number has an entry of its own, so that one load decodes a symbol. Beyond, the top
-// bits of a number say at which symbol's slot to begin a search that is nearly always over at once: a table of
-// 2^20 entries would take longer to fill than a patch to decode.
+// Up to kDirectBits every number has an entry of its own, so that one load decodes a symbol. Beyond, and for
+// few symbols, the top bits of a number say at which symbol's slot to begin a search that is nearly always over
+// at once: a table of 2^20 entries would take longer to fill than a patch to decode, and one of 2^12 longer
+// than some hundred symbols.
 class RansTable {
  public:
   static constexpr uint32_t kDirectBits = 12;  // the least precision there is
+  static constexpr uint32_t kFew = 1024, kFewBits = 8;
 
   // A symbol, its probability (of 1 << precision_bits), and the sum of the probabilities of all lower symbols.
   class Slot {
@@ -102,10 +104,12 @@ class RansTable {
     uint64_t packed_;
   };
 
-  // Reads the table. It lives in the arena until that is released.
-  PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, Arena& arena) {
+  // Reads the table for so many symbols. It lives in the arena until that is released.
+  PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, uint32_t count, Arena& arena) {
     precision_bits_ = precision_bits;
-    bucket_shift_ = precision_bits - kDirectBits;
+    is_direct_ = precision_bits == kDirectBits && count >= kFew;
+    const uint32_t bucket_bits = count < kFew ? kFewBits : kDirectBits;
+    bucket_shift_ = precision_bits - bucket_bits;
     const uint32_t symbol_count = reader.varint();
     const uint32_t total = 1u << precision_bits;
     // One byte says at most that 64 symbols do not occur.
@@ -116,7 +120,7 @@ class RansTable {
     const uint32_t most = symbol_count < total ? symbol_count : total;
     const size_t most_slots = most < reader.remaining() ? most : reader.remaining();
     if (is_direct() ? !arena.take(direct_, size_t{1} << kDirectBits)
-                    : !arena.take(buckets_, size_t{1} << kDirectBits) || !arena.take(slots_, most_slots))
+                    : !arena.take(buckets_, size_t{1} << bucket_bits) || !arena.take(slots_, most_slots))
       return Fault::kWorkspace;
     uint32_t sum = 0, slot_count = 0, filled = 0;
     for (uint32_t symbol = 0; symbol < symbol_count; ++symbol) {
@@ -148,7 +152,7 @@ class RansTable {
   }
 
   PSPLIT_HD uint32_t precision_bits() const { return precision_bits_; }
-  PSPLIT_HD bool is_direct() const { return bucket_shift_ == 0; }
+  PSPLIT_HD bool is_direct() const { return is_direct_; }
 
   // What one number of a direct table decodes to: symbol, probability and offset in it, in 32 + 16 + 16 bits.
   PSPLIT_HD uint64_t direct(uint32_t number) const { return direct_[number]; }
@@ -165,6 +169,7 @@ class RansTable {
   View<uint32_t> buckets_;
   View<Slot> slots_;
   uint32_t precision_bits_ = 0, bucket_shift_ = 0;
+  bool is_direct_ = false;
 };
 
 // A block of symbols.

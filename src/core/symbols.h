@@ -34,7 +34,7 @@ class SymbolSequence {
     if (symbol_bits == 0 || symbol_bits > kMostSymbolBits) return Fault::kEntropy;
     const uint32_t wanted = 3 * symbol_bits / 2;
     const uint32_t precision = wanted < 12 ? 12 : wanted > 20 ? 20 : wanted;
-    const Fault fault = table_.read(reader, precision, arena);
+    const Fault fault = table_.read(reader, precision, symbol_count_, arena);
     return fault == Fault::kNone ? symbols_.start(reader, table_) : fault;
   }
 
