@@ -4,7 +4,9 @@
 //   stage_benchmark [--benchmark_...]           measures
 //   stage_benchmark --write SAMPLE FILE         writes the container of a sample, for:
 //   stage_benchmark --count DECODER FILE        decodes it once: what bench/count_instructions runs
+//   stage_benchmark --peak DECODER FILE         the same, and says how many megabytes that took at most
 #include <benchmark/benchmark.h>
+#include <sys/resource.h>
 
 #include <fstream>
 #include <iterator>
@@ -306,12 +308,22 @@ PSPLIT_OWN_FUNCTION bool counted_decode(const std::string& decoder, const Sample
   return decode_with_core(input, decoder == "core_in_step", times) == Fault::kNone;
 }
 
-void count_once(const std::string& decoder, const char* path) {
+double peak_megabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+void decode_once(const std::string& decoder, const char* path, bool peak) {
   const Sample from = read_sample(path);
   Input input(from);
   const ThreadPool pool(1);
+  const double before = peak_megabytes();
   if (!counted_decode(decoder, from, input, pool)) give_up(invalid_input(decoder + " cannot decode " + path));
-  std::printf("%u\n", input.container.face_count());
+  if (peak)
+    std::printf("%.1f\n", peak_megabytes() - before);
+  else
+    std::printf("%u\n", input.container.face_count());
 }
 
 }  // namespace
@@ -320,7 +332,7 @@ void count_once(const std::string& decoder, const char* path) {
 int main(int argc, char** argv) {
   const std::string mode = argc == 4 ? argv[1] : "";
   if (mode == "--write") return psplit::write_sample(argv[2], argv[3]), 0;
-  if (mode == "--count") return psplit::count_once(argv[2], argv[3]), 0;
+  if (mode == "--count" || mode == "--peak") return psplit::decode_once(argv[2], argv[3], mode == "--peak"), 0;
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   psplit::register_all();
