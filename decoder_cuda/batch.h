@@ -17,13 +17,25 @@
 
 namespace psplit {
 
-// An attribute that is wanted, in the type that the streams store.
+// An attribute that is wanted: in the type that the streams store, or floats as places on their grid, in a type
+// of unsigned integers that is wide enough.
 struct AttributeTarget {
   uint32_t unique_id = 0;
   core::DataType type = core::DataType::kFloat32;
   uint8_t components = 0;
   uint8_t* values = nullptr;  // of the primitive's first point
   uint32_t stride = 0;        // bytes from one point to the next
+  // Of a grid, or null: what place 0 of each component is, and what one place is more.
+  float* grid = nullptr;
+
+  PSPLIT_HD bool fits(core::DataType stored, core::Coding coding, uint8_t bits) const {
+    if (type == stored) return grid == nullptr;
+    const uint32_t bytes = type == core::DataType::kUint8    ? 1
+                           : type == core::DataType::kUint16 ? 2
+                           : type == core::DataType::kUint32 ? 4
+                                                             : 0;
+    return coding == core::Coding::kQuantized && bits <= 8 * bytes;
+  }
 };
 
 // A primitive: consecutive streams, and consecutive targets.
@@ -104,7 +116,10 @@ PSPLIT_HD const core::Attribute<Index>* find_attribute(const core::Patch<Index>&
   for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
     const core::Attribute<Index>& attribute = patch.attributes[i];
     if (attribute.unique_id == target.unique_id)
-      return attribute.type == target.type && attribute.components == target.components ? &attribute : nullptr;
+      return attribute.components == target.components &&
+                     target.fits(attribute.type, attribute.coding, attribute.bits)
+                 ? &attribute
+                 : nullptr;
   }
   return nullptr;
 }
@@ -253,11 +268,16 @@ struct WriteStreams {
     });
     for (uint32_t t = 0; t < primitive.target_count; ++t) {
       const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
+      const core::Attribute<Index>& attribute = *find_attribute(state.patch, target);
       // Owners write; every copy holds the same bits.
-      state.patch.write_values(lanes, *find_attribute(state.patch, target), [&](uint32_t point) -> uint8_t* {
+      state.patch.write_values(lanes, attribute, target.type, [&](uint32_t point) -> uint8_t* {
         const uint32_t number = state.numbers[point];
         return number < total ? target.values + size_t{number} * target.stride : nullptr;
       });
+      // All streams have the same grid.
+      if (target.grid == nullptr || lanes.rank() != 0 || set.streams[i] != primitive.first_stream) continue;
+      __builtin_memcpy(target.grid, attribute.origin, sizeof(float) * attribute.components);
+      target.grid[attribute.components] = attribute.step();
     }
     if (primitive.bounds == nullptr) return;
     lanes.sync();

@@ -396,7 +396,7 @@ Expected<Mesh> decode_to_host(BatchDecoder<Device>& decoder, std::span<const uin
     offsets.push_back(size);
     size += (size_t{mesh.point_count} * stride + 255) / 256 * 256;
     primitive.targets.push_back({request.unique_id, stored_type(request.component_type),
-                                 request.component_count, nullptr, static_cast<uint32_t>(stride)});
+                                 request.component_count, nullptr, static_cast<uint32_t>(stride), nullptr});
   }
   typename Device::template Array<uint8_t> out;
   if (Status status = out.reserve(size); !status.ok()) return status;

@@ -79,9 +79,12 @@ Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
                      .end = primitive.end,
                      .bounds = primitive.bounds});
     for (const CudaAttribute& attribute : primitive.attributes)
-      batch.back().targets.push_back({attribute.unique_id, stored_type(attribute.component_type),
-                                      attribute.component_count, static_cast<uint8_t*>(attribute.values),
-                                      attribute.stride});
+      batch.back().targets.push_back({.unique_id = attribute.unique_id,
+                                      .type = stored_type(attribute.component_type),
+                                      .components = attribute.component_count,
+                                      .values = static_cast<uint8_t*>(attribute.values),
+                                      .stride = attribute.stride,
+                                      .grid = attribute.grid});
   }
   return implementation_->decoder.start(batch);
 }

@@ -17,13 +17,16 @@ namespace psplit {
 // *why, where given, is a phrase to show a user: "built without CUDA", "no CUDA-capable device is detected".
 bool cuda_available(std::string* why);
 
-// Where an attribute goes, in the type that it was encoded in.
+// Where an attribute goes: in the type that it was encoded in, or quantized floats as places on their grid, in
+// unsigned integers with enough bits.
 struct CudaAttribute {
   uint32_t unique_id = 0;  // Draco's, as the extension names it
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 3;
   void* values = nullptr;  // on the device: the first point's
   uint32_t stride = 0;     // bytes from one point to the next
+  // On the device, or null; of a grid: the float that place 0 of each component is, and what one place is more.
+  float* grid = nullptr;
 };
 
 // Stitched, points are those of the mesh, and there are all patches. Otherwise every patch has the points that

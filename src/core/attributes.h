@@ -54,6 +54,8 @@ struct Attribute {
 
   PSPLIT_HD uint32_t value_components() const { return coding == Coding::kNormal ? 2 : components; }
   PSPLIT_HD uint32_t stride() const { return data_type_bytes(type) * components; }
+  // From one place on the grid to the next, of kQuantized.
+  PSPLIT_HD float step() const { return range / static_cast<float>((1u << bits) - 1); }
 };
 
 template <typename Index>
@@ -280,13 +282,16 @@ PSPLIT_HD Fault read_transform(ByteReader& reader, Attribute<Index>& attribute) 
 template <typename Index>
 class ValueWriter {
  public:
-  PSPLIT_HD explicit ValueWriter(const Attribute<Index>& attribute) : attribute_(attribute) {
-    if (attribute.coding == Coding::kQuantized)
-      step_ = attribute.range / static_cast<float>((1u << attribute.bits) - 1);
+  // `type` is the attribute's own; of quantized ones it may be an integer, wide enough, for places on their
+  // grid.
+  PSPLIT_HD ValueWriter(const Attribute<Index>& attribute, DataType type)
+      : attribute_(attribute), type_(type), coding_(attribute.coding) {
+    if (coding_ == Coding::kQuantized && type != attribute.type) coding_ = Coding::kInteger;
+    if (coding_ == Coding::kQuantized) step_ = attribute.step();
     if (attribute.coding == Coding::kNormal) grid_ = OctahedralGrid(attribute.bits);
   }
 
-  // Writes the values of points [0, count), attribute.stride() bytes each. value_of(point) is a vertex of the
+  // Writes the values of points [0, count). value_of(point) is a vertex of the
   // table, for kRaw a place in the sequence; place_of(point) is where its value goes, or null where nobody
   // wants it.
   template <Lanes L, typename ValueOf, typename PlaceOf>
@@ -296,7 +301,7 @@ class ValueWriter {
         if (uint8_t* place = place_of(point); place != nullptr) write_one(value_of(point), place);
       });
     };
-    switch (attribute_.coding) {
+    switch (coding_) {
       case Coding::kRaw:
         each([&](uint32_t value, uint8_t* out) {
           const uint32_t stride = attribute_.stride();
@@ -304,7 +309,7 @@ class ValueWriter {
         });
         return;
       case Coding::kInteger:
-        switch (data_type_bytes(attribute_.type)) {
+        switch (data_type_bytes(type_)) {
           case 1: each([&](uint32_t value, uint8_t* out) { write_integers<uint8_t>(value, out); }); return;
           case 2: each([&](uint32_t value, uint8_t* out) { write_integers<uint16_t>(value, out); }); return;
           default: each([&](uint32_t value, uint8_t* out) { write_integers<uint32_t>(value, out); }); return;
@@ -352,6 +357,8 @@ class ValueWriter {
   }
 
   const Attribute<Index>& attribute_;
+  DataType type_;
+  Coding coding_;
   float step_ = 0;
   OctahedralGrid grid_;
 };

@@ -33,8 +33,9 @@ struct Patch {
 
   // Writes an attribute's values by point; see ValueWriter.
   template <Lanes L, typename PlaceOf>
-  PSPLIT_HD void write_values(L lanes, const Attribute<Index>& attribute, PlaceOf place_of) const {
-    const ValueWriter<Index> writer(attribute);
+  PSPLIT_HD void write_values(L lanes, const Attribute<Index>& attribute, DataType type,
+                              PlaceOf place_of) const {
+    const ValueWriter<Index> writer(attribute, type);
     const Group<Index>& group = groups[attribute.group];
     const bool is_raw = attribute.coding == Coding::kRaw;
     if (corner_of_point.empty() && !is_raw)
@@ -51,7 +52,7 @@ struct Patch {
   }
   template <typename PlaceOf>
   PSPLIT_HD void write_values(const Attribute<Index>& attribute, PlaceOf place_of) const {
-    write_values(SerialLanes(), attribute, place_of);
+    write_values(SerialLanes(), attribute, attribute.type, place_of);
   }
 };
 

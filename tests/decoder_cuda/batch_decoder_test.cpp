@@ -48,7 +48,7 @@ BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Container& 
         static_cast<uint32_t>(component_bytes(requests[i].component_type)) * requests[i].component_count;
     (void)outputs.values[i].reserve(size_t{container.point_count()} * stride);
     primitive.targets.push_back({requests[i].unique_id, stored_type(requests[i].component_type),
-                                 requests[i].component_count, outputs.values[i].data(), stride});
+                                 requests[i].component_count, outputs.values[i].data(), stride, nullptr});
   }
   return primitive;
 }
@@ -100,7 +100,8 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
     size_t offset = 0;
     for (size_t i = 0; i < sample.requests.size(); offset += expected->attributes[i++].stride())
       primitive.targets.push_back({sample.requests[i].unique_id, stored_type(sample.requests[i].component_type),
-                                   sample.requests[i].component_count, points.data() + offset, stride});
+                                   sample.requests[i].component_count, points.data() + offset, stride,
+                                   nullptr});
     const Status started = decoder.start({&primitive, 1});
     if (expected->point_count > 0xffff) {
       EXPECT_EQ(started.code(), StatusCode::kUsage);
@@ -165,7 +166,7 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
           static_cast<uint32_t>(component_bytes(request.component_type)) * request.component_count;
       values.emplace_back(points * stride);
       primitive.targets.push_back({request.unique_id, stored_type(request.component_type),
-                                   request.component_count, values.back().data(), stride});
+                                   request.component_count, values.back().data(), stride, nullptr});
     }
     const bool has_bounds = sample.requests[0].component_type == ComponentType::kFloat32;
     if (has_bounds) primitive.bounds = bounds.data();
@@ -237,6 +238,44 @@ TEST(BatchDecoder, TakesStockStreams) {
       EXPECT_EQ(std::memcmp(outputs[n].values[k].data(), values.data(), values.size()), 0) << sample.name;
     }
   }
+}
+
+// What places on grids stand for is what floats are decoded to, bit for bit.
+TEST(BatchDecoder, WritesPlacesOnGrids) {
+  const ThreadPool pool(2);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  size_t count = 0;
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    const Expected<Container> container = parse_container(sample.encoded.container);
+    const Expected<Mesh> expected =
+        cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+    ASSERT_TRUE(container && expected);
+    for (size_t i = 0; i < sample.requests.size(); ++i) {
+      const AttributeRequest& request = sample.requests[i];
+      if (request.component_type != ComponentType::kFloat32) continue;
+      const uint32_t components = request.component_count, points = expected->point_count;
+      std::vector<uint32_t> indices(3 * expected->faces.size());
+      std::vector<uint16_t> places(size_t{components} * points);
+      std::vector<float> grid(components + 1);
+      BatchPrimitive primitive{sample.encoded.container, &*container, {}, indices.data()};
+      primitive.targets = {{request.unique_id, core::DataType::kUint16, request.component_count,
+                            reinterpret_cast<uint8_t*>(places.data()), 2 * components, grid.data()}};
+      ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+      const Status status = decoder.finish();
+      if (!status.ok()) {  // exact floats, and normals, have no grid
+        EXPECT_EQ(status.code(), StatusCode::kUnsupported);
+        continue;
+      }
+      ++count;
+      for (size_t at = 0; at < places.size(); ++at) {
+        float value;
+        std::memcpy(&value, expected->attributes[i].values.data() + 4 * at, sizeof value);
+        ASSERT_EQ(static_cast<float>(places[at]) * grid[components] + grid[at % components], value);
+      }
+    }
+  }
+  EXPECT_GT(count, 20u);
 }
 
 // One attribute of several: the others take memory as well.

@@ -43,7 +43,7 @@ RawMesh raw_mesh(const Patch<Index>& patch, Run run) {
                      attribute.components, attribute.normalized, {}};
     raw.point_values.resize(size_t{patch.point_count} * attribute.stride());
     const auto place_of = [&](uint32_t point) { return &raw.point_values[size_t{point} * attribute.stride()]; };
-    run([&](auto lanes) { patch.write_values(lanes, attribute, place_of); });
+    run([&](auto lanes) { patch.write_values(lanes, attribute, attribute.type, place_of); });
     mesh.attributes.push_back(std::move(raw));
   }
   return mesh;
