@@ -88,9 +88,7 @@ class BatchDecoder {
   // and streams, with the primitive of the batch and the patch as the place, kRuntimeFailure where the device
   // fails.
   Status start(std::span<const BatchPrimitive> primitives) {
-    Status status = plan(primitives);
-    if (status.ok()) status = send();
-    if (status.ok()) status = launch();
+    Status status = plan_and_launch(primitives);
     if (!status.ok()) streams_.clear();
     return status;
   }
@@ -134,6 +132,12 @@ class BatchDecoder {
   struct Part {
     size_t first_narrow = 0, narrow_end = 0, first_wide = 0, wide_end = 0;
   };
+
+  Status plan_and_launch(std::span<const BatchPrimitive> primitives) {
+    if (Status status = plan(primitives); !status.ok()) return status;
+    if (Status status = send(); !status.ok()) return status;
+    return launch();
+  }
 
   Status launch() {
     for (const Part& part : parts_)
