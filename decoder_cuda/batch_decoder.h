@@ -18,7 +18,7 @@
 
 #include "decoder_cuda/batch.h"
 #include "src/container/claims.h"
-#include "src/container/decode_backend.h"
+#include "src/container/stream_description.h"
 
 namespace psplit {
 
@@ -222,7 +222,8 @@ class BatchDecoder {
 
   Status plan(const BatchPrimitive& primitive) {
     const Container& container = *primitive.container;
-    if (Status status = check_claims(container); !status.ok()) return status;
+    const Expected<std::vector<core::StreamHeader>> headers = check_claims(container);
+    if (!headers) return headers.status();
     const auto count = static_cast<uint32_t>(container.entries.size());
     const uint32_t first = primitive.first, end = std::min(primitive.end, count);
     if (primitive.is_stitched ? first != 0 || end != count : first > end)
@@ -285,14 +286,13 @@ class BatchDecoder {
       task.has_walk = primitive.is_stitched && container.reference_count() > 0;
       task.walk_at = walk_points_;
       if (task.has_walk) walk_points_ += entry.point_count;
-      const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
-      if (!header) return header.status().at({.patch = i});
+      const core::StreamHeader& header = (*headers)[i];
       values.points = entry.point_count;
-      is_wide_.push_back(!header->fits_16_bits());
+      is_wide_.push_back(!header.fits_16_bits());
       if (is_wide_.back())
-        foresee<uint32_t>(wide_.launches, *header, values, task);
+        foresee<uint32_t>(wide_.launches, header, values, task);
       else
-        foresee<uint16_t>(narrow_.launches, *header, values, task);
+        foresee<uint16_t>(narrow_.launches, header, values, task);
       streams_.push_back(task);
     }
     return {};
@@ -369,25 +369,14 @@ class BatchDecoder {
   typename Device::template Array<core::Fault> device_faults_;
 };
 
-constexpr core::DataType stored_type(ComponentType type) {
-  switch (type) {
-    case ComponentType::kInt8: return core::DataType::kInt8;
-    case ComponentType::kUint8: return core::DataType::kUint8;
-    case ComponentType::kInt16: return core::DataType::kInt16;
-    case ComponentType::kUint16: return core::DataType::kUint16;
-    case ComponentType::kUint32: return core::DataType::kUint32;
-    case ComponentType::kFloat32: break;
-  }
-  return core::DataType::kFloat32;
-}
-
 // A container to a mesh in the host's memory.
 template <typename Device>
 Expected<Mesh> decode_to_host(BatchDecoder<Device>& decoder, std::span<const uint8_t> bytes,
                               std::span<const AttributeRequest> requests) {
   const Expected<Container> container = parse_container(bytes);
   if (!container) return container.status();
-  if (Status status = check_claims(*container); !status.ok()) return status;
+  // Before memory is taken for results.
+  if (const auto headers = check_claims(*container); !headers) return headers.status();
   Mesh mesh;
   mesh.point_count = container->point_count();
   BatchPrimitive primitive{bytes, &*container, {}, nullptr, 4};

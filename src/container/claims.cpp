@@ -42,7 +42,9 @@ Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_
   return container;
 }
 
-Status check_claims(const Container& container) {
+Expected<std::vector<core::StreamHeader>> check_claims(const Container& container) {
+  std::vector<core::StreamHeader> headers;
+  headers.reserve(container.entries.size());
   uint64_t elements = container.face_count();
   for (uint32_t i = 0; i < container.entries.size(); ++i) {
     const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
@@ -58,11 +60,12 @@ Status check_claims(const Container& container) {
     if (entry.point_count > uint64_t{3} * faces && header->edgebreaker)
       return invalid_input("more points than its faces have corners", {.patch = i});
     elements += entry.point_count;
+    headers.push_back(*header);
   }
   if (uint64_t{container.point_count()} + container.reference_count() > 0xffffffffu)
     return unsupported("more points than 32-bit numbers can tell apart");
-  return elements * 16 > core::justified_bytes(container.stream_bytes()) ? status_of(Fault::kWorkspace)
-                                                                         : Status();
+  if (elements * 16 > core::justified_bytes(container.stream_bytes())) return status_of(Fault::kWorkspace);
+  return headers;
 }
 
 }  // namespace psplit

@@ -14,8 +14,9 @@ Status status_of(core::Fault fault);
 // Errors: those of status_of, and kInvalidInput for claims that the stream's bytes do not justify.
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
 
-// The directory against the streams' own headers, and both against the number of bytes. Errors name the patch.
-Status check_claims(const Container& container);
+// The directory against the streams' own headers, and both against the number of bytes. The headers, which
+// point into the streams. Errors name the patch.
+Expected<std::vector<core::StreamHeader>> check_claims(const Container& container);
 
 // A Draco stream of so many points, as the only patch of a container. Errors: those of read_stream_header.
 Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t point_count);

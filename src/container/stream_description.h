@@ -9,6 +9,19 @@ namespace psplit {
 // Draco's attribute types, with Draco's numbers.
 enum class DracoSemantic : uint8_t { kPosition, kNormal, kColor, kTexCoord, kGeneric };
 
+// Draco's type for what an accessor holds.
+constexpr core::DataType stored_type(ComponentType type) {
+  switch (type) {
+    case ComponentType::kInt8: return core::DataType::kInt8;
+    case ComponentType::kUint8: return core::DataType::kUint8;
+    case ComponentType::kInt16: return core::DataType::kInt16;
+    case ComponentType::kUint16: return core::DataType::kUint16;
+    case ComponentType::kUint32: return core::DataType::kUint32;
+    case ComponentType::kFloat32: break;
+  }
+  return core::DataType::kFloat32;
+}
+
 struct StreamAttribute {
   uint32_t unique_id = 0;
   DracoSemantic semantic = DracoSemantic::kGeneric;

@@ -12,18 +12,6 @@
 
 namespace psplit {
 
-constexpr bool is_same_type(core::DataType stored, ComponentType asked) {
-  switch (asked) {
-    case ComponentType::kInt8: return stored == core::DataType::kInt8;
-    case ComponentType::kUint8: return stored == core::DataType::kUint8;
-    case ComponentType::kInt16: return stored == core::DataType::kInt16;
-    case ComponentType::kUint16: return stored == core::DataType::kUint16;
-    case ComponentType::kUint32: return stored == core::DataType::kUint32;
-    case ComponentType::kFloat32: return stored == core::DataType::kFloat32;
-  }
-  return false;
-}
-
 // False where the value does not fit.
 template <typename From, typename To>
 bool convert_component(From value, bool normalized, To& out) {

@@ -41,17 +41,15 @@ size_t likely_size(const core::StreamHeader& header, std::span<const uint8_t> st
 // Decodes, and calls use(patch, arena) for the patch of 16-bit or 32-bit numbers; what it returns is returned.
 // For `points` see likely_size.
 template <typename Use>
-Status with_decoded(std::span<const uint8_t> stream, uint32_t points,
+Status with_decoded(std::span<const uint8_t> stream, const core::StreamHeader& header, uint32_t points,
                     std::span<const AttributeRequest> requests, Scratch& scratch, Use use) {
-  const Expected<core::StreamHeader> header = read_stream_header(stream);
-  if (!header) return header.status();
   const uint64_t most = core::justified_bytes(stream.size());
   const auto decode = [&]<typename Index>(core::Patch<Index>& patch) -> Status {
-    for (size_t size = likely_size<Index>(*header, stream, points, requests);;
+    for (size_t size = likely_size<Index>(header, stream, points, requests);;
          size = static_cast<size_t>(std::min<uint64_t>(2 * scratch.lanes[0].size, most))) {
       Arena arena = scratch.lanes[0].arena(size);
       patch = {};
-      const Fault fault = core::decode_patch<Index>(*header, arena, patch);
+      const Fault fault = core::decode_patch<Index>(header, arena, patch);
       if (fault == Fault::kNone) {
         Status status = use(patch, arena);
         if (status.code() != StatusCode::kRuntimeFailure) return status;
@@ -61,24 +59,22 @@ Status with_decoded(std::span<const uint8_t> stream, uint32_t points,
       if (scratch.lanes[0].size >= most) return status_of(Fault::kWorkspace);
     }
   };
-  return header->fits_16_bits() ? decode(scratch.lanes[0].patch) : decode(scratch.wide);
+  return header.fits_16_bits() ? decode(scratch.lanes[0].patch) : decode(scratch.wide);
 }
 
 // Decodes as many streams as there are lanes in step, and calls use(n, patch, arena) for each. Those that did
-// not decode, or for which `use` wants more memory, are left for with_decoded: returns which.
+// not decode, or for which `use` wants more memory, are left for with_decoded: returns which. So are all where
+// one is too large for 16-bit numbers.
 template <typename Use>
 std::array<bool, kLanes> decode_in_lanes(const std::array<std::span<const uint8_t>, kLanes>& streams,
+                                         std::span<const core::StreamHeader, kLanes> headers,
                                          const std::array<uint32_t, kLanes>& points,
                                          std::span<const AttributeRequest> requests, Scratch& scratch,
                                          Use use) {
   std::array<bool, kLanes> left;
   left.fill(true);
-  core::StreamHeader headers[kLanes];
-  for (uint32_t n = 0; n < kLanes; ++n) {
-    const Expected<core::StreamHeader> header = read_stream_header(streams[n]);
-    if (!header || !header->fits_16_bits()) return left;
-    headers[n] = *header;
-  }
+  for (const core::StreamHeader& header : headers)
+    if (!header.fits_16_bits()) return left;
   Arena arenas[kLanes];
   core::PatchDecoder<uint16_t>* decoders[kLanes];
   Fault faults[kLanes];
@@ -118,7 +114,7 @@ Status find_attributes(const core::Patch<Index>& patch, std::span<const Attribut
 template <typename Index, typename PlaceOf>
 Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
                        const AttributeRequest& request, PlaceOf place_of) {
-  if (is_same_type(attribute.type, request.component_type)) {
+  if (attribute.type == stored_type(request.component_type)) {
     patch.write_values(attribute, [&](uint32_t point) { return reinterpret_cast<uint8_t*>(place_of(point)); });
     return {};
   }
@@ -150,25 +146,29 @@ std::vector<Attribute> make_attributes(std::span<const AttributeRequest> request
 Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
   const ScratchPool::Lease lease(scratch_pool());
   Mesh mesh;
-  Status status = with_decoded(
-      stream, 0, requests, *lease, [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
-        std::vector<const core::Attribute<Index>*> attributes;
-        if (Status found = find_attributes(patch, requests, attributes); !found.ok()) return found;
-        mesh.point_count = patch.point_count;
-        mesh.faces.resize(patch.face_count);
-        for (uint32_t face = 0; face < patch.face_count; ++face)
-          mesh.faces[face] = {patch.point_at[4 * face], patch.point_at[4 * face + 1],
-                              patch.point_at[4 * face + 2]};
-        mesh.attributes = make_attributes(requests, patch.point_count);
-        for (size_t i = 0; i < requests.size(); ++i) {
-          Attribute& out = mesh.attributes[i];
-          const size_t stride = out.stride();
-          Status written = write_attribute(patch, *attributes[i], requests[i],
-                                           [&](uint32_t point) { return out.values.data() + point * stride; });
-          if (!written.ok()) return written;
-        }
-        return {};
-      });
+  const Expected<core::StreamHeader> header = read_stream_header(stream);
+  if (!header) return header.status();
+  Status status = with_decoded(stream, *header, 0, requests, *lease,
+                               [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
+                                 std::vector<const core::Attribute<Index>*> attributes;
+                                 if (Status found = find_attributes(patch, requests, attributes); !found.ok())
+                                   return found;
+                                 mesh.point_count = patch.point_count;
+                                 mesh.faces.resize(patch.face_count);
+                                 for (uint32_t face = 0; face < patch.face_count; ++face)
+                                   mesh.faces[face] = {patch.point_at[4 * face], patch.point_at[4 * face + 1],
+                                                       patch.point_at[4 * face + 2]};
+                                 mesh.attributes = make_attributes(requests, patch.point_count);
+                                 for (size_t i = 0; i < requests.size(); ++i) {
+                                   Attribute& out = mesh.attributes[i];
+                                   const size_t stride = out.stride();
+                                   Status written = write_attribute(
+                                       patch, *attributes[i], requests[i],
+                                       [&](uint32_t point) { return out.values.data() + point * stride; });
+                                   if (!written.ok()) return written;
+                                 }
+                                 return {};
+                               });
   if (!status.ok()) return status;
   return mesh;
 }
@@ -186,7 +186,9 @@ class ContainerDecoder {
         patches_(container.entries.size()) {}
 
   Expected<Mesh> decode() {
-    if (Status status = check_claims(container_); !status.ok()) return status;
+    Expected<std::vector<core::StreamHeader>> headers = check_claims(container_);
+    if (!headers) return headers.status();
+    headers_ = std::move(*headers);
     mesh_.point_count = container_.point_count();
     mesh_.faces.resize(container_.face_count());
     mesh_.attributes = make_attributes(requests_, mesh_.point_count);
@@ -230,10 +232,11 @@ class ContainerDecoder {
     decode_patch(i, *lease);
   }
   void decode_patch(uint32_t i, Scratch& scratch) {
-    Status status = with_decoded(container_.streams[i], container_.entries[i].point_count, requests_, scratch,
-                                 [&]<typename Index>(const core::Patch<Index>& patch, Arena& arena) -> Status {
-                                   return write_patch(i, patch, arena, scratch.numbers);
-                                 });
+    Status status =
+        with_decoded(container_.streams[i], headers_[i], container_.entries[i].point_count, requests_, scratch,
+                     [&]<typename Index>(const core::Patch<Index>& patch, Arena& arena) -> Status {
+                       return write_patch(i, patch, arena, scratch.numbers);
+                     });
     patches_[i].status = std::move(status).at({.patch = i});
   }
 
@@ -248,12 +251,13 @@ class ContainerDecoder {
       points[n] = container_.entries[first + n].point_count;
     }
     const auto left =
-        decode_in_lanes(streams, points, requests_, scratch, [&](uint32_t n, const auto& patch, Arena& arena) {
-          Status status = write_patch(first + n, patch, arena, scratch.numbers);
-          const bool is_done = status.code() != StatusCode::kRuntimeFailure;
-          patches_[first + n].status = std::move(status).at({.patch = first + n});
-          return is_done;
-        });
+        decode_in_lanes(streams, std::span<const core::StreamHeader, kLanes>(&headers_[first], kLanes), points,
+                        requests_, scratch, [&](uint32_t n, const auto& patch, Arena& arena) {
+                          Status status = write_patch(first + n, patch, arena, scratch.numbers);
+                          const bool is_done = status.code() != StatusCode::kRuntimeFailure;
+                          patches_[first + n].status = std::move(status).at({.patch = first + n});
+                          return is_done;
+                        });
     for (uint32_t n = 0; n < kLanes; ++n)
       if (left[n]) decode_patch(first + n, scratch);
   }
@@ -332,6 +336,7 @@ class ContainerDecoder {
   const bool has_references_;
   std::span<const AttributeRequest> requests_;
   const ThreadPool& pool_;
+  std::vector<core::StreamHeader> headers_;
   std::vector<StitchedPatch> patches_;
   Mesh mesh_;
 };
@@ -355,18 +360,19 @@ Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
   const ScratchPool::Lease lease(scratch_pool());
   // Nobody knows the attributes yet: the first try has memory for as many as most streams have.
   const std::array<AttributeRequest, 4> likely;
-  Status status = with_decoded(
-      stream, 0, likely, *lease, [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
-        description.face_count = patch.face_count;
-        description.point_count = patch.point_count;
-        for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
-          const core::Attribute<Index>& attribute = patch.attributes[i];
-          description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
-                                            attribute.type, attribute.components, attribute.normalized,
-                                            attribute.bits});
-        }
-        return {};
-      });
+  Status status =
+      with_decoded(stream, *header, 0, likely, *lease,
+                   [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
+                     description.face_count = patch.face_count;
+                     description.point_count = patch.point_count;
+                     for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+                       const core::Attribute<Index>& attribute = patch.attributes[i];
+                       description.attributes.push_back(
+                           {attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic), attribute.type,
+                            attribute.components, attribute.normalized, attribute.bits});
+                     }
+                     return {};
+                   });
   if (!status.ok()) return status;
   return description;
 }

@@ -10,7 +10,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/decoder_cuda/emulated_device.h"
-#include "tests/support/patched_samples.h"
+#include "tests/decoder_cuda/mutants.h"
 
 namespace psplit {
 namespace {
@@ -375,26 +375,10 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
 }
 
 TEST(BatchDecoder, TakesAndRefusesMutantsAsTheCpuDoes) {
-  const ThreadPool pool(1);
-  const std::vector<PatchedSample> seeds = patched_samples(pool);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 4})};
-  std::mt19937 random(2);
-  size_t accepted = 0;
-  for (int i = 0; i < 1500; ++i) {
-    const PatchedSample& seed = seeds[random() % seeds.size()];
-    if (seed.encoded.container.size() > 10'000) continue;
-    std::vector<uint8_t> bytes = seed.encoded.container;
-    bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 300))] =
-        static_cast<uint8_t>(random());
-    const Expected<Mesh> expected = cpu_backend().decode_container(bytes, seed.requests, pool);
-    const Expected<Mesh> decoded = decode_to_host(decoder, bytes, seed.requests);
-    ASSERT_EQ(decoded.ok(), expected.ok())
-        << seed.name << ", mutant " << i << ": " << (decoded ? expected : decoded).status().to_string();
-    if (!decoded) continue;
-    ++accepted;
-    EXPECT_TRUE(same_bits(*decoded, *expected)) << seed.name << ", mutant " << i;
-  }
-  EXPECT_GT(accepted, 100u);
+  expect_mutants_as_on_cpu([&](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
+    return decode_to_host(decoder, bytes, requests);
+  });
 }
 
 }  // namespace

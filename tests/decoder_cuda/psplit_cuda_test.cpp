@@ -2,11 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 #include "encoder/draco/draco_backend.h"
-#include "src/cpu/cpu_backend.h"
-#include "tests/support/patched_samples.h"
+#include "tests/decoder_cuda/mutants.h"
 
 namespace psplit {
 namespace {
@@ -39,20 +36,9 @@ TEST(Cuda, EqualsLibdraco) {
 TEST(Cuda, TakesAndRefusesMutantsAsTheCpuDoes) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;
-  const ThreadPool pool;
-  const std::vector<PatchedSample> seeds = patched_samples(pool);
-  std::mt19937 random(2);
-  for (int i = 0; i < 1500; ++i) {
-    const PatchedSample& seed = seeds[random() % seeds.size()];
-    std::vector<uint8_t> bytes = seed.encoded.container;
-    bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 300))] =
-        static_cast<uint8_t>(random());
-    const Expected<Mesh> expected = cpu_backend().decode_container(bytes, seed.requests, pool);
-    const Expected<Mesh> decoded = cuda_backend().decode_container(bytes, seed.requests, pool);
-    ASSERT_EQ(decoded.ok(), expected.ok())
-        << seed.name << ", mutant " << i << ": " << (decoded ? expected : decoded).status().to_string();
-    EXPECT_TRUE(!decoded || same_bits(*decoded, *expected)) << seed.name << ", mutant " << i;
-  }
+  expect_mutants_as_on_cpu([](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
+    return cuda_backend().decode_container(bytes, requests, ThreadPool(1));
+  });
 }
 
 }  // namespace

@@ -138,7 +138,7 @@ TEST(CpuBackend, RefusesResiduesThatClaimOtherPoints) {
     const std::vector<uint8_t> bytes = write_container(entries, true, stitch, streams);
     const Expected<Container> claims = parse_container(bytes);
     ASSERT_TRUE(claims) << claims.status().to_string();
-    const Status status = check_claims(*claims);
+    const Status status = check_claims(*claims).status();
     EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
     EXPECT_EQ(status.place().patch, static_cast<int64_t>(entries.size()) - 1);
   }

@@ -1,0 +1,39 @@
+// Broken containers: a decoder must refuse those that the CPU backend refuses, and decode the others to the
+// same bits.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "src/cpu/cpu_backend.h"
+#include "tests/support/patched_samples.h"
+
+namespace psplit {
+
+// decode(container, requests) is an Expected<Mesh>.
+template <typename Decode>
+void expect_mutants_as_on_cpu(Decode decode) {
+  const ThreadPool pool(1);
+  const std::vector<PatchedSample> seeds = patched_samples(pool);
+  std::mt19937 random(2);
+  size_t accepted = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const PatchedSample& seed = seeds[random() % seeds.size()];
+    if (seed.encoded.container.size() > 10'000) continue;
+    std::vector<uint8_t> bytes = seed.encoded.container;
+    bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 300))] =
+        static_cast<uint8_t>(random());
+    const Expected<Mesh> expected = cpu_backend().decode_container(bytes, seed.requests, pool);
+    const Expected<Mesh> decoded = decode(bytes, seed.requests);
+    ASSERT_EQ(decoded.ok(), expected.ok())
+        << seed.name << ", mutant " << i << ": " << (decoded ? expected : decoded).status().to_string();
+    if (!decoded) continue;
+    ++accepted;
+    EXPECT_TRUE(same_bits(*decoded, *expected)) << seed.name << ", mutant " << i;
+  }
+  EXPECT_GT(accepted, 100u);
+}
+
+}  // namespace psplit
