@@ -84,7 +84,7 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
   size_t output_bytes = size_t{12} * container.face_count();
   const DeviceMemory indices(output_bytes);
   std::vector<std::unique_ptr<DeviceMemory>> values;
-  CudaPrimitive primitive{sample.container, {}, indices.data, 4};
+  CudaPrimitive primitive{.container = sample.container, .indices = indices.data};
   for (const AttributeRequest& request : sample.requests) {
     const auto stride =
         static_cast<uint32_t>(component_bytes(request.component_type)) * request.component_count;
@@ -179,6 +179,52 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
   return row;
 }
 
+// A scene of many small primitives in one batch, each in so many patches, or stock where that is 1: whole
+// calls, beside libdraco on one thread and the CPU backend on all.
+Json measure_scene(size_t primitive_count, uint64_t faces, uint32_t patch_count) {
+  constexpr size_t kDifferent = 16;
+  std::vector<Sample> samples;
+  std::vector<Container> containers;
+  for (uint64_t seed = 1; seed <= kDifferent; ++seed)
+    samples.push_back(
+        encode_sample(check(generate_shape({Shape::kBlob, faces, seed, false, false}, ThreadPool())).front(),
+                      patch_count, 5));
+  std::vector<DecodeTask> tasks;
+  for (const Sample& sample : samples) containers.push_back(check(parse_container(sample.container)));
+  uint64_t total_faces = 0;
+  for (size_t i = 0; i < primitive_count; ++i) {
+    const size_t n = i % kDifferent;
+    if (patch_count == 1)
+      tasks.push_back({containers[n].streams[0], true, samples[n].requests});
+    else
+      tasks.push_back({samples[n].container, false, samples[n].requests});
+    total_faces += containers[n].face_count();
+  }
+  const ThreadPool pool, one(1);
+  const DecodeBackend cuda = cuda_backend();
+  const auto timed = [&](const DecodeBackend& backend, const ThreadPool& threads) {
+    std::vector<double> times;
+    for (int round = 0; round < 4; ++round) {
+      const auto start = Clock::now();
+      for (const Expected<Mesh>& mesh : backend.decode(tasks, threads, {})) check(mesh.status());
+      if (round > 0) times.push_back(ms_since(start));
+    }
+    return median(times);
+  };
+  const double gpu = timed(cuda, pool), cpu = timed(cpu_backend(), pool), draco = timed(draco_backend(), one);
+  std::printf(
+      "%zu primitives, %llu faces, %s: CUDA to the host's memory %.1f ms, CPU %.1f ms, libdraco %.1f ms\n",
+      primitive_count, static_cast<unsigned long long>(total_faces),
+      patch_count == 1 ? "stock streams" : "patches", gpu, cpu, draco);
+  return {{"primitives", primitive_count},
+          {"faces", total_faces},
+          {"patches", patch_count},
+          {"host_ms", gpu},
+          {"cpu_ms", cpu},
+          {"draco_ms", draco},
+          {"cpu_threads", pool.thread_count()}};
+}
+
 int run(bool quick, const char* json_path) {
   std::string why;
   if (!cuda_available(&why)) {
@@ -214,6 +260,7 @@ int run(bool quick, const char* json_path) {
     for (const uint32_t patch_count : batch.patch_counts)
       result["rows"].push_back(measure(mesh, patch_count, batch.speed, stock, bandwidth));
   }
+  for (const uint32_t patch_count : {1, 4}) result["scenes"].push_back(measure_scene(4000, 2000, patch_count));
   if (json_path != nullptr) {
     std::FILE* file = std::fopen(json_path, "w");
     if (file == nullptr) give_up(io_failure("cannot be written", {.file = json_path}));

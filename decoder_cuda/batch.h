@@ -40,24 +40,34 @@ struct AttributeTarget {
 
 // A primitive: consecutive streams, and consecutive targets.
 struct PrimitiveTask {
-  uint32_t first_stream = 0;
+  const uint8_t* bytes = nullptr;                // of its container
+  uint32_t first_stream = 0, first_written = 0;  // places in the batch
   uint32_t first_target = 0, target_count = 0;
-  uint32_t point_count = 0;
+  uint32_t point_count = 0;  // of all streams
+  uint32_t first_point = 0;  // which point's are the first values of a target
   bool is_stitched = true;   // else every stream has all its points, one stream after the other
   void* indices = nullptr;   // three a face
   uint32_t index_bytes = 4;  // 2 or 4
   float* bounds = nullptr;  // of the first target's values: for each stream three least and three most, or null
 };
 
+enum class StreamUse : uint8_t {
+  kNone,
+  kReferredTo,  // decoded for the numbers of its points
+  kWritten,
+};
+
 // A row of a container's directory, and where everything is.
 struct StreamTask {
-  uint64_t stream_at = 0, stitch_at = 0;  // in the compressed bytes
+  uint64_t stream_at = 0, stitch_at = 0;  // in the primitive's bytes
   uint32_t stream_bytes = 0, stitch_bytes = 0;
   uint32_t primitive = 0, number = 0;  // the stream's place in its container
   uint32_t face_count = 0, point_count = 0, reference_count = 0;
   uint32_t face_base = 0, owned_base = 0, owned_end = 0;
   bool is_residue = false, has_walk = false;
-  uint64_t workspace_at = 0, workspace_bytes = 0;
+  StreamUse use = StreamUse::kNone;
+  bool has_point_limit = false;                    // it has as many points as its row says or less
+  uint64_t workspace_at = 0, workspace_bytes = 0;  // the StreamState, and as many bytes behind it
   uint64_t walk_at = 0;  // has room for point_count numbers, as long as any stream may refer to them
 };
 
@@ -68,6 +78,8 @@ inline size_t numbering_bytes(const StreamTask& task) {
 
 template <typename Index>
 struct StreamState {
+  PSPLIT_HD static constexpr size_t bytes() { return (sizeof(StreamState) + 255) / 256 * 256; }
+
   core::StreamHeader header;
   core::Arena arena;
   core::Patch<Index> patch;
@@ -82,7 +94,6 @@ struct StreamState {
 
 // Arrays of the device. Those by stream are in the order of `streams`.
 struct Batch {
-  const uint8_t* compressed = nullptr;
   const PrimitiveTask* primitives = nullptr;
   const AttributeTarget* targets = nullptr;
   const StreamTask* streams = nullptr;
@@ -91,6 +102,7 @@ struct Batch {
   core::View<uint32_t>* walks = nullptr;  // the primitive's points along the stream's border
   core::Fault* faults = nullptr;          // of decoding
   core::Fault* stitch_faults = nullptr;
+  uint32_t* point_counts = nullptr;  // as decoded
 };
 
 // The streams whose numbers take 16 bits, or those whose take 32.
@@ -98,14 +110,18 @@ template <typename Index>
 struct StreamSet {
   Batch batch;
   const uint32_t* streams = nullptr;  // their places in the batch
-  StreamState<Index>* states = nullptr;
   uint32_t count = 0;
 
   PSPLIT_HD const StreamTask& task(uint32_t i) const { return batch.streams[streams[i]]; }
+  PSPLIT_HD StreamState<Index>& state(uint32_t i) const {
+    return *__builtin_launder(reinterpret_cast<StreamState<Index>*>(memory(i)));
+  }
+  PSPLIT_HD uint8_t* memory(uint32_t i) const { return batch.workspace + task(i).workspace_at; }
   PSPLIT_HD core::Fault& fault(uint32_t i) const { return batch.faults[streams[i]]; }
   PSPLIT_HD core::StitchRow row(const StreamTask& task) const {
-    return {core::View<const uint8_t>(batch.compressed + task.stitch_at, task.stitch_bytes), task.number,
-            task.reference_count, task.owned_base, batch.primitives[task.primitive].point_count};
+    const PrimitiveTask& primitive = batch.primitives[task.primitive];
+    return {core::View<const uint8_t>(primitive.bytes + task.stitch_at, task.stitch_bytes), task.number,
+            task.reference_count, task.owned_base, primitive.point_count};
   }
 };
 
@@ -128,22 +144,21 @@ template <typename Index>
 struct BeginStreams {
   StreamSet<Index> set;
 
-  PSPLIT_HD void operator()(uint32_t i) const { set.fault(i) = begin(set.task(i), set.states[i]); }
+  PSPLIT_HD void operator()(uint32_t i) const {
+    set.fault(i) = begin(set.task(i), *new (set.memory(i)) StreamState<Index>, set.memory(i));
+  }
 
  private:
-  PSPLIT_HD core::Fault begin(const StreamTask& task, StreamState<Index>& state) const {
+  PSPLIT_HD core::Fault begin(const StreamTask& task, StreamState<Index>& state, uint8_t* memory) const {
     using core::Fault;
-    state.header = {};
-    const uint8_t* stream = set.batch.compressed + task.stream_at;
+    const uint8_t* stream = set.batch.primitives[task.primitive].bytes + task.stream_at;
     const Fault fault = core::read_stream_header(stream, task.stream_bytes, state.header);
     if (fault != Fault::kNone) return fault;
     // A residue may have more faces than its row counts, behind those.
     const uint32_t faces = state.header.counts.face_count;
     if (task.is_residue ? faces < task.face_count : faces != task.face_count) return Fault::kRow;
     if (sizeof(Index) == 2 && !state.header.fits_16_bits()) return Fault::kRow;
-    state.arena = core::Arena(set.batch.workspace + task.workspace_at, task.workspace_bytes);
-    state.patch = {};
-    state.border = {};
+    state.arena = core::Arena(memory + state.bytes(), task.workspace_bytes);
     return (new (state.decoder_bytes) core::PatchDecoder<Index>(state.header, state.arena, state.patch))
         ->start();
   }
@@ -157,7 +172,7 @@ struct TakeRuns {
   PSPLIT_HD void operator()(uint32_t item) const {
     const uint32_t run = item / set.count, i = item % set.count;
     if (set.fault(i) != core::Fault::kNone) return;
-    const core::PatchDecoder<Index>& decoder = set.states[i].decoder();
+    const core::PatchDecoder<Index>& decoder = set.state(i).decoder();
     if (run < core::pending_runs(decoder)) core::take_run(decoder, run);
   }
 };
@@ -171,7 +186,7 @@ struct ResumeStreams {
   PSPLIT_HD void operator()(L lanes, uint32_t i) const {
     using core::Fault;
     if (set.fault(i) != Fault::kNone) return;
-    core::PatchDecoder<Index>& decoder = set.states[i].decoder();
+    core::PatchDecoder<Index>& decoder = set.state(i).decoder();
     if (decoder.stop() == core::Stop::kDone) return;
     const uint32_t pending = core::pending_runs(decoder);
     if (pending > runs_taken)
@@ -191,12 +206,13 @@ struct FinishStreams {
   PSPLIT_HD void operator()(L lanes, uint32_t i) const {
     using core::Fault;
     const StreamTask& task = set.task(i);
-    StreamState<Index>& state = set.states[i];
+    StreamState<Index>& state = set.state(i);
     core::View<uint32_t>& walk = set.batch.walks[set.streams[i]];
     Fault fault = set.fault(i);
     if (fault == Fault::kNone) fault = core::finish_together(lanes, state.decoder());
     if (fault == Fault::kNone)
-      fault = state.decoder().alone(lanes, [&] { return take_numbers(task, state, walk); });
+      fault = state.decoder().alone(
+          lanes, [&] { return take_numbers(task, state, walk, set.batch.point_counts[set.streams[i]]); });
     if (fault == Fault::kNone) fault = number(lanes, task, state, walk);
     lanes.sync();
     if (lanes.rank() != 0) return;
@@ -206,9 +222,11 @@ struct FinishStreams {
 
  private:
   PSPLIT_HD core::Fault take_numbers(const StreamTask& task, StreamState<Index>& state,
-                                     core::View<uint32_t>& walk) const {
+                                     core::View<uint32_t>& walk, uint32_t& point_count) const {
     using core::Fault;
-    if (state.patch.point_count != task.point_count) return Fault::kRow;
+    const uint32_t points = state.patch.point_count;
+    if (task.has_point_limit ? points > task.point_count : points != task.point_count) return Fault::kRow;
+    point_count = points;
     const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
     for (uint32_t t = 0; t < primitive.target_count; ++t)
       if (find_attribute(state.patch, set.batch.targets[primitive.first_target + t]) == nullptr)
@@ -218,8 +236,8 @@ struct FinishStreams {
         return fault;
     // A walk has no point twice.
     walk = core::View<uint32_t>(set.batch.walk_numbers + task.walk_at, state.border.size());
-    const bool taken = state.arena.take(state.numbers, task.point_count) &&
-                       state.arena.take(state.references, task.reference_count);
+    const bool taken =
+        state.arena.take(state.numbers, points) && state.arena.take(state.references, task.reference_count);
     return taken ? Fault::kNone : Fault::kWorkspace;
   }
 
@@ -228,7 +246,7 @@ struct FinishStreams {
                                core::View<uint32_t> walk) const {
     const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
     if (!primitive.is_stitched) {
-      core::for_each_lane_item(lanes, task.point_count,
+      core::for_each_lane_item(lanes, state.patch.point_count,
                                [&](uint32_t point) { state.numbers[point] = task.owned_base + point; });
       return core::Fault::kNone;
     }
@@ -251,15 +269,17 @@ struct WriteStreams {
   template <core::Lanes L>
   PSPLIT_HD void operator()(L lanes, uint32_t i) const {
     const StreamTask& task = set.task(i);
-    StreamState<Index>& state = set.states[i];
+    StreamState<Index>& state = set.state(i);
     const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
     // Faces of broken streams may be drawn by mistake.
     const auto write_nothing = [&] {
       if (primitive.point_count > 0) write_indices(lanes, task, primitive, [](uint32_t) { return 0u; });
     };
-    if (set.fault(i) != core::Fault::kNone) return write_nothing();
-    const core::Fault fault = primitive.is_stitched ? resolve(lanes, task, state) : core::Fault::kNone;
+    core::Fault fault = set.fault(i);
+    if (fault == core::Fault::kNone && task.use == StreamUse::kWritten && primitive.is_stitched)
+      fault = resolve(lanes, task, state);
     if (lanes.rank() == 0) set.batch.stitch_faults[set.streams[i]] = fault;
+    if (task.use != StreamUse::kWritten) return;
     if (fault != core::Fault::kNone) return write_nothing();
     const uint32_t total = primitive.point_count;
     write_indices(lanes, task, primitive, [&](uint32_t at) {
@@ -272,17 +292,18 @@ struct WriteStreams {
       // Owners write; every copy holds the same bits.
       state.patch.write_values(lanes, attribute, target.type, [&](uint32_t point) -> uint8_t* {
         const uint32_t number = state.numbers[point];
-        return number < total ? target.values + size_t{number} * target.stride : nullptr;
+        return number < total ? target.values + size_t{number - primitive.first_point} * target.stride
+                              : nullptr;
       });
       // All streams have the same grid.
-      if (target.grid == nullptr || lanes.rank() != 0 || set.streams[i] != primitive.first_stream) continue;
+      if (target.grid == nullptr || lanes.rank() != 0 || set.streams[i] != primitive.first_written) continue;
       __builtin_memcpy(target.grid, attribute.origin, sizeof(float) * attribute.components);
       target.grid[attribute.components] = attribute.step();
     }
     if (primitive.bounds == nullptr) return;
     lanes.sync();
     write_bounds(lanes, task, set.batch.targets[primitive.first_target],
-                 primitive.bounds + 6 * (set.streams[i] - primitive.first_stream));
+                 primitive.bounds + 6 * (set.streams[i] - primitive.first_written));
   }
 
  private:
@@ -343,6 +364,7 @@ struct WriteStreams {
     const uint32_t first = batch.primitives[task.primitive].first_stream;
     const auto walk_of = [&](uint32_t stream, uint32_t place) -> uint32_t {
       const StreamTask& owner = batch.streams[first + stream];
+      if (owner.use == StreamUse::kNone) return core::kNoPoint;
       if (batch.faults[first + stream] != core::Fault::kNone && owner.owned_base < owner.owned_end)
         return owner.owned_base;
       const core::View<uint32_t> walk = batch.walks[first + stream];

@@ -20,17 +20,16 @@ CudaDecoder::~CudaDecoder() = default;
 Expected<CudaDecoder> CudaDecoder::create(CUstream_st*) { return absent(); }
 Status CudaDecoder::start(std::span<const CudaPrimitive>) { return absent(); }
 Status CudaDecoder::finish() { return absent(); }
-void CudaDecoder::set_workspace_limit(uint64_t) {}
+Status CudaDecoder::status(size_t) const { return absent(); }
+uint32_t CudaDecoder::point_count(size_t) const { return 0; }
+void CudaDecoder::set_memory_limit(uint64_t) {}
 void CudaDecoder::measure(bool) {}
 std::vector<std::pair<std::string, double>> CudaDecoder::take_times() { return {}; }
 
-DecodeBackend cuda_backend() {
-  return {
-      "cuda",
-      [](std::span<const uint8_t>, std::span<const AttributeRequest>, const ThreadPool&) -> Expected<Mesh> {
-        return absent();
-      },
-      [](std::span<const uint8_t>, std::span<const AttributeRequest>) -> Expected<Mesh> { return absent(); }};
+DecodeBackend cuda_backend(uint64_t) {
+  return {"cuda", [](std::span<const DecodeTask> tasks, const ThreadPool&, const Progress&) {
+            return std::vector<Expected<Mesh>>(tasks.size(), absent());
+          }};
 }
 
 }  // namespace psplit

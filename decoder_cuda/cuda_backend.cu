@@ -2,8 +2,8 @@
 #include <mutex>
 #include <optional>
 
-#include "decoder_cuda/batch_decoder.h"
 #include "decoder_cuda/cuda_device.cuh"
+#include "decoder_cuda/host_decoder.h"
 #include "decoder_cuda/psplit_cuda.h"
 
 namespace psplit {
@@ -32,70 +32,171 @@ bool cuda_available(std::string* why) {
   return available;
 }
 
+namespace {
+
+// Makes a device current for a while.
+class CurrentDevice {
+ public:
+  explicit CurrentDevice(int device) {
+    (void)cudaGetDevice(&before_);
+    if (before_ != device) (void)cudaSetDevice(device);
+    device_ = device;
+  }
+  ~CurrentDevice() {
+    if (before_ != device_) (void)cudaSetDevice(before_);
+  }
+  CurrentDevice(const CurrentDevice&) = delete;
+  CurrentDevice& operator=(const CurrentDevice&) = delete;
+
+ private:
+  int before_ = 0, device_ = 0;
+};
+
+Expected<CudaDevice> create_device(cudaStream_t stream) {
+  std::string why;
+  if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
+  return CudaDevice::create(stream);
+}
+
+}  // namespace
+
 struct CudaDecoder::Implementation {
   BatchDecoder<CudaDevice> decoder;
+  int device = 0;
+  CudaDevice::HostArray<uint8_t> host_bytes{};  // of containers on the device
+  std::vector<Expected<Container>> containers{};
+  std::vector<std::vector<core::StreamHeader>> headers{};
+  std::vector<size_t> batch_places{};  // of each primitive; kRefused of those whose containers are broken
+  std::vector<Status> refusals{};
+
+  static constexpr size_t kRefused = ~size_t{0};
+
+  Status start(std::span<const CudaPrimitive> primitives);
 };
 
 CudaDecoder::CudaDecoder(std::unique_ptr<Implementation> implementation)
     : implementation_(std::move(implementation)) {}
 CudaDecoder::CudaDecoder(CudaDecoder&&) noexcept = default;
-CudaDecoder::~CudaDecoder() = default;
-
-namespace {
-
-Expected<BatchDecoder<CudaDevice>> create_decoder(cudaStream_t stream) {
-  std::string why;
-  if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
-  Expected<CudaDevice> device = CudaDevice::create(stream);
-  if (!device) return device.status();
-  return BatchDecoder<CudaDevice>(std::move(*device));
+CudaDecoder::~CudaDecoder() {
+  if (implementation_ == nullptr) return;
+  const CurrentDevice current(implementation_->device);
+  implementation_.reset();
 }
 
-}  // namespace
-
 Expected<CudaDecoder> CudaDecoder::create(CUstream_st* stream) {
-  Expected<BatchDecoder<CudaDevice>> decoder = create_decoder(stream);
-  if (!decoder) return decoder.status();
-  return CudaDecoder(std::make_unique<Implementation>(Implementation{std::move(*decoder)}));
+  Expected<CudaDevice> device = create_device(stream);
+  if (!device) return device.status();
+  int number = 0;
+  Status status = cuda_status(cudaGetDevice(&number), "no device");
+  if (!status.ok()) return status;
+  return CudaDecoder(
+      std::make_unique<Implementation>(Implementation{BatchDecoder<CudaDevice>(std::move(*device)), number}));
+}
+
+Status CudaDecoder::Implementation::start(std::span<const CudaPrimitive> primitives) {
+  CudaDevice& on = decoder.device();
+  // Containers on the device are planned by a copy.
+  size_t size = 0;
+  for (const CudaPrimitive& primitive : primitives)
+    if (primitive.is_on_device) size += primitive.container.size();
+  if (Status status = host_bytes.reserve(size); !status.ok()) return status;
+  size = 0;
+  std::vector<std::span<const uint8_t>> bytes;
+  for (const CudaPrimitive& primitive : primitives) {
+    bytes.push_back(primitive.container);
+    if (!primitive.is_on_device) continue;
+    uint8_t* const copy = host_bytes.data() + size;
+    Status status = on.download(copy, primitive.container.data(), primitive.container.size());
+    if (!status.ok()) return status;
+    bytes.back() = {copy, primitive.container.size()};
+    size += primitive.container.size();
+  }
+  if (size > 0)
+    if (Status status = on.wait(); !status.ok()) return status;
+
+  const size_t count = primitives.size();
+  containers.clear();
+  headers.assign(count, {});
+  batch_places.assign(count, kRefused);
+  refusals.assign(count, Status());
+  std::vector<BatchPrimitive> batch;
+  for (size_t i = 0; i < count; ++i)
+    containers.push_back(primitives[i].stream_points > 0
+                             ? container_of_stream(bytes[i], primitives[i].stream_points)
+                             : parse_container(bytes[i]));
+  for (size_t i = 0; i < count; ++i) {
+    const CudaPrimitive& primitive = primitives[i];
+    Status status = containers[i].status();
+    if (status.ok()) {
+      Expected<std::vector<core::StreamHeader>> checked = check_claims(*containers[i]);
+      status = checked.status();
+      if (checked) headers[i] = std::move(*checked);
+    }
+    if (!status.ok()) {
+      refusals[i] = std::move(status).at({.primitive = static_cast<int64_t>(i)});
+      continue;
+    }
+    batch_places[i] = batch.size();
+    BatchPrimitive& planned = batch.emplace_back();
+    planned.bytes = bytes[i];
+    planned.device_bytes = primitive.is_on_device ? primitive.container.data() : nullptr;
+    planned.container = &*containers[i];
+    planned.headers = &headers[i];
+    planned.is_stream = primitive.stream_points > 0;
+    planned.indices = primitive.indices;
+    planned.index_bytes = primitive.index_bytes;
+    planned.is_stitched = primitive.is_stitched;
+    planned.first = primitive.first;
+    planned.end = primitive.end;
+    planned.bounds = primitive.bounds;
+    for (const CudaAttribute& attribute : primitive.attributes)
+      planned.targets.push_back({.unique_id = attribute.unique_id,
+                                 .type = stored_type(attribute.component_type),
+                                 .components = attribute.component_count,
+                                 .values = static_cast<uint8_t*>(attribute.values),
+                                 .stride = attribute.stride,
+                                 .grid = attribute.grid});
+  }
+  return decoder.start(batch);
 }
 
 Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
-  std::vector<Container> containers;
-  containers.reserve(primitives.size());
-  std::vector<BatchPrimitive> batch;
-  for (const CudaPrimitive& primitive : primitives) {
-    Expected<Container> container = primitive.stream_points > 0
-                                        ? container_of_stream(primitive.container, primitive.stream_points)
-                                        : parse_container(primitive.container);
-    if (!container) return container.status();
-    containers.push_back(std::move(*container));
-    batch.push_back({.bytes = primitive.container,
-                     .container = &containers.back(),
-                     .targets = {},
-                     .indices = primitive.indices,
-                     .index_bytes = primitive.index_bytes,
-                     .is_stitched = primitive.is_stitched,
-                     .first = primitive.first,
-                     .end = primitive.end,
-                     .bounds = primitive.bounds});
-    for (const CudaAttribute& attribute : primitive.attributes)
-      batch.back().targets.push_back({.unique_id = attribute.unique_id,
-                                      .type = stored_type(attribute.component_type),
-                                      .components = attribute.component_count,
-                                      .values = static_cast<uint8_t*>(attribute.values),
-                                      .stride = attribute.stride,
-                                      .grid = attribute.grid});
+  const CurrentDevice current(implementation_->device);
+  Status status = implementation_->start(primitives);
+  if (!status.ok()) {
+    (void)implementation_->decoder.device().take_times();
+    implementation_->refusals.assign(primitives.size(), status);
+    implementation_->batch_places.assign(primitives.size(), Implementation::kRefused);
   }
-  return implementation_->decoder.start(batch);
+  return status;
 }
 
-Status CudaDecoder::finish() { return implementation_->decoder.finish(); }
+Status CudaDecoder::finish() {
+  const CurrentDevice current(implementation_->device);
+  (void)implementation_->decoder.finish();
+  for (size_t i = 0; i < implementation_->refusals.size(); ++i)
+    if (Status each = status(i); !each.ok()) return each;
+  return {};
+}
 
-void CudaDecoder::set_workspace_limit(uint64_t bytes) { implementation_->decoder.set_workspace_limit(bytes); }
+Status CudaDecoder::status(size_t primitive) const {
+  const size_t place = implementation_->batch_places[primitive];
+  if (place == Implementation::kRefused) return implementation_->refusals[primitive];
+  const Status& status = implementation_->decoder.status(place);
+  return Status(status.code(), status.message(),
+                {.primitive = static_cast<int64_t>(primitive), .patch = status.place().patch});
+}
+
+uint32_t CudaDecoder::point_count(size_t primitive) const {
+  return implementation_->decoder.point_count(implementation_->batch_places[primitive]);
+}
+
+void CudaDecoder::set_memory_limit(uint64_t bytes) { implementation_->decoder.set_memory_limit(bytes); }
 
 void CudaDecoder::measure(bool on) { implementation_->decoder.device().measure(on); }
 
 std::vector<std::pair<std::string, double>> CudaDecoder::take_times() {
+  const CurrentDevice current(implementation_->device);
   std::vector<std::pair<std::string, double>> times;
   for (const auto& [stage, ms] : implementation_->decoder.device().take_times()) {
     if (*stage == 0) continue;  // between batches
@@ -109,24 +210,28 @@ std::vector<std::pair<std::string, double>> CudaDecoder::take_times() {
   return times;
 }
 
-DecodeBackend cuda_backend() {
-  return {"cuda",
-          [](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
-             const ThreadPool&) -> Expected<Mesh> {
-            // One decoder for all. The driver is gone when statics are destroyed.
-            static std::mutex& mutex = *new std::mutex;
-            static std::optional<BatchDecoder<CudaDevice>>& decoder =
-                *new std::optional<BatchDecoder<CudaDevice>>;
-            const std::lock_guard lock(mutex);
-            if (!decoder) {
-              Expected<BatchDecoder<CudaDevice>> created = create_decoder(nullptr);
-              if (!created) return created.status();
-              decoder.emplace(std::move(*created));
+DecodeBackend cuda_backend(uint64_t memory_limit) {
+  struct Shared {
+    std::mutex mutex;
+    int device = 0;
+    std::optional<HostDecoder<CudaDevice>> decoder;
+    ~Shared() {
+      const CurrentDevice current(device);
+      decoder.reset();
+    }
+  };
+  return {"cuda", [shared = std::make_shared<Shared>(), memory_limit](
+                      std::span<const DecodeTask> tasks, const ThreadPool&, const Progress& progress) {
+            Shared& state = *shared;
+            const std::lock_guard lock(state.mutex);
+            if (!state.decoder) {
+              Expected<CudaDevice> device = create_device(nullptr);
+              if (!device) return std::vector<Expected<Mesh>>(tasks.size(), device.status());
+              (void)cudaGetDevice(&state.device);
+              state.decoder.emplace(std::move(*device), memory_limit);
             }
-            return decode_to_host(*decoder, container, requests);
-          },
-          [](std::span<const uint8_t>, std::span<const AttributeRequest>) -> Expected<Mesh> {
-            return unsupported("the CUDA decoder takes patches only, not whole Draco streams");
+            const CurrentDevice current(state.device);
+            return state.decoder->decode(tasks, progress);
           }};
 }
 

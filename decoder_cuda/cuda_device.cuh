@@ -33,36 +33,51 @@ __global__ void run_warps(uint32_t count, Body body) {
 
 // Movable; its arrays must not outlive it.
 class CudaDevice {
- public:
-  template <typename T>
-  class Array {
+  // Pinned: copies to the device leave it at their own pace.
+  template <typename T, bool kOnHost>
+  class Memory {
    public:
-    Array() = default;
-    Array(Array&& other) noexcept
+    Memory() = default;
+    Memory(Memory&& other) noexcept
         : data_(std::exchange(other.data_, nullptr)), count_(std::exchange(other.count_, 0)) {}
-    Array& operator=(Array&& other) noexcept {
+    Memory& operator=(Memory&& other) noexcept {
       std::swap(data_, other.data_);
       std::swap(count_, other.count_);
       return *this;
     }
-    ~Array() { (void)cudaFree(data_); }
+    ~Memory() { release(); }
 
     // What was in it is lost where it grows.
     Status reserve(size_t count) {
       if (count <= count_) return {};
-      (void)cudaFree(data_);
-      data_ = nullptr;
-      count_ = 0;
-      Status status = cuda_status(cudaMalloc(&data_, count * sizeof(T)), "cannot allocate memory");
-      if (status.ok()) count_ = count;
+      release();
+      void* memory = nullptr;
+      const size_t bytes = count * sizeof(T);
+      Status status = cuda_status(kOnHost ? cudaMallocHost(&memory, bytes) : cudaMalloc(&memory, bytes),
+                                  kOnHost ? "cannot pin memory" : "cannot allocate memory");
+      if (!status.ok()) return status;
+      data_ = static_cast<T*>(memory);
+      count_ = count;
       return status;
     }
     T* data() const { return data_; }
 
    private:
+    void release() {
+      (void)(kOnHost ? cudaFreeHost(data_) : cudaFree(data_));
+      data_ = nullptr;
+      count_ = 0;
+    }
+
     T* data_ = nullptr;
     size_t count_ = 0;
   };
+
+ public:
+  template <typename T>
+  using Array = Memory<T, false>;
+  template <typename T>
+  using HostArray = Memory<T, true>;
 
   // On `stream`, which must outlive it, or on one of its own where that is null.
   static Expected<CudaDevice> create(cudaStream_t stream) {
@@ -87,15 +102,12 @@ class CudaDevice {
   }
 
   template <typename T>
-  Status upload(Array<T>& array, std::span<const T> values) {
-    if (Status status = array.reserve(values.size()); !status.ok()) return status;
-    return cuda_status(
-        cudaMemcpyAsync(array.data(), values.data(), values.size_bytes(), cudaMemcpyHostToDevice, stream_),
-        "upload");
+  Status upload(T* to, const T* from, size_t count) {
+    return cuda_status(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream_), "upload");
   }
   template <typename T>
-  Status download(T* out, const T* data, size_t count) {
-    return cuda_status(cudaMemcpyAsync(out, data, count * sizeof(T), cudaMemcpyDeviceToHost, stream_),
+  Status download(T* to, const T* from, size_t count) {
+    return cuda_status(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream_),
                        "download");
   }
   template <typename Body>
@@ -111,6 +123,11 @@ class CudaDevice {
     if (count == 0) return {};
     run_warps<<<(count + kWarps - 1) / kWarps, kWarps * WarpLanes::size(), 0, stream_>>>(count, body);
     return cuda_status(cudaGetLastError(), "launch");
+  }
+  uint64_t free_memory() const {
+    size_t free = 0, total = 0;
+    (void)cuda_status(cudaMemGetInfo(&free, &total), "free memory");
+    return free;
   }
   Status wait() { return cuda_status(cudaStreamSynchronize(stream_), "decoding"); }
 

@@ -29,48 +29,58 @@ struct CudaAttribute {
   float* grid = nullptr;
 };
 
-// Stitched, points are those of the mesh, and there are all patches. Otherwise every patch has the points that
-// it decodes to, those on its border as well: for cluster rendering, and for some patches of many. Faces and
-// points stand patch after patch, from `first` up to `end`; indices count from the first point of all.
+// One mesh, or some of its patches: [first, end), where a residue is one more patch, the last.
 //
-// A stock Draco stream is a container of one patch, if its number of points is given.
+// Stitched, these have the faces and points of the mesh that the directory gives them: indices are the mesh's,
+// values begin with the first point that patch `first` owns. Patches that they refer to are decoded as well,
+// and not written. A mesh larger than the device is decoded window after window.
+//
+// Otherwise every patch has the points that it decodes to, those on its border as well: for cluster rendering.
+// Faces and points stand patch after patch; indices count from the first point of all.
+//
+// A stock Draco stream is a container of one patch, if it is said how many points there is room for.
 struct CudaPrimitive {
   std::span<const uint8_t> container;  // on the host
-  std::vector<CudaAttribute> attributes;
+  std::vector<CudaAttribute> attributes{};
   void* indices = nullptr;   // on the device: three for each face of the directory
   uint32_t index_bytes = 4;  // 2 or 4
   bool is_stitched = true;
-  uint32_t first = 0, end = 0xffffffff;  // patches, where they are not stitched; a residue is the last
+  uint32_t first = 0, end = 0xffffffff;  // patches
   // On the device, or null; for patches that are not stitched. The box of each, three least and three most of
   // the first attribute's three floats.
   float* bounds = nullptr;
-  uint32_t stream_points = 0;  // of a stock Draco stream; 0 for a container
+  uint32_t stream_points = 0;  // of a stock Draco stream the most that there is room for; 0 for a container
+  // The container is on the device: start waits for a copy of it on the host, to plan by.
+  bool is_on_device = false;
 };
 
 // Decodes any number of primitives at once to memory of the device. Its own memory there grows to the largest
-// batch, and is kept. Not safe to share between threads; a device may have several. Wherever one is called the
-// device must be current for which it was created.
+// batch, and is kept. Not safe to share between threads; a device may have several.
 class CudaDecoder {
  public:
-  // For the current device. Work is in the order of `stream`, or of a stream of its own where that is null.
+  // For the device that is current, and in the order of `stream`, or of a stream of its own where that is null.
   // Errors: kUnsupported without a device, kRuntimeFailure where CUDA fails.
   static Expected<CudaDecoder> create(CUstream_st* stream = nullptr);
   CudaDecoder(CudaDecoder&&) noexcept;
   ~CudaDecoder();
 
-  // Starts to decode, of which finish is the end. What it is given on the host may go when it returns. Errors:
-  // kUsage for what cannot be asked for, kInvalidInput for broken containers and headers, kUnsupported for
-  // versions of them that are not known, kRuntimeFailure where CUDA fails.
+  // Starts to decode, of which finish is the end: containers must stay where they are until then. Errors:
+  // kRuntimeFailure where CUDA fails; all others are for finish.
   Status start(std::span<const CudaPrimitive> primitives);
-  // Waits. The first error of a stream, with its place. Others are right nevertheless, but for faces that share
-  // a point with a broken patch; of broken ones nothing is promised but that indices are below the number of
-  // points, and that nothing else was written to.
+  // Waits. The first error, with its place: kUsage for what cannot be asked for, kInvalidInput for what is
+  // broken, kUnsupported for versions that are not known, kRuntimeFailure where CUDA fails. What is not broken
+  // is right nevertheless, but for faces that share a point with a broken patch; of broken patches nothing is
+  // promised but that indices are below the number of points, and that nothing else was written to.
   Status finish();
+  // After finish: the first error of a primitive of the batch.
+  Status status(size_t primitive) const;
+  // After finish: how many points a stock Draco stream has that is not broken.
+  uint32_t point_count(size_t primitive) const;
 
-  // Bytes of the device that patches may take which are decoded at once, beside the compressed ones, four a
-  // point, four thousand a patch, and the results. More patches wait for their turn, and come out the same. A
-  // patch that takes more is decoded all the same.
-  void set_workspace_limit(uint64_t bytes);
+  // How much memory of the device it may take beside the results. More patches wait for their turn, and come
+  // out the same. What all of a batch need, compressed bytes and some for a point and a patch, and what one
+  // patch takes on its own, is taken in any case.
+  void set_memory_limit(uint64_t bytes);
 
   // Milliseconds of each stage between start and finish, as the device's events measure them. Measuring is off
   // at first; each call is for what was decoded since the last.
@@ -83,10 +93,11 @@ class CudaDecoder {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// All patches at once, on the device that is current when it is first used. Safe to call from several threads,
-// which wait for each other; memory of the device is kept for the next mesh. Attributes must be asked for in
-// the types that they were encoded in. Errors: kUnsupported without a device, and for whole Draco streams;
-// kRuntimeFailure where the device fails.
-DecodeBackend cuda_backend();
+// All tasks at once, on the device that is current when it is first used. Takes at most so many bytes of the
+// device, or where that is 0 what is free: more is decoded in parts. Safe to call from several threads, which
+// wait for each other; memory of the device is kept for the next call. Attributes must be asked for in the
+// types that they were encoded in. Errors: kUnsupported without a device and for other types; kRuntimeFailure
+// where the device fails.
+DecodeBackend cuda_backend(uint64_t memory_limit = 0);
 
 }  // namespace psplit

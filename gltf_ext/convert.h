@@ -34,9 +34,6 @@ struct PrimitiveReport {
   EncodeStatistics statistics;
 };
 
-// Called with the number of finished primitives and their total; may come from any thread.
-using Progress = std::function<void(size_t done, size_t total)>;
-
 // Replaces the geometry of every triangle primitive in place. On error the document is unusable.
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
                                                        const DecodeBackend& backend, const ThreadPool& pool,

@@ -1,5 +1,3 @@
-#include <atomic>
-
 #include "gltf_ext/convert.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/primitive_edit.h"
@@ -15,19 +13,11 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
     if (kind->storage != PrimitiveStorage::kPlain) wanted.push_back(id);
   }
   const std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
-  std::vector<Mesh> meshes(groups.size());
-  std::vector<Status> statuses(groups.size());
-  std::atomic<size_t> done = 0;
-  pool.for_each(groups.size(), [&](size_t i) {
-    Expected<Mesh> mesh = read_primitive(document, groups[i].ids.front(), backend, pool);
-    if (mesh.ok())
-      meshes[i] = std::move(*mesh);
-    else
-      statuses[i] = mesh.status();
-    if (progress) progress(++done, groups.size());
-  });
-  for (Status& status : statuses)
-    if (!status.ok()) return std::move(status);
+  std::vector<PrimitiveId> ids;
+  for (const PrimitiveGroup& group : groups) ids.push_back(group.ids.front());
+  const std::vector<Expected<Mesh>> meshes = read_primitives(document, ids, backend, pool, progress);
+  for (const Expected<Mesh>& mesh : meshes)
+    if (!mesh) return mesh.status();
 
   PrimitiveEditor editor(document);
   for (size_t i = 0; i < groups.size(); ++i) {
@@ -36,7 +26,7 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
     for (const char* name : {kExtensionName, kStockExtensionName})
       if (const Json* extension = extension_field(first, name))
         for (const auto& [semantic, id] : (*extension)["attributes"].items()) decoded.push_back(semantic);
-    editor.set_geometry(groups[i], meshes[i], {}, GeometryData::kInBufferViews, decoded);
+    editor.set_geometry(groups[i], *meshes[i], {}, GeometryData::kInBufferViews, decoded);
     for (const PrimitiveId id : groups[i].ids) {
       Json& primitive = primitive_json(document, id);
       Json& extensions = primitive["extensions"];

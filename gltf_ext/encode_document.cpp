@@ -179,10 +179,8 @@ bool all_degenerate(const Mesh& mesh) {
   });
 }
 
-Status read_job(const Document& document, const DecodeBackend& backend, const ThreadPool& pool, Job& job,
-                std::string& skipped) {
+Status read_job(const Document& document, Expected<Mesh> mesh, Job& job, std::string& skipped) {
   const PrimitiveId id = job.group.ids.front();
-  Expected<Mesh> mesh = read_primitive(document, id, backend, pool);
   if (!mesh && mesh.status().code() == StatusCode::kUnsupported) {
     skipped = mesh.status().message();
     return {};
@@ -335,11 +333,15 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
     else
       result.skipped[{id.mesh, id.primitive}] = *reason;
   }
-  for (PrimitiveGroup& group : group_equal_primitives(document, wanted)) {
+  std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
+  std::vector<PrimitiveId> ids;
+  for (const PrimitiveGroup& group : groups) ids.push_back(group.ids.front());
+  std::vector<Expected<Mesh>> meshes = read_primitives(document, ids, backend, pool);
+  for (size_t i = 0; i < groups.size(); ++i) {
     Job job;
-    job.group = std::move(group);
+    job.group = std::move(groups[i]);
     std::string skipped;
-    if (Status status = read_job(document, backend, pool, job, skipped); !status.ok())
+    if (Status status = read_job(document, std::move(meshes[i]), job, skipped); !status.ok())
       return std::move(status).at(job.place(document));
     if (options.drop_degenerate && skipped.empty() && all_degenerate(job.mesh))
       skipped = "no triangles but degenerate ones";
@@ -369,6 +371,23 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
   return result;
 }
 
+// The accessors' bounds are those of decoded values: what encode_mesh did not decode to verify it is decoded
+// now.
+void decode_unverified(std::vector<Job>& jobs, const DecodeBackend& backend, const ThreadPool& pool) {
+  std::vector<Job*> left;
+  for (Job& job : jobs)
+    if (job.status.ok() && !job.encoded.decoded) left.push_back(&job);
+  std::vector<std::vector<AttributeRequest>> requests;
+  for (const Job* job : left) requests.push_back(requests_of(job->mesh, job->encoded.unique_ids));
+  std::vector<DecodeTask> tasks;
+  for (size_t i = 0; i < left.size(); ++i) tasks.push_back({left[i]->encoded.container, false, requests[i]});
+  std::vector<Expected<Mesh>> meshes = backend.decode(tasks, pool, {});
+  for (size_t i = 0; i < left.size(); ++i) {
+    left[i]->status = meshes[i].status();
+    if (meshes[i]) left[i]->encoded.decoded = std::move(*meshes[i]);
+  }
+}
+
 }  // namespace
 
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
@@ -385,21 +404,13 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
     size_t stride = 0;
     const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
     Expected<EncodedMesh> encoded = encode_mesh(job.mesh, job.codings, job.options, pool, extra, stride);
-    if (encoded.ok()) {
+    if (encoded.ok())
       job.encoded = std::move(*encoded);
-      if (!job.encoded.decoded) {
-        Expected<Mesh> decoded = backend.decode_container(job.encoded.container,
-                                                          requests_of(job.mesh, job.encoded.unique_ids), pool);
-        if (decoded.ok())
-          job.encoded.decoded = std::move(*decoded);
-        else
-          job.status = decoded.status();
-      }
-    } else {
+    else
       job.status = encoded.status();
-    }
     if (progress) progress(++done, jobs.size());
   });
+  decode_unverified(jobs, backend, pool);
 
   std::map<std::pair<size_t, size_t>, PrimitiveReport> reports;
   for (const auto& [id, reason] : read->skipped) reports[id] = {{id.first, id.second}, reason, 0, 0, 0, {}};

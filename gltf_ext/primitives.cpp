@@ -126,31 +126,26 @@ Expected<Array<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& 
   return faces;
 }
 
-Expected<Mesh> read(const Document& document, PrimitiveId id, const DecodeBackend& backend,
-                    const ThreadPool& pool) {
-  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-  if (!kind) return kind.status();
+// What there is beside the attributes that an extension stores, which `mesh` holds.
+Expected<Mesh> read_plain(const Document& document, PrimitiveId id, PrimitiveStorage storage, Mesh mesh) {
   const Json& primitive = *find_primitive(document, id);
-  const auto mode = integer_field_or(primitive, "mode", 4);
-  if (!kind->triangles) return unsupported("mode " + std::to_string(mode.value_or(-1)) + " has no triangles");
-  Mesh mesh;
-  if (kind->storage != PrimitiveStorage::kPlain) {
-    const bool patched = kind->storage == PrimitiveStorage::kPatches;
-    const auto stored = stored_primitive(document, id, patched ? kExtensionName : kStockExtensionName);
-    if (!stored) return stored.status();
-    Expected<Mesh> decoded = patched ? backend.decode_container(stored->bytes, stored->requests, pool)
-                                     : backend.decode_stream(stored->bytes, stored->requests);
-    if (!decoded) return decoded.status();
-    mesh = std::move(*decoded);
-  }
   if (Status status = read_plain_attributes(document, primitive, mesh); !status.ok()) return status;
-  if (kind->storage != PrimitiveStorage::kPlain) return mesh;
+  if (storage != PrimitiveStorage::kPlain) return mesh;
   const auto indices = read_indices(document, primitive, mesh.point_count);
   if (!indices) return indices.status();
-  auto faces = triangles(*indices, *mode);
+  auto faces = triangles(*indices, *integer_field_or(primitive, "mode", 4));
   if (!faces) return faces.status();
   mesh.faces = std::move(*faces);
   return mesh;
+}
+
+// Everything that must be known of a primitive before it is decoded.
+Expected<PrimitiveStorage> triangle_storage(const Document& document, PrimitiveId id) {
+  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+  if (!kind) return kind.status();
+  if (kind->triangles) return kind->storage;
+  const auto mode = integer_field_or(*find_primitive(document, id), "mode", 4);
+  return unsupported("mode " + std::to_string(mode.value_or(-1)) + " has no triangles");
 }
 
 }  // namespace
@@ -185,9 +180,47 @@ std::vector<PrimitiveId> all_primitives(const Document& document) {
 
 Expected<Mesh> read_primitive(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                               const ThreadPool& pool) {
-  Expected<Mesh> mesh = read(document, id, backend, pool);
-  if (!mesh) return mesh.status().at(place_of(id)).at({.file = document.source.string()});
-  return mesh;
+  return std::move(read_primitives(document, {&id, 1}, backend, pool).front());
+}
+
+std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<const PrimitiveId> ids,
+                                            const DecodeBackend& backend, const ThreadPool& pool,
+                                            const Progress& progress) {
+  std::vector<Expected<Mesh>> meshes(ids.size(), Mesh());
+  std::vector<PrimitiveStorage> storages(ids.size(), PrimitiveStorage::kPlain);
+  std::vector<StoredPrimitive> stored;
+  std::vector<size_t> decoded;  // which of `ids` are
+  stored.reserve(ids.size());
+  for (size_t i = 0; i < ids.size(); ++i) {
+    const Expected<PrimitiveStorage> storage = triangle_storage(document, ids[i]);
+    if (!storage) {
+      meshes[i] = storage.status();
+      continue;
+    }
+    storages[i] = *storage;
+    if (*storage == PrimitiveStorage::kPlain) continue;
+    auto primitive = stored_primitive(
+        document, ids[i], *storage == PrimitiveStorage::kPatches ? kExtensionName : kStockExtensionName);
+    if (!primitive) {
+      meshes[i] = primitive.status();
+      continue;
+    }
+    stored.push_back(std::move(*primitive));
+    decoded.push_back(i);
+  }
+  std::vector<DecodeTask> tasks;
+  for (size_t n = 0; n < stored.size(); ++n)
+    tasks.push_back(
+        {stored[n].bytes, storages[decoded[n]] == PrimitiveStorage::kStockDraco, stored[n].requests});
+  if (!tasks.empty()) {
+    std::vector<Expected<Mesh>> results = backend.decode(tasks, pool, progress);
+    for (size_t n = 0; n < tasks.size(); ++n) meshes[decoded[n]] = std::move(results[n]);
+  }
+  pool.for_each(ids.size(), [&](size_t i) {
+    if (meshes[i]) meshes[i] = read_plain(document, ids[i], storages[i], std::move(*meshes[i]));
+    if (!meshes[i]) meshes[i] = meshes[i].status().at(place_of(ids[i])).at({.file = document.source.string()});
+  });
+  return meshes;
 }
 
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id) {

@@ -32,6 +32,11 @@ std::vector<PrimitiveId> all_primitives(const Document& document);
 Expected<Mesh> read_primitive(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                               const ThreadPool& pool);
 
+// Many at once, for backends that decode many at once. A mesh or an error for each of `ids`.
+std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<const PrimitiveId> ids,
+                                            const DecodeBackend& backend, const ThreadPool& pool,
+                                            const Progress& progress = {});
+
 // One array per morph target and semantic, in the order of the primitive's `targets`: each entry is the
 // accessor that holds it and its data. Empty without morph targets.
 struct MorphAttribute {

@@ -5,19 +5,20 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <optional>
 #include <thread>
 
 namespace psplit {
 
 struct ThreadPool::Arena {
-  explicit Arena(int count)
-      : thread_count(count),
-        // Lets the arena have more workers than cores when the user asks for that.
-        control(tbb::global_control::max_allowed_parallelism,
-                std::max<size_t>(static_cast<size_t>(count), std::thread::hardware_concurrency())),
-        arena(count) {}
+  explicit Arena(int count) : thread_count(count), arena(count) {
+    // Lets the arena have more workers than cores when the user asks for that.
+    const auto wanted = static_cast<size_t>(count);
+    if (wanted > std::thread::hardware_concurrency())
+      control.emplace(tbb::global_control::max_allowed_parallelism, wanted);
+  }
   int thread_count;
-  tbb::global_control control;
+  std::optional<tbb::global_control> control;
   mutable tbb::task_arena arena;
 };
 

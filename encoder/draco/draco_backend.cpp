@@ -272,6 +272,6 @@ Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> strea
   return description;
 }
 
-DecodeBackend draco_backend() { return {"draco", decode_container, decode_stream}; }
+DecodeBackend draco_backend() { return one_by_one("draco", decode_container, decode_stream); }
 
 }  // namespace psplit

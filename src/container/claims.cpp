@@ -1,5 +1,7 @@
 #include "src/container/claims.h"
 
+#include <algorithm>
+
 #include "src/core/workspace.h"
 
 namespace psplit {
@@ -29,10 +31,11 @@ Status differs_from_directory(const char* what, uint32_t stream, uint32_t direct
                        std::to_string(directory));
 }
 
-Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t point_count) {
+Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t room) {
   const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
   if (stream.size() > 0xffffffffu) return unsupported("Draco stream: of more than 4 GiB");
+  const auto point_count = static_cast<uint32_t>(std::min<uint64_t>(core::most_points(*header), room));
   Container container;
   container.entries = {{static_cast<uint32_t>(stream.size()), header->counts.face_count, point_count, 0, 0}};
   container.stitch = {{}};

@@ -18,8 +18,9 @@ Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream)
 // point into the streams. Errors name the patch.
 Expected<std::vector<core::StreamHeader>> check_claims(const Container& container);
 
-// A Draco stream of so many points, as the only patch of a container. Errors: those of read_stream_header.
-Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t point_count);
+// A Draco stream as the only patch of a container. Its row has the most points that it can decode to, and no
+// more than there is room for. Errors: those of read_stream_header.
+Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t room = 0xfffffffeu);
 
 Status differs_from_directory(const char* what, uint32_t stream, uint32_t directory);
 

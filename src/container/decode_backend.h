@@ -23,15 +23,36 @@ struct AttributeRequest {
   bool normalized = false;
 };
 
+// What becomes one mesh.
+struct DecodeTask {
+  std::span<const uint8_t> bytes;  // a container (src/container/container.h), or one stock Draco mesh stream
+  bool is_stream = false;
+  std::span<const AttributeRequest> requests;  // every attribute wanted
+};
+
+// Called with the number of finished tasks and their total; may come from any thread.
+using Progress = std::function<void(size_t done, size_t total)>;
+
 struct DecodeBackend {
   std::string name;
-  // A container (src/container/container.h) to the stitched mesh. `requests` name every attribute wanted.
-  std::function<Expected<Mesh>(std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
-                               const ThreadPool& pool)>
-      decode_container;
-  // One stock Draco mesh stream to a mesh.
-  std::function<Expected<Mesh>(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests)>
-      decode_stream;
+  // A mesh, stitched, or an error for each task, in their order; one's error is no other's.
+  std::function<std::vector<Expected<Mesh>>(std::span<const DecodeTask> tasks, const ThreadPool& pool,
+                                            const Progress& progress)>
+      decode;
+
+  Expected<Mesh> decode_container(std::span<const uint8_t> container,
+                                  std::span<const AttributeRequest> requests, const ThreadPool& pool) const;
+  Expected<Mesh> decode_stream(std::span<const uint8_t> stream,
+                               std::span<const AttributeRequest> requests) const;
 };
+
+// A backend that knows one task at a time. Both functions are called from many threads.
+DecodeBackend one_by_one(
+    std::string name,
+    std::function<Expected<Mesh>(std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
+                                 const ThreadPool& pool)>
+        decode_container,
+    std::function<Expected<Mesh>(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests)>
+        decode_stream);
 
 }  // namespace psplit

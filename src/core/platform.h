@@ -35,7 +35,9 @@
 
 // Builds with PSPLIT_CORE_CHECKS stop at the first index out of bounds. Others rely on what tests and fuzzers
 // showed with it, and on the checks of everything that a stream says.
-#if defined(PSPLIT_CORE_CHECKS)
+#if defined(PSPLIT_CORE_CHECKS) && defined(__CUDA_ARCH__)
+#define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : __trap())
+#elif defined(PSPLIT_CORE_CHECKS)
 #define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : __builtin_trap())
 #else
 #define PSPLIT_CORE_CHECK(x) ((void)0)

@@ -18,6 +18,17 @@ PSPLIT_HD inline uint64_t justified_bytes(uint64_t stream_bytes) {
   return (uint64_t{1} << 26) + 4096 * stream_bytes;
 }
 
+// How many points a stream is likely to have where no directory says: as many as vertices, and some for seams.
+PSPLIT_HD inline uint32_t likely_points(const StreamHeader& header) {
+  const uint32_t points = header.counts.vertex_limit + header.point_count;
+  return header.attribute_data_count > 0 ? points + points / 8 : points;
+}
+// More it does not have.
+PSPLIT_HD inline uint64_t most_points(const StreamHeader& header) {
+  if (!header.edgebreaker) return header.point_count;
+  return header.attribute_data_count > 0 ? uint64_t{3} * header.counts.face_count : header.counts.vertex_limit;
+}
+
 // Memory that every stream decodes in which an encoder wrote and for which `values` is true, and in which its
 // border is walked. A stream that needs more lies about its counts, or about its attributes.
 template <typename Index>

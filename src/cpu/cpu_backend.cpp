@@ -23,17 +23,13 @@ ScratchPool& scratch_pool() {
 // What `use` below returns to be called again with more memory.
 Status more_memory() { return runtime_failure("the scratch is too small"); }
 
-// Memory that does for all but liars. `points` is 0 where no directory says: then as many as there are
-// vertices, and some for seams.
+// Memory that does for all but liars. `points` is 0 where no directory says.
 template <typename Index>
 size_t likely_size(const core::StreamHeader& header, std::span<const uint8_t> stream, uint32_t points,
                    std::span<const AttributeRequest> requests) {
+  if (points == 0) points = core::likely_points(header);
   core::ValueCounts values{points, static_cast<uint32_t>(requests.size()), 0};
   for (const AttributeRequest& request : requests) values.components += request.component_count;
-  if (points == 0) {
-    values.points = header.counts.vertex_limit + header.point_count;
-    if (header.attribute_data_count > 0) values.points += values.points / 8;
-  }
   return static_cast<size_t>(std::min<uint64_t>(core::workspace_bytes<Index>(header, stream.size(), values),
                                                 core::justified_bytes(stream.size())));
 }
@@ -377,6 +373,6 @@ Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
   return description;
 }
 
-DecodeBackend cpu_backend() { return {"cpu", decode_container, decode_stream}; }
+DecodeBackend cpu_backend() { return one_by_one("cpu", decode_container, decode_stream); }
 
 }  // namespace psplit

@@ -1,23 +1,41 @@
 // The whole decoder of a device but for the device: every body of its kernels by the emulated warp, in several
 // orders, against libdraco.
-#include "decoder_cuda/batch_decoder.h"
-
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <random>
 
+#include "decoder_cuda/host_decoder.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/decoder_cuda/emulated_device.h"
 #include "tests/decoder_cuda/mutants.h"
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
 
-TEST(BatchDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
+Expected<Mesh> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const uint8_t> container,
+                      std::span<const AttributeRequest> requests) {
+  const DecodeTask task{container, false, requests};
+  return std::move(decoder.decode({&task, 1}).front());
+}
+
+// A container, or a stream, as a decoder is given it.
+struct Parsed {
+  Container container;
+  std::vector<core::StreamHeader> headers;
+};
+Parsed parsed(Expected<Container> container) {
+  EXPECT_TRUE(container) << container.status().to_string();
+  Expected<std::vector<core::StreamHeader>> headers = check_claims(*container);
+  EXPECT_TRUE(headers) << headers.status().to_string();
+  return {std::move(*container), std::move(*headers)};
+}
+
+TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
   const ThreadPool pool(2);
-  std::vector<BatchDecoder<EmulatedDevice>> decoders;
+  std::vector<HostDecoder<EmulatedDevice>> decoders;
   for (const LaneOrder& order : kLaneOrders) decoders.emplace_back(EmulatedDevice(order));
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
@@ -25,8 +43,7 @@ TEST(BatchDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
     const std::vector<uint8_t>& container = sample.encoded.container;
     const Expected<Mesh> expected = draco_backend().decode_container(container, sample.requests, pool);
     ASSERT_TRUE(expected) << expected.status().to_string();
-    const Expected<Mesh> decoded =
-        decode_to_host(decoders[count++ % decoders.size()], container, sample.requests);
+    const Expected<Mesh> decoded = decode(decoders[count++ % decoders.size()], container, sample.requests);
     ASSERT_TRUE(decoded) << decoded.status().to_string();
     EXPECT_TRUE(same_bits(*decoded, *expected));
   }
@@ -38,11 +55,20 @@ struct Outputs {
   std::vector<EmulatedDevice::Array<uint8_t>> values;
 };
 
-BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Container& container,
+BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Parsed& input) {
+  BatchPrimitive primitive;
+  primitive.bytes = bytes;
+  primitive.container = &input.container;
+  primitive.headers = &input.headers;
+  return primitive;
+}
+BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Parsed& input,
                                std::span<const AttributeRequest> requests, Outputs& outputs) {
+  const Container& container = input.container;
   (void)outputs.indices.reserve(size_t{3} * container.face_count());
   outputs.values.resize(requests.size());
-  BatchPrimitive primitive{bytes, &container, {}, outputs.indices.data(), 4};
+  BatchPrimitive primitive = batch_primitive(bytes, input);
+  primitive.indices = outputs.indices.data();
   for (size_t i = 0; i < requests.size(); ++i) {
     const auto stride =
         static_cast<uint32_t>(component_bytes(requests[i].component_type)) * requests[i].component_count;
@@ -56,12 +82,9 @@ BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Container& 
 TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
   const ThreadPool pool(2);
   const std::vector<PatchedSample> samples = patched_samples(pool);
-  std::vector<Container> containers;
-  for (const PatchedSample& sample : samples) {
-    Expected<Container> container = parse_container(sample.encoded.container);
-    ASSERT_TRUE(container);
-    containers.push_back(std::move(*container));
-  }
+  std::vector<Parsed> containers;
+  for (const PatchedSample& sample : samples)
+    containers.push_back(parsed(parse_container(sample.encoded.container)));
   std::vector<Outputs> outputs(samples.size());
   std::vector<BatchPrimitive> primitives;
   for (size_t i = 0; i < samples.size(); ++i)
@@ -88,27 +111,29 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const Expected<Container> container = parse_container(sample.encoded.container);
+    const Parsed input = parsed(parse_container(sample.encoded.container));
     const Expected<Mesh> expected =
         draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
-    ASSERT_TRUE(container && expected);
+    ASSERT_TRUE(expected);
     uint32_t stride = 4;  // and four bytes between points that nobody writes to
     for (const Attribute& attribute : expected->attributes) stride += static_cast<uint32_t>(attribute.stride());
     std::vector<uint16_t> indices(3 * expected->faces.size());
     std::vector<uint8_t> points(size_t{stride} * expected->point_count, 0x5a);
-    BatchPrimitive primitive{sample.encoded.container, &*container, {}, indices.data(), 2};
+    BatchPrimitive primitive = batch_primitive(sample.encoded.container, input);
+    primitive.indices = indices.data();
+    primitive.index_bytes = 2;
     size_t offset = 0;
     for (size_t i = 0; i < sample.requests.size(); offset += expected->attributes[i++].stride())
       primitive.targets.push_back({sample.requests[i].unique_id, stored_type(sample.requests[i].component_type),
                                    sample.requests[i].component_count, points.data() + offset, stride,
                                    nullptr});
-    const Status started = decoder.start({&primitive, 1});
+    ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+    const Status status = decoder.finish();
     if (expected->point_count > 0xffff) {
-      EXPECT_EQ(started.code(), StatusCode::kUsage);
+      EXPECT_EQ(status.code(), StatusCode::kUsage);
       continue;
     }
-    ASSERT_TRUE(started.ok()) << started.to_string();
-    ASSERT_TRUE(decoder.finish().ok());
+    ASSERT_TRUE(status.ok()) << status.to_string();
     for (size_t i = 0; i < indices.size(); ++i) ASSERT_EQ(indices[i], expected->faces[i / 3][i % 3]);
     for (size_t point = 0; point < expected->point_count; ++point) {
       const uint8_t* at = points.data() + point * stride;
@@ -121,19 +146,106 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   }
 }
 
-TEST(BatchDecoder, DecodesInPartsWhereMemoryIsShort) {
+// Of results and of all else, down to a patch at a time.
+TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
   const ThreadPool pool(2);
-  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kDescending})};
-  for (const uint64_t limit : {uint64_t{1}, uint64_t{400'000}}) {
-    decoder.set_workspace_limit(limit);
-    for (const PatchedSample& sample : patched_samples(pool)) {
+  const std::vector<PatchedSample> samples = patched_samples(pool);
+  std::vector<DecodeTask> tasks;
+  for (const PatchedSample& sample : samples)
+    tasks.push_back({sample.encoded.container, false, sample.requests});
+  for (const uint64_t limit : {uint64_t{1}, uint64_t{400'000}, uint64_t{4'000'000}}) {
+    HostDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kDescending}), limit};
+    size_t last = 0;
+    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks, [&](size_t done, size_t total) {
+      EXPECT_EQ(total, tasks.size());
+      EXPECT_GT(done, last);
+      last = done;
+    });
+    EXPECT_EQ(last, tasks.size());
+    for (size_t i = 0; i < samples.size(); ++i) {
+      ASSERT_TRUE(decoded[i]) << samples[i].name << ": " << decoded[i].status().to_string();
       const Expected<Mesh> expected =
-          cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
-      const Expected<Mesh> decoded = decode_to_host(decoder, sample.encoded.container, sample.requests);
-      ASSERT_TRUE(decoded) << sample.name << ": " << decoded.status().to_string();
-      EXPECT_TRUE(same_bits(*decoded, *expected)) << sample.name;
+          cpu_backend().decode_container(samples[i].encoded.container, samples[i].requests, pool);
+      EXPECT_TRUE(same_bits(*decoded[i], *expected)) << samples[i].name;
     }
   }
+}
+
+// One mesh in a tenth of the memory that it takes at once.
+TEST(HostDecoder, TakesNoMoreMemoryThanItMay) {
+  const ThreadPool pool(2);
+  const Mesh mesh = make_grid(100, 100);
+  EncodeOptions options;
+  options.patch_count = 40;
+  options.verify = false;
+  const Expected<EncodedMesh> encoded = encode_mesh(mesh, std::vector<AttributeCoding>(1), options, pool);
+  ASSERT_TRUE(encoded) << encoded.status().to_string();
+  const std::vector<AttributeRequest> requests{{"POSITION", encoded->unique_ids[0]}};
+  const Expected<Mesh> expected = cpu_backend().decode_container(encoded->container, requests, pool);
+  ASSERT_TRUE(expected);
+  const size_t before = EmulatedDevice::bytes_in_use();
+  size_t whole = 0;
+  {
+    HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+    const Expected<Mesh> decoded = decode(decoder, encoded->container, requests);
+    ASSERT_TRUE(decoded && same_bits(*decoded, *expected));
+    whole = EmulatedDevice::bytes_in_use() - before;
+  }
+  const size_t limit = whole / 4;
+  EmulatedDevice::memory() = before + limit;
+  {
+    HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), limit};
+    const Expected<Mesh> decoded = decode(decoder, encoded->container, requests);
+    EXPECT_TRUE(decoded && same_bits(*decoded, *expected)) << decoded.status().to_string();
+  }
+  {
+    HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), whole};
+    const Expected<Mesh> decoded = decode(decoder, encoded->container, requests);
+    EXPECT_EQ(decoded.status().code(), StatusCode::kRuntimeFailure);
+  }
+  EmulatedDevice::memory() = ~size_t{0};
+}
+
+// Patches [2, 5) in their places of the mesh.
+TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
+  const ThreadPool pool(2);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 6})};
+  size_t count = 0;
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    const Parsed input = parsed(parse_container(sample.encoded.container));
+    const Container& container = input.container;
+    const Expected<Mesh> expected =
+        draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
+    ASSERT_TRUE(expected);
+    const auto streams = static_cast<uint32_t>(container.entries.size());
+    const uint32_t first = std::min(2u, streams), end = std::min(5u, streams);
+    Outputs outputs;
+    BatchPrimitive primitive = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+    primitive.first = first;
+    primitive.end = end;
+    ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+    const Status status = decoder.finish();
+    ASSERT_TRUE(status.ok()) << status.to_string();
+    const uint32_t first_face = container.face_base[first], first_point = container.owned_base[first];
+    const uint32_t faces = container.face_base[end] - first_face,
+                   points = container.owned_base[end] - first_point;
+    count += faces;
+    EXPECT_EQ(std::memcmp(outputs.indices.data(), expected->faces.data() + first_face, size_t{12} * faces), 0);
+    const auto is_poison = [](const auto* at, const auto* to) {
+      return std::all_of(at, to, [](auto value) { return static_cast<uint8_t>(value) == 0xa5; });
+    };
+    EXPECT_TRUE(
+        is_poison(outputs.indices.data() + 3 * faces, outputs.indices.data() + 3 * container.face_count()));
+    for (size_t k = 0; k < sample.requests.size(); ++k) {
+      const size_t stride = expected->attributes[k].stride();
+      const auto* const values = reinterpret_cast<const uint8_t*>(expected->attributes[k].values.data());
+      EXPECT_EQ(std::memcmp(outputs.values[k].data(), values + first_point * stride, points * stride), 0);
+      EXPECT_TRUE(is_poison(outputs.values[k].data() + points * stride,
+                            outputs.values[k].data() + container.point_count() * stride));
+    }
+  }
+  EXPECT_GT(count, 10'000u);
 }
 
 // Patches [1, 4) of each mesh as they are, one after the other.
@@ -143,8 +255,8 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const Expected<Container> container = parse_container(sample.encoded.container);
-    ASSERT_TRUE(container);
+    const Parsed input = parsed(parse_container(sample.encoded.container));
+    const Container* const container = &input.container;
     constexpr uint32_t kFirst = 1;
     const uint32_t end = std::min<uint32_t>(4, static_cast<uint32_t>(container->entries.size()));
     std::vector<Mesh> expected;
@@ -160,7 +272,11 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
     std::vector<uint32_t> indices(3 * faces);
     std::vector<float> bounds(6 * expected.size());
     std::vector<std::vector<uint8_t>> values;
-    BatchPrimitive primitive{sample.encoded.container, &*container, {}, indices.data(), 4, false, kFirst, 4};
+    BatchPrimitive primitive = batch_primitive(sample.encoded.container, input);
+    primitive.indices = indices.data();
+    primitive.is_stitched = false;
+    primitive.first = kFirst;
+    primitive.end = 4;
     for (const AttributeRequest& request : sample.requests) {
       const auto stride =
           static_cast<uint32_t>(component_bytes(request.component_type)) * request.component_count;
@@ -203,41 +319,68 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   EXPECT_GT(count, 50u);
 }
 
-// Streams for themselves, all of all meshes in one batch, as stock Draco has them.
-TEST(BatchDecoder, TakesStockStreams) {
+// Streams for themselves, all of all meshes in one call, as stock Draco has them: nobody says how many points.
+TEST(HostDecoder, TakesStockStreams) {
   const ThreadPool pool(2);
   const std::vector<PatchedSample> samples = patched_samples(pool);
-  std::vector<Container> containers, streams;
-  std::vector<size_t> sample_of_stream;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    containers.push_back(*parse_container(samples[i].encoded.container));
-    for (size_t n = 0; n < containers.back().streams.size(); ++n) {
-      Expected<Container> stream =
-          container_of_stream(containers.back().streams[n], containers.back().entries[n].point_count);
-      ASSERT_TRUE(stream);
-      streams.push_back(std::move(*stream));
-      sample_of_stream.push_back(i);
+  std::vector<DecodeTask> tasks;
+  for (const PatchedSample& sample : samples) {
+    const Expected<Container> container = parse_container(sample.encoded.container);
+    ASSERT_TRUE(container);
+    for (const std::span<const uint8_t> stream : container->streams)
+      tasks.push_back({stream, true, sample.requests});
+  }
+  for (const uint64_t limit : {uint64_t{0}, uint64_t{1'000'000}}) {
+    HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), limit};
+    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks);
+    for (size_t i = 0; i < tasks.size(); ++i) {
+      const Expected<Mesh> expected = draco_backend().decode_stream(tasks[i].bytes, tasks[i].requests);
+      ASSERT_TRUE(expected && decoded[i]) << decoded[i].status().to_string();
+      EXPECT_TRUE(same_bits(*decoded[i], *expected));
     }
   }
-  std::vector<Outputs> outputs(streams.size());
-  std::vector<BatchPrimitive> primitives;
-  for (size_t n = 0; n < streams.size(); ++n)
-    primitives.push_back(
-        batch_primitive(streams[n].streams[0], streams[n], samples[sample_of_stream[n]].requests, outputs[n]));
+}
+
+// A stream in less room than its points take is refused, and writes nothing behind it.
+TEST(BatchDecoder, TakesNoMoreRoomThanThereIs) {
+  const ThreadPool pool(2);
+  const PatchedSample sample = patched_samples(pool).front();
+  const std::span<const uint8_t> stream = parse_container(sample.encoded.container)->streams[0];
+  const Expected<Mesh> expected = draco_backend().decode_stream(stream, sample.requests);
+  ASSERT_TRUE(expected);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  ASSERT_TRUE(decoder.start(primitives).ok());
-  const Status status = decoder.finish();
-  ASSERT_TRUE(status.ok()) << status.to_string();
-  for (size_t n = 0; n < streams.size(); ++n) {
-    const PatchedSample& sample = samples[sample_of_stream[n]];
-    const Expected<Mesh> expected = draco_backend().decode_stream(streams[n].streams[0], sample.requests);
-    ASSERT_TRUE(expected);
-    EXPECT_EQ(std::memcmp(outputs[n].indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
-    for (size_t k = 0; k < sample.requests.size(); ++k) {
-      const Array<std::byte>& values = expected->attributes[k].values;
-      EXPECT_EQ(std::memcmp(outputs[n].values[k].data(), values.data(), values.size()), 0) << sample.name;
+  for (const uint32_t less : {0u, 1u}) {
+    const Parsed input = parsed(container_of_stream(stream, expected->point_count - less));
+    Outputs outputs;
+    BatchPrimitive primitive = batch_primitive(stream, input, sample.requests, outputs);
+    primitive.is_stream = true;
+    ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+    EXPECT_EQ(decoder.finish().code(), less == 0 ? StatusCode::kOk : StatusCode::kInvalidInput);
+    if (less == 0) {
+      EXPECT_EQ(decoder.point_count(0), expected->point_count);
     }
   }
+}
+
+// What is on the device already is read there.
+TEST(BatchDecoder, TakesContainersOnTheDevice) {
+  const ThreadPool pool(2);
+  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  const PatchedSample sample = patched_samples(pool).front();
+  std::vector<uint8_t> on_device = sample.encoded.container;
+  const Parsed input = parsed(parse_container(sample.encoded.container));
+  const Expected<Mesh> expected =
+      cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+  Outputs outputs;
+  BatchPrimitive primitive = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+  primitive.device_bytes = on_device.data();
+  ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+  ASSERT_TRUE(decoder.finish().ok());
+  EXPECT_EQ(std::memcmp(outputs.indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
+  // And nowhere else.
+  std::fill(on_device.begin(), on_device.end(), uint8_t{0});
+  ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+  EXPECT_EQ(decoder.finish().code(), StatusCode::kInvalidInput);
 }
 
 // What places on grids stand for is what floats are decoded to, bit for bit.
@@ -247,10 +390,10 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const Expected<Container> container = parse_container(sample.encoded.container);
+    const Parsed input = parsed(parse_container(sample.encoded.container));
     const Expected<Mesh> expected =
         cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
-    ASSERT_TRUE(container && expected);
+    ASSERT_TRUE(expected);
     for (size_t i = 0; i < sample.requests.size(); ++i) {
       const AttributeRequest& request = sample.requests[i];
       if (request.component_type != ComponentType::kFloat32) continue;
@@ -258,7 +401,8 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
       std::vector<uint32_t> indices(3 * expected->faces.size());
       std::vector<uint16_t> places(size_t{components} * points);
       std::vector<float> grid(components + 1);
-      BatchPrimitive primitive{sample.encoded.container, &*container, {}, indices.data()};
+      BatchPrimitive primitive = batch_primitive(sample.encoded.container, input);
+      primitive.indices = indices.data();
       primitive.targets = {{request.unique_id, core::DataType::kUint16, request.component_count,
                             reinterpret_cast<uint8_t*>(places.data()), 2 * components, grid.data()}};
       ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
@@ -281,37 +425,46 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
 // One attribute of several: the others take memory as well.
 TEST(BatchDecoder, DecodesSomeAttributesOnly) {
   const ThreadPool pool(2);
-  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     if (sample.requests.size() < 2) continue;
     ++count;
     const std::vector<AttributeRequest> first{sample.requests.front()};
     const Expected<Mesh> expected = cpu_backend().decode_container(sample.encoded.container, first, pool);
-    const Expected<Mesh> decoded = decode_to_host(decoder, sample.encoded.container, first);
+    const Expected<Mesh> decoded = decode(decoder, sample.encoded.container, first);
     ASSERT_TRUE(decoded) << sample.name << ": " << decoded.status().to_string();
     EXPECT_TRUE(same_bits(*decoded, *expected)) << sample.name;
   }
   EXPECT_GT(count, 10u);
 }
 
+// And decodes the rest of the batch.
 TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
   const ThreadPool pool(2);
   const PatchedSample sample = patched_samples(pool).front();
-  const Expected<Container> container = parse_container(sample.encoded.container);
-  ASSERT_TRUE(container);
+  const Parsed input = parsed(parse_container(sample.encoded.container));
+  const Expected<Mesh> expected =
+      cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  Outputs outputs;
-  const BatchPrimitive good = batch_primitive(sample.encoded.container, *container, sample.requests, outputs);
+  Outputs outputs, refused_outputs;
+  const BatchPrimitive good = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
   const auto refused = [&](auto change) {
-    BatchPrimitive bad = good;
+    BatchPrimitive bad = batch_primitive(sample.encoded.container, input, sample.requests, refused_outputs);
     change(bad);
-    return decoder.start({&bad, 1}).code();
+    const BatchPrimitive batch[] = {bad, good};
+    EXPECT_TRUE(decoder.start(batch).ok());
+    const Status status = decoder.finish();
+    EXPECT_EQ(status.place().primitive, 0);
+    EXPECT_EQ(decoder.status(0).code(), status.code());
+    EXPECT_TRUE(decoder.status(1).ok());
+    EXPECT_EQ(std::memcmp(outputs.indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
+    std::memset(outputs.indices.data(), 0, 12 * expected->faces.size());
+    return status.code();
   };
   float bounds[6];
   EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.index_bytes = 3; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.first = 1; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.end = 1; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.first = 3, bad.end = 2; }), StatusCode::kUsage);
   EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.is_stitched = false, bad.first = 3, bad.end = 2; }),
             StatusCode::kUsage);
   EXPECT_EQ(refused([&](BatchPrimitive& bad) { bad.bounds = bounds; }), StatusCode::kUsage);
@@ -320,11 +473,10 @@ TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
             }),
             StatusCode::kUsage);
   EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.targets[0].stride = 11; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.targets[0].type = core::DataType::kInt16; }),
+            StatusCode::kUnsupported);
+  ASSERT_TRUE(decoder.start({}).ok());
   EXPECT_TRUE(decoder.finish().ok());  // of nothing
-  BatchPrimitive wrong = good;
-  wrong.targets[0].type = core::DataType::kInt16;
-  ASSERT_TRUE(decoder.start({&wrong, 1}).ok());
-  EXPECT_EQ(decoder.finish().code(), StatusCode::kUnsupported);
   ASSERT_TRUE(decoder.start({&good, 1}).ok());
   EXPECT_TRUE(decoder.finish().ok());
 }
@@ -349,10 +501,10 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
     // Behind the header, which the host reads.
     for (size_t at = whole->streams[broken].size() / 3; at < whole->streams[broken].size(); ++at)
       bytes[stream_at + at] = static_cast<uint8_t>(random());
-    const Expected<Container> container = parse_container(bytes);
-    ASSERT_TRUE(container);
+    const Parsed input = parsed(parse_container(bytes));
+    const Container* const container = &input.container;
     Outputs outputs;
-    const BatchPrimitive primitive = batch_primitive(bytes, *container, sample.requests, outputs);
+    const BatchPrimitive primitive = batch_primitive(bytes, input, sample.requests, outputs);
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     const Status status = decoder.finish();
     if (status.ok()) continue;
@@ -374,10 +526,10 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
   EXPECT_GT(refused, 10u);
 }
 
-TEST(BatchDecoder, TakesAndRefusesMutantsAsTheCpuDoes) {
-  BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 4})};
+TEST(HostDecoder, TakesAndRefusesMutantsAsTheCpuDoes) {
+  HostDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 4})};
   expect_mutants_as_on_cpu([&](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
-    return decode_to_host(decoder, bytes, requests);
+    return decode(decoder, bytes, requests);
   });
 }
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <numeric>
 #include <random>
-#include <span>
+#include <utility>
 #include <vector>
 
 #include "src/status.h"
@@ -16,37 +16,68 @@
 namespace psplit {
 
 class EmulatedDevice {
- public:
-  template <typename T>
-  class Array {
+  template <typename T, bool kOnHost>
+  class Memory {
    public:
+    Memory() = default;
+    Memory(Memory&& other) noexcept : bytes_(std::move(other.bytes_)), count_(std::exchange(other.count_, 0)) {}
+    Memory& operator=(Memory&& other) noexcept {
+      std::swap(bytes_, other.bytes_);
+      std::swap(count_, other.count_);
+      return *this;
+    }
+    ~Memory() { release(); }
+
     Status reserve(size_t count) {
       if (count <= count_) return {};
+      release();
+      if (!kOnHost && bytes_in_use() + count * sizeof(T) > memory()) return runtime_failure("out of memory");
       // Just as many bytes: the address sanitizer sees one too many.
       bytes_ = std::make_unique_for_overwrite<std::byte[]>(count * sizeof(T));
       std::memset(bytes_.get(), 0xa5, count * sizeof(T));
       count_ = count;
+      if (!kOnHost) bytes_in_use() += count * sizeof(T);
       return {};
     }
     T* data() const { return reinterpret_cast<T*>(bytes_.get()); }
 
    private:
+    void release() {
+      if (!kOnHost) bytes_in_use() -= count_ * sizeof(T);
+      bytes_ = nullptr;
+      count_ = 0;
+    }
+
     std::unique_ptr<std::byte[]> bytes_;
     size_t count_ = 0;
   };
 
+ public:
+  template <typename T>
+  using Array = Memory<T, false>;
+  template <typename T>
+  using HostArray = Memory<T, true>;
+
+  // Of all devices together: how much there is, and how much is taken.
+  static size_t& memory() {
+    static size_t bytes = ~size_t{0};
+    return bytes;
+  }
+  static size_t& bytes_in_use() {
+    static size_t bytes = 0;
+    return bytes;
+  }
+
   explicit EmulatedDevice(LaneOrder order = {}) : order_(order), random_(order.seed) {}
 
   template <typename T>
-  Status upload(Array<T>& array, std::span<const T> values) {
-    (void)array.reserve(values.size());
-    if (!values.empty()) std::memcpy(static_cast<void*>(array.data()), values.data(), values.size_bytes());
+  Status upload(T* to, const T* from, size_t count) {
+    if (count > 0) std::memcpy(static_cast<void*>(to), from, count * sizeof(T));
     return {};
   }
   template <typename T>
-  Status download(T* out, const T* data, size_t count) {
-    if (count > 0) std::memcpy(static_cast<void*>(out), data, count * sizeof(T));
-    return {};
+  Status download(T* to, const T* from, size_t count) {
+    return upload(to, from, count);
   }
   template <typename Body>
   Status launch_threads(uint32_t count, const Body& body) {
@@ -60,6 +91,7 @@ class EmulatedDevice {
   }
   void mark(const char*) {}
   Status wait() { return {}; }
+  uint64_t free_memory() const { return memory() - bytes_in_use(); }
 
  private:
   std::vector<uint32_t> in_order(uint32_t count) {

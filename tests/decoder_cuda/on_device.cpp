@@ -34,7 +34,7 @@ TEST(CudaDecoder, DecodesPatchesWithoutStitching) {
   const ThreadPool pool;
   Expected<CudaDecoder> decoder = CudaDecoder::create();
   ASSERT_TRUE(decoder) << decoder.status().to_string();
-  decoder->set_workspace_limit(1);
+  decoder->set_memory_limit(1);
   for (const PatchedSample& sample : patched_samples(pool)) {
     const Expected<Container> container = parse_container(sample.encoded.container);
     ASSERT_TRUE(container);
@@ -59,14 +59,16 @@ TEST(CudaDecoder, DecodesPatchesWithoutStitching) {
         primitive.stream_points = points;
         primitive.first = 0;
       }
-      Status status = decoder->start({&primitive, 1});
+      ASSERT_TRUE(decoder->start({&primitive, 1}).ok());
+      const Status status = decoder->finish();
       if (points > 0xffff) {
         EXPECT_EQ(status.code(), StatusCode::kUsage);
         continue;
       }
       ASSERT_TRUE(status.ok()) << status.to_string();
-      status = decoder->finish();
-      ASSERT_TRUE(status.ok()) << status.to_string();
+      if (as_stock) {
+        EXPECT_EQ(decoder->point_count(0), points);
+      }
       for (size_t i = 0; i < 3 * faces; ++i) ASSERT_EQ(indices.data[i], expected->faces[i / 3][i % 3]);
       EXPECT_EQ(std::memcmp(positions.data, expected->attributes[0].values.data(), size_t{12} * points), 0);
       for (uint32_t k = 0; k < 3; ++k) {
@@ -78,6 +80,73 @@ TEST(CudaDecoder, DecodesPatchesWithoutStitching) {
         EXPECT_EQ(bounds.data[k], low);
         EXPECT_EQ(bounds.data[3 + k], high);
       }
+    }
+  }
+}
+
+// From the host and from the device, whole and as a window, in one batch with a broken one.
+TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
+  std::string why;
+  if (!cuda_available(&why)) GTEST_SKIP() << why;
+  const ThreadPool pool;
+  Expected<CudaDecoder> decoder = CudaDecoder::create();
+  ASSERT_TRUE(decoder) << decoder.status().to_string();
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    const std::vector<uint8_t>& bytes = sample.encoded.container;
+    const Expected<Container> container = parse_container(bytes);
+    const Expected<Mesh> expected = draco_backend().decode_container(bytes, sample.requests, pool);
+    ASSERT_TRUE(container && expected);
+    if (sample.requests[0].component_type != ComponentType::kFloat32) continue;
+    const Managed<uint8_t> on_device(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), on_device.data);
+    const uint32_t points = expected->point_count, last = static_cast<uint32_t>(container->entries.size()) - 1;
+    const size_t faces = expected->faces.size();
+    const Managed<uint32_t> indices(12 * faces);
+    const Managed<float> positions(size_t{12} * points);
+    std::vector<CudaPrimitive> batch(4);
+    for (size_t i = 0; i < batch.size(); ++i) {
+      batch[i].container = bytes;
+      batch[i].indices = indices.data + 3 * faces * i;
+      batch[i].attributes = {{sample.requests[0].unique_id, ComponentType::kFloat32, 3,
+                              positions.data + size_t{3} * points * i, 12}};
+    }
+    batch[1].container = {on_device.data, bytes.size()};
+    batch[1].is_on_device = true;
+    batch[2].container = std::span(bytes).first(bytes.size() / 2);
+    batch[3].first = last;
+    ASSERT_TRUE(decoder->start(batch).ok());
+    EXPECT_EQ(decoder->finish().place().primitive, 2);
+    const auto* const values = reinterpret_cast<const float*>(expected->attributes[0].values.data());
+    for (const size_t i : {0u, 1u, 3u}) {
+      EXPECT_TRUE(decoder->status(i).ok()) << decoder->status(i).to_string();
+      const uint32_t first_face = i == 3 ? container->face_base[last] : 0;
+      const uint32_t first_point = i == 3 ? container->owned_base[last] : 0;
+      EXPECT_EQ(std::memcmp(indices.data + 3 * faces * i, expected->faces.data() + first_face,
+                            12 * (faces - first_face)),
+                0);
+      EXPECT_EQ(std::memcmp(positions.data + size_t{3} * points * i, values + size_t{3} * first_point,
+                            size_t{12} * (points - first_point)),
+                0);
+    }
+  }
+}
+
+// Meshes come out the same where there is memory for a few patches only.
+TEST(CudaDecoder, DecodesInWindowsWhereMemoryIsShort) {
+  std::string why;
+  if (!cuda_available(&why)) GTEST_SKIP() << why;
+  const ThreadPool pool;
+  const std::vector<PatchedSample> samples = patched_samples(pool);
+  std::vector<DecodeTask> tasks;
+  for (const PatchedSample& sample : samples)
+    tasks.push_back({sample.encoded.container, false, sample.requests});
+  const std::vector<Expected<Mesh>> expected = draco_backend().decode(tasks, pool, {});
+  for (const uint64_t limit : {uint64_t{1}, uint64_t{4'000'000}, uint64_t{0}}) {
+    const std::vector<Expected<Mesh>> decoded = cuda_backend(limit).decode(tasks, pool, {});
+    for (size_t i = 0; i < tasks.size(); ++i) {
+      ASSERT_TRUE(decoded[i]) << samples[i].name << ": " << decoded[i].status().to_string();
+      EXPECT_TRUE(same_bits(*decoded[i], *expected[i])) << samples[i].name;
     }
   }
 }

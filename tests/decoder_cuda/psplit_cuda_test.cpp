@@ -20,12 +20,12 @@ TEST(Cuda, EqualsLibdraco) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;
   const ThreadPool pool;
+  const DecodeBackend cuda = cuda_backend();
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const Expected<Mesh> expected =
         draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
-    const Expected<Mesh> decoded =
-        cuda_backend().decode_container(sample.encoded.container, sample.requests, pool);
+    const Expected<Mesh> decoded = cuda.decode_container(sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected) << expected.status().to_string();
     ASSERT_TRUE(decoded) << decoded.status().to_string();
     EXPECT_TRUE(same_bits(*decoded, *expected));
@@ -36,9 +36,10 @@ TEST(Cuda, EqualsLibdraco) {
 TEST(Cuda, TakesAndRefusesMutantsAsTheCpuDoes) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;
-  expect_mutants_as_on_cpu([](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
-    return cuda_backend().decode_container(bytes, requests, ThreadPool(1));
-  });
+  expect_mutants_as_on_cpu(
+      [cuda = cuda_backend()](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
+        return cuda.decode_container(bytes, requests, ThreadPool(1));
+      });
 }
 
 }  // namespace

@@ -166,6 +166,8 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"decode", "a.glb", "b.txt"},
       {"decode", "a.glb", "b.glb", "--to", "stl"},
       {"decode", "a.glb", "b.glb", "--backend", "abacus"},
+      {"decode", "a.glb", "b.glb", "--gpu-memory", "plenty"},
+      {"decode", "a.glb", "b.glb", "--gpu-memory", "-1"},
       {"inspect", "a.glb", "--format", "xml"},
       {"validate"},
       {"compare", "a.glb", "--patches", "1,0"},
@@ -666,6 +668,8 @@ TEST_F(CommandLine, EveryBackendDecodesToTheSameBytes) {
   EXPECT_EQ(run({"decode", split, path("auto.glb")}).code, 0);
   EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("draco.glb")), true);
   EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("auto.glb")), true);
+  EXPECT_EQ(run({"decode", split, path("bound.glb"), "--gpu-memory", "2MB"}).code, 0);
+  EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("bound.glb")), true);
   const Outcome cuda = run({"decode", split, path("cuda.glb"), "--backend", "cuda"});
   if (cuda_available(nullptr)) {
     EXPECT_EQ(cuda.code, 0) << cuda.err;

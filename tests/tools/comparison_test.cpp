@@ -54,11 +54,11 @@ TEST(Comparison, ReportsADecoderThatLosesFaces) {
   options.patch_counts = {2};
   options.thread_counts = {1};
   DecodeBackend lossy = draco_backend();
-  lossy.decode_container = [whole = lossy.decode_container](auto container, auto requests,
-                                                            const ThreadPool& threads) {
-    Expected<Mesh> mesh = whole(container, requests, threads);
-    mesh->faces.pop_back();
-    return mesh;
+  lossy.decode = [whole = lossy.decode](std::span<const DecodeTask> tasks, const ThreadPool& threads,
+                                        const Progress& progress) {
+    std::vector<Expected<Mesh>> decoded = whole(tasks, threads, progress);
+    if (!tasks.front().is_stream) decoded.front()->faces.pop_back();
+    return decoded;
   };
   const auto comparison = compare_codecs(*meshes, options, std::vector{lossy}, pool);
   ASSERT_FALSE(comparison.ok());

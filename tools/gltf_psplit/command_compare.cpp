@@ -11,7 +11,8 @@ namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, format = "text", backend = "auto";
+  std::string input, format = "text";
+  BackendChoice backend;
   ComparisonOptions options;
 };
 
@@ -19,8 +20,7 @@ constexpr uint64_t kDefaultPatchFaces[] = {19200, 4800, 1200};
 
 // The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
 Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session& session) {
-  const DecodeBackend backend = find_backend("auto");
-  std::vector<Mesh> meshes;
+  std::vector<PrimitiveId> ids;
   for (const PrimitiveId id : all_primitives(document)) {
     const Place place{.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
     const Expected<PrimitiveKind> kind = primitive_kind(document, id);
@@ -32,10 +32,12 @@ Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session&
       session.log.note(describe_place(id.mesh, id.primitive) + " is left out: no triangles");
       continue;
     }
-    Expected<Mesh> mesh = read_primitive(document, id, backend, session.pool);
-    if (!mesh) return mesh.status().at(place);
-    if (mesh->faces.empty()) continue;
-    meshes.push_back(std::move(*mesh));
+    ids.push_back(id);
+  }
+  std::vector<Mesh> meshes;
+  for (Expected<Mesh>& mesh : read_primitives(document, ids, find_backend({}), session.pool)) {
+    if (!mesh) return mesh.status();
+    if (!mesh->faces.empty()) meshes.push_back(std::move(*mesh));
   }
   if (meshes.empty()) return unsupported("holds no triangles");
   return meshes;
@@ -159,8 +161,8 @@ Status run_compare(Arguments arguments, const Session& session) {
   std::vector<DecodeBackend> backends;
   for (const std::string name : {"cuda", "cpu", "draco"}) {
     const bool is_there = name != "cuda" || cuda_available(nullptr);
-    if (arguments.backend == name || (arguments.backend == "auto" && is_there))
-      backends.push_back(find_backend(name));
+    if (arguments.backend.name == name || (arguments.backend.name == "auto" && is_there))
+      backends.push_back(find_backend({name, arguments.backend.gpu_memory}));
   }
   const Expected<Comparison> comparison = [&] {
     ProgressBar bar("comparing", session.log);
@@ -194,7 +196,7 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->capture_default_str()
       ->type_name("N");
   add_format_option(command, arguments->format);
-  add_backend_option(command, arguments->backend);
+  add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_compare(*arguments, session); };

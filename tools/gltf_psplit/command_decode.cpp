@@ -10,14 +10,15 @@ namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, output, target = "gltf", backend = "auto";
+  std::string input, output, target = "gltf";
+  BackendChoice backend;
   EncodeDocumentOptions options;
 };
 
 Status run_decode(const Arguments& arguments, const Session& session) {
   if (Status status = check_output_path(arguments.output); !status.ok()) return status;
   const auto begin = std::chrono::steady_clock::now();
-  Expected<Document> document = read_input(arguments.input, arguments.backend);
+  Expected<Document> document = read_input(arguments.input, arguments.backend.name);
   if (!document) return document.status();
   const size_t primitive_count = all_primitives(*document).size();
   {
@@ -53,7 +54,7 @@ void add_decode_command(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"gltf", "draco"}))
       ->capture_default_str()
       ->type_name("FORM");
-  add_backend_option(command, arguments->backend);
+  add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_decode(*arguments, session); };

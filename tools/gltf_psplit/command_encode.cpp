@@ -133,7 +133,7 @@ Status run_encode(Arguments arguments, const Session& session) {
   if (!document) return document.status();
   const Expected<std::vector<PrimitiveReport>> reports = [&] {
     ProgressBar bar("encoding", session.log);
-    return encode_document(*document, options, find_backend("auto"), session.pool, bar.callback());
+    return encode_document(*document, options, find_backend({}), session.pool, bar.callback());
   }();
   if (!reports) return reports.status().at({.file = arguments.input});
 

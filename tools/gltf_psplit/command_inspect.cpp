@@ -11,7 +11,8 @@ namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, format = "text", backend = "auto";
+  std::string input, format = "text";
+  BackendChoice backend;
 };
 
 struct InspectedPrimitive {
@@ -143,9 +144,9 @@ std::string to_text(std::span<const InspectedPrimitive> primitives) {
 }
 
 Status run_inspect(const Arguments& arguments, const Session& session) {
-  const Expected<Document> document = read_input(arguments.input, arguments.backend);
+  const Expected<Document> document = read_input(arguments.input, arguments.backend.name);
   if (!document) return document.status();
-  const DescribeStream describe = find_describer(arguments.backend);
+  const DescribeStream describe = find_describer(arguments.backend.name);
   std::vector<InspectedPrimitive> all;
   for (const PrimitiveId id : all_primitives(*document)) all.emplace_back().id = id;
   std::vector<Status> statuses(all.size());
@@ -191,7 +192,7 @@ void add_inspect_command(CLI::App& app, Action& action) {
   command.add_option("IN", arguments->input, "A .gltf, .glb or .drc file; - is a GLB or Draco on stdin")
       ->required();
   add_format_option(command, arguments->format);
-  add_backend_option(command, arguments->backend);
+  add_backend_options(command, arguments->backend);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_inspect(*arguments, session); };
   });

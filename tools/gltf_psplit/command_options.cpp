@@ -23,37 +23,31 @@ bool is_gltf_name(const std::string& path) {
   return extension == ".glb" || extension == ".gltf";
 }
 
-// Each in turn, until one takes it.
-template <typename Decode>
-Expected<Mesh> first_that_can(std::span<const DecodeBackend> backends, Decode decode) {
-  Expected<Mesh> mesh = decode(backends[0]);
-  for (size_t i = 1; i < backends.size() && !mesh; ++i) {
-    // A device may run out of memory where the host does not.
-    const StatusCode code = mesh.status().code();
-    if (code != StatusCode::kUnsupported && code != StatusCode::kRuntimeFailure) break;
-    mesh = decode(backends[i]);
-  }
-  return mesh;
-}
-
-// CUDA where there is a device, the CPU for what that does not take, whole streams, and libdraco for what both
-// do not: streams of versions before 2.2.
-DecodeBackend fastest_backend() {
+// CUDA where there is a device, the CPU for what that does not take, and libdraco for what both do not: streams
+// of versions before 2.2.
+DecodeBackend fastest_backend(uint64_t gpu_memory) {
   std::vector<DecodeBackend> backends;
-  if (cuda_available(nullptr)) backends.push_back(cuda_backend());
+  if (cuda_available(nullptr)) backends.push_back(cuda_backend(gpu_memory));
   backends.push_back(cpu_backend());
   backends.push_back(draco_backend());
   return {"auto",
-          [backends](std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
-                     const ThreadPool& pool) {
-            return first_that_can(backends, [&](const DecodeBackend& backend) {
-              return backend.decode_container(container, requests, pool);
-            });
-          },
-          [backends](std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
-            return first_that_can(backends, [&](const DecodeBackend& backend) {
-              return backend.decode_stream(stream, requests);
-            });
+          [backends](std::span<const DecodeTask> tasks, const ThreadPool& pool, const Progress& progress) {
+            std::vector<Expected<Mesh>> meshes = backends[0].decode(tasks, pool, progress);
+            for (size_t next = 1; next < backends.size(); ++next) {
+              std::vector<size_t> left;
+              std::vector<DecodeTask> tasks_left;
+              for (size_t i = 0; i < tasks.size(); ++i) {
+                // A device may run out of memory where the host does not.
+                const StatusCode code = meshes[i].status().code();
+                if (code != StatusCode::kUnsupported && code != StatusCode::kRuntimeFailure) continue;
+                left.push_back(i);
+                tasks_left.push_back(tasks[i]);
+              }
+              if (left.empty()) break;
+              std::vector<Expected<Mesh>> decoded = backends[next].decode(tasks_left, pool, {});
+              for (size_t n = 0; n < left.size(); ++n) meshes[left[n]] = std::move(decoded[n]);
+            }
+            return meshes;
           }};
 }
 
@@ -77,11 +71,21 @@ void add_coding_options(CLI::App& command, EncodeDocumentOptions& options) {
       ->type_name("SPEED");
 }
 
-void add_backend_option(CLI::App& command, std::string& name) {
-  command.add_option("--backend", name, "Decoder: auto takes the fastest there is; draco is stock libdraco")
+void add_backend_options(CLI::App& command, BackendChoice& choice) {
+  command
+      .add_option("--backend", choice.name, "Decoder: auto takes the fastest there is; draco is stock libdraco")
       ->check(CLI::IsMember({"auto", "cuda", "cpu", "draco"}))
       ->capture_default_str()
       ->type_name("NAME");
+  command
+      .add_option(
+          "--gpu-memory", choice.gpu_memory,
+          "What the CUDA decoder may take of its device, as in 512MB or 4GB; more comes in parts, with the "
+          "same result. By default what is free")
+      ->check(
+          [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("SIZE");
 }
 
 void add_format_option(CLI::App& command, std::string& name) {
@@ -91,9 +95,10 @@ void add_format_option(CLI::App& command, std::string& name) {
       ->type_name("FORM");
 }
 
-DecodeBackend find_backend(const std::string& name) {
-  if (name == "cuda") return cuda_backend();
-  return name == "cpu" ? cpu_backend() : name == "draco" ? draco_backend() : fastest_backend();
+DecodeBackend find_backend(const BackendChoice& choice) {
+  if (choice.name == "cuda") return cuda_backend(choice.gpu_memory);
+  if (choice.name == "cpu") return cpu_backend();
+  return choice.name == "draco" ? draco_backend() : fastest_backend(choice.gpu_memory);
 }
 
 DescribeStream find_describer(const std::string& name) {

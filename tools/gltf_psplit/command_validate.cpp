@@ -11,7 +11,8 @@ namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, format = "text", backend = "auto";
+  std::string input, format = "text";
+  BackendChoice backend;
 };
 
 Json to_json(const Finding& finding) {
@@ -69,7 +70,7 @@ void add_validate_command(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand("validate", "Check an asset against every rule of the extension");
   command.add_option("IN", arguments->input, "A .gltf or .glb file; - is a GLB on stdin")->required();
   add_format_option(command, arguments->format);
-  add_backend_option(command, arguments->backend);
+  add_backend_options(command, arguments->backend);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_validate(*arguments, session); };
   });

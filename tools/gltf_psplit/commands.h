@@ -31,13 +31,19 @@ void add_validate_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);
 void add_generate_command(CLI::App& app, Action& action);
 
+// What decodes.
+struct BackendChoice {
+  std::string name = "auto";
+  uint64_t gpu_memory = 0;  // bytes that the CUDA decoder may take of its device; 0 means what is free
+};
+
 // Options that several subcommands take; the arguments outlive the parse.
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options);
-void add_backend_option(CLI::App& command, std::string& name);
+void add_backend_options(CLI::App& command, BackendChoice& choice);
 void add_format_option(CLI::App& command, std::string& name);
 
-// `name` is one that add_backend_option lets through.
-DecodeBackend find_backend(const std::string& name);
+// The name is one that add_backend_options lets through.
+DecodeBackend find_backend(const BackendChoice& choice);
 // What describes streams with the decoder of that backend, libdraco where `auto` would fall back to it.
 DescribeStream find_describer(const std::string& name);
 

@@ -106,8 +106,10 @@ Status decode_rival(const Encoded& encoded) {
 Status decode_split(const Encoded::Split& split, const PatchSummary& summary, const DecodeBackend& backend,
                     const ThreadPool& pool) {
   uint64_t faces = 0, points = 0;
-  for (size_t i = 0; i < split.meshes.size(); ++i) {
-    const Expected<Mesh> mesh = backend.decode_container(split.meshes[i].container, split.requests[i], pool);
+  std::vector<DecodeTask> tasks;
+  for (size_t i = 0; i < split.meshes.size(); ++i)
+    tasks.push_back({split.meshes[i].container, false, split.requests[i]});
+  for (const Expected<Mesh>& mesh : backend.decode(tasks, pool, {})) {
     if (!mesh) return mesh.status();
     faces += mesh->faces.size();
     points += mesh->point_count;
