@@ -1,11 +1,14 @@
 #include "encoder/partition/cell_graph.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
 namespace psplit {
 namespace {
+
+constexpr size_t kGrain = 1 << 14;
 
 // Numbers of items by key, counted in counts[key + 1], become where the items of each key begin.
 std::vector<uint32_t> accumulate(std::vector<uint32_t>& counts) {
@@ -13,82 +16,136 @@ std::vector<uint32_t> accumulate(std::vector<uint32_t>& counts) {
   return {counts.begin(), counts.end() - 1};
 }
 
+uint32_t add_one(uint32_t& counter) { return std::atomic_ref(counter).fetch_add(1, std::memory_order_relaxed); }
+
+template <typename Graph>
+CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const ThreadPool& pool) {
+  const Groups cells(coarsening.coarse_of, coarsening.count);
+  CellGraph coarse;
+  coarse.face_counts.resize(coarsening.count);
+  coarse.first.resize(size_t{coarsening.count} + 1);
+  std::vector<std::vector<CellGraph::Link>> links((size_t{coarsening.count} + kGrain - 1) / kGrain);
+  pool.for_ranges(coarsening.count, kGrain, [&](size_t begin, size_t end) {
+    std::vector<CellGraph::Link>& out = links[begin / kGrain];
+    for (size_t c = begin; c < end; ++c) {
+      const size_t first = out.size();
+      for (uint32_t i = cells.first[c]; i < cells.first[c + 1]; ++i) {
+        coarse.face_counts[c] += graph.face_count(cells.members[i]);
+        graph.for_each_link(cells.members[i], [&](uint32_t next, uint32_t edges) {
+          if (coarsening.coarse_of[next] != c) out.push_back({coarsening.coarse_of[next], edges});
+        });
+      }
+      const auto mine = out.begin() + static_cast<ptrdiff_t>(first);
+      std::sort(mine, out.end(), [](const auto& a, const auto& b) { return a.cell < b.cell; });
+      auto last = mine;
+      for (auto link = mine; link != out.end(); ++link) {
+        if (last != mine && last[-1].cell == link->cell)
+          last[-1].edges += link->edges;
+        else
+          *last++ = *link;
+      }
+      out.erase(last, out.end());
+      coarse.first[c + 1] = static_cast<uint32_t>(out.size() - first);
+    }
+  });
+  std::partial_sum(coarse.first.begin(), coarse.first.end(), coarse.first.begin());
+  coarse.links.reserve(coarse.first.back());
+  for (const auto& some : links) coarse.links.insert(coarse.links.end(), some.begin(), some.end());
+  return coarse;
+}
+
 }  // namespace
 
-CellGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool) {
   // Sides of faces by the lower vertex of their edge, then by the upper: sides of one edge meet.
   struct Side {
     uint32_t upper, face;
   };
   std::vector<uint32_t> first_side(size_t{vertex_count} + 1);
-  for (const auto& f : faces)
-    for (size_t c = 0; c < 3; ++c) ++first_side[std::min(f[c], f[(c + 1) % 3]) + 1];
+  pool.for_ranges(faces.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      for (size_t c = 0; c < 3; ++c) add_one(first_side[std::min(faces[i][c], faces[i][(c + 1) % 3]) + 1]);
+  });
   std::vector<uint32_t> next = accumulate(first_side);
   std::vector<Side> sides(faces.size() * 3);
-  for (uint32_t i = 0; i < faces.size(); ++i)
+  pool.for_ranges(faces.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        const auto [lower, upper] = std::minmax(faces[i][c], faces[i][(c + 1) % 3]);
+        sides[add_one(next[lower])] = {upper, static_cast<uint32_t>(i)};
+      }
+  });
+  FaceGraph graph;
+  graph.neighbours.assign(faces.size(), {kNoCell, kNoCell, kNoCell});
+  // Puts a link across a side that has none yet; whether there is one.
+  const auto link = [&](uint32_t face, uint32_t lower, uint32_t upper, uint32_t other) {
+    // A face of two equal vertices has an edge twice.
     for (size_t c = 0; c < 3; ++c) {
-      const uint32_t a = faces[i][c], b = faces[i][(c + 1) % 3];
-      sides[next[std::min(a, b)]++] = {std::max(a, b), i};
+      const auto [a, b] = std::minmax(faces[face][c], faces[face][(c + 1) % 3]);
+      if (a != lower || b != upper || graph.neighbours[face][c] != kNoCell) continue;
+      graph.neighbours[face][c] = other;
+      return true;
     }
-  pool.for_ranges(vertex_count, 1 << 14, [&](size_t begin, size_t end) {
-    for (size_t v = begin; v < end; ++v)
-      std::sort(sides.begin() + first_side[v], sides.begin() + first_side[v + 1],
-                [](const Side& a, const Side& b) {
-                  return a.upper != b.upper ? a.upper < b.upper : a.face < b.face;
-                });
-  });
-  const auto for_each_pair = [&](auto visit) {
-    for (uint32_t v = 0; v < vertex_count; ++v)
-      for (uint32_t i = first_side[v] + 1; i < first_side[v + 1]; ++i)
-        if (sides[i - 1].upper == sides[i].upper && sides[i - 1].face != sides[i].face)
-          visit(sides[i - 1].face, sides[i].face);
+    return false;
   };
-
-  CellGraph graph;
-  graph.face_counts.assign(faces.size(), 1);
-  graph.first.resize(faces.size() + 1);
-  for_each_pair([&](uint32_t a, uint32_t b) {
-    ++graph.first[a + 1];
-    ++graph.first[b + 1];
+  std::vector<std::vector<FaceGraph::Extra>> extra((size_t{vertex_count} + kGrain - 1) / kGrain);
+  pool.for_ranges(vertex_count, kGrain, [&](size_t begin, size_t end) {
+    for (size_t v = begin; v < end; ++v) {
+      Side* const first = sides.data() + first_side[v];
+      Side* const last = sides.data() + first_side[v + 1];
+      std::sort(first, last, [](const Side& a, const Side& b) {
+        return a.upper != b.upper ? a.upper < b.upper : a.face < b.face;
+      });
+      for (const Side* side = first; side + 1 < last; ++side) {
+        const auto [upper, face] = side[0];
+        const uint32_t other = side[1].face, lower = static_cast<uint32_t>(v);
+        if (upper != side[1].upper || face == other) continue;
+        if (!link(face, lower, upper, other)) extra[begin / kGrain].push_back({face, other});
+        if (!link(other, lower, upper, face)) extra[begin / kGrain].push_back({other, face});
+      }
+    }
   });
-  next = accumulate(graph.first);
-  graph.links.resize(graph.first.back());
-  for_each_pair([&](uint32_t a, uint32_t b) {
-    graph.links[next[a]++] = {b, 1};
-    graph.links[next[b]++] = {a, 1};
-  });
+  std::vector<FaceGraph::Extra> all;
+  for (const auto& some : extra) all.insert(all.end(), some.begin(), some.end());
+  graph.set_extra(std::move(all));
   return graph;
 }
 
-CellGraph contract(const CellGraph& graph, std::span<const uint32_t> coarse_of, uint32_t coarse_count) {
-  std::vector<uint32_t> first_member(size_t{coarse_count} + 1), members(coarse_of.size());
-  for (const uint32_t c : coarse_of) ++first_member[c + 1];
-  std::vector<uint32_t> next = accumulate(first_member);
-  for (uint32_t i = 0; i < coarse_of.size(); ++i) members[next[coarse_of[i]]++] = i;
+void FaceGraph::set_extra(std::vector<Extra> links) {
+  extra = std::move(links);
+  has_extra.clear();
+  if (extra.empty()) return;
+  std::sort(extra.begin(), extra.end());
+  has_extra.assign(neighbours.size(), 0);
+  for (const Extra& link : extra) has_extra[link.face] = 1;
+}
 
-  CellGraph coarse;
-  coarse.face_counts.resize(coarse_count);
-  coarse.first.reserve(size_t{coarse_count} + 1);
-  coarse.first.push_back(0);
-  coarse.links.reserve(graph.links.size());
-  std::vector<size_t> end_of_link(coarse_count);  // of the latest link to a cell
-  for (uint32_t c = 0; c < coarse_count; ++c) {
-    for (uint32_t i = first_member[c]; i < first_member[c + 1]; ++i) {
-      coarse.face_counts[c] += graph.face_counts[members[i]];
-      for (const CellGraph::Link& link : graph.around(members[i])) {
-        const uint32_t other = coarse_of[link.cell];
-        if (other == c) continue;
-        if (end_of_link[other] <= coarse.first[c]) {
-          coarse.links.push_back({other, 0});
-          end_of_link[other] = coarse.links.size();
-        }
-        coarse.links[end_of_link[other] - 1].edges += link.edges;
+FaceGraph reorder(const FaceGraph& graph, std::span<const uint32_t> order, const ThreadPool& pool) {
+  std::vector<uint32_t> place(order.size());
+  pool.for_ranges(order.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) place[order[i]] = static_cast<uint32_t>(i);
+  });
+  FaceGraph reordered;
+  reordered.neighbours.resize(order.size());
+  pool.for_ranges(order.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        const uint32_t other = graph.neighbours[order[i]][c];
+        reordered.neighbours[i][c] = other == kNoCell ? kNoCell : place[other];
       }
-    }
-    coarse.first.push_back(static_cast<uint32_t>(coarse.links.size()));
-  }
-  return coarse;
+  });
+  std::vector<FaceGraph::Extra> extra;
+  for (const FaceGraph::Extra& link : graph.extra) extra.push_back({place[link.face], place[link.other]});
+  reordered.set_extra(std::move(extra));
+  return reordered;
+}
+
+CellGraph contract(const FaceGraph& graph, const Coarsening& coarsening, const ThreadPool& pool) {
+  return contract_cells(graph, coarsening, pool);
+}
+CellGraph contract(const CellGraph& graph, const Coarsening& coarsening, const ThreadPool& pool) {
+  return contract_cells(graph, coarsening, pool);
 }
 
 std::vector<uint32_t> radii(const CellGraph& graph) {
@@ -97,6 +154,13 @@ std::vector<uint32_t> radii(const CellGraph& graph) {
   for (const uint32_t faces : graph.face_counts)
     radius.push_back(static_cast<uint32_t>(std::lround(8.0 * std::sqrt(static_cast<double>(faces)))));
   return radius;
+}
+
+Groups::Groups(std::span<const uint32_t> group_of, uint32_t group_count)
+    : first(size_t{group_count} + 1), members(group_of.size()) {
+  for (const uint32_t group : group_of) ++first[group + 1];
+  std::vector<uint32_t> next = accumulate(first);
+  for (uint32_t i = 0; i < group_of.size(); ++i) members[next[group_of[i]]++] = i;
 }
 
 }  // namespace psplit

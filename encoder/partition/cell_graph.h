@@ -1,7 +1,9 @@
 // The topology model (paper, section 3.3): positions dropped, only who borders on whom.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -12,7 +14,48 @@ namespace psplit {
 
 inline constexpr uint32_t kNoCell = 0xffffffffu;
 
-// Cells are connected sets of faces, down to single ones; links say how many mesh edges two cells share.
+// The cell of the next coarser graph that each cell is in, and how many of those there are.
+struct Coarsening {
+  std::vector<uint32_t> coarse_of;
+  uint32_t count = 0;
+};
+
+// Every face a cell. Where an edge has more than two faces, each is linked to the next only, so that a fan of n
+// faces makes n - 1 links.
+struct FaceGraph {
+  struct Extra {
+    uint32_t face, other;
+    auto operator<=>(const Extra&) const = default;
+  };
+  std::vector<std::array<uint32_t, 3>> neighbours;  // across each side, kNoCell where there is none
+  // Links of edges of more than two faces that found no place there, both ways, sorted; which faces have any.
+  std::vector<Extra> extra;
+  std::vector<uint8_t> has_extra;  // empty where there are none
+
+  uint32_t cell_count() const { return static_cast<uint32_t>(neighbours.size()); }
+  uint32_t face_count(uint32_t) const { return 1; }
+  // visit(cell, edges)
+  template <typename Visit>
+  void for_each_link(uint32_t face, Visit visit) const {
+    for (const uint32_t other : neighbours[face])
+      if (other != kNoCell) visit(other, 1u);
+    if (has_extra.empty() || has_extra[face] == 0) return;
+    for (auto at = std::lower_bound(extra.begin(), extra.end(), Extra{face, 0});
+         at != extra.end() && at->face == face; ++at)
+      visit(at->other, 1u);
+  }
+
+  // Both ways, in any order.
+  void set_extra(std::vector<Extra> links);
+};
+
+FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+                     const ThreadPool& pool);
+
+// The same faces in another order: face i of the result is face order[i].
+FaceGraph reorder(const FaceGraph& graph, std::span<const uint32_t> order, const ThreadPool& pool);
+
+// Cells are connected sets of faces; links say how many mesh edges two cells share.
 struct CellGraph {
   struct Link {
     uint32_t cell = 0;
@@ -23,21 +66,29 @@ struct CellGraph {
   std::vector<uint32_t> face_counts;  // of each cell
 
   uint32_t cell_count() const { return static_cast<uint32_t>(face_counts.size()); }
+  uint32_t face_count(uint32_t cell) const { return face_counts[cell]; }
   std::span<const Link> around(uint32_t cell) const {
     return std::span(links).subspan(first[cell], first[cell + 1] - first[cell]);
   }
+  template <typename Visit>
+  void for_each_link(uint32_t cell, Visit visit) const {
+    for (const Link& link : around(cell)) visit(link.cell, link.edges);
+  }
 };
 
-// Every face a cell. Where an edge has more than two faces, each is linked to the next only, so that a fan of n
-// faces makes n links. Two faces of several common edges have as many links.
-CellGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
-                     const ThreadPool& pool);
-
-// Joins cells of equal number in `coarse_of`, all below coarse_count. A number may be without cells.
-CellGraph contract(const CellGraph& graph, std::span<const uint32_t> coarse_of, uint32_t coarse_count);
+// Joins cells of equal number. A number may be without cells.
+CellGraph contract(const FaceGraph& graph, const Coarsening& coarsening, const ThreadPool& pool);
+CellGraph contract(const CellGraph& graph, const Coarsening& coarsening, const ThreadPool& pool);
 
 // How far it is from the middle of each cell to its border, in eighths of what it is in a face: a step from
 // cell to cell is as long as their two radii.
 std::vector<uint32_t> radii(const CellGraph& graph);
+
+// Members of groups: those of group g are members[first[g], first[g + 1]), in ascending order.
+struct Groups {
+  std::vector<uint32_t> first, members;
+
+  Groups(std::span<const uint32_t> group_of, uint32_t group_count);
+};
 
 }  // namespace psplit

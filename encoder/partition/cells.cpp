@@ -1,74 +1,81 @@
 #include "encoder/partition/cells.h"
 
-#include <functional>
-#include <queue>
-#include <utility>
+#include <algorithm>
 
 namespace psplit {
 namespace {
 
-constexpr uint32_t kUnreached = 0xffffffffu;
+template <typename Graph>
+Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit) {
+  struct Candidate {
+    uint32_t cell, edges;
+  };
+  Coarsening grown{std::vector<uint32_t>(graph.cell_count(), kNoCell), 0};
+  std::vector<uint32_t> face_counts, member_counts;
+  std::vector<Candidate> around;
+  const auto count_edge = [&](uint32_t key, uint32_t edges) {
+    for (Candidate& candidate : around)
+      if (candidate.cell == key) {
+        candidate.edges += edges;
+        return;
+      }
+    around.push_back({key, edges});
+  };
+  for (uint32_t seed = 0; seed < graph.cell_count(); ++seed) {
+    if (grown.coarse_of[seed] != kNoCell) continue;
+    const uint32_t number = grown.count;
+    uint32_t faces = 0, count = 0, newest = seed;
+    around.clear();
+    for (;;) {
+      grown.coarse_of[newest] = number;
+      faces += graph.face_count(newest);
+      if (++count == members) break;
+      graph.for_each_link(newest, [&](uint32_t next, uint32_t edges) {
+        if (grown.coarse_of[next] == kNoCell) count_edge(next, edges);
+      });
+      size_t best = around.size();
+      for (size_t i = 0; i < around.size(); ++i)
+        if (faces + graph.face_count(around[i].cell) <= face_limit &&
+            (best == around.size() || around[i].edges > around[best].edges))
+          best = i;
+      if (best == around.size()) break;
+      newest = around[best].cell;
+      around[best] = around.back();
+      around.pop_back();
+    }
+    // What is left between others joins one of them.
+    if (2 * count <= members && count == 1) {
+      around.clear();
+      graph.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
+        const uint32_t cell = grown.coarse_of[next];
+        if (cell != kNoCell && cell != number && member_counts[cell] < 2 * members &&
+            face_counts[cell] + faces <= face_limit)
+          count_edge(cell, edges);
+      });
+      const auto best =
+          std::max_element(around.begin(), around.end(),
+                           [](const Candidate& a, const Candidate& b) { return a.edges < b.edges; });
+      if (best != around.end()) {
+        grown.coarse_of[seed] = best->cell;
+        face_counts[best->cell] += faces;
+        ++member_counts[best->cell];
+        continue;
+      }
+    }
+    face_counts.push_back(faces);
+    member_counts.push_back(count);
+    ++grown.count;
+  }
+  return grown;
+}
 
 }  // namespace
 
-Coarsening pair_cells(const CellGraph& graph, uint32_t face_limit) {
-  std::vector<uint32_t> border(graph.cell_count());
-  for (uint32_t cell = 0; cell < graph.cell_count(); ++cell)
-    for (const CellGraph::Link& link : graph.around(cell)) border[cell] += link.edges;
-
-  Coarsening pairs{std::vector<uint32_t>(graph.cell_count(), kNoCell), 0};
-  for (uint32_t cell = 0; cell < graph.cell_count(); ++cell) {
-    if (pairs.coarse_of[cell] != kNoCell) continue;
-    uint32_t mate = cell;
-    double roundest = 0;
-    for (const CellGraph::Link& link : graph.around(cell)) {
-      const uint32_t faces = graph.face_counts[cell] + graph.face_counts[link.cell];
-      if (pairs.coarse_of[link.cell] != kNoCell || faces > face_limit) continue;
-      // A closed pair has no border left: hence the 1.
-      const double around_both = 1.0 + border[cell] + border[link.cell] - 2.0 * link.edges;
-      const double roundness = faces / (around_both * around_both);
-      if (roundness <= roundest) continue;
-      roundest = roundness;
-      mate = link.cell;
-    }
-    pairs.coarse_of[cell] = pairs.coarse_of[mate] = pairs.count++;
-  }
-  return pairs;
+Coarsening grow_cells(const FaceGraph& graph, uint32_t members, uint32_t face_limit) {
+  return grow(graph, members, face_limit);
 }
-
-Coarsening sample_cells(const CellGraph& graph, uint32_t count) {
-  using Entry = std::pair<uint32_t, uint32_t>;  // distance, cell
-  std::priority_queue<Entry> farthest;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
-  const std::vector<uint32_t> radius = radii(graph);
-  std::vector<uint32_t> distance(graph.cell_count(), kUnreached);
-  Coarsening samples{std::vector<uint32_t>(graph.cell_count(), kNoCell), 0};
-  for (uint32_t cell = 0; cell < graph.cell_count(); ++cell) farthest.push({kUnreached, cell});
-  while (!farthest.empty()) {
-    const auto [away, sample] = farthest.top();
-    farthest.pop();
-    if (away != distance[sample]) continue;  // it has come nearer since
-    if (away != kUnreached && samples.count >= count) break;
-    const uint32_t number = samples.count++;
-    distance[sample] = 0;
-    samples.coarse_of[sample] = number;
-    // The map of distances is updated where the new sample is nearer, and only there.
-    front.push({0, sample});
-    while (!front.empty()) {
-      const auto [here, cell] = front.top();
-      front.pop();
-      if (here > distance[cell]) continue;
-      if (cell != sample) farthest.push({here, cell});
-      for (const CellGraph::Link& link : graph.around(cell)) {
-        const uint32_t there = here + radius[cell] + radius[link.cell];
-        if (there >= distance[link.cell]) continue;
-        distance[link.cell] = there;
-        samples.coarse_of[link.cell] = number;
-        front.push({there, link.cell});
-      }
-    }
-  }
-  return samples;
+Coarsening grow_cells(const CellGraph& graph, uint32_t members, uint32_t face_limit) {
+  return grow(graph, members, face_limit);
 }
 
 }  // namespace psplit

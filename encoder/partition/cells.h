@@ -5,19 +5,9 @@
 
 namespace psplit {
 
-// The coarser cell of each cell of a graph, and how many there are.
-struct Coarsening {
-  std::vector<uint32_t> coarse_of;
-  uint32_t count = 0;
-};
-
-// Joins each cell with the free neighbour that makes the roundest pair of at most `face_limit` faces; a cell
-// without one stays alone.
-Coarsening pair_cells(const CellGraph& graph, uint32_t face_limit);
-
-// The paper's sections 3.4 and 3.5: samples, each as far as can be from those before it, and every cell to its
-// nearest sample. At least one sample in each connected component, else `count`, or fewer when every cell is
-// one.
-Coarsening sample_cells(const CellGraph& graph, uint32_t count);
+// Joins neighbours to cells of about `members` and at most `face_limit` faces: each starts with the first cell
+// that is left, and takes the neighbour that it shares most edges with, time and again.
+Coarsening grow_cells(const FaceGraph& graph, uint32_t members, uint32_t face_limit);
+Coarsening grow_cells(const CellGraph& graph, uint32_t members, uint32_t face_limit);
 
 }  // namespace psplit

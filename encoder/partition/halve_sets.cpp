@@ -1,6 +1,7 @@
 #include "encoder/partition/halve_sets.h"
 
 #include <algorithm>
+#include <atomic>
 #include <functional>
 #include <queue>
 #include <utility>
@@ -10,6 +11,7 @@ namespace {
 
 constexpr uint32_t kUnreached = 0xffffffffu;
 
+// Sets have no cell and no patch in common: threads may cut different sets at once.
 class Halving {
  public:
   Halving(const CellGraph& graph, std::vector<uint32_t>& patch_of)
@@ -46,12 +48,12 @@ class Halving {
 
     PatchSet far{{}, set.first_patch + near_patches, set.patch_count - near_patches};
     const auto rest = std::span(cells).subspan(near_count);
-    for (const uint32_t c : rest) patch_of_[c] = far.first_patch;
+    for (const uint32_t c : rest) put(c, far.first_patch);
     // Islands of the far half are surrounded by the near one.
     measure(rest, far_end, from_far_);
     const auto is_near = [&](uint32_t c) { return from_far_[c] == kUnreached; };
     for (const uint32_t c : rest)
-      if (is_near(c)) patch_of_[c] = set.first_patch;
+      if (is_near(c)) put(c, set.first_patch);
     const auto middle = std::stable_partition(rest.begin(), rest.end(), is_near);
     far.cells.assign(middle, rest.end());
     cells.resize(cells.size() - far.cells.size());
@@ -65,47 +67,59 @@ class Halving {
   uint32_t measure(std::span<const uint32_t> cells, uint32_t start, std::vector<uint32_t>& distance) {
     for (const uint32_t c : cells) distance[c] = kUnreached;
     distance[start] = 0;
-    front_.push({0, start});
+    const uint32_t patch = patch_of(start);
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
+    front.push({0, start});
     uint32_t farthest = start;
-    while (!front_.empty()) {
-      const auto [here, cell] = front_.top();
-      front_.pop();
+    while (!front.empty()) {
+      const auto [here, cell] = front.top();
+      front.pop();
       if (here > distance[cell]) continue;
       farthest = cell;
       for (const CellGraph::Link& link : graph_.around(cell)) {
-        if (patch_of_[link.cell] != patch_of_[start]) continue;
+        if (patch_of(link.cell) != patch) continue;
         const uint32_t there = here + radius_[cell] + radius_[link.cell];
         if (there >= distance[link.cell]) continue;
         distance[link.cell] = there;
-        front_.push({there, link.cell});
+        front.push({there, link.cell});
       }
     }
     return farthest;
+  }
+
+  uint32_t patch_of(uint32_t cell) const {
+    return std::atomic_ref(patch_of_[cell]).load(std::memory_order_relaxed);
+  }
+  void put(uint32_t cell, uint32_t patch) {
+    std::atomic_ref(patch_of_[cell]).store(patch, std::memory_order_relaxed);
   }
 
   using Entry = std::pair<uint32_t, uint32_t>;  // distance, cell
   const CellGraph& graph_;
   std::vector<uint32_t>& patch_of_;
   std::vector<uint32_t> radius_, from_near_, from_far_;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front_;
 };
 
 }  // namespace
 
-void halve_sets(const CellGraph& graph, std::vector<PatchSet> sets, std::vector<uint32_t>& patch_of) {
+void halve_sets(const CellGraph& graph, std::vector<PatchSet> sets, std::vector<uint32_t>& patch_of,
+                const ThreadPool& pool) {
   for (const PatchSet& set : sets)
     for (const uint32_t c : set.cells) patch_of[c] = set.first_patch;
   Halving halving(graph, patch_of);
   while (!sets.empty()) {
-    PatchSet& set = sets.back();
-    if (set.patch_count > 1 && set.cells.size() > set.patch_count) {
-      PatchSet far = halving.cut(set);
-      sets.push_back(std::move(far));
-      continue;
+    std::vector<PatchSet> cut, far;
+    for (PatchSet& set : sets) {
+      if (set.patch_count == 1) continue;
+      if (set.cells.size() > set.patch_count)
+        cut.push_back(std::move(set));
+      else
+        for (uint32_t i = 0; i < set.cells.size(); ++i) patch_of[set.cells[i]] = set.first_patch + i;
     }
-    if (set.patch_count > 1)
-      for (uint32_t i = 0; i < set.cells.size(); ++i) patch_of[set.cells[i]] = set.first_patch + i;
-    sets.pop_back();
+    far.resize(cut.size());
+    pool.for_each(cut.size(), [&](size_t i) { far[i] = halving.cut(cut[i]); });
+    sets = std::move(cut);
+    sets.insert(sets.end(), std::make_move_iterator(far.begin()), std::make_move_iterator(far.end()));
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "encoder/partition/cell_graph.h"
+#include "src/parallel.h"
 
 namespace psplit {
 
@@ -16,6 +17,7 @@ struct PatchSet {
 // farthest points, where the sizes are in proportion to the patches on either side; so all patches are of
 // nearly one size, up to that of a cell, and connected. A set with no more cells than patches gives each cell a
 // patch, and leaves patches empty.
-void halve_sets(const CellGraph& graph, std::vector<PatchSet> sets, std::vector<uint32_t>& patch_of);
+void halve_sets(const CellGraph& graph, std::vector<PatchSet> sets, std::vector<uint32_t>& patch_of,
+                const ThreadPool& pool);
 
 }  // namespace psplit

@@ -10,50 +10,44 @@
 #include "encoder/partition/cell_graph.h"
 #include "encoder/partition/cells.h"
 #include "encoder/partition/halve_sets.h"
-#include "encoder/partition/refine_border.h"
+#include "encoder/partition/recut_borders.h"
 
 namespace psplit {
 namespace {
 
-// Patches are put together from about this many cells and then refined, ever finer. More make a better start
-// and take longer; it hardly shows in the end.
+// The first cells have about so many faces, those after them so many of those before.
+constexpr uint32_t kFirstMembers = 8, kMembers = 2;
+// Patches are put together from about this many cells.
 constexpr uint32_t kCellsPerPatch = 20;
+// Borders are drawn anew where patches have up to this many cells, at the first cells, and at faces: wide bands
+// where there are few cells, narrower ones where there are many.
+constexpr uint32_t kCoarseCells = 80;
+constexpr RecutOptions kCoarseRecut{3, 4}, kMiddleRecut{2, 2}, kFineRecut{1, 2};
+// Patches of fewer faces have less room to spare, and borders take more rounds.
+constexpr double kSmallPatch = 800;
+constexpr RecutOptions kSmallFineRecut{3, 2};
 // No cell has more than this much of a patch.
 constexpr double kLargestCell = 0.15;
-// Faces of the largest patch by those of the mean. A tighter limit leaves less room for shorter borders: on the
-// Stanford Dragon in 182 patches 1.03 replicates 3.2 % of the vertices, 1.05 3.1 % and 1.10 2.9 %.
+// Faces of the largest patch by those of the mean. A tighter limit leaves less room for shorter borders.
 constexpr double kBalance = 1.05;
 // No patch starts with more than this many shares of the faces; a share is the faces by the patches wanted.
 constexpr double kLargestStart = 1.1;
 
-// Cells of cells of faces: graphs.front() has the faces, graphs.back() the largest cells, and coarse_of[i] says
-// which cell of graphs[i + 1] each of graphs[i] is in.
+// Cells of faces, of ever more; coarse_of[i] says which cell of graphs[i + 1] each of graphs[i] is in.
 struct Levels {
   std::vector<CellGraph> graphs;
   std::vector<std::vector<uint32_t>> coarse_of;
-
-  void add(Coarsening coarsening) {
-    graphs.push_back(contract(graphs.back(), coarsening.coarse_of, coarsening.count));
-    coarse_of.push_back(std::move(coarsening.coarse_of));
-  }
 };
 
-Levels coarsen(CellGraph faces, uint32_t patch_count, uint32_t samples_per_patch) {
-  const uint64_t face_count = faces.cell_count();
+Levels coarsen(CellGraph cells, uint32_t patch_count, uint32_t face_limit, const ThreadPool& pool) {
   Levels levels;
-  levels.graphs.push_back(std::move(faces));
-  if (samples_per_patch > 0) {
-    const uint64_t samples = std::min(uint64_t{samples_per_patch} * patch_count, face_count);
-    levels.add(sample_cells(levels.graphs.back(), static_cast<uint32_t>(samples)));
-    return levels;
-  }
-  const double share = static_cast<double>(face_count) / patch_count;
-  const auto face_limit = static_cast<uint32_t>(kLargestCell * share);
+  levels.graphs.push_back(std::move(cells));
   while (levels.graphs.back().cell_count() > uint64_t{kCellsPerPatch} * patch_count) {
     const uint32_t cell_count = levels.graphs.back().cell_count();
-    Coarsening pairs = pair_cells(levels.graphs.back(), face_limit);
-    if (pairs.count > cell_count - cell_count / 20) break;  // what is left has no partners
-    levels.add(std::move(pairs));
+    Coarsening coarsening = grow_cells(levels.graphs.back(), kMembers, face_limit);
+    if (coarsening.count > cell_count - cell_count / 20) break;  // what is left has no partners
+    levels.graphs.push_back(contract(levels.graphs.back(), coarsening, pool));
+    levels.coarse_of.push_back(std::move(coarsening.coarse_of));
   }
   return levels;
 }
@@ -118,28 +112,49 @@ std::vector<uint32_t> face_limits(const CellGraph& graph, std::span<const PatchS
     uint64_t face_count = 0;
     for (const uint32_t c : set.cells) face_count += graph.face_counts[c];
     const double mean = static_cast<double>(face_count) / set.patch_count;
-    limits.insert(limits.end(), set.patch_count, static_cast<uint32_t>(std::ceil(mean * kBalance)));
+    const double limit = std::max(std::floor(mean * kBalance), std::ceil(mean));
+    limits.insert(limits.end(), set.patch_count, static_cast<uint32_t>(limit));
   }
   return limits;
 }
 
 // Numbers patches along a walk over their neighbours, so that neighbours get near numbers; none stays empty.
-void renumber(const CellGraph& faces, uint32_t upper, Partition& partition) {
-  const CellGraph patches = contract(faces, partition.patch_of_face, upper);
+// Returns how many there are.
+uint32_t renumber(const FaceGraph& faces, uint32_t upper, std::vector<uint32_t>& patch_of) {
+  std::vector<std::pair<uint32_t, uint32_t>> borders;
+  for (uint32_t face = 0; face < faces.cell_count(); ++face)
+    faces.for_each_link(face, [&](uint32_t next, uint32_t) {
+      const std::pair border(patch_of[face], patch_of[next]);
+      if (border.first != border.second && (borders.empty() || borders.back() != border))
+        borders.push_back(border);
+    });
+  std::sort(borders.begin(), borders.end());
+  borders.erase(std::unique(borders.begin(), borders.end()), borders.end());
   std::vector<uint32_t> number(upper, kNoCell), queue;
-  partition.patch_count = 0;
-  for (const uint32_t start : partition.patch_of_face) {
+  uint32_t count = 0;
+  for (const uint32_t start : patch_of) {
     if (number[start] != kNoCell) continue;
     queue.assign(1, start);
-    number[start] = partition.patch_count++;
-    for (size_t i = 0; i < queue.size(); ++i)
-      for (const CellGraph::Link& link : patches.around(queue[i]))
-        if (number[link.cell] == kNoCell) {
-          number[link.cell] = partition.patch_count++;
-          queue.push_back(link.cell);
+    number[start] = count++;
+    for (size_t i = 0; i < queue.size(); ++i) {
+      auto border = std::lower_bound(borders.begin(), borders.end(), std::pair(queue[i], 0u));
+      for (; border != borders.end() && border->first == queue[i]; ++border)
+        if (number[border->second] == kNoCell) {
+          number[border->second] = count++;
+          queue.push_back(border->second);
         }
+    }
   }
-  for (uint32_t& patch : partition.patch_of_face) patch = number[patch];
+  for (uint32_t& patch : patch_of) patch = number[patch];
+  return count;
+}
+
+// What each cell of a level is in when its coarser one is in that.
+std::vector<uint32_t> project(std::span<const uint32_t> coarse_of, std::span<const uint32_t> patch_of) {
+  std::vector<uint32_t> finer;
+  finer.reserve(coarse_of.size());
+  for (const uint32_t cell : coarse_of) finer.push_back(patch_of[cell]);
+  return finer;
 }
 
 }  // namespace
@@ -158,22 +173,40 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
     return partition;
   }
 
-  const Levels levels = coarsen(face_graph(faces, vertex_count, pool), wanted, options.samples_per_patch);
+  const double share = static_cast<double>(faces.size()) / wanted;
+  const auto face_limit = static_cast<uint32_t>(std::max(kLargestCell * share, 1.0));
+  const FaceGraph graph = face_graph(faces, vertex_count, pool);
+  const Coarsening first_cells = grow_cells(graph, std::min(kFirstMembers, face_limit), face_limit);
+  const Levels levels = coarsen(contract(graph, first_cells, pool), wanted, face_limit, pool);
+
   const CellGraph& coarsest = levels.graphs.back();
-  std::vector<PatchSet> sets = share_out(coarsest, static_cast<double>(faces.size()) / wanted);
+  std::vector<PatchSet> sets = share_out(coarsest, share);
   const std::vector<uint32_t> limits = face_limits(coarsest, sets);
   std::vector<uint32_t> patch_of(coarsest.cell_count());
-  halve_sets(coarsest, std::move(sets), patch_of);
+  halve_sets(coarsest, std::move(sets), patch_of, pool);
   for (size_t level = levels.coarse_of.size();; --level) {
-    if (options.refine) refine_border(levels.graphs[level], limits, patch_of);
+    const CellGraph& cells = levels.graphs[level];
+    if (options.refine && (level == 0 || cells.cell_count() < uint64_t{kCoarseCells} * wanted))
+      recut_borders(cells, limits, level == 0 ? kMiddleRecut : kCoarseRecut, patch_of, pool);
     if (level == 0) break;
-    std::vector<uint32_t> finer;
-    finer.reserve(levels.coarse_of[level - 1].size());
-    for (const uint32_t cell : levels.coarse_of[level - 1]) finer.push_back(patch_of[cell]);
-    patch_of = std::move(finer);
+    patch_of = project(levels.coarse_of[level - 1], patch_of);
   }
-  partition.patch_of_face = std::move(patch_of);
-  renumber(levels.graphs.front(), static_cast<uint32_t>(limits.size()), partition);
+  // Faces of a patch side by side: they are looked at together.
+  const Groups cells(patch_of, static_cast<uint32_t>(limits.size()));
+  const Groups cell_faces(first_cells.coarse_of, first_cells.count);
+  std::vector<uint32_t> order, patch_of_place;
+  order.reserve(faces.size());
+  patch_of_place.reserve(faces.size());
+  for (const uint32_t cell : cells.members)
+    for (uint32_t i = cell_faces.first[cell]; i < cell_faces.first[cell + 1]; ++i) {
+      order.push_back(cell_faces.members[i]);
+      patch_of_place.push_back(patch_of[cell]);
+    }
+  const FaceGraph ordered = reorder(graph, order, pool);
+  if (options.refine)
+    recut_borders(ordered, limits, share < kSmallPatch ? kSmallFineRecut : kFineRecut, patch_of_place, pool);
+  partition.patch_count = renumber(ordered, static_cast<uint32_t>(limits.size()), patch_of_place);
+  for (size_t i = 0; i < order.size(); ++i) partition.patch_of_face[order[i]] = patch_of_place[i];
   return partition;
 }
 

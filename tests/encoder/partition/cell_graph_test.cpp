@@ -18,42 +18,54 @@ Faces strip(uint32_t count) {
   return faces;
 }
 
-CellGraph graph_of(const Faces& faces, uint32_t vertex_count) {
+FaceGraph graph_of(const Faces& faces, uint32_t vertex_count) {
   return face_graph(faces, vertex_count, ThreadPool(2));
 }
 
-std::vector<uint32_t> neighbours(const CellGraph& graph, uint32_t cell) {
+std::vector<uint32_t> neighbours(const FaceGraph& graph, uint32_t cell) {
   std::vector<uint32_t> found;
-  for (const CellGraph::Link& link : graph.around(cell)) found.push_back(link.cell);
+  graph.for_each_link(cell, [&](uint32_t next, uint32_t) { found.push_back(next); });
   std::sort(found.begin(), found.end());
   return found;
 }
 
 TEST(FaceGraph, LinksFacesAcrossEdgesAndNotAcrossVertices) {
-  const CellGraph graph = graph_of({{0, 1, 2}, {2, 1, 3}, {3, 4, 5}}, 6);
+  const FaceGraph graph = graph_of({{0, 1, 2}, {2, 1, 3}, {3, 4, 5}}, 6);
   EXPECT_EQ(graph.cell_count(), 3u);
   EXPECT_EQ(neighbours(graph, 0), (std::vector<uint32_t>{1}));
   EXPECT_EQ(neighbours(graph, 1), (std::vector<uint32_t>{0}));
-  EXPECT_TRUE(graph.around(2).empty());
+  EXPECT_TRUE(neighbours(graph, 2).empty());
 }
 
 TEST(FaceGraph, TakesAnEdgeOfManyFacesInTimeAndSpaceOfTheirNumber) {
   Faces book;
   for (uint32_t i = 0; i < 100000; ++i) book.push_back({0, 1, i + 2});
-  const CellGraph graph = graph_of(book, 100002);
-  EXPECT_EQ(graph.links.size(), 2u * 99999);
-  EXPECT_EQ(neighbours(graph, 500), (std::vector<uint32_t>{499, 501}));
+  const FaceGraph graph = graph_of(book, 100002);
+  EXPECT_EQ(neighbours(graph, 0), (std::vector<uint32_t>{1}));
+  for (uint32_t page = 1; page + 1 < 100000; ++page)
+    ASSERT_EQ(neighbours(graph, page), (std::vector<uint32_t>{page - 1, page + 1}));
+  EXPECT_EQ(neighbours(graph, 99999), (std::vector<uint32_t>{99998}));
+}
+
+TEST(FaceGraph, KeepsItsLinksInAnotherOrder) {
+  const FaceGraph graph = graph_of({{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {0, 2, 5}}, 6);
+  const std::vector<uint32_t> order{2, 0, 3, 1};  // so that face 0 is at 1, 1 at 3, 2 at 0 and 3 at 2
+  const FaceGraph reordered = reorder(graph, order, ThreadPool(2));
+  EXPECT_EQ(neighbours(graph, 1), (std::vector<uint32_t>{0, 2}));
+  EXPECT_EQ(neighbours(reordered, 3), (std::vector<uint32_t>{0, 1}));
+  EXPECT_EQ(neighbours(reordered, 1), (std::vector<uint32_t>{2, 3}));
+  EXPECT_EQ(neighbours(reordered, 0), (std::vector<uint32_t>{3}));
 }
 
 TEST(FaceGraph, HasNoLinkFromAFaceToItself) {
-  const CellGraph graph = graph_of({{0, 0, 0}, {0, 0, 1}, {1, 2, 2}}, 3);
+  const FaceGraph graph = graph_of({{0, 0, 0}, {0, 0, 1}, {1, 2, 2}}, 3);
   for (uint32_t face = 0; face < 3; ++face)
     for (const uint32_t other : neighbours(graph, face)) EXPECT_NE(face, other);
 }
 
 TEST(Contract, AddsUpFacesAndCommonEdges) {
-  const CellGraph graph = graph_of({{0, 1, 2}, {2, 1, 3}, {0, 2, 4}, {4, 2, 3}}, 5);
-  const CellGraph coarse = contract(graph, std::vector<uint32_t>{0, 0, 1, 1}, 2);
+  const FaceGraph graph = graph_of({{0, 1, 2}, {2, 1, 3}, {0, 2, 4}, {4, 2, 3}}, 5);
+  const CellGraph coarse = contract(graph, {{0, 0, 1, 1}, 2}, ThreadPool(2));
   EXPECT_EQ(coarse.face_counts, (std::vector<uint32_t>{2, 2}));
   ASSERT_EQ(coarse.around(0).size(), 1u);
   EXPECT_EQ(coarse.around(0)[0].cell, 1u);
@@ -61,24 +73,23 @@ TEST(Contract, AddsUpFacesAndCommonEdges) {
   EXPECT_EQ(coarse.around(1)[0].edges, 2u);
 }
 
-TEST(PairCells, JoinsNeighboursUpToTheLimit) {
-  const CellGraph graph = graph_of(strip(8), 10);
-  const Coarsening pairs = pair_cells(graph, 2);
-  EXPECT_EQ(pairs.count, 4u);
-  EXPECT_EQ(contract(graph, pairs.coarse_of, pairs.count).face_counts, (std::vector<uint32_t>{2, 2, 2, 2}));
-  EXPECT_EQ(pair_cells(graph, 1).count, 8u);
+TEST(GrowCells, JoinsNeighboursUpToTheLimit) {
+  const ThreadPool pool(1);
+  const FaceGraph graph = graph_of(strip(8), 10);
+  const Coarsening pairs = grow_cells(graph, 2, 100);
+  EXPECT_EQ(contract(graph, pairs, pool).face_counts, (std::vector<uint32_t>{2, 2, 2, 2}));
+  EXPECT_EQ(contract(graph, grow_cells(graph, 8, 3), pool).face_counts, (std::vector<uint32_t>{3, 3, 2}));
+  EXPECT_EQ(grow_cells(graph, 2, 1).count, 8u);
+  // And cells of those.
+  EXPECT_EQ(
+      contract(contract(graph, pairs, pool), grow_cells(contract(graph, pairs, pool), 2, 4), pool).face_counts,
+      (std::vector<uint32_t>{4, 4}));
 }
 
-TEST(SampleCells, AreFarApartAndOneInEachComponent) {
-  Faces faces = strip(9);
-  faces.push_back({20, 21, 22});
-  const CellGraph graph = graph_of(faces, 23);
-  EXPECT_EQ(sample_cells(graph, 1).count, 2u);
-  const Coarsening two_in_the_strip = sample_cells(graph, 3);
-  EXPECT_EQ(two_in_the_strip.count, 3u);
-  EXPECT_NE(two_in_the_strip.coarse_of[0], two_in_the_strip.coarse_of[8]);
-  EXPECT_EQ(two_in_the_strip.coarse_of[0], two_in_the_strip.coarse_of[3]);
-  EXPECT_EQ(sample_cells(graph, 100).count, 10u);
+TEST(GrowCells, JoinsWhatIsLeftAloneToANeighbour) {
+  // The middle one of a face and its three neighbours comes last.
+  const FaceGraph graph = graph_of({{0, 1, 3}, {1, 2, 4}, {2, 0, 5}, {0, 1, 2}}, 6);
+  EXPECT_EQ(grow_cells(graph, 2, 4).count, 3u);
 }
 
 }  // namespace

@@ -1,0 +1,320 @@
+#include "encoder/partition/recut_borders.h"
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "encoder/partition/band_cut.h"
+
+namespace psplit {
+namespace {
+
+constexpr size_t kGrain = 1 << 14;
+// Patches that are full can take this share of their limit for the time being: others may come back for it.
+constexpr double kLeastRoom = 0.024;
+// A band whose least cut is out of balance is tried again, so much narrower, and so often.
+constexpr double kNarrower = 0.4;
+constexpr int kTries = 3;
+
+// More rounds for patches that are above their limit.
+constexpr int kBalancingRounds = 10;
+
+// Cells on the border of two patches, of either.
+struct BorderPair {
+  uint32_t a = 0, b = 0;
+  std::vector<uint32_t> cells;
+};
+
+// Neighbouring threads change other patches meanwhile: cells that are in neither patch of a pair stay out of
+// both.
+uint32_t load(const uint32_t& patch) {
+  return std::atomic_ref(const_cast<uint32_t&>(patch)).load(std::memory_order_relaxed);
+}
+void store(uint32_t& patch, uint32_t value) { std::atomic_ref(patch).store(value, std::memory_order_relaxed); }
+
+// What all threads share. Sizes and cells of a patch belong to the thread that has a pair of it.
+template <typename Graph>
+struct Division {
+  const Graph& graph;
+  std::span<const uint32_t> limits;
+  std::vector<uint32_t>& patch_of;
+  std::vector<int64_t> sizes;  // faces of each patch
+};
+
+template <typename Graph>
+class Recutter {
+ public:
+  explicit Recutter(Division<Graph>& division)
+      : d_(division),
+        reached_(division.graph.cell_count(), 0),
+        ring_mark_(reached_),
+        place_(division.graph.cell_count(), kOutside) {}
+
+  // Whether anything has changed.
+  bool recut(const BorderPair& pair, double band) {
+    for (int i = 0; i < kTries; ++i, band *= kNarrower) {
+      const Outcome outcome = recut_band(pair, band);
+      for (const uint32_t cell : cells_) place_[cell] = kOutside;
+      if (outcome != Outcome::kUnbalanced) return outcome == Outcome::kChanged;
+    }
+    return false;
+  }
+
+ private:
+  enum class Outcome { kUnchanged, kChanged, kUnbalanced };
+  static constexpr uint32_t kOutside = 0xffffffffu;
+  static constexpr int32_t kForced = 1 << 28;  // more edges than a cell has
+
+  // Takes cells of a patch, the nearest to the other first. Of a patch above its limit, returns how many of
+  // them must go to the other: all that are too many, or until both are as far above.
+  size_t widen(const BorderPair& pair, uint32_t own, uint32_t other, double band) {
+    const auto room = static_cast<double>(d_.limits[other] - d_.sizes[other]);
+    const double least = kLeastRoom * d_.limits[other];
+    const auto most = std::min<int64_t>(d_.sizes[own] / 3, static_cast<int64_t>(band * std::max(room, least)));
+    const int64_t above = d_.sizes[own] - d_.limits[own], other_above = d_.sizes[other] - d_.limits[other];
+    const int64_t must_go = std::min(above, (above - other_above) / 2);
+    const size_t begin = cells_.size();
+    size_t leaving = 0;
+    int64_t faces = 0;
+    const auto take = [&](uint32_t cell) {
+      if (place_[cell] != kOutside || faces + d_.graph.face_count(cell) > most) return;
+      faces += d_.graph.face_count(cell);
+      leaving += faces <= must_go ? 1 : 0;
+      place_[cell] = static_cast<uint32_t>(cells_.size());
+      cells_.push_back(cell);
+    };
+    for (const uint32_t cell : pair.cells) {
+      if (load(d_.patch_of[cell]) != own) continue;
+      bool is_on_border = false;
+      d_.graph.for_each_link(
+          cell, [&](uint32_t next, uint32_t) { is_on_border |= load(d_.patch_of[next]) == other; });
+      if (is_on_border) take(cell);
+    }
+    for (size_t i = begin; i < cells_.size(); ++i)
+      d_.graph.for_each_link(cells_[i], [&](uint32_t next, uint32_t) {
+        if (place_[next] == kOutside && load(d_.patch_of[next]) == own) take(next);
+      });
+    return leaving;
+  }
+
+  Outcome recut_band(const BorderPair& pair, double band) {
+    cells_.clear();
+    const size_t leaving_a = widen(pair, pair.a, pair.b, band);
+    const size_t count_a = cells_.size();
+    const size_t leaving_b = widen(pair, pair.b, pair.a, band);
+    if (count_a == 0 || count_a == cells_.size()) return Outcome::kUnchanged;
+
+    cut_.clear();
+    ++ring_;
+    uint32_t ring_of_a = 0, ring_of_b = 0;
+    int64_t edges_now = 0;
+    for (size_t i = 0; i < cells_.size(); ++i) {
+      const bool is_in_a = i < count_a;
+      int32_t to_a = 0, to_b = 0;
+      d_.graph.for_each_link(cells_[i], [&](uint32_t next, uint32_t edges) {
+        const uint32_t place = place_[next];
+        if (place != kOutside) {
+          cut_.add_link(place, static_cast<int32_t>(edges));
+          if (is_in_a && place >= count_a) edges_now += edges;
+          return;
+        }
+        const uint32_t patch = load(d_.patch_of[next]);
+        if (patch != pair.a && patch != pair.b) return;
+        (patch == pair.a ? to_a : to_b) += static_cast<int32_t>(edges);
+        if (std::exchange(ring_mark_[next], ring_) != ring_) ++(patch == pair.a ? ring_of_a : ring_of_b);
+      });
+      edges_now += is_in_a ? to_b : to_a;
+      if (i < leaving_a) to_b += kForced;
+      if (i >= count_a && i - count_a < leaving_b) to_a += kForced;
+      cut_.end_node(to_a, to_b);
+    }
+    const int64_t edges_least = cut_.run();
+
+    // Patch a can have what is on its side in every least cut, or what is not on b's side in every one.
+    int64_t least_a = d_.sizes[pair.a], most_a = least_a;
+    for (uint32_t i = 0; i < cells_.size(); ++i) {
+      const int64_t faces = d_.graph.face_count(cells_[i]);
+      const BandCut::Side side = cut_.side(i);
+      if (i < count_a && side != BandCut::Side::kSource) least_a -= faces;
+      if (i >= count_a && side == BandCut::Side::kSource) least_a += faces;
+      if (i < count_a && side == BandCut::Side::kSink) most_a -= faces;
+      if (i >= count_a && side != BandCut::Side::kSink) most_a += faces;
+    }
+    const int64_t both = d_.sizes[pair.a] + d_.sizes[pair.b];
+    const auto lean = [&](int64_t a) { return std::abs(2 * a - both); };
+    const auto excess = [&](int64_t a) {
+      const int64_t above_a = std::max<int64_t>(a - d_.limits[pair.a], 0);
+      const int64_t above_b = std::max<int64_t>(both - a - d_.limits[pair.b], 0);
+      return above_a * above_a + above_b * above_b;
+    };
+    const int64_t now = d_.sizes[pair.a];
+    const int64_t then = lean(least_a) <= lean(most_a) ? least_a : most_a;
+    if (excess(then) > excess(now)) return Outcome::kUnbalanced;
+    if (excess(then) == excess(now) &&
+        (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
+      return Outcome::kUnchanged;
+    uint32_t of_a = kOutside, of_b = kOutside, count_then = 0;
+    for (uint32_t i = 0; i < cells_.size(); ++i) {
+      const bool is_in_a =
+          cut_.side(i) == BandCut::Side::kSource || (then != least_a && cut_.side(i) == BandCut::Side::kFree);
+      store(d_.patch_of[cells_[i]], is_in_a ? pair.a : pair.b);
+      (is_in_a ? of_a : of_b) = cells_[i];
+      count_then += is_in_a ? 1 : 0;
+    }
+    if (!is_connected(of_a, pair.a, count_then + ring_of_a, then) ||
+        !is_connected(of_b, pair.b, static_cast<uint32_t>(cells_.size()) - count_then + ring_of_b,
+                      both - then)) {
+      for (uint32_t i = 0; i < cells_.size(); ++i) store(d_.patch_of[cells_[i]], i < count_a ? pair.a : pair.b);
+      return Outcome::kUnbalanced;
+    }
+    d_.sizes[pair.a] = then;
+    d_.sizes[pair.b] = both - then;
+    return Outcome::kChanged;
+  }
+
+  // Whether a patch, connected before, still is: it is if its cells in the band and around it are, `nearby` of
+  // them; else all of its faces are looked for.
+  bool is_connected(uint32_t start, uint32_t patch, uint32_t nearby, int64_t faces) {
+    if (start == kOutside) return false;
+    const auto walk = [&](auto is_allowed) {
+      queue_.assign(1, start);
+      reached_[start] = ++walk_;
+      for (size_t i = 0; i < queue_.size(); ++i)
+        d_.graph.for_each_link(queue_[i], [&](uint32_t next, uint32_t) {
+          if (load(d_.patch_of[next]) != patch || !is_allowed(next)) return;
+          if (std::exchange(reached_[next], walk_) != walk_) queue_.push_back(next);
+        });
+    };
+    walk([&](uint32_t next) { return place_[next] != kOutside || ring_mark_[next] == ring_; });
+    if (queue_.size() == nearby) return true;
+    walk([](uint32_t) { return true; });
+    for (const uint32_t cell : queue_) faces -= d_.graph.face_count(cell);
+    return faces == 0;
+  }
+
+  Division<Graph>& d_;
+  std::vector<uint32_t> queue_, reached_, ring_mark_;
+  uint32_t walk_ = 0, ring_ = 0;
+  std::vector<uint32_t> place_;  // of each cell in the band
+  std::vector<uint32_t> cells_;  // the band: of patch a, then of patch b
+  BandCut cut_;
+};
+
+// The borders of patches that are active, in the order of their patches.
+template <typename Graph>
+std::vector<BorderPair> find_borders(const Graph& graph, std::span<const uint32_t> patch_of,
+                                     const std::vector<bool>& is_active, const ThreadPool& pool) {
+  struct Entry {
+    uint32_t a, b, cell;
+  };
+  std::vector<std::vector<Entry>> found((graph.cell_count() + kGrain - 1) / kGrain);
+  pool.for_ranges(graph.cell_count(), kGrain, [&](size_t begin, size_t end) {
+    std::vector<Entry>& entries = found[begin / kGrain];
+    for (auto cell = static_cast<uint32_t>(begin); cell < end; ++cell) {
+      const uint32_t own = patch_of[cell];
+      uint32_t last = own;
+      graph.for_each_link(cell, [&](uint32_t next, uint32_t) {
+        const uint32_t other = patch_of[next];
+        if (other == own || other == last || (!is_active[own] && !is_active[other])) return;
+        last = other;
+        entries.push_back({std::min(own, other), std::max(own, other), cell});
+      });
+    }
+  });
+  std::vector<uint32_t> first_patch;
+  for (const auto& entries : found)
+    for (const Entry& entry : entries) first_patch.push_back(entry.a);
+  const Groups by_patch(first_patch, static_cast<uint32_t>(is_active.size()));
+  std::vector<Entry> all;
+  all.reserve(first_patch.size());
+  for (const auto& entries : found) all.insert(all.end(), entries.begin(), entries.end());
+  std::vector<BorderPair> pairs;
+  std::vector<Entry> some;
+  for (uint32_t patch = 0; patch < is_active.size(); ++patch) {
+    some.clear();
+    for (uint32_t i = by_patch.first[patch]; i < by_patch.first[patch + 1]; ++i)
+      some.push_back(all[by_patch.members[i]]);
+    std::stable_sort(some.begin(), some.end(), [](const Entry& x, const Entry& y) { return x.b < y.b; });
+    for (const Entry& entry : some) {
+      if (pairs.empty() || pairs.back().a != entry.a || pairs.back().b != entry.b)
+        pairs.push_back({entry.a, entry.b, {}});
+      pairs.back().cells.push_back(entry.cell);
+    }
+  }
+  return pairs;
+}
+
+// Pairs of one group have no patch in common.
+std::vector<std::vector<const BorderPair*>> independent(const std::vector<BorderPair>& pairs,
+                                                        size_t patch_count) {
+  constexpr uint32_t kLast = 63;  // what no other group takes is left for another round
+  std::vector<uint64_t> taken(patch_count, 0);
+  std::vector<std::vector<const BorderPair*>> groups;
+  for (const BorderPair& pair : pairs) {
+    const auto group = static_cast<uint32_t>(std::countr_one(taken[pair.a] | taken[pair.b]));
+    if (group >= kLast) continue;
+    taken[pair.a] |= uint64_t{1} << group;
+    taken[pair.b] |= uint64_t{1} << group;
+    if (group >= groups.size()) groups.resize(group + 1);
+    groups[group].push_back(&pair);
+  }
+  return groups;
+}
+
+template <typename Graph>
+void recut(const Graph& graph, std::span<const uint32_t> face_limits, const RecutOptions& options,
+           std::vector<uint32_t>& patch_of, const ThreadPool& pool) {
+  constexpr size_t kPairsATask = 4;
+  const size_t patch_count = face_limits.size();
+  Division<Graph> division{graph, face_limits, patch_of, std::vector<int64_t>(patch_count)};
+  for (uint32_t cell = 0; cell < graph.cell_count(); ++cell)
+    division.sizes[patch_of[cell]] += graph.face_count(cell);
+  std::mutex mutex;
+  std::vector<std::unique_ptr<Recutter<Graph>>> idle;
+  std::vector<bool> is_active(patch_count, true);
+  const auto is_any_active = [&] {
+    return std::find(is_active.begin(), is_active.end(), true) != is_active.end();
+  };
+  for (int round = 0; round < options.rounds + kBalancingRounds && is_any_active(); ++round) {
+    const std::vector<BorderPair> pairs = find_borders(graph, patch_of, is_active, pool);
+    std::vector<uint8_t> has_changed(pairs.size(), 0);
+    for (const std::vector<const BorderPair*>& group : independent(pairs, patch_count))
+      pool.for_ranges(group.size(), kPairsATask, [&](size_t begin, size_t end) {
+        std::unique_ptr<Recutter<Graph>> recutter;
+        {
+          const std::lock_guard lock(mutex);
+          if (!idle.empty()) {
+            recutter = std::move(idle.back());
+            idle.pop_back();
+          }
+        }
+        if (recutter == nullptr) recutter = std::make_unique<Recutter<Graph>>(division);
+        for (size_t i = begin; i < end; ++i)
+          has_changed[static_cast<size_t>(group[i] - pairs.data())] = recutter->recut(*group[i], options.band);
+        const std::lock_guard lock(mutex);
+        idle.push_back(std::move(recutter));
+      });
+    for (size_t patch = 0; patch < patch_count; ++patch)
+      is_active[patch] = division.sizes[patch] > face_limits[patch];
+    if (round + 1 >= options.rounds) continue;
+    for (size_t i = 0; i < pairs.size(); ++i)
+      if (has_changed[i] != 0) is_active[pairs[i].a] = is_active[pairs[i].b] = true;
+  }
+}
+
+}  // namespace
+
+void recut_borders(const FaceGraph& graph, std::span<const uint32_t> face_limits, const RecutOptions& options,
+                   std::vector<uint32_t>& patch_of, const ThreadPool& pool) {
+  recut(graph, face_limits, options, patch_of, pool);
+}
+void recut_borders(const CellGraph& graph, std::span<const uint32_t> face_limits, const RecutOptions& options,
+                   std::vector<uint32_t>& patch_of, const ThreadPool& pool) {
+  recut(graph, face_limits, options, patch_of, pool);
+}
+
+}  // namespace psplit
