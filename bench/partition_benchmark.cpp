@@ -1,99 +1,222 @@
-// Partitioning: ours beside METIS k-way on the same graph of faces and shared edges, one thread each.
-// Counters: replication of vertices in per cent, faces of the largest patch by those of the mean.
-#include <benchmark/benchmark.h>
+// Partitions: ours beside METIS k-way on the same graph of faces and shared edges, and meshoptimizer's meshlets
+// where these can be as large.
+//
+//   partition_benchmark [FACES ...]   of a generated mesh each, or of the file that PSPLIT_BENCH_MESH names
+//
+// Times are medians of interleaved runs. METIS is given its graph; ours makes its own, which "graph" is the
+// time of alone.
+#include <meshoptimizer.h>
 #include <metis.h>
 
-#include <algorithm>
-#include <unordered_map>
+#include <chrono>
+#include <functional>
 
-#include "bench/sample_meshes.h"
+#include "bench/samples.h"
+#include "encoder/partition/cell_graph.h"
 #include "encoder/partition/partition.h"
 
 namespace psplit {
 namespace {
 
-const Mesh& input() {
-  static const Mesh made = bench_mesh(1'000'000, false);
-  return made;
+constexpr int kRounds = 5;
+
+double ms_of(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-void report(benchmark::State& state, const std::vector<uint32_t>& patch_of_face, uint32_t patch_count) {
-  std::vector<uint64_t> uses;
-  std::vector<uint32_t> sizes(patch_count, 0);
-  std::vector<bool> used(input().point_count, false);
-  for (size_t face = 0; face < patch_of_face.size(); ++face) {
-    ++sizes[patch_of_face[face]];
-    for (const uint32_t vertex : input().faces[face]) {
-      uses.push_back(uint64_t{vertex} << 32 | patch_of_face[face]);
-      used[vertex] = true;
+struct Quality {
+  uint32_t patches = 0, apart = 0, not_disks = 0;  // patches of several components; others that are no disks
+  double replication = 0, balance = 0;
+  uint64_t references = 0;
+};
+
+// Of a patch: whether its faces are connected by edges, and vertices - edges + faces.
+struct Shape2d {
+  bool is_connected = true;
+  int64_t euler = 0;
+};
+Shape2d shape_of(const Mesh& mesh, std::span<const uint32_t> faces) {
+  std::vector<uint32_t> vertices;
+  std::vector<std::pair<uint64_t, uint32_t>> sides;
+  for (uint32_t i = 0; i < faces.size(); ++i)
+    for (size_t k = 0; k < 3; ++k) {
+      const auto [low, high] = std::minmax(mesh.faces[faces[i]][k], mesh.faces[faces[i]][(k + 1) % 3]);
+      vertices.push_back(mesh.faces[faces[i]][k]);
+      sides.emplace_back(uint64_t{low} << 32 | high, i);
     }
+  std::sort(vertices.begin(), vertices.end());
+  std::sort(sides.begin(), sides.end());
+  std::vector<uint32_t> parent(faces.size());
+  for (uint32_t i = 0; i < parent.size(); ++i) parent[i] = i;
+  const auto root = [&](uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  Shape2d shape;
+  uint32_t components = static_cast<uint32_t>(faces.size());
+  for (size_t i = 0; i < sides.size(); ++i) {
+    if (i == 0 || sides[i].first != sides[i - 1].first) {
+      --shape.euler;
+      continue;
+    }
+    const uint32_t a = root(sides[i].second), b = root(sides[i - 1].second);
+    if (a != b) --components;
+    parent[a] = b;
   }
-  std::sort(uses.begin(), uses.end());
-  const auto distinct = static_cast<double>(std::unique(uses.begin(), uses.end()) - uses.begin());
-  const auto vertices = static_cast<double>(std::count(used.begin(), used.end(), true));
-  state.counters["replication %"] = 100 * (distinct / vertices - 1);
-  state.counters["balance"] = static_cast<double>(*std::max_element(sizes.begin(), sizes.end())) * patch_count /
-                              static_cast<double>(patch_of_face.size());
+  shape.is_connected = components == 1;
+  shape.euler += std::unique(vertices.begin(), vertices.end()) - vertices.begin();
+  shape.euler += static_cast<int64_t>(faces.size());
+  return shape;
 }
 
-uint32_t patch_count_of(const benchmark::State& state) {
-  return static_cast<uint32_t>(input().faces.size() / static_cast<size_t>(state.range(0)));
+Quality quality_of(const Mesh& mesh, const std::vector<uint32_t>& patch_of_face, uint32_t patch_count) {
+  Quality quality;
+  std::vector<std::vector<uint32_t>> patches(patch_count);
+  for (uint32_t face = 0; face < patch_of_face.size(); ++face) patches[patch_of_face[face]].push_back(face);
+  std::vector<uint8_t> used(mesh.point_count, 0);
+  uint64_t copies = 0;
+  size_t largest = 0;
+  for (const std::vector<uint32_t>& patch : patches) {
+    if (patch.empty()) continue;
+    ++quality.patches;
+    largest = std::max(largest, patch.size());
+    const Shape2d shape = shape_of(mesh, patch);
+    if (!shape.is_connected)
+      ++quality.apart;
+    else if (shape.euler != 1)
+      ++quality.not_disks;
+    std::vector<uint32_t> points;
+    for (const uint32_t face : patch)
+      points.insert(points.end(), mesh.faces[face].begin(), mesh.faces[face].end());
+    std::sort(points.begin(), points.end());
+    points.erase(std::unique(points.begin(), points.end()), points.end());
+    copies += points.size();
+    for (const uint32_t point : points) used[point] = 1;
+  }
+  const auto points = static_cast<uint64_t>(std::count(used.begin(), used.end(), 1));
+  quality.references = copies - points;
+  quality.replication = static_cast<double>(quality.references) / static_cast<double>(points);
+  quality.balance = static_cast<double>(largest) * quality.patches / static_cast<double>(patch_of_face.size());
+  return quality;
 }
 
-void ours(benchmark::State& state) {
-  const ThreadPool pool(1);
-  PartitionOptions options;
-  options.patch_count = patch_count_of(state);
-  Partition partition;
-  for (auto _ : state) partition = partition_faces(input().faces, input().point_count, options, pool);
-  report(state, partition.patch_of_face, partition.patch_count);
-}
-
-// Faces that share an edge, as METIS takes them.
-struct FaceGraph {
+struct MetisGraph {
   std::vector<idx_t> start{0}, neighbours;
 };
-FaceGraph make_graph() {
-  const auto& faces = input().faces;
-  std::unordered_multimap<uint64_t, uint32_t> face_at;
-  face_at.reserve(3 * faces.size());
-  std::vector<std::vector<idx_t>> around(faces.size());
-  for (uint32_t face = 0; face < faces.size(); ++face)
-    for (size_t k = 0; k < 3; ++k) {
-      const auto [low, high] = std::minmax(faces[face][k], faces[face][(k + 1) % 3]);
-      const uint64_t edge = uint64_t{low} << 32 | high;
-      const auto [first, last] = face_at.equal_range(edge);
-      for (auto other = first; other != last; ++other) {
-        around[face].push_back(static_cast<idx_t>(other->second));
-        around[other->second].push_back(static_cast<idx_t>(face));
-      }
-      face_at.emplace(edge, face);
-    }
-  FaceGraph graph;
-  for (const std::vector<idx_t>& some : around) {
-    graph.neighbours.insert(graph.neighbours.end(), some.begin(), some.end());
+MetisGraph metis_graph(const FaceGraph& faces) {
+  MetisGraph graph;
+  for (uint32_t face = 0; face < faces.cell_count(); ++face) {
+    faces.for_each_link(face,
+                        [&](uint32_t next, uint32_t) { graph.neighbours.push_back(static_cast<idx_t>(next)); });
     graph.start.push_back(static_cast<idx_t>(graph.neighbours.size()));
   }
   return graph;
 }
 
-// The graph is given to METIS; ours makes its own.
-void metis(benchmark::State& state) {
-  static FaceGraph graph = make_graph();
-  auto patch_count = static_cast<idx_t>(patch_count_of(state));
-  auto face_count = static_cast<idx_t>(input().faces.size());
-  std::vector<idx_t> part(input().faces.size());
+std::vector<uint32_t> metis(MetisGraph& graph, uint32_t patch_count) {
+  auto face_count = static_cast<idx_t>(graph.start.size() - 1), parts = static_cast<idx_t>(patch_count);
+  std::vector<idx_t> part(graph.start.size() - 1);
   idx_t constraints = 1, cut = 0;
-  for (auto _ : state)
-    METIS_PartGraphKway(&face_count, &constraints, graph.start.data(), graph.neighbours.data(), nullptr,
-                        nullptr, nullptr, &patch_count, nullptr, nullptr, nullptr, &cut, part.data());
-  report(state, {part.begin(), part.end()}, static_cast<uint32_t>(patch_count));
+  METIS_PartGraphKway(&face_count, &constraints, graph.start.data(), graph.neighbours.data(), nullptr, nullptr,
+                      nullptr, &parts, nullptr, nullptr, nullptr, &cut, part.data());
+  return {part.begin(), part.end()};
 }
 
-BENCHMARK(ours)->Arg(4800)->Arg(1200)->Arg(440)->Unit(benchmark::kMillisecond)->Name("ours/faces_a_patch");
-BENCHMARK(metis)->Arg(4800)->Arg(1200)->Arg(440)->Unit(benchmark::kMillisecond)->Name("metis/faces_a_patch");
+// Of at most so many faces each; the triangles of a meshlet are not told which they were, so they are looked
+// up.
+std::vector<uint32_t> meshlets(const Mesh& mesh, size_t most_faces, double& ms) {
+  constexpr size_t kMostVertices = 255;
+  const size_t index_count = 3 * mesh.faces.size();
+  const std::vector<std::array<float, 3>> at = positions_of(mesh);
+  std::vector<meshopt_Meshlet> made(meshopt_buildMeshletsBound(index_count, kMostVertices, most_faces));
+  std::vector<unsigned int> vertices(made.size() * kMostVertices);
+  std::vector<unsigned char> triangles(made.size() * most_faces * 3);
+  ms = ms_of([&] {
+    made.resize(meshopt_buildMeshlets(made.data(), vertices.data(), triangles.data(), mesh.faces.data()->data(),
+                                      index_count, at.data()->data(), at.size(), sizeof at[0], kMostVertices,
+                                      most_faces, 0));
+  });
+  std::map<std::array<uint32_t, 3>, std::vector<uint32_t>> faces_of;
+  const auto key = [](std::array<uint32_t, 3> face) {
+    std::sort(face.begin(), face.end());
+    return face;
+  };
+  for (uint32_t face = 0; face < mesh.faces.size(); ++face) faces_of[key(mesh.faces[face])].push_back(face);
+  std::vector<uint32_t> patch_of(mesh.faces.size());
+  for (uint32_t patch = 0; patch < made.size(); ++patch)
+    for (uint32_t i = 0; i < made[patch].triangle_count; ++i) {
+      std::array<uint32_t, 3> face{};
+      for (uint32_t k = 0; k < 3; ++k)
+        face[k] = vertices[made[patch].vertex_offset + triangles[made[patch].triangle_offset + 3 * i + k]];
+      std::vector<uint32_t>& same = faces_of[key(face)];
+      patch_of[same.back()] = patch;
+      same.pop_back();
+    }
+  return patch_of;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+void print_row(const Mesh& mesh, const char* name, const std::vector<uint32_t>& patch_of,
+               const std::vector<double>& one_thread, const std::vector<double>& two_threads) {
+  const auto patch_count = *std::max_element(patch_of.begin(), patch_of.end()) + 1;
+  const Quality quality = quality_of(mesh, patch_of, patch_count);
+  const Sample sample = encode_sample(mesh, patch_count, 5, patch_of);
+  std::printf("  %-9s %7u %8.2f %% %10llu %8.3f %6u %9u %10zu %9.0f", name, quality.patches,
+              100 * quality.replication, static_cast<unsigned long long>(quality.references), quality.balance,
+              quality.apart, quality.not_disks, sample.container.size(), median(one_thread));
+  if (!two_threads.empty()) std::printf(" %9.0f", median(two_threads));
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void compare(const Mesh& mesh) {
+  const ThreadPool one(1), two(2);
+  std::vector<double> graph_ms[2];
+  FaceGraph graph;
+  for (int i = 0; i < kRounds; ++i) {
+    graph_ms[0].push_back(ms_of([&] { graph = face_graph(mesh.faces, mesh.point_count, one); }));
+    graph_ms[1].push_back(ms_of([&] { graph = face_graph(mesh.faces, mesh.point_count, two); }));
+  }
+  MetisGraph for_metis = metis_graph(graph);
+  std::printf("%zu faces; graph %.0f ms on one thread, %.0f on two\n", mesh.faces.size(), median(graph_ms[0]),
+              median(graph_ms[1]));
+  std::printf(
+      "            patches replication references  balance  apart  no disks      bytes    1 thread   2 "
+      "threads\n");
+  for (const uint32_t patch_faces : {4800u, 1200u, 440u}) {
+    const auto patch_count = static_cast<uint32_t>(mesh.faces.size() / patch_faces);
+    PartitionOptions options;
+    options.patch_count = patch_count;
+    std::vector<uint32_t> ours, theirs;
+    std::vector<double> ours_ms[2], theirs_ms;
+    for (int i = 0; i < kRounds; ++i) {
+      theirs_ms.push_back(ms_of([&] { theirs = metis(for_metis, patch_count); }));
+      for (const bool both : {false, true})
+        ours_ms[both].push_back(ms_of([&] {
+          ours = partition_faces(mesh.faces, mesh.point_count, options, both ? two : one).patch_of_face;
+        }));
+    }
+    std::printf("%u faces a patch\n", patch_faces);
+    print_row(mesh, "psplit", ours, ours_ms[0], ours_ms[1]);
+    print_row(mesh, "METIS", theirs, theirs_ms, {});
+    if (patch_faces > 512) continue;
+    double ms = 0;
+    const std::vector<uint32_t> patch_of = meshlets(mesh, patch_faces, ms);
+    print_row(mesh, "meshlets", patch_of, {ms}, {});
+  }
+}
 
 }  // namespace
 }  // namespace psplit
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+  if (argc < 2) psplit::compare(psplit::bench_mesh(1'000'000, false));
+  for (int i = 1; i < argc; ++i)
+    psplit::compare(psplit::bench_mesh(std::strtoull(argv[i], nullptr, 10), false));
+}

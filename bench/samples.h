@@ -37,7 +37,9 @@ struct Sample {
 };
 
 // Positions at 14 bits, normals at 10, texture coordinates at 12.
-inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed) {
+// In patches of its own, or as the faces' patches are given.
+inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed,
+                            std::span<const uint32_t> patch_of_face = {}) {
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) {
     const bool is_normal = attribute.semantic == "NORMAL";
@@ -48,6 +50,7 @@ inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed) {
   options.encode_speed = speed;
   options.patch_count = patch_count;
   options.verify = false;
+  options.patch_of_face = patch_of_face;
   Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, ThreadPool());
   if (!encoded) give_up(encoded.status());
   Sample sample{std::move(encoded->container), {}, mesh.faces.size()};

@@ -149,6 +149,13 @@ Cut cut_faces(const Mesh& mesh, const WeldedMesh& welded, const EncodeOptions& o
     vertices.push_back(face);
   }
   if (vertices.empty()) return cut;
+  if (!options.patch_of_face.empty()) {
+    cut.patches.resize(size_t{*std::max_element(options.patch_of_face.begin(), options.patch_of_face.end())} +
+                       1);
+    for (const uint32_t face : regular) cut.patches[options.patch_of_face[face]].push_back(face);
+    std::erase_if(cut.patches, [](const std::vector<uint32_t>& faces) { return faces.empty(); });
+    return cut;
+  }
   PartitionOptions partition_options;
   partition_options.patch_count = options.patch_count;
   partition_options.refine = options.refine;
@@ -209,6 +216,8 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
   const Reduced reduced = reduce(input, options, extra_point_data, extra_stride, statistics);
   const Mesh& mesh = reduced.mesh;
   if (mesh.faces.empty()) return invalid_input("every triangle is degenerate, and they are to be dropped");
+  if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
+    return Status(StatusCode::kUsage, "a partition of another number of faces");
   const WeldedMesh welded = weld(mesh, pool);
 
   const Stopwatch partition_time;

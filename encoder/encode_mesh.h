@@ -32,6 +32,8 @@ struct EncodeOptions {
   bool drop_degenerate = false;  // drop faces that repeat an index, and points that no face uses
   bool verify = true;            // decode the container and compare it with the input before returning
   bool refine = true;            // see PartitionOptions
+  // A partition to take: the patch of each face that is not dropped, or empty for one of our own.
+  std::span<const uint32_t> patch_of_face;
 };
 
 struct EncodeStatistics {
