@@ -46,6 +46,8 @@ message(STATUS "CUDA decoder: ${PSPLIT_HAS_CUDA}")
 if(PSPLIT_BUILD_TOOLS)
   # CLI11: the command line of gltf-psplit.
   find_package(CLI11 REQUIRED)
+  # libpng: the pictures of `inspect --preview`.
+  find_package(PNG 1.6 REQUIRED)
   # meshoptimizer and zstd: the rival that `compare` measures.
   find_package(meshoptimizer REQUIRED)
   find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)

@@ -169,6 +169,16 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"decode", "a.glb", "b.glb", "--gpu-memory", "plenty"},
       {"decode", "a.glb", "b.glb", "--gpu-memory", "-1"},
       {"inspect", "a.glb", "--format", "xml"},
+      {"inspect", "a.glb", "--preview", "a.jpg"},
+      {"inspect", "a.glb", "--preview", "-"},
+      {"inspect", "a.glb", "--preview-size", "64"},
+      {"inspect", "a.glb", "--preview", "a.png", "--preview-size", "15"},
+      {"inspect", "a.glb", "--preview", "a.png", "--preview-size", "64x4097"},
+      {"inspect", "a.glb", "--preview", "a.png", "--preview-size", "64x"},
+      {"inspect", "a.glb", "--preview", "a.png", "--preview-size", "64x64x64"},
+      {"inspect", "a.glb", "--preview", "a.png", "--preview-size", "-64"},
+      {"inspect", "a.glb", "--preview", "a.png", "--preview-size", "99999999999"},
+      {"inspect", "a.glb", "--preview", "a.png", "--preview-size", "large"},
       {"validate"},
       {"compare", "a.glb", "--patches", "1,0"},
       {"compare", "a.glb", "--repeat", "0"},
@@ -294,6 +304,46 @@ TEST_F(CommandLine, InspectOfAPlainAssetListsNoPatches) {
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_TRUE(json.at("primitives").empty());
   EXPECT_EQ(json.at("others").at(0).at("storage"), "plain");
+}
+
+TEST_F(CommandLine, InspectDrawsAPreviewBesideItsTable) {
+  const std::string split = split_sample();
+  const auto draw = [&](const std::string& input, const char* size, const char* threads) {
+    const Outcome outcome =
+        run({"inspect", input, "--preview", path("a.png"), "--preview-size", size, "-j", threads});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, run({"inspect", input}).out);
+    EXPECT_NE(outcome.err.find("a.png: "), std::string::npos) << outcome.err;
+    const std::string png = read_bytes(path("a.png"));
+    EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
+    return png;
+  };
+  // Width and height follow the name of the first chunk.
+  const std::string png = draw(split, "300x200", "1");
+  EXPECT_EQ(png.substr(12, 12), std::string("IHDR\0\0\x01\x2c\0\0\0\xc8", 12));
+  EXPECT_TRUE(draw(split, "300x200", "3") == png);
+  EXPECT_EQ(draw(split, "64", "2").substr(16, 8), std::string("\0\0\0\x40\0\0\0\x40", 8));
+  // Not only patches: plain and stock Draco, glTF and not.
+  for (const std::string& input : {sample(), draco_sample(), stock_sample()}) draw(input, "64", "2");
+}
+
+TEST_F(CommandLine, PreviewsThatCannotBeDrawnOrWrittenSayWhy) {
+  const std::string input = split_sample();
+  const Outcome unwritable = run({"inspect", input, "--preview", path("no/such/folder/a.png")});
+  EXPECT_EQ(unwritable.code, 2);
+  EXPECT_NE(unwritable.err.find("no/such/folder/a.png"), std::string::npos) << unwritable.err;
+  EXPECT_EQ(unwritable.out, "");
+  write("empty.gltf", R"({"asset": {"version": "2.0"}})");
+  const Outcome empty = run({"inspect", path("empty.gltf"), "--preview", path("a.png")});
+  EXPECT_EQ(empty.code, 5);
+  EXPECT_NE(empty.err.find("empty.gltf: nothing to draw: "), std::string::npos) << empty.err;
+  std::string bytes = read_bytes(input);
+  bytes[bytes.rfind("DRACO")] = 'X';
+  write("damaged.glb", bytes);
+  const Outcome damaged = run({"inspect", path("damaged.glb"), "--preview", path("a.png")});
+  EXPECT_EQ(damaged.code, 3);
+  EXPECT_NE(damaged.err.find("damaged.glb: mesh 0, primitive 0, patch 3: "), std::string::npos) << damaged.err;
+  EXPECT_FALSE(std::filesystem::exists(path("a.png")));
 }
 
 TEST_F(CommandLine, InspectShowsAStockDracoStreamAsOnePatch) {

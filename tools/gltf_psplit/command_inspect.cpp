@@ -1,17 +1,23 @@
-// gltf-psplit inspect: what the patches, and the stock Draco streams, of an asset are and cost.
+// gltf-psplit inspect: what the patches, and the stock Draco streams, of an asset are and cost, and how they
+// look.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
+#include <chrono>
 #include <memory>
 #include <optional>
 
+#include "gltf_ext/files.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/patch_summary.h"
+#include "tools/gltf_psplit/preview/preview.h"
+#include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, format = "text";
+  std::string input, format = "text", preview, preview_size = "1200x900";
   BackendChoice backend;
 };
 
@@ -143,9 +149,43 @@ std::string to_text(std::span<const InspectedPrimitive> primitives) {
   return table.to_string();
 }
 
+// WxH, or one number for both; nothing where it is neither, or no size for a picture.
+std::optional<ImageSize> parse_size(const std::string& text) {
+  constexpr int kLeast = 16, kMost = 4096;
+  const char* const end = text.data() + text.size();
+  ImageSize size;
+  auto read = std::from_chars(text.data(), end, size.width);
+  size.height = size.width;
+  if (read.ec == std::errc() && read.ptr != end && *read.ptr == 'x')
+    read = std::from_chars(read.ptr + 1, end, size.height);
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  const auto [least, most] = std::minmax(size.width, size.height);
+  return least >= kLeast && most <= kMost ? std::optional(size) : std::nullopt;
+}
+
+Status write_preview(const Document& document, const Arguments& arguments, const Session& session) {
+  const auto begin = std::chrono::steady_clock::now();
+  const Expected<Image> image = [&] {
+    ProgressBar bar("drawing", session.log);
+    return draw_preview(document, *parse_size(arguments.preview_size), find_backend(arguments.backend),
+                        session.pool, bar.callback());
+  }();
+  if (!image) return image.status().at({.file = arguments.input});
+  const auto file = encode_png(*image);
+  if (!file) return file.status().at({.file = arguments.preview});
+  if (Status status = write_file(arguments.preview, {*file}); !status.ok()) return status;
+  const double wall_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  session.log.note(arguments.preview + ": " + std::to_string(image->size.width) + " x " +
+                   std::to_string(image->size.height) + " pixels; " + as_duration(wall_ms));
+  return {};
+}
+
 Status run_inspect(const Arguments& arguments, const Session& session) {
   const Expected<Document> document = read_input(arguments.input, arguments.backend.name);
   if (!document) return document.status();
+  if (!arguments.preview.empty())
+    if (Status status = write_preview(*document, arguments, session); !status.ok()) return status;
   const DescribeStream describe = find_describer(arguments.backend.name);
   std::vector<InspectedPrimitive> all;
   for (const PrimitiveId id : all_primitives(*document)) all.emplace_back().id = id;
@@ -192,6 +232,23 @@ void add_inspect_command(CLI::App& app, Action& action) {
   command.add_option("IN", arguments->input, "A .gltf, .glb or .drc file; - is a GLB or Draco on stdin")
       ->required();
   add_format_option(command, arguments->format);
+  CLI::Option* preview =
+      command
+          .add_option("--preview", arguments->preview,
+                      "A .png file for a picture of the default scene, every patch in its own colour")
+          ->check([](const std::string& path) {
+            return std::string(path.ends_with(".png") ? "" : "the picture's name must end in .png");
+          })
+          ->type_name("OUT.png");
+  command
+      .add_option("--preview-size", arguments->preview_size,
+                  "Width and height of the picture, or one number for both: 16 to 4096 pixels")
+      ->check([](const std::string& text) {
+        return std::string(parse_size(text) ? "" : text + " is not WxH, or not of 16 to 4096 pixels");
+      })
+      ->needs(preview)
+      ->capture_default_str()
+      ->type_name("WxH");
   add_backend_options(command, arguments->backend);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_inspect(*arguments, session); };

@@ -5,15 +5,9 @@
 #include <cmath>
 #include <cstdint>
 
-namespace psplit {
+#include "tools/gltf_psplit/vec3.h"
 
-struct Vec3 {
-  double x = 0, y = 0, z = 0;
-};
-inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline Vec3 operator*(Vec3 a, double s) { return {a.x * s, a.y * s, a.z * s}; }
-inline double length(Vec3 a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
+namespace psplit {
 
 // A bijection on 64 bits that changes half of them when one changes.
 inline uint64_t scramble(uint64_t bits) {
