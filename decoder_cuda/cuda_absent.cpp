@@ -13,6 +13,8 @@ bool cuda_available(std::string* why) {
   return false;
 }
 
+uint32_t cuda_multiprocessors() { return 0; }
+
 struct CudaDecoder::Implementation {};
 
 CudaDecoder::CudaDecoder(CudaDecoder&&) noexcept = default;

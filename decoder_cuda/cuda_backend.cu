@@ -32,6 +32,15 @@ bool cuda_available(std::string* why) {
   return available;
 }
 
+uint32_t cuda_multiprocessors() {
+  if (!cuda_available(nullptr)) return 0;
+  int device = 0, count = 0;
+  Status status = cuda_status(cudaGetDevice(&device), "no device");
+  if (status.ok())
+    status = cuda_status(cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device), "no device");
+  return status.ok() ? static_cast<uint32_t>(count) : 0;
+}
+
 namespace {
 
 // Makes a device current for a while.

@@ -17,6 +17,9 @@ namespace psplit {
 // *why, where given, is a phrase to show a user: "built without CUDA", "no CUDA-capable device is detected".
 bool cuda_available(std::string* why);
 
+// How many multiprocessors the device has that is current; 0 where there is none.
+uint32_t cuda_multiprocessors();
+
 // Where an attribute goes: in the type that it was encoded in, or quantized floats as places on their grid, in
 // unsigned integers with enough bits.
 struct CudaAttribute {

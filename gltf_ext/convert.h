@@ -13,8 +13,9 @@ enum class QuantizationVolume { kPrimitive, kMesh, kScene };
 enum class Fallback { kNone, kUncompressed };
 
 struct EncodeDocumentOptions {
-  uint64_t patches = 0;         // over all primitives together; 0 means by patch_faces
-  uint64_t patch_faces = 4800;  // a primitive of F faces gets round(F / patch_faces) patches, at least 1
+  uint64_t patches = 0;            // over all primitives together; 0 means by patch_faces
+  uint64_t least_patch_faces = 0;  // where `patches` would have fewer faces each, there are fewer patches
+  uint64_t patch_faces = 4800;     // a primitive of F faces gets round(F / patch_faces) patches, at least 1
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
   QuantizationVolume volume = QuantizationVolume::kPrimitive;
   int encode_speed = 5;

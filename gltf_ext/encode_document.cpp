@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "encoder/draco/draco_backend.h"
@@ -105,7 +106,11 @@ void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& op
   std::vector<uint64_t> faces;
   for (const Job& job : jobs) faces.push_back(job.mesh.faces.size());
   std::vector<uint32_t> counts;
-  if (options.patches > 0) counts = distribute_patches(faces, options.patches);
+  if (options.patches > 0) {
+    const uint64_t total = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
+    const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, options.least_patch_faces));
+    counts = distribute_patches(faces, std::min(options.patches, most));
+  }
   const uint64_t patch_faces = std::max<uint64_t>(options.patch_faces, 1);
   for (size_t i = 0; i < jobs.size(); ++i)
     jobs[i].options.patch_count =

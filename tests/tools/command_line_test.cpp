@@ -149,6 +149,9 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"encode", "a.glb", "b.glb", "--patch-faces", "0"},
       {"encode", "a.glb", "b.glb", "--patches", "2", "--patch-faces", "100"},
       {"encode", "a.glb", "b.glb", "--profile", "tiny"},
+      {"encode", "a.glb", "b.glb", "--profile", "speed", "--gpu", "Voodoo"},
+      {"encode", "a.glb", "b.glb", "--profile", "speed", "--gpu", "0"},
+      {"encode", "a.glb", "b.glb", "--gpu", "H100"},
       {"encode", "a.glb", "b.glb", "--quantize-position", "0"},
       {"encode", "a.glb", "b.glb", "--quantize-position", "31"},
       {"encode", "a.glb", "b.glb", "--quantize-normal", "1"},
@@ -264,7 +267,11 @@ TEST_F(CommandLine, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
     options.insert(options.begin(), {"encode", input, path("out.glb"), "--report", "-", "-q"});
     return nlohmann::json::parse(run(options).out).at("total").at("patches").get<int>();
   };
-  EXPECT_EQ(patches({"--profile", "speed"}), 10);
+  if (!cuda_available(nullptr)) {
+    EXPECT_EQ(patches({"--profile", "speed"}), 10);
+  }
+  EXPECT_EQ(patches({"--profile", "speed", "--gpu", "h100"}), 27);  // of 440 faces at least
+  EXPECT_EQ(patches({"--profile", "speed", "--gpu", "1", "--patch-faces", "6000"}), 2);
   EXPECT_EQ(patches({"--profile", "balanced"}), patches({}));
   EXPECT_EQ(patches({"--profile", "speed", "--patches", "3"}), 3);
   EXPECT_EQ(patches({"--profile", "size", "--patch-faces", "2000"}), 6);

@@ -4,7 +4,9 @@
 #include <memory>
 #include <thread>
 
+#include "decoder_cuda/psplit_cuda.h"
 #include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/gpus.h"
 #include "tools/gltf_psplit/patch_summary.h"
 #include "tools/gltf_psplit/progress.h"
 
@@ -13,19 +15,28 @@ namespace {
 
 struct Arguments {
   std::string input, output, report;
-  std::string profile, volume = "primitive", fallback = "none";
+  std::string profile, gpu, volume = "primitive", fallback = "none";
   EncodeDocumentOptions options;
   bool no_verify = false;
 };
 
 constexpr uint64_t kSpeedPatchFaces = 1200;
 constexpr uint64_t kBalancedPatchFaces = 4800;
+// Patches of 440 faces take more than a third more bytes than one stream already (docs/benchmarks.md).
+constexpr uint64_t kLeastPatchFaces = 440;
 
 // Counts the machine's threads, not -j: -j never changes the bytes.
-void apply_profile(const std::string& profile, EncodeDocumentOptions& options) {
-  if (profile == "speed") options.patch_faces = kSpeedPatchFaces;
-  if (profile == "balanced") options.patch_faces = kBalancedPatchFaces;
-  if (profile == "size") options.patches = std::max(1u, std::thread::hardware_concurrency());
+void apply_profile(const Arguments& arguments, EncodeDocumentOptions& options) {
+  if (arguments.profile == "balanced") options.patch_faces = kBalancedPatchFaces;
+  if (arguments.profile == "size") options.patches = std::max(1u, std::thread::hardware_concurrency());
+  if (arguments.profile != "speed") return;
+  const uint32_t gpu = arguments.gpu.empty() ? cuda_multiprocessors() : *multiprocessors(arguments.gpu);
+  if (gpu == 0) {
+    options.patch_faces = kSpeedPatchFaces;
+    return;
+  }
+  options.patches = patches_in_flight(gpu);
+  options.least_patch_faces = kLeastPatchFaces;
 }
 
 // One primitive's row of the report, or the sum of all rows.
@@ -181,12 +192,25 @@ void add_encode_command(CLI::App& app, Action& action) {
           ->capture_default_str()
           ->type_name("N")
           ->excludes(patches);
+  CLI::Option* profile =
+      command
+          .add_option("--profile", arguments->profile,
+                      "speed: as many patches as a GPU decodes at once, or without one 1200 faces a patch; "
+                      "balanced: 4800; size: as few patches as this machine has threads. --patches and "
+                      "--patch-faces win over it")
+          ->check(CLI::IsMember({"speed", "balanced", "size"}))
+          ->type_name("NAME");
   command
-      .add_option("--profile", arguments->profile,
-                  "speed: 1200 faces a patch; balanced: 4800; size: as few patches as this machine has "
-                  "threads. --patches and --patch-faces win over it")
-      ->check(CLI::IsMember({"speed", "balanced", "size"}))
-      ->type_name("NAME");
+      .add_option(
+          "--gpu", arguments->gpu,
+          "The GPU of --profile speed, by name or by its number of multiprocessors; by default the one of "
+          "this machine")
+      ->check([](const std::string& gpu) {
+        return multiprocessors(gpu) ? std::string()
+                                    : gpu + " is not known: " + known_gpus() + " are, or a number";
+      })
+      ->needs(profile)
+      ->type_name("GPU");
   add_coding_options(command, options);
   command
       .add_option("--quantization-volume", arguments->volume,
@@ -214,7 +238,7 @@ void add_encode_command(CLI::App& app, Action& action) {
       ->type_name("FILE");
 
   command.callback([arguments, patches, patch_faces, &action] {
-    if (patches->empty() && patch_faces->empty()) apply_profile(arguments->profile, arguments->options);
+    if (patches->empty() && patch_faces->empty()) apply_profile(*arguments, arguments->options);
     action = [arguments](const Session& session) { return run_encode(*arguments, session); };
   });
 }
