@@ -18,7 +18,7 @@ namespace {
 Expected<Mesh> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const uint8_t> container,
                       std::span<const AttributeRequest> requests) {
   const DecodeTask task{container, false, requests};
-  return std::move(decoder.decode({&task, 1}).front());
+  return std::move(decoder.decode({&task, 1}, ThreadPool(1)).front());
 }
 
 // A container, or a stream, as a decoder is given it.
@@ -156,7 +156,7 @@ TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
   for (const uint64_t limit : {uint64_t{1}, uint64_t{400'000}, uint64_t{4'000'000}}) {
     HostDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kDescending}), limit};
     size_t last = 0;
-    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks, [&](size_t done, size_t total) {
+    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks, pool, [&](size_t done, size_t total) {
       EXPECT_EQ(total, tasks.size());
       EXPECT_GT(done, last);
       last = done;
@@ -199,9 +199,10 @@ TEST(HostDecoder, TakesNoMoreMemoryThanItMay) {
     EXPECT_TRUE(decoded && same_bits(*decoded, *expected)) << decoded.status().to_string();
   }
   {
+    // Or than there is.
     HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), whole};
     const Expected<Mesh> decoded = decode(decoder, encoded->container, requests);
-    EXPECT_EQ(decoded.status().code(), StatusCode::kRuntimeFailure);
+    EXPECT_TRUE(decoded && same_bits(*decoded, *expected)) << decoded.status().to_string();
   }
   EmulatedDevice::memory() = ~size_t{0};
 }
@@ -332,7 +333,7 @@ TEST(HostDecoder, TakesStockStreams) {
   }
   for (const uint64_t limit : {uint64_t{0}, uint64_t{1'000'000}}) {
     HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), limit};
-    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks);
+    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks, pool);
     for (size_t i = 0; i < tasks.size(); ++i) {
       const Expected<Mesh> expected = draco_backend().decode_stream(tasks[i].bytes, tasks[i].requests);
       ASSERT_TRUE(expected && decoded[i]) << decoded[i].status().to_string();
