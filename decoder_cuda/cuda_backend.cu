@@ -225,7 +225,7 @@ DecodeBackend cuda_backend(uint64_t memory_limit) {
     }
   };
   return {"cuda", [shared = std::make_shared<Shared>(), memory_limit](
-                      std::span<const DecodeTask> tasks, const ThreadPool& pool, const Progress& progress) {
+                      std::span<const DecodeTask> tasks, const ThreadPool&, const Progress& progress) {
             Shared& state = *shared;
             const std::lock_guard lock(state.mutex);
             if (!state.decoder) {
@@ -235,7 +235,7 @@ DecodeBackend cuda_backend(uint64_t memory_limit) {
               state.decoder.emplace(std::move(*device), memory_limit);
             }
             const CurrentDevice current(state.device);
-            return state.decoder->decode(tasks, pool, progress);
+            return state.decoder->decode(tasks, progress);
           }};
 }
 

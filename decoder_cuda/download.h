@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "src/parallel.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -22,7 +21,7 @@ template <typename Device>
 class Downloader {
  public:
   // Ranges of one array, in its order; done when it returns. What lies between two of them may be copied too.
-  Status download(Device& device, std::span<const DownloadedRange> ranges, const ThreadPool& pool) {
+  Status download(Device& device, std::span<const DownloadedRange> ranges) {
     const std::vector<Chunk> chunks = chunks_of(ranges);
     size_t largest = 0;
     for (const Chunk& chunk : chunks) largest = std::max(largest, chunk.size());
@@ -36,7 +35,7 @@ class Downloader {
     for (size_t n = 0; n < chunks.size() && status.ok(); ++n) {
       status = device.wait();
       if (status.ok()) status = ask(n + 1);
-      if (status.ok()) hand_out(chunks[n], buffers_[n % 2].data(), ranges, pool);
+      if (status.ok()) hand_out(chunks[n], buffers_[n % 2].data(), ranges);
     }
     if (!status.ok()) (void)device.wait();
     return status;
@@ -63,22 +62,17 @@ class Downloader {
     return chunks;
   }
 
-  // Memory that nobody touched before is what takes time: threads share it.
-  static void hand_out(const Chunk& chunk, const uint8_t* bytes, std::span<const DownloadedRange> ranges,
-                       const ThreadPool& pool) {
-    pool.for_ranges(chunk.size(), size_t{1} << 20, [&](size_t first, size_t last) {
-      const uint8_t *const begin = chunk.begin + first, *const end = chunk.begin + last;
-      auto range = std::partition_point(ranges.begin(), ranges.end(), [&](const DownloadedRange& each) {
-        return each.from + each.bytes <= begin;
-      });
-      for (; range != ranges.end() && range->from < end; ++range) {
-        const uint8_t* const from = std::max(begin, range->from);
-        const uint8_t* const to = std::min(end, range->from + range->bytes);
-        if (from < to)
-          std::memcpy(static_cast<uint8_t*>(range->to) + (from - range->from), bytes + (from - chunk.begin),
-                      static_cast<size_t>(to - from));
-      }
+  static void hand_out(const Chunk& chunk, const uint8_t* bytes, std::span<const DownloadedRange> ranges) {
+    auto range = std::partition_point(ranges.begin(), ranges.end(), [&](const DownloadedRange& each) {
+      return each.from + each.bytes <= chunk.begin;
     });
+    for (; range != ranges.end() && range->from < chunk.end; ++range) {
+      const uint8_t* const from = std::max(chunk.begin, range->from);
+      const uint8_t* const to = std::min(chunk.end, range->from + range->bytes);
+      if (from < to)
+        std::memcpy(static_cast<uint8_t*>(range->to) + (from - range->from), bytes + (from - chunk.begin),
+                    static_cast<size_t>(to - from));
+    }
   }
 
   typename Device::template HostArray<uint8_t> buffers_[2];

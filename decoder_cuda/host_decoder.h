@@ -23,8 +23,7 @@ class HostDecoder {
   }
 
   // A mesh or an error for each task. Errors: those of BatchDecoder::finish and parse_container.
-  std::vector<Expected<Mesh>> decode(std::span<const DecodeTask> tasks, const ThreadPool& pool,
-                                     const Progress& progress = {}) {
+  std::vector<Expected<Mesh>> decode(std::span<const DecodeTask> tasks, const Progress& progress = {}) {
     std::vector<Expected<Mesh>> meshes(tasks.size(), Mesh());
     std::vector<Input> inputs(tasks.size());
     for (size_t i = 0; i < tasks.size(); ++i)
@@ -34,7 +33,7 @@ class HostDecoder {
       if (!meshes[i]) continue;
       const Input& input = inputs[i];
       const uint64_t whole = input.result_bytes(0, input.stream_count());
-      if (used_ + whole > limit_ / 2) run(inputs, pool, meshes);
+      if (used_ + whole > limit_ / 2) run(inputs, meshes);
       for (uint32_t first = 0, end; first < input.stream_count(); first = end) {
         uint64_t bytes = input.result_bytes(first, first + 1);
         for (end = first + 1; end < input.stream_count(); ++end) {
@@ -42,13 +41,13 @@ class HostDecoder {
           if (bytes + more > limit_ / 2) break;
           bytes += more;
         }
-        if (used_ + bytes > limit_ / 2) run(inputs, pool, meshes);
+        if (used_ + bytes > limit_ / 2) run(inputs, meshes);
         windows_.push_back({i, first, end});
         used_ += bytes;
       }
       if (progress && done < i) progress(done = i, tasks.size());
     }
-    run(inputs, pool, meshes);
+    run(inputs, meshes);
     if (progress) progress(tasks.size(), tasks.size());
     return meshes;
   }
@@ -96,23 +95,23 @@ class HostDecoder {
   static uint64_t rounded(uint64_t bytes) { return (bytes + 255) / 256 * 256; }
 
   // Decodes the windows that were collected.
-  void run(const std::vector<Input>& inputs, const ThreadPool& pool, std::vector<Expected<Mesh>>& meshes) {
+  void run(const std::vector<Input>& inputs, std::vector<Expected<Mesh>>& meshes) {
     used_ = 0;
-    run(inputs, std::exchange(windows_, {}), pool, meshes);
+    run(inputs, std::exchange(windows_, {}), meshes);
   }
 
   // At once, or where there is no memory for that each on its own: one's shortage is no other's error.
-  void run(const std::vector<Input>& inputs, std::span<const Window> windows, const ThreadPool& pool,
+  void run(const std::vector<Input>& inputs, std::span<const Window> windows,
            std::vector<Expected<Mesh>>& meshes) {
     if (windows.empty()) return;
     Status status = start(inputs, windows);
-    if (status.ok()) return finish(inputs, windows, pool, meshes);
+    if (status.ok()) return finish(inputs, windows, meshes);
     if (windows.size() == 1) {
       meshes[windows[0].task] = status;
       return;
     }
     for (const Window& window : windows)
-      if (meshes[window.task]) run(inputs, {&window, 1}, pool, meshes);
+      if (meshes[window.task]) run(inputs, {&window, 1}, meshes);
   }
 
   Status start(const std::vector<Input>& inputs, std::span<const Window> windows) {
@@ -142,7 +141,7 @@ class HostDecoder {
     return decoder_.start(batch_);
   }
 
-  void finish(const std::vector<Input>& inputs, std::span<const Window> windows, const ThreadPool& pool,
+  void finish(const std::vector<Input>& inputs, std::span<const Window> windows,
               std::vector<Expected<Mesh>>& meshes) {
     (void)decoder_.finish();
     std::vector<DownloadedRange> ranges;
@@ -155,7 +154,7 @@ class HostDecoder {
       else
         mesh = Status(failed.code(), failed.message(), {.patch = failed.place().patch});
     }
-    if (Status status = downloader_.download(decoder_.device(), ranges, pool); !status.ok())
+    if (Status status = downloader_.download(decoder_.device(), ranges); !status.ok())
       for (const Window& window : windows) meshes[window.task] = status;
   }
 

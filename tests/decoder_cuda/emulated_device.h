@@ -31,6 +31,7 @@ class EmulatedDevice {
     Status reserve(size_t count) {
       if (count <= count_) return {};
       release();
+      ++work().reservations;
       if (!kOnHost && bytes_in_use() + count * sizeof(T) > memory()) return runtime_failure("out of memory");
       // Just as many bytes: the address sanitizer sees one too many.
       bytes_ = std::make_unique_for_overwrite<std::byte[]>(count * sizeof(T));
@@ -76,7 +77,7 @@ class EmulatedDevice {
   }
   // What all devices together were asked for.
   struct Work {
-    size_t uploaded_bytes = 0, downloads = 0, launches = 0;
+    size_t uploaded_bytes = 0, downloads = 0, launches = 0, reservations = 0;
     uint32_t most_items = 0;  // of a launch
   };
   static Work& work() {
