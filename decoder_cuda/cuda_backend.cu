@@ -167,6 +167,7 @@ Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
   const CurrentDevice current(implementation_->device);
   Status status = implementation_->start(primitives);
   if (!status.ok()) {
+    (void)implementation_->decoder.device().wait();
     (void)implementation_->decoder.device().take_times();
     implementation_->refusals.assign(primitives.size(), status);
     implementation_->batch_places.assign(primitives.size(), Implementation::kRefused);
