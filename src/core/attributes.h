@@ -331,7 +331,7 @@ class ValueWriter {
           const int32_t* in = &attribute_.values[size_t{value} * 2];
           float vector[3];
           grid_.unit_vector({in[0], in[1]}, vector);
-          for (uint32_t k = 0; k < 3; ++k) store<kAligned>(out + 4 * k, vector[k]);
+          store<kAligned>(out, vector);
         });
         return;
     }
@@ -339,9 +339,9 @@ class ValueWriter {
 
  private:
   template <bool kAligned, typename T>
-  PSPLIT_HD static void store(uint8_t* out, T component) {
-    if constexpr (kAligned) out = static_cast<uint8_t*>(__builtin_assume_aligned(out, sizeof(T)));
-    __builtin_memcpy(out, &component, sizeof(T));
+  PSPLIT_HD static void store(uint8_t* out, const T& value) {
+    if constexpr (kAligned) out = static_cast<uint8_t*>(__builtin_assume_aligned(out, alignof(T)));
+    __builtin_memcpy(out, &value, sizeof(T));
   }
 
   template <bool kAligned, typename T>
