@@ -6,7 +6,7 @@
 //   BeginStreams    a thread a stream    header, connectivity, what comes before the first stop
 //   TakeRuns        a thread a run       the long chains of steps: seams, symbols, traversals, predictions
 //   ResumeStreams   a warp a stream      from one stop to the next
-//   FinishStreams   a warp a stream      what stops are left; which points are its own
+//   FinishStreams   a warp a stream      what stops are left; which points are its own; the first one's grid
 //   WriteStreams    a warp a stream      values and faces, to where they are wanted
 #pragma once
 
@@ -28,6 +28,10 @@ struct AttributeTarget {
   // Of a grid, or null: what place 0 of each component is, and what one place is more.
   float* grid = nullptr;
 
+  // Whether every value lies as its components do in an array.
+  PSPLIT_HD bool is_aligned() const {
+    return (reinterpret_cast<uintptr_t>(values) | stride) % core::data_type_bytes(type) == 0;
+  }
   PSPLIT_HD bool fits(core::DataType stored, core::Coding coding, uint8_t bits) const {
     if (type == stored) return grid == nullptr;
     const uint32_t bytes = type == core::DataType::kUint8    ? 1
@@ -40,7 +44,7 @@ struct AttributeTarget {
 
 // A primitive: consecutive streams, and consecutive targets.
 struct PrimitiveTask {
-  const uint8_t* bytes = nullptr;                // of its container
+  const uint8_t* bytes = nullptr;                // where its streams' places count from
   uint32_t first_stream = 0, first_written = 0;  // places in the batch
   uint32_t first_target = 0, target_count = 0;
   uint32_t point_count = 0;  // of all streams
@@ -140,6 +144,15 @@ PSPLIT_HD const core::Attribute<Index>* find_attribute(const core::Patch<Index>&
   return nullptr;
 }
 
+// Of its grid: where each component's place 0 is, and what one place is more.
+template <typename Index>
+PSPLIT_HD float grid_value(const core::Attribute<Index>& attribute, uint32_t k) {
+  if (k == attribute.components) return attribute.step();
+  float origin;
+  __builtin_memcpy(&origin, attribute.origin + sizeof origin * k, sizeof origin);
+  return origin;
+}
+
 template <typename Index>
 struct BeginStreams {
   StreamSet<Index> set;
@@ -217,6 +230,8 @@ struct FinishStreams {
     lanes.sync();
     if (lanes.rank() != 0) return;
     set.fault(i) = fault;
+    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
+    if (fault == Fault::kNone && set.streams[i] == primitive.first_written) write_grids(primitive, state);
     if (fault != Fault::kNone) walk = {};
   }
 
@@ -239,6 +254,14 @@ struct FinishStreams {
     const bool taken =
         state.arena.take(state.numbers, points) && state.arena.take(state.references, task.reference_count);
     return taken ? Fault::kNone : Fault::kWorkspace;
+  }
+
+  PSPLIT_HD void write_grids(const PrimitiveTask& primitive, const StreamState<Index>& state) const {
+    for (uint32_t t = 0; t < primitive.target_count; ++t) {
+      const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
+      for (uint32_t k = 0; target.grid != nullptr && k <= target.components; ++k)
+        target.grid[k] = grid_value(*find_attribute(state.patch, target), k);
+    }
   }
 
   template <core::Lanes L>
@@ -276,6 +299,9 @@ struct WriteStreams {
       if (primitive.point_count > 0) write_indices(lanes, task, primitive, [](uint32_t) { return 0u; });
     };
     core::Fault fault = set.fault(i);
+    if (fault == core::Fault::kNone && task.use == StreamUse::kWritten &&
+        set.streams[i] != primitive.first_written)
+      fault = compare_grids(primitive, state);
     if (fault == core::Fault::kNone && task.use == StreamUse::kWritten && primitive.is_stitched)
       fault = resolve(lanes, task, state);
     if (lanes.rank() == 0) set.batch.stitch_faults[set.streams[i]] = fault;
@@ -290,23 +316,35 @@ struct WriteStreams {
       const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
       const core::Attribute<Index>& attribute = *find_attribute(state.patch, target);
       // Owners write; every copy holds the same bits.
-      state.patch.write_values(lanes, attribute, target.type, [&](uint32_t point) -> uint8_t* {
+      const auto place_of = [&](uint32_t point) -> uint8_t* {
         const uint32_t number = state.numbers[point];
         return number < total ? target.values + size_t{number - primitive.first_point} * target.stride
                               : nullptr;
-      });
-      // All streams have the same grid.
-      if (target.grid == nullptr || lanes.rank() != 0 || set.streams[i] != primitive.first_written) continue;
-      __builtin_memcpy(target.grid, attribute.origin, sizeof(float) * attribute.components);
-      target.grid[attribute.components] = attribute.step();
+      };
+      if (target.is_aligned())
+        state.patch.template write_values<true>(lanes, attribute, target.type, place_of);
+      else
+        state.patch.write_values(lanes, attribute, target.type, place_of);
     }
     if (primitive.bounds == nullptr) return;
     lanes.sync();
-    write_bounds(lanes, task, set.batch.targets[primitive.first_target],
+    write_bounds(lanes, task.owned_base, state.patch.point_count, set.batch.targets[primitive.first_target],
                  primitive.bounds + 6 * (set.streams[i] - primitive.first_written));
   }
 
  private:
+  // Places of all streams stand in one array, and so must be on one grid.
+  PSPLIT_HD core::Fault compare_grids(const PrimitiveTask& primitive, const StreamState<Index>& state) const {
+    if (set.batch.faults[primitive.first_written] != core::Fault::kNone) return core::Fault::kNone;
+    for (uint32_t t = 0; t < primitive.target_count; ++t) {
+      const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
+      for (uint32_t k = 0; target.grid != nullptr && k <= target.components; ++k)
+        if (target.grid[k] != grid_value(*find_attribute(state.patch, target), k))
+          return core::Fault::kAttribute;
+    }
+    return core::Fault::kNone;
+  }
+
   // point_at(n) is that of the stream's n-th corner, three a face.
   template <core::Lanes L, typename PointAt>
   PSPLIT_HD static void write_indices(L lanes, const StreamTask& task, const PrimitiveTask& primitive,
@@ -322,16 +360,16 @@ struct WriteStreams {
       write(static_cast<uint32_t*>(primitive.indices));
   }
 
-  // Of what was just written.
+  // Of what was just written, which may be less than there is room for.
   template <core::Lanes L>
-  PSPLIT_HD void write_bounds(L lanes, const StreamTask& task, const AttributeTarget& target,
-                              float* bounds) const {
+  PSPLIT_HD static void write_bounds(L lanes, uint32_t first_point, uint32_t point_count,
+                                     const AttributeTarget& target, float* bounds) {
+    const uint8_t* const values = target.values + size_t{first_point} * target.stride;
     for (uint32_t k = 0; k < 3; ++k) {
       float low = 0, high = 0;
       bool any = false;
-      core::for_each_lane_item(lanes, task.owned_end - task.owned_base, [&](uint32_t point) {
-        float value;
-        __builtin_memcpy(&value, target.values + size_t{task.owned_base + point} * target.stride + 4 * k, 4);
+      core::for_each_lane_item(lanes, point_count, [&](uint32_t point) {
+        const float value = reinterpret_cast<const float*>(values + size_t{point} * target.stride)[k];
         if (!(value == value)) return;  // no number
         low = !any || value < low ? value : low;
         high = !any || value > high ? value : high;

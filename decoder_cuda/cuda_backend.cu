@@ -72,7 +72,8 @@ Expected<CudaDevice> create_device(cudaStream_t stream) {
 struct CudaDecoder::Implementation {
   BatchDecoder<CudaDevice> decoder;
   int device = 0;
-  CudaDevice::HostArray<uint8_t> host_bytes{};  // of containers on the device
+  CudaDevice::HostArray<uint8_t> pinned_bytes{};  // of containers on the device
+  std::vector<uint8_t> pageable_bytes{};          // of those that are too large to pin
   std::vector<Expected<Container>> containers{};
   std::vector<std::vector<core::StreamHeader>> headers{};
   std::vector<size_t> batch_places{};  // of each primitive; kRefused of those whose containers are broken
@@ -108,17 +109,19 @@ Status CudaDecoder::Implementation::start(std::span<const CudaPrimitive> primiti
   size_t size = 0;
   for (const CudaPrimitive& primitive : primitives)
     if (primitive.is_on_device) size += primitive.container.size();
-  if (Status status = host_bytes.reserve(size); !status.ok()) return status;
-  size = 0;
+  constexpr size_t kMostPinned = size_t{64} << 20;
+  pageable_bytes.resize(size > kMostPinned ? size : 0);
+  if (pageable_bytes.empty())
+    if (Status status = grow(pinned_bytes, size); !status.ok()) return status;
+  uint8_t* next_copy = pageable_bytes.empty() ? pinned_bytes.data() : pageable_bytes.data();
   std::vector<std::span<const uint8_t>> bytes;
   for (const CudaPrimitive& primitive : primitives) {
     bytes.push_back(primitive.container);
     if (!primitive.is_on_device) continue;
-    uint8_t* const copy = host_bytes.data() + size;
+    uint8_t* const copy = std::exchange(next_copy, next_copy + primitive.container.size());
     Status status = on.download(copy, primitive.container.data(), primitive.container.size());
     if (!status.ok()) return status;
     bytes.back() = {copy, primitive.container.size()};
-    size += primitive.container.size();
   }
   if (size > 0)
     if (Status status = on.wait(); !status.ok()) return status;
@@ -173,6 +176,7 @@ Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
   const CurrentDevice current(implementation_->device);
   Status status = implementation_->start(primitives);
   if (!status.ok()) {
+    (void)implementation_->decoder.device().wait();
     (void)implementation_->decoder.device().take_times();
     implementation_->refusals.assign(primitives.size(), status);
     implementation_->batch_places.assign(primitives.size(), Implementation::kRefused);
@@ -197,7 +201,8 @@ Status CudaDecoder::status(size_t primitive) const {
 }
 
 uint32_t CudaDecoder::point_count(size_t primitive) const {
-  return implementation_->decoder.point_count(implementation_->batch_places[primitive]);
+  const size_t place = implementation_->batch_places[primitive];
+  return place == Implementation::kRefused ? 0 : implementation_->decoder.point_count(place);
 }
 
 void CudaDecoder::set_memory_limit(uint64_t bytes) { implementation_->decoder.set_memory_limit(bytes); }

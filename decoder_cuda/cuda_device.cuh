@@ -61,6 +61,7 @@ class CudaDevice {
       return status;
     }
     T* data() const { return data_; }
+    size_t size() const { return count_; }
 
    private:
     void release() {
@@ -113,16 +114,12 @@ class CudaDevice {
   template <typename Body>
   Status launch_threads(uint32_t count, const Body& body) {
     constexpr uint32_t kBlock = 128;
-    if (count == 0) return {};
-    run_threads<<<(count + kBlock - 1) / kBlock, kBlock, 0, stream_>>>(count, body);
-    return cuda_status(cudaGetLastError(), "launch");
+    return launch(run_threads<Body>, (count + kBlock - 1) / kBlock, kBlock, count, body);
   }
   template <typename Body>
   Status launch_warps(uint32_t count, const Body& body) {
     constexpr uint32_t kWarps = 4;
-    if (count == 0) return {};
-    run_warps<<<(count + kWarps - 1) / kWarps, kWarps * WarpLanes::size(), 0, stream_>>>(count, body);
-    return cuda_status(cudaGetLastError(), "launch");
+    return launch(run_warps<Body>, (count + kWarps - 1) / kWarps, kWarps * WarpLanes::size(), count, body);
   }
   uint64_t free_memory() const {
     size_t free = 0, total = 0;
@@ -161,6 +158,16 @@ class CudaDevice {
   };
 
   CudaDevice() = default;
+
+  // The runtime's last error, which <<<>>> leaves its own in, may be the caller's.
+  template <typename Body>
+  Status launch(void (*kernel)(uint32_t, Body), uint32_t blocks, uint32_t threads, uint32_t count, Body body) {
+    if (blocks == 0) return {};
+    void* arguments[] = {&count, &body};
+    return cuda_status(
+        cudaLaunchKernel(reinterpret_cast<const void*>(kernel), blocks, threads, arguments, 0, stream_),
+        "launch");
+  }
 
   cudaStream_t stream_ = nullptr;
   bool owns_stream_ = true, measures_ = false;

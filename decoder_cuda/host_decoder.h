@@ -4,6 +4,8 @@
 #include <optional>
 
 #include "decoder_cuda/batch_decoder.h"
+#include "decoder_cuda/download.h"
+#include "src/container/stream_description.h"
 
 namespace psplit {
 
@@ -11,10 +13,12 @@ namespace psplit {
 template <typename Device>
 class HostDecoder {
  public:
-  // Takes no more than `memory_limit` bytes of the device, or where that is 0 nine tenths of what is free now;
-  // half of that is for results. More is decoded batch after batch, large meshes window after window.
+  // Takes no more than `memory_limit` bytes of the device, and no more than nine tenths of what is free now, of
+  // which 0 means all; half of that is for results. More is decoded batch after batch, large meshes window
+  // after window.
   explicit HostDecoder(Device device, uint64_t memory_limit = 0) : decoder_(std::move(device)) {
-    limit_ = memory_limit > 0 ? memory_limit : decoder_.device().free_memory() / 10 * 9;
+    limit_ = decoder_.device().free_memory() / 10 * 9;
+    if (memory_limit > 0) limit_ = std::min(limit_, memory_limit);
     decoder_.set_memory_limit(limit_ - limit_ / 2);
   }
 
@@ -92,21 +96,40 @@ class HostDecoder {
 
   // Decodes the windows that were collected.
   void run(const std::vector<Input>& inputs, std::vector<Expected<Mesh>>& meshes) {
-    if (windows_.empty()) return;
-    Status status = out_.reserve(used_);
-    std::vector<BatchPrimitive> batch;
+    used_ = 0;
+    run(inputs, std::exchange(windows_, {}), meshes);
+  }
+
+  // At once, or where there is no memory for that each on its own: one's shortage is no other's error.
+  void run(const std::vector<Input>& inputs, std::span<const Window> windows,
+           std::vector<Expected<Mesh>>& meshes) {
+    if (windows.empty()) return;
+    Status status = start(inputs, windows);
+    if (status.ok()) return finish(inputs, windows, meshes);
+    if (windows.size() == 1) {
+      meshes[windows[0].task] = status;
+      return;
+    }
+    for (const Window& window : windows)
+      if (meshes[window.task]) run(inputs, {&window, 1}, meshes);
+  }
+
+  Status start(const std::vector<Input>& inputs, std::span<const Window> windows) {
+    uint64_t bytes = 0;
+    for (const Window& window : windows) bytes += inputs[window.task].result_bytes(window.first, window.end);
+    if (Status status = grow(out_, bytes, limit_ / 2); !status.ok()) return status;
+    batch_.clear();
     uint8_t* out = out_.data();
-    const auto take = [&](uint64_t bytes) { return std::exchange(out, out + rounded(bytes)); };
-    for (const Window& window : windows_) {
+    const auto take = [&](uint64_t size) { return std::exchange(out, out + rounded(size)); };
+    for (const Window& window : windows) {
       const Input& input = inputs[window.task];
-      BatchPrimitive& primitive = batch.emplace_back();
+      BatchPrimitive& primitive = batch_.emplace_back();
       primitive.bytes = input.task.bytes;
       primitive.container = &*input.container;
       primitive.headers = &input.headers;
       primitive.is_stream = input.task.is_stream;
       primitive.first = window.first;
       primitive.end = window.end;
-      if (!status.ok()) continue;
       primitive.indices = take(uint64_t{12} * input.faces(window.first, window.end));
       for (size_t k = 0; k < input.strides.size(); ++k) {
         const AttributeRequest& request = input.task.requests[k];
@@ -115,24 +138,29 @@ class HostDecoder {
                                      request.component_count, values, input.strides[k], nullptr});
       }
     }
-    if (status.ok()) status = decoder_.start(batch);
-    if (status.ok()) (void)decoder_.finish();
-    for (size_t n = 0; n < windows_.size(); ++n) {
-      Expected<Mesh>& mesh = meshes[windows_[n].task];
-      if (!mesh) continue;
-      Status failed = status.ok() ? decoder_.status(n) : status;
-      if (failed.ok()) failed = fetch(inputs[windows_[n].task], n, batch[n], *mesh);
-      if (!failed.ok()) mesh = Status(failed.code(), failed.message(), {.patch = failed.place().patch});
-    }
-    // What was fetched is there only now.
-    if (Status waited = decoder_.device().wait(); !waited.ok())
-      for (const Window& window : windows_) meshes[window.task] = waited;
-    windows_.clear();
-    used_ = 0;
+    return decoder_.start(batch_);
   }
 
-  Status fetch(const Input& input, size_t n, const BatchPrimitive& primitive, Mesh& mesh) {
-    const Window& window = windows_[n];
+  void finish(const std::vector<Input>& inputs, std::span<const Window> windows,
+              std::vector<Expected<Mesh>>& meshes) {
+    (void)decoder_.finish();
+    std::vector<DownloadedRange> ranges;
+    for (size_t n = 0; n < windows.size(); ++n) {
+      Expected<Mesh>& mesh = meshes[windows[n].task];
+      if (!mesh) continue;
+      const Status& failed = decoder_.status(n);
+      if (failed.ok())
+        add_ranges(inputs[windows[n].task], windows[n], n, *mesh, ranges);
+      else
+        mesh = Status(failed.code(), failed.message(), {.patch = failed.place().patch});
+    }
+    if (Status status = downloader_.download(decoder_.device(), ranges); !status.ok())
+      for (const Window& window : windows) meshes[window.task] = status;
+  }
+
+  // Makes room in the mesh for a window of it, the n-th of the batch.
+  void add_ranges(const Input& input, const Window& window, size_t n, Mesh& mesh,
+                  std::vector<DownloadedRange>& ranges) const {
     const Container& container = *input.container;
     uint32_t points = input.points(window.first, window.end);
     if (window.first == 0) {
@@ -144,23 +172,22 @@ class HostDecoder {
         mesh.attributes.back().values.resize(size_t{mesh.point_count} * mesh.attributes.back().stride());
       }
     }
-    Device& device = decoder_.device();
-    Status status = device.download(
-        reinterpret_cast<uint32_t*>(mesh.faces.data() + container.face_base[window.first]),
-        static_cast<const uint32_t*>(primitive.indices), size_t{3} * input.faces(window.first, window.end));
-    for (size_t k = 0; k < input.strides.size() && status.ok(); ++k) {
+    ranges.push_back({static_cast<const uint8_t*>(batch_[n].indices),
+                      size_t{12} * input.faces(window.first, window.end),
+                      mesh.faces.data() + container.face_base[window.first]});
+    for (size_t k = 0; k < input.strides.size(); ++k) {
       const size_t stride = input.strides[k];
-      auto* const to = reinterpret_cast<uint8_t*>(mesh.attributes[k].values.data());
-      status = device.download(to + container.owned_base[window.first] * stride, primitive.targets[k].values,
-                               points * stride);
+      ranges.push_back({batch_[n].targets[k].values, points * stride,
+                        mesh.attributes[k].values.data() + container.owned_base[window.first] * stride});
     }
-    return status;
   }
 
   BatchDecoder<Device> decoder_;
+  Downloader<Device> downloader_;
   uint64_t limit_ = 0;
   std::vector<Window> windows_;
   uint64_t used_ = 0;  // bytes of their results
+  std::vector<BatchPrimitive> batch_;
   typename Device::template Array<uint8_t> out_;
 };
 

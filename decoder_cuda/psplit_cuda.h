@@ -29,6 +29,7 @@ struct CudaAttribute {
   void* values = nullptr;  // on the device: the first point's
   uint32_t stride = 0;     // bytes from one point to the next
   // On the device, or null; of a grid: the float that place 0 of each component is, and what one place is more.
+  // Patches whose grid is not that of the first one written are kInvalidInput.
   float* grid = nullptr;
 };
 
@@ -45,12 +46,12 @@ struct CudaAttribute {
 struct CudaPrimitive {
   std::span<const uint8_t> container;  // on the host
   std::vector<CudaAttribute> attributes{};
-  void* indices = nullptr;   // on the device: three for each face of the directory
+  void* indices = nullptr;   // on the device and aligned: three for each face of the directory
   uint32_t index_bytes = 4;  // 2 or 4
   bool is_stitched = true;
   uint32_t first = 0, end = 0xffffffff;  // patches
   // On the device, or null; for patches that are not stitched. The box of each, three least and three most of
-  // the first attribute's three floats.
+  // the first attribute's three floats, which must be aligned.
   float* bounds = nullptr;
   uint32_t stream_points = 0;  // of a stock Draco stream the most that there is room for; 0 for a container
   // The container is on the device: start waits for a copy of it on the host, to plan by.
@@ -73,16 +74,18 @@ class CudaDecoder {
   // Waits. The first error, with its place: kUsage for what cannot be asked for, kInvalidInput for what is
   // broken, kUnsupported for versions that are not known, kRuntimeFailure where CUDA fails. What is not broken
   // is right nevertheless, but for faces that share a point with a broken patch; of broken patches nothing is
-  // promised but that indices are below the number of points, and that nothing else was written to.
+  // promised but that indices are below the number of points, and that nothing else was written to. The same
+  // again where nothing was started since, or start failed.
   Status finish();
   // After finish: the first error of a primitive of the batch.
   Status status(size_t primitive) const;
-  // After finish: how many points a stock Draco stream has that is not broken.
+  // After finish: how many points a stock Draco stream has; 0 if it is broken or was refused.
   uint32_t point_count(size_t primitive) const;
 
-  // How much memory of the device it may take beside the results. More patches wait for their turn, and come
-  // out the same. What all of a batch need, compressed bytes and some for a point and a patch, and what one
-  // patch takes on its own, is taken in any case.
+  // How much memory of the device it may take beside the results; at first, and at most, nine tenths of what
+  // there is. More patches wait for their turn, and come out the same. What all of a batch need, compressed
+  // bytes and some for a point and a patch, and what one patch takes on its own, or a quarter of the limit for
+  // all of them, is taken in any case.
   void set_memory_limit(uint64_t bytes);
 
   // Milliseconds of each stage between start and finish, as the device's events measure them. Measuring is off
@@ -97,10 +100,10 @@ class CudaDecoder {
 };
 
 // All tasks at once, on the device that is current when it is first used. Takes at most so many bytes of the
-// device, or where that is 0 what is free: more is decoded in parts. Safe to call from several threads, which
-// wait for each other; memory of the device is kept for the next call. Attributes must be asked for in the
-// types that they were encoded in. Errors: kUnsupported without a device and for other types; kRuntimeFailure
-// where the device fails.
+// device, and at most nine tenths of what is free then, of which 0 means all: more is decoded in parts. Safe to
+// call from several threads, which wait for each other; memory of the device is kept for the next call.
+// Attributes must be asked for in the types that they were encoded in. Errors: kUnsupported without a device
+// and for other types; kRuntimeFailure where the device fails.
 DecodeBackend cuda_backend(uint64_t memory_limit = 0);
 
 }  // namespace psplit

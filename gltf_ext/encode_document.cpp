@@ -339,14 +339,24 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
       result.skipped[{id.mesh, id.primitive}] = *reason;
   }
   std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
-  std::vector<PrimitiveId> ids;
-  for (const PrimitiveGroup& group : groups) ids.push_back(group.ids.front());
-  std::vector<Expected<Mesh>> meshes = read_primitives(document, ids, backend, pool);
-  for (size_t i = 0; i < groups.size(); ++i) {
+  // What is compressed is decoded at once. All else is read in its turn: primitives may share points, of which
+  // each keeps its own before the next is read.
+  const auto is_compressed = [&](const PrimitiveGroup& group) {
+    return primitive_kind(document, group.ids.front())->storage != PrimitiveStorage::kPlain;
+  };
+  std::vector<PrimitiveId> compressed;
+  for (const PrimitiveGroup& group : groups)
+    if (is_compressed(group)) compressed.push_back(group.ids.front());
+  std::vector<Expected<Mesh>> decoded = read_primitives(document, compressed, backend, pool);
+  auto next_decoded = decoded.begin();
+  for (PrimitiveGroup& group : groups) {
     Job job;
-    job.group = std::move(groups[i]);
+    job.group = std::move(group);
+    Expected<Mesh> mesh = is_compressed(job.group)
+                              ? std::move(*next_decoded++)
+                              : read_primitive(document, job.group.ids.front(), backend, pool);
     std::string skipped;
-    if (Status status = read_job(document, std::move(meshes[i]), job, skipped); !status.ok())
+    if (Status status = read_job(document, std::move(mesh), job, skipped); !status.ok())
       return std::move(status).at(job.place(document));
     if (options.drop_degenerate && skipped.empty() && all_degenerate(job.mesh))
       skipped = "no triangles but degenerate ones";
@@ -382,6 +392,7 @@ void decode_unverified(std::vector<Job>& jobs, const DecodeBackend& backend, con
   std::vector<Job*> left;
   for (Job& job : jobs)
     if (job.status.ok() && !job.encoded.decoded) left.push_back(&job);
+  if (left.empty()) return;
   std::vector<std::vector<AttributeRequest>> requests;
   for (const Job* job : left) requests.push_back(requests_of(job->mesh, job->encoded.unique_ids));
   std::vector<DecodeTask> tasks;

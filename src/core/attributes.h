@@ -293,8 +293,8 @@ class ValueWriter {
 
   // Writes the values of points [0, count). value_of(point) is a vertex of the
   // table, for kRaw a place in the sequence; place_of(point) is where its value goes, or null where nobody
-  // wants it.
-  template <Lanes L, typename ValueOf, typename PlaceOf>
+  // wants it. Where kAligned, places are fit for the components' type, and a component is one store everywhere.
+  template <bool kAligned, Lanes L, typename ValueOf, typename PlaceOf>
   PSPLIT_HD void write(L lanes, uint32_t count, ValueOf value_of, PlaceOf place_of) const {
     const auto each = [&](auto write_one) {
       for_each_lane_item(lanes, count, [&](uint32_t point) {
@@ -310,39 +310,49 @@ class ValueWriter {
         return;
       case Coding::kInteger:
         switch (data_type_bytes(type_)) {
-          case 1: each([&](uint32_t value, uint8_t* out) { write_integers<uint8_t>(value, out); }); return;
-          case 2: each([&](uint32_t value, uint8_t* out) { write_integers<uint16_t>(value, out); }); return;
-          default: each([&](uint32_t value, uint8_t* out) { write_integers<uint32_t>(value, out); }); return;
+          case 1:
+            each([&](uint32_t value, uint8_t* out) { write_integers<kAligned, uint8_t>(value, out); });
+            return;
+          case 2:
+            each([&](uint32_t value, uint8_t* out) { write_integers<kAligned, uint16_t>(value, out); });
+            return;
+          default:
+            each([&](uint32_t value, uint8_t* out) { write_integers<kAligned, uint32_t>(value, out); });
+            return;
         }
       case Coding::kQuantized:
         switch (attribute_.components) {
-          case 2: each(dequantizer<2>()); return;
-          case 3: each(dequantizer<3>()); return;
-          default: each(dequantizer<0>()); return;
+          case 2: each(dequantizer<kAligned, 2>()); return;
+          case 3: each(dequantizer<kAligned, 3>()); return;
+          default: each(dequantizer<kAligned, 0>()); return;
         }
       case Coding::kNormal:
         each([&](uint32_t value, uint8_t* out) {
           const int32_t* in = &attribute_.values[size_t{value} * 2];
           float vector[3];
           grid_.unit_vector({in[0], in[1]}, vector);
-          __builtin_memcpy(out, vector, sizeof vector);
+          store<kAligned>(out, vector);
         });
         return;
     }
   }
 
  private:
-  template <typename T>
+  template <bool kAligned, typename T>
+  PSPLIT_HD static void store(uint8_t* out, const T& value) {
+    if constexpr (kAligned) out = static_cast<uint8_t*>(__builtin_assume_aligned(out, alignof(T)));
+    __builtin_memcpy(out, &value, sizeof(T));
+  }
+
+  template <bool kAligned, typename T>
   PSPLIT_HD void write_integers(uint32_t value, uint8_t* out) const {
     const int32_t* in = &attribute_.values[size_t{value} * value_stride(attribute_.components)];
-    for (uint32_t k = 0; k < attribute_.components; ++k) {
-      const auto narrow = static_cast<T>(in[k]);
-      __builtin_memcpy(out + k * sizeof(T), &narrow, sizeof(T));
-    }
+    for (uint32_t k = 0; k < attribute_.components; ++k)
+      store<kAligned>(out + k * sizeof(T), static_cast<T>(in[k]));
   }
 
   // For a number of components known at compile time, or not (0).
-  template <uint32_t kComponents>
+  template <bool kAligned, uint32_t kComponents>
   PSPLIT_HD auto dequantizer() const {
     return [this](uint32_t value, uint8_t* out) {
       const uint32_t components = kComponents != 0 ? kComponents : attribute_.components;
@@ -351,7 +361,7 @@ class ValueWriter {
         float origin;
         __builtin_memcpy(&origin, attribute_.origin + 4 * k, sizeof origin);
         const float dequantized = static_cast<float>(in[k]) * step_ + origin;
-        __builtin_memcpy(out + 4 * k, &dequantized, sizeof dequantized);
+        store<kAligned>(out + 4 * k, dequantized);
       }
     };
   }

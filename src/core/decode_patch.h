@@ -32,16 +32,16 @@ struct Patch {
   View<bool> on_seam;  // by vertex: at the end of some attribute's seam; empty without seams
 
   // Writes an attribute's values by point; see ValueWriter.
-  template <Lanes L, typename PlaceOf>
+  template <bool kAligned = false, Lanes L, typename PlaceOf>
   PSPLIT_HD void write_values(L lanes, const Attribute<Index>& attribute, DataType type,
                               PlaceOf place_of) const {
     const ValueWriter<Index> writer(attribute, type);
     const Group<Index>& group = groups[attribute.group];
     const bool is_raw = attribute.coding == Coding::kRaw;
     if (corner_of_point.empty() && !is_raw)
-      return writer.write(
+      return writer.template write<kAligned>(
           lanes, point_count, [](uint32_t point) { return point; }, place_of);
-    writer.write(
+    writer.template write<kAligned>(
         lanes, point_count,
         [&](uint32_t point) -> uint32_t {
           const uint32_t vertex =

@@ -31,15 +31,18 @@ class EmulatedDevice {
     Status reserve(size_t count) {
       if (count <= count_) return {};
       release();
+      ++work().reservations;
       if (!kOnHost && bytes_in_use() + count * sizeof(T) > memory()) return runtime_failure("out of memory");
       // Just as many bytes: the address sanitizer sees one too many.
       bytes_ = std::make_unique_for_overwrite<std::byte[]>(count * sizeof(T));
       std::memset(bytes_.get(), 0xa5, count * sizeof(T));
       count_ = count;
       if (!kOnHost) bytes_in_use() += count * sizeof(T);
+      most_bytes_in_use() = std::max(most_bytes_in_use(), bytes_in_use());
       return {};
     }
     T* data() const { return reinterpret_cast<T*>(bytes_.get()); }
+    size_t size() const { return count_; }
 
    private:
     void release() {
@@ -68,16 +71,31 @@ class EmulatedDevice {
     return bytes;
   }
 
+  static size_t& most_bytes_in_use() {
+    static size_t bytes = 0;
+    return bytes;
+  }
+  // What all devices together were asked for.
+  struct Work {
+    size_t uploaded_bytes = 0, downloads = 0, launches = 0, reservations = 0;
+    uint32_t most_items = 0;  // of a launch
+  };
+  static Work& work() {
+    static Work work;
+    return work;
+  }
+
   explicit EmulatedDevice(LaneOrder order = {}) : order_(order), random_(order.seed) {}
 
   template <typename T>
   Status upload(T* to, const T* from, size_t count) {
-    if (count > 0) std::memcpy(static_cast<void*>(to), from, count * sizeof(T));
-    return {};
+    work().uploaded_bytes += count * sizeof(T);
+    return copy(to, from, count);
   }
   template <typename T>
   Status download(T* to, const T* from, size_t count) {
-    return upload(to, from, count);
+    ++work().downloads;
+    return copy(to, from, count);
   }
   template <typename Body>
   Status launch_threads(uint32_t count, const Body& body) {
@@ -94,7 +112,14 @@ class EmulatedDevice {
   uint64_t free_memory() const { return memory() - bytes_in_use(); }
 
  private:
+  template <typename T>
+  static Status copy(T* to, const T* from, size_t count) {
+    if (count > 0) std::memcpy(static_cast<void*>(to), from, count * sizeof(T));
+    return {};
+  }
   std::vector<uint32_t> in_order(uint32_t count) {
+    ++work().launches;
+    work().most_items = std::max(work().most_items, count);
     std::vector<uint32_t> items(count);
     std::iota(items.begin(), items.end(), 0u);
     if (order_.kind == LaneOrder::kDescending) std::reverse(items.begin(), items.end());

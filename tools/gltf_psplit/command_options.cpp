@@ -1,11 +1,14 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <mutex>
+#include <optional>
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/mesh_files.h"
 #include "gltf_ext/draco_file.h"
 #include "gltf_ext/files.h"
+#include "src/container/container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/commands.h"
 
@@ -23,16 +26,23 @@ bool is_gltf_name(const std::string& path) {
   return extension == ".glb" || extension == ".gltf";
 }
 
-// CUDA where there is a device, the CPU for what that does not take, and libdraco for what both do not: streams
-// of versions before 2.2.
+// CUDA where there is a device and enough for it to do, the CPU for what that does not take, and libdraco for
+// what both do not: streams of versions before 2.2. A device is looked for when first there is enough to do.
 DecodeBackend fastest_backend(uint64_t gpu_memory) {
-  std::vector<DecodeBackend> backends;
-  if (cuda_available(nullptr)) backends.push_back(cuda_backend(gpu_memory));
-  backends.push_back(cpu_backend());
-  backends.push_back(draco_backend());
-  return {"auto",
-          [backends](std::span<const DecodeTask> tasks, const ThreadPool& pool, const Progress& progress) {
-            std::vector<Expected<Mesh>> meshes = backends[0].decode(tasks, pool, progress);
+  struct Cuda {
+    std::once_flag looked_for;
+    std::optional<DecodeBackend> backend;
+  };
+  return {"auto", [cuda = std::make_shared<Cuda>(), gpu_memory, cpu = cpu_backend(), draco = draco_backend()](
+                      std::span<const DecodeTask> tasks, const ThreadPool& pool, const Progress& progress) {
+            std::vector<const DecodeBackend*> backends{&cpu, &draco};
+            if (is_worth_a_gpu(tasks)) {
+              std::call_once(cuda->looked_for, [&] {
+                if (cuda_available(nullptr)) cuda->backend = cuda_backend(gpu_memory);
+              });
+              if (cuda->backend) backends.insert(backends.begin(), &*cuda->backend);
+            }
+            std::vector<Expected<Mesh>> meshes = backends[0]->decode(tasks, pool, progress);
             for (size_t next = 1; next < backends.size(); ++next) {
               std::vector<size_t> left;
               std::vector<DecodeTask> tasks_left;
@@ -44,7 +54,7 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
                 tasks_left.push_back(tasks[i]);
               }
               if (left.empty()) break;
-              std::vector<Expected<Mesh>> decoded = backends[next].decode(tasks_left, pool, {});
+              std::vector<Expected<Mesh>> decoded = backends[next]->decode(tasks_left, pool, {});
               for (size_t n = 0; n < left.size(); ++n) meshes[left[n]] = std::move(decoded[n]);
             }
             return meshes;
@@ -52,6 +62,22 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
 }
 
 }  // namespace
+
+// Not measured yet: a device decodes a stream more slowly than a core does, and starting it takes longer than
+// some hundred kilobytes take a CPU.
+bool is_worth_a_gpu(std::span<const DecodeTask> tasks) {
+  constexpr size_t kFewestStreams = 64, kFewestBytes = size_t{256} << 10;
+  size_t bytes = 0, streams = 0;
+  for (const DecodeTask& task : tasks) bytes += task.bytes.size();
+  if (bytes < kFewestBytes) return false;
+  for (size_t i = 0; i < tasks.size() && streams < kFewestStreams; ++i) {
+    if (tasks[i].is_stream)
+      ++streams;
+    else if (const Expected<Container> container = parse_container(tasks[i].bytes))
+      streams += container->entries.size();
+  }
+  return streams >= kFewestStreams;
+}
 
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options) {
   const auto add_bits = [&](const char* name, int& bits, int least, const char* what) {

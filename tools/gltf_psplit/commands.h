@@ -44,6 +44,9 @@ void add_format_option(CLI::App& command, std::string& name);
 
 // The name is one that add_backend_options lets through.
 DecodeBackend find_backend(const BackendChoice& choice);
+// Whether there are streams enough to keep a device busy, and bytes enough to be worth the start: else `auto`
+// takes the CPU.
+bool is_worth_a_gpu(std::span<const DecodeTask> tasks);
 // What describes streams with the decoder of that backend, libdraco where `auto` would fall back to it.
 DescribeStream find_describer(const std::string& name);
 

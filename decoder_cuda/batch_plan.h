@@ -1,0 +1,339 @@
+// What the host plans of a batch before a device hears of it: which streams are decoded, in what memory, in how
+// many launches, and which bytes of containers they are decoded from.
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "decoder_cuda/batch.h"
+#include "src/container/claims.h"
+
+namespace psplit {
+
+// One primitive of a batch, or some of its patches. Targets and indices are memory of the device.
+//
+// Stitched, patches [first, end) have the faces and the points of the mesh that the directory gives them, a
+// window of it: targets start at the first point that patch `first` owns, indices are the mesh's. Patches that
+// these refer to are decoded as well, but not written. Otherwise every patch has the points that it decodes to,
+// references included: points of patch after patch, indices counting from the first point of all. A residue is
+// one more patch.
+struct BatchPrimitive {
+  std::span<const uint8_t> bytes;         // of the container
+  const uint8_t* device_bytes = nullptr;  // the same on the device, or null
+  const Container* container = nullptr;   // parsed from them; a stock stream is container_of_stream
+  const std::vector<core::StreamHeader>* headers = nullptr;  // of check_claims
+  bool is_stream = false;
+  std::vector<AttributeTarget> targets{};
+  void* indices = nullptr;
+  uint32_t index_bytes = 4;  // 2 or 4
+  bool is_stitched = true;
+  uint32_t first = 0, end = 0xffffffff;
+  // On the device, or null, where patches are not stitched: least and most of the first target's three floats,
+  // six for each patch.
+  float* bounds = nullptr;
+};
+
+// How streams of one width are launched. What is more than was foreseen is done at the end, slowly.
+struct LaunchPlan {
+  // Few streams have as many, and no other should wait for those that do.
+  static constexpr uint32_t kMostRuns = 64, kMostRounds = 24;
+
+  uint32_t runs = 0;    // of one stream between two stops
+  uint32_t rounds = 0;  // from stop to stop
+};
+
+class BatchPlan {
+ public:
+  enum class Size : uint8_t { kNarrow, kWide };
+  struct Width {
+    std::vector<uint32_t> streams;  // part after part
+    LaunchPlan launches;
+  };
+  // Streams that are decoded at once: up to these of each width, from where the part before ended.
+  struct Part {
+    size_t first_narrow = 0, narrow_end = 0, first_wide = 0, wide_end = 0;
+  };
+  // Bytes of containers that go to the device in one run, from where they are or gathered with others.
+  struct Piece {
+    std::span<const uint8_t> bytes;
+    uint64_t at = 0;  // in piece_bytes()
+    bool is_gathered = false;
+  };
+
+  // Errors are those of what cannot be asked for, for each primitive.
+  std::vector<Status> make(std::span<const BatchPrimitive> primitives) {
+    *this = {};
+    std::vector<Status> statuses;
+    for (size_t i = 0; i < primitives.size(); ++i) {
+      statuses.push_back(check(primitives[i]).at({.primitive = static_cast<int64_t>(i)}));
+      if (statuses.back().ok())
+        add(primitives[i]);
+      else
+        primitives_.push_back({});
+      is_due_.push_back(statuses.back().ok());
+    }
+    gather();
+    return statuses;
+  }
+
+  // Gives streams that are due their memory, part after part of no more than so many bytes, but for a stream
+  // that takes more on its own. In the order of the streams, since references go back only.
+  void arrange(uint64_t limit) {
+    constexpr size_t kMostStreams = size_t{1} << 20;
+    static_assert(kMostStreams * LaunchPlan::kMostRuns < 0xffffffff, "threads have 32-bit numbers");
+    narrow_.streams.clear();
+    wide_.streams.clear();
+    parts_ = {Part()};
+    uint64_t used = 0;
+    workspace_bytes_ = 0;
+    for (uint32_t i = 0; i < streams_.size(); ++i) {
+      StreamTask& task = streams_[i];
+      if (task.use == StreamUse::kNone || !is_due_[task.primitive]) continue;
+      const bool is_wide = sizes_[i] == Size::kWide;
+      const uint64_t bytes = (is_wide ? StreamState<uint32_t>::bytes() : StreamState<uint16_t>::bytes()) +
+                             in_block(task.workspace_bytes);
+      const Part last = parts_.back();
+      const size_t count = last.narrow_end - last.first_narrow + last.wide_end - last.first_wide;
+      if (count > 0 && (used + bytes > limit || count == kMostStreams)) {
+        parts_.push_back({last.narrow_end, last.narrow_end, last.wide_end, last.wide_end});
+        used = 0;
+      }
+      task.workspace_at = used;
+      used += bytes;
+      workspace_bytes_ = std::max(workspace_bytes_, used);
+      (is_wide ? wide_ : narrow_).streams.push_back(i);
+      parts_.back().narrow_end = narrow_.streams.size();
+      parts_.back().wide_end = wide_.streams.size();
+    }
+    // Threads of a warp wait for the longest.
+    const auto sort = [&](std::vector<uint32_t>& streams, size_t first, size_t end) {
+      std::stable_sort(streams.begin() + static_cast<ptrdiff_t>(first),
+                       streams.begin() + static_cast<ptrdiff_t>(end),
+                       [&](uint32_t a, uint32_t b) { return streams_[a].face_count > streams_[b].face_count; });
+    };
+    for (const Part& part : parts_) {
+      sort(narrow_.streams, part.first_narrow, part.narrow_end);
+      sort(wide_.streams, part.first_wide, part.wide_end);
+    }
+  }
+
+  // More memory for streams that had too little: they have attributes that nobody asked for. Their primitives
+  // are due again, whole, since streams refer to each other, and no others are. Whether there are any.
+  bool enlarge(std::span<const core::Fault> faults) {
+    is_due_.assign(primitives_.size(), false);
+    bool any = false;
+    for (size_t i = 0; i < streams_.size(); ++i) {
+      StreamTask& task = streams_[i];
+      const uint64_t most = core::justified_bytes(task.stream_bytes);
+      if (faults[i] != core::Fault::kWorkspace || task.workspace_bytes == most) continue;
+      task.workspace_bytes = std::min(4 * task.workspace_bytes, most);
+      any = is_due_[task.primitive] = true;
+    }
+    return any;
+  }
+
+  const std::vector<PrimitiveTask>& primitives() const { return primitives_; }
+  const std::vector<AttributeTarget>& targets() const { return targets_; }
+  const std::vector<StreamTask>& streams() const { return streams_; }
+  const std::vector<Piece>& pieces() const { return pieces_; }
+  const std::vector<Part>& parts() const { return parts_; }
+  const Width& narrow() const { return narrow_; }
+  const Width& wide() const { return wide_; }
+  bool is_due(size_t primitive) const { return is_due_[primitive]; }
+  bool has_point_limits() const { return has_point_limits_; }
+  uint64_t workspace_bytes() const { return workspace_bytes_; }
+  uint64_t walk_points() const { return walk_points_; }
+  uint64_t stream_bytes() const { return stream_bytes_; }
+  uint64_t piece_bytes() const { return pieces_.empty() ? 0 : pieces_.back().at + pieces_.back().bytes.size(); }
+  uint64_t gathered_bytes() const { return gathered_bytes_; }
+
+  static size_t in_block(size_t bytes) { return (bytes + 255) / 256 * 256; }
+
+ private:
+  static uint32_t end_of(const BatchPrimitive& primitive) {
+    return std::min(primitive.end, static_cast<uint32_t>(primitive.container->entries.size()));
+  }
+
+  static Status check(const BatchPrimitive& primitive) {
+    const Container& container = *primitive.container;
+    const uint32_t first = primitive.first, end = end_of(primitive);
+    const auto refused = [](const char* message) { return Status(StatusCode::kUsage, message); };
+    const auto is_aligned = [](const void* at, size_t bytes) {
+      return reinterpret_cast<uintptr_t>(at) % bytes == 0;
+    };
+    if (first > end) return refused("no such patches");
+    uint64_t points = container.point_count(),
+             written = container.owned_base[end] - container.owned_base[first];
+    if (!primitive.is_stitched) {
+      points = 0;
+      for (uint32_t i = first; i < end; ++i) points += container.entries[i].point_count;
+      written = points;
+    }
+    if (primitive.index_bytes != 2 && primitive.index_bytes != 4) return refused("indices take 2 or 4 bytes");
+    if (points > (primitive.index_bytes == 2 ? 0xffffu : 0xfffffffeu))
+      return refused("the indices do not tell so many points apart");
+    if (primitive.indices == nullptr && container.face_base[end] > container.face_base[first])
+      return refused("nowhere to write indices to");
+    if (!is_aligned(primitive.indices, primitive.index_bytes)) return refused("indices that are not aligned");
+    for (const AttributeTarget& target : primitive.targets) {
+      if (target.stride < core::data_type_bytes(target.type) * target.components)
+        return refused("values of an attribute that overlap");
+      if (target.values == nullptr && written > 0) return refused("nowhere to write an attribute's values to");
+      if (!is_aligned(target.grid, sizeof(float))) return refused("a grid that is not aligned");
+    }
+    if (primitive.bounds == nullptr) return {};
+    if (primitive.is_stitched) return refused("patches that are stitched do not have all their points");
+    if (primitive.targets.empty() || primitive.targets[0].type != core::DataType::kFloat32 ||
+        primitive.targets[0].components != 3)
+      return refused("bounds are those of a first attribute of three floats");
+    if (!is_aligned(primitive.bounds, sizeof(float)) || !primitive.targets[0].is_aligned())
+      return refused("bounds, or the floats that they are of, are not aligned");
+    return {};
+  }
+
+  // Which streams must be decoded so that [first, end) can be written; those behind are of no use.
+  static std::vector<StreamUse> uses_of(const BatchPrimitive& primitive) {
+    const Container& container = *primitive.container;
+    const uint32_t end = end_of(primitive);
+    std::vector<StreamUse> uses(end, StreamUse::kNone);
+    const auto refer_to = [&](uint32_t owner) {
+      if (owner < primitive.first) uses[owner] = StreamUse::kReferredTo;
+    };
+    for (uint32_t i = primitive.first; i < end; ++i) {
+      uses[i] = StreamUse::kWritten;
+      if (!primitive.is_stitched || primitive.first == 0) continue;
+      core::StitchReader reader({{container.stitch[i].data(), container.stitch[i].size()}, i});
+      for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner);
+      for (core::StitchReader::Pair pair; reader.next_pair(pair);) refer_to(pair.owner);
+    }
+    return uses;
+  }
+
+  void add(const BatchPrimitive& primitive) {
+    const Container& container = *primitive.container;
+    const uint32_t first = primitive.first;
+    const auto number = static_cast<uint32_t>(primitives_.size());
+    const auto first_stream = static_cast<uint32_t>(streams_.size());
+    const bool is_stitched = primitive.is_stitched;
+    const bool has_walks = is_stitched && container.reference_count() > 0;
+    has_point_limits_ |= primitive.is_stream;
+    core::ValueCounts values{0, static_cast<uint32_t>(primitive.targets.size()), 0};
+    for (const AttributeTarget& target : primitive.targets) values.components += target.components;
+    const std::vector<StreamUse> uses = uses_of(primitive);
+    uint32_t next_point = 0;  // where they are not stitched
+    for (uint32_t i = 0; i < uses.size(); ++i) {
+      const StreamEntry& entry = container.entries[i];
+      const core::StreamHeader& header = (*primitive.headers)[i];
+      StreamTask task;
+      task.use = uses[i];
+      task.stream_bytes = entry.stream_bytes;
+      task.stitch_bytes = entry.stitch_bytes;
+      task.primitive = number;
+      task.number = i;
+      task.face_count = entry.face_count;
+      task.point_count = entry.point_count;
+      task.reference_count = entry.reference_count;
+      task.face_base = container.face_base[i] - container.face_base[first];
+      task.owned_base = is_stitched ? container.owned_base[i] : next_point;
+      task.owned_end = is_stitched ? container.owned_base[i + 1] : next_point + entry.point_count;
+      task.is_residue = i == container.patch_count();
+      task.has_point_limit = primitive.is_stream;
+      task.has_walk = has_walks;
+      task.walk_at = walk_points_;
+      if (task.use != StreamUse::kNone) {
+        next_point += entry.point_count;
+        stream_bytes_ += entry.stream_bytes;
+        if (task.has_walk) walk_points_ += entry.point_count;
+        values.points =
+            primitive.is_stream ? std::min(core::likely_points(header), entry.point_count) : entry.point_count;
+        if (header.fits_16_bits())
+          foresee<uint16_t>(narrow_.launches, header, values, task);
+        else
+          foresee<uint32_t>(wide_.launches, header, values, task);
+      }
+      sizes_.push_back(header.fits_16_bits() ? Size::kNarrow : Size::kWide);
+      streams_.push_back(task);
+    }
+    place_bytes(primitive, std::span(streams_).subspan(first_stream));
+    primitives_.push_back({.bytes = primitive.device_bytes,
+                           .first_stream = first_stream,
+                           .first_written = first_stream + first,
+                           .first_target = static_cast<uint32_t>(targets_.size()),
+                           .target_count = static_cast<uint32_t>(primitive.targets.size()),
+                           .point_count = is_stitched ? container.point_count() : next_point,
+                           .first_point = is_stitched ? container.owned_base[first] : 0,
+                           .is_stitched = is_stitched,
+                           .indices = primitive.indices,
+                           .index_bytes = primitive.index_bytes,
+                           .bounds = primitive.bounds});
+    targets_.insert(targets_.end(), primitive.targets.begin(), primitive.targets.end());
+  }
+
+  // Where the device will have what streams in use are decoded from, and no other bytes: a mesh that comes
+  // window after window is uploaded once.
+  void place_bytes(const BatchPrimitive& primitive, std::span<StreamTask> tasks) {
+    const auto place = [&](std::span<const uint8_t> bytes) -> uint64_t {
+      if (bytes.empty()) return 0;
+      if (primitive.device_bytes != nullptr)
+        return static_cast<uint64_t>(bytes.data() - primitive.bytes.data());
+      const uint64_t at = piece_bytes();
+      if (!pieces_.empty() && pieces_.back().bytes.data() + pieces_.back().bytes.size() == bytes.data())
+        pieces_.back().bytes = {pieces_.back().bytes.data(), pieces_.back().bytes.size() + bytes.size()};
+      else
+        pieces_.push_back({bytes, at});
+      return at;
+    };
+    // In a container all stitch maps come first.
+    for (StreamTask& task : tasks)
+      if (task.use != StreamUse::kNone && primitive.is_stitched)
+        task.stitch_at = place(primitive.container->stitch[task.number]);
+    for (StreamTask& task : tasks)
+      if (task.use != StreamUse::kNone) task.stream_at = place(primitive.container->streams[task.number]);
+  }
+
+  // Small pieces go in one copy, of a size that the host may well pin.
+  void gather() {
+    constexpr size_t kLargePiece = size_t{1} << 20, kMostGathered = size_t{64} << 20;
+    for (Piece& piece : pieces_) {
+      const size_t bytes = piece.bytes.size();
+      piece.is_gathered = bytes < kLargePiece && gathered_bytes_ + bytes <= kMostGathered;
+      if (piece.is_gathered) gathered_bytes_ += bytes;
+    }
+  }
+
+  // The memory that a stream needs, and how often it stops.
+  template <typename Index>
+  static void foresee(LaunchPlan& launches, const core::StreamHeader& header, core::ValueCounts values,
+                      StreamTask& task) {
+    // Streams may have attributes that nobody asked for: most have a table of their own.
+    const uint32_t others = header.attribute_data_count >= values.attributes
+                                ? header.attribute_data_count + 1 - values.attributes
+                                : 0;
+    values.attributes += others;
+    values.components += 4 * others;
+    const uint64_t needed =
+        core::workspace_bytes<Index>(header, task.stream_bytes, values) + numbering_bytes(task);
+    task.workspace_bytes = std::min(needed, core::justified_bytes(task.stream_bytes));
+    const uint32_t lists = header.valence ? core::ValenceSymbols<Index>::kLists : 0;
+    const uint32_t runs = std::max({2 * values.attributes, header.attribute_data_count, lists});
+    // Tagged symbols stop once more each.
+    const uint32_t rounds =
+        2 + values.attributes + (header.attribute_data_count > 0 ? 1 : 0) + (header.valence ? 1 : 0);
+    launches.runs = std::max(launches.runs, std::min(runs, LaunchPlan::kMostRuns));
+    launches.rounds = std::max(launches.rounds, std::min(rounds, LaunchPlan::kMostRounds));
+  }
+
+  std::vector<PrimitiveTask> primitives_;  // their bytes are null where those are pieces
+  std::vector<AttributeTarget> targets_;
+  std::vector<StreamTask> streams_;
+  std::vector<Size> sizes_;   // by stream
+  std::vector<bool> is_due_;  // by primitive: whether its streams are to be decoded
+  std::vector<Piece> pieces_;
+  std::vector<Part> parts_;
+  Width narrow_, wide_;
+  bool has_point_limits_ = false;
+  uint64_t workspace_bytes_ = 0, walk_points_ = 0, stream_bytes_ = 0, gathered_bytes_ = 0;
+};
+
+}  // namespace psplit
