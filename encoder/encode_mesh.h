@@ -61,8 +61,9 @@ struct EncodedMesh {
 
 // `codings` has one entry per attribute of the mesh. `extra_point_data`, where not empty, holds
 // point_count * extra_stride bytes that also keep points apart when duplicates are merged (morph targets).
-// Byte-identical for any number of threads. Errors: kInvalidInput (indices out of range, no POSITION, values
-// that a quantization grid cannot hold), kUnsupported, kRuntimeFailure (verification failed: a bug).
+// Byte-identical for any number of threads. Errors: kUsage (a partition of another number of faces),
+// kInvalidInput (indices out of range, no POSITION, values that a quantization grid cannot hold), kUnsupported,
+// kRuntimeFailure (verification failed: a bug).
 Expected<EncodedMesh> encode_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                   const EncodeOptions& options, const ThreadPool& pool,
                                   std::span<const std::byte> extra_point_data = {}, size_t extra_stride = 0);

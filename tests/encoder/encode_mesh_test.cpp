@@ -226,6 +226,26 @@ TEST(StockStream, DecodesToTheCountsItNames) {
   EXPECT_EQ(stock->point_count, 4u);
 }
 
+TEST(EncodeMesh, TakesAPartitionOfTheCallers) {
+  const ThreadPool pool(2);
+  const Mesh mesh = make_grid(8, 4);
+  const std::vector<AttributeCoding> codings(1);
+  std::vector<uint32_t> patch_of_face;
+  for (size_t i = 0; i < mesh.faces.size(); ++i) patch_of_face.push_back(i < 24 ? 4 : 2);
+  EncodeOptions options;
+  options.patch_of_face = patch_of_face;
+  const auto encoded = encode_mesh(mesh, codings, options, pool);
+  ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+  const auto container = parse_container(encoded->container);
+  ASSERT_TRUE(container.ok());
+  ASSERT_EQ(container->patch_count(), 2u);
+  EXPECT_EQ(container->entries[0].face_count, 40u);
+  EXPECT_EQ(container->entries[1].face_count, 24u);
+  patch_of_face.pop_back();
+  options.patch_of_face = patch_of_face;
+  EXPECT_EQ(encode_mesh(mesh, codings, options, pool).status().code(), StatusCode::kUsage);
+}
+
 TEST(FitGrid, HoldsAllValuesAndRefusesWhatIsNotFinite) {
   Mesh mesh = two_triangles();
   const auto grid = fit_grid(mesh.attributes[0], 14);
