@@ -1,15 +1,6 @@
 #include "encoder/partition/cells.h"
 
-#include <functional>
-#include <queue>
-#include <utility>
-
 namespace psplit {
-namespace {
-
-constexpr uint32_t kUnreached = 0xffffffffu;
-
-}  // namespace
 
 Coarsening pair_cells(const CellGraph& graph, uint32_t face_limit) {
   std::vector<uint32_t> border(graph.cell_count());
@@ -34,41 +25,6 @@ Coarsening pair_cells(const CellGraph& graph, uint32_t face_limit) {
     pairs.coarse_of[cell] = pairs.coarse_of[mate] = pairs.count++;
   }
   return pairs;
-}
-
-Coarsening sample_cells(const CellGraph& graph, uint32_t count) {
-  using Entry = std::pair<uint32_t, uint32_t>;  // distance, cell
-  std::priority_queue<Entry> farthest;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
-  const std::vector<uint32_t> radius = radii(graph);
-  std::vector<uint32_t> distance(graph.cell_count(), kUnreached);
-  Coarsening samples{std::vector<uint32_t>(graph.cell_count(), kNoCell), 0};
-  for (uint32_t cell = 0; cell < graph.cell_count(); ++cell) farthest.push({kUnreached, cell});
-  while (!farthest.empty()) {
-    const auto [away, sample] = farthest.top();
-    farthest.pop();
-    if (away != distance[sample]) continue;  // it has come nearer since
-    if (away != kUnreached && samples.count >= count) break;
-    const uint32_t number = samples.count++;
-    distance[sample] = 0;
-    samples.coarse_of[sample] = number;
-    // The map of distances is updated where the new sample is nearer, and only there.
-    front.push({0, sample});
-    while (!front.empty()) {
-      const auto [here, cell] = front.top();
-      front.pop();
-      if (here > distance[cell]) continue;
-      if (cell != sample) farthest.push({here, cell});
-      for (const CellGraph::Link& link : graph.around(cell)) {
-        const uint32_t there = here + radius[cell] + radius[link.cell];
-        if (there >= distance[link.cell]) continue;
-        distance[link.cell] = there;
-        samples.coarse_of[link.cell] = number;
-        front.push({there, link.cell});
-      }
-    }
-  }
-  return samples;
 }
 
 }  // namespace psplit

@@ -15,9 +15,4 @@ struct Coarsening {
 // without one stays alone.
 Coarsening pair_cells(const CellGraph& graph, uint32_t face_limit);
 
-// The paper's sections 3.4 and 3.5: samples, each as far as can be from those before it, and every cell to its
-// nearest sample. At least one sample in each connected component, else `count`, or fewer when every cell is
-// one.
-Coarsening sample_cells(const CellGraph& graph, uint32_t count);
-
 }  // namespace psplit

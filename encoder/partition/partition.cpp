@@ -10,6 +10,7 @@
 #include "encoder/partition/cell_graph.h"
 #include "encoder/partition/cells.h"
 #include "encoder/partition/halve_sets.h"
+#include "encoder/partition/paper_method.h"
 #include "encoder/partition/refine_border.h"
 
 namespace psplit {
@@ -38,15 +39,10 @@ struct Levels {
   }
 };
 
-Levels coarsen(CellGraph faces, uint32_t patch_count, uint32_t samples_per_patch) {
+Levels coarsen(CellGraph faces, uint32_t patch_count) {
   const uint64_t face_count = faces.cell_count();
   Levels levels;
   levels.graphs.push_back(std::move(faces));
-  if (samples_per_patch > 0) {
-    const uint64_t samples = std::min(uint64_t{samples_per_patch} * patch_count, face_count);
-    levels.add(sample_cells(levels.graphs.back(), static_cast<uint32_t>(samples)));
-    return levels;
-  }
   const double share = static_cast<double>(face_count) / patch_count;
   const auto face_limit = static_cast<uint32_t>(kLargestCell * share);
   while (levels.graphs.back().cell_count() > uint64_t{kCellsPerPatch} * patch_count) {
@@ -123,6 +119,60 @@ std::vector<uint32_t> face_limits(const CellGraph& graph, std::span<const PatchS
   return limits;
 }
 
+// What refinement begins with.
+struct Start {
+  Levels levels;
+  std::vector<uint32_t> face_limits;  // of each patch
+  std::vector<uint32_t> patch_of;     // of the largest cells
+};
+
+Start start_of_levels(CellGraph faces, uint32_t patch_count) {
+  const double share = static_cast<double>(faces.cell_count()) / patch_count;
+  Start start{coarsen(std::move(faces), patch_count), {}, {}};
+  const CellGraph& coarsest = start.levels.graphs.back();
+  std::vector<PatchSet> sets = share_out(coarsest, share);
+  start.face_limits = face_limits(coarsest, sets);
+  start.patch_of.resize(coarsest.cell_count());
+  halve_sets(coarsest, std::move(sets), start.patch_of);
+  return start;
+}
+
+CellGraph without_links_between(const CellGraph& graph, std::span<const uint32_t> patch_of) {
+  CellGraph within;
+  within.face_counts = graph.face_counts;
+  within.first.push_back(0);
+  for (uint32_t cell = 0; cell < graph.cell_count(); ++cell) {
+    for (const CellGraph::Link& link : graph.around(cell))
+      if (patch_of[link.cell] == patch_of[cell]) within.links.push_back(link);
+    within.first.push_back(static_cast<uint32_t>(within.links.size()));
+  }
+  return within;
+}
+
+// The patches of faces are taken apart to cells again, for borders to be refined by larger steps first.
+Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count, CellGraph graph,
+                     uint32_t patch_count, const PartitionOptions& options) {
+  const uint32_t face_count = graph.cell_count();
+  const uint64_t samples = uint64_t{std::max(options.samples_per_patch, 1u)} * patch_count;
+  DistanceMap map(faces, vertex_count, graph, options.distance);
+  const Clusters clusters = cluster_faces(
+      map, graph,
+      sample_faces(map, face_count, static_cast<uint32_t>(std::min<uint64_t>(samples, face_count))));
+  const CellGraph cells = contract(graph, clusters.cell_of, static_cast<uint32_t>(clusters.centres.size()));
+  const std::vector<PatchSet> sets = share_out(cells, static_cast<double>(face_count) / patch_count);
+  Start start{{}, face_limits(cells, sets), group_clusters(map, graph, clusters, cells, sets)};
+  Levels within;
+  if (options.refine) within = coarsen(without_links_between(graph, start.patch_of), patch_count);
+  start.levels.graphs.push_back(std::move(graph));
+  for (size_t i = 0; i < within.coarse_of.size(); ++i) {
+    std::vector<uint32_t> coarser(within.graphs[i + 1].cell_count());
+    for (uint32_t c = 0; c < start.patch_of.size(); ++c) coarser[within.coarse_of[i][c]] = start.patch_of[c];
+    start.patch_of = std::move(coarser);
+    start.levels.add({std::move(within.coarse_of[i]), within.graphs[i + 1].cell_count()});
+  }
+  return start;
+}
+
 // Numbers patches along a walk over their neighbours, so that neighbours get near numbers; none stays empty.
 void renumber(const CellGraph& faces, uint32_t upper, Partition& partition) {
   const CellGraph patches = contract(faces, partition.patch_of_face, upper);
@@ -158,14 +208,14 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
     return partition;
   }
 
-  const Levels levels = coarsen(face_graph(faces, vertex_count, pool), wanted, options.samples_per_patch);
-  const CellGraph& coarsest = levels.graphs.back();
-  std::vector<PatchSet> sets = share_out(coarsest, static_cast<double>(faces.size()) / wanted);
-  const std::vector<uint32_t> limits = face_limits(coarsest, sets);
-  std::vector<uint32_t> patch_of(coarsest.cell_count());
-  halve_sets(coarsest, std::move(sets), patch_of);
+  CellGraph graph = face_graph(faces, vertex_count, pool);
+  Start start = options.method == PartitionMethod::kPaper
+                    ? start_of_paper(faces, vertex_count, std::move(graph), wanted, options)
+                    : start_of_levels(std::move(graph), wanted);
+  const Levels& levels = start.levels;
+  std::vector<uint32_t>& patch_of = start.patch_of;
   for (size_t level = levels.coarse_of.size();; --level) {
-    if (options.refine) refine_border(levels.graphs[level], limits, patch_of);
+    if (options.refine) refine_border(levels.graphs[level], start.face_limits, patch_of);
     if (level == 0) break;
     std::vector<uint32_t> finer;
     finer.reserve(levels.coarse_of[level - 1].size());
@@ -173,7 +223,7 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
     patch_of = std::move(finer);
   }
   partition.patch_of_face = std::move(patch_of);
-  renumber(levels.graphs.front(), static_cast<uint32_t>(limits.size()), partition);
+  renumber(levels.graphs.front(), static_cast<uint32_t>(start.face_limits.size()), partition);
   return partition;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 struct Arguments {
   std::string input, output, report;
-  std::string profile, volume = "primitive", fallback = "none";
+  std::string profile, distance, volume = "primitive", fallback = "none";
   EncodeDocumentOptions options;
   bool no_verify = false;
 };
@@ -126,6 +126,8 @@ Status run_encode(Arguments arguments, const Session& session) {
   options.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                    : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                  : QuantizationVolume::kPrimitive;
+  if (!arguments.distance.empty()) options.method = PartitionMethod::kPaper;
+  if (arguments.distance == "geodesic") options.distance = PathDistance::kGeodesic;
   options.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
 
   const auto begin = std::chrono::steady_clock::now();
@@ -186,6 +188,12 @@ void add_encode_command(CLI::App& app, Action& action) {
                   "speed: 1200 faces a patch; balanced: 4800; size: as few patches as this machine has "
                   "threads. --patches and --patch-faces win over it")
       ->check(CLI::IsMember({"speed", "balanced", "size"}))
+      ->type_name("NAME");
+  command
+      .add_option("--distance", arguments->distance,
+                  "Cut by the paper's own method, around farthest points, with this distance between faces: "
+                  "dijkstra, along edges, or geodesic, across faces. By default in levels, which is faster")
+      ->check(CLI::IsMember({"dijkstra", "geodesic"}))
       ->type_name("NAME");
   add_coding_options(command, options);
   command

@@ -69,17 +69,5 @@ TEST(PairCells, JoinsNeighboursUpToTheLimit) {
   EXPECT_EQ(pair_cells(graph, 1).count, 8u);
 }
 
-TEST(SampleCells, AreFarApartAndOneInEachComponent) {
-  Faces faces = strip(9);
-  faces.push_back({20, 21, 22});
-  const CellGraph graph = graph_of(faces, 23);
-  EXPECT_EQ(sample_cells(graph, 1).count, 2u);
-  const Coarsening two_in_the_strip = sample_cells(graph, 3);
-  EXPECT_EQ(two_in_the_strip.count, 3u);
-  EXPECT_NE(two_in_the_strip.coarse_of[0], two_in_the_strip.coarse_of[8]);
-  EXPECT_EQ(two_in_the_strip.coarse_of[0], two_in_the_strip.coarse_of[3]);
-  EXPECT_EQ(sample_cells(graph, 100).count, 10u);
-}
-
 }  // namespace
 }  // namespace psplit
