@@ -13,7 +13,7 @@ namespace {
 
 // Rounds of k-means over cells, and then of starts alone over faces. Refinement does what is left to be done.
 constexpr int kCellRounds = 16;
-constexpr int kFaceRounds = 4;
+constexpr int kFaceRounds = 3;
 // How much of the way to its right size a patch is sent in a round. Its neighbours move as well: with much more
 // than this patches take each other's places, and some vanish.
 constexpr double kHaste = 0.3;

@@ -32,14 +32,19 @@ DistanceMap::DistanceMap(std::span<const std::array<uint32_t, 3>> faces, uint32_
       vertex_count_(vertex_count),
       graph_(graph),
       kind_(kind),
-      first_around_(size_t{vertex_count} + 1),
-      around_(faces.size() * 3),
+      first_corner_(size_t{vertex_count} + 1),
+      corners_(faces.size() * 3),
       reaches_(vertex_count + faces.size()) {
   for (const auto& face : faces)
-    for (const uint32_t v : face) ++first_around_[v];
-  std::partial_sum(first_around_.begin(), first_around_.end(), first_around_.begin());
-  for (size_t f = faces.size(); f-- > 0;)
-    for (const uint32_t v : faces[f]) around_[--first_around_[v]] = static_cast<uint32_t>(f);
+    for (const uint32_t v : face) ++first_corner_[v];
+  std::partial_sum(first_corner_.begin(), first_corner_.end(), first_corner_.begin());
+  for (size_t f = faces.size(); f-- > 0;) {
+    const auto& [a, b, c] = faces[f];
+    const auto face = static_cast<uint32_t>(f);
+    corners_[--first_corner_[a]] = {face, b, c};
+    corners_[--first_corner_[b]] = {face, c, a};
+    corners_[--first_corner_[c]] = {face, a, b};
+  }
 }
 
 void DistanceMap::clear() { std::fill(reaches_.begin(), reaches_.end(), Reach{}); }
@@ -105,24 +110,25 @@ void DistanceMap::expand_face(uint32_t face) {
 
 void DistanceMap::expand_vertex(uint32_t vertex) {
   const Reach here = reaches_[vertex];
-  for (uint32_t i = first_around_[vertex]; i < first_around_[vertex + 1]; ++i) {
-    reach(vertex_count_ + around_[i], uint64_t{here.distance} + kSpokeLength, here.number);
-    for (const uint32_t v : faces_[around_[i]]) reach(v, uint64_t{here.distance} + kEdgeLength, here.number);
+  for (uint32_t i = first_corner_[vertex]; i < first_corner_[vertex + 1]; ++i) {
+    const Corner& corner = corners_[i];
+    reach(vertex_count_ + corner.face, uint64_t{here.distance} + kSpokeLength, here.number);
+    for (const uint32_t v : {corner.left, corner.right})
+      reach(v, uint64_t{here.distance} + kEdgeLength, here.number);
   }
 }
 
 void DistanceMap::march(uint32_t vertex) {
   const Reach here = reaches_[vertex];
   const auto cross = [&](uint32_t beside, uint32_t to) {
+    if (reaches_[to].distance <= here.distance) return;
     const auto [near, far] = std::minmax(here.distance, reaches_[beside].distance);
     const uint32_t d = far - near;
     reach(to, uint64_t{near} + (d > kSteepest ? kEdgeLength : kCrossing[d]), here.number);
   };
-  for (uint32_t i = first_around_[vertex]; i < first_around_[vertex + 1]; ++i) {
-    const auto& [a, b, c] = faces_[around_[i]];
-    const uint32_t left = vertex == a ? b : a, right = vertex == c ? b : c;
-    cross(left, right);
-    cross(right, left);
+  for (uint32_t i = first_corner_[vertex]; i < first_corner_[vertex + 1]; ++i) {
+    cross(corners_[i].left, corners_[i].right);
+    cross(corners_[i].right, corners_[i].left);
   }
 }
 

@@ -48,6 +48,10 @@ class DistanceMap {
     uint32_t distance = kUnreached;
     uint32_t number = 0;  // of the source
   };
+  // A face, seen from one of its vertices.
+  struct Corner {
+    uint32_t face, left, right;
+  };
   // More than the longest step, so that distances in the front have buckets of their own.
   static constexpr uint32_t kBuckets = 128;
 
@@ -61,8 +65,8 @@ class DistanceMap {
   uint32_t vertex_count_;
   const CellGraph& graph_;
   PathDistance kind_;
-  std::vector<uint32_t> first_around_;  // faces around vertex v are [first_around_[v], first_around_[v + 1]) of
-  std::vector<uint32_t> around_;
+  std::vector<uint32_t> first_corner_;  // corners at vertex v are [first_corner_[v], first_corner_[v + 1])
+  std::vector<Corner> corners_;
   std::vector<Reach> reaches_;                           // of nodes
   std::array<std::vector<uint32_t>, kBuckets> buckets_;  // the front: nodes by distance
   size_t front_count_ = 0;
