@@ -6,7 +6,6 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
-#include "encoder/partition/partition.h"
 #include "encoder/quantization.h"
 #include "encoder/stitch_runs.h"
 #include "encoder/verify.h"
@@ -159,6 +158,8 @@ Cut cut_faces(const Mesh& mesh, const WeldedMesh& welded, const EncodeOptions& o
   PartitionOptions partition_options;
   partition_options.patch_count = options.patch_count;
   partition_options.refine = options.refine;
+  partition_options.method = options.method;
+  partition_options.distance = options.distance;
   const Partition partition = partition_faces(vertices, vertex_count, partition_options, pool);
   cut.patches.resize(partition.patch_count);
   for (size_t i = 0; i < regular.size(); ++i) cut.patches[partition.patch_of_face[i]].push_back(regular[i]);

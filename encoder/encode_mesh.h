@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "encoder/partition/partition.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
@@ -31,7 +32,9 @@ struct EncodeOptions {
   bool keep_duplicates = false;  // keep points that are equal in everything apart
   bool drop_degenerate = false;  // drop faces that repeat an index, and points that no face uses
   bool verify = true;            // decode the container and compare it with the input before returning
-  bool refine = true;            // see PartitionOptions
+  bool refine = true;            // see PartitionOptions for this and what follows
+  PartitionMethod method = PartitionMethod::kMultilevel;
+  PathDistance distance = PathDistance::kDijkstra;
   // A partition to take: the patch of each face that is not dropped, or empty for one of our own.
   std::span<const uint32_t> patch_of_face;
 };

@@ -368,6 +368,8 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
       if (!options.lossless) trim_noise(attribute);
       job.codings.push_back(coding_of(attribute, options));
     }
+    job.options.method = options.method;
+    job.options.distance = options.distance;
     job.options.encode_speed = options.encode_speed;
     job.options.keep_duplicates = options.keep_duplicates;
     job.options.drop_degenerate = options.drop_degenerate;

@@ -10,6 +10,7 @@
 #include "encoder/partition/cell_graph.h"
 #include "encoder/partition/cells.h"
 #include "encoder/partition/halve_sets.h"
+#include "encoder/partition/paper_method.h"
 #include "encoder/partition/recut_borders.h"
 
 namespace psplit {
@@ -24,8 +25,8 @@ constexpr uint32_t kCellsPerPatch = 20;
 constexpr uint32_t kCoarseCells = 80;
 constexpr RecutOptions kCoarseRecut{3, 4}, kMiddleRecut{2, 2}, kFineRecut{1, 2};
 // Patches of fewer faces have less room to spare, and borders take more rounds.
-constexpr double kSmallPatch = 800;
-constexpr RecutOptions kSmallFineRecut{3, 2};
+constexpr double kMediumPatch = 2400, kSmallPatch = 800;
+constexpr RecutOptions kMediumFineRecut{2, 2}, kSmallFineRecut{3, 2};
 // No cell has more than this much of a patch.
 constexpr double kLargestCell = 0.15;
 // Faces of the largest patch by those of the mean. A tighter limit leaves less room for shorter borders.
@@ -149,12 +150,71 @@ uint32_t renumber(const FaceGraph& faces, uint32_t upper, std::vector<uint32_t>&
   return count;
 }
 
+const RecutOptions& fine_recut(double patch_faces) {
+  return patch_faces < kSmallPatch    ? kSmallFineRecut
+         : patch_faces < kMediumPatch ? kMediumFineRecut
+                                      : kFineRecut;
+}
+
 // What each cell of a level is in when its coarser one is in that.
 std::vector<uint32_t> project(std::span<const uint32_t> coarse_of, std::span<const uint32_t> patch_of) {
   std::vector<uint32_t> finer;
   finer.reserve(coarse_of.size());
   for (const uint32_t cell : coarse_of) finer.push_back(patch_of[cell]);
   return finer;
+}
+
+// What borders are drawn anew in.
+struct Start {
+  Coarsening first_cells;
+  Levels levels;
+  std::vector<uint32_t> face_limits;  // of each patch
+  std::vector<uint32_t> patch_of;     // of the largest cells
+};
+
+Start start_in_levels(const FaceGraph& graph, uint32_t patch_count, const ThreadPool& pool) {
+  const double share = static_cast<double>(graph.cell_count()) / patch_count;
+  const auto face_limit = static_cast<uint32_t>(std::max(kLargestCell * share, 1.0));
+  Start start;
+  start.first_cells = grow_cells(graph, std::min(kFirstMembers, face_limit), face_limit);
+  start.levels = coarsen(contract(graph, start.first_cells, pool), patch_count, face_limit, pool);
+  const CellGraph& coarsest = start.levels.graphs.back();
+  std::vector<PatchSet> sets = share_out(coarsest, share);
+  start.face_limits = face_limits(coarsest, sets);
+  start.patch_of.resize(coarsest.cell_count());
+  halve_sets(coarsest, std::move(sets), start.patch_of, pool);
+  return start;
+}
+
+// The patches of faces are taken apart to cells again, for borders to be drawn in larger steps first.
+Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
+                     const FaceGraph& graph, uint32_t patch_count, const PartitionOptions& options,
+                     const ThreadPool& pool) {
+  const uint32_t face_count = graph.cell_count();
+  const uint64_t samples = uint64_t{std::max(options.samples_per_patch, 1u)} * patch_count;
+  DistanceMap map(faces, vertex_count, graph, options.distance);
+  const Clusters clusters = cluster_faces(
+      map, graph,
+      sample_faces(map, face_count, static_cast<uint32_t>(std::min<uint64_t>(samples, face_count))));
+  const CellGraph cells =
+      contract(graph, {clusters.cell_of, static_cast<uint32_t>(clusters.centres.size())}, pool);
+  const std::vector<PatchSet> sets = share_out(cells, static_cast<double>(face_count) / patch_count);
+  const std::vector<uint32_t> patch_of_face = group_clusters(map, graph, clusters, cells, sets);
+
+  FaceGraph within = graph;
+  const auto is_between = [&](uint32_t a, uint32_t b) { return patch_of_face[a] != patch_of_face[b]; };
+  for (uint32_t face = 0; face < face_count; ++face)
+    for (uint32_t& next : within.neighbours[face])
+      if (next != kNoCell && is_between(face, next)) next = kNoCell;
+  std::erase_if(within.extra, [&](const auto& link) { return is_between(link.face, link.other); });
+  Start start;
+  start.face_limits = face_limits(cells, sets);
+  start.first_cells = grow_cells(within, kFirstMembers, kNoCell);
+  start.levels.graphs.push_back(contract(graph, start.first_cells, pool));
+  start.patch_of.resize(start.first_cells.count);
+  for (uint32_t face = 0; face < face_count; ++face)
+    start.patch_of[start.first_cells.coarse_of[face]] = patch_of_face[face];
+  return start;
 }
 
 }  // namespace
@@ -174,26 +234,24 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
   }
 
   const double share = static_cast<double>(faces.size()) / wanted;
-  const auto face_limit = static_cast<uint32_t>(std::max(kLargestCell * share, 1.0));
   const FaceGraph graph = face_graph(faces, vertex_count, pool);
-  const Coarsening first_cells = grow_cells(graph, std::min(kFirstMembers, face_limit), face_limit);
-  const Levels levels = coarsen(contract(graph, first_cells, pool), wanted, face_limit, pool);
-
-  const CellGraph& coarsest = levels.graphs.back();
-  std::vector<PatchSet> sets = share_out(coarsest, share);
-  const std::vector<uint32_t> limits = face_limits(coarsest, sets);
-  std::vector<uint32_t> patch_of(coarsest.cell_count());
-  halve_sets(coarsest, std::move(sets), patch_of, pool);
+  Start start = options.method == PartitionMethod::kPaper
+                    ? start_of_paper(faces, vertex_count, graph, wanted, options, pool)
+                    : start_in_levels(graph, wanted, pool);
+  const Levels& levels = start.levels;
+  const std::vector<uint32_t>& limits = start.face_limits;
+  std::vector<uint32_t>& patch_of = start.patch_of;
   for (size_t level = levels.coarse_of.size();; --level) {
     const CellGraph& cells = levels.graphs[level];
     if (options.refine && (level == 0 || cells.cell_count() < uint64_t{kCoarseCells} * wanted))
-      recut_borders(cells, limits, level == 0 ? kMiddleRecut : kCoarseRecut, patch_of, pool);
+      recut_borders(cells, limits, level == 0 && levels.coarse_of.size() > 0 ? kMiddleRecut : kCoarseRecut,
+                    patch_of, pool);
     if (level == 0) break;
     patch_of = project(levels.coarse_of[level - 1], patch_of);
   }
   // Faces of a patch side by side: they are looked at together.
   const Groups cells(patch_of, static_cast<uint32_t>(limits.size()));
-  const Groups cell_faces(first_cells.coarse_of, first_cells.count);
+  const Groups cell_faces(start.first_cells.coarse_of, start.first_cells.count);
   std::vector<uint32_t> order, patch_of_place;
   order.reserve(faces.size());
   patch_of_place.reserve(faces.size());
@@ -203,8 +261,7 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
       patch_of_place.push_back(patch_of[cell]);
     }
   const FaceGraph ordered = reorder(graph, order, pool);
-  if (options.refine)
-    recut_borders(ordered, limits, share < kSmallPatch ? kSmallFineRecut : kFineRecut, patch_of_place, pool);
+  if (options.refine) recut_borders(ordered, limits, fine_recut(share), patch_of_place, pool);
   partition.patch_count = renumber(ordered, static_cast<uint32_t>(limits.size()), patch_of_place);
   for (size_t i = 0; i < order.size(); ++i) partition.patch_of_face[order[i]] = patch_of_place[i];
   return partition;

@@ -16,16 +16,26 @@
 
 namespace psplit {
 
+enum class PartitionMethod {
+  kMultilevel,  // cells of neighbours, and of those; cut in halves, borders drawn anew from level to level
+  kPaper,       // farthest-point samples, clusters of faces around them, k-means of those
+};
+
+// How the paper's method measures from face to face.
+enum class PathDistance {
+  kDijkstra,  // shortest paths along edges, and over the centres of faces
+  kGeodesic,  // fast marching, straight across faces
+};
+
 struct PartitionOptions {
   uint32_t patch_count = 1;  // a target: 0 counts as 1, more than the faces as one face a patch
   // Off leaves the jagged borders of plain clustering: the paper's "unprocessed" row.
   bool refine = true;
-  // The cells that patches are made of. 0 joins neighbours in pairs, and those again. N > 0 clusters faces
-  // around N times as many farthest-point samples as there are patches (the paper's section 3.5); 1 is its
-  // single level, a sample a patch, unbalanced. On the Stanford Dragon in 182 patches 0 replicates 3.1 % of the
-  // vertices and takes 0.9 s; 16 replicates 3.9 % in 2.2 s, 64 3.5 % in 2.7 s: with one size of cells,
-  // refinement has no steps between them and faces.
-  uint32_t samples_per_patch = 0;
+  PartitionMethod method = PartitionMethod::kMultilevel;
+  PathDistance distance = PathDistance::kDijkstra;
+  // N of the paper's M x N samples for M patches. 1 is its single level, where clusters are patches, and
+  // balance is left to refinement.
+  uint32_t samples_per_patch = 16;
 };
 
 struct Partition {

@@ -54,8 +54,10 @@ class Recutter {
         ring_mark_(reached_),
         place_(division.graph.cell_count(), kOutside) {}
 
-  // Whether anything has changed.
-  bool recut(const BorderPair& pair, double band) {
+  // Whether anything has changed. Bands begin elsewhere along the border every round: they may be too small for
+  // all of it.
+  bool recut(const BorderPair& pair, double band, size_t round) {
+    first_ = round * pair.cells.size() / 3;
     for (int i = 0; i < kTries; ++i, band *= kNarrower) {
       const Outcome outcome = recut_band(pair, band);
       for (const uint32_t cell : cells_) place_[cell] = kOutside;
@@ -87,7 +89,8 @@ class Recutter {
       place_[cell] = static_cast<uint32_t>(cells_.size());
       cells_.push_back(cell);
     };
-    for (const uint32_t cell : pair.cells) {
+    for (size_t n = 0; n < pair.cells.size(); ++n) {
+      const uint32_t cell = pair.cells[(first_ + n) % pair.cells.size()];
       if (load(d_.patch_of[cell]) != own) continue;
       bool is_on_border = false;
       d_.graph.for_each_link(
@@ -110,7 +113,8 @@ class Recutter {
 
     cut_.clear();
     ++ring_;
-    uint32_t ring_of_a = 0, ring_of_b = 0;
+    uint32_t ring_of_a = 0, ring_of_b = 0;      // cells around the band
+    uint32_t of_a = kOutside, of_b = kOutside;  // one of each, of the band or around it
     int64_t edges_now = 0;
     for (size_t i = 0; i < cells_.size(); ++i) {
       const bool is_in_a = i < count_a;
@@ -125,7 +129,9 @@ class Recutter {
         const uint32_t patch = load(d_.patch_of[next]);
         if (patch != pair.a && patch != pair.b) return;
         (patch == pair.a ? to_a : to_b) += static_cast<int32_t>(edges);
-        if (std::exchange(ring_mark_[next], ring_) != ring_) ++(patch == pair.a ? ring_of_a : ring_of_b);
+        if (std::exchange(ring_mark_[next], ring_) == ring_) return;
+        ++(patch == pair.a ? ring_of_a : ring_of_b);
+        (patch == pair.a ? of_a : of_b) = next;
       });
       edges_now += is_in_a ? to_b : to_a;
       if (i < leaving_a) to_b += kForced;
@@ -153,11 +159,13 @@ class Recutter {
     };
     const int64_t now = d_.sizes[pair.a];
     const int64_t then = lean(least_a) <= lean(most_a) ? least_a : most_a;
-    if (excess(then) > excess(now)) return Outcome::kUnbalanced;
+    // Fewer cells may do where a shorter border is as far above the limit on the other side.
+    if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now)))
+      return Outcome::kUnbalanced;
     if (excess(then) == excess(now) &&
         (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
       return Outcome::kUnchanged;
-    uint32_t of_a = kOutside, of_b = kOutside, count_then = 0;
+    uint32_t count_then = 0;
     for (uint32_t i = 0; i < cells_.size(); ++i) {
       const bool is_in_a =
           cut_.side(i) == BandCut::Side::kSource || (then != least_a && cut_.side(i) == BandCut::Side::kFree);
@@ -201,6 +209,7 @@ class Recutter {
   uint32_t walk_ = 0, ring_ = 0;
   std::vector<uint32_t> place_;  // of each cell in the band
   std::vector<uint32_t> cells_;  // the band: of patch a, then of patch b
+  size_t first_ = 0;             // of the border's cells
   BandCut cut_;
 };
 
@@ -294,7 +303,8 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
         }
         if (recutter == nullptr) recutter = std::make_unique<Recutter<Graph>>(division);
         for (size_t i = begin; i < end; ++i)
-          has_changed[static_cast<size_t>(group[i] - pairs.data())] = recutter->recut(*group[i], options.band);
+          has_changed[static_cast<size_t>(group[i] - pairs.data())] =
+              recutter->recut(*group[i], options.band, static_cast<size_t>(round));
         const std::lock_guard lock(mutex);
         idle.push_back(std::move(recutter));
       });

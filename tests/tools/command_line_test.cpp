@@ -152,6 +152,8 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"encode", "a.glb", "b.glb", "--profile", "speed", "--gpu", "Voodoo"},
       {"encode", "a.glb", "b.glb", "--profile", "speed", "--gpu", "0"},
       {"encode", "a.glb", "b.glb", "--gpu", "H100"},
+      {"encode", "a.glb", "b.glb", "--distance", "euclid"},
+      {"encode", "a.glb", "b.glb", "--distance"},
       {"encode", "a.glb", "b.glb", "--quantize-position", "0"},
       {"encode", "a.glb", "b.glb", "--quantize-position", "31"},
       {"encode", "a.glb", "b.glb", "--quantize-normal", "1"},
@@ -275,6 +277,23 @@ TEST_F(CommandLine, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
   EXPECT_EQ(patches({"--profile", "balanced"}), patches({}));
   EXPECT_EQ(patches({"--profile", "speed", "--patches", "3"}), 3);
   EXPECT_EQ(patches({"--profile", "size", "--patch-faces", "2000"}), 6);
+}
+
+TEST_F(CommandLine, DistanceTakesThePapersMethod) {
+  const std::string input = sample("blob", "12000");
+  const auto encoded = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"encode", input, path("out.glb"), "--patches", "10", "-q"});
+    const Outcome outcome = run(options);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(run({"validate", path("out.glb")}).code, 0);
+    return read_bytes(path("out.glb"));
+  };
+  const std::string levels = encoded({}), dijkstra = encoded({"--distance", "dijkstra"});
+  const std::string geodesic = encoded({"--distance", "geodesic"});
+  EXPECT_NE(levels, dijkstra);
+  EXPECT_NE(levels, geodesic);
+  EXPECT_NE(dijkstra, geodesic);
+  EXPECT_EQ(geodesic, encoded({"--distance", "geodesic", "-j", "3"}));
 }
 
 TEST_F(CommandLine, InspectHasTheIssuesKeys) {

@@ -15,7 +15,7 @@ namespace {
 
 struct Arguments {
   std::string input, output, report;
-  std::string profile, gpu, volume = "primitive", fallback = "none";
+  std::string profile, gpu, distance, volume = "primitive", fallback = "none";
   EncodeDocumentOptions options;
   bool no_verify = false;
 };
@@ -137,6 +137,8 @@ Status run_encode(Arguments arguments, const Session& session) {
   options.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                    : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                  : QuantizationVolume::kPrimitive;
+  if (!arguments.distance.empty()) options.method = PartitionMethod::kPaper;
+  if (arguments.distance == "geodesic") options.distance = PathDistance::kGeodesic;
   options.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
 
   const auto begin = std::chrono::steady_clock::now();
@@ -211,6 +213,12 @@ void add_encode_command(CLI::App& app, Action& action) {
       })
       ->needs(profile)
       ->type_name("GPU");
+  command
+      .add_option("--distance", arguments->distance,
+                  "Cut by the paper's own method, around farthest points, with this distance between faces: "
+                  "dijkstra, along edges, or geodesic, across faces. By default in levels, which is faster")
+      ->check(CLI::IsMember({"dijkstra", "geodesic"}))
+      ->type_name("NAME");
   add_coding_options(command, options);
   command
       .add_option("--quantization-volume", arguments->volume,

@@ -35,14 +35,25 @@ uint32_t vertex_count(const Faces& faces) {
   return count;
 }
 
-Partition cut(const Faces& faces, uint32_t patch_count, int threads = 2, bool refine = true,
-              uint32_t samples_per_patch = 0) {
-  PartitionOptions options;
+Partition cut(const Faces& faces, uint32_t patch_count, int threads = 2, PartitionOptions options = {}) {
   options.patch_count = patch_count;
-  options.refine = refine;
-  options.samples_per_patch = samples_per_patch;
   return partition_faces(faces, vertex_count(faces), options, ThreadPool(threads));
 }
+
+PartitionOptions unrefined(PartitionOptions options = {}) {
+  options.refine = false;
+  return options;
+}
+
+PartitionOptions paper(PathDistance distance, uint32_t samples_per_patch = 16) {
+  PartitionOptions options;
+  options.method = PartitionMethod::kPaper;
+  options.distance = distance;
+  options.samples_per_patch = samples_per_patch;
+  return options;
+}
+
+constexpr PathDistance kDistances[] = {PathDistance::kDijkstra, PathDistance::kGeodesic};
 
 std::vector<size_t> sizes(const Partition& partition) {
   std::vector<size_t> sizes(partition.patch_count);
@@ -106,20 +117,42 @@ TEST(Partition, IsBalancedConnectedAndCompactOnALargeSheet) {
   }
 }
 
-TEST(Partition, OfSamplesIsBalancedAndConnected) {
+TEST(Partition, OfThePaperIsBalancedConnectedAndCompactOnALargeSheet) {
+  const Faces faces = sheet(260, 200, true);  // 104,000 faces
+  struct Expected {
+    uint32_t faces_a_patch;
+    double replication;  // 2 % above what was measured
+  };
+  for (const PathDistance distance : kDistances)
+    for (const auto& [faces_a_patch, expected] :
+         {Expected{4800, 0.0383}, Expected{1200, 0.0769}, Expected{440, 0.1278}}) {
+      SCOPED_TRACE(faces_a_patch);
+      const auto wanted = static_cast<uint32_t>(faces.size() / faces_a_patch);
+      const Partition partition = cut(faces, wanted, 2, paper(distance));
+      EXPECT_EQ(partition.patch_count, wanted);
+      EXPECT_LE(balance(partition), 1.055);  // rounded up to whole faces
+      EXPECT_LE(replication(faces, partition), expected);
+      EXPECT_EQ(piece_count(faces, partition), wanted);
+    }
+}
+
+TEST(Partition, OfThePapersSingleLevelIsConnectedAndNearlyBalanced) {
   const Faces faces = sheet(120, 100, true);
-  for (const uint32_t samples_per_patch : {8u, 30u}) {
-    const Partition partition = cut(faces, 20, 2, true, samples_per_patch);
-    EXPECT_EQ(partition.patch_count, 20u);
-    EXPECT_LE(balance(partition), 1.30);
-    EXPECT_EQ(piece_count(faces, partition), 20u);
-  }
-  EXPECT_EQ(cut(faces, 20, 2, false, 1).patch_count, 20u);
+  for (const PathDistance distance : kDistances)
+    for (const PartitionOptions& options : {paper(distance, 1), unrefined(paper(distance, 1))}) {
+      const Partition partition = cut(faces, 20, 2, options);
+      EXPECT_EQ(partition.patch_count, 20u);
+      EXPECT_LE(balance(partition), options.refine ? 1.06 : 2.0);
+      EXPECT_EQ(piece_count(faces, partition), 20u);
+    }
 }
 
 TEST(Partition, RefinementLowersReplication) {
   const Faces faces = sheet(120, 100, true);
-  EXPECT_LT(replication(faces, cut(faces, 20)), replication(faces, cut(faces, 20, 2, false)));
+  for (const PartitionOptions& options :
+       {PartitionOptions{}, paper(PathDistance::kDijkstra), paper(PathDistance::kGeodesic)})
+    EXPECT_LT(replication(faces, cut(faces, 20, 2, options)),
+              replication(faces, cut(faces, 20, 2, unrefined(options))));
 }
 
 TEST(Partition, DoesNotDependOnThreads) {
@@ -127,8 +160,12 @@ TEST(Partition, DoesNotDependOnThreads) {
   const uint32_t offset = vertex_count(faces);
   for (auto face : sheet(40, 70, false))
     faces.push_back({face[0] + offset, face[1] + offset, face[2] + offset});
-  const Partition one = cut(faces, 40, 1);
-  for (const int threads : {2, 7}) EXPECT_EQ(one.patch_of_face, cut(faces, 40, threads).patch_of_face);
+  for (const PartitionOptions& options :
+       {PartitionOptions{}, paper(PathDistance::kDijkstra), paper(PathDistance::kGeodesic)}) {
+    const Partition one = cut(faces, 40, 1, options);
+    for (const int threads : {2, 3, 7})
+      EXPECT_EQ(one.patch_of_face, cut(faces, 40, threads, options).patch_of_face);
+  }
 }
 
 TEST(Partition, TakesAnyCount) {
@@ -138,7 +175,9 @@ TEST(Partition, TakesAnyCount) {
   EXPECT_EQ(cut(faces, 40).patch_count, 40u);
   EXPECT_EQ(cut(faces, 4000000000u).patch_count, 40u);
   for (uint32_t count = 2; count < 40; ++count)
-    for (const size_t size : sizes(cut(faces, count))) EXPECT_GT(size, 0u) << count;
+    for (const PartitionOptions& options :
+         {PartitionOptions{}, paper(PathDistance::kDijkstra), paper(PathDistance::kGeodesic, 2)})
+      for (const size_t size : sizes(cut(faces, count, 2, options))) EXPECT_GT(size, 0u) << count;
 }
 
 TEST(Partition, TakesAnyTopology) {
@@ -147,16 +186,27 @@ TEST(Partition, TakesAnyTopology) {
   Faces book, loose, repeated(50, {0, 1, 2}), degenerate = {{0, 0, 0}, {0, 0, 1}, {1, 2, 2}, {3, 4, 5}};
   for (uint32_t i = 0; i < 50; ++i) book.push_back({0, 1, i + 2});
   for (uint32_t i = 0; i < 1000; ++i) loose.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-  for (const Faces& faces : {book, loose, repeated, degenerate})
-    for (const uint32_t count : {1u, 2u, 3u, 7u})
-      for (const uint32_t samples_per_patch : {0u, 1u, 5u}) {
-        const Partition partition = cut(faces, count, 2, true, samples_per_patch);
+  // Two sheets and a face that have nothing but a vertex in common.
+  Faces hanging = sheet(12, 12, false);
+  const uint32_t last = vertex_count(hanging) - 1;
+  for (const auto& face : sheet(9, 9, false))
+    hanging.push_back({face[0] + last, face[1] + last, face[2] + last});
+  hanging.push_back({last, 900, 901});
+  std::vector<PartitionOptions> all{{}};
+  for (const PathDistance distance : kDistances)
+    for (const uint32_t samples_per_patch : {0u, 1u, 5u, 4000000000u})
+      all.push_back(paper(distance, samples_per_patch));
+  for (const PartitionOptions& options : all) {
+    for (const Faces& faces : {book, loose, repeated, degenerate, hanging})
+      for (const uint32_t count : {1u, 2u, 3u, 7u}) {
+        const Partition partition = cut(faces, count, 2, options);
         ASSERT_EQ(partition.patch_of_face.size(), faces.size());
         EXPECT_GE(partition.patch_count, 1u);
         for (const size_t size : sizes(partition)) EXPECT_GT(size, 0u);
       }
-  EXPECT_LE(cut(loose, 10).patch_count, 11u);
-  EXPECT_LE(balance(cut(loose, 10)), 1.30);
+    EXPECT_LE(cut(loose, 10, 2, options).patch_count, 11u);
+    EXPECT_LE(balance(cut(loose, 10, 2, options)), 1.30);
+  }
 }
 
 TEST(Partition, SplitsAComponentThatWouldBeTooLarge) {

@@ -98,7 +98,7 @@ TEST(RecutBorders, StraightensAJaggedBorder) {
   for (uint32_t y = 0; y < 12; ++y)
     for (uint32_t x = 0; x < 20; ++x) patch_of.push_back(x < (y % 2 == 0 ? 8u : 12u) ? 0 : 1);
   ASSERT_GT(cut_edges(graph, patch_of), 50u);
-  recut_borders(graph, std::vector<uint32_t>{126, 126}, {2, 8}, patch_of, pool);
+  recut_borders(graph, std::vector<uint32_t>{126, 126}, {6, 8}, patch_of, pool);
   EXPECT_EQ(cut_edges(graph, patch_of), 12u);  // a straight one
   EXPECT_LE(std::count(patch_of.begin(), patch_of.end(), 0u), 126);
   EXPECT_LE(std::count(patch_of.begin(), patch_of.end(), 1u), 126);
