@@ -34,8 +34,10 @@ struct Patch {
 
   void correct_start(uint64_t face_count) {
     const double excess = std::min(static_cast<double>(face_count) / share, 2.0) - 1.0;
-    const double radius = std::sqrt(share * 0.137832);  // of a disc of the area of so many triangles
-    start += std::lround(kHaste * excess * radius * kEdgeLength);
+    // Of a disc of the area of so many triangles. Starts within it do not put a centre behind the next; a patch
+    // that is shut in would else start ever earlier, and once out swallow all around it.
+    const double radius = std::sqrt(share * 0.137832) * kEdgeLength;
+    start = std::lround(std::clamp(static_cast<double>(start) + kHaste * excess * radius, -radius, radius));
   }
 };
 

@@ -147,6 +147,15 @@ TEST(Partition, OfThePapersSingleLevelIsConnectedAndNearlyBalanced) {
     }
 }
 
+TEST(Partition, OfThePaperNeedsNoRefinementToBeNearlyBalanced) {
+  const Faces faces = sheet(260, 200, true);
+  for (const PathDistance distance : kDistances)
+    for (const uint32_t samples_per_patch : {2u, 4u, 16u})
+      for (const uint32_t count : {20u, 85u, 230u})
+        EXPECT_LE(balance(cut(faces, count, 2, unrefined(paper(distance, samples_per_patch)))), 1.6)
+            << samples_per_patch << " samples, " << count << " patches";
+}
+
 TEST(Partition, RefinementLowersReplication) {
   const Faces faces = sheet(120, 100, true);
   for (const PartitionOptions& options :
