@@ -23,10 +23,10 @@ constexpr uint32_t kCellsPerPatch = 20;
 // Borders are drawn anew where patches have up to this many cells, at the first cells, and at faces: wide bands
 // where there are few cells, narrower ones where there are many.
 constexpr uint32_t kCoarseCells = 80;
-constexpr RecutOptions kCoarseRecut{3, 4}, kMiddleRecut{2, 2}, kFineRecut{1, 2};
+constexpr RecutOptions kCoarseRecut{3, 4}, kMiddleRecut{2, 2}, kFineRecut{2, 2};
 // Patches of fewer faces have less room to spare, and borders take more rounds.
-constexpr double kMediumPatch = 2400, kSmallPatch = 800;
-constexpr RecutOptions kMediumFineRecut{2, 2}, kSmallFineRecut{3, 2};
+constexpr double kSmallPatch = 800;
+constexpr RecutOptions kSmallFineRecut{3, 2};
 // No cell has more than this much of a patch.
 constexpr double kLargestCell = 0.15;
 // Faces of the largest patch by those of the mean. A tighter limit leaves less room for shorter borders.
@@ -150,12 +150,6 @@ uint32_t renumber(const FaceGraph& faces, uint32_t upper, std::vector<uint32_t>&
   return count;
 }
 
-const RecutOptions& fine_recut(double patch_faces) {
-  return patch_faces < kSmallPatch    ? kSmallFineRecut
-         : patch_faces < kMediumPatch ? kMediumFineRecut
-                                      : kFineRecut;
-}
-
 // What each cell of a level is in when its coarser one is in that.
 std::vector<uint32_t> project(std::span<const uint32_t> coarse_of, std::span<const uint32_t> patch_of) {
   std::vector<uint32_t> finer;
@@ -261,7 +255,8 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
       patch_of_place.push_back(patch_of[cell]);
     }
   const FaceGraph ordered = reorder(graph, order, pool);
-  if (options.refine) recut_borders(ordered, limits, fine_recut(share), patch_of_place, pool);
+  if (options.refine)
+    recut_borders(ordered, limits, share < kSmallPatch ? kSmallFineRecut : kFineRecut, patch_of_place, pool);
   partition.patch_count = renumber(ordered, static_cast<uint32_t>(limits.size()), patch_of_place);
   for (size_t i = 0; i < order.size(); ++i) partition.patch_of_face[order[i]] = patch_of_place[i];
   return partition;

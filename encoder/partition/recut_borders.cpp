@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <memory>
 #include <mutex>
+#include <type_traits>
 #include <utility>
 
 #include "encoder/partition/band_cut.h"
@@ -66,10 +67,41 @@ class Recutter {
     return false;
   }
 
+  // Sends up to so many faces of one patch of a pair to the other, whatever that does to the border; those stay
+  // without which their patch would come apart. Returns how many went.
+  int64_t push(const BorderPair& pair, uint32_t from, int64_t faces) {
+    const uint32_t to = pair.a == from ? pair.b : pair.a;
+    cells_.clear();
+    first_ = 0;
+    take_nearest(pair, from, to, kTriedFaces + 2 * faces, [](int64_t, int64_t) {});
+    for (const uint32_t cell : cells_) place_[cell] = kOutside;
+    int64_t gone = 0;
+    for (size_t i = 0; i < cells_.size() && gone < faces; ++i) {
+      uint32_t left = kOutside;
+      bool is_on_border = false;
+      d_.graph.for_each_link(cells_[i], [&](uint32_t next, uint32_t) {
+        const uint32_t patch = load(d_.patch_of[next]);
+        if (patch == from) left = next;
+        is_on_border |= patch == to;
+      });
+      if (!is_on_border || left == kOutside) continue;
+      store(d_.patch_of[cells_[i]], to);
+      if (!is_whole(left, from, d_.sizes[from] - 1)) {
+        store(d_.patch_of[cells_[i]], from);
+        continue;
+      }
+      --d_.sizes[from];
+      ++d_.sizes[to];
+      ++gone;
+    }
+    return gone;
+  }
+
  private:
   enum class Outcome { kUnchanged, kChanged, kUnbalanced };
   static constexpr uint32_t kOutside = 0xffffffffu;
   static constexpr int32_t kForced = 1 << 28;  // more edges than a cell has
+  static constexpr int64_t kTriedFaces = 50;
 
   // Takes cells of a patch, the nearest to the other first. Of a patch above its limit, returns how many of
   // them must go to the other: all that are too many, or until both are as far above.
@@ -78,14 +110,24 @@ class Recutter {
     const double least = kLeastRoom * d_.limits[other];
     const auto most = std::min<int64_t>(d_.sizes[own] / 3, static_cast<int64_t>(band * std::max(room, least)));
     const int64_t above = d_.sizes[own] - d_.limits[own], other_above = d_.sizes[other] - d_.limits[other];
-    const int64_t must_go = std::min(above, (above - other_above) / 2);
-    const size_t begin = cells_.size();
+    const int64_t must_go = std::min(above, (above - other_above + 1) / 2), may_go = above - other_above;
     size_t leaving = 0;
+    take_nearest(pair, own, other, most, [&](int64_t faces, int64_t cell_faces) {
+      leaving += faces - cell_faces < must_go && faces <= may_go ? 1 : 0;
+    });
+    return leaving;
+  }
+
+  // visit(faces so far, faces of the cell)
+  template <typename Visit>
+  void take_nearest(const BorderPair& pair, uint32_t own, uint32_t other, int64_t most, Visit visit) {
+    const size_t begin = cells_.size();
     int64_t faces = 0;
     const auto take = [&](uint32_t cell) {
-      if (place_[cell] != kOutside || faces + d_.graph.face_count(cell) > most) return;
-      faces += d_.graph.face_count(cell);
-      leaving += faces <= must_go ? 1 : 0;
+      const int64_t cell_faces = d_.graph.face_count(cell);
+      if (place_[cell] != kOutside || faces + cell_faces > most) return;
+      faces += cell_faces;
+      visit(faces, cell_faces);
       place_[cell] = static_cast<uint32_t>(cells_.size());
       cells_.push_back(cell);
     };
@@ -101,7 +143,6 @@ class Recutter {
       d_.graph.for_each_link(cells_[i], [&](uint32_t next, uint32_t) {
         if (place_[next] == kOutside && load(d_.patch_of[next]) == own) take(next);
       });
-    return leaving;
   }
 
   Outcome recut_band(const BorderPair& pair, double band) {
@@ -159,12 +200,13 @@ class Recutter {
     };
     const int64_t now = d_.sizes[pair.a];
     const int64_t then = lean(least_a) <= lean(most_a) ? least_a : most_a;
-    // Fewer cells may do where a shorter border is as far above the limit on the other side.
-    if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now)))
+    if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now))) {
+      // Fewer cells may do where a shorter border is as far above the limit on the other side.
       return Outcome::kUnbalanced;
-    if (excess(then) == excess(now) &&
-        (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
+    } else if (excess(then) == excess(now) &&
+               (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now)))) {
       return Outcome::kUnchanged;
+    }
     uint32_t count_then = 0;
     for (uint32_t i = 0; i < cells_.size(); ++i) {
       const bool is_in_a =
@@ -188,20 +230,27 @@ class Recutter {
   // them; else all of its faces are looked for.
   bool is_connected(uint32_t start, uint32_t patch, uint32_t nearby, int64_t faces) {
     if (start == kOutside) return false;
-    const auto walk = [&](auto is_allowed) {
-      queue_.assign(1, start);
-      reached_[start] = ++walk_;
-      for (size_t i = 0; i < queue_.size(); ++i)
-        d_.graph.for_each_link(queue_[i], [&](uint32_t next, uint32_t) {
-          if (load(d_.patch_of[next]) != patch || !is_allowed(next)) return;
-          if (std::exchange(reached_[next], walk_) != walk_) queue_.push_back(next);
-        });
-    };
-    walk([&](uint32_t next) { return place_[next] != kOutside || ring_mark_[next] == ring_; });
-    if (queue_.size() == nearby) return true;
-    walk([](uint32_t) { return true; });
+    walk(start, patch, [&](uint32_t next) { return place_[next] != kOutside || ring_mark_[next] == ring_; });
+    return queue_.size() == nearby || is_whole(start, patch, faces);
+  }
+
+  // Whether so many faces of a patch are connected to one of its cells.
+  bool is_whole(uint32_t start, uint32_t patch, int64_t faces) {
+    walk(start, patch, [](uint32_t) { return true; });
     for (const uint32_t cell : queue_) faces -= d_.graph.face_count(cell);
     return faces == 0;
+  }
+
+  // Collects cells of a patch in queue_, of those that are allowed.
+  template <typename IsAllowed>
+  void walk(uint32_t start, uint32_t patch, IsAllowed is_allowed) {
+    queue_.assign(1, start);
+    reached_[start] = ++walk_;
+    for (size_t i = 0; i < queue_.size(); ++i)
+      d_.graph.for_each_link(queue_[i], [&](uint32_t next, uint32_t) {
+        if (load(d_.patch_of[next]) != patch || !is_allowed(next)) return;
+        if (std::exchange(reached_[next], walk_) != walk_) queue_.push_back(next);
+      });
   }
 
   Division<Graph>& d_;
@@ -274,6 +323,54 @@ std::vector<std::vector<const BorderPair*>> independent(const std::vector<Border
   return groups;
 }
 
+// Where neighbours are as full as a patch above its limit, what is too much goes from patch to patch to the
+// nearest that has room.
+void drain(Division<FaceGraph>& division, const ThreadPool& pool) {
+  const auto patch_count = static_cast<uint32_t>(division.sizes.size());
+  const auto above = [&](uint32_t patch) { return division.sizes[patch] - division.limits[patch]; };
+  Recutter<FaceGraph> recutter(division);
+  for (int round = 0; round < kBalancingRounds; ++round) {
+    std::vector<uint32_t> full;
+    for (uint32_t patch = 0; patch < patch_count; ++patch)
+      if (above(patch) > 0) full.push_back(patch);
+    if (full.empty()) return;
+    const std::vector<BorderPair> pairs =
+        find_borders(division.graph, division.patch_of, std::vector<bool>(patch_count, true), pool);
+    std::vector<std::vector<const BorderPair*>> pairs_of(patch_count);
+    for (const BorderPair& pair : pairs) {
+      pairs_of[pair.a].push_back(&pair);
+      pairs_of[pair.b].push_back(&pair);
+    }
+    std::vector<bool> is_blocked(patch_count, false);  // takes nothing from its neighbour
+    for (const uint32_t start : full) {
+      if (above(start) <= 0) continue;
+      std::vector<const BorderPair*> way_to(patch_count, nullptr);
+      const auto before = [&](uint32_t patch) {
+        return way_to[patch]->a == patch ? way_to[patch]->b : way_to[patch]->a;
+      };
+      std::vector<uint32_t> queue{start};
+      uint32_t end = start;
+      for (size_t i = 0; i < queue.size() && end == start; ++i)
+        for (const BorderPair* pair : pairs_of[queue[i]]) {
+          const uint32_t next = pair->a == queue[i] ? pair->b : pair->a;
+          if (next == start || way_to[next] != nullptr || is_blocked[next]) continue;
+          way_to[next] = pair;
+          queue.push_back(next);
+          if (-above(next) >= above(start)) {
+            end = next;
+            break;
+          }
+        }
+      // Room is made from there on back.
+      int64_t faces = above(start);
+      for (; end != start && faces > 0; end = before(end)) {
+        faces = recutter.push(*way_to[end], before(end), faces);
+        if (faces == 0) is_blocked[end] = true;
+      }
+    }
+  }
+}
+
 template <typename Graph>
 void recut(const Graph& graph, std::span<const uint32_t> face_limits, const RecutOptions& options,
            std::vector<uint32_t>& patch_of, const ThreadPool& pool) {
@@ -314,6 +411,7 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
     for (size_t i = 0; i < pairs.size(); ++i)
       if (has_changed[i] != 0) is_active[pairs[i].a] = is_active[pairs[i].b] = true;
   }
+  if constexpr (std::is_same_v<Graph, FaceGraph>) drain(division, pool);
 }
 
 }  // namespace
