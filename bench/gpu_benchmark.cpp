@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/samples.h"
+#include "bench/stopwatch.h"
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/container/container.h"
@@ -22,10 +23,6 @@ using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
 }
 
 void check(cudaError_t error) {

@@ -12,6 +12,7 @@
 #include <functional>
 
 #include "bench/samples.h"
+#include "bench/stopwatch.h"
 #include "encoder/partition/cell_graph.h"
 #include "encoder/partition/partition.h"
 
@@ -155,11 +156,6 @@ std::vector<uint32_t> meshlets(const Mesh& mesh, size_t most_faces, double& ms) 
       same.pop_back();
     }
   return patch_of;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 void print_row(const Mesh& mesh, const char* name, const std::vector<uint32_t>& patch_of,

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <vector>
 
 namespace psplit {
 
@@ -18,5 +20,10 @@ class Stopwatch {
   double& sum_ms_;
   std::chrono::steady_clock::time_point start_;
 };
+
+inline double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
+}
 
 }  // namespace psplit

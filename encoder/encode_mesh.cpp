@@ -148,21 +148,22 @@ Cut cut_faces(const Mesh& mesh, const WeldedMesh& welded, const EncodeOptions& o
     vertices.push_back(face);
   }
   if (vertices.empty()) return cut;
-  if (!options.patch_of_face.empty()) {
-    cut.patches.resize(size_t{*std::max_element(options.patch_of_face.begin(), options.patch_of_face.end())} +
-                       1);
-    for (const uint32_t face : regular) cut.patches[options.patch_of_face[face]].push_back(face);
-    std::erase_if(cut.patches, [](const std::vector<uint32_t>& faces) { return faces.empty(); });
-    return cut;
+  Partition partition;
+  if (options.patch_of_face.empty()) {
+    PartitionOptions partition_options;
+    partition_options.patch_count = options.patch_count;
+    partition_options.refine = options.refine;
+    partition_options.method = options.method;
+    partition_options.distance = options.distance;
+    partition = partition_faces(vertices, vertex_count, partition_options, pool);
+  } else {
+    for (const uint32_t face : regular) partition.patch_of_face.push_back(options.patch_of_face[face]);
+    partition.patch_count =
+        *std::max_element(partition.patch_of_face.begin(), partition.patch_of_face.end()) + 1;
   }
-  PartitionOptions partition_options;
-  partition_options.patch_count = options.patch_count;
-  partition_options.refine = options.refine;
-  partition_options.method = options.method;
-  partition_options.distance = options.distance;
-  const Partition partition = partition_faces(vertices, vertex_count, partition_options, pool);
   cut.patches.resize(partition.patch_count);
   for (size_t i = 0; i < regular.size(); ++i) cut.patches[partition.patch_of_face[i]].push_back(regular[i]);
+  std::erase_if(cut.patches, [](const std::vector<uint32_t>& faces) { return faces.empty(); });
   return cut;
 }
 

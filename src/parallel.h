@@ -2,7 +2,9 @@
 // belongs to their index.
 #pragma once
 
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 
@@ -30,5 +32,13 @@ class ThreadPool {
   struct Arena;
   std::unique_ptr<Arena> arena_;
 };
+
+// For values that bodies look at while others change them, where any of the values will do.
+inline uint32_t load_shared(const uint32_t& value) {
+  return std::atomic_ref(const_cast<uint32_t&>(value)).load(std::memory_order_relaxed);
+}
+inline void store_shared(uint32_t& value, uint32_t next) {
+  std::atomic_ref(value).store(next, std::memory_order_relaxed);
+}
 
 }  // namespace psplit

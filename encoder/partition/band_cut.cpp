@@ -94,15 +94,18 @@ uint32_t BandCut::grow() {
 
 void BandCut::augment(uint32_t bridge) {
   const uint32_t source_end = arcs_[arcs_[bridge].back].to, sink_end = arcs_[bridge].to;
-  // Along each tree to its terminal; visit(arc in the direction of the flow).
-  const auto walk = [&](uint32_t node, auto visit) {
-    for (; nodes_[node].parent != kTerminal; node = arcs_[nodes_[node].parent].to)
-      visit(node, nodes_[node].side == Side::kSource ? arcs_[nodes_[node].parent].back : nodes_[node].parent);
-    return node;
+  // Between a node and its parent, as the flow goes.
+  const auto flow_arc = [&](uint32_t node) {
+    const uint32_t parent = nodes_[node].parent;
+    return nodes_[node].side == Side::kSource ? arcs_[parent].back : parent;
   };
   int32_t most = arcs_[bridge].capacity;
-  const auto limit = [&](uint32_t, uint32_t arc) { most = std::min(most, arcs_[arc].capacity); };
-  const uint32_t from = walk(source_end, limit), to = walk(sink_end, limit);
+  const auto root_of = [&](uint32_t node) {
+    for (; nodes_[node].parent != kTerminal; node = arcs_[nodes_[node].parent].to)
+      most = std::min(most, arcs_[flow_arc(node)].capacity);
+    return node;
+  };
+  const uint32_t from = root_of(source_end), to = root_of(sink_end);
   most = std::min({most, nodes_[from].terminal, -nodes_[to].terminal});
 
   const auto send = [&](uint32_t arc) {
@@ -117,8 +120,8 @@ void BandCut::augment(uint32_t bridge) {
   // A branch that breaks is walked on before it is cut off.
   const auto send_along = [&](uint32_t node) {
     while (nodes_[node].parent != kTerminal) {
-      const uint32_t parent = nodes_[node].parent, above = arcs_[parent].to;
-      if (send(nodes_[node].side == Side::kSource ? arcs_[parent].back : parent)) orphan(node);
+      const uint32_t above = arcs_[nodes_[node].parent].to;
+      if (send(flow_arc(node))) orphan(node);
       node = above;
     }
   };

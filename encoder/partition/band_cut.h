@@ -1,8 +1,8 @@
 // The least cut of a small graph between a source and a sink.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace psplit {

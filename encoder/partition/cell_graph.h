@@ -67,6 +67,11 @@ struct CellGraph {
 
   uint32_t cell_count() const { return static_cast<uint32_t>(face_counts.size()); }
   uint32_t face_count(uint32_t cell) const { return face_counts[cell]; }
+  uint64_t faces_of(std::span<const uint32_t> cells) const {
+    uint64_t sum = 0;
+    for (const uint32_t cell : cells) sum += face_counts[cell];
+    return sum;
+  }
   std::span<const Link> around(uint32_t cell) const {
     return std::span(links).subspan(first[cell], first[cell + 1] - first[cell]);
   }

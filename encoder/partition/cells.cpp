@@ -44,7 +44,7 @@ Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit) {
       around.pop_back();
     }
     // What is left between others joins one of them.
-    if (2 * count <= members && count == 1) {
+    if (count == 1 && members > 1) {
       around.clear();
       graph.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
         const uint32_t cell = grown.coarse_of[next];

@@ -1,8 +1,8 @@
 #include "encoder/partition/halve_sets.h"
 
 #include <algorithm>
-#include <atomic>
 #include <functional>
+#include <iterator>
 #include <queue>
 #include <utility>
 
@@ -36,8 +36,7 @@ class Halving {
       return from_near_[a] != from_near_[b] ? from_near_[a] < from_near_[b] : a < b;
     });
 
-    uint64_t face_count = 0;
-    for (const uint32_t c : cells) face_count += graph_.face_counts[c];
+    const uint64_t face_count = graph_.faces_of(cells);
     const uint32_t near_patches = set.patch_count / 2;
     const uint64_t wanted = face_count * near_patches / set.patch_count;
     size_t near_count = 1;
@@ -48,12 +47,12 @@ class Halving {
 
     PatchSet far{{}, set.first_patch + near_patches, set.patch_count - near_patches};
     const auto rest = std::span(cells).subspan(near_count);
-    for (const uint32_t c : rest) put(c, far.first_patch);
+    for (const uint32_t c : rest) store_shared(patch_of_[c], far.first_patch);
     // Islands of the far half are surrounded by the near one.
     measure(rest, far_end, from_far_);
     const auto is_near = [&](uint32_t c) { return from_far_[c] == kUnreached; };
     for (const uint32_t c : rest)
-      if (is_near(c)) put(c, set.first_patch);
+      if (is_near(c)) store_shared(patch_of_[c], set.first_patch);
     const auto middle = std::stable_partition(rest.begin(), rest.end(), is_near);
     far.cells.assign(middle, rest.end());
     cells.resize(cells.size() - far.cells.size());
@@ -67,7 +66,7 @@ class Halving {
   uint32_t measure(std::span<const uint32_t> cells, uint32_t start, std::vector<uint32_t>& distance) {
     for (const uint32_t c : cells) distance[c] = kUnreached;
     distance[start] = 0;
-    const uint32_t patch = patch_of(start);
+    const uint32_t patch = load_shared(patch_of_[start]);
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
     front.push({0, start});
     uint32_t farthest = start;
@@ -77,7 +76,7 @@ class Halving {
       if (here > distance[cell]) continue;
       farthest = cell;
       for (const CellGraph::Link& link : graph_.around(cell)) {
-        if (patch_of(link.cell) != patch) continue;
+        if (load_shared(patch_of_[link.cell]) != patch) continue;
         const uint32_t there = here + radius_[cell] + radius_[link.cell];
         if (there >= distance[link.cell]) continue;
         distance[link.cell] = there;
@@ -85,13 +84,6 @@ class Halving {
       }
     }
     return farthest;
-  }
-
-  uint32_t patch_of(uint32_t cell) const {
-    return std::atomic_ref(patch_of_[cell]).load(std::memory_order_relaxed);
-  }
-  void put(uint32_t cell, uint32_t patch) {
-    std::atomic_ref(patch_of_[cell]).store(patch, std::memory_order_relaxed);
   }
 
   using Entry = std::pair<uint32_t, uint32_t>;  // distance, cell

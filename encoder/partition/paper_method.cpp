@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <queue>
 #include <utility>
 
@@ -59,9 +58,7 @@ class Grouping {
       for (uint32_t c = 0; c < patch_of_.size(); ++c)
         if (patch_of_[c] != kNoCell) members[patch_of_[c]].push_back(c);
       for (size_t i = 0; i < patches.size(); ++i) {
-        uint64_t face_count = 0;
-        for (const uint32_t c : members[i]) face_count += cells_.face_counts[c];
-        patches[i].correct_start(face_count);
+        patches[i].correct_start(cells_.faces_of(members[i]));
         patches[i].centre = middle(members[i], patches[i].centre);
       }
     }
@@ -258,12 +255,10 @@ std::vector<uint32_t> group_clusters(DistanceMap& map, const FaceGraph& faces, c
         others.push_back({clusters.centres[set.cells[i]], set.first_patch + (set.patch_count == 1 ? 0 : i), 0});
       continue;
     }
-    uint64_t face_count = 0;
-    for (const uint32_t c : set.cells) face_count += cells.face_counts[c];
+    const double share = static_cast<double>(cells.faces_of(set.cells)) / set.patch_count;
     std::vector<uint32_t> centres = set.cells;
     std::sort(centres.begin(), centres.end());
-    for (uint32_t i = 0; i < set.patch_count; ++i)
-      patches.push_back({set.first_patch + i, centres[i], static_cast<double>(face_count) / set.patch_count});
+    for (uint32_t i = 0; i < set.patch_count; ++i) patches.push_back({set.first_patch + i, centres[i], share});
   }
   Grouping(cells, link_lengths(map, faces, clusters.cell_of, cells)).run(patches);
   return grow_faces(map, faces, clusters.centres, patches, others);

@@ -110,9 +110,7 @@ std::vector<PatchSet> share_out(const CellGraph& graph, double share) {
 std::vector<uint32_t> face_limits(const CellGraph& graph, std::span<const PatchSet> sets) {
   std::vector<uint32_t> limits;
   for (const PatchSet& set : sets) {
-    uint64_t face_count = 0;
-    for (const uint32_t c : set.cells) face_count += graph.face_counts[c];
-    const double mean = static_cast<double>(face_count) / set.patch_count;
+    const double mean = static_cast<double>(graph.faces_of(set.cells)) / set.patch_count;
     const double limit = std::max(std::floor(mean * kBalance), std::ceil(mean));
     limits.insert(limits.end(), set.patch_count, static_cast<uint32_t>(limit));
   }

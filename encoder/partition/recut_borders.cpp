@@ -1,7 +1,6 @@
 #include "encoder/partition/recut_borders.h"
 
 #include <algorithm>
-#include <atomic>
 #include <bit>
 #include <cstdlib>
 #include <memory>
@@ -30,14 +29,8 @@ struct BorderPair {
   std::vector<uint32_t> cells;
 };
 
-// Neighbouring threads change other patches meanwhile: cells that are in neither patch of a pair stay out of
-// both.
-uint32_t load(const uint32_t& patch) {
-  return std::atomic_ref(const_cast<uint32_t&>(patch)).load(std::memory_order_relaxed);
-}
-void store(uint32_t& patch, uint32_t value) { std::atomic_ref(patch).store(value, std::memory_order_relaxed); }
-
-// What all threads share. Sizes and cells of a patch belong to the thread that has a pair of it.
+// What all threads share. Sizes and cells of a patch belong to the thread that has a pair of it; others may
+// look at its cells meanwhile, and find that they are in neither patch of their own pair.
 template <typename Graph>
 struct Division {
   const Graph& graph;
@@ -80,14 +73,14 @@ class Recutter {
       uint32_t left = kOutside;
       bool is_on_border = false;
       d_.graph.for_each_link(cells_[i], [&](uint32_t next, uint32_t) {
-        const uint32_t patch = load(d_.patch_of[next]);
+        const uint32_t patch = load_shared(d_.patch_of[next]);
         if (patch == from) left = next;
         is_on_border |= patch == to;
       });
       if (!is_on_border || left == kOutside) continue;
-      store(d_.patch_of[cells_[i]], to);
+      store_shared(d_.patch_of[cells_[i]], to);
       if (!is_whole(left, from, d_.sizes[from] - 1)) {
-        store(d_.patch_of[cells_[i]], from);
+        store_shared(d_.patch_of[cells_[i]], from);
         continue;
       }
       --d_.sizes[from];
@@ -133,15 +126,15 @@ class Recutter {
     };
     for (size_t n = 0; n < pair.cells.size(); ++n) {
       const uint32_t cell = pair.cells[(first_ + n) % pair.cells.size()];
-      if (load(d_.patch_of[cell]) != own) continue;
+      if (load_shared(d_.patch_of[cell]) != own) continue;
       bool is_on_border = false;
       d_.graph.for_each_link(
-          cell, [&](uint32_t next, uint32_t) { is_on_border |= load(d_.patch_of[next]) == other; });
+          cell, [&](uint32_t next, uint32_t) { is_on_border |= load_shared(d_.patch_of[next]) == other; });
       if (is_on_border) take(cell);
     }
     for (size_t i = begin; i < cells_.size(); ++i)
       d_.graph.for_each_link(cells_[i], [&](uint32_t next, uint32_t) {
-        if (place_[next] == kOutside && load(d_.patch_of[next]) == own) take(next);
+        if (place_[next] == kOutside && load_shared(d_.patch_of[next]) == own) take(next);
       });
   }
 
@@ -167,7 +160,7 @@ class Recutter {
           if (is_in_a && place >= count_a) edges_now += edges;
           return;
         }
-        const uint32_t patch = load(d_.patch_of[next]);
+        const uint32_t patch = load_shared(d_.patch_of[next]);
         if (patch != pair.a && patch != pair.b) return;
         (patch == pair.a ? to_a : to_b) += static_cast<int32_t>(edges);
         if (std::exchange(ring_mark_[next], ring_) == ring_) return;
@@ -200,25 +193,25 @@ class Recutter {
     };
     const int64_t now = d_.sizes[pair.a];
     const int64_t then = lean(least_a) <= lean(most_a) ? least_a : most_a;
-    if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now))) {
-      // Fewer cells may do where a shorter border is as far above the limit on the other side.
+    // Fewer cells may do where a shorter border is as far above the limit on the other side.
+    if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now)))
       return Outcome::kUnbalanced;
-    } else if (excess(then) == excess(now) &&
-               (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now)))) {
+    // What is left either sheds faces, or has none to shed.
+    if (excess(now) == 0 && (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
       return Outcome::kUnchanged;
-    }
     uint32_t count_then = 0;
     for (uint32_t i = 0; i < cells_.size(); ++i) {
       const bool is_in_a =
           cut_.side(i) == BandCut::Side::kSource || (then != least_a && cut_.side(i) == BandCut::Side::kFree);
-      store(d_.patch_of[cells_[i]], is_in_a ? pair.a : pair.b);
+      store_shared(d_.patch_of[cells_[i]], is_in_a ? pair.a : pair.b);
       (is_in_a ? of_a : of_b) = cells_[i];
       count_then += is_in_a ? 1 : 0;
     }
     if (!is_connected(of_a, pair.a, count_then + ring_of_a, then) ||
         !is_connected(of_b, pair.b, static_cast<uint32_t>(cells_.size()) - count_then + ring_of_b,
                       both - then)) {
-      for (uint32_t i = 0; i < cells_.size(); ++i) store(d_.patch_of[cells_[i]], i < count_a ? pair.a : pair.b);
+      for (uint32_t i = 0; i < cells_.size(); ++i)
+        store_shared(d_.patch_of[cells_[i]], i < count_a ? pair.a : pair.b);
       return Outcome::kUnbalanced;
     }
     d_.sizes[pair.a] = then;
@@ -248,7 +241,7 @@ class Recutter {
     reached_[start] = ++walk_;
     for (size_t i = 0; i < queue_.size(); ++i)
       d_.graph.for_each_link(queue_[i], [&](uint32_t next, uint32_t) {
-        if (load(d_.patch_of[next]) != patch || !is_allowed(next)) return;
+        if (load_shared(d_.patch_of[next]) != patch || !is_allowed(next)) return;
         if (std::exchange(reached_[next], walk_) != walk_) queue_.push_back(next);
       });
   }
@@ -325,10 +318,9 @@ std::vector<std::vector<const BorderPair*>> independent(const std::vector<Border
 
 // Where neighbours are as full as a patch above its limit, what is too much goes from patch to patch to the
 // nearest that has room.
-void drain(Division<FaceGraph>& division, const ThreadPool& pool) {
+void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const ThreadPool& pool) {
   const auto patch_count = static_cast<uint32_t>(division.sizes.size());
   const auto above = [&](uint32_t patch) { return division.sizes[patch] - division.limits[patch]; };
-  Recutter<FaceGraph> recutter(division);
   for (int round = 0; round < kBalancingRounds; ++round) {
     std::vector<uint32_t> full;
     for (uint32_t patch = 0; patch < patch_count; ++patch)
@@ -411,7 +403,8 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
     for (size_t i = 0; i < pairs.size(); ++i)
       if (has_changed[i] != 0) is_active[pairs[i].a] = is_active[pairs[i].b] = true;
   }
-  if constexpr (std::is_same_v<Graph, FaceGraph>) drain(division, pool);
+  if constexpr (std::is_same_v<Graph, FaceGraph>)
+    if (!idle.empty()) drain(division, *idle.front(), pool);  // else there are no borders
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 #include "tools/gltf_psplit/preview/preview.h"
 
-#include <cstring>
-
 #include "gltf_ext/json_fields.h"
 #include "src/container/container.h"
+#include "src/container/stream_description.h"
 #include "src/cpu/convert.h"
 #include "tools/gltf_psplit/preview/picture.h"
 
@@ -35,22 +34,11 @@ using Vectors = std::vector<std::array<float, 3>>;
 Vectors vectors_of(const Attribute& attribute) {
   Vectors vectors;
   if (attribute.component_count != 3) return vectors;
-  const auto convert = [&]<typename From>(From) {
-    vectors.resize(attribute.values.size() / (3 * sizeof(From)));
-    for (size_t i = 0; i < 3 * vectors.size(); ++i) {
-      From value;
-      std::memcpy(&value, attribute.values.data() + i * sizeof(From), sizeof(From));
-      convert_component(value, attribute.normalized, vectors[i / 3][i % 3]);
-    }
-  };
-  switch (attribute.component_type) {
-    case ComponentType::kInt8: convert(int8_t{}); break;
-    case ComponentType::kUint8: convert(uint8_t{}); break;
-    case ComponentType::kInt16: convert(int16_t{}); break;
-    case ComponentType::kUint16: convert(uint16_t{}); break;
-    case ComponentType::kUint32: convert(uint32_t{}); break;
-    case ComponentType::kFloat32: convert(float{}); break;
-  }
+  const size_t stride = attribute.stride();
+  vectors.resize(attribute.values.size() / stride);
+  for (size_t i = 0; i < vectors.size(); ++i)
+    convert_value(attribute.values.data() + i * stride, stored_type(attribute.component_type),
+                  attribute.normalized, ComponentType::kFloat32, 3, reinterpret_cast<std::byte*>(&vectors[i]));
   return vectors;
 }
 
