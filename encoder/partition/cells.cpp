@@ -1,16 +1,22 @@
 #include "encoder/partition/cells.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace psplit {
 namespace {
 
+constexpr uint32_t kStretch = 1 << 16;
+// Where there are more than this many times as many cells as asked for, stretches have cut them off.
+constexpr double kCutOff = 1.5;
+
+// Grows cells among [begin, end) only; they are numbered from 0 on. Returns how many there are.
 template <typename Graph>
-Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit) {
+uint32_t grow_within(const Graph& graph, uint32_t begin, uint32_t end, uint32_t members, uint32_t face_limit,
+                     std::vector<uint32_t>& number) {
   struct Candidate {
     uint32_t cell, edges;
   };
-  Coarsening grown{std::vector<uint32_t>(graph.cell_count(), kNoCell), 0};
   std::vector<uint32_t> face_counts, member_counts;
   std::vector<Candidate> around;
   const auto count_edge = [&](uint32_t key, uint32_t edges) {
@@ -21,17 +27,17 @@ Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit) {
       }
     around.push_back({key, edges});
   };
-  for (uint32_t seed = 0; seed < graph.cell_count(); ++seed) {
-    if (grown.coarse_of[seed] != kNoCell) continue;
-    const uint32_t number = grown.count;
+  for (uint32_t seed = begin; seed < end; ++seed) {
+    if (number[seed] != kNoCell) continue;
+    const auto own = static_cast<uint32_t>(face_counts.size());
     uint32_t faces = 0, count = 0, newest = seed;
     around.clear();
     for (;;) {
-      grown.coarse_of[newest] = number;
+      number[newest] = own;
       faces += graph.face_count(newest);
       if (++count == members) break;
       graph.for_each_link(newest, [&](uint32_t next, uint32_t edges) {
-        if (grown.coarse_of[next] == kNoCell) count_edge(next, edges);
+        if (next >= begin && next < end && number[next] == kNoCell) count_edge(next, edges);
       });
       size_t best = around.size();
       for (size_t i = 0; i < around.size(); ++i)
@@ -47,8 +53,9 @@ Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit) {
     if (count == 1 && members > 1) {
       around.clear();
       graph.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
-        const uint32_t cell = grown.coarse_of[next];
-        if (cell != kNoCell && cell != number && member_counts[cell] < 2 * members &&
+        if (next < begin || next >= end) return;
+        const uint32_t cell = number[next];
+        if (cell != kNoCell && cell != own && member_counts[cell] < 2 * members &&
             face_counts[cell] + faces <= face_limit)
           count_edge(cell, edges);
       });
@@ -56,7 +63,7 @@ Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit) {
           std::max_element(around.begin(), around.end(),
                            [](const Candidate& a, const Candidate& b) { return a.edges < b.edges; });
       if (best != around.end()) {
-        grown.coarse_of[seed] = best->cell;
+        number[seed] = best->cell;
         face_counts[best->cell] += faces;
         ++member_counts[best->cell];
         continue;
@@ -64,18 +71,39 @@ Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit) {
     }
     face_counts.push_back(faces);
     member_counts.push_back(count);
-    ++grown.count;
   }
+  return static_cast<uint32_t>(face_counts.size());
+}
+
+template <typename Graph>
+Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
+  const uint32_t cell_count = graph.cell_count();
+  Coarsening grown{std::vector<uint32_t>(cell_count, kNoCell), 0};
+  std::vector<uint32_t> first(cell_count / kStretch + 2, 0);  // number, of each stretch
+  pool.for_ranges(cell_count, kStretch, [&](size_t begin, size_t end) {
+    first[begin / kStretch + 1] = grow_within(graph, static_cast<uint32_t>(begin), static_cast<uint32_t>(end),
+                                              members, face_limit, grown.coarse_of);
+  });
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  grown.count = first.back();
+  if (cell_count > kStretch && static_cast<double>(grown.count) * members > kCutOff * cell_count) {
+    grown.coarse_of.assign(cell_count, kNoCell);
+    grown.count = grow_within(graph, 0, cell_count, members, face_limit, grown.coarse_of);
+    return grown;
+  }
+  pool.for_ranges(cell_count, kStretch, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) grown.coarse_of[i] += first[begin / kStretch];
+  });
   return grown;
 }
 
 }  // namespace
 
-Coarsening grow_cells(const FaceGraph& graph, uint32_t members, uint32_t face_limit) {
-  return grow(graph, members, face_limit);
+Coarsening grow_cells(const FaceGraph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
+  return grow(graph, members, face_limit, pool);
 }
-Coarsening grow_cells(const CellGraph& graph, uint32_t members, uint32_t face_limit) {
-  return grow(graph, members, face_limit);
+Coarsening grow_cells(const CellGraph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
+  return grow(graph, members, face_limit, pool);
 }
 
 }  // namespace psplit

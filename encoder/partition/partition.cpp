@@ -21,12 +21,14 @@ constexpr uint32_t kFirstMembers = 8, kMembers = 2;
 // Patches are put together from about this many cells.
 constexpr uint32_t kCellsPerPatch = 20;
 // Borders are drawn anew where patches have up to this many cells, at the first cells, and at faces: wide bands
-// where there are few cells, narrower ones where there are many.
+// where there are few cells, narrower ones where there are many. Patches of fewer faces have less room to
+// spare, and borders take more rounds.
 constexpr uint32_t kCoarseCells = 80;
-constexpr RecutOptions kCoarseRecut{3, 4}, kMiddleRecut{2, 2}, kFineRecut{2, 2};
-// Patches of fewer faces have less room to spare, and borders take more rounds.
+struct Recuts {
+  RecutOptions coarse, middle, fine;
+};
 constexpr double kSmallPatch = 800;
-constexpr RecutOptions kSmallFineRecut{3, 2};
+constexpr Recuts kRecuts{{3, 4}, {1, 2}, {2, 2}}, kSmallRecuts{{3, 4}, {2, 2}, {3, 2}};
 // No cell has more than this much of a patch.
 constexpr double kLargestCell = 0.15;
 // Faces of the largest patch by those of the mean. A tighter limit leaves less room for shorter borders.
@@ -45,7 +47,7 @@ Levels coarsen(CellGraph cells, uint32_t patch_count, uint32_t face_limit, const
   levels.graphs.push_back(std::move(cells));
   while (levels.graphs.back().cell_count() > uint64_t{kCellsPerPatch} * patch_count) {
     const uint32_t cell_count = levels.graphs.back().cell_count();
-    Coarsening coarsening = grow_cells(levels.graphs.back(), kMembers, face_limit);
+    Coarsening coarsening = grow_cells(levels.graphs.back(), kMembers, face_limit, pool);
     if (coarsening.count > cell_count - cell_count / 20) break;  // what is left has no partners
     levels.graphs.push_back(contract(levels.graphs.back(), coarsening, pool));
     levels.coarse_of.push_back(std::move(coarsening.coarse_of));
@@ -168,7 +170,7 @@ Start start_in_levels(const FaceGraph& graph, uint32_t patch_count, const Thread
   const double share = static_cast<double>(graph.cell_count()) / patch_count;
   const auto face_limit = static_cast<uint32_t>(std::max(kLargestCell * share, 1.0));
   Start start;
-  start.first_cells = grow_cells(graph, std::min(kFirstMembers, face_limit), face_limit);
+  start.first_cells = grow_cells(graph, std::min(kFirstMembers, face_limit), face_limit, pool);
   start.levels = coarsen(contract(graph, start.first_cells, pool), patch_count, face_limit, pool);
   const CellGraph& coarsest = start.levels.graphs.back();
   std::vector<PatchSet> sets = share_out(coarsest, share);
@@ -196,12 +198,12 @@ Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
   FaceGraph within = graph;
   const auto is_between = [&](uint32_t a, uint32_t b) { return patch_of_face[a] != patch_of_face[b]; };
   for (uint32_t face = 0; face < face_count; ++face)
-    for (uint32_t& next : within.neighbours[face])
+    for (uint32_t& next : within.faces[face].neighbours)
       if (next != kNoCell && is_between(face, next)) next = kNoCell;
   std::erase_if(within.extra, [&](const auto& link) { return is_between(link.face, link.other); });
   Start start;
   start.face_limits = face_limits(cells, sets);
-  start.first_cells = grow_cells(within, kFirstMembers, kNoCell);
+  start.first_cells = grow_cells(within, kFirstMembers, kNoCell, pool);
   start.levels.graphs.push_back(contract(graph, start.first_cells, pool));
   start.patch_of.resize(start.first_cells.count);
   for (uint32_t face = 0; face < face_count; ++face)
@@ -233,10 +235,11 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
   const Levels& levels = start.levels;
   const std::vector<uint32_t>& limits = start.face_limits;
   std::vector<uint32_t>& patch_of = start.patch_of;
+  const Recuts& recuts = share < kSmallPatch ? kSmallRecuts : kRecuts;
   for (size_t level = levels.coarse_of.size();; --level) {
     const CellGraph& cells = levels.graphs[level];
     if (options.refine && (level == 0 || cells.cell_count() < uint64_t{kCoarseCells} * wanted))
-      recut_borders(cells, limits, level == 0 && levels.coarse_of.size() > 0 ? kMiddleRecut : kCoarseRecut,
+      recut_borders(cells, limits, level == 0 && levels.coarse_of.size() > 0 ? recuts.middle : recuts.coarse,
                     patch_of, pool);
     if (level == 0) break;
     patch_of = project(levels.coarse_of[level - 1], patch_of);
@@ -253,8 +256,7 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
       patch_of_place.push_back(patch_of[cell]);
     }
   const FaceGraph ordered = reorder(graph, order, pool);
-  if (options.refine)
-    recut_borders(ordered, limits, share < kSmallPatch ? kSmallFineRecut : kFineRecut, patch_of_place, pool);
+  if (options.refine) recut_borders(ordered, limits, recuts.fine, patch_of_place, pool);
   partition.patch_count = renumber(ordered, static_cast<uint32_t>(limits.size()), patch_of_place);
   for (size_t i = 0; i < order.size(); ++i) partition.patch_of_face[order[i]] = patch_of_place[i];
   return partition;

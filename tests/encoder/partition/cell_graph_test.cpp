@@ -76,21 +76,22 @@ TEST(Contract, AddsUpFacesAndCommonEdges) {
 TEST(GrowCells, JoinsNeighboursUpToTheLimit) {
   const ThreadPool pool(1);
   const FaceGraph graph = graph_of(strip(8), 10);
-  const Coarsening pairs = grow_cells(graph, 2, 100);
+  const Coarsening pairs = grow_cells(graph, 2, 100, pool);
   EXPECT_EQ(contract(graph, pairs, pool).face_counts, (std::vector<uint32_t>{2, 2, 2, 2}));
-  EXPECT_EQ(contract(graph, grow_cells(graph, 8, 3), pool).face_counts, (std::vector<uint32_t>{3, 3, 2}));
-  EXPECT_EQ(grow_cells(graph, 2, 1).count, 8u);
+  EXPECT_EQ(contract(graph, grow_cells(graph, 8, 3, pool), pool).face_counts, (std::vector<uint32_t>{3, 3, 2}));
+  EXPECT_EQ(grow_cells(graph, 2, 1, pool).count, 8u);
   // And cells of those.
-  EXPECT_EQ(
-      contract(contract(graph, pairs, pool), grow_cells(contract(graph, pairs, pool), 2, 4), pool).face_counts,
-      (std::vector<uint32_t>{4, 4}));
+  EXPECT_EQ(contract(contract(graph, pairs, pool), grow_cells(contract(graph, pairs, pool), 2, 4, pool), pool)
+                .face_counts,
+            (std::vector<uint32_t>{4, 4}));
 }
 
 TEST(GrowCells, JoinsWhatIsLeftAloneToANeighbour) {
+  const ThreadPool pool(1);
   // The first takes the middle one, which the others have for their only neighbour.
   const FaceGraph graph = graph_of({{0, 1, 3}, {1, 2, 4}, {2, 0, 5}, {0, 1, 2}}, 6);
-  EXPECT_EQ(contract(graph, grow_cells(graph, 2, 4), ThreadPool(1)).face_counts, (std::vector<uint32_t>{4}));
-  EXPECT_EQ(grow_cells(graph, 2, 3).count, 2u);
+  EXPECT_EQ(contract(graph, grow_cells(graph, 2, 4, pool), pool).face_counts, (std::vector<uint32_t>{4}));
+  EXPECT_EQ(grow_cells(graph, 2, 3, pool).count, 2u);
 }
 
 }  // namespace
