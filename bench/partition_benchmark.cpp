@@ -19,7 +19,8 @@
 namespace psplit {
 namespace {
 
-constexpr int kRounds = 5;
+// Of meshes of more faces than these there are fewer rounds.
+constexpr size_t kManyFaces = 2'000'000;
 
 double ms_of(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -173,9 +174,10 @@ void print_row(const Mesh& mesh, const char* name, const std::vector<uint32_t>& 
 
 void compare(const Mesh& mesh) {
   const ThreadPool one(1), two(2);
+  const int rounds = mesh.faces.size() > kManyFaces ? 3 : 5;
   std::vector<double> graph_ms[2];
   FaceGraph graph;
-  for (int i = 0; i < kRounds; ++i) {
+  for (int i = 0; i < rounds; ++i) {
     graph_ms[0].push_back(ms_of([&] { graph = face_graph(mesh.faces, mesh.point_count, one); }));
     graph_ms[1].push_back(ms_of([&] { graph = face_graph(mesh.faces, mesh.point_count, two); }));
   }
@@ -191,7 +193,7 @@ void compare(const Mesh& mesh) {
     options.patch_count = patch_count;
     std::vector<uint32_t> ours, theirs;
     std::vector<double> ours_ms[2], theirs_ms;
-    for (int i = 0; i < kRounds; ++i) {
+    for (int i = 0; i < rounds; ++i) {
       theirs_ms.push_back(ms_of([&] { theirs = metis(for_metis, patch_count); }));
       for (const bool both : {false, true})
         ours_ms[both].push_back(ms_of([&] {

@@ -77,19 +77,14 @@ FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
       }
   });
   FaceGraph graph;
-  graph.vertex_count = vertex_count;
-  graph.faces.resize(faces.size());
-  pool.for_ranges(faces.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) graph.faces[i] = {faces[i], {kNoCell, kNoCell, kNoCell}};
-  });
+  graph.neighbours.assign(faces.size(), {kNoCell, kNoCell, kNoCell});
   // Puts a link across a side that has none yet; whether there is one.
   const auto link = [&](uint32_t face, uint32_t lower, uint32_t upper, uint32_t other) {
     // A face of two equal vertices has an edge twice.
-    auto& [vertices, neighbours] = graph.faces[face];
     for (size_t c = 0; c < 3; ++c) {
-      const auto [a, b] = std::minmax(vertices[c], vertices[(c + 1) % 3]);
-      if (a != lower || b != upper || neighbours[c] != kNoCell) continue;
-      neighbours[c] = other;
+      const auto [a, b] = std::minmax(faces[face][c], faces[face][(c + 1) % 3]);
+      if (a != lower || b != upper || graph.neighbours[face][c] != kNoCell) continue;
+      graph.neighbours[face][c] = other;
       return true;
     }
     return false;
@@ -119,17 +114,11 @@ FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
 
 void FaceGraph::set_extra(std::vector<Extra> links) {
   extra = std::move(links);
+  has_extra.clear();
+  if (extra.empty()) return;
   std::sort(extra.begin(), extra.end());
-  irregular.clear();
-  const auto add = [&](uint32_t face) {
-    irregular.resize(faces.size());
-    irregular[face] = 1;
-  };
-  for (const Extra& link : extra) add(link.face);
-  for (uint32_t face = 0; face < faces.size(); ++face) {
-    const auto& [a, b, c] = faces[face].vertices;
-    if (a == b || b == c || c == a) add(face);
-  }
+  has_extra.assign(neighbours.size(), 0);
+  for (const Extra& link : extra) has_extra[link.face] = 1;
 }
 
 FaceGraph reorder(const FaceGraph& graph, std::span<const uint32_t> order, const ThreadPool& pool) {
@@ -138,13 +127,13 @@ FaceGraph reorder(const FaceGraph& graph, std::span<const uint32_t> order, const
     for (size_t i = begin; i < end; ++i) place[order[i]] = static_cast<uint32_t>(i);
   });
   FaceGraph reordered;
-  reordered.vertex_count = graph.vertex_count;
-  reordered.faces.resize(order.size());
+  reordered.neighbours.resize(order.size());
   pool.for_ranges(order.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      reordered.faces[i] = graph.faces[order[i]];
-      for (uint32_t& other : reordered.faces[i].neighbours) other = other == kNoCell ? kNoCell : place[other];
-    }
+    for (size_t i = begin; i < end; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        const uint32_t other = graph.neighbours[order[i]][c];
+        reordered.neighbours[i][c] = other == kNoCell ? kNoCell : place[other];
+      }
   });
   std::vector<FaceGraph::Extra> extra;
   for (const FaceGraph::Extra& link : graph.extra) extra.push_back({place[link.face], place[link.other]});

@@ -23,36 +23,27 @@ struct Coarsening {
 // Every face a cell. Where an edge has more than two faces, each is linked to the next only, so that a fan of n
 // faces makes n - 1 links.
 struct FaceGraph {
-  // Side k of a face is its edge from vertex k to the next.
-  struct Face {
-    std::array<uint32_t, 3> vertices;
-    std::array<uint32_t, 3> neighbours;  // across each side, kNoCell where there is none
-  };
   struct Extra {
     uint32_t face, other;
     auto operator<=>(const Extra&) const = default;
   };
-  std::vector<Face> faces;
-  uint32_t vertex_count = 0;
-  // Links of edges of more than two faces that found no place there, both ways, sorted.
+  std::vector<std::array<uint32_t, 3>> neighbours;  // across each side, kNoCell where there is none
+  // Links of edges of more than two faces that found no place there, both ways, sorted; which faces have any.
   std::vector<Extra> extra;
-  // Faces that have such links, or two vertices in one: theirs cannot be told by their sides. Empty where there
-  // are none.
-  std::vector<uint8_t> irregular;
+  std::vector<uint8_t> has_extra;  // empty where there are none
 
-  uint32_t cell_count() const { return static_cast<uint32_t>(faces.size()); }
+  uint32_t cell_count() const { return static_cast<uint32_t>(neighbours.size()); }
   uint32_t face_count(uint32_t) const { return 1; }
   // visit(cell, edges)
   template <typename Visit>
   void for_each_link(uint32_t face, Visit visit) const {
-    for (const uint32_t other : faces[face].neighbours)
+    for (const uint32_t other : neighbours[face])
       if (other != kNoCell) visit(other, 1u);
-    if (!is_irregular(face)) return;
+    if (has_extra.empty() || has_extra[face] == 0) return;
     for (auto at = std::lower_bound(extra.begin(), extra.end(), Extra{face, 0});
          at != extra.end() && at->face == face; ++at)
       visit(at->other, 1u);
   }
-  bool is_irregular(uint32_t face) const { return !irregular.empty() && irregular[face] != 0; }
 
   // Both ways, in any order.
   void set_extra(std::vector<Extra> links);

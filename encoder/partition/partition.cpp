@@ -198,7 +198,7 @@ Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
   FaceGraph within = graph;
   const auto is_between = [&](uint32_t a, uint32_t b) { return patch_of_face[a] != patch_of_face[b]; };
   for (uint32_t face = 0; face < face_count; ++face)
-    for (uint32_t& next : within.faces[face].neighbours)
+    for (uint32_t& next : within.neighbours[face])
       if (next != kNoCell && is_between(face, next)) next = kNoCell;
   std::erase_if(within.extra, [&](const auto& link) { return is_between(link.face, link.other); });
   Start start;

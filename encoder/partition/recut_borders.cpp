@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <type_traits>
 #include <utility>
 
 #include "encoder/partition/band_cut.h"
-#include "encoder/partition/border_path.h"
 
 namespace psplit {
 namespace {
@@ -42,49 +39,19 @@ struct Division {
   std::vector<int64_t> sizes;  // faces of each patch
 };
 
-// Two patches, by the faces that the first has of both.
-template <typename Graph>
-struct Balance {
-  const int64_t now, both, limit_a, limit_b;
-
-  Balance(const Division<Graph>& d, const BorderPair& pair)
-      : now(d.sizes[pair.a]),
-        both(now + d.sizes[pair.b]),
-        limit_a(d.limits[pair.a]),
-        limit_b(d.limits[pair.b]) {}
-  int64_t lean(int64_t a) const { return std::abs(2 * a - both); }
-  int64_t excess(int64_t a) const {
-    const int64_t above_a = std::max<int64_t>(a - limit_a, 0),
-                  above_b = std::max<int64_t>(both - a - limit_b, 0);
-    return above_a * above_a + above_b * above_b;
-  }
-  // Whether patches that are too large would become no less so, or others too large. Fewer faces may do where a
-  // shorter border is as far above the limit on the other side.
-  bool is_lost(int64_t then) const {
-    return excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now));
-  }
-  // What is left either sheds faces, or has none to shed.
-  bool is_won(int64_t then, int64_t edges_then, int64_t edges_now) const {
-    return excess(now) > 0 || edges_then < edges_now || (edges_then == edges_now && lean(then) < lean(now));
-  }
-};
-
 template <typename Graph>
 class Recutter {
  public:
-  explicit Recutter(Division<Graph>& division) : d_(division) {
-    if constexpr (std::is_same_v<Graph, FaceGraph>) path_.emplace(d_.graph, d_.patch_of);
-  }
+  explicit Recutter(Division<Graph>& division)
+      : d_(division),
+        reached_(division.graph.cell_count(), 0),
+        ring_mark_(reached_),
+        place_(division.graph.cell_count(), kOutside) {}
 
   // Whether anything has changed. Bands begin elsewhere along the border every round: they may be too small for
   // all of it.
   bool recut(const BorderPair& pair, double band, size_t round) {
-    if (path_ && path_->trace(pair.a, pair.b, pair.cells)) {
-      bool has_changed = false;
-      for (const BorderPath::Chain& chain : path_->chains()) has_changed |= recut_chain(pair, chain, band);
-      return has_changed;
-    }
-    begin(round * pair.cells.size() / 3);
+    first_ = round * pair.cells.size() / 3;
     for (int i = 0; i < kTries; ++i, band *= kNarrower) {
       const Outcome outcome = recut_band(pair, band);
       for (const uint32_t cell : cells_) place_[cell] = kOutside;
@@ -97,7 +64,8 @@ class Recutter {
   // without which their patch would come apart. Returns how many went.
   int64_t push(const BorderPair& pair, uint32_t from, int64_t faces) {
     const uint32_t to = pair.a == from ? pair.b : pair.a;
-    begin(0);
+    cells_.clear();
+    first_ = 0;
     take_nearest(pair, from, to, kTriedFaces + 2 * faces, [](int64_t, int64_t) {});
     for (const uint32_t cell : cells_) place_[cell] = kOutside;
     int64_t gone = 0;
@@ -128,76 +96,18 @@ class Recutter {
   static constexpr int32_t kForced = 1 << 28;  // more edges than a cell has
   static constexpr int64_t kTriedFaces = 50;
 
-  void begin(size_t first) {
-    first_ = first;
-    cells_.clear();
-    if (!place_.empty()) return;
-    reached_.assign(d_.graph.cell_count(), 0);
-    ring_mark_.assign(d_.graph.cell_count(), 0);
-    place_.assign(d_.graph.cell_count(), kOutside);
-  }
-
-  // How many faces of a patch a band may have, by the room that there is in the other.
-  double band_faces(uint32_t own, uint32_t other, double band) const {
-    const auto room = static_cast<double>(d_.limits[other] - d_.sizes[other]);
-    return std::min(static_cast<double>(d_.sizes[own] / 3),
-                    band * std::max(room, kLeastRoom * d_.limits[other]));
-  }
-
-  // How many faces of a patch above its limit must go to the other: all that are too many, or until both are as
-  // far above.
-  int64_t faces_to_go(uint32_t own, uint32_t other) const {
-    const int64_t above = d_.sizes[own] - d_.limits[own], other_above = d_.sizes[other] - d_.limits[other];
-    return std::min(above, (above - other_above + 1) / 2);
-  }
-
-  bool recut_chain(const BorderPair& pair, const BorderPath::Chain& chain, double band) {
-    // Faces within so many edges of a border: beside it, and around its ends.
-    const double length = chain.length();
-    const auto depth_of = [&](double faces) { return (std::sqrt(length * length + 3 * faces) - length) / 3; };
-    const auto least_depth = [&](uint32_t own, uint32_t other) {
-      const int64_t faces = faces_to_go(own, other);
-      return faces <= 0 ? 0 : static_cast<int>(std::ceil(depth_of(static_cast<double>(faces))));
-    };
-    const auto round_up = [](double depth, int least) {
-      return std::max({1, least, static_cast<int>(depth + 0.5)});
-    };
-    const int least_a = least_depth(pair.a, pair.b), least_b = least_depth(pair.b, pair.a);
-    double into_a = depth_of(band_faces(pair.a, pair.b, band)),
-           into_b = depth_of(band_faces(pair.b, pair.a, band));
-    path_->look_around(chain, round_up(into_a, least_a), round_up(into_b, least_b));
-
-    using enum BorderPath::Preference;
-    const Balance<Graph> balance(d_, pair);
-    const bool is_a_larger = 2 * balance.now > balance.both;
-    for (int i = 0; i < kTries; ++i, into_a *= kNarrower, into_b *= kNarrower) {
-      const int least = least_a > 0 ? least_a : -round_up(into_b, least_b);
-      const int most = least_b > 0 ? -least_b : round_up(into_a, least_a);
-      for (const auto preference : {is_a_larger ? kIntoA : kIntoB, kNearest, is_a_larger ? kIntoB : kIntoA}) {
-        const int64_t edges = path_->find(least, most, preference);
-        if (edges == 0 || !path_->divide()) break;
-        const int64_t then = balance.now + static_cast<int64_t>(path_->to_a().size()) -
-                             static_cast<int64_t>(path_->to_b().size());
-        if (balance.is_lost(then)) continue;
-        if (!balance.is_won(then, edges, chain.length())) return false;
-        if (!path_->apply()) continue;
-        d_.sizes[pair.a] = then;
-        d_.sizes[pair.b] = balance.both - then;
-        return true;
-      }
-    }
-    return false;
-  }
-
-  // Takes cells of a patch, the nearest to the other first. Returns how many of them must go there.
+  // Takes cells of a patch, the nearest to the other first. Of a patch above its limit, returns how many of
+  // them must go to the other: all that are too many, or until both are as far above.
   size_t widen(const BorderPair& pair, uint32_t own, uint32_t other, double band) {
-    const int64_t must_go = faces_to_go(own, other);
-    const int64_t may_go = (d_.sizes[own] - d_.limits[own]) - (d_.sizes[other] - d_.limits[other]);
+    const auto room = static_cast<double>(d_.limits[other] - d_.sizes[other]);
+    const double least = kLeastRoom * d_.limits[other];
+    const auto most = std::min<int64_t>(d_.sizes[own] / 3, static_cast<int64_t>(band * std::max(room, least)));
+    const int64_t above = d_.sizes[own] - d_.limits[own], other_above = d_.sizes[other] - d_.limits[other];
+    const int64_t must_go = std::min(above, (above - other_above + 1) / 2), may_go = above - other_above;
     size_t leaving = 0;
-    take_nearest(pair, own, other, static_cast<int64_t>(band_faces(own, other, band)),
-                 [&](int64_t faces, int64_t cell_faces) {
-                   leaving += faces - cell_faces < must_go && faces <= may_go ? 1 : 0;
-                 });
+    take_nearest(pair, own, other, most, [&](int64_t faces, int64_t cell_faces) {
+      leaving += faces - cell_faces < must_go && faces <= may_go ? 1 : 0;
+    });
     return leaving;
   }
 
@@ -274,10 +184,21 @@ class Recutter {
       if (i < count_a && side == BandCut::Side::kSink) most_a -= faces;
       if (i >= count_a && side != BandCut::Side::kSink) most_a += faces;
     }
-    const Balance<Graph> balance(d_, pair);
-    const int64_t then = balance.lean(least_a) <= balance.lean(most_a) ? least_a : most_a;
-    if (balance.is_lost(then)) return Outcome::kUnbalanced;
-    if (!balance.is_won(then, edges_least, edges_now)) return Outcome::kUnchanged;
+    const int64_t both = d_.sizes[pair.a] + d_.sizes[pair.b];
+    const auto lean = [&](int64_t a) { return std::abs(2 * a - both); };
+    const auto excess = [&](int64_t a) {
+      const int64_t above_a = std::max<int64_t>(a - d_.limits[pair.a], 0);
+      const int64_t above_b = std::max<int64_t>(both - a - d_.limits[pair.b], 0);
+      return above_a * above_a + above_b * above_b;
+    };
+    const int64_t now = d_.sizes[pair.a];
+    const int64_t then = lean(least_a) <= lean(most_a) ? least_a : most_a;
+    // Fewer cells may do where a shorter border is as far above the limit on the other side.
+    if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now)))
+      return Outcome::kUnbalanced;
+    // What is left either sheds faces, or has none to shed.
+    if (excess(now) == 0 && (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
+      return Outcome::kUnchanged;
     uint32_t count_then = 0;
     for (uint32_t i = 0; i < cells_.size(); ++i) {
       const bool is_in_a =
@@ -288,13 +209,13 @@ class Recutter {
     }
     if (!is_connected(of_a, pair.a, count_then + ring_of_a, then) ||
         !is_connected(of_b, pair.b, static_cast<uint32_t>(cells_.size()) - count_then + ring_of_b,
-                      balance.both - then)) {
+                      both - then)) {
       for (uint32_t i = 0; i < cells_.size(); ++i)
         store_shared(d_.patch_of[cells_[i]], i < count_a ? pair.a : pair.b);
       return Outcome::kUnbalanced;
     }
     d_.sizes[pair.a] = then;
-    d_.sizes[pair.b] = balance.both - then;
+    d_.sizes[pair.b] = both - then;
     return Outcome::kChanged;
   }
 
@@ -332,7 +253,6 @@ class Recutter {
   std::vector<uint32_t> cells_;  // the band: of patch a, then of patch b
   size_t first_ = 0;             // of the border's cells
   BandCut cut_;
-  std::optional<BorderPath> path_;
 };
 
 // The borders of patches that are active, in the order of their patches.

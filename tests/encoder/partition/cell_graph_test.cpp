@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
 #include "encoder/partition/cells.h"
 
@@ -92,6 +93,19 @@ TEST(GrowCells, JoinsWhatIsLeftAloneToANeighbour) {
   const FaceGraph graph = graph_of({{0, 1, 3}, {1, 2, 4}, {2, 0, 5}, {0, 1, 2}}, 6);
   EXPECT_EQ(contract(graph, grow_cells(graph, 2, 4, pool), pool).face_counts, (std::vector<uint32_t>{4}));
   EXPECT_EQ(grow_cells(graph, 2, 3, pool).count, 2u);
+}
+
+// Stretches of the order are done at once, where neighbours are near each other in it.
+TEST(GrowCells, DoesNotDependOnThreadsNorSuffersFromAnyOrder) {
+  Faces faces = strip(200000);
+  const Coarsening cells = grow_cells(graph_of(faces, 200002), 8, 100, ThreadPool(1));
+  EXPECT_LE(cells.count, 200000u / 8 + 4);
+  EXPECT_EQ(grow_cells(graph_of(faces, 200002), 8, 100, ThreadPool(2)).coarse_of, cells.coarse_of);
+  std::shuffle(faces.begin(), faces.end(), std::mt19937(1));
+  const FaceGraph shuffled = graph_of(faces, 200002);
+  const Coarsening found = grow_cells(shuffled, 8, 100, ThreadPool(2));
+  EXPECT_LE(found.count, 200000u / 4);
+  EXPECT_EQ(grow_cells(shuffled, 8, 100, ThreadPool(1)).coarse_of, found.coarse_of);
 }
 
 }  // namespace

@@ -36,6 +36,24 @@ size_t cut_edges(const CellGraph& graph, const std::vector<uint32_t>& patch_of) 
   return cut;
 }
 
+size_t piece_count(const FaceGraph& graph, const std::vector<uint32_t>& patch_of) {
+  std::vector<bool> is_seen(graph.cell_count(), false);
+  size_t pieces = 0;
+  for (uint32_t start = 0; start < graph.cell_count(); ++start) {
+    if (is_seen[start]) continue;
+    ++pieces;
+    is_seen[start] = true;
+    std::vector<uint32_t> queue{start};
+    for (size_t i = 0; i < queue.size(); ++i)
+      graph.for_each_link(queue[i], [&](uint32_t next, uint32_t) {
+        if (is_seen[next] || patch_of[next] != patch_of[start]) return;
+        is_seen[next] = true;
+        queue.push_back(next);
+      });
+  }
+  return pieces;
+}
+
 // The least cut of all divisions of a few nodes.
 int64_t least_cut(const std::vector<std::vector<int32_t>>& between, const std::vector<int32_t>& from_source,
                   const std::vector<int32_t>& to_sink) {
@@ -143,6 +161,65 @@ TEST(RecutBorders, KeepsPatchesConnectedAndNoneEmpty) {
         found.push_back(link.cell);
       }
   EXPECT_EQ(found.size(), static_cast<size_t>(std::count(dumbbell.begin(), dumbbell.end(), 0u)));
+}
+
+// Patches grown at random on sheets, tubes and tori, with holes or with faces that are repeated, turned, or
+// join what is far apart.
+TEST(RecutBorders, KeepsPatchesOfAnyFacesTogether) {
+  const ThreadPool pool(2);
+  std::mt19937 random(1);
+  const auto below = [&](size_t end) { return static_cast<uint32_t>(random() % end); };
+  for (int run = 0; run < 4000; ++run) {
+    const uint32_t width = 6 + below(12), height = 6 + below(12);
+    const bool is_tube = below(2) != 0, is_torus = is_tube && below(2) != 0;
+    const uint32_t columns = is_tube ? width : width + 1, rows = is_torus ? height : height + 1;
+    const auto at = [&](uint32_t x, uint32_t y) { return y % rows * columns + x % columns; };
+    std::vector<std::array<uint32_t, 3>> faces;
+    for (uint32_t y = 0; y < height; ++y)
+      for (uint32_t x = 0; x < width; ++x) {
+        if (run % 3 == 0 && below(12) == 0) continue;
+        faces.push_back({at(x, y), at(x + 1, y), at(x, y + 1)});
+        faces.push_back({at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)});
+      }
+    const uint32_t damage = run % 4 == 1 ? below(20) : 0;
+    for (uint32_t i = 0; i < damage; ++i) {
+      auto& face = faces[below(faces.size())];
+      const uint32_t kind = below(4);
+      if (kind == 0) std::swap(face[0], face[1]);
+      if (kind == 1) face[below(3)] = face[below(3)];
+      if (kind == 2) face[below(3)] = below(size_t{columns} * rows);
+      if (kind == 3) faces.push_back(std::array(face));
+    }
+    const FaceGraph graph = face_graph(faces, columns * rows, pool);
+    const uint32_t patch_count = 2 + below(5);
+    std::vector<uint32_t> patch_of(graph.cell_count(), kNoCell), front;
+    for (uint32_t patch = 0; patch < patch_count; ++patch) {
+      const uint32_t face = below(graph.cell_count());
+      if (patch_of[face] != kNoCell) continue;
+      patch_of[face] = patch;
+      front.push_back(face);
+    }
+    while (!front.empty()) {
+      const uint32_t place = below(front.size());
+      std::vector<uint32_t> free;
+      graph.for_each_link(front[place], [&](uint32_t next, uint32_t) {
+        if (patch_of[next] == kNoCell) free.push_back(next);
+      });
+      if (free.empty()) {
+        front[place] = front.back();
+        front.pop_back();
+        continue;
+      }
+      const uint32_t face = free[below(free.size())];
+      patch_of[face] = patch_of[front[place]];
+      front.push_back(face);
+    }
+    std::replace(patch_of.begin(), patch_of.end(), kNoCell, 0u);
+    const size_t before = piece_count(graph, patch_of);
+    recut_borders(graph, std::vector<uint32_t>(patch_count, graph.cell_count() / patch_count * 6 / 5 + 3),
+                  {3, static_cast<double>(1 + below(8))}, patch_of, pool);
+    ASSERT_LE(piece_count(graph, patch_of), before) << run;
+  }
 }
 
 TEST(HalveSets, GivesPatchesOfOneSize) {
