@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "encoder/draco/describe_attribute.h"
+#include "src/container/claims.h"
 #include "src/container/stitch.h"
 #include "src/core/stream_header.h"
 
@@ -62,7 +63,8 @@ bool has_its_points(const draco::Mesh::Face& face, uint32_t point_count) {
   return std::ranges::all_of(face, [&](draco::PointIndex point) { return point.value() < point_count; });
 }
 
-// Of a stream that libdraco decodes; its API does not tell.
+// Of streams that libdraco decodes; its API does not tell.
+bool is_bitstream_2_2(std::span<const uint8_t> stream) { return stream[5] == 2 && stream[6] == 2; }
 StreamCoding read_coding(std::span<const uint8_t> stream) {
   core::ByteReader reader(stream.data(), stream.size());
   reader.skip(8);  // magic, version, kind
@@ -154,6 +156,10 @@ Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const 
     const bool is_residue = i >= container->patch_count();
     if (!stream)
       statuses[i] = stream.status();
+    else if (!is_bitstream_2_2(container->streams[i]))
+      statuses[i] = unsupported("Draco stream: not Draco bitstream 2.2");
+    else if ((read_coding(container->streams[i]) == StreamCoding::kSequential) != is_residue)
+      statuses[i] = wrong_coding(is_residue);
     else if (stream->point_count != entry.point_count)
       statuses[i] = invalid_input("the stream has " + std::to_string(stream->point_count) +
                                   " points, the directory says " + std::to_string(entry.point_count));

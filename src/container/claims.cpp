@@ -31,12 +31,17 @@ Status differs_from_directory(const char* what, uint32_t stream, uint32_t direct
                        std::to_string(directory));
 }
 
+Status wrong_coding(bool is_residue) {
+  return invalid_input(is_residue ? "the residue is no sequential mesh" : "a patch is no Edgebreaker mesh");
+}
+
 Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t room) {
   const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
   if (stream.size() > 0xffffffffu) return unsupported("Draco stream: of more than 4 GiB");
   const auto point_count = static_cast<uint32_t>(std::min<uint64_t>(core::most_points(*header), room));
   Container container;
+  container.is_stock = true;
   container.entries = {{static_cast<uint32_t>(stream.size()), header->counts.face_count, point_count, 0, 0}};
   container.stitch = {{}};
   container.streams = {stream};
@@ -53,9 +58,12 @@ Expected<std::vector<core::StreamHeader>> check_claims(const Container& containe
     const Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
     if (!header) return header.status().at({.patch = i});
     const StreamEntry& entry = container.entries[i];
+    const bool is_residue = i >= container.patch_count();
+    if (!container.is_stock && header->edgebreaker == is_residue)
+      return wrong_coding(is_residue).at({.patch = i});
     const uint32_t faces = header->counts.face_count, claimed = entry.face_count;
     // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
-    if (i < container.patch_count() ? faces != claimed : faces < claimed)
+    if (is_residue ? faces < claimed : faces != claimed)
       return differs_from_directory("faces", faces, claimed).at({.patch = i});
     // Of other streams the number of points shows when they are decoded.
     if (!header->edgebreaker && header->point_count != entry.point_count)

@@ -22,6 +22,9 @@ Expected<std::vector<core::StreamHeader>> check_claims(const Container& containe
 // more than there is room for. Errors: those of read_stream_header.
 Expected<Container> container_of_stream(std::span<const uint8_t> stream, uint32_t room = 0xfffffffeu);
 
+// Only the residue is sequential.
+Status wrong_coding(bool is_residue);
+
 Status differs_from_directory(const char* what, uint32_t stream, uint32_t directory);
 
 }  // namespace psplit

@@ -80,6 +80,9 @@ Expected<Container> parse_container(std::span<const uint8_t> bytes) {
       if (offset > 0xffffffffu - base) return invalid_input("container: a directory value overflows");
       container.entries[i].*kColumns[column] = base + offset;
     }
+    const auto padding = bytes.subspan(at + count * width, align4(count * width) - count * width);
+    if (std::any_of(padding.begin(), padding.end(), [](uint8_t byte) { return byte != 0; }))
+      return invalid_input("container: padding of the directory is not zero");
     at += align4(count * width);
   }
   container.header_bytes = at;
@@ -95,6 +98,8 @@ Expected<Container> parse_container(std::span<const uint8_t> bytes) {
     if (entry.face_count == 0 && !is_residue) return invalid_input("directory: a patch without faces", place);
     if (entry.reference_count > entry.point_count)
       return invalid_input("directory: more references than points", place);
+    if (entry.reference_count == 0 && entry.stitch_bytes > 0)
+      return invalid_input("directory: a stitch map without references", place);
     if (!is_residue && entry.point_count > uint64_t{entry.face_count} * 3)
       return invalid_input("directory: more points than corners", place);
     container.owned_base.push_back(static_cast<uint32_t>(points));

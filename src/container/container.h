@@ -1,6 +1,6 @@
 // The patch container: directory, stitch map and Draco streams of one primitive in one run of bytes.
 //
-// Layout, all little-endian (docs/format.md is the specification):
+// Layout, all little-endian (gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification):
 //
 //   header      magic "PSPL", version, flags, stream count, five column descriptors
 //   columns     per stream: stream bytes, faces, points, references, stitch bytes; each column is stored as
@@ -36,6 +36,7 @@ struct StreamEntry {
 struct Container {
   std::vector<StreamEntry> entries;  // patches, then the residue if any
   bool has_residue = false;
+  bool is_stock = false;  // one stream of either coding that no directory describes (container_of_stream)
   std::vector<std::span<const uint8_t>> stitch;   // one per entry
   std::vector<std::span<const uint8_t>> streams;  // one per entry
   // owned_base[i] is the number of the first point that entry i owns; the last is the total of points.

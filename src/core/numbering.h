@@ -1,5 +1,6 @@
-// From the decoded points of a container's streams to the points of the mesh. docs/format.md, "numbering" and
-// "stitch map"; src/container/stitch.h has the definition for whole containers.
+// From the decoded points of a container's streams to the points of the mesh. The specification, "numbering"
+// and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches); src/container/stitch.h has the definition for whole
+// containers.
 //
 //   number_mesh_points   of each stream: its own points, and which are references
 //   resolve_references   when all are numbered: the points that references stand for

@@ -4,7 +4,8 @@
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
 
 Well-formed files must encode, validate, decode and compare equal (same_mesh), with the default options and with
---lossless, or be refused exactly as expected_refusals.txt says. Files of the malformed folder must load or be
+--lossless, or be refused exactly as expected_refusals.txt says. In the JSON of glTF, only what asset_difference.py
+lists may change. Files of the malformed folder must load or be
 refused: exit code 2, 3 or 5 with a message. --validator names a folder with validate.mjs and its node_modules:
 outputs then pass the official validator, errors of the input (glTF's own, or those in expected_errors.txt) aside.
 
@@ -15,6 +16,7 @@ with --backend cpu and --backend draco; .drc files of bitstreams before 2.2, whi
 Exits 77 (skipped) where there is no corpus: it is not part of the project.
 """
 import argparse, concurrent.futures, fnmatch, gzip, json, pathlib, shutil, subprocess, sys, tempfile
+from asset_difference import differences
 
 here = pathlib.Path(__file__).resolve().parent
 parser = argparse.ArgumentParser()
@@ -102,6 +104,10 @@ def round_trip(path, source, folder, malformed, lossless):
         return "refused"
     if expected and not malformed:
         raise Failure("is listed in expected_refusals.txt, and loads")
+    if source.suffix in (".glb", ".gltf") and not malformed:
+        found = differences(source, encoded)
+        if found:
+            raise Failure("encode changes what is not its own: " + "; ".join(found)[:400])
     must("validate", options.psplit, "validate", "-q", "-j", 1, encoded)
     must("decode", options.psplit, "decode", "-q", "-j", 1, encoded, decoded)
     if malformed:

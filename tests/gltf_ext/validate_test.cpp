@@ -205,7 +205,8 @@ TEST(Validate, AccessorCounts) {
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "TEXCOORD_0")["count"] = 3; }),
             std::string("accessor-count ") + kPlace + ": TEXCOORD_0 counts another number than 130\n");
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices").erase("count"); }),
-            std::string("accessor-count ") + kPlace + ": indices count another number than 648\n");
+            std::string("accessor-count ") + kPlace +
+                ": the accessor of the indices counts another number than 648\n");
 }
 
 TEST(Validate, AccessorTypes) {
@@ -222,6 +223,11 @@ TEST(Validate, AccessorBounds) {
             std::string("accessor-bounds ") + kPlace + ": POSITION: min is not that of the decoded values\n");
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "POSITION")["min"][2] = "x"; }),
             std::string("accessor-bounds ") + kPlace + ": POSITION: min is not that of the decoded values\n");
+  EXPECT_EQ(broken([](Document& document) {
+              the_accessor(document, "indices")["min"] = {0};
+              the_accessor(document, "indices")["max"] = {130};
+            }),
+            std::string("accessor-bounds ") + kPlace + ": indices: max is not that of the decoded values\n");
   const std::string both = broken([](Document& document) { the_accessor(document, "COLOR_0")["min"] = {0}; });
   EXPECT_EQ(std::count(both.begin(), both.end(), '\n'), 2) << both;
 }
@@ -230,6 +236,92 @@ TEST(Validate, IndexTypes) {
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices")["componentType"] = 5126; }),
             std::string("index-type ") + kPlace + ": 130 points do not fit the indices' component type\n");
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices")["componentType"] = 5121; }), "");
+}
+
+TEST(Validate, IndexShape) {
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices")["type"] = "VEC3"; }),
+            std::string("index-type ") + kPlace + ": indices are no scalars\n");
+}
+
+TEST(Validate, Exclusions) {
+  const auto exclusion = [](const char* cause, const std::function<void(Document&)>& change) {
+    EXPECT_EQ(broken(change), std::string("exclusion ") + kPlace + ": " + cause + "\n");
+  };
+  exclusion("the primitive has KHR_draco_mesh_compression as well", [](Document& document) {
+    the_primitive(document)["extensions"][kStockExtensionName] = the_extension(document);
+  });
+  exclusion("NORMAL is in the patches, but its accessor is sparse", [](Document& document) {
+    the_accessor(document, "NORMAL")["sparse"] = {{"count", 1}};
+  });
+  exclusion("indices is in the patches, but its accessor is sparse", [](Document& document) {
+    the_accessor(document, "indices")["sparse"] = {{"count", 1}};
+  });
+  exclusion("the container's buffer view is compressed", [](Document& document) {
+    Json& view = document.json["bufferViews"][the_extension(document)["bufferView"].get<size_t>()];
+    view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}};
+  });
+}
+
+// Small integers fit a byte, and decoders convert them; stored they are as 16 bits.
+TEST(Validate, TypesOfStoredAttributes) {
+  std::string wanted;
+  for (const char* patch : {"0", "1", "2", "3"})
+    wanted += std::string("attribute-type ") + kPlace + ", patch " + patch +
+              ": _FEATURE_ID_0 is stored in another type than its accessor's\n";
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "_FEATURE_ID_0")["componentType"] = 5121; }),
+            wanted);
+}
+
+// A patch on a grid of its own decodes as well as any, but its border is not where its neighbours have it.
+TEST(Validate, CopiesOfPoints) {
+  const std::string found = broken([](Document& document) {
+    Document coarse = document_from_mesh(rich_mesh());
+    EncodeDocumentOptions options;
+    options.patches = 4;
+    options.position_bits = 9;
+    ASSERT_TRUE(encode(coarse, options).ok());
+    const auto coarse_bytes = *buffer_view_bytes(
+        coarse, primitive_of(coarse)["extensions"][kExtensionName]["bufferView"].get<int64_t>());
+    const auto bytes = container_of(document);
+    const Expected<Container> fine = parse_container(bytes), other = parse_container(coarse_bytes);
+    ASSERT_TRUE(fine.ok() && other.ok());
+    std::vector<std::vector<uint8_t>> stitch, streams;
+    for (const auto& part : fine->stitch) stitch.emplace_back(part.begin(), part.end());
+    for (const auto& stream : fine->streams) streams.emplace_back(stream.begin(), stream.end());
+    std::vector<StreamEntry> entries = fine->entries;
+    streams[3].assign(other->streams[3].begin(), other->streams[3].end());
+    entries[3].stream_bytes = static_cast<uint32_t>(streams[3].size());
+    set_container(document, write_container(entries, fine->has_residue, stitch, streams));
+  });
+  EXPECT_TRUE(found.starts_with(std::string("copies ") + kPlace + ", patch 3: POSITION of decoded point "))
+      << found;
+}
+
+TEST(Validate, FallbackData) {
+  for (const char* name : {"NORMAL", "COLOR_1", "indices"}) {
+    const auto change = [&](Document& document) {
+      const Json& accessor = the_accessor(document, name);
+      const Json& view = document.json["bufferViews"][accessor["bufferView"].get<size_t>()];
+      document.buffers[view["buffer"].get<size_t>()][view["byteOffset"].get<size_t>()] ^= 1;
+    };
+    EXPECT_EQ(broken(change, Fallback::kUncompressed),
+              std::string("fallback ") + kPlace + ": " + name + " has other data than the patches decode to\n");
+  }
+}
+
+TEST(Validate, CountsBesideThePatches) {
+  const std::string extra = broken([](Document& document) {
+    the_extension(document)["attributes"].erase("COLOR_1");
+    the_accessor(document, "COLOR_1")["count"] = 4;
+  });
+  EXPECT_TRUE(
+      extra.ends_with(std::string("accessor-count ") + kPlace + ": COLOR_1 counts another number than 130\n"))
+      << extra;
+  const std::string morph = broken([](Document& document) {
+    the_primitive(document)["targets"] = Json::array({{{"POSITION", the_primitive(document)["indices"]}}});
+  });
+  EXPECT_EQ(morph, std::string("accessor-count ") + kPlace +
+                       ": morph target POSITION counts another number than 130\n");
 }
 
 TEST(Validate, ExtraAttributes) {

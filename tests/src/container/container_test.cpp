@@ -84,6 +84,26 @@ TEST(Container, NamesThePatchOfABadEntry) {
   EXPECT_EQ(container.status().code(), StatusCode::kInvalidInput);
 }
 
+TEST(Container, RefusesPaddingThatIsNotZero) {
+  std::vector<uint8_t> bytes = written(three_streams(), true);
+  // Three streams of 5, 300 and 2 bytes: the first column has three values of two bytes, and two bytes of
+  // padding.
+  ASSERT_EQ(bytes[12 + 4], 2);
+  for (const size_t at : {size_t{52 + 6}, size_t{52 + 7}}) {
+    std::vector<uint8_t> mutant = bytes;
+    mutant[at] = 1;
+    EXPECT_FALSE(parse_container(mutant).ok()) << at;
+  }
+}
+
+TEST(Container, RefusesAStitchMapWithoutReferences) {
+  Parts parts = three_streams();
+  parts.entries[1].reference_count = 0;
+  const Expected<Container> container = parse_container(written(parts, true));
+  ASSERT_FALSE(container.ok());
+  EXPECT_EQ(container.status().place().patch, 1);
+}
+
 TEST(Container, RefusesAnotherVersionAsUnsupported) {
   std::vector<uint8_t> bytes = written(three_streams(), false);
   bytes[4] = 2;

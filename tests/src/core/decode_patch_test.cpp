@@ -88,7 +88,7 @@ Fault decode_by_warp(const StreamHeader& header, LaneOrder order, RawMesh& out) 
   return decode<Index>(decode_with, run, out);
 }
 
-// The border's walk must be the one that docs/format.md defines by faces and points alone.
+// The border's walk must be the one that the specification defines by faces and points alone.
 template <typename Index>
 Fault expect_walk_by_definition(const Patch<Index>& patch, Arena& arena) {
   View<Index> walk;

@@ -145,6 +145,30 @@ TEST(CpuBackend, RefusesResiduesThatClaimOtherPoints) {
   EXPECT_GT(count, 0u);
 }
 
+// Only the residue has no border walk, and the flag says which stream that is: both backends look at the
+// stream.
+TEST(Backends, RefuseAResidueThatIsNoneAndAPatchThatIsOne) {
+  const ThreadPool pool(1);
+  size_t residues = 0, patches = 0;
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    const Expected<Container> container = parse_container(sample.encoded.container);
+    ASSERT_TRUE(container);
+    std::vector<uint8_t> bytes = sample.encoded.container;
+    bytes[5] ^= 1;
+    if (!parse_container(bytes).ok()) continue;
+    for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
+      const Status status = backend.decode_container(bytes, sample.requests, pool).status();
+      EXPECT_EQ(status.code(), StatusCode::kInvalidInput) << sample.name << ", " << backend.name;
+      EXPECT_EQ(status.place().patch, static_cast<int64_t>(container->entries.size()) - 1);
+      EXPECT_EQ(status.message(), container->has_residue ? "a patch is no Edgebreaker mesh"
+                                                         : "the residue is no sequential mesh");
+    }
+    ++(container->has_residue ? residues : patches);
+  }
+  EXPECT_GT(residues, 0u);
+  EXPECT_GT(patches, 0u);
+}
+
 TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {
   const ThreadPool pool(1);
   const std::vector<PatchedSample> all = patched_samples(pool);

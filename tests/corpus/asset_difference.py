@@ -1,0 +1,249 @@
+"""What gltf-psplit changed in an asset beside what is its own to change.
+
+  differences(before, after)     two .gltf or .glb files, before and after `encode` without a fallback: a list of lines
+  asset_difference.py BEFORE AFTER
+
+Everything in the JSON must be as before: values, order of arrays, order of members, extras, unknown members and
+extensions. This alone may differ:
+
+  extensionsUsed, extensionsRequired   the extension at the end; stock Draco gone, where nothing has it any more
+  buffers                              all that have bytes are the first: no uri, another byteLength, no mark of a
+                                       fallback, and of names and extras only those of the first; those without bytes
+                                       follow
+  bufferViews                          numbers; buffer and byteOffset; those that nothing names are gone, new ones stand
+                                       at the end. Bytes are the same.
+  accessors                            numbers; those of encoded primitives as below, others not at all
+  an encoded primitive                 mode 4 for strips and fans; indices; the extension at the end of its extensions,
+                                       stock Draco gone
+    accessors of its attributes        count, min, max; bufferView, byteOffset and sparse are gone
+    accessor of its indices            the same, and componentType
+    accessors of its morph targets     count, min, max, bufferView; byteOffset and sparse are gone
+"""
+import base64, json, pathlib, re, struct, sys, urllib.parse
+
+kName, kStock = "PSPLIT_mesh_draco_patches", "KHR_draco_mesh_compression"
+kMeshopt = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+kAccessor = re.compile(
+    r"/meshes/\d+/primitives/\d+/(attributes/[^/]+|indices|targets/\d+/[^/]+|extensions/CESIUM_primitive_outline/indices)"
+    r"|/animations/\d+/samplers/\d+/(input|output)|/skins/\d+/inverseBindMatrices"
+    r"|/nodes/\d+/extensions/EXT_mesh_gpu_instancing/attributes/[^/]+")
+kView = re.compile(
+    r"(?!.*/extras/).*/bufferView"
+    r"|/extensions/EXT_structural_metadata/propertyTables/\d+/properties/[^/]+/(values|arrayOffsets|stringOffsets)")
+kPrimitive = re.compile(r"/meshes/\d+/primitives/\d+")
+kApart = ("extensionsUsed", "extensionsRequired", "buffers", "bufferViews", "accessors")
+kFreed = {"componentType": 5121, "count": 1, "type": "SCALAR"}  # keeps a number that an unknown extension may hold
+
+
+class Asset:
+    def __init__(self, path):
+        content, self.folder, chunk = path.read_bytes(), path.parent, b""
+        if content[:4] == b"glTF":
+            length = struct.unpack_from("<I", content, 12)[0]
+            chunk = content[28 + length :]
+            content = content[20 : 20 + length]
+        self.json = json.loads(content.decode("utf-8-sig"))
+        self.buffers = [self.load(buffer, chunk if i == 0 else b"") for i, buffer in enumerate(self.all("buffers"))]
+
+    def load(self, buffer, chunk):
+        uri = buffer.get("uri")
+        if uri is None:
+            return chunk
+        if uri.startswith("data:"):
+            head, data = uri.split(",", 1)
+            return base64.b64decode(data + "==") if head.endswith(";base64") else urllib.parse.unquote_to_bytes(data)
+        return (self.folder / urllib.parse.unquote(uri)).read_bytes()
+
+    def all(self, name):
+        return self.json.get(name, [])
+
+    def bytes_of(self, holder):
+        start = holder.get("byteOffset", 0)
+        return self.buffers[holder["buffer"]][start : start + holder["byteLength"]]
+
+
+def accessor_names(tree, path=""):
+    """Every path at which an accessor is named, with its number."""
+    if kAccessor.fullmatch(path):
+        yield path, tree
+    elif isinstance(tree, (dict, list)):
+        for key, value in tree.items() if isinstance(tree, dict) else enumerate(tree):
+            yield from accessor_names(value, f"{path}/{key}")
+
+
+class Comparison:
+    def __init__(self, before, after):
+        self.before, self.after, self.found = before, after, []
+        self.encoded, self.views = set(), {}  # views: from numbers before to numbers after
+
+    def say(self, path, what):
+        self.found.append(f"{path or '/'}: {what}")
+
+    def run(self):
+        self.compare(self.before.json, self.after.json, "")
+        self.compare_accessors()
+        for old, new in list(self.views.items()):
+            self.compare_views(old, new)
+        numbers = [self.views[old] for old in sorted(self.views)]
+        if numbers != sorted(set(numbers)):
+            self.say("/bufferViews", "another order")
+        self.compare_buffers()
+        self.compare_lists()
+        return self.found
+
+    def compare(self, old, new, path):
+        if kPrimitive.fullmatch(path) and kName in new.get("extensions", {}):
+            self.compare_encoded(old, new, path)
+        else:
+            self.compare_values(old, new, path)
+
+    def compare_values(self, old, new, path, free=(), gone=()):
+        """`free` members may be anything after, `gone` ones must not be there."""
+        if type(old) is not type(new):
+            return self.say(path, f"was {old!r:.80}, is {new!r:.80}")
+        if isinstance(old, dict):
+            apart = kApart if path == "" else ()
+            kept = [key for key in old if key not in (*free, *gone, *apart)]
+            there = [key for key in new if key not in (*free, *apart)]
+            if kept != there:
+                self.say(path, f"members were {kept}, are {there}")
+            for key in kept:
+                if key in new:
+                    self.compare(old[key], new[key], f"{path}/{key}")
+        elif isinstance(old, list):
+            if len(old) != len(new):
+                self.say(path, f"had {len(old)} elements, has {len(new)}")
+            for i, (one, other) in enumerate(zip(old, new)):
+                self.compare(one, other, f"{path}/{i}")
+        elif kView.fullmatch(path) and isinstance(old, int):
+            if self.views.setdefault(old, new) != new:
+                self.say(path, "one view has become two")
+        elif kAccessor.fullmatch(path):
+            pass  # compare_accessors
+        elif old != new:
+            self.say(path, f"was {old!r:.80}, is {new!r:.80}")
+
+    def compare_encoded(self, old, new, path):
+        self.encoded.add(path)
+        if kName in old.get("extensions", {}):
+            return self.say(path, "was encoded before")
+        extension = new["extensions"].pop(kName)
+        stock = old.get("extensions", {}).pop(kStock, None)
+        if not new["extensions"] and ("extensions" not in old or stock):
+            del new["extensions"]
+            old.pop("extensions", None)
+        if list(extension) != ["bufferView", "attributes"] or not set(extension["attributes"]) <= set(old["attributes"]):
+            self.say(path, f"the extension is {extension}")
+        if new.get("mode", 4) != 4 or ("mode" in old) != ("mode" in new):
+            self.say(path, "another mode")
+        indices = new.pop("indices")
+        self.compare_values(old, new, path, ("mode",), ("indices",))
+        shape = ("count", "min", "max")
+        gone = ("byteOffset", "sparse")
+        for semantic in old["attributes"]:
+            stored = semantic in extension["attributes"]
+            self.compare_accessor(old["attributes"][semantic], new["attributes"][semantic],
+                                  f"{path}, {semantic}", shape if stored else (), (*gone, "bufferView") if stored else ())
+        if "indices" in old:
+            self.compare_accessor(old["indices"], indices, f"{path}, indices", (*shape, "componentType"),
+                                  (*gone, "bufferView"))
+        elif list(self.after.all("accessors")[indices]) != ["count", "componentType", "type"]:
+            self.say(path, "an accessor of new indices with more than it needs")
+        described = self.after.all("accessors")[indices]
+        if described["componentType"] not in (5123, 5125) or described["type"] != "SCALAR":
+            self.say(path, "indices of another type")
+        for i, target in enumerate(old.get("targets", [])):
+            for semantic in target:
+                self.compare_accessor(target[semantic], new["targets"][i][semantic], f"{path}, target {i}, {semantic}",
+                                      (*shape, "bufferView"), gone)
+                if "bufferView" not in self.after.all("accessors")[new["targets"][i][semantic]]:
+                    self.say(path, "a morph target without data")
+        new["indices"] = indices  # for compare_accessors
+
+    def compare_accessor(self, old, new, path, free=(), gone=()):
+        self.compare_values(self.before.all("accessors")[old], self.after.all("accessors")[new], path, free, gone)
+
+    def compare_accessors(self):
+        """Those that only encoded primitives have are done; all others must be there, in order."""
+        def others(asset):
+            by_encoded, by_others = set(), set()
+            for path, index in accessor_names(asset.json):
+                (by_encoded if re.match(kPrimitive, path) and re.match(kPrimitive, path)[0] in self.encoded
+                 else by_others).add(index)
+            return [i for i in range(len(asset.all("accessors"))) if i in by_others or i not in by_encoded]
+        old, new = others(self.before), others(self.after)
+        if len(old) != len(new):
+            new = [i for i in new if self.after.json["accessors"][i] != kFreed]
+        if len(old) != len(new):
+            return self.say("/accessors", f"{len(old)} that encoding does not touch have become {len(new)}")
+        for one, other in zip(old, new):
+            self.compare_accessor(one, other, f"/accessors/{one}")
+        new_number = dict(zip(old, new))
+        after = dict(accessor_names(self.after.json))
+        for path, index in accessor_names(self.before.json):
+            primitive = re.match(kPrimitive, path)
+            if (primitive is None or primitive[0] not in self.encoded) and after.get(path) != new_number.get(index):
+                self.say(path, "names another accessor")
+
+    def compare_views(self, old, new):
+        path = f"/bufferViews/{old}"
+        one, other = self.before.json["bufferViews"][old], self.after.json["bufferViews"][new]
+        free = ("buffer", "byteOffset")
+        self.compare_values({k: v for k, v in one.items() if k != "extensions"},
+                            {k: v for k, v in other.items() if k != "extensions"}, path, free)
+        if self.before.bytes_of(one) != self.after.bytes_of(other):
+            self.say(path, "other bytes")
+        if one.get("extensions", {}).keys() != other.get("extensions", {}).keys():
+            self.say(path, "other extensions")
+        for name, extension in one.get("extensions", {}).items():
+            now = other.get("extensions", {}).get(name, {})
+            inner = free if name in kMeshopt else ()
+            self.compare_values(extension, now, f"{path}/extensions/{name}", inner)
+            if inner and self.before.bytes_of(extension) != self.after.bytes_of(now):
+                self.say(path, "other compressed bytes")
+
+    def compare_buffers(self):
+        def plain(buffer):
+            rest = {key: value for key, value in buffer.items() if key not in ("uri", "byteLength", "extensions")}
+            extensions = {k: v for k, v in buffer.get("extensions", {}).items() if k not in kMeshopt}
+            return {**rest, **({"extensions": extensions} if extensions else {})}
+        views = self.before.all("bufferViews")
+        held = [views[old] for old in self.views] if self.encoded else views
+        held += [e for view in held for name, e in view.get("extensions", {}).items() if name in kMeshopt]
+        kept = {holder["buffer"] for holder in held} | {len(self.before.buffers) - 1}  # new bytes go to the last
+        full, empty = [], []
+        for i, (buffer, data) in enumerate(zip(self.before.all("buffers"), self.before.buffers)):
+            if buffer["byteLength"] and not data:
+                empty.append(buffer)
+            elif i in kept:
+                full.append(plain(buffer))
+        now = self.after.all("buffers")
+        named = {view["buffer"] for view in self.after.all("bufferViews")}
+        if not now:
+            return
+        if plain(now[0]) != (full or [{}])[0]:
+            self.say("/buffers/0", f"should be {(full or [{}])[0]}, is {plain(now[0])}")
+        if now[1:] != [b for b in empty if b in now[1:]] or not named <= set(range(len(now))):
+            self.say("/buffers", "those without bytes are not as they were")
+
+    def compare_lists(self):
+        def has(tree, name):
+            if isinstance(tree, dict):
+                return name in tree.get("extensions", {}) or any(has(value, name) for value in tree.values())
+            return isinstance(tree, list) and any(has(value, name) for value in tree)
+        for name in ("extensionsUsed", "extensionsRequired"):
+            wanted = [n for n in self.before.all(name) if n != kStock or has(self.after.json, kStock)]
+            if self.encoded:
+                wanted.append(kName)
+            if self.after.json.get(name) != (wanted or None):
+                self.say(f"/{name}", f"should be {wanted}, is {self.after.json.get(name)}")
+
+
+def differences(before, after):
+    return Comparison(Asset(pathlib.Path(before)), Asset(pathlib.Path(after))).run()
+
+
+if __name__ == "__main__":
+    found = differences(*sys.argv[1:])
+    print("\n".join(found) or "no differences but those that may be")
+    sys.exit(1 if found else 0)

@@ -1,0 +1,158 @@
+// Is the specification sufficient? The decoder that was written from it (page_decoder.mjs) must decode what
+// gltf-psplit decodes, to the same bytes, and refuse what gltf-psplit refuses:
+//
+//   node decode_test.mjs GLTF_PSPLIT MODULES SAMPLES
+//
+// MODULES is the folder where npm installed tests/validator, SAMPLES that of the extension's samples.
+import { execFileSync, spawnSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { accessor_bytes, accessor_indices, decode_primitive, Invalid, parse_asset } from './page_decoder.mjs';
+
+const [psplit, modules, samples] = process.argv.slice(2).map((argument) => path.resolve(argument));
+const draco = await createRequire(path.join(modules, 'package.json'))('draco3d').createDecoderModule({});
+const scratch = mkdtempSync(path.join(tmpdir(), 'psplit-page-'));
+process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
+const run = (...words) => execFileSync(psplit, words.map(String), { stdio: ['ignore', 'pipe', 'inherit'] });
+const in_scratch = (name) => path.join(scratch, name);
+
+let checks = 0, failures = 0;
+function check(holds, what) {
+  checks += 1;
+  if (holds) return;
+  failures += 1;
+  console.log(`FAILED  ${what}`);
+}
+
+function load(file) {
+  return parse_asset(new Uint8Array(readFileSync(file)), (uri) =>
+    new Uint8Array(uri.startsWith('data:') ? Buffer.from(uri.split(',')[1], 'base64')
+      : readFileSync(path.join(path.dirname(file), decodeURIComponent(uri)))));
+}
+const primitives_of = (asset) => asset.json.meshes.flatMap((mesh) => mesh.primitives);
+const sha256 = (bytes) => createHash('sha256').update(bytes).digest('hex');
+const same = (a, b) => Buffer.compare(Buffer.from(a.buffer, a.byteOffset, a.byteLength),
+  Buffer.from(b.buffer, b.byteOffset, b.byteLength)) === 0;
+
+// Every primitive of an asset by the page and by gltf-psplit. What of the format it uses is added to `uses`.
+const uses = {};
+function compare(file, expected) {
+  const name = path.basename(file), asset = load(file);
+  run('decode', '-q', file, in_scratch('plain.glb'));
+  const plain = load(in_scratch('plain.glb')), plain_primitives = primitives_of(plain);
+  let any = false;
+  primitives_of(asset).forEach((primitive, i) => {
+    const what = `${name}, primitive ${i}`;
+    if (!primitive.extensions?.PSPLIT_mesh_draco_patches) return;
+    any = true;
+    const mesh = decode_primitive(draco, asset, primitive);
+    for (const [use, count] of Object.entries(mesh.uses)) uses[use] = (uses[use] ?? 0) + Number(count);
+    const decoded = plain_primitives[i];
+    check(!mesh.uses.unequal_copies, `${what}: copies of a point differ`);
+    check(same(mesh.indices, accessor_indices(plain, decoded.indices)), `${what}: other indices`);
+    for (const [semantic, values] of Object.entries(mesh.attributes)) {
+      const { count } = asset.json.accessors[primitive.attributes[semantic]];
+      check(count === mesh.points, `${what}: count of ${semantic}`);
+      const wanted = accessor_bytes(plain, decoded.attributes[semantic]);
+      check(same(values, wanted), `${what}: other values of ${semantic}`);
+    }
+    if (asset.json.accessors[primitive.indices].bufferView !== undefined) {
+      uses.fallbacks = (uses.fallbacks ?? 0) + 1;
+      const indices = accessor_indices(asset, primitive.indices);
+      check(same(mesh.indices, indices), `${what}: other indices in the fallback`);
+      for (const [semantic, values] of Object.entries(mesh.attributes)) {
+        const fallback = accessor_bytes(asset, primitive.attributes[semantic]);
+        check(same(values, fallback), `${what}: other values of ${semantic} in the fallback`);
+      }
+    }
+    if (expected === undefined) return;
+    const is = { points: mesh.points, indices: mesh.indices.length,
+      indices_sha256: sha256(new Uint8Array(mesh.indices.buffer)),
+      attributes_sha256: Object.fromEntries(Object.entries(mesh.attributes).sort().map(([k, v]) => [k, sha256(v)])) };
+    check(JSON.stringify(is) === JSON.stringify(expected.primitives[i]), `${what}: not what expected.json says`);
+  });
+  check(any, `${name}: no primitive with patches`);
+  check(expected === undefined || expected.primitives.length === primitives_of(asset).length, `${name}: primitives`);
+}
+
+const expected = JSON.parse(readFileSync(path.join(samples, 'expected.json'), 'utf8'));
+for (const name of Object.keys(expected)) compare(path.join(samples, name), expected[name]);
+
+const scene = in_scratch('scene.glb');
+run('generate', '-q', scene, '--shape', 'scene', '--faces', 60000, '--seed', 5, '--normals', '--texcoords');
+const ways = [
+  ['--patches', 40],
+  ['--patches', 90, '--lossless', '--encode-speed', 0],
+  ['--patches', 9, '--encode-speed', 10],
+];
+ways.forEach((way, i) => {
+  const encoded = in_scratch(`scene-${i}.glb`);
+  run('encode', '-q', ...way, scene, encoded);
+  compare(encoded);
+});
+// A test that misses a part of the format says nothing about it.
+for (const use of ['residues', 'dropped_faces', 'runs', 'forward_runs', 'pairs', 'own_points', 'fallbacks'])
+  check(uses[use] > 0, `no asset has ${use}`);
+
+// Containers with one or two bytes changed before the first stream: both decoders must say the same of them.
+const asset_bytes = new Uint8Array(readFileSync(path.join(samples, 'residue.glb')));
+const asset = load(path.join(samples, 'residue.glb'));
+const primitive = primitives_of(asset)[0];
+const view = asset.json.bufferViews[primitive.extensions.PSPLIT_mesh_draco_patches.bufferView];
+const container = asset.buffers[0].byteOffset + (view.byteOffset ?? 0);
+const streams = Buffer.from(asset_bytes.buffer).indexOf('DRACO', container) - container;
+check(streams > 100, 'no stitch map to change');
+let random_state = 1;
+const random = (below) => {
+  random_state = (Math.imul(random_state, 1664525) + 1013904223) >>> 0;
+  return Math.floor((random_state / 2 ** 32) * below);
+};
+const said = { valid: 0, invalid: 0 };
+function both_say_the_same(bytes, what) {
+  const file = in_scratch('mutant.glb');
+  writeFileSync(file, bytes);
+  let by_page = 'valid', why = '', mesh;
+  try {
+    const mutated = load(file);
+    mesh = decode_primitive(draco, mutated, primitives_of(mutated)[0]);
+  } catch (error) {
+    if (!(error instanceof Invalid)) throw error;
+    by_page = 'invalid';
+    why = error.message;
+  }
+  const decoded = spawnSync(psplit, ['decode', '-q', file, in_scratch('plain.glb')], { encoding: 'utf8' });
+  const by_psplit = { 0: 'valid', 3: 'invalid', 5: 'invalid' }[decoded.status] ?? `exit code ${decoded.status}`;
+  check(by_page === by_psplit,
+    `${what}: ${by_page} by the page (${why}), ${by_psplit} by gltf-psplit (${decoded.stderr.trim()})`);
+  said[by_page] += 1;
+  if (by_page !== 'valid' || by_psplit !== 'valid') return by_page;
+  const plain = load(in_scratch('plain.glb'));
+  check(same(mesh.indices, accessor_indices(plain, primitives_of(plain)[0].indices)), `${what}: other indices`);
+  return by_page;
+}
+for (let mutant = 0; mutant < 400; ++mutant) {
+  const bytes = asset_bytes.slice();
+  for (let edit = mutant % 2; edit >= 0; --edit) {
+    // Most bytes of the stitch map are small numbers: change them by little, too.
+    const at = container + random(streams);
+    bytes[at] = random(2) === 0 ? random(256) : bytes[at] + 1 - 2 * random(2);
+  }
+  both_say_the_same(bytes, `mutant ${mutant}`);
+}
+// The flag of the residue is not free: the last stream is sequential, or it is not.
+run('generate', '-q', in_scratch('small.glb'), '--faces', 300);
+run('encode', '-q', '--patches', 1, in_scratch('small.glb'), in_scratch('one.glb'));
+for (const file of [path.join(samples, 'residue.glb'), in_scratch('one.glb')]) {
+  const bytes = new Uint8Array(readFileSync(file));
+  bytes[Buffer.from(bytes.buffer).indexOf('PSPL\x01') + 5] ^= 1;
+  const what = `${path.basename(file)} with the other flag`;
+  check(both_say_the_same(bytes, what) === 'invalid', `${what} is valid`);
+}
+check(said.valid > 10 && said.invalid > 100, 'too few mutants of one kind');
+
+console.log(`page: ${checks - failures} of ${checks} checks hold`);
+console.log(`seen: ${JSON.stringify(uses)}; changed containers: ${JSON.stringify(said)}`);
+process.exit(failures > 0 ? 1 : 0);

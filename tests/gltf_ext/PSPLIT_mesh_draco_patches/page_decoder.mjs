@@ -1,0 +1,312 @@
+// A decoder of PSPLIT_mesh_draco_patches, written from its specification alone over a stock Draco decoder: for
+// reading, and to test that the page says enough. It knows nothing of the rest of the project, and must not.
+//
+// Names in the comments ("Columns", "Border walk" ...) are sections of the page.
+
+export class Invalid extends Error {}
+
+function demand(holds, why) {
+  if (!holds) throw new Invalid(why);
+}
+
+// --- glTF ----------------------------------------------------------------------------------------------------
+
+const kComponents = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
+const kComponentBytes = { 5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4 };
+
+// `load` returns the bytes of a URI.
+export function parse_asset(file, load) {
+  const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
+  if (view.getUint32(0, true) !== 0x46546c67) {
+    const json = JSON.parse(new TextDecoder().decode(file));
+    return { json, buffers: (json.buffers ?? []).map((buffer) => load(buffer.uri)) };
+  }
+  const json_bytes = view.getUint32(12, true);
+  const json = JSON.parse(new TextDecoder().decode(file.subarray(20, 20 + json_bytes)));
+  return { json, buffers: (json.buffers ?? []).map(({ uri }) => (uri ? load(uri) : file.subarray(28 + json_bytes))) };
+}
+
+function buffer_view(asset, index) {
+  const view = asset.json.bufferViews[index];
+  const start = view.byteOffset ?? 0;
+  return asset.buffers[view.buffer].subarray(start, start + view.byteLength);
+}
+
+// Tightly packed bytes. No padded matrices and no sparse accessors: the test has none.
+export function accessor_bytes(asset, index) {
+  const accessor = asset.json.accessors[index];
+  const bytes = buffer_view(asset, accessor.bufferView);
+  const size = kComponentBytes[accessor.componentType] * kComponents[accessor.type];
+  const stride = asset.json.bufferViews[accessor.bufferView].byteStride ?? size;
+  const packed = new Uint8Array(accessor.count * size);
+  for (let i = 0; i < accessor.count; ++i) {
+    const start = (accessor.byteOffset ?? 0) + i * stride;
+    packed.set(bytes.subarray(start, start + size), i * size);
+  }
+  return packed;
+}
+
+export function accessor_indices(asset, index) {
+  const { componentType, count } = asset.json.accessors[index];
+  const packed = accessor_bytes(asset, index);
+  const view = new DataView(packed.buffer);
+  if (componentType === 5121) return Uint32Array.from(packed);
+  const wide = componentType === 5125;
+  return Uint32Array.from({ length: count }, (_, i) =>
+    wide ? view.getUint32(4 * i, true) : view.getUint16(2 * i, true));
+}
+
+// --- a stock Draco decoder -----------------------------------------------------------------------------------
+
+// The faces and points of one stream, and its values of each of `requests`.
+function decode_stream(draco, stream, requests) {
+  // The bitstream's version and coding are in its header; the API does not tell.
+  demand(stream.length > 8 && stream[5] === 2 && stream[6] === 2, 'not bitstream 2.2');
+  const buffer = new draco.DecoderBuffer();
+  const decoder = new draco.Decoder();
+  const mesh = new draco.Mesh();
+  const memory = [];
+  const copy_out = (bytes, fill) => {
+    const at = draco._malloc(Math.max(1, bytes));
+    memory.push(at);
+    demand(fill(bytes, at), 'Draco does not give its data');
+    return draco.HEAPU8.slice(at, at + bytes);
+  };
+  try {
+    buffer.Init(new Int8Array(stream.buffer, stream.byteOffset, stream.length), stream.length);
+    demand(decoder.GetEncodedGeometryType(buffer) === draco.TRIANGULAR_MESH, 'not a mesh');
+    const status = decoder.DecodeBufferToMesh(buffer, mesh);
+    demand(status.ok() && mesh.ptr !== 0, `Draco: ${status.error_msg()}`);
+    const points = mesh.num_points(), faces = mesh.num_faces();
+    const corners = new Uint32Array(
+      copy_out(12 * faces, (bytes, at) => decoder.GetTrianglesUInt32Array(mesh, bytes, at)).buffer);
+    const draco_types = { 5120: draco.DT_INT8, 5121: draco.DT_UINT8, 5122: draco.DT_INT16, 5123: draco.DT_UINT16,
+      5126: draco.DT_FLOAT32 };
+    const values = requests.map(({ id, componentType, components }) => {
+      const attribute = decoder.GetAttributeByUniqueId(mesh, id);
+      demand(attribute.ptr !== 0, `no attribute ${id}`);
+      demand(attribute.num_components() === components, `attribute ${id} has other components`);
+      demand(attribute.data_type() === draco_types[componentType], `attribute ${id} has another type`);
+      return copy_out(points * components * kComponentBytes[componentType], (bytes, at) =>
+        decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, attribute.data_type(), bytes, at));
+    });
+    return { points, corners, values, sequential: stream[8] === 0 };
+  } finally {
+    for (const at of memory) draco._free(at);
+    for (const object of [mesh, decoder, buffer]) draco.destroy(object);
+  }
+}
+
+// --- the container -------------------------------------------------------------------------------------------
+
+// "Parts", "Header" and "Columns". Sums are below 2^53, and so exact.
+export function parse_container(bytes) {
+  demand(bytes.length >= 52, 'shorter than its header');
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  demand([0x50, 0x53, 0x50, 0x4c].every((letter, i) => bytes[i] === letter), 'wrong magic');
+  demand(bytes[4] === 1, 'another version');
+  demand((bytes[5] & 0xfe) === 0, 'unknown flags');
+  demand(view.getUint16(6, true) === 0, 'bytes 6 and 7 are not 0');
+  const has_residue = bytes[5] === 1;
+  const count = view.getUint32(8, true);
+  demand(count >= 1 && count <= bytes.length, 'an impossible number of streams');
+
+  let at = 52;
+  const columns = [];
+  for (let c = 0; c < 5; ++c) {
+    const descriptor = 12 + 8 * c;
+    const base = view.getUint32(descriptor, true), width = bytes[descriptor + 4];
+    demand([0, 1, 2, 4].includes(width), 'an impossible width');
+    demand([5, 6, 7].every((i) => bytes[descriptor + i] === 0), 'a descriptor is not padded with zeros');
+    const end = at + count * width, padded_end = Math.ceil(end / 4) * 4;
+    demand(padded_end <= bytes.length, 'ends within a column');
+    const read = { 0: () => 0, 1: (i) => view.getUint8(i), 2: (i) => view.getUint16(i, true),
+      4: (i) => view.getUint32(i, true) }[width];
+    columns.push(Array.from({ length: count }, (_, row) => base + read(at + row * width)));
+    demand(columns[c].every((value) => value < 2 ** 32), 'a value of a column is too large');
+    demand(bytes.subarray(end, padded_end).every((byte) => byte === 0), 'a column is not padded with zeros');
+    at = padded_end;
+  }
+  const rows = columns[0].map((stream_bytes, i) => ({
+    stream_bytes, faces: columns[1][i], points: columns[2][i], references: columns[3][i],
+    stitch_bytes: columns[4][i], is_residue: has_residue && i === count - 1,
+  }));
+  let points = 0, faces = 0;
+  for (const row of rows) {
+    demand(row.stream_bytes >= 1, 'an empty stream');
+    demand(row.is_residue || (row.faces >= 1 && row.points <= 3 * row.faces), 'an impossible patch');
+    demand(row.references <= row.points, 'more references than points');
+    demand((row.stitch_bytes === 0) === (row.references === 0), 'references and stitch map contradict each other');
+    row.base = points;
+    row.owned = row.points - row.references;
+    points += row.owned;
+    faces += row.faces;
+  }
+  demand(points <= 2 ** 32 - 2 && 3 * faces <= 2 ** 32 - 1, 'more than glTF can index');
+  const total = rows.reduce((sum, row) => sum + row.stitch_bytes + row.stream_bytes, at);
+  demand(total === bytes.length, 'the length is not the sum of the parts');
+  for (const [part, length] of [['stitch', 'stitch_bytes'], ['stream', 'stream_bytes']])
+    for (const row of rows) {
+      row[part] = bytes.subarray(at, at + row[length]);
+      at += row[length];
+    }
+  return { rows, points, faces };
+}
+
+// "Border walk".
+function border_walk(corners, points) {
+  const key = (a, b) => a * points + b;
+  const edges = new Set();
+  for (let i = 0; i < corners.length; ++i) edges.add(key(corners[i], corners[i % 3 === 2 ? i - 2 : i + 1]));
+  const successor = new Array(points).fill(-1);
+  for (let i = 0; i < corners.length; ++i) {
+    const a = corners[i], b = corners[i % 3 === 2 ? i - 2 : i + 1];
+    if (edges.has(key(b, a))) continue;
+    if (successor[a] !== -1) return [];
+    successor[a] = b;
+  }
+  const walk = [];
+  for (let start = 0; start < points; ++start) {
+    if (successor[start] === -1) continue;
+    let at = start;
+    do {
+      const next = successor[at];
+      if (next === -1) return [];
+      walk.push(at);
+      successor[at] = -1;
+      at = next;
+    } while (at !== start);
+  }
+  return walk;
+}
+
+// "Stitch map": runs and pairs of the part of stream p.
+function parse_stitch(part, p) {
+  let at = 0;
+  const varint = () => {
+    let value = 0;
+    for (let i = 0; ; ++i) {
+      demand(at < part.length, 'the stitch map ends within a number');
+      const byte = part[at++];
+      demand(i < 4 || byte <= 15, 'a number of more than 32 bits');
+      value += (byte & 0x7f) * 2 ** (7 * i);
+      if (byte < 0x80) return value;
+    }
+  };
+  const owner = () => {
+    const back = varint();
+    demand(back <= p, 'an owner before stream 0');
+    return p - back;
+  };
+  const runs = [], pairs = [];
+  if (part.length === 0) return { runs, pairs };
+  const run_count = varint();
+  for (let next = 0; runs.length < run_count; ) {
+    const begin = next + varint(), length_way = varint();
+    const length = Math.floor(length_way / 2) + 1;
+    runs.push({ begin, length, step: length_way % 2 === 1 ? 1 : -1, owner: owner(), start: varint() });
+    next = begin + length;
+  }
+  for (let next = 0; at < part.length; ) {
+    const point = next + varint();
+    pairs.push({ point, owner: owner(), rank: varint() });
+    next = point + 1;
+  }
+  return { runs, pairs };
+}
+
+// The mesh of a container: indices, values of every request, tightly packed, and what of the format it uses.
+export function decode_container(draco, bytes, requests) {
+  const { rows, points, faces } = parse_container(bytes);
+  const uses = { streams: rows.length, residues: 0, dropped_faces: 0, runs: 0, forward_runs: 0, pairs: 0,
+    own_points: 0 };
+
+  // "Streams".
+  rows.forEach((row, p) => {
+    const decoded = decode_stream(draco, row.stream, requests);
+    demand(decoded.sequential === row.is_residue, 'only the residue is sequential');
+    demand(decoded.points === row.points, 'other points than the row says');
+    const decoded_faces = decoded.corners.length / 3;
+    const more = decoded_faces - row.faces;
+    demand(row.is_residue ? more >= 0 : more === 0, 'other faces than the row says');
+    uses.residues += row.is_residue ? 1 : 0;
+    uses.dropped_faces += more;
+    row.corners = decoded.corners.subarray(0, 3 * row.faces);
+    row.values = decoded.values;
+    Object.assign(row, parse_stitch(row.stitch, p));
+  });
+
+  // "Border walk", where a run asks for it; "Stitch map": what is a reference.
+  const walk_of = (row) => (row.walk ??= row.is_residue ? [] : border_walk(row.corners, row.points));
+  for (const row of rows) {
+    row.target = new Map(); // of a decoded point that is a reference: owner and its decoded point, or rank
+    const refer = (point, target) => {
+      demand(!row.target.has(point), 'a point is a reference twice');
+      row.target.set(point, target);
+    };
+    for (const run of row.runs) {
+      const walk = walk_of(row), owner = rows[run.owner], way = walk_of(owner);
+      const last = run.start + run.step * (run.length - 1);
+      demand(run.begin + run.length <= walk.length, 'a run leaves its walk');
+      demand(run.start < way.length && last >= 0 && last < way.length, "a run leaves its owner's walk");
+      for (let k = 0; k < run.length; ++k)
+        refer(walk[run.begin + k], { owner, point: way[run.start + run.step * k] });
+      uses.runs += 1;
+      uses.forward_runs += run.step === 1 && run.length > 1 ? 1 : 0;
+    }
+    for (const pair of row.pairs) {
+      const owner = rows[pair.owner];
+      demand(pair.point < row.points, 'a pair of a point that is not there');
+      demand(pair.rank < owner.owned, 'a pair names a point that its owner does not own');
+      refer(pair.point, { owner, rank: pair.rank });
+      uses.pairs += 1;
+      uses.own_points += owner === row ? 1 : 0;
+    }
+    demand(row.target.size === row.references, 'other references than the row says');
+  }
+
+  // "Numbering".
+  for (const row of rows) {
+    row.number = new Array(row.points).fill(-1);
+    let next = row.base;
+    for (let point = 0; point < row.points; ++point) if (!row.target.has(point)) row.number[point] = next++;
+  }
+  const indices = new Uint32Array(3 * faces);
+  const values = requests.map(({ componentType, components }) =>
+    new Uint8Array(points * components * kComponentBytes[componentType]));
+  let corner = 0;
+  for (const row of rows) {
+    const resolved = row.number.slice();
+    for (const [point, { owner, point: target, rank }] of row.target) {
+      demand(rank !== undefined || !owner.target.has(target), 'the target of a run is a reference');
+      resolved[point] = rank !== undefined ? owner.base + rank : owner.number[target];
+    }
+    for (const point of row.corners) indices[corner++] = resolved[point];
+    requests.forEach(({ componentType, components }, k) => {
+      const size = components * kComponentBytes[componentType];
+      for (let point = 0; point < row.points; ++point)
+        if (!row.target.has(point))
+          values[k].set(row.values[k].subarray(point * size, (point + 1) * size), row.number[point] * size);
+      // "Conformance": copies decode to the same bits. Owners are this stream or before it, so their values are there.
+      for (const point of row.target.keys()) {
+        const at = resolved[point] * size;
+        for (let i = 0; i < size; ++i)
+          if (values[k][at + i] !== row.values[k][point * size + i]) uses.unequal_copies = true;
+      }
+    });
+  }
+  return { points, indices, values, uses };
+}
+
+// The decoded primitive: points, indices, and by semantic the bytes of every attribute that the container stores.
+export function decode_primitive(draco, asset, primitive) {
+  const extension = primitive.extensions.PSPLIT_mesh_draco_patches;
+  const semantics = Object.keys(extension.attributes);
+  const requests = semantics.map((semantic) => {
+    const { componentType, type } = asset.json.accessors[primitive.attributes[semantic]];
+    return { id: extension.attributes[semantic], componentType, components: kComponents[type] };
+  });
+  const mesh = decode_container(draco, buffer_view(asset, extension.bufferView), requests);
+  mesh.attributes = Object.fromEntries(semantics.map((semantic, k) => [semantic, mesh.values[k]]));
+  return mesh;
+}
