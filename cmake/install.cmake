@@ -22,11 +22,18 @@ foreach(header IN LISTS headers)
 endforeach()
 install(DIRECTORY ${PROJECT_BINARY_DIR}/installed/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/psplit)
 
+# Libraries find each other where they lie, wherever that is.
+if(APPLE)
+  set(rpath @loader_path)
+else()
+  set(rpath $ORIGIN)
+endif()
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/psplit)
 foreach(component IN LISTS components)
   set(library psplit_${component})
   set_target_properties(${library} PROPERTIES EXPORT_NAME ${component} VERSION ${PROJECT_VERSION}
-                        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} WINDOWS_EXPORT_ALL_SYMBOLS ON)
+                        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} WINDOWS_EXPORT_ALL_SYMBOLS ON
+                        INSTALL_RPATH "${rpath}")
   target_compile_features(${library} PUBLIC cxx_std_20)
   target_include_directories(${library} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/psplit>)
@@ -41,6 +48,8 @@ configure_package_config_file(cmake/psplit-config.cmake.in ${PROJECT_BINARY_DIR}
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/psplit-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/psplit-config.cmake ${PROJECT_BINARY_DIR}/psplit-config-version.cmake
         DESTINATION ${package_folder})
-if(TARGET gltf-psplit)
+if(PSPLIT_BUILD_TOOLS)
+  file(RELATIVE_PATH libraries /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
+  set_target_properties(gltf-psplit PROPERTIES INSTALL_RPATH "${rpath}/${libraries}")
   install(TARGETS gltf-psplit RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
