@@ -15,6 +15,10 @@ bool cuda_available(std::string* why) {
 
 uint32_t cuda_multiprocessors() { return 0; }
 
+Expected<CudaMemory> CudaMemory::allocate(size_t) { return absent(); }
+CudaMemory::~CudaMemory() = default;
+Status CudaMemory::download(const void*, std::span<std::byte>) { return absent(); }
+
 struct CudaDecoder::Implementation {};
 
 CudaDecoder::CudaDecoder(CudaDecoder&&) noexcept = default;

@@ -69,6 +69,21 @@ Expected<CudaDevice> create_device(cudaStream_t stream) {
 
 }  // namespace
 
+Expected<CudaMemory> CudaMemory::allocate(size_t bytes) {
+  std::string why;
+  if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
+  void* data = nullptr;
+  Status status = cuda_status(cudaMalloc(&data, bytes), "cannot allocate memory");
+  if (!status.ok()) return status;
+  return CudaMemory(static_cast<std::byte*>(data), bytes);
+}
+CudaMemory::~CudaMemory() { (void)cudaFree(data_); }
+Status CudaMemory::download(const void* from, std::span<std::byte> to) {
+  Status status = cuda_status(cudaDeviceSynchronize(), "decoding");
+  if (!status.ok()) return status;
+  return cuda_status(cudaMemcpy(to.data(), from, to.size(), cudaMemcpyDeviceToHost), "download");
+}
+
 struct CudaDecoder::Implementation {
   BatchDecoder<CudaDevice> decoder;
   int device = 0;

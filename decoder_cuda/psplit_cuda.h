@@ -1,6 +1,8 @@
 // The CUDA side of psplit, callable from builds that have none.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -19,6 +21,32 @@ bool cuda_available(std::string* why);
 
 // How many multiprocessors the device has that is current; 0 where there is none.
 uint32_t cuda_multiprocessors();
+
+// Memory of a device, for those who have no allocator of their own.
+class CudaMemory {
+ public:
+  // On the device that is current; aligned for everything. Errors: kUnsupported without a device,
+  // kRuntimeFailure where it has not so much.
+  static Expected<CudaMemory> allocate(size_t bytes);
+  CudaMemory(CudaMemory&& other) noexcept
+      : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+  CudaMemory& operator=(CudaMemory&& other) noexcept {
+    std::swap(data_, other.data_);
+    std::swap(size_, other.size_);
+    return *this;
+  }
+  ~CudaMemory();
+
+  std::byte* data() const { return data_; }
+  size_t size() const { return size_; }
+  // Waits for the device, and copies what is at `from` of it to the host.
+  static Status download(const void* from, std::span<std::byte> to);
+
+ private:
+  CudaMemory(std::byte* data, size_t size) : data_(data), size_(size) {}
+  std::byte* data_ = nullptr;
+  size_t size_ = 0;
+};
 
 // Where an attribute goes: in the type that it was encoded in, or quantized floats as places on their grid, in
 // unsigned integers with enough bits.

@@ -16,6 +16,7 @@ enum class StatusCode : int {
   kInvalidInput = 3,
   kRuntimeFailure = 4,
   kUnsupported = 5,
+  kCancelled = 6,  // the caller of a function wished so; no command exits with it
   kDiffers = 7,
 };
 
@@ -59,6 +60,7 @@ inline Status unsupported(std::string message, Place place = {}) {
 inline Status runtime_failure(std::string message, Place place = {}) {
   return {StatusCode::kRuntimeFailure, std::move(message), std::move(place)};
 }
+inline Status cancelled() { return {StatusCode::kCancelled, "cancelled"}; }
 inline Status io_failure(std::string message, Place place = {}) {
   return {StatusCode::kIo, std::move(message), std::move(place)};
 }

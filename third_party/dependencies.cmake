@@ -1,17 +1,29 @@
 # Every dependency of psplit is found here and nowhere else. All come from packages (packages.txt lists
 # Debian's names, vcpkg.json those of other platforms); nothing is vendored or downloaded.
 
-# Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle, reads PLY, OBJ, STL.
-# Debian's config file names its static library with a path relative to a build folder, so the library and
-# the headers are looked up by name.
-find_path(DRACO_INCLUDE_DIR draco/compression/encode.h REQUIRED)
-find_library(DRACO_LIBRARY NAMES draco REQUIRED)
-add_library(psplit_draco_package INTERFACE)
-target_include_directories(psplit_draco_package SYSTEM INTERFACE ${DRACO_INCLUDE_DIR})
-target_link_libraries(psplit_draco_package INTERFACE ${DRACO_LIBRARY})
+if(PSPLIT_BUILD_ENCODER)
+  # Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle, reads PLY, OBJ, STL.
+  # Debian's config file names its static library with a path relative to a build folder, so the library and
+  # the headers are looked up by name.
+  find_path(DRACO_INCLUDE_DIR draco/compression/encode.h REQUIRED)
+  find_library(DRACO_LIBRARY NAMES draco REQUIRED)
+  add_library(psplit_draco_package INTERFACE)
+  target_include_directories(psplit_draco_package SYSTEM INTERFACE ${DRACO_INCLUDE_DIR})
+  target_link_libraries(psplit_draco_package INTERFACE ${DRACO_LIBRARY})
+endif()
 
-# nlohmann-json 3.11: glTF JSON, edited in place with its order kept.
-find_package(nlohmann_json 3.10 REQUIRED)
+# nlohmann-json 3.11: glTF JSON, edited in place with its order kept. tinygltf: a loader with a plugin of ours, which is
+# left out where it is not there, and in tests another loader, to read what psplit writes.
+find_package(nlohmann_json 3.10 QUIET)
+find_package(TinyGLTF QUIET)
+set(PSPLIT_HAS_TINYGLTF OFF)
+if(nlohmann_json_FOUND AND TinyGLTF_FOUND)
+  set(PSPLIT_HAS_TINYGLTF ON)
+endif()
+message(STATUS "tinygltf plugin: ${PSPLIT_HAS_TINYGLTF}")
+if(PSPLIT_BUILD_ENCODER)
+  find_package(nlohmann_json 3.10 REQUIRED)
+endif()
 # oneTBB: the pool of threads behind src/parallel.h.
 find_package(TBB REQUIRED)
 find_package(Threads REQUIRED)
@@ -59,7 +71,6 @@ endif()
 
 if(PSPLIT_BUILD_TESTS)
   find_package(GTest REQUIRED)
-  # tinygltf 2.7: another loader, to read what psplit writes.
   find_package(TinyGLTF REQUIRED)
 endif()
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,27 @@ struct DecodeTask {
   std::span<const AttributeRequest> requests;  // every attribute wanted
 };
 
+// Memory of the caller's that a mesh is written to.
+struct MeshTarget {
+  struct Values {
+    std::byte* first = nullptr;  // the first point's; of any alignment
+    size_t stride = 0;           // bytes from one point to the next
+  };
+  uint32_t point_count = 0, face_count = 0;  // the container's; of a stream, faces behind these are dropped
+  void* indices = nullptr;                   // three for each face, aligned
+  uint32_t index_bytes = 4;                  // 2, for no more than 65,535 points, or 4
+  std::vector<Values> attributes;            // one for each request
+};
+MeshTarget target_of(Mesh& mesh);
+
 // Called with the number of finished tasks and their total; may come from any thread.
 using Progress = std::function<void(size_t done, size_t total)>;
+
+// How a caller follows work, and ends it.
+struct Watch {
+  Progress progress{};  // in the steps that a backend takes: patches, or tasks
+  std::stop_token stop{};
+};
 
 struct DecodeBackend {
   std::string name;
@@ -39,6 +59,16 @@ struct DecodeBackend {
   std::function<std::vector<Expected<Mesh>>(std::span<const DecodeTask> tasks, const ThreadPool& pool,
                                             const Progress& progress)>
       decode;
+  // The same into a target for each task, with no mesh between; may be left out. After an error a target holds
+  // anything.
+  std::function<std::vector<Status>(std::span<const DecodeTask> tasks, std::span<const MeshTarget> targets,
+                                    const ThreadPool& pool, const Watch& watch)>
+      decode_into{};
+
+  // By decode_into, or by way of meshes, which take memory and end only when all are done. Errors: those of the
+  // backend, kInvalidInput where a stream's counts are not the target's, kCancelled.
+  std::vector<Status> decode_to(std::span<const DecodeTask> tasks, std::span<const MeshTarget> targets,
+                                const ThreadPool& pool, const Watch& watch = {}) const;
 
   Expected<Mesh> decode_container(std::span<const uint8_t> container,
                                   std::span<const AttributeRequest> requests, const ThreadPool& pool) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 
 #include "src/container/claims.h"
 #include "src/core/numbering.h"
@@ -139,71 +140,124 @@ std::vector<Attribute> make_attributes(std::span<const AttributeRequest> request
   return attributes;
 }
 
-Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
+// Tells a caller how far its work is, and asks it whether to go on. Safe to share between threads.
+class Steps {
+ public:
+  Steps(const Watch& watch, size_t total) : watch_(watch), total_(total) {}
+
+  bool stopped() const { return watch_.stop.stop_requested(); }
+  void finish(size_t count) {
+    if (watch_.progress) watch_.progress(done_ += count, total_);
+  }
+
+ private:
+  const Watch& watch_;
+  const size_t total_;
+  std::atomic<size_t> done_ = 0;
+};
+
+// Calls write(indices) with the target's, of the type that they have.
+template <typename Write>
+void with_indices(const MeshTarget& target, Write write) {
+  if (target.index_bytes == 2)
+    write(static_cast<uint16_t*>(target.indices));
+  else
+    write(static_cast<uint32_t*>(target.indices));
+}
+
+template <typename Index>
+Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
+                    std::span<const core::Attribute<Index>* const> attributes, const MeshTarget& target) {
+  with_indices(target, [&]<typename Out>(Out* out) {
+    for (uint32_t face = 0; face < target.face_count; ++face)
+      for (uint32_t k = 0; k < 3; ++k) *out++ = static_cast<Out>(patch.point_at[4 * face + k]);
+  });
+  for (size_t i = 0; i < requests.size(); ++i) {
+    const MeshTarget::Values& out = target.attributes[i];
+    Status written = write_attribute(patch, *attributes[i], requests[i],
+                                     [&](uint32_t point) { return out.first + point * out.stride; });
+    if (!written.ok()) return written;
+  }
+  return {};
+}
+
+// Calls target_for(patch) for the target, or an error, when it is known what the stream holds.
+template <typename TargetFor>
+Status decode_stream_to(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests,
+                        TargetFor target_for) {
   const ScratchPool::Lease lease(scratch_pool());
-  Mesh mesh;
   const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
-  Status status = with_decoded(stream, *header, 0, requests, *lease,
-                               [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
-                                 std::vector<const core::Attribute<Index>*> attributes;
-                                 if (Status found = find_attributes(patch, requests, attributes); !found.ok())
-                                   return found;
-                                 mesh.point_count = patch.point_count;
-                                 mesh.faces.resize(patch.face_count);
-                                 for (uint32_t face = 0; face < patch.face_count; ++face)
-                                   mesh.faces[face] = {patch.point_at[4 * face], patch.point_at[4 * face + 1],
-                                                       patch.point_at[4 * face + 2]};
-                                 mesh.attributes = make_attributes(requests, patch.point_count);
-                                 for (size_t i = 0; i < requests.size(); ++i) {
-                                   Attribute& out = mesh.attributes[i];
-                                   const size_t stride = out.stride();
-                                   Status written = write_attribute(
-                                       patch, *attributes[i], requests[i],
-                                       [&](uint32_t point) { return out.values.data() + point * stride; });
-                                   if (!written.ok()) return written;
-                                 }
-                                 return {};
-                               });
+  return with_decoded(stream, *header, 0, requests, *lease,
+                      [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
+                        std::vector<const core::Attribute<Index>*> attributes;
+                        Status found = find_attributes(patch, requests, attributes);
+                        if (!found.ok()) return found;
+                        const Expected<MeshTarget> target = target_for(patch);
+                        if (!target) return target.status();
+                        return write_stream<Index>(patch, requests, attributes, *target);
+                      });
+}
+
+Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
+  Mesh mesh;
+  Status status = decode_stream_to(stream, requests, [&](const auto& patch) -> Expected<MeshTarget> {
+    mesh.point_count = patch.point_count;
+    mesh.faces.resize(patch.face_count);
+    mesh.attributes = make_attributes(requests, patch.point_count);
+    return target_of(mesh);
+  });
   if (!status.ok()) return status;
   return mesh;
+}
+
+Status decode_stream_into(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests,
+                          const MeshTarget& target) {
+  return decode_stream_to(stream, requests, [&](const auto& patch) -> Expected<MeshTarget> {
+    if (patch.point_count != target.point_count)
+      return differs_from_directory("points", patch.point_count, target.point_count);
+    if (patch.face_count < target.face_count)
+      return differs_from_directory("faces", patch.face_count, target.face_count);
+    return target;
+  });
 }
 
 // A container's mesh while its patches come in. Two rounds over the patches: first each writes what it owns,
 // and its faces with references as placeholders; then references take the numbers that their owners gave.
 class ContainerDecoder {
  public:
-  ContainerDecoder(const Container& container, std::span<const AttributeRequest> requests,
-                   const ThreadPool& pool)
+  // `headers` are those that check_claims gives.
+  ContainerDecoder(const Container& container, std::span<const core::StreamHeader> headers,
+                   std::span<const AttributeRequest> requests, const MeshTarget& target, const ThreadPool& pool,
+                   Steps& steps)
       : container_(container),
         has_references_(container.reference_count() > 0),
+        headers_(headers),
         requests_(requests),
+        target_(target),
         pool_(pool),
+        steps_(steps),
         patches_(container.entries.size()) {}
 
-  Expected<Mesh> decode() {
-    Expected<std::vector<core::StreamHeader>> headers = check_claims(container_);
-    if (!headers) return headers.status();
-    headers_ = std::move(*headers);
-    mesh_.point_count = container_.point_count();
-    mesh_.faces.resize(container_.face_count());
-    mesh_.attributes = make_attributes(requests_, mesh_.point_count);
+  Status decode() {
     const auto count = static_cast<uint32_t>(patches_.size());
     // In step only where that leaves no thread without work.
     const uint32_t in_step = count / kLanes >= static_cast<uint32_t>(pool_.thread_count()) ? count / kLanes : 0;
     pool_.for_each(in_step + (count - in_step * kLanes), [&](size_t task) {
+      if (steps_.stopped()) return;
       const auto i = static_cast<uint32_t>(task);
       if (i < in_step)
         decode_patches(i * kLanes);
       else
         decode_patch(in_step * (kLanes - 1) + i);
+      steps_.finish(i < in_step ? kLanes : 1);
     });
+    if (steps_.stopped()) return cancelled();
     if (Status status = first_failure(); !status.ok()) return status;
     pool_.for_each(count, [&](size_t i) {
       patches_[i].status = resolve_references(static_cast<uint32_t>(i)).at({.patch = static_cast<int64_t>(i)});
     });
-    if (Status status = first_failure(); !status.ok()) return status;
-    return std::move(mesh_);
+    return first_failure();
   }
 
  private:
@@ -273,20 +327,23 @@ class ContainerDecoder {
                                                  core::View<uint32_t>(numbers.data(), numbers.size()));
     if (fault != Fault::kNone) return status_of(fault);
 
-    const uint32_t total = mesh_.point_count;
+    const uint32_t total = target_.point_count;
     std::vector<Placeholder>& placeholders = patches_[i].placeholders;
     placeholders.clear();
-    std::array<uint32_t, 3>* face_out = mesh_.faces.data() + container_.face_base[i];
-    for (uint32_t face = 0; face < entry.face_count; ++face, ++face_out) {
-      for (uint32_t k = 0; k < 3; ++k) {
-        const uint32_t number = numbers[patch.point_at[4 * face + k]];
-        (*face_out)[k] = number;
-        if (number >= total) placeholders.push_back({3 * (container_.face_base[i] + face) + k, number - total});
+    with_indices(target_, [&]<typename Out>(Out* out) {
+      out += size_t{3} * container_.face_base[i];
+      for (uint32_t face = 0; face < entry.face_count; ++face) {
+        for (uint32_t k = 0; k < 3; ++k) {
+          const uint32_t number = numbers[patch.point_at[4 * face + k]];
+          *out++ = static_cast<Out>(number);
+          if (number >= total)
+            placeholders.push_back({3 * (container_.face_base[i] + face) + k, number - total});
+        }
       }
-    }
+    });
     for (size_t k = 0; k < requests_.size(); ++k) {
-      std::byte* const values = mesh_.attributes[k].values.data();
-      const size_t stride = mesh_.attributes[k].stride();
+      std::byte* const values = target_.attributes[k].first;
+      const size_t stride = target_.attributes[k].stride;
       Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
         // The owner writes; every copy holds the same bits.
         return numbers[point] < total ? values + numbers[point] * stride : nullptr;
@@ -307,7 +364,7 @@ class ContainerDecoder {
             i,
             container_.entries[i].reference_count,
             container_.owned_base[i],
-            mesh_.point_count};
+            target_.point_count};
   }
 
   Status resolve_references(uint32_t i) {
@@ -323,25 +380,82 @@ class ContainerDecoder {
     const Fault fault = core::resolve_references(core::SerialLanes(), row(i), walk_of, owned_of,
                                                  core::View<uint32_t>(numbers.data(), numbers.size()));
     if (fault != Fault::kNone) return status_of(fault);
-    for (const Placeholder& placeholder : patches_[i].placeholders)
-      mesh_.faces[placeholder.corner / 3][placeholder.corner % 3] = numbers[placeholder.reference];
+    with_indices(target_, [&]<typename Out>(Out* out) {
+      for (const Placeholder& placeholder : patches_[i].placeholders)
+        out[placeholder.corner] = static_cast<Out>(numbers[placeholder.reference]);
+    });
     return {};
   }
 
   const Container& container_;
   const bool has_references_;
-  std::span<const AttributeRequest> requests_;
+  const std::span<const core::StreamHeader> headers_;
+  const std::span<const AttributeRequest> requests_;
+  const MeshTarget& target_;
   const ThreadPool& pool_;
-  std::vector<core::StreamHeader> headers_;
+  Steps& steps_;
   std::vector<StitchedPatch> patches_;
-  Mesh mesh_;
 };
 
 Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests,
                                 const ThreadPool& pool) {
   const Expected<Container> container = parse_container(bytes);
   if (!container) return container.status();
-  return ContainerDecoder(*container, requests, pool).decode();
+  // Before memory is taken for the mesh.
+  const Expected<std::vector<core::StreamHeader>> headers = check_claims(*container);
+  if (!headers) return headers.status();
+  Mesh mesh;
+  mesh.point_count = container->point_count();
+  mesh.faces.resize(container->face_count());
+  mesh.attributes = make_attributes(requests, mesh.point_count);
+  const MeshTarget target = target_of(mesh);
+  const Watch nobody;
+  Steps steps(nobody, container->entries.size());
+  Status status = ContainerDecoder(*container, *headers, requests, target, pool, steps).decode();
+  if (!status.ok()) return status;
+  return mesh;
+}
+
+Status decode_container_into(const Container& container, std::span<const AttributeRequest> requests,
+                             const MeshTarget& target, const ThreadPool& pool, Steps& steps) {
+  if (container.point_count() != target.point_count)
+    return differs_from_directory("points", target.point_count, container.point_count());
+  if (container.face_count() != target.face_count)
+    return differs_from_directory("faces", target.face_count, container.face_count());
+  const Expected<std::vector<core::StreamHeader>> headers = check_claims(container);
+  if (!headers) return headers.status();
+  return ContainerDecoder(container, *headers, requests, target, pool, steps).decode();
+}
+
+std::vector<Status> decode_into(std::span<const DecodeTask> tasks, std::span<const MeshTarget> targets,
+                                const ThreadPool& pool, const Watch& watch) {
+  std::vector<Status> statuses(tasks.size());
+  std::vector<Container> containers(tasks.size());
+  size_t patch_count = 0;
+  for (size_t i = 0; i < tasks.size(); ++i) {
+    if (tasks[i].is_stream) {
+      ++patch_count;
+      continue;
+    }
+    Expected<Container> container = parse_container(tasks[i].bytes);
+    statuses[i] = container.status();
+    if (!container) continue;
+    containers[i] = std::move(*container);
+    patch_count += containers[i].entries.size();
+  }
+  Steps steps(watch, patch_count);
+  pool.for_each(tasks.size(), [&](size_t i) {
+    if (!statuses[i].ok()) return;
+    if (steps.stopped())
+      statuses[i] = cancelled();
+    else if (!tasks[i].is_stream)
+      statuses[i] = decode_container_into(containers[i], tasks[i].requests, targets[i], pool, steps);
+    else {
+      statuses[i] = decode_stream_into(tasks[i].bytes, tasks[i].requests, targets[i]);
+      steps.finish(1);
+    }
+  });
+  return statuses;
 }
 
 }  // namespace
@@ -373,6 +487,10 @@ Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
   return description;
 }
 
-DecodeBackend cpu_backend() { return one_by_one("cpu", decode_container, decode_stream); }
+DecodeBackend cpu_backend() {
+  DecodeBackend backend = one_by_one("cpu", decode_container, decode_stream);
+  backend.decode_into = decode_into;
+  return backend;
+}
 
 }  // namespace psplit

@@ -8,8 +8,8 @@ namespace psplit {
 
 // Decodes containers patch by patch on all threads of the pool, and Draco 2.2 mesh streams on the caller's
 // thread. Results are libdraco's to the bit. Any bytes may be given. Streams of older versions are
-// kUnsupported, all else that cannot be decoded is kInvalidInput, with the patch as its place. Safe to call
-// from many threads.
+// kUnsupported, all else that cannot be decoded is kInvalidInput, with the patch as its place. decode_into
+// looks before every patch whether to stop, and tells after each. Safe to call from many threads.
 DecodeBackend cpu_backend();
 
 // What a Draco 2.2 mesh stream is: it is decoded for that, on the caller's thread. Any bytes may be given, and

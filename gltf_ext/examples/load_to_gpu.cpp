@@ -1,0 +1,42 @@
+// load_to_gpu FILE.glb: decodes an asset's patches into memory of the CUDA device, where they can be drawn
+// from. Exits with 5 where there is no device.
+#include <iostream>
+
+#include "gltf_ext/tinygltf/tinygltf_plugin.h"
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: load_to_gpu FILE\n";
+    return 1;
+  }
+  tinygltf::TinyGLTF loader;
+  tinygltf::Model model;
+  std::string error, warning;
+  loader.SetFsCallbacks(psplit::tinygltf_file_callbacks());
+  if (!loader.LoadBinaryFromFile(&model, &error, &warning, argv[1])) {
+    std::cerr << argv[1] << ": " << error << "\n";
+    return 3;
+  }
+  const psplit::Expected<psplit::DeviceModel> device = psplit::decode_model_to_device(model);
+  if (!device) {
+    std::cerr << argv[1] << ": " << device.status().to_string() << "\n";
+    return static_cast<int>(device.status().code());
+  }
+  for (const psplit::DevicePrimitive& primitive : device->primitives) {
+    std::cout << "mesh " << primitive.mesh << ", primitive " << primitive.primitive << ": "
+              << primitive.face_count << " triangles, " << primitive.point_count << " points on the device";
+    // A renderer binds `values` and `indices` as they are; this looks at the first point.
+    for (const psplit::DevicePrimitive::Attribute& attribute : primitive.attributes) {
+      if (attribute.request.semantic != "POSITION" || primitive.point_count == 0) continue;
+      float first[3];
+      const psplit::Status status =
+          psplit::CudaMemory::download(attribute.values, std::as_writable_bytes(std::span(first)));
+      if (!status.ok()) {
+        std::cerr << status.to_string() << "\n";
+        return static_cast<int>(status.code());
+      }
+      std::cout << " from (" << first[0] << ", " << first[1] << ", " << first[2] << ")";
+    }
+    std::cout << "\n";
+  }
+}

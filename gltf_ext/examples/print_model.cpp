@@ -1,0 +1,43 @@
+// print_model FILE.glb|FILE.gltf: loads an asset with tinygltf, decodes its patches, and prints what it holds.
+#include <iostream>
+
+#include "gltf_ext/tinygltf/tinygltf_plugin.h"
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: print_model FILE\n";
+    return 1;
+  }
+  const std::string path = argv[1];
+  tinygltf::TinyGLTF loader;
+  tinygltf::Model model;
+  std::string error, warning;
+  loader.SetFsCallbacks(psplit::tinygltf_file_callbacks());
+  const bool parsed = path.ends_with(".glb") ? loader.LoadBinaryFromFile(&model, &error, &warning, path)
+                                             : loader.LoadASCIIFromFile(&model, &error, &warning, path);
+  if (!parsed) {
+    std::cerr << path << ": " << error << "\n";
+    return 3;
+  }
+  if (const psplit::Status status = psplit::decode_model(model); !status.ok()) {
+    std::cerr << path << ": " << status.to_string() << "\n";
+    return static_cast<int>(status.code());
+  }
+
+  // From here on it is a model like any other.
+  for (const tinygltf::Mesh& mesh : model.meshes)
+    for (const tinygltf::Primitive& primitive : mesh.primitives) {
+      if (primitive.indices >= 0)
+        std::cout << model.accessors.at(static_cast<size_t>(primitive.indices)).count / 3 << " triangles";
+      for (const auto& [semantic, index] : primitive.attributes) {
+        const tinygltf::Accessor& accessor = model.accessors.at(static_cast<size_t>(index));
+        std::cout << ", " << accessor.count << " " << semantic;
+        if (semantic != "POSITION" || accessor.bufferView < 0) continue;
+        const tinygltf::BufferView& view = model.bufferViews.at(static_cast<size_t>(accessor.bufferView));
+        const auto* floats = reinterpret_cast<const float*>(
+            &model.buffers.at(static_cast<size_t>(view.buffer)).data.at(view.byteOffset + accessor.byteOffset));
+        std::cout << " from (" << floats[0] << ", " << floats[1] << ", " << floats[2] << ")";
+      }
+      std::cout << "\n";
+    }
+}

@@ -1,0 +1,126 @@
+#include "gltf_ext/tinygltf/model_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+
+namespace psplit {
+namespace {
+
+// Writers that know floats only write 3.0 for 3.
+std::optional<uint32_t> unsigned_value(const tinygltf::Value& value) {
+  if (!value.IsNumber()) return std::nullopt;
+  const double number = value.GetNumberAsDouble();
+  if (!(number >= 0 && number <= 0xffffffffu) || std::floor(number) != number) return std::nullopt;
+  return static_cast<uint32_t>(number);
+}
+
+template <typename T>
+const T* element(const std::vector<T>& array, int64_t index) {
+  return index < 0 || static_cast<uint64_t>(index) >= array.size() ? nullptr
+                                                                   : &array[static_cast<size_t>(index)];
+}
+
+Expected<std::span<const uint8_t>> view_bytes(const tinygltf::Model& model, int index) {
+  const tinygltf::BufferView* view = element(model.bufferViews, index);
+  const tinygltf::Buffer* buffer = view == nullptr ? nullptr : element(model.buffers, view->buffer);
+  if (buffer == nullptr) return invalid_input("the extension has no buffer view");
+  const std::span<const uint8_t> bytes(buffer->data);
+  if (view->byteOffset > bytes.size() || view->byteLength > bytes.size() - view->byteOffset)
+    return invalid_input("the extension's buffer view leaves its buffer");
+  return bytes.subspan(view->byteOffset, view->byteLength);
+}
+
+// What tells one geometry from another.
+using Key = std::tuple<uint32_t, std::vector<std::pair<std::string, uint32_t>>, std::vector<int>, int>;
+
+Expected<Key> key_of(const tinygltf::Primitive& primitive, const tinygltf::Value& extension) {
+  if (!extension.IsObject()) return invalid_input("the extension is no object");
+  const auto view = unsigned_value(extension.Get("bufferView"));
+  if (!view || *view > 0x7fffffffu) return invalid_input("the extension has no buffer view");
+  const tinygltf::Value& attributes = extension.Get("attributes");
+  if (!attributes.IsObject() || attributes.Size() == 0) return invalid_input("the extension has no attributes");
+  Key key{*view, {}, {}, primitive.indices};
+  for (const std::string& semantic : attributes.Keys()) {
+    const auto unique_id = unsigned_value(attributes.Get(semantic));
+    const auto accessor = primitive.attributes.find(semantic);
+    if (!unique_id) return invalid_input("the extension's attribute " + semantic + " has no unique id");
+    if (accessor == primitive.attributes.end())
+      return invalid_input("the extension's attribute " + semantic + " has no accessor");
+    std::get<1>(key).emplace_back(semantic, *unique_id);
+    std::get<2>(key).push_back(accessor->second);
+  }
+  return key;
+}
+
+Expected<ModelGeometry> open_geometry(const tinygltf::Model& model, const Key& key) {
+  const auto& [view, attributes, accessors, indices] = key;
+  const Expected<std::span<const uint8_t>> bytes = view_bytes(model, static_cast<int>(view));
+  if (!bytes) return bytes.status();
+  PrimitiveSource source{*bytes};
+  for (size_t k = 0; k < attributes.size(); ++k) {
+    const auto& [semantic, unique_id] = attributes[k];
+    const tinygltf::Accessor* accessor = element(model.accessors, accessors[k]);
+    if (accessor == nullptr) return invalid_input("the extension's attribute " + semantic + " has no accessor");
+    const int components = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(accessor->type));
+    if (components < 1) return invalid_input("the accessor of " + semantic + " has no type");
+    if (k > 0 && accessor->count != source.point_count)
+      return invalid_input("the accessor of " + semantic + " has another count than others");
+    source.point_count = accessor->count;
+    source.attributes.push_back({semantic, unique_id, static_cast<ComponentType>(accessor->componentType),
+                                 static_cast<uint8_t>(components), accessor->normalized});
+  }
+  uint32_t index_bytes = 0;
+  if (indices >= 0) {
+    const tinygltf::Accessor* accessor = element(model.accessors, indices);
+    const int type = accessor == nullptr ? 0 : accessor->componentType;
+    if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
+        type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
+      return invalid_input("the indices have no accessor of unsigned integers");
+    source.index_count = accessor->count;
+    index_bytes = type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT ? 4 : 2;
+  }
+  Expected<PatchedPrimitive> stored = PatchedPrimitive::open(std::move(source));
+  if (!stored) return stored.status();
+  if (index_bytes == 0) index_bytes = stored->least_index_bytes();
+  if (index_bytes < stored->least_index_bytes())
+    return invalid_input("there are more points than the accessor of the indices can name");
+  return ModelGeometry{{}, static_cast<int>(view), indices, index_bytes, accessors, std::move(*stored)};
+}
+
+}  // namespace
+
+Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& model,
+                                                     const ModelOptions& options) {
+  if (options.known_extensions)
+    for (const std::string& name : model.extensionsRequired)
+      if (name != kPatchesExtension &&
+          std::find(options.known_extensions->begin(), options.known_extensions->end(), name) ==
+              options.known_extensions->end())
+        return unsupported("the extension " + name + " is required, and not known");
+
+  std::vector<ModelGeometry> geometries;
+  std::map<Key, size_t> known;
+  for (size_t m = 0; m < model.meshes.size(); ++m)
+    for (size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
+      const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
+      const auto extension = primitive.extensions.find(kPatchesExtension);
+      if (extension == primitive.extensions.end()) continue;
+      const PrimitivePlace at{m, p};
+      if (primitive.mode != TINYGLTF_MODE_TRIANGLES)
+        return invalid_input("patches are triangle lists, and the mode is another", at.place());
+      Expected<Key> key = key_of(primitive, extension->second);
+      if (!key) return key.status().at(at.place());
+      const auto [found, is_new] = known.try_emplace(std::move(*key), geometries.size());
+      if (is_new) {
+        Expected<ModelGeometry> geometry = open_geometry(model, found->first);
+        if (!geometry) return geometry.status().at(at.place());
+        geometries.push_back(std::move(*geometry));
+      }
+      geometries[found->second].users.push_back(at);
+    }
+  return geometries;
+}
+
+}  // namespace psplit

@@ -1,0 +1,32 @@
+// What a tinygltf::Model stores in the extension, before any of it is decoded.
+#pragma once
+
+#include "gltf_ext/tinygltf/tinygltf_plugin.h"
+
+namespace psplit {
+
+inline constexpr const char* kPatchesExtension = "PSPLIT_mesh_draco_patches";
+
+struct PrimitivePlace {
+  size_t mesh = 0, primitive = 0;
+
+  Place place() const {
+    return {.mesh = static_cast<int64_t>(mesh), .primitive = static_cast<int64_t>(primitive)};
+  }
+};
+
+// One container, and the primitives that use it alike.
+struct ModelGeometry {
+  std::vector<PrimitivePlace> users;  // at least one
+  int view = -1;                      // of the container
+  int indices = -1;                   // the accessor, or -1 where primitives name none
+  uint32_t index_bytes = 4;           // 2 or 4
+  std::vector<int> accessors;         // one for each attribute that the extension stores
+  PatchedPrimitive stored;
+};
+
+// All of the model's; errors name mesh and primitive. What comes back points into the model's
+// buffers.
+Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& model, const ModelOptions& options);
+
+}  // namespace psplit

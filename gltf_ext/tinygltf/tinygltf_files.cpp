@@ -1,0 +1,75 @@
+// Files as tinygltf wants them.
+#include <string_view>
+
+#include "gltf_ext/glb.h"
+#include "gltf_ext/json_fields.h"
+#include "gltf_ext/json_text.h"
+#include "gltf_ext/tinygltf/model_geometry.h"
+
+namespace psplit {
+namespace {
+
+// Lends indices without a buffer view the extension's. False where there are none.
+bool lend_views(Json& json) {
+  bool lent = false;
+  Json* meshes = array_field(json, "meshes");
+  for (size_t m = 0; meshes != nullptr && m < meshes->size(); ++m) {
+    Json* primitives = array_field((*meshes)[m], "primitives");
+    for (size_t p = 0; primitives != nullptr && p < primitives->size(); ++p) {
+      const Json* extension = extension_field((*primitives)[p], kPatchesExtension);
+      const auto view = extension == nullptr ? std::nullopt : integer_field(*extension, "bufferView");
+      const auto indices = integer_field((*primitives)[p], "indices");
+      Json* accessor = view && indices ? top_level_object(json, "accessors", *indices) : nullptr;
+      if (accessor == nullptr || accessor->contains("bufferView")) continue;
+      (*accessor)["bufferView"] = *view;
+      lent = true;
+    }
+  }
+  return lent;
+}
+
+}  // namespace
+
+Status prepare_for_tinygltf(std::vector<unsigned char>& file) {
+  GlbChunks chunks{file, {}};
+  if (is_glb(file)) {
+    Expected<GlbChunks> parsed = parse_glb(file);
+    if (!parsed) return parsed.status();
+    chunks = *parsed;
+  }
+  const std::string_view text(reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size());
+  if (text.find(kPatchesExtension) == std::string_view::npos) return {};
+  Expected<Json> json = parse_json(text);
+  if (!json) return json.status();
+  if (!lend_views(*json)) return {};
+  std::string edited = json->dump();
+  if (!is_glb(file)) {
+    file.assign(edited.begin(), edited.end());
+    return {};
+  }
+  const std::span<const uint8_t> binary = chunks.binary.value_or(std::span<const uint8_t>());
+  Expected<std::vector<uint8_t>> whole = glb_head(std::move(edited), binary.size());
+  if (!whole) return whole.status();
+  whole->insert(whole->end(), binary.begin(), binary.end());
+  file = std::move(*whole);
+  return {};
+}
+
+#ifndef TINYGLTF_NO_FS
+tinygltf::FsCallbacks tinygltf_file_callbacks() {
+  const auto read = [](std::vector<unsigned char>* out, std::string* error, const std::string& path,
+                       void* user_data) {
+    if (!tinygltf::ReadWholeFile(out, error, path, user_data)) return false;
+    (void)prepare_for_tinygltf(*out);  // what is wrong with it tinygltf finds too
+    return true;
+  };
+  tinygltf::FsCallbacks callbacks{};
+  callbacks.FileExists = &tinygltf::FileExists;
+  callbacks.ExpandFilePath = &tinygltf::ExpandFilePath;
+  callbacks.ReadWholeFile = read;
+  callbacks.WriteWholeFile = &tinygltf::WriteWholeFile;
+  return callbacks;
+}
+#endif
+
+}  // namespace psplit

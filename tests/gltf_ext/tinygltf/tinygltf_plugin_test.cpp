@@ -1,0 +1,456 @@
+#include "gltf_ext/tinygltf/tinygltf_plugin.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <fstream>
+
+#include "tests/gltf_ext/asset.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kName = "PSPLIT_mesh_draco_patches";
+
+std::vector<uint8_t> bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+bool parse(const fs::path& path, tinygltf::Model& model, std::string& error, bool with_callbacks = true) {
+  tinygltf::TinyGLTF loader;
+  if (with_callbacks) loader.SetFsCallbacks(tinygltf_file_callbacks());
+  std::string warning;
+  return path.extension() == ".glb" ? loader.LoadBinaryFromFile(&model, &error, &warning, path.string())
+                                    : loader.LoadASCIIFromFile(&model, &error, &warning, path.string());
+}
+
+tinygltf::Model parsed(const fs::path& path) {
+  tinygltf::Model model;
+  std::string error;
+  EXPECT_TRUE(parse(path, model, error)) << error;
+  return model;
+}
+
+// The values of an accessor without strides and padding, read as glTF says; empty where it has no buffer view.
+std::vector<std::byte> values_of(const tinygltf::Model& model, int index) {
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<size_t>(index));
+  if (accessor.bufferView < 0) return {};
+  const tinygltf::BufferView& view = model.bufferViews.at(static_cast<size_t>(accessor.bufferView));
+  const std::vector<unsigned char>& data = model.buffers.at(static_cast<size_t>(view.buffer)).data;
+  EXPECT_LE(view.byteOffset + view.byteLength, data.size());
+  const size_t component = component_bytes(static_cast<ComponentType>(accessor.componentType));
+  const auto count =
+      static_cast<size_t>(tinygltf::GetNumComponentsInType(static_cast<uint32_t>(accessor.type)));
+  const size_t columns = count == 9 ? 3 : count == 16 ? 4 : accessor.type == TINYGLTF_TYPE_MAT2 ? 2 : 1;
+  const size_t column = count / columns * component, padded = columns == 1 ? column : (column + 3) / 4 * 4;
+  const size_t stride = view.byteStride == 0 ? columns * padded : view.byteStride;
+  std::vector<std::byte> values;
+  for (size_t i = 0; i < accessor.count; ++i)
+    for (size_t c = 0; c < columns; ++c)
+      for (size_t byte = 0; byte < column; ++byte) {
+        const size_t at = accessor.byteOffset + i * stride + c * padded + byte;
+        EXPECT_LT(at, view.byteLength);
+        values.push_back(static_cast<std::byte>(data.at(view.byteOffset + at)));
+      }
+  return values;
+}
+
+Mesh mesh_of(const tinygltf::Model& model, size_t mesh = 0, size_t primitive = 0) {
+  const tinygltf::Primitive& from = model.meshes.at(mesh).primitives.at(primitive);
+  Mesh result;
+  for (const auto& [semantic, index] : from.attributes) {
+    const tinygltf::Accessor& accessor = model.accessors.at(static_cast<size_t>(index));
+    const auto components = tinygltf::GetNumComponentsInType(static_cast<uint32_t>(accessor.type));
+    Attribute attribute{semantic,
+                        static_cast<ComponentType>(accessor.componentType),
+                        static_cast<uint8_t>(components),
+                        accessor.normalized,
+                        {}};
+    const std::vector<std::byte> values = values_of(model, index);
+    attribute.values.assign(values.begin(), values.end());
+    result.point_count = static_cast<uint32_t>(accessor.count);
+    result.attributes.push_back(std::move(attribute));
+  }
+  if (from.indices < 0) return result;
+  const tinygltf::Accessor& accessor = model.accessors.at(static_cast<size_t>(from.indices));
+  const size_t width = component_bytes(static_cast<ComponentType>(accessor.componentType));
+  const std::vector<std::byte> indices = values_of(model, from.indices);
+  result.faces.assign((accessor.count + 2) / 3, {});  // some assets have lines as well
+  for (size_t i = 0; i < accessor.count; ++i)
+    std::memcpy(&result.faces[i / 3][i % 3], &indices[i * width], width);
+  return result;
+}
+
+// Attributes in the order of their names, as tinygltf has them.
+bool same(Mesh a, Mesh b) {
+  const auto by_name = [](const Attribute& x, const Attribute& y) { return x.semantic < y.semantic; };
+  std::sort(a.attributes.begin(), a.attributes.end(), by_name);
+  std::sort(b.attributes.begin(), b.attributes.end(), by_name);
+  if (a.point_count != b.point_count || a.faces != b.faces || a.attributes.size() != b.attributes.size())
+    return false;
+  for (size_t k = 0; k < a.attributes.size(); ++k)
+    if (a.attributes[k].semantic != b.attributes[k].semantic ||
+        a.attributes[k].component_type != b.attributes[k].component_type ||
+        a.attributes[k].normalized != b.attributes[k].normalized ||
+        a.attributes[k].values != b.attributes[k].values)
+      return false;
+  return true;
+}
+
+void expect_plain(const tinygltf::Model& model) {
+  for (const auto* list : {&model.extensionsUsed, &model.extensionsRequired})
+    EXPECT_EQ(std::count(list->begin(), list->end(), kName), 0);
+  for (const tinygltf::Mesh& mesh : model.meshes)
+    for (const tinygltf::Primitive& primitive : mesh.primitives)
+      EXPECT_FALSE(primitive.extensions.contains(kName));
+}
+
+class TinyGltfPlugin : public testing::Test {
+ protected:
+  fs::path folder_ = fs::path(testing::TempDir()) /
+                     (std::string("psplit_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  void SetUp() override { fs::create_directories(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path write(const Document& document, const char* name = "asset.glb") {
+    const Status status = write_document(document, folder_ / name);
+    EXPECT_TRUE(status.ok()) << status.to_string();
+    return folder_ / name;
+  }
+  static Document encoded(const Mesh& mesh, Fallback fallback = Fallback::kNone) {
+    Document document = document_from_mesh(mesh);
+    encode_in_place(document, fallback);
+    return document;
+  }
+  static void encode_in_place(Document& document, Fallback fallback = Fallback::kNone) {
+    EncodeDocumentOptions options;
+    options.patches = 5;
+    options.fallback = fallback;
+    const auto reports = encode_document(document, options, draco_backend(), test_pool());
+    ASSERT_TRUE(reports) << reports.status().to_string();
+  }
+};
+
+TEST_F(TinyGltfPlugin, MakesThePlainModelThatTheFileWas) {
+  std::vector<NamedMesh> meshes = procedural_meshes();
+  meshes.push_back({"rich", rich_mesh()});
+  for (const NamedMesh& sample : meshes) {
+    SCOPED_TRACE(sample.name);
+    const Document document = encoded(sample.mesh);
+    const Expected<Mesh> expected = read(document);
+    ASSERT_TRUE(expected) << expected.status().to_string();
+    for (const char* name : {"asset.glb", "asset.gltf"}) {
+      tinygltf::Model model = parsed(write(document, name));
+      const Status status = decode_model(model);
+      ASSERT_TRUE(status.ok()) << status.to_string();
+      expect_plain(model);
+      EXPECT_TRUE(same(mesh_of(model), *expected));
+      // And tinygltf writes it as a file that others read.
+      tinygltf::TinyGLTF writer;
+      const fs::path plain = folder_ / "plain.gltf";
+      ASSERT_TRUE(writer.WriteGltfSceneToFile(&model, plain.string(), false, true, true, false));
+      const Expected<Document> again = read_document(plain);
+      ASSERT_TRUE(again) << again.status().to_string();
+      const Expected<Mesh> read_again = read(*again);
+      ASSERT_TRUE(read_again) << read_again.status().to_string();
+      EXPECT_TRUE(same(*read_again, *expected));
+    }
+  }
+}
+
+// The constraint that tinygltf_file_callbacks is there for.
+TEST_F(TinyGltfPlugin, TinyGltfAloneRefusesIndicesWithoutABufferView) {
+  const fs::path path = write(encoded(make_grid(20, 20)));
+  tinygltf::Model model;
+  std::string error;
+  EXPECT_FALSE(parse(path, model, error, false));
+  EXPECT_NE(error.find("bufferView"), std::string::npos) << error;
+}
+
+TEST_F(TinyGltfPlugin, PreparesFilesInMemory) {
+  const Document document = encoded(make_grid(20, 20));
+  const Expected<Mesh> expected = read(document);
+  std::vector<uint8_t> file = bytes_of(write(document));
+  ASSERT_TRUE(prepare_for_tinygltf(file).ok());
+  std::vector<uint8_t> twice = file;
+  ASSERT_TRUE(prepare_for_tinygltf(twice).ok());
+  EXPECT_EQ(twice, file);
+  tinygltf::TinyGLTF loader;
+  tinygltf::Model model;
+  std::string error, warning;
+  ASSERT_TRUE(
+      loader.LoadBinaryFromMemory(&model, &error, &warning, file.data(), static_cast<unsigned>(file.size())))
+      << error;
+  ASSERT_TRUE(decode_model(model).ok());
+  EXPECT_TRUE(same(mesh_of(model), *expected));
+}
+
+TEST_F(TinyGltfPlugin, PreparingLeavesAllElseAlone) {
+  const auto unchanged = [](std::vector<uint8_t> file) {
+    const std::vector<uint8_t> before = file;
+    const Status status = prepare_for_tinygltf(file);
+    EXPECT_EQ(file, before);
+    return status;
+  };
+  EXPECT_TRUE(unchanged({}).ok());
+  EXPECT_TRUE(unchanged({'{', '}', 0, 1}).ok());
+  EXPECT_TRUE(unchanged(bytes_of(write(document_from_mesh(make_grid(2, 2))))).ok());
+  EXPECT_TRUE(unchanged(bytes_of(write(encoded(make_grid(2, 2), Fallback::kUncompressed)))).ok());
+  const std::string broken = "{ \"PSPLIT_mesh_draco_patches\": ";
+  EXPECT_EQ(unchanged({broken.begin(), broken.end()}).code(), StatusCode::kInvalidInput);
+  std::vector<uint8_t> file = bytes_of(write(encoded(make_grid(2, 2))));
+  for (size_t length = 4; length < file.size(); ++length)  // shorter ones are no GLB
+    EXPECT_FALSE(unchanged({file.begin(), file.begin() + static_cast<ptrdiff_t>(length)}).ok()) << length;
+}
+
+TEST_F(TinyGltfPlugin, DecodesOverAFallback) {
+  const Document document = encoded(rich_mesh(), Fallback::kUncompressed);
+  const Expected<Mesh> expected = read(document);
+  tinygltf::Model model = parsed(write(document));
+  const Status status = decode_model(model);
+  ASSERT_TRUE(status.ok()) << status.to_string();
+  expect_plain(model);
+  EXPECT_TRUE(same(mesh_of(model), *expected));
+}
+
+// Columns of 8-bit matrices are padded in a buffer view.
+TEST_F(TinyGltfPlugin, SpreadsColumnsOfMatrices) {
+  Mesh mesh = make_grid(9, 7);
+  std::vector<uint8_t> three, two;
+  std::vector<uint16_t> wide;
+  for (uint32_t i = 0; i < mesh.point_count * 9; ++i) {
+    three.push_back(static_cast<uint8_t>(i * 5));
+    wide.push_back(static_cast<uint16_t>(i * 77));
+  }
+  mesh.attributes.push_back(make_attribute("_THREE", ComponentType::kUint8, 9, false, three));
+  mesh.attributes.push_back(make_attribute("_WIDE", ComponentType::kUint16, 9, false, wide));
+  const Document document = encoded(mesh);
+  const Expected<Mesh> expected = read(document);
+  ASSERT_TRUE(expected);
+  tinygltf::Model model = parsed(write(document));
+  const Status status = decode_model(model);
+  ASSERT_TRUE(status.ok()) << status.to_string();
+  EXPECT_TRUE(same(mesh_of(model), *expected));
+}
+
+TEST_F(TinyGltfPlugin, EqualPrimitivesAreDecodedOnceAndOthersKeepTheirAccessors) {
+  Document document = encoded(make_grid(20, 20));
+  const Expected<Mesh> expected = read(document);
+  document.json["meshes"][0]["primitives"].push_back(document.json["meshes"][0]["primitives"][0]);
+  document.json["meshes"].push_back(document.json["meshes"][0]);
+  tinygltf::Model model = parsed(write(document));
+  // An animation that reads the positions, whatever for: it keeps the accessor that it has.
+  const int positions = model.meshes[0].primitives[0].attributes.at("POSITION");
+  const size_t accessor_count = model.accessors.size(), view_count = model.bufferViews.size();
+  tinygltf::Model shared = model;
+  shared.animations.emplace_back();
+  shared.animations[0].samplers.emplace_back();
+  shared.animations[0].samplers[0].input = positions;
+  ASSERT_TRUE(decode_model(model).ok());
+  EXPECT_EQ(model.accessors.size(), accessor_count);
+  EXPECT_EQ(model.bufferViews.size(), view_count + 2);
+  for (size_t mesh = 0; mesh < 2; ++mesh)
+    for (size_t primitive = 0; primitive < 2; ++primitive)
+      EXPECT_TRUE(same(mesh_of(model, mesh, primitive), *expected));
+  ASSERT_TRUE(decode_model(shared).ok());
+  EXPECT_EQ(shared.accessors.size(), accessor_count + 1);
+  EXPECT_EQ(shared.accessors[static_cast<size_t>(positions)].bufferView, -1);
+  EXPECT_TRUE(same(mesh_of(shared, 1, 1), *expected));
+}
+
+TEST_F(TinyGltfPlugin, PrimitivesWithoutIndicesGetSome) {
+  const Document document = encoded(make_grid(20, 20));
+  const Expected<Mesh> expected = read(document);
+  tinygltf::Model model = parsed(write(document));
+  model.meshes[0].primitives[0].indices = -1;
+  ASSERT_TRUE(decode_model(model).ok());
+  EXPECT_TRUE(same(mesh_of(model), *expected));
+}
+
+TEST_F(TinyGltfPlugin, NamesMeshPrimitiveAndPatchAndLeavesTheModel) {
+  Document document = encoded(make_grid(40, 40));
+  document.json["meshes"].push_back(document.json["meshes"][0]);
+  const tinygltf::Model good = parsed(write(document));
+  const auto expect_refused = [&](auto change, const std::string& said, StatusCode code) {
+    tinygltf::Model model = good;
+    change(model);
+    const tinygltf::Model before = model;
+    const Status status = decode_model(model);
+    EXPECT_EQ(status.code(), code);
+    EXPECT_EQ(status.to_string(), said);
+    EXPECT_TRUE(model == before);
+  };
+  using Model = tinygltf::Model;
+  const auto second = [](Model& model) -> tinygltf::Value::Object& {
+    return model.meshes[1].primitives[0].extensions[kName].Get<tinygltf::Value::Object>();
+  };
+  const std::string at = "mesh 1, primitive 0: ";
+  const StatusCode invalid = StatusCode::kInvalidInput;
+  expect_refused([&](Model& model) { second(model)["bufferView"] = tinygltf::Value(99); },
+                 at + "the extension has no buffer view", invalid);
+  expect_refused([&](Model& model) { second(model)["bufferView"] = tinygltf::Value(std::string("3")); },
+                 at + "the extension has no buffer view", invalid);
+  expect_refused([&](Model& model) { second(model).erase("attributes"); },
+                 at + "the extension has no attributes", invalid);
+  expect_refused(
+      [&](Model& model) {
+        second(model)["attributes"].Get<tinygltf::Value::Object>()["POSITION"] = tinygltf::Value(-1);
+      },
+      at + "the extension's attribute POSITION has no unique id", invalid);
+  expect_refused([&](Model& model) { model.meshes[1].primitives[0].attributes.clear(); },
+                 at + "the extension's attribute POSITION has no accessor", invalid);
+  expect_refused([&](Model& model) { model.meshes[1].primitives[0].attributes["POSITION"] = -7; },
+                 at + "the extension's attribute POSITION has no accessor", invalid);
+  expect_refused([&](Model& model) { model.meshes[1].primitives[0].extensions[kName] = tinygltf::Value(1); },
+                 at + "the extension is no object", invalid);
+  expect_refused([&](Model& model) { model.meshes[1].primitives[0].mode = TINYGLTF_MODE_LINE; },
+                 at + "patches are triangle lists, and the mode is another", invalid);
+  expect_refused([&](Model& model) { model.meshes[1].primitives[0].indices = 99; },
+                 at + "the indices have no accessor of unsigned integers", invalid);
+  const auto view =
+      static_cast<size_t>(good.meshes[0].primitives[0].extensions.at(kName).Get("bufferView").GetNumberAsInt());
+  const std::string first = "mesh 0, primitive 0";
+  expect_refused([&](Model& model) { model.bufferViews[view].byteOffset = ~size_t{0} - 2; },
+                 first + ": the extension's buffer view leaves its buffer", invalid);
+  expect_refused([&](Model& model) { model.bufferViews[view].byteLength -= 1; },
+                 first + ": container: its length is not the sum of its parts", invalid);
+  expect_refused(
+      [&](Model& model) {
+        model.accessors[0].count += 1;
+        model.accessors[1].count += 1;
+      },
+      first + ": the accessors have 1682 points, the directory says 1681", invalid);
+}
+
+TEST_F(TinyGltfPlugin, BrokenStreamsNameTheirPatch) {
+  Document document = encoded(make_grid(40, 40));
+  tinygltf::Model model = parsed(write(document));
+  const auto view = static_cast<size_t>(
+      model.meshes[0].primitives[0].extensions.at(kName).Get("bufferView").GetNumberAsInt());
+  const tinygltf::BufferView& bytes = model.bufferViews[view];
+  std::fill_n(model.buffers[0].data.begin() + static_cast<ptrdiff_t>(bytes.byteOffset + bytes.byteLength - 40),
+              40, static_cast<unsigned char>(0xff));
+  const tinygltf::Model before = model;
+  const Status status = decode_model(model);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(status.to_string().rfind("mesh 0, primitive 0, patch 4: ", 0), 0u) << status.to_string();
+  EXPECT_TRUE(model == before);
+}
+
+TEST_F(TinyGltfPlugin, RefusesUnknownRequiredExtensionsWhereAskedTo) {
+  Document document = encoded(make_grid(4, 4));
+  document.json["extensionsUsed"].push_back("VENDOR_x");
+  document.json["extensionsRequired"].push_back("VENDOR_x");
+  const fs::path path = write(document);
+  ModelOptions options;
+  tinygltf::Model model = parsed(path);
+  EXPECT_TRUE(decode_model(model, options).ok());
+  EXPECT_EQ(model.extensionsRequired, std::vector<std::string>{"VENDOR_x"});
+  options.known_extensions.emplace();
+  model = parsed(path);
+  const Status status = decode_model(model, options);
+  EXPECT_EQ(status.code(), StatusCode::kUnsupported);
+  EXPECT_EQ(status.to_string(), "the extension VENDOR_x is required, and not known");
+  options.known_extensions->push_back("VENDOR_x");
+  EXPECT_TRUE(decode_model(model, options).ok());
+}
+
+TEST_F(TinyGltfPlugin, TellsHowFarItIsAndStops) {
+  const fs::path path = write(encoded(make_grid(60, 60)));
+  tinygltf::Model model = parsed(path);
+  const tinygltf::Model before = model;
+  std::stop_source stop;
+  std::atomic<size_t> calls = 0;
+  ModelOptions options;
+  options.thread_count = 1;
+  options.stop = stop.get_token();
+  options.progress = [&](size_t, size_t total) {
+    EXPECT_EQ(total, 5u);
+    ++calls;
+    stop.request_stop();
+  };
+  EXPECT_EQ(decode_model(model, options).code(), StatusCode::kCancelled);
+  EXPECT_EQ(calls, 1u);
+  EXPECT_TRUE(model == before);
+  options.stop = {};
+  EXPECT_TRUE(decode_model(model, options).ok());
+  EXPECT_GT(calls, 2u);
+}
+
+TEST_F(TinyGltfPlugin, TakesTheBackendThatItIsGiven) {
+  const fs::path path = write(encoded(rich_mesh()));
+  tinygltf::Model by_cpu = parsed(path), by_draco = by_cpu;
+  const DecodeBackend draco = draco_backend();
+  ModelOptions options;
+  options.backend = &draco;
+  ASSERT_TRUE(decode_model(by_cpu).ok());
+  ASSERT_TRUE(decode_model(by_draco, options).ok());
+  EXPECT_TRUE(by_cpu == by_draco);
+}
+
+TEST_F(TinyGltfPlugin, FillsMemoryOfTheDeviceWhereThereIsOne) {
+  const Document document = encoded(make_grid(50, 50));
+  const Expected<Mesh> expected = read(document);
+  const tinygltf::Model model = parsed(write(document));
+  const Expected<DeviceModel> device = decode_model_to_device(model);
+  std::string why;
+  if (!cuda_available(&why)) {
+    EXPECT_EQ(device.status().code(), StatusCode::kUnsupported);
+    EXPECT_EQ(device.status().to_string(), "no CUDA device to decode on: " + why);
+    GTEST_SKIP() << why;
+  }
+  ASSERT_TRUE(device) << device.status().to_string();
+  ASSERT_EQ(device->primitives.size(), 1u);
+  const DevicePrimitive& primitive = device->primitives[0];
+  EXPECT_EQ(primitive.point_count, expected->point_count);
+  std::vector<std::byte> values(expected->attributes[0].values.size());
+  ASSERT_TRUE(CudaMemory::download(primitive.attributes[0].values, values).ok());
+  EXPECT_TRUE(std::equal(values.begin(), values.end(), expected->attributes[0].values.begin()));
+  std::vector<uint16_t> indices(size_t{3} * primitive.face_count);
+  ASSERT_EQ(primitive.index_bytes, 2u);
+  ASSERT_TRUE(CudaMemory::download(primitive.indices, std::as_writable_bytes(std::span(indices))).ok());
+  for (size_t i = 0; i < indices.size(); ++i) ASSERT_EQ(indices[i], expected->faces[i / 3][i % 3]) << i;
+}
+
+// Assets that nobody here made: with the plugin they are, value for value, what they are as plain files.
+TEST_F(TinyGltfPlugin, LoadsRealAssets) {
+  const fs::path corpus = fs::path(PSPLIT_CORPUS) / "gltf";
+  if (!fs::is_directory(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
+  size_t assets = 0, primitives = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(corpus)) {
+    const fs::path& path = entry.path();
+    if ((path.extension() != ".glb" && path.extension() != ".gltf") || entry.file_size() > 3'000'000) continue;
+    SCOPED_TRACE(path.string());
+    Expected<Document> document = read_document(path);
+    if (!document) continue;
+    EncodeDocumentOptions options;
+    options.patch_faces = 600;
+    options.verify = false;
+    if (!encode_document(*document, options, draco_backend(), test_pool())) continue;
+    const fs::path patched = write(*document, "patched.glb");
+    ASSERT_TRUE(decode(*document).ok());
+    const fs::path plain = write(*document, "plain.glb");
+    tinygltf::Model expected, model;
+    std::string error;
+    if (!parse(plain, expected, error, false)) continue;  // tinygltf has limits of its own
+    ASSERT_TRUE(parse(patched, model, error)) << error;
+    const Status status = decode_model(model);
+    ASSERT_TRUE(status.ok()) << status.to_string();
+    expect_plain(model);
+    ASSERT_EQ(model.meshes.size(), expected.meshes.size());
+    for (size_t m = 0; m < model.meshes.size(); ++m)
+      for (size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
+        EXPECT_TRUE(same(mesh_of(model, m, p), mesh_of(expected, m, p))) << "mesh " << m << ", primitive " << p;
+        ++primitives;
+      }
+    ++assets;
+  }
+  std::cout << assets << " assets, " << primitives << " primitives\n";
+  EXPECT_GT(assets, 10u);
+}
+
+}  // namespace
+}  // namespace psplit

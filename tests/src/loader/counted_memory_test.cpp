@@ -1,0 +1,58 @@
+// Counts what operator new hands out in this program; each block has its size in front of it.
+#include "tests/src/loader/counted_memory.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <memory>
+#include <new>
+
+namespace {
+
+constexpr size_t kFront = alignof(std::max_align_t);
+std::atomic<size_t> now = 0, peak = 0;
+
+void* take(size_t size) {
+  auto* const block = static_cast<size_t*>(std::malloc(size + kFront));
+  if (block == nullptr) throw std::bad_alloc();
+  *block = size;
+  const size_t total = now += size;
+  for (size_t most = peak; most < total && !peak.compare_exchange_weak(most, total);) {
+  }
+  return reinterpret_cast<std::byte*>(block) + kFront;
+}
+
+void give_back(void* memory) {
+  if (memory == nullptr) return;
+  auto* const block = reinterpret_cast<size_t*>(static_cast<std::byte*>(memory) - kFront);
+  now -= *block;
+  std::free(block);
+}
+
+}  // namespace
+
+void* operator new(size_t size) { return take(size); }
+void* operator new[](size_t size) { return take(size); }
+void operator delete(void* memory) noexcept { give_back(memory); }
+void operator delete[](void* memory) noexcept { give_back(memory); }
+void operator delete(void* memory, size_t) noexcept { give_back(memory); }
+void operator delete[](void* memory, size_t) noexcept { give_back(memory); }
+
+namespace psplit {
+
+CountedMemory::CountedMemory() : start_(now) { peak = start_; }
+size_t CountedMemory::most() const { return peak - start_; }
+
+namespace {
+
+TEST(CountedMemory, CountsWhatIsTakenAndGivenBack) {
+  const CountedMemory memory;
+  auto first = std::make_unique<char[]>(1000);
+  first.reset();
+  const auto second = std::make_unique<char[]>(500);
+  EXPECT_EQ(memory.most(), 1000u);
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,359 @@
+#include "src/loader/loader.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <random>
+
+#include "encoder/draco/draco_backend.h"
+#include "src/container/container.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/src/loader/counted_memory.h"
+#include "tests/support/patched_samples.h"
+
+namespace psplit {
+namespace {
+
+const std::vector<PatchedSample>& samples() {
+  static const std::vector<PatchedSample> all = patched_samples(ThreadPool(2));
+  return all;
+}
+
+const PatchedSample& sample_of_many_patches() {
+  for (const PatchedSample& sample : samples())
+    if (sample.encoded.statistics.patch_count > 4) return sample;
+  ADD_FAILURE() << "no sample has many patches";
+  return samples().front();
+}
+
+PrimitiveSource source_of(const PatchedSample& sample) { return {sample.encoded.container, sample.requests}; }
+
+// Buffers for so many points and faces, with `gap` bytes between values that nobody may write to.
+struct Buffers {
+  std::vector<std::byte> indices;
+  std::vector<std::vector<std::byte>> values;
+  std::vector<size_t> sizes, strides;
+  PrimitiveBuffers out;
+  static constexpr std::byte kUntouched{0xA5};
+
+  Buffers(std::span<const AttributeRequest> requests, uint32_t points, uint32_t faces, uint32_t index_bytes = 4,
+          size_t gap = 0)
+      : indices(size_t{3} * faces * index_bytes) {
+    out = {indices, index_bytes};
+    for (const AttributeRequest& request : requests) {
+      sizes.push_back(component_bytes(request.component_type) * request.component_count);
+      strides.push_back(sizes.back() + gap);
+      values.emplace_back(points * strides.back(), kUntouched);
+      out.attributes.push_back({values.back(), strides.back()});
+    }
+  }
+  Buffers(const Buffers&) = delete;
+
+  // Tight again; what lies between values must be untouched.
+  Mesh mesh(std::span<const AttributeRequest> requests, uint32_t points) const {
+    Mesh mesh;
+    mesh.point_count = points;
+    mesh.faces.resize(indices.size() / out.index_bytes / 3);
+    std::fill(mesh.faces.begin(), mesh.faces.end(), std::array<uint32_t, 3>{});
+    for (size_t i = 0; i < 3 * mesh.faces.size(); ++i)
+      std::memcpy(&mesh.faces[i / 3][i % 3], &indices[i * out.index_bytes], out.index_bytes);
+    for (size_t k = 0; k < requests.size(); ++k) {
+      const AttributeRequest& request = requests[k];
+      Attribute attribute{
+          request.semantic, request.component_type, request.component_count, request.normalized, {}};
+      for (uint32_t point = 0; point < points; ++point)
+        for (size_t byte = 0; byte < strides[k]; ++byte) {
+          const std::byte value = values[k][point * strides[k] + byte];
+          if (byte < sizes[k])
+            attribute.values.push_back(value);
+          else
+            EXPECT_EQ(value, kUntouched);
+        }
+      mesh.attributes.push_back(std::move(attribute));
+    }
+    return mesh;
+  }
+};
+
+TEST(Loader, DecodesIntoBuffersOfAnyLayoutWhatTheBackendDecodes) {
+  const ThreadPool pool(2);
+  const DecodeBackend draco = draco_backend();
+  for (const PatchedSample& sample : samples()) {
+    SCOPED_TRACE(sample.name);
+    const Expected<Mesh> expected = draco.decode_container(sample.encoded.container, sample.requests, pool);
+    ASSERT_TRUE(expected) << expected.status().to_string();
+    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+    ASSERT_TRUE(primitive) << primitive.status().to_string();
+    ASSERT_EQ(primitive->point_count(), expected->point_count);
+    ASSERT_EQ(primitive->face_count(), expected->faces.size());
+    for (size_t k = 0; k < sample.requests.size(); ++k)
+      EXPECT_EQ(primitive->value_bytes(k), expected->attributes[k].values.size());
+    for (const DecodeBackend* backend : {static_cast<const DecodeBackend*>(nullptr), &draco})
+      for (const uint32_t index_bytes : {2u, 4u})
+        for (const size_t gap : {0u, 3u}) {
+          if (index_bytes < primitive->least_index_bytes()) continue;
+          Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count(), index_bytes, gap);
+          LoadOptions options;
+          options.backend = backend;
+          options.thread_count = gap == 0 ? 1 : 3;
+          const Status status = primitive->decode(buffers.out, options);
+          ASSERT_TRUE(status.ok()) << status.to_string();
+          EXPECT_TRUE(same_bits(buffers.mesh(sample.requests, expected->point_count), *expected));
+        }
+  }
+}
+
+TEST(Loader, TightBuffersNeedNoStride) {
+  const PatchedSample& sample = samples().front();
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  ASSERT_TRUE(primitive);
+  Buffers strided(sample.requests, primitive->point_count(), primitive->face_count());
+  Buffers tight(sample.requests, primitive->point_count(), primitive->face_count());
+  for (AttributeBuffer& buffer : tight.out.attributes) buffer.stride = 0;
+  ASSERT_TRUE(primitive->decode(strided.out).ok());
+  ASSERT_TRUE(primitive->decode(tight.out).ok());
+  EXPECT_EQ(strided.values, tight.values);
+}
+
+TEST(Loader, DecodesEachPatchAloneAsItsStreamIs) {
+  const DecodeBackend draco = draco_backend();
+  size_t residues = 0;
+  for (const PatchedSample& sample : samples()) {
+    SCOPED_TRACE(sample.name);
+    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+    const Expected<Container> container = parse_container(sample.encoded.container);
+    ASSERT_TRUE(primitive && container);
+    residues += primitive->has_residue();
+    uint32_t faces = 0, owned = 0;
+    for (uint32_t n = 0; n < primitive->patch_count(); ++n) {
+      const PatchSizes sizes = primitive->patch(n);
+      EXPECT_EQ(sizes.first_face, faces);
+      EXPECT_EQ(sizes.first_owned_point, owned);
+      faces += sizes.face_count;
+      owned += sizes.owned_point_count;
+      Expected<Mesh> expected = draco.decode_stream(container->streams[n], sample.requests);
+      ASSERT_TRUE(expected);
+      expected->faces.resize(sizes.face_count);  // the residue's stream may have more
+      for (const DecodeBackend* backend : {static_cast<const DecodeBackend*>(nullptr), &draco}) {
+        LoadOptions options;
+        options.backend = backend;
+        Buffers buffers(sample.requests, sizes.point_count, sizes.face_count, 2);
+        const Status status = primitive->decode_patch(n, buffers.out, options);
+        ASSERT_TRUE(status.ok()) << status.to_string();
+        EXPECT_TRUE(same_bits(buffers.mesh(sample.requests, sizes.point_count), *expected));
+      }
+    }
+    EXPECT_EQ(faces, primitive->face_count());
+    EXPECT_EQ(owned, primitive->point_count());
+  }
+  EXPECT_GT(residues, 0u);
+}
+
+TEST(Loader, DecodesManyAtOnceAndOnesErrorIsNoOthers) {
+  std::vector<PatchedPrimitive> primitives;
+  std::vector<std::unique_ptr<Buffers>> buffers;
+  std::vector<PrimitiveLoad> loads;
+  for (const PatchedSample& sample : samples()) {
+    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+    ASSERT_TRUE(primitive);
+    buffers.push_back(
+        std::make_unique<Buffers>(sample.requests, primitive->point_count(), primitive->face_count()));
+    loads.push_back({*primitive, buffers.back()->out});
+  }
+  loads[1].out.index_bytes = 3;
+  const std::vector<Status> statuses = decode_primitives(loads);
+  ASSERT_EQ(statuses.size(), loads.size());
+  for (size_t i = 0; i < loads.size(); ++i) {
+    EXPECT_EQ(statuses[i].code(), i == 1 ? StatusCode::kUsage : StatusCode::kOk) << statuses[i].to_string();
+    if (i == 1) continue;
+    const Expected<Mesh> expected =
+        cpu_backend().decode_container(samples()[i].encoded.container, samples()[i].requests, ThreadPool(1));
+    EXPECT_TRUE(same_bits(buffers[i]->mesh(samples()[i].requests, expected->point_count), *expected));
+  }
+}
+
+TEST(Loader, RefusesBuffersThatDoNotDo) {
+  const PatchedSample& sample = sample_of_many_patches();
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  ASSERT_TRUE(primitive);
+  const auto message = [&](auto change) {
+    Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+    change(buffers.out);
+    const Status status = primitive->decode(buffers.out);
+    EXPECT_EQ(status.code(), StatusCode::kUsage);
+    return status.message();
+  };
+  using Out = PrimitiveBuffers;
+  EXPECT_NE(message([](Out& out) { out.index_bytes = 1; }).find("indices of 1 bytes"), std::string::npos);
+  EXPECT_NE(message([](Out& out) { out.indices = out.indices.first(out.indices.size() - 1); }).find("no room"),
+            std::string::npos);
+  EXPECT_NE(message([](Out& out) { out.attributes.pop_back(); }).find("buffers for"), std::string::npos);
+  EXPECT_NE(message([](Out& out) { out.attributes[0].stride = 1; }).find("stride"), std::string::npos);
+  EXPECT_NE(message([](Out& out) {
+              out.attributes[0].bytes = out.attributes[0].bytes.first(out.attributes[0].bytes.size() - 1);
+            }).find("no room"),
+            std::string::npos);
+  EXPECT_NE(message([](Out& out) { out.attributes[0].bytes = {}; }).find("no room"), std::string::npos);
+  std::vector<std::byte> more(size_t{12} * primitive->face_count() + 1);
+  EXPECT_NE(message([&](Out& out) { out.indices = std::span(more).subspan(1); }).find("aligned"),
+            std::string::npos);
+  Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+  EXPECT_EQ(primitive->decode_patch(primitive->patch_count(), buffers.out).code(), StatusCode::kUsage);
+}
+
+TEST(Loader, RefusesAccessorsThatContradictTheDirectory) {
+  const PatchedSample& sample = samples().front();
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  ASSERT_TRUE(primitive);
+  PrimitiveSource source = source_of(sample);
+  source.point_count = primitive->point_count();
+  source.index_count = 3 * primitive->face_count();
+  EXPECT_TRUE(PatchedPrimitive::open(source));
+  ++source.point_count;
+  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  source = source_of(sample);
+  source.index_count = 3;
+  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  source = source_of(sample);
+  source.attributes[0].component_type = static_cast<ComponentType>(5130);  // doubles
+  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kUnsupported);
+  source = source_of(sample);
+  source.attributes[0].component_count = 0;
+  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+}
+
+TEST(Loader, NamesThePatchThatIsBroken) {
+  const PatchedSample& sample = sample_of_many_patches();
+  const Expected<Container> container = parse_container(sample.encoded.container);
+  ASSERT_TRUE(container);
+  // The tail of the third patch's stream: its header says nothing of that.
+  std::vector<uint8_t> bytes = sample.encoded.container;
+  const auto begin = static_cast<size_t>(container->streams[2].data() - sample.encoded.container.data());
+  const size_t size = container->streams[2].size();
+  std::fill_n(bytes.begin() + static_cast<ptrdiff_t>(begin + size / 2), size - size / 2, uint8_t{0xff});
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open({bytes, sample.requests});
+  ASSERT_TRUE(primitive) << primitive.status().to_string();
+  Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+  const Status whole = primitive->decode(buffers.out);
+  EXPECT_EQ(whole.code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(whole.place().patch, 2);
+  EXPECT_FALSE(whole.message().empty());
+  const Status alone = primitive->decode_patch(2, buffers.out);
+  EXPECT_EQ(alone.code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(alone.place().patch, 2);
+  EXPECT_TRUE(primitive->decode_patch(1, buffers.out).ok());
+}
+
+TEST(Loader, TellsHowFarItIsPatchByPatch) {
+  const PatchedSample& sample = sample_of_many_patches();
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  ASSERT_TRUE(primitive);
+  Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+  std::atomic<size_t> most = 0, calls = 0;
+  LoadOptions options;
+  options.thread_count = 1;
+  options.progress = [&](size_t done, size_t total) {
+    EXPECT_EQ(total, primitive->patch_count());
+    EXPECT_GT(done, most);
+    most = done;
+    ++calls;
+  };
+  ASSERT_TRUE(primitive->decode(buffers.out, options).ok());
+  EXPECT_EQ(most, primitive->patch_count());
+  EXPECT_GT(calls, 1u);
+}
+
+TEST(Loader, StopsBetweenPatches) {
+  const PatchedSample& sample = sample_of_many_patches();
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  ASSERT_TRUE(primitive);
+  Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+  std::stop_source stop;
+  size_t last = 0;
+  LoadOptions options;
+  options.thread_count = 1;
+  options.stop = stop.get_token();
+  options.progress = [&](size_t done, size_t) {
+    last = done;
+    stop.request_stop();
+  };
+  EXPECT_EQ(primitive->decode(buffers.out, options).code(), StatusCode::kCancelled);
+  EXPECT_GT(last, 0u);
+  EXPECT_LT(last, primitive->patch_count());
+  // Before anything is done, with every backend.
+  const DecodeBackend draco = draco_backend();
+  options.backend = &draco;
+  options.progress = [](size_t, size_t) { ADD_FAILURE() << "it decodes"; };
+  EXPECT_EQ(primitive->decode(buffers.out, options).code(), StatusCode::kCancelled);
+  EXPECT_EQ(primitive->decode_patch(0, buffers.out, options).code(), StatusCode::kCancelled);
+}
+
+TEST(Loader, RefusesEveryTruncationWithAMessage) {
+  size_t refused = 0;
+  for (const PatchedSample& sample : samples()) {
+    if (sample.encoded.container.size() > 5000) continue;
+    for (size_t length = 0; length < sample.encoded.container.size(); ++length) {
+      // Of exactly that size, so that a sanitizer sees what is read past it.
+      const std::vector<uint8_t> part(sample.encoded.container.begin(),
+                                      sample.encoded.container.begin() + static_cast<ptrdiff_t>(length));
+      const Status status = PatchedPrimitive::open({part, sample.requests}).status();
+      ASSERT_EQ(status.code(), StatusCode::kInvalidInput) << sample.name << ", " << length;
+      ASSERT_FALSE(status.message().empty());
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 1000u);
+}
+
+// What decodes of broken bytes decodes in the memory that the header promises, and the sizes are never beyond
+// the limit.
+TEST(Loader, TakesNoMoreMemoryForMutantsThanItSays) {
+  std::mt19937 random(7);
+  size_t opened = 0, decoded = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const PatchedSample& sample = samples()[random() % samples().size()];
+    if (sample.encoded.container.size() > 20'000) continue;
+    std::vector<uint8_t> bytes = sample.encoded.container;
+    for (int edits = 1 + static_cast<int>(random() % 3); edits > 0; --edits)
+      bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 200))] =
+          static_cast<uint8_t>(random());
+    PrimitiveSource source{bytes, sample.requests};
+    const size_t requests_bytes = sample.requests.size() * 2 * (sizeof(AttributeRequest) + 64);
+    CountedMemory at_open;
+    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(std::move(source));
+    EXPECT_LE(at_open.most(), 128 * bytes.size() + requests_bytes + 1024);
+    if (!primitive) continue;
+    ++opened;
+    const uint64_t fixed = uint64_t{1} << 26, limit = fixed + 4096 * bytes.size();
+    const uint64_t elements = uint64_t{primitive->face_count()} + primitive->point_count();
+    ASSERT_LE(16 * elements, limit);
+    if (elements > 1'000'000) continue;
+    Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+    LoadOptions options;
+    options.thread_count = 1;
+    CountedMemory at_decode;
+    decoded += primitive->decode(buffers.out, options).ok();
+    EXPECT_LE(at_decode.most(), 2 * fixed + limit + 12 * elements + 128 * bytes.size());
+  }
+  EXPECT_GT(opened, 300u);
+  EXPECT_GT(decoded, 50u);
+}
+
+// The dearest directory: streams of a byte each, all equal, in columns of no width.
+TEST(Loader, DirectoriesTakeTheStatedMultiple) {
+  constexpr uint32_t kCount = 100'000;
+  std::vector<StreamEntry> entries(kCount, {1, 1, 3, 0, 0});
+  const std::vector<std::vector<uint8_t>> stitch(kCount), streams(kCount, std::vector<uint8_t>(1));
+  const std::vector<uint8_t> bytes = write_container(entries, false, stitch, streams);
+  ASSERT_EQ(bytes.size(), 52 + kCount);
+  CountedMemory memory;
+  const Status status = PatchedPrimitive::open({bytes, {}}).status();
+  EXPECT_EQ(status.to_string(), "patch 0: Draco stream: not a Draco mesh");
+  EXPECT_GT(memory.most(), 50 * bytes.size());
+  EXPECT_LE(memory.most(), 128 * bytes.size());
+}
+
+}  // namespace
+}  // namespace psplit
