@@ -12,6 +12,8 @@ target_link_libraries(psplit_draco_package INTERFACE ${DRACO_LIBRARY})
 
 # nlohmann-json 3.11: glTF JSON, edited in place with its order kept.
 find_package(nlohmann_json 3.10 REQUIRED)
+# meshoptimizer: decodes buffer views that it compressed, and is a rival that `compare` measures.
+find_package(meshoptimizer REQUIRED)
 # oneTBB: the pool of threads behind src/parallel.h.
 find_package(TBB REQUIRED)
 find_package(Threads REQUIRED)
@@ -48,8 +50,7 @@ if(PSPLIT_BUILD_TOOLS)
   find_package(CLI11 REQUIRED)
   # libpng: the pictures of `inspect --preview`.
   find_package(PNG 1.6 REQUIRED)
-  # meshoptimizer and zstd: the rival that `compare` measures.
-  find_package(meshoptimizer REQUIRED)
+  # zstd: the rival that `compare` measures, on top of meshoptimizer.
   find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
   find_library(ZSTD_LIBRARY NAMES zstd REQUIRED)
   add_library(psplit_zstd_package INTERFACE)
