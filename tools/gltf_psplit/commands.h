@@ -56,6 +56,8 @@ DescribeStream find_describer(const std::string& name);
 Expected<Document> read_input(const std::string& path, const std::string& backend = "auto");
 // kUsage for a path that write_document cannot take, before any work is done.
 Status check_output_path(const std::string& path);
+// Says which primitives were left as they are, and what others lost.
+void log_reports(std::span<const PrimitiveReport> reports, const Log& log);
 // A text that appears whole or not at all; "-" is stdout.
 Status write_text(const std::string& path, const std::string& text);
 
