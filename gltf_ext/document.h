@@ -40,8 +40,9 @@ Expected<Document> parse_document(std::span<const uint8_t> file, const std::file
 Document new_document();
 
 // Writes by the extension of `path` (.glb, .gltf with one .bin beside it, "-" GLB on stdout). The file appears
-// whole or not at all (written beside and renamed). All buffers are merged into one; relative image URIs are
-// kept, and their files are copied when the output goes to another folder.
+// whole or not at all (written beside and renamed). A .bin is named after its content, so that a .gltf and its
+// .bin change together; the one that a replaced .gltf had goes. All buffers are merged into one; relative image
+// URIs are kept, and their files are copied when the output goes to another folder.
 Status write_document(const Document& document, const std::filesystem::path& path);
 
 // The bytes of a buffer view. Errors: kInvalidInput where index or range are wrong, kUnsupported where the view
