@@ -586,6 +586,22 @@ TEST_F(CommandLine, DashIsStdinAndStdoutOfEveryCommand) {
   EXPECT_NE(empty.err.find("stdin: "), std::string::npos) << empty.err;
 }
 
+TEST_F(CommandLine, CompatKhrWritesWhatLoadersOfTodayOpen) {
+  const Outcome outcome = run({"encode", sample(), path("khr.glb"), "--patches", "4", "--compat", "khr",
+                               "--report", path("report.json"), "-q"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto total = nlohmann::json::parse(read_bytes(path("report.json"))).at("total");
+  EXPECT_EQ(total.at("patches"), 4);
+  EXPECT_GT(total.at("replication"), 0.0);
+  EXPECT_EQ(total.at("bytes").at("total"), total.at("bytes").at("payload"));
+  const Outcome inspected = run({"inspect", path("khr.glb"), "--format", "json"});
+  ASSERT_EQ(inspected.code, 0) << inspected.err;
+  const auto primitives = nlohmann::json::parse(inspected.out).at("primitives");
+  ASSERT_EQ(primitives.size(), 4u);
+  for (const auto& primitive : primitives) EXPECT_EQ(primitive.at("storage"), "draco");
+  EXPECT_EQ(run({"decode", path("khr.glb"), path("plain.glb"), "-q"}).code, 0);
+}
+
 TEST_F(CommandLine, BytesDoNotDependOnThreads) {
   const std::string input = sample("scene", "9000");
   for (const char* output : {"patches.glb", "plain.gltf", "stock.glb"}) {
