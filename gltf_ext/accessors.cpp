@@ -151,6 +151,24 @@ void set_bounds(Json& accessor, const AccessorData& data) {
   accessor["max"] = std::move(most);
 }
 
+// Vertex attributes start on 4-byte boundaries.
+size_t stride_in_view(const ElementLayout& layout, int target) {
+  constexpr int kArrayBuffer = 34962;
+  return target == kArrayBuffer ? (layout.stored_bytes() + 3) / 4 * 4 : layout.stored_bytes();
+}
+
+void store_element(const AccessorData& data, size_t index, const ElementLayout& layout, uint8_t* to) {
+  for (size_t column = 0; column < layout.columns; ++column)
+    std::memcpy(to + column * layout.column_stride(),
+                data.values.data() + index * layout.packed_bytes() + column * layout.column_bytes(),
+                layout.column_bytes());
+}
+
+bool is_zero(const AccessorData& data, size_t index, size_t element_bytes) {
+  const std::byte* element = data.values.data() + index * element_bytes;
+  return std::all_of(element, element + element_bytes, [](std::byte b) { return b == std::byte{0}; });
+}
+
 }  // namespace
 
 Expected<AccessorData> read_accessor(const Document& document, int64_t index) {
@@ -171,27 +189,51 @@ Json describe_stored(const AccessorData& data) {
   return accessor;
 }
 
-int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds) {
-  Json accessor = describe_stored(data);
-  if (accessor.empty()) return -1;
-  const auto layout = *element_layout(accessor);
-
-  // Vertex attributes start on 4-byte boundaries, and so do columns of matrices.
-  constexpr int kArrayBuffer = 34962;
-  size_t stride = layout.stored_bytes();
-  if (target == kArrayBuffer) stride = (stride + 3) / 4 * 4;
+void store_values(Document& document, Json& accessor, const AccessorData& data, int target) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  if (!layout) return;  // no glTF type has so many components
+  const size_t stride = stride_in_view(*layout, target);
   std::vector<uint8_t> stored(data.count * stride);
-  for (size_t i = 0; i < data.count; ++i)
-    for (size_t column = 0; column < layout.columns; ++column)
-      std::memcpy(stored.data() + i * stride + column * layout.column_stride(),
-                  data.values.data() + i * layout.packed_bytes() + column * layout.column_bytes(),
-                  layout.column_bytes());
+  for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, stored.data() + i * stride);
 
   const int64_t view_index = append_buffer_view(document, stored);
   Json& view = document.json["bufferViews"][static_cast<size_t>(view_index)];
-  if (stride != layout.stored_bytes()) view["byteStride"] = stride;
+  if (stride != layout->stored_bytes()) view["byteStride"] = stride;
   if (target != 0) view["target"] = target;
   accessor["bufferView"] = view_index;
+}
+
+void store_values_sparse(Document& document, Json& accessor, const AccessorData& data, int target) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  if (!layout) return;
+  std::vector<uint32_t> kept;
+  for (uint32_t i = 0; i < data.count; ++i)
+    if (!is_zero(data, i, layout->packed_bytes())) kept.push_back(i);
+  if (kept.empty()) return;  // an accessor without a view is zero
+  const ComponentType index_type = kept.back() <= 0xff     ? ComponentType::kUint8
+                                   : kept.back() <= 0xffff ? ComponentType::kUint16
+                                                           : ComponentType::kUint32;
+  const size_t index_bytes = component_bytes(index_type), value_bytes = layout->stored_bytes();
+  if (kept.size() * (index_bytes + value_bytes) >= data.count * stride_in_view(*layout, target))
+    return store_values(document, accessor, data, target);
+
+  std::vector<uint8_t> stored_indices(kept.size() * index_bytes), stored_values(kept.size() * value_bytes);
+  for (size_t i = 0; i < kept.size(); ++i) {
+    std::memcpy(stored_indices.data() + i * index_bytes, &kept[i], index_bytes);  // little-endian
+    store_element(data, kept[i], *layout, stored_values.data() + i * value_bytes);
+  }
+  const int64_t index_view = append_buffer_view(document, stored_indices);
+  const int64_t value_view = append_buffer_view(document, stored_values);
+  accessor["sparse"] = {
+      {"count", kept.size()},
+      {"indices", {{"bufferView", index_view}, {"componentType", static_cast<int>(index_type)}}},
+      {"values", {{"bufferView", value_view}}}};
+}
+
+int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds) {
+  Json accessor = describe_stored(data);
+  if (accessor.empty()) return -1;
+  store_values(document, accessor, data, target);
   if (with_bounds && data.count > 0) set_bounds(accessor, data);
   Json& accessors = document.json["accessors"];
   if (!accessors.is_array()) accessors = Json::array();

@@ -20,6 +20,13 @@ Expected<AccessorData> read_accessor(const Document& document, int64_t index);
 // accessor's index. `target` is 34962, 34963 or 0.
 int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);
 
+// Appends the data's values and makes `accessor` refer to them; its other members are the caller's.
+void store_values(Document& document, Json& accessor, const AccessorData& data, int target);
+
+// The same with the elements that are not zero only, as a sparse accessor, where that takes fewer bytes.
+// Nothing is stored of data that is all zero.
+void store_values_sparse(Document& document, Json& accessor, const AccessorData& data, int target);
+
 // An accessor of such data, which an extension supplies: no bufferView, no bounds. The data's values may be
 // left out. An empty object where no glTF type has so many components.
 Json describe_stored(const AccessorData& data);

@@ -4,6 +4,7 @@
 #include "gltf_ext/glb.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/json_text.h"
+#include "gltf_ext/meshopt.h"
 #include "gltf_ext/structure.h"
 #include "gltf_ext/uri.h"
 
@@ -13,11 +14,6 @@ namespace {
 // A buffer of bytes that only the decoder of an extension could make: it stays empty.
 bool has_no_bytes(const Json& buffer, const std::vector<uint8_t>& bytes) {
   return bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0;
-}
-
-bool is_meshopt_fallback(const Json& buffer) {
-  const Json* extension = meshopt_extension(buffer);
-  return extension != nullptr && bool_field_or(*extension, "fallback", false);
 }
 
 Expected<std::vector<uint8_t>> load_uri(const std::string& uri, uint64_t byte_length,
@@ -32,31 +28,55 @@ Expected<std::vector<uint8_t>> load_uri(const std::string& uri, uint64_t byte_le
   return read_file(path, byte_length);
 }
 
+Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, const std::filesystem::path& source) {
+  return load_uri(*string_field(buffer, "uri"), static_cast<uint64_t>(*integer_field(buffer, "byteLength")),
+                  source);
+}
+
+Status set_bytes(Document& document, size_t index, std::vector<uint8_t> bytes) {
+  Json& buffer = document.json["buffers"][index];
+  const auto byte_length = static_cast<uint64_t>(*integer_field(buffer, "byteLength"));
+  if (bytes.size() < byte_length) {
+    return invalid_input("buffer " + std::to_string(index) + " holds " + std::to_string(bytes.size()) +
+                         " bytes of " + std::to_string(byte_length));
+  }
+  bytes.resize(static_cast<size_t>(byte_length));
+  document.buffers[index] = std::move(bytes);
+  buffer.erase("uri");  // the bytes are here now, and where they came from says nothing about them
+  return {};
+}
+
+// Every buffer but those that only stand in for compressed ones.
 Status load_buffers(Document& document, std::optional<std::span<const uint8_t>> binary_chunk) {
   const size_t count = array_size(document.json, "buffers");
+  document.buffers.resize(count);
   for (size_t i = 0; i < count; ++i) {
     Json& buffer = document.json["buffers"][i];
-    const auto byte_length = static_cast<uint64_t>(*integer_field(buffer, "byteLength"));
+    if (is_meshopt_fallback(buffer)) continue;
     const std::string name = "buffer " + std::to_string(i);
-    std::vector<uint8_t> bytes;
-    if (const std::string* uri = string_field(buffer, "uri")) {
-      auto loaded = load_uri(*uri, byte_length, document.source);
-      if (!loaded) return {loaded.status().code(), name + ": " + loaded.status().message()};
-      bytes = std::move(*loaded);
-    } else if (i == 0 && document.from_glb && !is_meshopt_fallback(buffer)) {
+    Expected<std::vector<uint8_t>> bytes = std::vector<uint8_t>();
+    if (i == 0 && document.from_glb && field(buffer, "uri") == nullptr) {
       if (!binary_chunk) return invalid_input(name + " has neither a uri nor a GLB chunk");
-      bytes.assign(binary_chunk->begin(), binary_chunk->end());
+      bytes = std::vector<uint8_t>(binary_chunk->begin(), binary_chunk->end());
+    } else if (field(buffer, "uri") != nullptr) {
+      bytes = load_uri_of(buffer, document.source);
     } else {
-      document.buffers.emplace_back();
       continue;
     }
-    if (bytes.size() < byte_length) {
-      return invalid_input(name + " holds " + std::to_string(bytes.size()) + " bytes of " +
-                           std::to_string(byte_length));
-    }
-    bytes.resize(static_cast<size_t>(byte_length));
-    document.buffers.push_back(std::move(bytes));
-    buffer.erase("uri");  // the bytes are here now, and where they came from says nothing about them
+    if (!bytes) return {bytes.status().code(), name + ": " + bytes.status().message()};
+    if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
+  }
+  return {};
+}
+
+// What meshoptimizer's decoder left to its fallback, where that was shipped.
+Status load_fallbacks(Document& document) {
+  for (size_t i = 0; i < document.buffers.size(); ++i) {
+    const Json& buffer = document.json["buffers"][i];
+    if (!is_meshopt_fallback(buffer) || field(buffer, "uri") == nullptr) continue;
+    auto bytes = load_uri_of(buffer, document.source);
+    if (!bytes) return {bytes.status().code(), "buffer " + std::to_string(i) + ": " + bytes.status().message()};
+    if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
   }
   return {};
 }
@@ -76,6 +96,8 @@ Expected<Document> parse(std::span<const uint8_t> file, const std::filesystem::p
   document.json = std::move(*json);
   if (Status status = check_structure(document.json); !status.ok()) return status;
   if (Status status = load_buffers(document, chunks.binary); !status.ok()) return status;
+  if (Status status = decode_meshopt_views(document); !status.ok()) return status;
+  if (Status status = load_fallbacks(document); !status.ok()) return status;
   return document;
 }
 
@@ -137,7 +159,8 @@ Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, i
   const auto count = static_cast<uint64_t>(*length);
   if (start > bytes.size() || count > bytes.size() - start) {
     // Where a fallback has bytes they are read; where it has none there is nothing but the compressed form.
-    if (meshopt_extension(*view) != nullptr) return unsupported(name + " is compressed by meshoptimizer");
+    if (meshopt_extension(*view) != nullptr)
+      return unsupported(name + " is compressed by a newer meshoptimizer");
     const Json* owner = top_level_object(document.json, "buffers", *buffer);
     if (owner != nullptr && has_no_bytes(*owner, bytes))
       return unsupported(name + " is in a buffer without a uri");

@@ -27,9 +27,10 @@ struct Document {
 
 // Reads .gltf or .glb (told apart by content, not by name); "-" reads a GLB or glTF from stdin. Loads every
 // buffer: GLB chunk, data URI, or a file under the asset's folder (a URI that escapes it is refused; percent
-// encoding is decoded). Images stay as they are. Validates structure enough that later code can index
-// accessors, buffer views and buffers safely: every function here returns kInvalidInput rather than read out
-// of bounds. Errors: kIo, kInvalidInput, kUnsupported.
+// encoding is decoded). Buffer views that meshoptimizer compressed are decoded (gltf_ext/meshopt.h). Images
+// stay as they are. Validates structure enough that later code can index accessors, buffer views and buffers
+// safely: every function here returns kInvalidInput rather than read out of bounds. Errors: kIo, kInvalidInput,
+// kUnsupported.
 Expected<Document> read_document(const std::filesystem::path& path);
 
 // The same of a file whose bytes are at hand.
@@ -39,12 +40,13 @@ Expected<Document> parse_document(std::span<const uint8_t> file, const std::file
 Document new_document();
 
 // Writes by the extension of `path` (.glb, .gltf with one .bin beside it, "-" GLB on stdout). The file appears
-// whole or not at all (written beside and renamed). All buffers are merged into one; relative image URIs are
-// kept, and their files are copied when the output goes to another folder.
+// whole or not at all (written beside and renamed). A .bin is named after its content, so that a .gltf and its
+// .bin change together; the one that a replaced .gltf had goes. All buffers are merged into one; relative image
+// URIs are kept, and their files are copied when the output goes to another folder.
 Status write_document(const Document& document, const std::filesystem::path& path);
 
 // The bytes of a buffer view. Errors: kInvalidInput where index or range are wrong, kUnsupported where the view
-// is stored by an extension that psplit does not decode (EXT_meshopt_compression).
+// is compressed by a meshoptimizer newer than the one at hand.
 Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
 
 // Appends bytes as a new buffer view (4-byte aligned) and returns its index.

@@ -1,300 +1,16 @@
-#include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
-#include <cstring>
 #include <map>
-#include <numeric>
 #include <set>
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
-#include "encoder/partition/partition.h"
-#include "encoder/quantization.h"
 #include "gltf_ext/convert.h"
+#include "gltf_ext/encode_jobs.h"
 #include "gltf_ext/json_fields.h"
-#include "gltf_ext/primitive_edit.h"
-#include "gltf_ext/structure.h"
+#include "gltf_ext/patch_primitives.h"
 
 namespace psplit {
 namespace {
-
-// One geometry on its way through the encoder.
-struct Job {
-  PrimitiveGroup group;
-  Mesh mesh;
-  std::vector<MorphAttribute> morphs;
-  std::vector<Attribute> unrounded;  // skin weights as they came
-  std::vector<AttributeCoding> codings;
-  EncodeOptions options;
-  EncodedMesh encoded;
-  Status status;
-
-  Place place(const Document& document) const {
-    const PrimitiveId id = group.ids.front();
-    return {document.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
-  }
-};
-
-bool all_unit_vectors(const Attribute& attribute) {
-  for (size_t at = 0; at < attribute.values.size(); at += 12) {
-    std::array<float, 3> v{};
-    std::memcpy(v.data(), attribute.values.data() + at, 12);
-    const double square =
-        double{v[0]} * double{v[0]} + double{v[1]} * double{v[1]} + double{v[2]} * double{v[2]};
-    if (!(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) return false;
-  }
-  return true;
-}
-
-// What no grid can hold (integers, NaN, normals that are no directions) is kept exactly.
-AttributeCoding coding_of(const Attribute& attribute, const EncodeDocumentOptions& options) {
-  if (options.lossless || attribute.component_type != ComponentType::kFloat32) return {};
-  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
-  if (attribute.semantic == "NORMAL" && attribute.component_count == 3) {
-    if (options.normal_bits < 2 || !all_unit_vectors(attribute)) return {};
-    return {options.normal_bits, true, {}, 0};
-  }
-  const int bits = attribute.semantic == "POSITION" ? options.position_bits
-                   : starts("TEXCOORD_")            ? options.texcoord_bits
-                   : starts("COLOR_")               ? options.color_bits
-                                                    : options.generic_bits;
-  if (bits == 0) return {};
-  Expected<AttributeCoding> grid = fit_grid(attribute, bits);
-  return grid.ok() ? std::move(*grid) : AttributeCoding{};
-}
-
-// For every mesh the lowest one that it shares a geometry with, be it over others: the geometry is stored once,
-// so all of them are quantized as one.
-std::map<size_t, size_t> joined_meshes(const std::vector<Job>& jobs) {
-  std::map<size_t, size_t> lowest;
-  const auto root = [&](size_t mesh) {
-    while (lowest.try_emplace(mesh, mesh).first->second != mesh) mesh = lowest.at(mesh);
-    return mesh;
-  };
-  for (const Job& job : jobs)
-    for (const PrimitiveId id : job.group.ids) {
-      const auto [low, high] = std::minmax({root(job.group.ids.front().mesh), root(id.mesh)});
-      lowest[high] = low;
-    }
-  for (auto& [mesh, low] : lowest) low = root(mesh);
-  return lowest;
-}
-
-// Meshes that must fit together get one grid per semantic.
-void share_grids(std::vector<Job>& jobs, QuantizationVolume volume) {
-  if (volume == QuantizationVolume::kPrimitive) return;
-  const std::map<size_t, size_t> joined = joined_meshes(jobs);
-  std::map<std::tuple<size_t, std::string, size_t>, AttributeCoding> grids;
-  const auto visit = [&](const auto& act) {
-    for (Job& job : jobs)
-      for (size_t i = 0; i < job.codings.size(); ++i) {
-        const Attribute& attribute = job.mesh.attributes[i];
-        if (job.codings[i].bits == 0 || job.codings[i].octahedral) continue;
-        const size_t mesh = volume == QuantizationVolume::kMesh ? joined.at(job.group.ids.front().mesh) : 0;
-        act(std::tuple(mesh, attribute.semantic, size_t{attribute.component_count}), job.codings[i]);
-      }
-  };
-  visit([&](const auto& key, AttributeCoding& coding) {
-    const auto [found, is_new] = grids.emplace(key, coding);
-    if (!is_new) found->second = merge_grids(found->second, coding);
-  });
-  visit([&](const auto& key, AttributeCoding& coding) { coding = grids.at(key); });
-}
-
-void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& options) {
-  std::vector<uint64_t> faces;
-  for (const Job& job : jobs) faces.push_back(job.mesh.faces.size());
-  std::vector<uint32_t> counts;
-  if (options.patches > 0) {
-    const uint64_t total = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
-    const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, options.least_patch_faces));
-    counts = distribute_patches(faces, std::min(options.patches, most));
-  }
-  const uint64_t patch_faces = std::max<uint64_t>(options.patch_faces, 1);
-  for (size_t i = 0; i < jobs.size(); ++i)
-    jobs[i].options.patch_count =
-        options.patches > 0
-            ? counts[i]
-            : static_cast<uint32_t>(std::max<uint64_t>(1, (faces[i] + patch_faces / 2) / patch_faces));
-}
-
-// What tells points apart that are equal otherwise: morph targets and weights before rounding, interleaved.
-std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride) {
-  std::vector<std::pair<const Array<std::byte>*, size_t>> sources;
-  for (const MorphAttribute& morph : job.morphs)
-    sources.emplace_back(&morph.data.values, morph.data.values.size() / std::max(1u, morph.data.count));
-  for (const Attribute& attribute : job.unrounded) sources.emplace_back(&attribute.values, attribute.stride());
-  stride = 0;
-  for (const auto& [values, width] : sources) stride += width;
-  std::vector<std::byte> bytes(stride * job.mesh.point_count);
-  size_t offset = 0;
-  for (const auto& [values, width] : sources) {
-    for (size_t i = 0; i < job.mesh.point_count; ++i)
-      std::memcpy(bytes.data() + i * stride + offset, values->data() + i * width, width);
-    offset += width;
-  }
-  return bytes;
-}
-
-// The extension that means points or faces of a primitive by their place, which splitting changes, or null.
-const char* order_dependent_extension(const Json& mesh, const Json& primitive) {
-  constexpr const char* kManifold = "EXT_mesh_manifold";
-  if (extension_field(mesh, kManifold) != nullptr) return kManifold;
-  for (const char* name :
-       {"CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility", "FB_ngon_encoding"})
-    if (extension_field(primitive, name) != nullptr) return name;
-  constexpr const char* kFeatures = "EXT_mesh_features";
-  const Json* features = extension_field(primitive, kFeatures);
-  const Json* ids = features == nullptr ? nullptr : array_field(*features, "featureIds");
-  if (ids == nullptr) return nullptr;
-  const bool any_by_place = std::any_of(ids->begin(), ids->end(), [](const Json& id) {
-    return field(id, "attribute") == nullptr && field(id, "texture") == nullptr;
-  });
-  return any_by_place ? kFeatures : nullptr;
-}
-
-// libdraco's values have no padding between columns, and a VEC4 would no longer be a matrix.
-bool is_padded_pair_of_columns(const Document& document, const Json& accessor_index) {
-  const auto index = integer_value(accessor_index);
-  const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
-  if (accessor == nullptr) return false;
-  const auto layout = element_layout(*accessor);
-  return layout && layout->columns == 2 && component_bytes(layout->component_type) == 1;
-}
-
-// Why a primitive is left as it is; empty when it is to be encoded.
-Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id) {
-  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-  if (!kind) return kind.status();
-  if (!kind->triangles) return std::string("points or lines");
-  if (kind->storage == PrimitiveStorage::kPatches) return std::string("already in patches");
-  const Json& mesh = document.json["meshes"][id.mesh];
-  const Json& primitive = mesh["primitives"][id.primitive];
-  if (const char* extension = order_dependent_extension(mesh, primitive))
-    return extension + std::string(" depends on the order of points or faces");
-  for (const auto& [semantic, index] : primitive["attributes"].items())
-    if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
-  return std::string();
-}
-
-bool all_degenerate(const Mesh& mesh) {
-  return std::all_of(mesh.faces.begin(), mesh.faces.end(), [](const std::array<uint32_t, 3>& face) {
-    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-  });
-}
-
-Status read_job(const Document& document, Expected<Mesh> mesh, Job& job, std::string& skipped) {
-  const PrimitiveId id = job.group.ids.front();
-  if (!mesh && mesh.status().code() == StatusCode::kUnsupported) {
-    skipped = mesh.status().message();
-    return {};
-  }
-  if (!mesh) return mesh.status();
-  job.mesh = std::move(*mesh);
-  if (job.mesh.faces.empty()) {
-    skipped = "no triangles";
-    return {};
-  }
-  for (const Attribute& attribute : job.mesh.attributes) {
-    if (attribute.component_count > 16) skipped = attribute.semantic + " has too many components";
-    if (attribute.component_type == ComponentType::kUint32)
-      skipped = attribute.semantic + " holds 32-bit integers";
-  }
-  auto morphs = read_morph_targets(document, id);
-  if (!morphs && morphs.status().code() == StatusCode::kUnsupported) {
-    skipped = morphs.status().message();
-    return {};
-  }
-  if (!morphs) return morphs.status();
-  job.morphs = std::move(*morphs);
-  for (const MorphAttribute& morph : job.morphs)
-    if (morph.data.count != job.mesh.point_count)
-      return invalid_input("morph target " + morph.semantic + " has " + std::to_string(morph.data.count) +
-                           " elements for " + std::to_string(job.mesh.point_count) + " points");
-  return {};
-}
-
-// Morph targets in the order of the stored points.
-std::vector<MorphAttribute> reorder(std::vector<MorphAttribute> morphs,
-                                    const std::vector<uint32_t>& source_point) {
-  for (MorphAttribute& morph : morphs) {
-    const size_t width = morph.data.values.size() / std::max(1u, morph.data.count);
-    Array<std::byte> values(width * source_point.size());
-    for (size_t i = 0; i < source_point.size(); ++i)
-      std::memcpy(values.data() + i * width, morph.data.values.data() + source_point[i] * width, width);
-    morph.data.values = std::move(values);
-    morph.data.count = static_cast<uint32_t>(source_point.size());
-  }
-  return morphs;
-}
-
-std::vector<bool> used_points(const Mesh& mesh) {
-  std::vector<bool> used(mesh.point_count, false);
-  for (const auto& face : mesh.faces)
-    for (const uint32_t point : face) used[point] = true;
-  return used;
-}
-
-// Drops the other points, none of which a face uses.
-void keep_points(Job& job, const std::vector<bool>& keep) {
-  std::vector<uint32_t> kept, number(keep.size(), 0);
-  for (uint32_t point = 0; point < keep.size(); ++point) {
-    if (!keep[point]) continue;
-    number[point] = static_cast<uint32_t>(kept.size());
-    kept.push_back(point);
-  }
-  for (Attribute& attribute : job.mesh.attributes) {
-    const size_t stride = attribute.stride();
-    Array<std::byte> values(stride * kept.size());
-    for (size_t i = 0; i < kept.size(); ++i)
-      std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
-    attribute.values = std::move(values);
-  }
-  for (auto& face : job.mesh.faces)
-    for (uint32_t& point : face) point = number[point];
-  job.mesh.point_count = static_cast<uint32_t>(kept.size());
-  job.morphs = reorder(std::move(job.morphs), kept);
-}
-
-// Exporters write a surface of several materials as primitives with the same attributes and indices of their
-// own. Each is stored with the points that its faces use, and the first of them also with those that no face
-// uses. Grids are fitted before, to all of the points: so the borders between the primitives stay closed.
-class SharedPoints {
- public:
-  void divide(const Document& document, std::vector<Job>& jobs) {
-    Job& job = jobs.back();
-    const PrimitiveId id = job.group.ids.front();
-    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-    if (extension_field(primitive, kStockExtensionName) != nullptr) return;
-    const Json* targets = field(primitive, "targets");
-    const std::string key = primitive["attributes"].dump() + (targets == nullptr ? "" : targets->dump());
-    const auto [found, is_first] = sets_.try_emplace(key, Set{jobs.size() - 1, {}});
-    if (is_first) return;
-    std::vector<bool>& used_by_others = found->second.used_by_others;
-    const std::vector<bool> used = used_points(job.mesh);
-    used_by_others.resize(used.size(), false);
-    for (size_t i = 0; i < used.size(); ++i)
-      if (used[i]) used_by_others[i] = true;
-    keep_points(job, used);
-  }
-
-  void finish(std::vector<Job>& jobs) const {
-    for (const auto& [key, set] : sets_) {
-      if (set.used_by_others.empty()) continue;
-      std::vector<bool> keep = used_points(jobs[set.first].mesh);
-      for (size_t i = 0; i < keep.size(); ++i) keep[i] = keep[i] || !set.used_by_others[i];
-      keep_points(jobs[set.first], keep);
-    }
-  }
-
- private:
-  struct Set {
-    size_t first = 0;  // of the jobs
-    std::vector<bool> used_by_others;
-  };
-  std::map<std::string, Set> sets_;
-};
 
 Json unique_id_map(const Mesh& mesh, const std::vector<uint32_t>& unique_ids) {
   Json map = Json::object();
@@ -314,78 +30,10 @@ std::vector<AttributeRequest> requests_of(const Mesh& mesh, const std::vector<ui
 void set_extension(Document& document, const PrimitiveGroup& group, const char* name, const Json& extension) {
   for (const PrimitiveId id : group.ids) {
     Json& primitive = primitive_json(document, id);
-    if (Json* extensions = object_field(primitive, "extensions")) extensions->erase(kStockExtensionName);
+    if (Json* extensions = object_field(primitive, "extensions"))
+      for (const char* other : {kExtensionName, kStockExtensionName}) extensions->erase(other);
     primitive["extensions"][name] = extension;
   }
-}
-
-// Reads every primitive that `wanted` does not name a reason against, equal ones once.
-struct Jobs {
-  std::vector<Job> jobs;
-  std::map<std::pair<size_t, size_t>, std::string> skipped;
-};
-
-Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
-                         const DecodeBackend& backend, const ThreadPool& pool) {
-  Jobs result;
-  SharedPoints shared_points;
-  std::vector<PrimitiveId> wanted;
-  for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<std::string> reason = reason_to_skip(document, id);
-    if (!reason) return reason.status().at({.file = document.source.string()});
-    if (reason->empty())
-      wanted.push_back(id);
-    else
-      result.skipped[{id.mesh, id.primitive}] = *reason;
-  }
-  std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
-  // What is compressed is decoded at once. All else is read in its turn: primitives may share points, of which
-  // each keeps its own before the next is read.
-  const auto is_compressed = [&](const PrimitiveGroup& group) {
-    return primitive_kind(document, group.ids.front())->storage != PrimitiveStorage::kPlain;
-  };
-  std::vector<PrimitiveId> compressed;
-  for (const PrimitiveGroup& group : groups)
-    if (is_compressed(group)) compressed.push_back(group.ids.front());
-  std::vector<Expected<Mesh>> decoded = read_primitives(document, compressed, backend, pool);
-  auto next_decoded = decoded.begin();
-  for (PrimitiveGroup& group : groups) {
-    Job job;
-    job.group = std::move(group);
-    Expected<Mesh> mesh = is_compressed(job.group)
-                              ? std::move(*next_decoded++)
-                              : read_primitive(document, job.group.ids.front(), backend, pool);
-    std::string skipped;
-    if (Status status = read_job(document, std::move(mesh), job, skipped); !status.ok())
-      return std::move(status).at(job.place(document));
-    if (options.drop_degenerate && skipped.empty() && all_degenerate(job.mesh))
-      skipped = "no triangles but degenerate ones";
-    if (!skipped.empty()) {
-      for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
-      continue;
-    }
-    for (Attribute& attribute : job.mesh.attributes) {
-      if (!options.lossless) trim_noise(attribute);
-      job.codings.push_back(coding_of(attribute, options));
-    }
-    job.options.method = options.method;
-    job.options.distance = options.distance;
-    job.options.encode_speed = options.encode_speed;
-    job.options.keep_duplicates = options.keep_duplicates;
-    job.options.drop_degenerate = options.drop_degenerate;
-    job.options.verify = options.verify;
-    result.jobs.push_back(std::move(job));
-    shared_points.divide(document, result.jobs);
-  }
-  shared_points.finish(result.jobs);
-  share_grids(result.jobs, options.volume);
-  for (Job& job : result.jobs) {
-    for (size_t i = 0; i < job.codings.size(); ++i)
-      if (job.mesh.attributes[i].semantic.starts_with("WEIGHTS_") && job.codings[i].bits > 0)
-        job.unrounded.push_back(job.mesh.attributes[i]);
-    round_weights(job.mesh, job.codings);
-  }
-  return result;
 }
 
 // The accessors' bounds are those of decoded values: what encode_mesh did not decode to verify it is decoded
@@ -406,16 +54,7 @@ void decode_unverified(std::vector<Job>& jobs, const DecodeBackend& backend, con
   }
 }
 
-}  // namespace
-
-Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
-                                                       const DecodeBackend& backend, const ThreadPool& pool,
-                                                       const Progress& progress) {
-  Expected<Jobs> read = read_jobs(document, options, backend, pool);
-  if (!read) return read.status();
-  std::vector<Job>& jobs = read->jobs;
-  choose_patch_counts(jobs, options);
-
+void encode_jobs(std::vector<Job>& jobs, const ThreadPool& pool, const Progress& progress) {
   std::atomic<size_t> done = 0;
   pool.for_each(jobs.size(), [&](size_t i) {
     Job& job = jobs[i];
@@ -428,46 +67,176 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
       job.status = encoded.status();
     if (progress) progress(++done, jobs.size());
   });
-  decode_unverified(jobs, backend, pool);
+}
 
-  std::map<std::pair<size_t, size_t>, PrimitiveReport> reports;
-  for (const auto& [id, reason] : read->skipped) reports[id] = {{id.first, id.second}, reason, 0, 0, 0, {}};
-  PrimitiveEditor editor(document);
-  const GeometryData data = options.fallback == Fallback::kUncompressed ? GeometryData::kInBufferViews
-                                                                        : GeometryData::kStoredElsewhere;
+// What became of every primitive, in their order.
+class Reports {
+ public:
+  explicit Reports(const Jobs& read) {
+    for (const auto& [id, reason] : read.skipped) {
+      PrimitiveReport& report = add({id.first, id.second});
+      report.skipped = reason;
+    }
+    for (const Job& job : read.jobs)
+      for (const PrimitiveId id : job.group.ids) {
+        PrimitiveReport& report = add(id);
+        report.faces = job.mesh.faces.size();
+        report.points = job.mesh.point_count;
+      }
+  }
+
+  PrimitiveReport& operator[](PrimitiveId id) { return reports_.at({id.mesh, id.primitive}); }
+
+  std::vector<PrimitiveReport> list() && {
+    std::vector<PrimitiveReport> list;
+    for (auto& [id, report] : reports_) list.push_back(std::move(report));
+    return list;
+  }
+
+ private:
+  PrimitiveReport& add(PrimitiveId id) {
+    PrimitiveReport& report = reports_[{id.mesh, id.primitive}];
+    report.id = id;
+    return report;
+  }
+
+  std::map<std::pair<size_t, size_t>, PrimitiveReport> reports_;
+};
+
+Status report_containers(const std::vector<Job>& jobs, Compat compat, Reports& reports) {
+  for (const Job& job : jobs) {
+    Expected<Container> container = parse_container(job.encoded.container);
+    if (!container) return container.status();
+    if (compat == Compat::kKhr)
+      for (StreamEntry& entry : container->entries) entry.stitch_bytes = 0;
+    for (const PrimitiveId id : job.group.ids) {
+      PrimitiveReport& report = reports[id];
+      report.bytes = compat == Compat::kKhr ? container->stream_bytes() : job.encoded.container.size();
+      report.streams = container->entries;
+      report.has_residue = container->has_residue;
+      report.statistics = job.encoded.statistics;
+    }
+  }
+  return {};
+}
+
+// EXT_mesh_manifold says by indices which points of a mesh are one; they are others now.
+void drop_manifolds(Document& document, const std::vector<Job>& jobs, PrimitiveEditor& editor,
+                    Reports& reports) {
+  constexpr const char* kManifold = "EXT_mesh_manifold";
+  std::set<size_t> dropped;
+  for (const Job& job : jobs)
+    for (const PrimitiveId id : job.group.ids) {
+      Json& mesh = document.json["meshes"][id.mesh];
+      if (const Json* manifold = extension_field(mesh, kManifold)) {
+        for (const char* name : {"mergeIndices", "mergeValues"})
+          if (const auto accessor = integer_field(*manifold, name)) editor.release(*accessor);
+        if (const Json* primitive = object_field(*manifold, "manifoldPrimitive"))
+          if (const auto accessor = integer_field(*primitive, "indices")) editor.release(*accessor);
+        mesh["extensions"].erase(kManifold);
+        if (mesh["extensions"].empty()) mesh.erase("extensions");
+        dropped.insert(id.mesh);
+      }
+      if (dropped.contains(id.mesh))
+        reports[id].warnings.push_back(std::string(kManifold) + " is dropped: its data refer to indices");
+    }
+  if (!dropped.empty()) unlist_unused_extension(document, kManifold);
+}
+
+// Each geometry as one container in PSPLIT_mesh_draco_patches.
+void write_patches(Document& document, std::vector<Job>& jobs, GeometryData data, PrimitiveEditor& editor) {
   for (Job& job : jobs) {
-    if (!job.status.ok()) return std::move(job.status).at(job.place(document));
     const int64_t view = append_buffer_view(document, job.encoded.container);
     const Json extension = {{"bufferView", view},
                             {"attributes", unique_id_map(job.mesh, job.encoded.unique_ids)}};
-    editor.set_geometry(job.group, *job.encoded.decoded,
-                        reorder(std::move(job.morphs), job.encoded.source_point), data);
+    editor.set_geometry(job.group, *job.encoded.decoded, reorder(job.morphs, job.encoded.source_point), data);
     set_extension(document, job.group, kExtensionName, extension);
-    for (const PrimitiveId id : job.group.ids)
-      reports[{id.mesh, id.primitive}] = {id,
-                                          "",
-                                          job.mesh.faces.size(),
-                                          job.mesh.point_count,
-                                          job.encoded.container.size(),
-                                          job.encoded.statistics};
   }
-  if (!jobs.empty()) list_extension(document, kExtensionName, options.fallback == Fallback::kNone);
-  editor.finish();
-
-  std::vector<PrimitiveReport> list;
-  for (auto& [id, report] : reports) list.push_back(std::move(report));
-  return list;
 }
 
-Status encode_document_stock(Document& document, const EncodeDocumentOptions& options, const ThreadPool& pool) {
+// Each patch as a primitive of its own in KHR_draco_mesh_compression.
+void write_patch_primitives(Document& document, std::vector<Job>& jobs,
+                            const std::vector<std::vector<PatchPrimitive>>& patches, GeometryData data,
+                            Reports& reports) {
+  std::vector<PrimitiveGroup> groups;
+  std::vector<size_t> counts;
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    groups.push_back(jobs[i].group);
+    counts.push_back(patches[i].size());
+  }
+  const auto repeated = repeat_primitives(document, groups, counts);
+  PrimitiveEditor editor(document);
+  for (size_t i = 0; i < jobs.size(); ++i)
+    for (size_t k = 0; k < patches[i].size(); ++k) {
+      const PatchPrimitive& patch = patches[i][k];
+      const int64_t view = append_buffer_view(document, patch.stream);
+      editor.set_geometry(repeated[i][k], patch.mesh, reorder(jobs[i].morphs, patch.source_point), data);
+      set_extension(
+          document, repeated[i][k], kStockExtensionName,
+          {{"bufferView", view}, {"attributes", unique_id_map(jobs[i].mesh, jobs[i].encoded.unique_ids)}});
+    }
+  drop_manifolds(document, jobs, editor, reports);
+  editor.finish();
+}
+
+}  // namespace
+
+Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
+                                                       const DecodeBackend& backend, const ThreadPool& pool,
+                                                       const Progress& progress) {
+  Expected<Jobs> read = read_jobs(document, options, backend, pool);
+  if (!read) return read.status();
+  Reports reports(*read);
+  std::vector<Job>& jobs = read->jobs;
+  // A patch of its own has no place for points that nothing uses.
+  std::vector<uint32_t> unused(jobs.size(), 0);
+  if (options.compat == Compat::kKhr)
+    for (size_t i = 0; i < jobs.size(); ++i) unused[i] = drop_unused_points(jobs[i]);
+  choose_patch_counts(jobs, options);
+  encode_jobs(jobs, pool, progress);
+  decode_unverified(jobs, backend, pool);
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    if (!jobs[i].status.ok()) return std::move(jobs[i].status).at(jobs[i].place(document));
+    jobs[i].encoded.statistics.dropped_points += unused[i];
+  }
+  if (Status status = report_containers(jobs, options.compat, reports); !status.ok()) return status;
+
+  const bool with_fallback = options.fallback == Fallback::kUncompressed;
+  const GeometryData data = with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere;
+  if (options.compat == Compat::kKhr) {
+    std::vector<std::vector<PatchPrimitive>> patches;
+    for (const Job& job : jobs) {
+      auto primitives =
+          patch_primitives(job.encoded, requests_of(job.mesh, job.encoded.unique_ids), backend, pool);
+      if (!primitives) return primitives.status().at(job.place(document));
+      patches.push_back(std::move(*primitives));
+    }
+    write_patch_primitives(document, jobs, patches, data, reports);
+    if (!jobs.empty()) list_extension(document, kStockExtensionName, !with_fallback);
+  } else {
+    PrimitiveEditor editor(document);
+    write_patches(document, jobs, data, editor);
+    if (!jobs.empty()) list_extension(document, kExtensionName, !with_fallback);
+    drop_manifolds(document, jobs, editor, reports);
+    editor.finish();
+  }
+  return std::move(reports).list();
+}
+
+Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
+                                                             const EncodeDocumentOptions& options,
+                                                             const ThreadPool& pool) {
   const DecodeBackend backend = draco_backend();
   Expected<Jobs> read = read_jobs(document, options, backend, pool);
   if (!read) return read.status();
+  Reports reports(*read);
   std::vector<Job>& jobs = read->jobs;
   std::vector<StockStream> streams(jobs.size());
   std::vector<Mesh> decoded(jobs.size());
   pool.for_each(jobs.size(), [&](size_t i) {
-    Expected<StockStream> stream = encode_stock_stream(jobs[i].mesh, jobs[i].codings, options.encode_speed);
+    // Draco does not say which point became which, and morph targets need to know.
+    Expected<StockStream> stream =
+        encode_stock_stream(jobs[i].mesh, jobs[i].codings, options.encode_speed, !jobs[i].morphs.empty());
     if (!stream) {
       jobs[i].status = stream.status();
       return;
@@ -477,25 +246,26 @@ Status encode_document_stock(Document& document, const EncodeDocumentOptions& op
       jobs[i].status = mesh.status();
       return;
     }
+    if (!jobs[i].morphs.empty() && stream->source_point.size() != mesh->point_count)
+      jobs[i].status = runtime_failure("libdraco decodes other points than it should");
     streams[i] = std::move(*stream);
     decoded[i] = std::move(*mesh);
   });
 
   PrimitiveEditor editor(document);
-  bool any = false;
   for (size_t i = 0; i < jobs.size(); ++i) {
     if (!jobs[i].status.ok()) return std::move(jobs[i].status).at(jobs[i].place(document));
-    // Stock Draco does not say which point became which, and morph targets need to know.
-    if (!jobs[i].morphs.empty()) continue;
     const int64_t view = append_buffer_view(document, streams[i].bytes);
-    editor.set_geometry(jobs[i].group, decoded[i], {}, GeometryData::kStoredElsewhere);
+    editor.set_geometry(jobs[i].group, decoded[i], reorder(jobs[i].morphs, streams[i].source_point),
+                        GeometryData::kStoredElsewhere);
     set_extension(document, jobs[i].group, kStockExtensionName,
                   {{"bufferView", view}, {"attributes", unique_id_map(jobs[i].mesh, streams[i].unique_ids)}});
-    any = true;
+    for (const PrimitiveId id : jobs[i].group.ids) reports[id].bytes = streams[i].bytes.size();
   }
-  if (any) list_extension(document, kStockExtensionName, true);
+  if (!jobs.empty()) list_extension(document, kStockExtensionName, true);
+  drop_manifolds(document, jobs, editor, reports);
   editor.finish();
-  return {};
+  return std::move(reports).list();
 }
 
 Document document_from_mesh(const Mesh& mesh) {

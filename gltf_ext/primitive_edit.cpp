@@ -88,27 +88,28 @@ PrimitiveEditor::PrimitiveEditor(Document& document) : document_(document) {
   });
 }
 
-// The accessor that may hold the group's data for a role: the current one where nobody else uses it, otherwise
-// a copy of it.
+// The accessor that may hold the group's data for a role, for which each primitive names it `uses` times: the
+// current one where nobody else uses it, otherwise a copy of it.
 int64_t PrimitiveEditor::accessor_to_edit(const PrimitiveGroup& group, const std::string& role,
-                                          const Json* current) {
+                                          const Json* current, size_t uses) {
+  const size_t users = group.ids.size() * uses;
   Json& accessors = document_.json["accessors"];
   if (!accessors.is_array()) accessors = Json::array();
   const auto index = current == nullptr ? std::nullopt : integer_value(*current);
   Json fresh = Json::object();
   if (index) {
     const auto taken = taken_.find(*index);
-    if (users_[*index] == group.ids.size() && taken == taken_.end()) {
+    if (users_[*index] == users && taken == taken_.end()) {
       taken_[*index] = role;
       return *index;
     }
-    users_[*index] -= std::min(users_[*index], group.ids.size());
+    users_[*index] -= std::min(users_[*index], users);
     if (users_[*index] == 0 && taken == taken_.end()) freed_.push_back(*index);
     fresh = accessors[static_cast<size_t>(*index)];
   }
   accessors.push_back(std::move(fresh));
   const auto added = static_cast<int64_t>(accessors.size()) - 1;
-  users_[added] = group.ids.size();
+  users_[added] = users;
   taken_[added] = role;
   return added;
 }
@@ -117,18 +118,12 @@ void PrimitiveEditor::fill(int64_t index, const AccessorData& data, int target, 
                            bool with_bounds) {
   const auto slot = static_cast<size_t>(index);
   with_bounds = with_bounds || field(document_.json["accessors"][slot], "min") != nullptr;
-  Json added;
-  if (how == GeometryData::kInBufferViews) {
-    append_accessor(document_, data, target, false);
-    Json& accessors = document_.json["accessors"];
-    added = accessors.back();
-    accessors.erase(accessors.size() - 1);
-  }
   Json& accessor = document_.json["accessors"][slot];
   describe_decoded(accessor, data, with_bounds);
   accessor["componentType"] = static_cast<int>(data.component_type);
   if (field(accessor, "type") == nullptr) accessor["type"] = "SCALAR";
-  if (const Json* view = field(added, "bufferView")) accessor["bufferView"] = *view;
+  if (how == GeometryData::kInBufferViews) store_values(document_, accessor, data, target);
+  if (how == GeometryData::kSparse) store_values_sparse(document_, accessor, data, target);
 }
 
 void PrimitiveEditor::set_geometry(const PrimitiveGroup& group, const Mesh& mesh,
@@ -154,11 +149,27 @@ void PrimitiveEditor::set_geometry(const PrimitiveGroup& group, const Mesh& mesh
     primitive["indices"] = indices;
     if (integer_field_or(primitive, "mode", 4) != 4) primitive["mode"] = 4;
   }
+  set_morphs(group, morphs);
+}
+
+void PrimitiveEditor::set_morphs(const PrimitiveGroup& group, const std::vector<MorphAttribute>& morphs) {
+  constexpr int kArrayBuffer = 34962;
+  const auto current = [&](const MorphAttribute& morph) {
+    return field(primitive_json(document_, group.ids.front())["targets"][morph.target], morph.semantic.c_str());
+  };
+  std::map<int64_t, size_t> uses;
+  for (const MorphAttribute& morph : morphs) ++uses[integer_value(*current(morph)).value_or(-1)];
+  std::map<int64_t, int64_t> edited;
   for (const MorphAttribute& morph : morphs) {
-    const Json& target = primitive_json(document_, first)["targets"][morph.target];
-    const std::string role = "target " + std::to_string(morph.target) + " " + morph.semantic;
-    const int64_t index = accessor_to_edit(group, role, field(target, morph.semantic.c_str()));
-    fill(index, morph.data, kArrayBuffer, GeometryData::kInBufferViews, morph.semantic == "POSITION");
+    const int64_t before = integer_value(*current(morph)).value_or(-1);
+    const auto [found, is_new] = edited.try_emplace(before, 0);
+    if (is_new) {
+      const std::string role = "target " + std::to_string(morph.target) + " " + morph.semantic;
+      found->second = accessor_to_edit(group, role, current(morph), uses[before]);
+      fill(found->second, morph.data, kArrayBuffer,
+           morph.sparse ? GeometryData::kSparse : GeometryData::kInBufferViews, morph.semantic == "POSITION");
+    }
+    const int64_t index = found->second;
     for (const PrimitiveId id : group.ids)
       primitive_json(document_, id)["targets"][morph.target][morph.semantic] = index;
   }

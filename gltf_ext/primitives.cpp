@@ -234,7 +234,9 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
       if (!number) return invalid_input("morph target " + semantic + " has no accessor", place_of(id));
       Expected<AccessorData> data = read_accessor(document, *number);
       if (!data) return data.status().at(place_of(id));
-      morphs.push_back({t, semantic, std::move(*data)});
+      const Json& accessor = *top_level_object(document.json, "accessors", *number);
+      const bool sparse = field(accessor, "sparse") != nullptr || field(accessor, "bufferView") == nullptr;
+      morphs.push_back({t, semantic, std::move(*data), sparse});
     }
   }
   return morphs;

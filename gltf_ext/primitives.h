@@ -43,6 +43,7 @@ struct MorphAttribute {
   size_t target = 0;
   std::string semantic;
   AccessorData data;
+  bool sparse = false;  // its accessor is sparse, or all zero for want of a buffer view
 };
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id);
 

@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "gltf_ext/document.h"
 #include "gltf_ext/files.h"
 #include "gltf_ext/glb.h"
 #include "gltf_ext/json_fields.h"
+#include "gltf_ext/json_text.h"
+#include "gltf_ext/sha256.h"
 #include "gltf_ext/structure.h"
 #include "gltf_ext/uri.h"
 
@@ -123,6 +126,36 @@ Status copy_images(const Document& document, const fs::path& output) {
   return {};
 }
 
+// "name.0123456789abcdef.bin": by its content, so that it never replaces what a .gltf that still stands refers
+// to.
+constexpr size_t kNameDigits = 16;
+
+fs::path binary_path(const fs::path& path, std::span<const uint8_t> bytes) {
+  Sha256 sha;
+  sha.add(bytes);
+  fs::path binary = path;
+  return binary.replace_extension("." + sha.hex().substr(0, kNameDigits) + ".bin");
+}
+
+// The binary of the .gltf that stands at `path`, where binary_path gave it its name: once the .gltf is replaced
+// nothing needs it.
+std::optional<fs::path> superseded_binary(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return std::nullopt;
+  const auto bytes = read_file(path);
+  if (!bytes) return std::nullopt;
+  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  const Json* buffer = json ? top_level_object(*json, "buffers", 0) : nullptr;
+  const std::string* uri = buffer == nullptr ? nullptr : string_field(*buffer, "uri");
+  if (uri == nullptr) return std::nullopt;
+  const std::string name = percent_decode(*uri), stem = path.stem().string() + ".";
+  if (!name.starts_with(stem) || !name.ends_with(".bin") || name.size() != stem.size() + kNameDigits + 4)
+    return std::nullopt;
+  const std::string_view digits = std::string_view(name).substr(stem.size(), kNameDigits);
+  if (digits.find_first_not_of("0123456789abcdef") != std::string_view::npos) return std::nullopt;
+  return path.parent_path() / name;
+}
+
 std::string dump(const Json& json, int indent) {
   return json.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
 }
@@ -149,16 +182,21 @@ Status write_document(const Document& document, const fs::path& path) {
     return write_file(path, {*head, merged.bytes}).at(place);
   }
 
-  // The binary first: a .gltf that stands there is whole.
+  // The binary first, under a name of its own: whatever .gltf stands at `path` meanwhile is whole.
   if (Status status = copy_images(document, path); !status.ok()) return std::move(status).at(place);
+  const std::optional<fs::path> before = superseded_binary(path);
+  std::optional<fs::path> binary_written;
   if (!merged.bytes.empty()) {
-    fs::path binary = path;
-    binary.replace_extension(".bin");
+    const fs::path binary = binary_path(path, merged.bytes);
+    binary_written = binary;
     merged.json["buffers"][0]["uri"] = percent_encode(binary.filename().string());
     if (Status status = write_file(binary, {merged.bytes}); !status.ok()) return std::move(status).at(place);
   }
   const std::string text = dump(merged.json, 2) + "\n";
-  return write_file(path, {bytes_of(text)}).at(place);
+  Status status = write_file(path, {bytes_of(text)}).at(place);
+  std::error_code ignored;
+  if (status.ok() && before && before != binary_written) fs::remove(*before, ignored);
+  return status;
 }
 
 }  // namespace psplit

@@ -23,6 +23,8 @@ endif()
 message(STATUS "tinygltf plugin: ${PSPLIT_HAS_TINYGLTF}")
 if(PSPLIT_BUILD_ENCODER)
   find_package(nlohmann_json 3.10 REQUIRED)
+  # meshoptimizer: decodes buffer views that it compressed, and is a rival that `compare` measures.
+  find_package(meshoptimizer REQUIRED)
 endif()
 # oneTBB: the pool of threads behind src/parallel.h.
 find_package(TBB REQUIRED)
@@ -60,8 +62,7 @@ if(PSPLIT_BUILD_TOOLS)
   find_package(CLI11 REQUIRED)
   # libpng: the pictures of `inspect --preview`.
   find_package(PNG 1.6 REQUIRED)
-  # meshoptimizer and zstd: the rival that `compare` measures.
-  find_package(meshoptimizer REQUIRED)
+  # zstd: the rival that `compare` measures, on top of meshoptimizer.
   find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
   find_library(ZSTD_LIBRARY NAMES zstd REQUIRED)
   add_library(psplit_zstd_package INTERFACE)

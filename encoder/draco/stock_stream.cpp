@@ -9,7 +9,7 @@
 namespace psplit {
 
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                          int encode_speed) {
+                                          int encode_speed, bool with_source_points) {
   const WeldedMesh welded = weld(mesh, ThreadPool(1));
   PatchMesh whole;
   whole.points.resize(mesh.point_count);
@@ -20,13 +20,22 @@ Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const Attr
   stock.unique_ids = stream_unique_ids(mesh);
   Expected<std::vector<uint8_t>> bytes = encode_edgebreaker(welded, whole, codings, encode_speed);
   // Edgebreaker cannot carry a mesh whose every face is degenerate.
-  if (!bytes) bytes = encode_sequential(welded, whole, codings, encode_speed);
+  const bool is_sequential = !bytes.ok();
+  if (is_sequential) bytes = encode_sequential(welded, whole, codings, encode_speed);
   if (!bytes) return bytes.status();
   stock.bytes = std::move(*bytes);
   Expected<StreamCounts> counts = stream_counts(stock.bytes);
   if (!counts) return counts.status();
   stock.face_count = counts->face_count;
   stock.point_count = counts->point_count;
+  if (!with_source_points) return stock;
+  if (is_sequential) {
+    stock.source_point = std::move(whole.points);
+    return stock;
+  }
+  Expected<DecodedOrder> order = edgebreaker_order(welded, whole, encode_speed);
+  if (!order) return order.status();
+  stock.source_point = std::move(order->patch_point);  // the whole mesh is the patch
   return stock;
 }
 

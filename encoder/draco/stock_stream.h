@@ -13,9 +13,11 @@ struct StockStream {
   // that a decoder of the stream will see.
   uint32_t face_count = 0;
   uint32_t point_count = 0;
+  // For each decoded point the point of the mesh that it is, where it was asked for.
+  std::vector<uint32_t> source_point;
 };
 
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                          int encode_speed);
+                                          int encode_speed, bool with_source_points = false);
 
 }  // namespace psplit

@@ -5,9 +5,8 @@
 
 Well-formed files must encode, validate, decode and compare equal (same_mesh), with the default options and with
 --lossless, or be refused exactly as expected_refusals.txt says. In the JSON of glTF, only what asset_difference.py
-lists may change. Files of the malformed folder must load or be
-refused: exit code 2, 3 or 5 with a message. --validator names a folder with validate.mjs and its node_modules:
-outputs then pass the official validator, errors of the input (glTF's own, or those in expected_errors.txt) aside.
+lists may change. Files of the malformed folder must load or be refused: exit code 2, 3 or 5 with a message that names
+them. --validator names a folder with validate.mjs and its node_modules: outputs then pass the official validator, errors of the input (glTF's own, or those in expected_errors.txt) aside.
 
 Well-formed .drc files and assets with stock KHR_draco_mesh_compression must inspect, and decode to the same bytes
 with --backend cpu and --backend draco; .drc files of bitstreams before 2.2, which only libdraco decodes, with
@@ -97,6 +96,8 @@ def round_trip(path, source, folder, malformed, lossless):
     if code != 0:
         if not said or code not in (2, 3, 5):
             raise Failure(f"encode exits with {code}: {said[-400:]}")
+        if source.name not in said:
+            raise Failure(f"encode refuses it without its name: {said[-400:]}")
         if encoded.exists():
             raise Failure("encode refused the file, and left an output")
         if not malformed and str(code) not in expected:

@@ -1,9 +1,11 @@
-// write_seeds FOLDER: what the fuzzers start from, in FOLDER/core_fuzzer and FOLDER/container_fuzzer.
+// write_seeds FOLDER: what the fuzzers start from, a folder for each.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 
+#include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
+#include "gltf_ext/convert.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/procedural_meshes.h"
 
@@ -18,6 +20,40 @@ void write(const fs::path& folder, size_t number, std::span<const uint8_t> bytes
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
+// The same small asset in every form: plain, in patches, as stock Draco, with a sparse morph target; .glb and
+// .gltf.
+void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
+  using psplit::Json;
+  const psplit::Mesh mesh = psplit::make_grid(4, 4);
+  for (int form = 0; form < 4; ++form) {
+    psplit::Document document = psplit::document_from_mesh(mesh);
+    if (form == 1) (void)psplit::encode_document(document, {.patches = 2}, psplit::draco_backend(), pool);
+    if (form == 2) (void)psplit::encode_document_stock(document, {}, pool);
+    if (form == 3) {
+      psplit::AccessorData data{psplit::ComponentType::kFloat32, 3, false, mesh.point_count,
+                                mesh.attributes[0].values};
+      std::fill(data.values.begin() + 12, data.values.end(), std::byte{0});
+      Json accessor = psplit::describe_stored(data);
+      psplit::store_values_sparse(document, accessor, data, 34962);
+      document.json["accessors"].push_back(accessor);
+      document.json["meshes"][0]["primitives"][0]["targets"] =
+          Json::array({{{"POSITION", document.json["accessors"].size() - 1}}});
+    }
+    (void)psplit::write_document(document, folder / (std::to_string(form) + ".glb"));
+    // A .gltf with its bytes in a data URI, not in base64.
+    Json json = document.json;
+    constexpr const char* kHex = "0123456789abcdef";
+    std::string uri = "data:,";
+    for (const uint8_t byte : document.buffers[0]) {
+      uri += '%';
+      uri += kHex[byte >> 4];
+      uri += kHex[byte & 15];
+    }
+    json["buffers"][0]["uri"] = uri;
+    std::ofstream(folder / (std::to_string(form) + ".gltf")) << json.dump();
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -25,13 +61,16 @@ int main(int argc, char** argv) {
     std::cerr << "usage: write_seeds FOLDER\n";
     return 1;
   }
-  const fs::path core = fs::path(argv[1]) / "core_fuzzer", container = fs::path(argv[1]) / "container_fuzzer";
+  const fs::path core = fs::path(argv[1]) / "core_fuzzer", container = fs::path(argv[1]) / "container_fuzzer",
+                 document = fs::path(argv[1]) / "document_fuzzer";
   fs::create_directories(core);
   fs::create_directories(container);
+  fs::create_directories(document);
   size_t number = 0;
   psplit::for_each_draco_stream([&](const psplit::DracoStream& stream) { write(core, number++, stream.bytes); },
                                 psplit::StreamSet::kSmall);
   const psplit::ThreadPool pool;
+  write_documents(document, pool);
   for (psplit::NamedMesh& named : psplit::nasty_meshes()) {
     std::erase_if(named.mesh.attributes,
                   [](const auto& attribute) { return attribute.semantic != "POSITION"; });

@@ -165,9 +165,9 @@ TEST_F(DocumentTest, LoadsUris) {
   EXPECT_EQ(one("."), "status 2");
 }
 
-TEST_F(DocumentTest, MeshoptFallbackLoadsWithoutBytes) {
+TEST_F(DocumentTest, WhatANewerMeshoptimizerCompressedPassesThrough) {
   const std::string text =
-      asset(R"("buffers":[{"byteLength":4,"uri":"data:;base64,AAAAAA=="},)"
+      asset(R"("buffers":[{"byteLength":4,"uri":"data:;base64,oQAAAA=="},)"
             R"({"byteLength":64,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
             R"("bufferViews":[{"buffer":1,"byteLength":64,"extensions":{"EXT_meshopt_compression":)"
             R"({"buffer":0,"byteLength":4,"byteStride":4,"count":16,"mode":"ATTRIBUTES"}}}])");
@@ -203,11 +203,60 @@ TEST_F(DocumentTest, MergesBuffersOnWriting) {
     EXPECT_EQ(text_of(*buffer_view_bytes(*again, 1)), "abc");
     EXPECT_EQ(again->json["extras"].dump(), document->json["extras"].dump());
   }
-  EXPECT_TRUE(fs::exists(folder_ / "out.bin"));
-  // Nothing is left beside the outputs: asset.gltf, out.glb, out.gltf, out.bin.
+  // Nothing is left beside the outputs: asset.gltf, out.glb, out.gltf and its .bin.
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 4);
   EXPECT_EQ(write_document(*document, folder_ / "out.obj").code(), StatusCode::kUsage);
   EXPECT_EQ(write_document(*document, folder_ / "none" / "out.glb").code(), StatusCode::kIo);
+}
+
+// The files of a folder that end so.
+std::vector<fs::path> files_ending(const fs::path& folder, const std::string& end) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().string().ends_with(end)) found.push_back(entry.path());
+  return found;
+}
+
+// Whenever writing stops, the .gltf that stands refers to bytes that are its own.
+TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
+  const auto with_bytes = [&](const std::string& bytes) {
+    return *read(asset(R"("buffers":[{"byteLength":4,"uri":"data:,)" + bytes +
+                       R"("}],"bufferViews":[{"buffer":0,"byteLength":4}])"));
+  };
+  const fs::path path = folder_ /
+                        "K\xC3\xA4"
+                        "fer \xE6\xA8\xA1.gltf";
+  ASSERT_TRUE(write_document(with_bytes("aaaa"), path).ok());
+  ASSERT_EQ(files_ending(folder_, ".bin").size(), 1u);
+  const fs::path first = files_ending(folder_, ".bin")[0];
+  // As if it had stopped before the .gltf was replaced: a folder of that name is in the way.
+  fs::copy_file(path, folder_ / "copy.gltf");
+  fs::remove(path);
+  fs::create_directory(path);
+  EXPECT_EQ(write_document(with_bytes("bbbb"), path).code(), StatusCode::kIo);
+  const auto still = read_document(folder_ / "copy.gltf");
+  ASSERT_TRUE(still) << still.status().to_string();
+  EXPECT_EQ(text_of(*buffer_view_bytes(*still, 0)), "aaaa");
+  // Replaced, it takes its old bytes along; what is not ours to remove stays.
+  fs::remove(path);
+  fs::copy_file(folder_ / "copy.gltf", path);
+  write("other.bin", "cccc");
+  ASSERT_TRUE(write_document(with_bytes("bbbb"), path).ok());
+  EXPECT_EQ(text_of(*buffer_view_bytes(*read_document(path), 0)), "bbbb");
+  EXPECT_FALSE(fs::exists(first));
+  EXPECT_EQ(files_ending(folder_, ".bin").size(), 2u);
+  ASSERT_TRUE(write_document(with_bytes("bbbb"), path).ok());
+  EXPECT_EQ(files_ending(folder_, ".bin").size(), 2u);
+}
+
+TEST_F(DocumentTest, TheBinaryOfAnotherToolStays) {
+  write("asset.bin", "dddd");
+  const auto document = read(asset(R"("buffers":[{"byteLength":4,"uri":"asset.bin"}],)"
+                                   R"("bufferViews":[{"buffer":0,"byteLength":4}])"));
+  ASSERT_TRUE(document);
+  ASSERT_TRUE(write_document(*document, folder_ / "asset.gltf").ok());
+  EXPECT_TRUE(fs::exists(folder_ / "asset.bin"));
+  EXPECT_EQ(text_of(*buffer_view_bytes(*read_document(folder_ / "asset.gltf"), 0)), "dddd");
 }
 
 TEST_F(DocumentTest, FallbackBuffersWithBytesBecomeOrdinary) {

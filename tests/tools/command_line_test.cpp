@@ -22,7 +22,7 @@ using testing::internal::CaptureStdout;
 using testing::internal::GetCapturedStderr;
 using testing::internal::GetCapturedStdout;
 
-const char* const kCommands[] = {"encode", "decode", "inspect", "validate", "compare", "generate"};
+const char* const kCommands[] = {"encode", "batch", "decode", "inspect", "validate", "compare", "generate"};
 
 struct Outcome {
   int code = -1;
@@ -88,6 +88,12 @@ class CommandLine : public testing::Test {
     return path("split.glb");
   }
 
+  // The .bin that a .gltf refers to.
+  std::string binary_of(const std::string& gltf) const {
+    const auto json = nlohmann::json::parse(read_bytes(path(gltf)));
+    return json.at("buffers").at(0).at("uri").get<std::string>();
+  }
+
   // The same as stock Draco, as glTF and as the stream alone.
   std::string stock_sample() const {
     const Outcome outcome =
@@ -101,7 +107,7 @@ class CommandLine : public testing::Test {
     const auto& view =
         json.at("bufferViews").at(extension.at("KHR_draco_mesh_compression").at("bufferView").get<size_t>());
     const std::string stream =
-        read_bytes(path("stock.bin"))
+        read_bytes(path(binary_of("stock.gltf")))
             .substr(view.value("byteOffset", size_t{0}), view.at("byteLength").get<size_t>());
     EXPECT_EQ(stream.substr(0, 5), "DRACO");
     write("mesh.drc", stream);
@@ -442,9 +448,9 @@ TEST_F(CommandLine, InspectNamesTheStreamThatIsBroken) {
   EXPECT_EQ(shortened.code, 3);
   EXPECT_EQ(shortened.out, "");
   EXPECT_NE(shortened.err.find("short.drc: Draco stream: "), std::string::npos) << shortened.err;
-  std::string binary = read_bytes(path("stock.bin"));
+  std::string binary = read_bytes(path(binary_of("stock.gltf")));
   binary[binary.find("DRACO")] = 'X';
-  write("stock.bin", binary);
+  write(binary_of("stock.gltf"), binary);
   const Outcome broken = run({"inspect", path("stock.gltf")});
   EXPECT_EQ(broken.code, 3);
   EXPECT_NE(broken.err.find("stock.gltf: mesh 0, primitive 0: Draco stream: not a Draco mesh"),
@@ -480,7 +486,7 @@ TEST_F(CommandLine, DecodesToPlainAndToStockDraco) {
   ASSERT_EQ(plain.code, 0) << plain.err;
   const auto plain_json = nlohmann::json::parse(read_bytes(path("plain.gltf")));
   EXPECT_FALSE(plain_json.contains("extensionsUsed"));
-  EXPECT_TRUE(std::filesystem::exists(path("plain.bin")));
+  EXPECT_TRUE(std::filesystem::exists(path(binary_of("plain.gltf"))));
 
   const Outcome draco = run({"decode", input, path("draco.gltf"), "--to", "draco", "--backend", "draco"});
   ASSERT_EQ(draco.code, 0) << draco.err;
@@ -580,6 +586,22 @@ TEST_F(CommandLine, DashIsStdinAndStdoutOfEveryCommand) {
   EXPECT_NE(empty.err.find("stdin: "), std::string::npos) << empty.err;
 }
 
+TEST_F(CommandLine, CompatKhrWritesWhatLoadersOfTodayOpen) {
+  const Outcome outcome = run({"encode", sample(), path("khr.glb"), "--patches", "4", "--compat", "khr",
+                               "--report", path("report.json"), "-q"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto total = nlohmann::json::parse(read_bytes(path("report.json"))).at("total");
+  EXPECT_EQ(total.at("patches"), 4);
+  EXPECT_GT(total.at("replication"), 0.0);
+  EXPECT_EQ(total.at("bytes").at("total"), total.at("bytes").at("payload"));
+  const Outcome inspected = run({"inspect", path("khr.glb"), "--format", "json"});
+  ASSERT_EQ(inspected.code, 0) << inspected.err;
+  const auto primitives = nlohmann::json::parse(inspected.out).at("primitives");
+  ASSERT_EQ(primitives.size(), 4u);
+  for (const auto& primitive : primitives) EXPECT_EQ(primitive.at("storage"), "draco");
+  EXPECT_EQ(run({"decode", path("khr.glb"), path("plain.glb"), "-q"}).code, 0);
+}
+
 TEST_F(CommandLine, BytesDoNotDependOnThreads) {
   const std::string input = sample("scene", "9000");
   for (const char* output : {"patches.glb", "plain.gltf", "stock.glb"}) {
@@ -590,8 +612,8 @@ TEST_F(CommandLine, BytesDoNotDependOnThreads) {
       std::vector<std::string> words = {"decode", split, out, "-j", threads, "-q"};
       if (out == path("stock.glb")) words.insert(words.end(), {"--to", "draco"});
       ASSERT_EQ(run(words).code, 0);
-      const std::vector<std::string> bytes = {read_bytes(split), read_bytes(out),
-                                              read_bytes(path("plain.bin"))};
+      std::vector<std::string> bytes = {read_bytes(split), read_bytes(out)};
+      if (out == path("plain.gltf")) bytes.push_back(read_bytes(path(binary_of("plain.gltf"))));
       if (first.empty()) first = bytes;
       EXPECT_TRUE(bytes == first) << output << " -j " << threads;
     }

@@ -24,9 +24,12 @@ Status run_decode(const Arguments& arguments, const Session& session) {
   {
     ProgressBar bar("decoding", session.log);
     Status status = decode_document(*document, find_backend(arguments.backend), session.pool, bar.callback());
-    if (status.ok() && arguments.target == "draco")
-      status = encode_document_stock(*document, arguments.options, session.pool);
     if (!status.ok()) return std::move(status).at({.file = arguments.input});
+  }
+  if (arguments.target == "draco") {
+    const auto reports = encode_document_stock(*document, arguments.options, session.pool);
+    if (!reports) return reports.status().at({.file = arguments.input});
+    log_reports(*reports, session.log);
   }
   if (Status status = write_document(*document, arguments.output); !status.ok())
     return std::move(status).at({.file = arguments.output});

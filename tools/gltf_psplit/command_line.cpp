@@ -35,6 +35,7 @@ int run(int argc, char** argv, const char* version) {
 
   Action action;
   add_encode_command(app, action);
+  add_batch_command(app, action);
   add_decode_command(app, action);
   add_inspect_command(app, action);
   add_validate_command(app, action);
@@ -59,7 +60,7 @@ int run(int argc, char** argv, const char* version) {
   const Verbosity verbosity = common.quiet     ? Verbosity::kQuiet
                               : common.verbose ? Verbosity::kVerbose
                                                : Verbosity::kNormal;
-  const Session session(verbosity, common.thread_count);
+  const Session session(verbosity, common.thread_count, version);
   const Status status = action(session);
   if (!status.ok()) session.log.error(status);
   return static_cast<int>(status.code());

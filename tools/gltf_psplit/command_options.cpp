@@ -168,6 +168,14 @@ Status check_output_path(const std::string& path) {
       StatusCode::kUsage, "the output must end in .glb or .gltf, or be - for a GLB on stdout", {.file = path}};
 }
 
+void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix) {
+  for (const PrimitiveReport& report : reports) {
+    const std::string place = prefix + describe_place(report.id.mesh, report.id.primitive);
+    if (!report.skipped.empty()) log.note(place + " is left as it is: " + report.skipped);
+    for (const std::string& warning : report.warnings) log.warning(place + ": " + warning);
+  }
+}
+
 Status write_text(const std::string& path, const std::string& text) {
   return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
 }

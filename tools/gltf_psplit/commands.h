@@ -18,13 +18,16 @@ namespace psplit {
 struct Session {
   Log log;
   ThreadPool pool;
-  Session(Verbosity verbosity, int thread_count) : log(verbosity), pool(thread_count) {}
+  std::string version;  // of the command
+  Session(Verbosity verbosity, int thread_count, std::string its_version = "")
+      : log(verbosity), pool(thread_count), version(std::move(its_version)) {}
 };
 
 using Action = std::function<Status(const Session&)>;
 
 // Each adds its subcommand; a command line that names it sets `action` while it is parsed.
 void add_encode_command(CLI::App& app, Action& action);
+void add_batch_command(CLI::App& app, Action& action);
 void add_decode_command(CLI::App& app, Action& action);
 void add_inspect_command(CLI::App& app, Action& action);
 void add_validate_command(CLI::App& app, Action& action);
@@ -56,6 +59,8 @@ DescribeStream find_describer(const std::string& name);
 Expected<Document> read_input(const std::string& path, const std::string& backend = "auto");
 // kUsage for a path that write_document cannot take, before any work is done.
 Status check_output_path(const std::string& path);
+// Says which primitives were left as they are, and what others lost.
+void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix = "");
 // A text that appears whole or not at all; "-" is stdout.
 Status write_text(const std::string& path, const std::string& text);
 

@@ -18,24 +18,29 @@ PatchSummary& PatchSummary::operator+=(const PatchSummary& other) {
   return *this;
 }
 
+PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes) {
+  PatchSummary summary;
+  summary.patches = streams.size() - (has_residue ? 1 : 0);
+  for (size_t i = 0; i < streams.size(); ++i) {
+    const StreamEntry& stream = streams[i];
+    summary.faces += stream.face_count;
+    summary.points += stream.point_count - stream.reference_count;
+    summary.references += stream.reference_count;
+    summary.payload_bytes += stream.stream_bytes;
+    summary.stitch_bytes += stream.stitch_bytes;
+    if (i >= summary.patches) continue;
+    summary.largest_patch_faces = std::max<uint64_t>(summary.largest_patch_faces, stream.face_count);
+    summary.patch_faces += stream.face_count;
+  }
+  summary.directory_bytes = total_bytes - summary.payload_bytes - summary.stitch_bytes;
+  summary.total_bytes = total_bytes;
+  return summary;
+}
+
 Expected<PatchSummary> summarize_container(std::span<const uint8_t> container) {
   const Expected<Container> parsed = parse_container(container);
   if (!parsed) return parsed.status();
-  PatchSummary summary;
-  summary.patches = parsed->patch_count();
-  summary.faces = parsed->face_count();
-  summary.points = parsed->point_count();
-  summary.references = parsed->reference_count();
-  for (uint32_t patch = 0; patch < parsed->patch_count(); ++patch) {
-    const uint64_t faces = parsed->entries[patch].face_count;
-    summary.largest_patch_faces = std::max(summary.largest_patch_faces, faces);
-    summary.patch_faces += faces;
-  }
-  summary.payload_bytes = parsed->stream_bytes();
-  summary.directory_bytes = parsed->header_bytes;
-  summary.stitch_bytes = parsed->stitch_bytes();
-  summary.total_bytes = container.size();
-  return summary;
+  return summarize_streams(parsed->entries, parsed->has_residue, container.size());
 }
 
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes) {

@@ -30,6 +30,8 @@ struct PatchSummary {
   PatchSummary& operator+=(const PatchSummary& other);
 };
 
+// Of the rows of a directory; what is neither stream nor stitch map in so many bytes is the directory.
+PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes);
 Expected<PatchSummary> summarize_container(std::span<const uint8_t> container);
 // Of a stock Draco stream of so many bytes: one patch, which is all there is.
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);

@@ -1,0 +1,89 @@
+#include "tools/gltf_psplit/batch_record.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "gltf_ext/files.h"
+#include "gltf_ext/json_fields.h"
+#include "gltf_ext/json_text.h"
+#include "gltf_ext/references.h"
+#include "gltf_ext/sha256.h"
+#include "gltf_ext/uri.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kRecordName = ".gltf-psplit-batch.jsonl";
+
+Status failure(const fs::path& path, int error) {
+  return io_failure("cannot use " + path.string() + ": " + std::strerror(error));
+}
+
+}  // namespace
+
+std::string hash_asset(const Document& document) {
+  Sha256 sha;
+  sha.add_framed(document.json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  for (const auto& buffer : document.buffers) sha.add_framed(buffer);
+  for_each_element(document.json, "images", [&](const Json& image) {
+    const std::string* uri = string_field(image, "uri");
+    if (uri == nullptr || is_data_uri(*uri)) return;
+    const auto relative = relative_path_of_uri(*uri);
+    std::error_code error;
+    const fs::path path = relative ? document.source.parent_path() / *relative : fs::path();
+    if (!relative || !fs::is_regular_file(path, error)) return sha.add_framed("missing");
+    const auto bytes = read_file(path);
+    if (bytes) sha.add_framed(*bytes);
+  });
+  return sha.hex();
+}
+
+BatchRecord::~BatchRecord() {
+  if (file_ >= 0) ::close(file_);
+}
+
+Status BatchRecord::open(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  const fs::path path = folder / kRecordName;
+  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (file_ < 0) return failure(path, errno);
+  if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
+    return errno == EWOULDBLOCK ? io_failure("another batch is at work in " + folder.string())
+                                : failure(path, errno);
+  const auto bytes = read_file(path);
+  if (!bytes) return bytes.status();
+  const std::string text(bytes->begin(), bytes->end());
+  size_t at = 0;
+  for (size_t end = text.find('\n'); end != std::string::npos; at = end + 1, end = text.find('\n', at)) {
+    const auto line = parse_json(std::string_view(text).substr(at, end - at));
+    if (!line) continue;
+    const std::string *name = string_field(*line, "name"), *made_from = string_field(*line, "made_from"),
+                      *output = string_field(*line, "output");
+    if (name != nullptr && made_from != nullptr && output != nullptr) entries_[*name] = {*made_from, *output};
+  }
+  if (at < text.size() && ::write(file_, "\n", 1) != 1) return failure(path, errno);
+  return {};
+}
+
+const BatchRecord::Entry* BatchRecord::find(const std::string& name) const {
+  const auto found = entries_.find(name);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+Status BatchRecord::add(const std::string& name, const Entry& entry) {
+  const std::string line = Json{{"name", name}, {"made_from", entry.made_from}, {"output", entry.output}}.dump(
+                               -1, ' ', false, Json::error_handler_t::replace) +
+                           "\n";
+  const std::lock_guard lock(mutex_);
+  if (::write(file_, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return {};
+  return failure(kRecordName, errno);
+}
+
+}  // namespace psplit

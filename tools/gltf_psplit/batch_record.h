@@ -1,0 +1,42 @@
+// What `batch` has done in an output folder, kept there: what is up to date, whenever the last run ended.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "gltf_ext/document.h"
+
+namespace psplit {
+
+// The hash of an asset: its JSON, the bytes of its buffers, and those of the image files that it refers to.
+std::string hash_asset(const Document& document);
+
+// A file of lines, one for each asset that was written, of which the last on an output counts. A line that a
+// kill cut short counts for nothing. Safe to share between threads; one process at a time has it.
+class BatchRecord {
+ public:
+  struct Entry {
+    std::string made_from;  // hash of input and options
+    std::string output;     // hash_asset of what was written
+  };
+
+  BatchRecord() = default;
+  ~BatchRecord();
+  BatchRecord(const BatchRecord&) = delete;
+  BatchRecord& operator=(const BatchRecord&) = delete;
+
+  // Makes the folder where there is none. Errors: kIo, also where another process has the record.
+  Status open(const std::filesystem::path& folder);
+  // Null where nothing is known of the output.
+  const Entry* find(const std::string& name) const;
+  Status add(const std::string& name, const Entry& entry);
+
+ private:
+  int file_ = -1;
+  std::mutex mutex_;
+  std::map<std::string, Entry> entries_;  // as they were when it was opened
+};
+
+}  // namespace psplit

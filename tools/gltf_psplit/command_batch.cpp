@@ -1,0 +1,255 @@
+// gltf-psplit batch: many assets, each as `encode` would, on one pool of threads.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <new>
+#include <set>
+#include <thread>
+
+#include "gltf_ext/sha256.h"
+#include "tools/gltf_psplit/batch_plan.h"
+#include "tools/gltf_psplit/batch_record.h"
+#include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/encode_options.h"
+#include "tools/gltf_psplit/encode_report.h"
+#include "tools/gltf_psplit/progress.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Arguments {
+  BatchRequest request;
+  std::string folder, form = "glb", report = "-";
+  EncodeArguments encode;
+};
+
+// What became of one asset.
+struct Outcome {
+  Status status;
+  bool up_to_date = false;
+  EncodeResult result;
+  double wall_ms = 0;
+};
+
+class Batch {
+ public:
+  Batch(const Arguments& arguments, const Session& session) : arguments_(arguments), session_(session) {}
+
+  Status run() {
+    Expected<std::vector<BatchItem>> items = plan_batch(arguments_.request);
+    if (!items) return items.status();
+    items_ = std::move(*items);
+    for (const BatchItem& item : items_)
+      if (item.output == fs::path(arguments_.report))
+        return {StatusCode::kUsage, "--report and an output cannot share " + arguments_.report};
+    if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
+    remove_leftovers();
+
+    const auto begin = std::chrono::steady_clock::now();
+    outcomes_.resize(items_.size());
+    {
+      ProgressBar bar("assets", session_.log);
+      encode_all(bar.callback());
+    }
+    const double wall_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    if (Status status = write_text(arguments_.report, report(wall_ms).dump(2) + "\n"); !status.ok())
+      return status;
+    session_.log.note(arguments_.folder + ": " + counted(items_.size(), "asset") + ", " +
+                      std::to_string(count_up_to_date()) + " up to date, " + std::to_string(count_failed()) +
+                      " failed; " + as_duration(wall_ms));
+    for (const Outcome& outcome : outcomes_)
+      if (!outcome.status.ok())
+        return {outcome.status.code(),
+                std::to_string(count_failed()) + " of " + counted(items_.size(), "asset") + " failed"};
+    return {};
+  }
+
+ private:
+  size_t count_failed() const {
+    return static_cast<size_t>(
+        std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return !o.status.ok(); }));
+  }
+  size_t count_up_to_date() const {
+    return static_cast<size_t>(
+        std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return o.up_to_date; }));
+  }
+
+  // What a run that was killed had begun to write (write_file names it).
+  void remove_leftovers() const {
+    std::set<fs::path> folders;
+    std::set<std::string> stems;
+    for (const BatchItem& item : items_) {
+      folders.insert(item.output.parent_path());
+      stems.insert(item.output.stem().string());
+    }
+    std::error_code error;
+    for (const fs::path& folder : folders) {
+      std::vector<fs::path> leftovers;
+      for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+        const std::string name = entry->path().filename().string();
+        const size_t part = name.rfind(".part");
+        if (part == std::string::npos || name.find_first_not_of("0123456789", part + 5) != std::string::npos)
+          continue;
+        // "stem.glb", "stem.gltf" or "stem.<digits>.bin"
+        fs::path stem = fs::path(name.substr(0, part)).stem();
+        if (name.substr(0, part).ends_with(".bin")) stem = stem.stem();
+        if (stems.contains(stem.string())) leftovers.push_back(entry->path());
+      }
+      for (const fs::path& leftover : leftovers) fs::remove(leftover, error);
+    }
+  }
+
+  // Assets side by side, as many as there are threads. Each takes the pool's threads for its own primitives and
+  // patches: a large one at the end does not leave them idle. Large files first, so that none is left alone.
+  void encode_all(const Progress& progress) {
+    std::vector<std::pair<uintmax_t, size_t>> order;
+    for (size_t i = 0; i < items_.size(); ++i) {
+      std::error_code error;
+      const uintmax_t bytes = fs::file_size(items_[i].input, error);
+      order.emplace_back(error ? 0 : bytes, i);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::atomic<size_t> next = 0, done = 0;
+    const auto work = [&] {
+      for (size_t n = next++; n < order.size(); n = next++) {
+        encode_item(order[n].second);
+        if (progress) progress(++done, order.size());
+      }
+    };
+    std::vector<std::thread> others;
+    const size_t workers = std::min(items_.size(), static_cast<size_t>(session_.pool.thread_count()));
+    for (size_t i = 1; i < workers; ++i) others.emplace_back(work);
+    work();
+    for (std::thread& other : others) other.join();
+  }
+
+  void encode_item(size_t i) {
+    Outcome& outcome = outcomes_[i];
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      outcome.status = encode(items_[i], outcome);
+    } catch (const std::bad_alloc&) {
+      outcome.status = runtime_failure("out of memory");
+    } catch (const std::exception& error) {
+      outcome.status = runtime_failure(error.what());
+    }
+    outcome.status = std::move(outcome.status).at({.file = items_[i].input});
+    if (!outcome.status.ok()) session_.log.error(outcome.status);
+    outcome.wall_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  Status encode(const BatchItem& item, Outcome& outcome) {
+    Expected<Document> document = read_input(item.input);
+    if (!document) return document.status();
+    Sha256 sha;
+    sha.add_framed(session_.version);
+    sha.add_framed(describe_options(arguments_.encode.options));
+    sha.add_framed(hash_asset(*document));
+    const std::string made_from = sha.hex();
+    if (is_up_to_date(item, made_from)) {
+      outcome.up_to_date = true;
+      session_.log.detail(item.output.string() + " is up to date");
+      return {};
+    }
+    const auto reports = encode_document(*document, arguments_.encode.options, find_backend({}), session_.pool);
+    if (!reports) return reports.status();
+    outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
+    log_reports(*reports, session_.log, item.input + ": ");
+    std::error_code error;
+    fs::create_directories(item.output.parent_path(), error);  // where it fails, writing says so
+    if (Status status = write_document(*document, item.output); !status.ok()) return status;
+    const Expected<Document> written = read_document(item.output);
+    if (!written) return written.status();
+    session_.log.detail(item.output.string() + ": " + row_text(outcome.result.total));
+    return record_.add(item.name, {made_from, hash_asset(*written)});
+  }
+
+  // Made from the same with the same options, and as it was when it was written.
+  bool is_up_to_date(const BatchItem& item, const std::string& made_from) const {
+    const BatchRecord::Entry* entry = record_.find(item.name);
+    if (entry == nullptr || entry->made_from != made_from) return false;
+    const Expected<Document> output = read_document(item.output);
+    return output && hash_asset(*output) == entry->output;
+  }
+
+  Json report(double wall_ms) const {
+    Json assets = Json::array();
+    EncodeRow total;
+    for (size_t i = 0; i < items_.size(); ++i) {
+      const Outcome& outcome = outcomes_[i];
+      Json asset{{"input", items_[i].input}, {"output", items_[i].output.string()}};
+      asset["status"] = !outcome.status.ok() ? "failed" : outcome.up_to_date ? "up to date" : "encoded";
+      if (!outcome.status.ok()) {
+        asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
+                          {"message", outcome.status.to_string()}};
+      } else if (!outcome.up_to_date) {
+        append_row(asset["total"], outcome.result.total);
+        asset["primitives"] = outcome.result.primitives;
+        total += outcome.result.total;
+      }
+      asset["wall_ms"] = outcome.wall_ms;
+      assets.push_back(std::move(asset));
+    }
+    const size_t failed = count_failed(), up_to_date = count_up_to_date();
+    Json result{{"folder", arguments_.folder},
+                {"verified", arguments_.encode.options.verify},
+                {"threads", session_.pool.thread_count()},
+                {"encoded", items_.size() - failed - up_to_date},
+                {"up_to_date", up_to_date},
+                {"failed", failed},
+                {"wall_ms", wall_ms}};
+    append_row(result["total"], total);
+    result["assets"] = std::move(assets);
+    return result;
+  }
+
+  const Arguments& arguments_;
+  const Session& session_;
+  std::vector<BatchItem> items_;
+  std::vector<Outcome> outcomes_;
+  BatchRecord record_;
+};
+
+}  // namespace
+
+void add_batch_command(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand("batch", "Split many assets, and again only those that changed");
+  command
+      .add_option(
+          "IN", arguments->request.words,
+          "Files that encode reads, patterns in quotes (*, ?, [] and ** for any folders), and @FILE, a list of "
+          "both, one a line")
+      ->required();
+  command.add_option("--out-dir", arguments->folder, "Folder for the results, which keep their relative paths")
+      ->required()
+      ->type_name("DIR");
+  command
+      .add_option("--base", arguments->request.base,
+                  "What paths below DIR are relative to; by default the deepest folder that all inputs are in")
+      ->type_name("DIR");
+  command.add_option("--as", arguments->form, "Form of the results")
+      ->check(CLI::IsMember({"glb", "gltf"}))
+      ->capture_default_str()
+      ->type_name("FORM");
+  const auto resolve = add_encode_options(command, arguments->encode);
+  command
+      .add_option("--report", arguments->report, "Where the report of all assets goes, as JSON; - is stdout")
+      ->capture_default_str()
+      ->type_name("FILE");
+  command.callback([arguments, resolve, &action] {
+    resolve();
+    arguments->request.folder = arguments->folder;
+    arguments->request.extension = "." + arguments->form;
+    action = [arguments](const Session& session) { return Batch(*arguments, session).run(); };
+  });
+}
+
+}  // namespace psplit

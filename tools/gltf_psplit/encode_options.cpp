@@ -1,0 +1,137 @@
+#include "tools/gltf_psplit/encode_options.h"
+
+#include <CLI/CLI.hpp>
+#include <thread>
+
+#include "decoder_cuda/psplit_cuda.h"
+#include "src/container/container.h"
+#include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/gpus.h"
+
+namespace psplit {
+namespace {
+
+constexpr uint64_t kSpeedPatchFaces = 1200;
+constexpr uint64_t kBalancedPatchFaces = 4800;
+// Patches of 440 faces take more than a third more bytes than one stream already (docs/benchmarks.md).
+constexpr uint64_t kLeastPatchFaces = 440;
+
+// Counts the machine's threads, not -j: -j never changes the bytes.
+void apply_profile(EncodeArguments& arguments) {
+  EncodeDocumentOptions& options = arguments.options;
+  if (arguments.profile == "balanced") options.patch_faces = kBalancedPatchFaces;
+  if (arguments.profile == "size") options.patches = std::max(1u, std::thread::hardware_concurrency());
+  if (arguments.profile != "speed") return;
+  const uint32_t gpu = arguments.gpu.empty() ? cuda_multiprocessors() : *multiprocessors(arguments.gpu);
+  if (gpu == 0) {
+    options.patch_faces = kSpeedPatchFaces;
+    return;
+  }
+  options.patches = patches_in_flight(gpu);
+  options.least_patch_faces = kLeastPatchFaces;
+}
+
+}  // namespace
+
+std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
+  EncodeDocumentOptions& options = arguments.options;
+  CLI::Option* patches = command.add_option("--patches", options.patches, "Patches of all primitives together")
+                             ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
+                             ->type_name("N");
+  CLI::Option* patch_faces =
+      command.add_option("--patch-faces", options.patch_faces, "Faces of a patch, about")
+          ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
+          ->capture_default_str()
+          ->type_name("N")
+          ->excludes(patches);
+  CLI::Option* profile =
+      command
+          .add_option("--profile", arguments.profile,
+                      "speed: as many patches as a GPU decodes at once, or without one 1200 faces a patch; "
+                      "balanced: 4800; size: as few patches as this machine has threads. --patches and "
+                      "--patch-faces win over it")
+          ->check(CLI::IsMember({"speed", "balanced", "size"}))
+          ->type_name("NAME");
+  command
+      .add_option(
+          "--gpu", arguments.gpu,
+          "The GPU of --profile speed, by name or by its number of multiprocessors; by default the one of "
+          "this machine")
+      ->check([](const std::string& gpu) {
+        return multiprocessors(gpu) ? std::string()
+                                    : gpu + " is not known: " + known_gpus() + " are, or a number";
+      })
+      ->needs(profile)
+      ->type_name("GPU");
+  command
+      .add_option("--distance", arguments.distance,
+                  "Cut by the paper's own method, around farthest points, with this distance between faces: "
+                  "dijkstra, along edges, or geodesic, across faces. By default in levels, which is faster")
+      ->check(CLI::IsMember({"dijkstra", "geodesic"}))
+      ->type_name("NAME");
+  add_coding_options(command, options);
+  command
+      .add_option("--quantization-volume", arguments.volume,
+                  "What shares one quantization grid: primitive, mesh or scene")
+      ->check(CLI::IsMember({"primitive", "mesh", "scene"}))
+      ->capture_default_str()
+      ->type_name("WHAT");
+  CLI::Option* lossless = command.add_flag("--lossless", options.lossless, "Keep every float exactly as it is");
+  for (const char* name : {"--quantize-position", "--quantize-normal", "--quantize-texcoord",
+                           "--quantize-color", "--quantize-generic", "--quantization-volume"})
+    lossless->excludes(command.get_option(name));
+  command.add_flag("--drop-degenerate", options.drop_degenerate,
+                   "Drop faces that repeat an index, and points that no face uses");
+  command.add_flag("--keep-duplicates", options.keep_duplicates,
+                   "Keep points that are equal in everything apart");
+  command
+      .add_option("--fallback", arguments.fallback,
+                  "For loaders without the extension: none, or uncompressed geometry beside the patches")
+      ->check(CLI::IsMember({"none", "uncompressed"}))
+      ->capture_default_str()
+      ->type_name("KIND");
+  command
+      .add_option(
+          "--compat", arguments.compat,
+          "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which any loader "
+          "opens today; points on borders are stored in each, and not joined again. Points that no face "
+          "uses are dropped")
+      ->check(CLI::IsMember({"none", "khr"}))
+      ->capture_default_str()
+      ->type_name("KIND");
+  command.add_flag("--no-verify", arguments.no_verify,
+                   "Do not decode the result and compare it with the input");
+  return [&arguments, patches, patch_faces] {
+    if (patches->empty() && patch_faces->empty()) apply_profile(arguments);
+    EncodeDocumentOptions& resolved = arguments.options;
+    resolved.verify = !arguments.no_verify;
+    resolved.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
+                      : arguments.volume == "scene" ? QuantizationVolume::kScene
+                                                    : QuantizationVolume::kPrimitive;
+    if (!arguments.distance.empty()) resolved.method = PartitionMethod::kPaper;
+    if (arguments.distance == "geodesic") resolved.distance = PathDistance::kGeodesic;
+    resolved.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
+    resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
+  };
+}
+
+std::string describe_options(const EncodeDocumentOptions& options) {
+  const EncodeDocumentOptions& o = options;
+  return Json{{"format", kContainerVersion},
+              {"patches", o.patches},
+              {"least_patch_faces", o.least_patch_faces},
+              {"patch_faces", o.patch_faces},
+              {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits}},
+              {"volume", static_cast<int>(o.volume)},
+              {"method", static_cast<int>(o.method)},
+              {"distance", static_cast<int>(o.distance)},
+              {"encode_speed", o.encode_speed},
+              {"lossless", o.lossless},
+              {"drop_degenerate", o.drop_degenerate},
+              {"keep_duplicates", o.keep_duplicates},
+              {"fallback", static_cast<int>(o.fallback)},
+              {"compat", static_cast<int>(o.compat)}}
+      .dump();
+}
+
+}  // namespace psplit

@@ -1,0 +1,28 @@
+// The options of `encode` and `batch`: how assets are split.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "gltf_ext/convert.h"
+
+namespace CLI {
+class App;
+}
+
+namespace psplit {
+
+struct EncodeArguments {
+  std::string profile, gpu, distance, volume = "primitive", fallback = "none", compat = "none";
+  EncodeDocumentOptions options;
+  bool no_verify = false;
+};
+
+// Adds the options; the arguments outlive the parse. Returns what fills in `options` from all others once the
+// command line is parsed.
+std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments);
+
+// Everything that the bytes of an output depend on, as text.
+std::string describe_options(const EncodeDocumentOptions& options);
+
+}  // namespace psplit
