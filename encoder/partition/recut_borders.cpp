@@ -366,7 +366,7 @@ void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const T
 template <typename Graph>
 void recut(const Graph& graph, std::span<const uint32_t> face_limits, const RecutOptions& options,
            std::vector<uint32_t>& patch_of, const ThreadPool& pool) {
-  constexpr size_t kPairsATask = 4;
+  constexpr size_t kMostPairsATask = 4, kLeastTasks = 16;
   const size_t patch_count = face_limits.size();
   Division<Graph> division{graph, face_limits, patch_of, std::vector<int64_t>(patch_count)};
   for (uint32_t cell = 0; cell < graph.cell_count(); ++cell)
@@ -380,8 +380,9 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
   for (int round = 0; round < options.rounds + kBalancingRounds && is_any_active(); ++round) {
     const std::vector<BorderPair> pairs = find_borders(graph, patch_of, is_active, pool);
     std::vector<uint8_t> has_changed(pairs.size(), 0);
-    for (const std::vector<const BorderPair*>& group : independent(pairs, patch_count))
-      pool.for_ranges(group.size(), kPairsATask, [&](size_t begin, size_t end) {
+    for (const std::vector<const BorderPair*>& group : independent(pairs, patch_count)) {
+      const size_t pairs_a_task = std::clamp<size_t>(group.size() / kLeastTasks, 1, kMostPairsATask);
+      pool.for_ranges(group.size(), pairs_a_task, [&](size_t begin, size_t end) {
         std::unique_ptr<Recutter<Graph>> recutter;
         {
           const std::lock_guard lock(mutex);
@@ -397,6 +398,7 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
         const std::lock_guard lock(mutex);
         idle.push_back(std::move(recutter));
       });
+    }
     for (size_t patch = 0; patch < patch_count; ++patch)
       is_active[patch] = division.sizes[patch] > face_limits[patch];
     if (round + 1 >= options.rounds) continue;

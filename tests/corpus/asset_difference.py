@@ -6,22 +6,26 @@
 Everything in the JSON must be as before: values, order of arrays, order of members, extras, unknown members and
 extensions. This alone may differ:
 
-  extensionsUsed, extensionsRequired   the extension at the end; stock Draco gone, where nothing has it any more
+  extensionsUsed, extensionsRequired   the extension at the end; stock Draco and meshoptimizer gone, where nothing has
+                                       them any more
   buffers                              all that have bytes are the first: no uri, another byteLength, no mark of a
                                        fallback, and of names and extras only those of the first; those without bytes
                                        follow
   bufferViews                          numbers; buffer and byteOffset; those that nothing names are gone, new ones stand
-                                       at the end. Bytes are the same.
+                                       at the end. Bytes are the same. Those that meshoptimizer compressed are plain,
+                                       and as long as they were to be (the bytes are for other tests).
   accessors                            numbers; those of encoded primitives as below, others not at all
   an encoded primitive                 mode 4 for strips and fans; indices; the extension at the end of its extensions,
                                        stock Draco gone
     accessors of its attributes        count, min, max; bufferView, byteOffset and sparse are gone
     accessor of its indices            the same, and componentType
-    accessors of its morph targets     count, min, max, bufferView; byteOffset and sparse are gone
+    accessors of its morph targets     count, min, max, bufferView, sparse; byteOffset is gone. Sparse ones stay so
+                                       where that is smaller
+  a mesh of encoded primitives         EXT_mesh_manifold, which names indices, is gone, and so are its accessors
 """
 import base64, json, pathlib, re, struct, sys, urllib.parse
 
-kName, kStock = "PSPLIT_mesh_draco_patches", "KHR_draco_mesh_compression"
+kName, kStock, kManifold = "PSPLIT_mesh_draco_patches", "KHR_draco_mesh_compression", "EXT_mesh_manifold"
 kMeshopt = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 kAccessor = re.compile(
     r"/meshes/\d+/primitives/\d+/(attributes/[^/]+|indices|targets/\d+/[^/]+|extensions/CESIUM_primitive_outline/indices)"
@@ -75,11 +79,13 @@ class Comparison:
     def __init__(self, before, after):
         self.before, self.after, self.found = before, after, []
         self.encoded, self.views = set(), {}  # views: from numbers before to numbers after
+        self.dropped = set()  # accessors that only EXT_mesh_manifold named
 
     def say(self, path, what):
         self.found.append(f"{path or '/'}: {what}")
 
     def run(self):
+        self.drop_manifolds()
         self.compare(self.before.json, self.after.json, "")
         self.compare_accessors()
         for old, new in list(self.views.items()):
@@ -90,6 +96,21 @@ class Comparison:
         self.compare_buffers()
         self.compare_lists()
         return self.found
+
+    def drop_manifolds(self):
+        for old, new in zip(self.before.all("meshes"), self.after.all("meshes")):
+            if not any(kName in primitive.get("extensions", {}) for primitive in new["primitives"]):
+                continue
+            for holder in (old, *old["primitives"]):
+                manifold = holder.get("extensions", {}).pop(kManifold, None)
+                if manifold is None:
+                    continue
+                if not holder["extensions"]:
+                    del holder["extensions"]
+                named = {manifold.get("manifoldPrimitive", {}).get("indices"), manifold.get("mergeIndices"),
+                         manifold.get("mergeValues")}
+                self.dropped |= named - {None}
+        self.dropped -= {index for _, index in accessor_names(self.before.json)}
 
     def compare(self, old, new, path):
         if kPrimitive.fullmatch(path) and kName in new.get("extensions", {}):
@@ -155,8 +176,10 @@ class Comparison:
         for i, target in enumerate(old.get("targets", [])):
             for semantic in target:
                 self.compare_accessor(target[semantic], new["targets"][i][semantic], f"{path}, target {i}, {semantic}",
-                                      (*shape, "bufferView"), gone)
-                if "bufferView" not in self.after.all("accessors")[new["targets"][i][semantic]]:
+                                      (*shape, "bufferView", "sparse"), ("byteOffset",))
+                data = self.after.all("accessors")[new["targets"][i][semantic]]
+                if ("bufferView" in self.before.all("accessors")[target[semantic]] and "bufferView" not in data
+                        and "sparse" not in data):
                     self.say(path, "a morph target without data")
         new["indices"] = indices  # for compare_accessors
 
@@ -170,7 +193,9 @@ class Comparison:
             for path, index in accessor_names(asset.json):
                 (by_encoded if re.match(kPrimitive, path) and re.match(kPrimitive, path)[0] in self.encoded
                  else by_others).add(index)
-            return [i for i in range(len(asset.all("accessors"))) if i in by_others or i not in by_encoded]
+            gone = self.dropped if asset is self.before else ()
+            return [i for i in range(len(asset.all("accessors")))
+                    if i in by_others or i not in by_encoded and i not in gone]
         old, new = others(self.before), others(self.after)
         if len(old) != len(new):
             new = [i for i in new if self.after.json["accessors"][i] != kFreed]
@@ -189,6 +214,12 @@ class Comparison:
         path = f"/bufferViews/{old}"
         one, other = self.before.json["bufferViews"][old], self.after.json["bufferViews"][new]
         free = ("buffer", "byteOffset")
+        if self.is_decompressed(old):
+            one = self.without_meshopt(one)
+            self.compare_values(one, other, path, free)
+            if len(self.after.bytes_of(other)) != one["byteLength"]:
+                self.say(path, "leaves its buffer")
+            return
         self.compare_values({k: v for k, v in one.items() if k != "extensions"},
                             {k: v for k, v in other.items() if k != "extensions"}, path, free)
         if self.before.bytes_of(one) != self.after.bytes_of(other):
@@ -202,16 +233,31 @@ class Comparison:
             if inner and self.before.bytes_of(extension) != self.after.bytes_of(now):
                 self.say(path, "other compressed bytes")
 
+    def is_decompressed(self, old):
+        def is_compressed(view):
+            return any(name in view.get("extensions", {}) for name in kMeshopt)
+        return (is_compressed(self.before.json["bufferViews"][old])
+                and not is_compressed(self.after.json["bufferViews"][self.views[old]]))
+
+    @staticmethod
+    def without_meshopt(view):
+        extensions = {name: value for name, value in view["extensions"].items() if name not in kMeshopt}
+        rest = {key: value for key, value in view.items() if key != "extensions"}
+        return {**rest, **({"extensions": extensions} if extensions else {})}
+
     def compare_buffers(self):
         def plain(buffer):
             rest = {key: value for key, value in buffer.items() if key not in ("uri", "byteLength", "extensions")}
             extensions = {k: v for k, v in buffer.get("extensions", {}).items() if k not in kMeshopt}
             return {**rest, **({"extensions": extensions} if extensions else {})}
         views = self.before.all("bufferViews")
-        held = [views[old] for old in self.views] if self.encoded else views
+        plain_views = [old for old in self.views if not self.is_decompressed(old)]
+        held = [views[old] for old in plain_views] if self.encoded else views
         held += [e for view in held for name, e in view.get("extensions", {}).items() if name in kMeshopt]
-        kept = {holder["buffer"] for holder in held} | {len(self.before.buffers) - 1}  # new bytes go to the last
+        kept = {holder["buffer"] for holder in held}
         full, empty = [], []
+        if not any(name in view.get("extensions", {}) for view in views for name in kMeshopt):
+            kept |= {len(self.before.buffers) - 1}  # new bytes go to the last, or to one that is new
         for i, (buffer, data) in enumerate(zip(self.before.all("buffers"), self.before.buffers)):
             if buffer["byteLength"] and not data:
                 empty.append(buffer)
@@ -232,7 +278,7 @@ class Comparison:
                 return name in tree.get("extensions", {}) or any(has(value, name) for value in tree.values())
             return isinstance(tree, list) and any(has(value, name) for value in tree)
         for name in ("extensionsUsed", "extensionsRequired"):
-            wanted = [n for n in self.before.all(name) if n != kStock or has(self.after.json, kStock)]
+            wanted = [n for n in self.before.all(name) if n not in (kStock, kManifold, *kMeshopt) or has(self.after.json, n)]
             if self.encoded:
                 wanted.append(kName)
             if self.after.json.get(name) != (wanted or None):

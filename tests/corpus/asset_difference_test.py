@@ -20,7 +20,7 @@ def rich_asset(folder):
     """The asset: two primitives to encode, of which one has a morph target, and one of points that shares an accessor."""
     subprocess.run([psplit, "generate", "-q", folder / "shape.gltf", "--shape", "blob", "--faces", "600"], check=True)
     json_before = json.loads((folder / "shape.gltf").read_text())
-    asset, binary = json_before, bytearray((folder / "shape.bin").read_bytes())
+    asset, binary = json_before, bytearray((folder / json_before["buffers"][0]["uri"]).read_bytes())
 
     def add_accessor(values, kind, **members):
         asset["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": 4 * len(values)})
