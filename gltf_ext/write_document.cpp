@@ -2,12 +2,12 @@
 #include <array>
 #include <optional>
 
+#include "gltf_ext/content_hash.h"
 #include "gltf_ext/document.h"
 #include "gltf_ext/files.h"
 #include "gltf_ext/glb.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/json_text.h"
-#include "gltf_ext/sha256.h"
 #include "gltf_ext/structure.h"
 #include "gltf_ext/uri.h"
 
@@ -131,10 +131,10 @@ Status copy_images(const Document& document, const fs::path& output) {
 constexpr size_t kNameDigits = 16;
 
 fs::path binary_path(const fs::path& path, std::span<const uint8_t> bytes) {
-  Sha256 sha;
-  sha.add(bytes);
+  ContentHash hash;
+  hash.add(bytes);
   fs::path binary = path;
-  return binary.replace_extension("." + sha.hex().substr(0, kNameDigits) + ".bin");
+  return binary.replace_extension("." + hash.hex().substr(0, kNameDigits) + ".bin");
 }
 
 // The binary of the .gltf that stands at `path`, where binary_path gave it its name: once the .gltf is replaced

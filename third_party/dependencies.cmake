@@ -25,6 +25,12 @@ if(PSPLIT_BUILD_ENCODER)
   find_package(nlohmann_json 3.10 REQUIRED)
   # meshoptimizer: decodes buffer views that it compressed, and is a rival that `compare` measures.
   find_package(meshoptimizer REQUIRED)
+  # xxHash: names of files by their content, and what `batch` has made already.
+  find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
+  find_library(XXHASH_LIBRARY NAMES xxhash REQUIRED)
+  add_library(psplit_xxhash_package INTERFACE)
+  target_include_directories(psplit_xxhash_package SYSTEM INTERFACE ${XXHASH_INCLUDE_DIR})
+  target_link_libraries(psplit_xxhash_package INTERFACE ${XXHASH_LIBRARY})
 endif()
 # oneTBB: the pool of threads behind src/parallel.h.
 find_package(TBB REQUIRED)

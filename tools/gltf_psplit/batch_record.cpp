@@ -7,11 +7,11 @@
 #include <cerrno>
 #include <cstring>
 
+#include "gltf_ext/content_hash.h"
 #include "gltf_ext/files.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/json_text.h"
 #include "gltf_ext/references.h"
-#include "gltf_ext/sha256.h"
 #include "gltf_ext/uri.h"
 
 namespace psplit {
@@ -28,20 +28,20 @@ Status failure(const fs::path& path, int error) {
 }  // namespace
 
 std::string hash_asset(const Document& document) {
-  Sha256 sha;
-  sha.add_framed(document.json.dump(-1, ' ', false, Json::error_handler_t::replace));
-  for (const auto& buffer : document.buffers) sha.add_framed(buffer);
+  ContentHash hash;
+  hash.add_framed(document.json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  for (const auto& buffer : document.buffers) hash.add_framed(buffer);
   for_each_element(document.json, "images", [&](const Json& image) {
     const std::string* uri = string_field(image, "uri");
     if (uri == nullptr || is_data_uri(*uri)) return;
     const auto relative = relative_path_of_uri(*uri);
     std::error_code error;
     const fs::path path = relative ? document.source.parent_path() / *relative : fs::path();
-    if (!relative || !fs::is_regular_file(path, error)) return sha.add_framed("missing");
+    if (!relative || !fs::is_regular_file(path, error)) return hash.add_framed("missing");
     const auto bytes = read_file(path);
-    if (bytes) sha.add_framed(*bytes);
+    if (bytes) hash.add_framed(*bytes);
   });
-  return sha.hex();
+  return hash.hex();
 }
 
 BatchRecord::~BatchRecord() {

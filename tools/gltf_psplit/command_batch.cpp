@@ -8,7 +8,7 @@
 #include <set>
 #include <thread>
 
-#include "gltf_ext/sha256.h"
+#include "gltf_ext/content_hash.h"
 #include "tools/gltf_psplit/batch_plan.h"
 #include "tools/gltf_psplit/batch_record.h"
 #include "tools/gltf_psplit/commands.h"
@@ -148,11 +148,11 @@ class Batch {
   Status encode(const BatchItem& item, Outcome& outcome) {
     Expected<Document> document = read_input(item.input);
     if (!document) return document.status();
-    Sha256 sha;
-    sha.add_framed(session_.version);
-    sha.add_framed(describe_options(arguments_.encode.options));
-    sha.add_framed(hash_asset(*document));
-    const std::string made_from = sha.hex();
+    ContentHash hash;
+    hash.add_framed(session_.version);
+    hash.add_framed(describe_options(arguments_.encode.options));
+    hash.add_framed(hash_asset(*document));
+    const std::string made_from = hash.hex();
     if (is_up_to_date(item, made_from)) {
       outcome.up_to_date = true;
       session_.log.detail(item.output.string() + " is up to date");
