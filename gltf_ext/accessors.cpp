@@ -12,7 +12,6 @@ namespace psplit {
 namespace {
 
 // What an accessor may say about zeros that no buffer view backs.
-constexpr uint64_t kMaxUnbackedBytes = uint64_t{1} << 30;
 
 // Elements as they lie in a buffer view.
 struct StoredElements {

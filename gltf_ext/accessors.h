@@ -14,6 +14,9 @@ struct AccessorData {
   Array<std::byte> values;  // tightly packed: strides, matrix padding, sparse and missing views resolved
 };
 
+// What accessors without a buffer view, all zeros but for sparse values, may stand for.
+inline constexpr uint64_t kMaxUnbackedBytes = uint64_t{1} << 30;
+
 Expected<AccessorData> read_accessor(const Document& document, int64_t index);
 
 // Appends buffer view and accessor (count, type, min and max of float and integer data) and returns the

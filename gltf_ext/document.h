@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <iosfwd>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -44,6 +45,9 @@ Document new_document();
 // .bin change together; the one that a replaced .gltf had goes. All buffers are merged into one; relative image
 // URIs are kept, and their files are copied when the output goes to another folder.
 Status write_document(const Document& document, const std::filesystem::path& path);
+
+// The .gltf whose binary has such a name ("name.0123456789abcdef.bin", by its content), or nothing.
+std::optional<std::filesystem::path> asset_of_binary(const std::filesystem::path& binary);
 
 // The bytes of a buffer view. Errors: kInvalidInput where index or range are wrong, kUnsupported where the view
 // is compressed by a meshoptimizer newer than the one at hand.

@@ -170,17 +170,13 @@ Status read_job(const Document& document, Expected<Mesh> mesh, Job& job, std::st
     if (attribute.component_type == ComponentType::kUint32)
       skipped = attribute.semantic + " holds 32-bit integers";
   }
-  auto morphs = read_morph_targets(document, id);
+  auto morphs = read_morph_targets(document, id, job.mesh.point_count);
   if (!morphs && morphs.status().code() == StatusCode::kUnsupported) {
     skipped = morphs.status().message();
     return {};
   }
   if (!morphs) return morphs.status();
   job.morphs = std::move(*morphs);
-  for (const MorphAttribute& morph : job.morphs)
-    if (morph.data.count != job.mesh.point_count)
-      return invalid_input("morph target " + morph.semantic + " has " + std::to_string(morph.data.count) +
-                           " elements for " + std::to_string(job.mesh.point_count) + " points");
   return {};
 }
 
@@ -199,13 +195,14 @@ void keep_points(Job& job, const std::vector<bool>& keep) {
     number[point] = static_cast<uint32_t>(kept.size());
     kept.push_back(point);
   }
-  for (Attribute& attribute : job.mesh.attributes) {
-    const size_t stride = attribute.stride();
-    Array<std::byte> values(stride * kept.size());
-    for (size_t i = 0; i < kept.size(); ++i)
-      std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
-    attribute.values = std::move(values);
-  }
+  for (std::vector<Attribute>* attributes : {&job.mesh.attributes, &job.unrounded})
+    for (Attribute& attribute : *attributes) {
+      const size_t stride = attribute.stride();
+      Array<std::byte> values(stride * kept.size());
+      for (size_t i = 0; i < kept.size(); ++i)
+        std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
+      attribute.values = std::move(values);
+    }
   for (auto& face : job.mesh.faces)
     for (uint32_t& point : face) point = number[point];
   job.mesh.point_count = static_cast<uint32_t>(kept.size());

@@ -73,6 +73,7 @@ std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,
     repeated[i].resize(counts[i]);
     for (const PrimitiveId id : groups[i].ids) group_of[{id.mesh, id.primitive}] = i;
   }
+  if (groups.empty()) return repeated;
   Json& meshes = document.json["meshes"];
   for (size_t m = 0; m < meshes.size(); ++m) {
     Json& primitives = meshes[m]["primitives"];

@@ -223,18 +223,29 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
   return meshes;
 }
 
-Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id) {
+Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
+                                                         std::optional<uint32_t> point_count) {
   const Json* primitive = find_primitive(document, id);
   const Json* targets = primitive == nullptr ? nullptr : array_field(*primitive, "targets");
   std::vector<MorphAttribute> morphs;
+  uint64_t unbacked_bytes = 0;
   for (size_t t = 0; targets != nullptr && t < targets->size(); ++t) {
     if (!(*targets)[t].is_object()) return invalid_input("a morph target is no object", place_of(id));
     for (const auto& [semantic, index] : (*targets)[t].items()) {
       const auto number = integer_value(index);
       if (!number) return invalid_input("morph target " + semantic + " has no accessor", place_of(id));
+      const Json* stated = top_level_object(document.json, "accessors", *number);
+      const auto count = stated == nullptr ? std::nullopt : integer_field(*stated, "count");
+      if (point_count && count != *point_count)  // before memory is taken for it
+        return invalid_input("morph target " + semantic + " has " + std::to_string(count.value_or(0)) +
+                                 " elements for " + std::to_string(*point_count) + " points",
+                             place_of(id));
       Expected<AccessorData> data = read_accessor(document, *number);
       if (!data) return data.status().at(place_of(id));
-      const Json& accessor = *top_level_object(document.json, "accessors", *number);
+      const Json& accessor = *stated;
+      if (field(accessor, "bufferView") == nullptr &&
+          (unbacked_bytes += data->values.size()) > kMaxUnbackedBytes)
+        return invalid_input("morph targets without data are too large", place_of(id));
       const bool sparse = field(accessor, "sparse") != nullptr || field(accessor, "bufferView") == nullptr;
       morphs.push_back({t, semantic, std::move(*data), sparse});
     }

@@ -45,7 +45,8 @@ struct MorphAttribute {
   AccessorData data;
   bool sparse = false;  // its accessor is sparse, or all zero for want of a buffer view
 };
-Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id);
+Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
+                                                         std::optional<uint32_t> point_count = {});
 
 // What one of the two extensions stores of a primitive, for inspection and validation. The document keeps the
 // bytes. Errors: kInvalidInput.

@@ -100,6 +100,7 @@ class Validator {
     const Expected<Mesh> mesh = backend_.decode_container(patched->bytes, patched->requests, pool_);
     if (!mesh) return report("decode", mesh.status());
 
+    is_fallback_whole_ = has_fallback(primitive);
     check_exclusions(primitive, patched->requests);
     check_streams(*container, patched->requests, *mesh);
     const Json& attributes = *object_field(primitive, "attributes");
@@ -200,9 +201,9 @@ class Validator {
     if (accessor == nullptr || field(*accessor, "bufferView") == nullptr) return;
     const Expected<AccessorData> data = read_accessor(document_, *integer_field(holder, name.c_str()));
     if (!data && data.status().code() == StatusCode::kUnsupported) return;
-    if (!data) return report("fallback", data.status());
+    if (!data) return report("fallback", name + ": " + data.status().message(), is_fallback_whole_);
     if (!std::ranges::equal(data->values, decoded))
-      report("fallback", name + " has other data than the patches decode to");
+      report("fallback", name + " has other data than the patches decode to", is_fallback_whole_);
   }
 
   void check_indices(const Json& primitive, const Mesh& mesh) {
@@ -253,6 +254,7 @@ class Validator {
   const DecodeBackend& backend_;
   const ThreadPool& pool_;
   Place place_;
+  bool is_fallback_whole_ = false;  // of the primitive; what stands alone loaders ignore
   std::vector<Finding> findings_;
 };
 

@@ -148,12 +148,24 @@ std::optional<fs::path> superseded_binary(const fs::path& path) {
   const Json* buffer = json ? top_level_object(*json, "buffers", 0) : nullptr;
   const std::string* uri = buffer == nullptr ? nullptr : string_field(*buffer, "uri");
   if (uri == nullptr) return std::nullopt;
-  const std::string name = percent_decode(*uri), stem = path.stem().string() + ".";
-  if (!name.starts_with(stem) || !name.ends_with(".bin") || name.size() != stem.size() + kNameDigits + 4)
-    return std::nullopt;
-  const std::string_view digits = std::string_view(name).substr(stem.size(), kNameDigits);
-  if (digits.find_first_not_of("0123456789abcdef") != std::string_view::npos) return std::nullopt;
-  return path.parent_path() / name;
+  const fs::path binary = path.parent_path() / percent_decode(*uri);
+  if (binary.parent_path() != path.parent_path() || asset_of_binary(binary) != path) return std::nullopt;
+  return binary;
+}
+
+// Copies of a .gltf share its binary.
+bool is_used_by_others(const fs::path& binary) {
+  const std::string digits = binary.stem().extension().string();
+  std::error_code error;
+  for (fs::directory_iterator entry(binary.parent_path().empty() ? "." : binary.parent_path(), error), end;
+       !error && entry != end; entry.increment(error)) {
+    if (lower_extension(entry->path()) != ".gltf") continue;
+    const auto bytes = read_file(entry->path());
+    if (!bytes || std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()).find(digits) !=
+                      std::string_view::npos)
+      return true;
+  }
+  return false;
 }
 
 std::string dump(const Json& json, int indent) {
@@ -166,8 +178,22 @@ std::span<const uint8_t> bytes_of(const std::string& text) {
 
 }  // namespace
 
+std::optional<fs::path> asset_of_binary(const fs::path& binary) {
+  const std::string digits = binary.stem().extension().string();  // with the dot before them
+  if (binary.extension() != ".bin" || digits.size() != 1 + kNameDigits ||
+      digits.find_first_not_of("0123456789abcdef", 1) != std::string::npos)
+    return std::nullopt;
+  fs::path asset = binary.parent_path() / binary.stem().stem();
+  return asset += ".gltf";
+}
+
 Status write_document(const Document& document, const fs::path& path) {
   const bool to_stdout = path == "-";
+  std::error_code is_no_link;
+  if (!to_stdout && fs::is_symlink(path, is_no_link)) {  // what stands beside it stands beside its target
+    const fs::path target = fs::weakly_canonical(path, is_no_link);
+    if (!fs::is_symlink(target, is_no_link)) return write_document(document, target);
+  }
   const bool glb = to_stdout || lower_extension(path) == ".glb";
   const Place place{.file = to_stdout ? "stdout" : path.string()};
   if (!glb && lower_extension(path) != ".gltf")
@@ -195,7 +221,8 @@ Status write_document(const Document& document, const fs::path& path) {
   const std::string text = dump(merged.json, 2) + "\n";
   Status status = write_file(path, {bytes_of(text)}).at(place);
   std::error_code ignored;
-  if (status.ok() && before && before != binary_written) fs::remove(*before, ignored);
+  if (status.ok() && before && before != binary_written && !is_used_by_others(*before))
+    fs::remove(*before, ignored);
   return status;
 }
 

@@ -27,7 +27,9 @@ int main(int argc, char** argv) {
               << primitive.face_count << " triangles, " << primitive.point_count << " points on the device";
     // A renderer binds `values` and `indices` as they are; this looks at the first point.
     for (const psplit::DevicePrimitive::Attribute& attribute : primitive.attributes) {
-      if (attribute.request.semantic != "POSITION" || primitive.point_count == 0) continue;
+      if (attribute.request.semantic != "POSITION" || primitive.point_count == 0 ||
+          attribute.request.component_type != psplit::ComponentType::kFloat32)
+        continue;
       float first[3];
       const psplit::Status status =
           psplit::CudaMemory::download(attribute.values, std::as_writable_bytes(std::span(first)));

@@ -64,6 +64,8 @@ int main(int argc, char** argv) {
 
   std::cout << "patch " << number << " of " << primitive->patch_count() << ": " << sizes.face_count
             << " triangles, " << sizes.point_count << " points, largest index "
-            << (indices.empty() ? 0 : *std::max_element(indices.begin(), indices.end())) << ", from ("
-            << positions[0] << ", " << positions[1] << ", " << positions[2] << ")\n";
+            << (indices.empty() ? 0 : *std::max_element(indices.begin(), indices.end()));
+  if (sizes.point_count > 0)
+    std::cout << ", from (" << positions[0] << ", " << positions[1] << ", " << positions[2] << ")";
+  std::cout << "\n";
 }

@@ -32,7 +32,9 @@ int main(int argc, char** argv) {
       for (const auto& [semantic, index] : primitive.attributes) {
         const tinygltf::Accessor& accessor = model.accessors.at(static_cast<size_t>(index));
         std::cout << ", " << accessor.count << " " << semantic;
-        if (semantic != "POSITION" || accessor.bufferView < 0) continue;
+        if (semantic != "POSITION" || accessor.bufferView < 0 || accessor.count == 0 ||
+            accessor.componentType != TINYGLTF_COMPONENT_TYPE_FLOAT)
+          continue;
         const tinygltf::BufferView& view = model.bufferViews.at(static_cast<size_t>(accessor.bufferView));
         const auto* floats = reinterpret_cast<const float*>(
             &model.buffers.at(static_cast<size_t>(view.buffer)).data.at(view.byteOffset + accessor.byteOffset));

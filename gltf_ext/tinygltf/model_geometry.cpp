@@ -67,6 +67,7 @@ Expected<ModelGeometry> open_geometry(const tinygltf::Model& model, const Key& k
     if (components < 1) return invalid_input("the accessor of " + semantic + " has no type");
     if (k > 0 && accessor->count != source.point_count)
       return invalid_input("the accessor of " + semantic + " has another count than others");
+    if (accessor->count == 0) return invalid_input("the accessor of " + semantic + " is empty");
     source.point_count = accessor->count;
     source.attributes.push_back({semantic, unique_id, static_cast<ComponentType>(accessor->componentType),
                                  static_cast<uint8_t>(components), accessor->normalized});
@@ -120,6 +121,17 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
       }
       geometries[found->second].users.push_back(at);
     }
+  // Each is justified by its container; all are by all containers.
+  std::map<int, uint64_t> view_bytes;
+  uint64_t result_bytes = 0, stored_bytes = 0;
+  for (const ModelGeometry& geometry : geometries) {
+    view_bytes[geometry.view] = geometry.stored.bytes().size();
+    result_bytes += uint64_t{3} * geometry.stored.face_count() * geometry.index_bytes;
+    for (size_t k = 0; k < geometry.accessors.size(); ++k) result_bytes += geometry.stored.value_bytes(k);
+  }
+  for (const auto& [view, bytes] : view_bytes) stored_bytes += bytes;
+  if (result_bytes > most_result_bytes(stored_bytes))
+    return invalid_input("the primitives claim more data than their containers justify");
   return geometries;
 }
 

@@ -1,4 +1,6 @@
 // Files as tinygltf wants them.
+#include <algorithm>
+#include <filesystem>
 #include <string_view>
 
 #include "gltf_ext/glb.h"
@@ -28,6 +30,30 @@ bool lend_views(Json& json) {
   return lent;
 }
 
+#ifndef TINYGLTF_NO_FS
+// tinygltf after 2.8 has another one, and takes none where one is missing.
+template <typename Callbacks>
+void set_size_callback(Callbacks& callbacks) {
+  if constexpr (requires { callbacks.GetFileSizeInBytes; })
+    callbacks.GetFileSizeInBytes = [](size_t* bytes, std::string* error, const std::string& path, void*) {
+      std::error_code failed;
+      const uintmax_t size = std::filesystem::file_size(path, failed);
+      if (failed && error != nullptr) *error += path + ": " + failed.message();
+      if (!failed) *bytes = static_cast<size_t>(size);
+      return !failed;
+    };
+}
+#endif
+
+// Images and buffers come the same way.
+bool is_text(std::span<const uint8_t> file) {
+  constexpr std::string_view kNoText = "\xef\xbb\xbf \t\r\n";
+  const auto first = std::find_if(file.begin(), file.end(), [&](uint8_t byte) {
+    return kNoText.find(static_cast<char>(byte)) == std::string_view::npos;
+  });
+  return first != file.end() && *first == '{';
+}
+
 }  // namespace
 
 Status prepare_for_tinygltf(std::vector<unsigned char>& file) {
@@ -36,6 +62,8 @@ Status prepare_for_tinygltf(std::vector<unsigned char>& file) {
     Expected<GlbChunks> parsed = parse_glb(file);
     if (!parsed) return parsed.status();
     chunks = *parsed;
+  } else if (!is_text(file)) {
+    return {};
   }
   const std::string_view text(reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size());
   if (text.find(kPatchesExtension) == std::string_view::npos) return {};
@@ -68,6 +96,7 @@ tinygltf::FsCallbacks tinygltf_file_callbacks() {
   callbacks.ExpandFilePath = &tinygltf::ExpandFilePath;
   callbacks.ReadWholeFile = read;
   callbacks.WriteWholeFile = &tinygltf::WriteWholeFile;
+  set_size_callback(callbacks);
   return callbacks;
 }
 #endif

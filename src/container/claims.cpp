@@ -79,4 +79,18 @@ Expected<std::vector<core::StreamHeader>> check_claims(const Container& containe
   return headers;
 }
 
+uint64_t justified_result_bytes(uint64_t stream_bytes) { return core::justified_bytes(stream_bytes); }
+
+Status check_results(uint64_t point_count, uint64_t face_count, std::span<const AttributeRequest> requests,
+                     uint64_t stream_bytes) {
+  uint64_t point_bytes = 0;
+  for (const AttributeRequest& request : requests)
+    point_bytes += component_bytes(request.component_type) * request.component_count;
+  const uint64_t most = core::justified_bytes(stream_bytes), face_bytes = 3 * sizeof(uint32_t);
+  if (face_count > most / face_bytes ||
+      (point_bytes > 0 && point_count > (most - face_count * face_bytes) / point_bytes))
+    return status_of(Fault::kWorkspace);
+  return {};
+}
+
 }  // namespace psplit

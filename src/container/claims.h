@@ -4,6 +4,7 @@
 #include <span>
 
 #include "src/container/container.h"
+#include "src/container/decode_backend.h"
 #include "src/core/stream_header.h"
 
 namespace psplit {
@@ -17,6 +18,13 @@ Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream)
 // The directory against the streams' own headers, and both against the number of bytes. The headers, which
 // point into the streams. Errors name the patch.
 Expected<std::vector<core::StreamHeader>> check_claims(const Container& container);
+
+// The memory that so many points and faces take with these attributes, against the number of bytes that claim
+// them.
+Status check_results(uint64_t point_count, uint64_t face_count, std::span<const AttributeRequest> requests,
+                     uint64_t stream_bytes);
+
+uint64_t justified_result_bytes(uint64_t stream_bytes);
 
 // A Draco stream as the only patch of a container. Its row has the most points that it can decode to, and no
 // more than there is room for. Errors: those of read_stream_header.

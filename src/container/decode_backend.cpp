@@ -24,6 +24,10 @@ Status copy_mesh(const Mesh& mesh, const MeshTarget& target) {
   for (size_t k = 0; k < target.attributes.size(); ++k) {
     const auto [first, stride] = target.attributes[k];
     const size_t bytes = mesh.attributes[k].stride();
+    if (stride == bytes && mesh.point_count > 0) {
+      std::memcpy(first, mesh.attributes[k].values.data(), bytes * mesh.point_count);
+      continue;
+    }
     for (size_t point = 0; point < mesh.point_count; ++point)
       std::memcpy(first + point * stride, mesh.attributes[k].values.data() + point * bytes, bytes);
   }

@@ -181,14 +181,15 @@ Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRe
   return {};
 }
 
-// Calls target_for(patch) for the target, or an error, when it is known what the stream holds.
+// Calls target_for(patch) for the target, or an error, when it is known what the stream holds. `point_count` is
+// what it should have, 0 where that is not known.
 template <typename TargetFor>
 Status decode_stream_to(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests,
-                        TargetFor target_for) {
+                        uint32_t point_count, TargetFor target_for) {
   const ScratchPool::Lease lease(scratch_pool());
   const Expected<core::StreamHeader> header = read_stream_header(stream);
   if (!header) return header.status();
-  return with_decoded(stream, *header, 0, requests, *lease,
+  return with_decoded(stream, *header, point_count, requests, *lease,
                       [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
                         std::vector<const core::Attribute<Index>*> attributes;
                         Status found = find_attributes(patch, requests, attributes);
@@ -201,7 +202,9 @@ Status decode_stream_to(std::span<const uint8_t> stream, std::span<const Attribu
 
 Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
   Mesh mesh;
-  Status status = decode_stream_to(stream, requests, [&](const auto& patch) -> Expected<MeshTarget> {
+  Status status = decode_stream_to(stream, requests, 0, [&](const auto& patch) -> Expected<MeshTarget> {
+    Status claimed = check_results(patch.point_count, patch.face_count, requests, stream.size());
+    if (!claimed.ok()) return claimed;
     mesh.point_count = patch.point_count;
     mesh.faces.resize(patch.face_count);
     mesh.attributes = make_attributes(requests, patch.point_count);
@@ -213,7 +216,7 @@ Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const At
 
 Status decode_stream_into(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests,
                           const MeshTarget& target) {
-  return decode_stream_to(stream, requests, [&](const auto& patch) -> Expected<MeshTarget> {
+  return decode_stream_to(stream, requests, target.point_count, [&](const auto& patch) -> Expected<MeshTarget> {
     if (patch.point_count != target.point_count)
       return differs_from_directory("points", patch.point_count, target.point_count);
     if (patch.face_count < target.face_count)
@@ -404,6 +407,9 @@ Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const 
   // Before memory is taken for the mesh.
   const Expected<std::vector<core::StreamHeader>> headers = check_claims(*container);
   if (!headers) return headers.status();
+  if (Status status = check_results(container->point_count(), container->face_count(), requests, bytes.size());
+      !status.ok())
+    return status;
   Mesh mesh;
   mesh.point_count = container->point_count();
   mesh.faces.resize(container->face_count());

@@ -90,6 +90,10 @@ Expected<PatchedPrimitive> PatchedPrimitive::open(PrimitiveSource source) {
   // Whoever asks for sizes takes memory by them.
   if (Status status = check_claims(*container).status(); !status.ok()) return status;
   if (Status status = check_counts(source, *container); !status.ok()) return status;
+  if (Status status = check_results(container->point_count(), container->face_count(), source.attributes,
+                                    source.bytes.size());
+      !status.ok())
+    return status;
   return PatchedPrimitive(
       std::make_shared<const State>(State{std::move(*container), source.bytes, std::move(source.attributes)}));
 }
@@ -133,6 +137,8 @@ Status PatchedPrimitive::decode_patch(uint32_t number, const PrimitiveBuffers& o
   const DecodeTask task{state_->container.streams[number], true, state_->attributes};
   return std::move(run({&task, 1}, {&*target, 1}, options).front()).at({.patch = number});
 }
+
+uint64_t most_result_bytes(uint64_t container_bytes) { return justified_result_bytes(container_bytes); }
 
 std::vector<Status> decode_primitives(std::span<const PrimitiveLoad> loads, const LoadOptions& options) {
   std::vector<Status> statuses(loads.size());

@@ -16,10 +16,13 @@
 //
 //   limit(n)   64 MiB and 4096 bytes for each of n bytes
 //   open       no more than 128 bytes for each byte of the container
-//   sizes      faces and points that others take memory by: 16 bytes for each are no more than limit(container)
+//   sizes      what others take memory by: indices of 4 bytes and the values of all attributes together are no
+//              more than limit(container)
 //   decode     each thread no more than limit(stream) for each of the three streams that it decodes at once,
-//              kept for the next call; and 12 bytes for each face and point. Honest streams take some dozen
-//              bytes for each of their own faces and values
+//              kept for the next call; honest streams take some dozen bytes for each of their own faces and
+//              values. Beside that, 12 bytes for each point, 8 for each corner of a face that is a reference
+//              (and as many again while they are counted up), 128 for each byte of the container, and where an
+//              accessor asks for another type than was encoded, the patch's values once more
 //
 // Backends that only make meshes (libdraco's, CUDA's) hold each result once more until it is copied.
 //
@@ -121,6 +124,9 @@ class PatchedPrimitive {
   explicit PatchedPrimitive(std::shared_ptr<const State> state) : state_(std::move(state)) {}
   std::shared_ptr<const State> state_;
 };
+
+// limit(n): as much as primitives whose containers have so many bytes should be given.
+uint64_t most_result_bytes(uint64_t container_bytes);
 
 // Many primitives at once, so that threads or a device are busy with all. A status for each, in their order;
 // one's error is no other's.

@@ -237,16 +237,35 @@ TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
   const auto still = read_document(folder_ / "copy.gltf");
   ASSERT_TRUE(still) << still.status().to_string();
   EXPECT_EQ(text_of(*buffer_view_bytes(*still, 0)), "aaaa");
-  // Replaced, it takes its old bytes along; what is not ours to remove stays.
+  // Replaced, it takes its old bytes along; what is not ours to remove stays, and what a copy shares.
   fs::remove(path);
   fs::copy_file(folder_ / "copy.gltf", path);
   write("other.bin", "cccc");
   ASSERT_TRUE(write_document(with_bytes("bbbb"), path).ok());
   EXPECT_EQ(text_of(*buffer_view_bytes(*read_document(path), 0)), "bbbb");
+  EXPECT_TRUE(fs::exists(first));
+  ASSERT_TRUE(write_document(with_bytes("aaaa"), path).ok());
+  fs::remove(folder_ / "copy.gltf");
+  ASSERT_TRUE(write_document(with_bytes("bbbb"), path).ok());
   EXPECT_FALSE(fs::exists(first));
   EXPECT_EQ(files_ending(folder_, ".bin").size(), 2u);
   ASSERT_TRUE(write_document(with_bytes("bbbb"), path).ok());
   EXPECT_EQ(files_ending(folder_, ".bin").size(), 2u);
+}
+
+TEST_F(DocumentTest, WhatALinkLeadsToIsWrittenWithItsBinaryBesideIt) {
+  const auto document = read(asset(R"("buffers":[{"byteLength":4,"uri":"data:,abcd"}],)"
+                                   R"("bufferViews":[{"buffer":0,"byteLength":4}])"));
+  ASSERT_TRUE(document);
+  fs::create_directories(folder_ / "there");
+  ASSERT_TRUE(write_document(*document, folder_ / "there" / "whole.gltf").ok());
+  fs::create_symlink("there/whole.gltf", folder_ / "link.gltf");
+  ASSERT_TRUE(write_document(*document, folder_ / "link.gltf").ok());
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link.gltf"));
+  EXPECT_TRUE(files_ending(folder_, ".bin").empty());
+  const auto written = read_document(folder_ / "there" / "whole.gltf");
+  ASSERT_TRUE(written) << written.status().to_string();
+  EXPECT_EQ(text_of(*buffer_view_bytes(*written, 0)), "abcd");
 }
 
 TEST_F(DocumentTest, TheBinaryOfAnotherToolStays) {

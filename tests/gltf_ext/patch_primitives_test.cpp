@@ -81,6 +81,36 @@ TEST(CompatKhr, APrimitiveAPatchAndTogetherTheSameTriangles) {
   EXPECT_EQ(all_triangles(document), triangles_of(mesh));
 }
 
+TEST(CompatKhr, AssetsWithoutMeshesStayWhatTheyAre) {
+  Document document = new_document();
+  document.json.erase("meshes");
+  const Json before = document.json;
+  ASSERT_TRUE(encode(document, khr(4)));
+  EXPECT_EQ(document.json, before);
+}
+
+// A seam of two points each, their weights as equal as all else; points that no face uses before them.
+TEST(CompatKhr, SkinnedPointsAreMergedWhereOthersGo) {
+  constexpr uint32_t kUnused = 7;
+  const Mesh grid = rich_mesh(6, 6);
+  Mesh mesh = grid;
+  mesh.point_count = kUnused + 2 * grid.point_count;
+  for (Attribute& attribute : mesh.attributes) {
+    const Array<std::byte> values = attribute.values;
+    attribute.values.clear();
+    attribute.values.insert(attribute.values.end(), values.begin(),
+                            values.begin() + static_cast<std::ptrdiff_t>(kUnused * attribute.stride()));
+    for (int copy = 0; copy < 2; ++copy)
+      attribute.values.insert(attribute.values.end(), values.begin(), values.end());
+  }
+  for (size_t i = 0; i < mesh.faces.size(); ++i)
+    for (uint32_t& point : mesh.faces[i]) point += kUnused + (i % 2 == 0 ? 0 : grid.point_count);
+  Document document = document_from_mesh(mesh);
+  const auto reports = encode(document, khr(1, false));
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ(accessor_of(document, "POSITION")["count"], grid.point_count);
+}
+
 TEST(CompatKhr, BordersAreClosedWhenQuantized) {
   const Mesh mesh = make_grid(30, 20);
   Document document = document_from_mesh(mesh), stitched = document;

@@ -324,6 +324,19 @@ TEST(Validate, CountsBesideThePatches) {
                        ": morph target POSITION counts another number than 130\n");
 }
 
+// Without indices of its own it is none, and loaders look at none of it.
+TEST(Validate, WhatIsNoWholeFallbackIsAWarning) {
+  const std::string found = broken(
+      [](Document& document) {
+        the_accessor(document, "indices").erase("bufferView");
+        the_accessor(document, "POSITION")["bufferView"] = the_accessor(document, "NORMAL")["bufferView"];
+        document.json["extensionsRequired"] = Json::array({kExtensionName});
+      },
+      Fallback::kUncompressed);
+  EXPECT_EQ(found, std::string("fallback (warning) ") + kPlace +
+                       ": POSITION has other data than the patches decode to\n");
+}
+
 TEST(Validate, ExtraAttributes) {
   EXPECT_EQ(broken([](Document& document) { the_extension(document)["attributes"].erase("COLOR_1"); }),
             std::string("attribute-extra (warning) ") + kPlace +

@@ -97,6 +97,19 @@ TEST(MorphTargets, SparseOnesStaySparseAndFollowTheirPoints) {
   }
 }
 
+// What stands for zeros costs nothing to write down.
+TEST(MorphTargets, TakeNoMemoryThatTheirPointsDoNotJustify) {
+  Document document = document_from_mesh(make_grid(16, 12));
+  Json& accessors = document.json["accessors"];
+  accessors.push_back({{"componentType", 5126}, {"type", "VEC3"}, {"count", 80000000}});
+  const size_t large = accessors.size() - 1;
+  for (int t = 0; t < 50; ++t) primitive_of(document)["targets"].push_back({{"POSITION", large}});
+  const auto wrong = encode(document);
+  EXPECT_EQ(wrong.status().code(), StatusCode::kInvalidInput);
+  EXPECT_NE(wrong.status().message().find("80000000 elements for"), std::string::npos);
+  EXPECT_EQ(read_morph_targets(document, {0, 0}).status().code(), StatusCode::kInvalidInput);
+}
+
 TEST(MorphTargets, ASparseTargetThatIsDenseIsWrittenDense) {
   const Mesh mesh = make_grid(8, 8);
   Document document = document_from_mesh(mesh);

@@ -139,6 +139,47 @@ TEST_F(Batch, RefusesWhatCannotGoWellBeforeAnyWork) {
   EXPECT_FALSE(fs::exists(path("out")));
 }
 
+TEST_F(Batch, NeverReplacesWhatItReadsByAnyName) {
+  generate("in/a.glb");
+  const std::string before = read_text(path("in/a.glb"));
+  fs::create_directory_symlink("in", path("link"));
+  EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("link"), "-q"}), 1);
+  EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("out"), "--report", path("link/a.glb"), "-q"}),
+            1);
+  EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("out"), "--report", path("out/./a.glb"), "-q"}),
+            1);
+  EXPECT_EQ(read_text(path("in/a.glb")), before);
+}
+
+// Of names like those of a run that was killed, only those that it would have written itself.
+TEST_F(Batch, CleansUpAfterItselfOnly) {
+  generate("in/a.glb");
+  const std::vector<std::string> theirs = {"out/a.part1", "out/a.zip.part2", "out/a.glb.part",
+                                           "out/b.glb.part3"};
+  for (const std::string& name : theirs) write(name, "theirs");
+  write("out/a.glb.part123", "ours");
+  ASSERT_EQ(batch(), 0) << err_;
+  for (const std::string& name : theirs) EXPECT_TRUE(fs::exists(path(name))) << name;
+  EXPECT_FALSE(fs::exists(path("out/a.glb.part123")));
+}
+
+TEST_F(Batch, WhatWasNotVerifiedIsNotUpToDateForOneWhoAsks) {
+  generate("in/a.glb");
+  ASSERT_EQ(batch({"--no-verify"}), 0) << err_;
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(status_of("a.glb"), "encoded");
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(status_of("a.glb"), "up to date");
+}
+
+TEST_F(Batch, NamesNeedNotBeUtf8) {
+  generate("in/\xff.glb");
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(report_["encoded"], 1);
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(report_["up_to_date"], 1);
+}
+
 TEST_F(Batch, EncodesOnlyWhatChanged) {
   generate("in/a.glb");
   generate("in/x/b.gltf");
@@ -171,7 +212,7 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
   // The options, and what does not change the bytes.
   ASSERT_EQ(batch({"--lossless"}), 0);
   EXPECT_EQ(counts(), (Counts{3, 0, 0}));
-  ASSERT_EQ(batch({"--lossless", "--no-verify", "-j", "1"}), 0);
+  ASSERT_EQ(batch({"--lossless", "-j", "1"}), 0);
   EXPECT_EQ(counts(), (Counts{0, 3, 0}));
   // An output that was changed, or is gone.
   fs::remove(path("out/a.glb"));
@@ -253,7 +294,7 @@ TEST_F(Batch, ARecordThatWasCutShortCountsForNothing) {
 TEST_F(Batch, SurvivesKills) {
   constexpr int kAssets = 8;
   for (int i = 0; i < kAssets; ++i) generate("in/" + std::to_string(i) + ".glb", "20000", std::to_string(i));
-  write("out/3.glb.part12345", "half");
+  write("out/3.gltf.part12345", "half");
   write("out/3.0123456789abcdef.bin.part1", "half");
   write("out/someone's.part1", "else");
   const auto whole_outputs = [&] {

@@ -93,8 +93,13 @@ class Planner {
                      (request_.folder / relative).string());
       items.push_back({input, request_.folder / relative, relative.generic_string()});
     }
+    // Links may lead to one file by two names.
+    std::error_code error;
+    std::map<fs::path, std::string> files;
+    for (const auto& [whole, input] : inputs_) files.emplace(fs::weakly_canonical(whole, error), input);
     for (const auto& [output, input] : taken)
-      if (inputs_.contains(output)) return usage(input + " would replace the input " + inputs_.at(output));
+      if (const auto found = files.find(fs::weakly_canonical(output, error)); found != files.end())
+        return usage(input + " would replace the input " + found->second);
     return items;
   }
 

@@ -73,14 +73,15 @@ Status BatchRecord::open(const fs::path& folder) {
 }
 
 const BatchRecord::Entry* BatchRecord::find(const std::string& name) const {
-  const auto found = entries_.find(name);
+  const auto found = entries_.find(percent_encode(name));
   return found == entries_.end() ? nullptr : &found->second;
 }
 
 Status BatchRecord::add(const std::string& name, const Entry& entry) {
-  const std::string line = Json{{"name", name}, {"made_from", entry.made_from}, {"output", entry.output}}.dump(
-                               -1, ' ', false, Json::error_handler_t::replace) +
-                           "\n";
+  const std::string line =
+      Json{{"name", percent_encode(name)}, {"made_from", entry.made_from}, {"output", entry.output}}.dump(
+          -1, ' ', false, Json::error_handler_t::replace) +
+      "\n";
   const std::lock_guard lock(mutex_);
   if (::write(file_, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return {};
   return failure(kRecordName, errno);

@@ -43,9 +43,12 @@ class Batch {
     Expected<std::vector<BatchItem>> items = plan_batch(arguments_.request);
     if (!items) return items.status();
     items_ = std::move(*items);
+    std::error_code error;
+    const fs::path report_path = fs::weakly_canonical(arguments_.report, error);
     for (const BatchItem& item : items_)
-      if (item.output == fs::path(arguments_.report))
-        return {StatusCode::kUsage, "--report and an output cannot share " + arguments_.report};
+      for (const fs::path& path : {item.output, fs::path(item.input)})
+        if (arguments_.report != "-" && fs::weakly_canonical(path, error) == report_path)
+          return {StatusCode::kUsage, "--report cannot share " + arguments_.report + " with an asset"};
     if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
     remove_leftovers();
 
@@ -57,7 +60,7 @@ class Batch {
     }
     const double wall_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    if (Status status = write_text(arguments_.report, report(wall_ms).dump(2) + "\n"); !status.ok())
+    if (Status status = write_text(arguments_.report, report_text(report(wall_ms))); !status.ok())
       return status;
     session_.log.note(arguments_.folder + ": " + counted(items_.size(), "asset") + ", " +
                       std::to_string(count_up_to_date()) + " up to date, " + std::to_string(count_failed()) +
@@ -79,26 +82,31 @@ class Batch {
         std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return o.up_to_date; }));
   }
 
-  // What a run that was killed had begun to write (write_file names it).
+  // What a run that was killed had begun to write: write_file adds ".part" and a number to the name.
   void remove_leftovers() const {
-    std::set<fs::path> folders;
-    std::set<std::string> stems;
+    constexpr std::string_view kDigits = "0123456789";
+    std::set<fs::path> outputs, folders;
     for (const BatchItem& item : items_) {
+      outputs.insert(item.output);
       folders.insert(item.output.parent_path());
-      stems.insert(item.output.stem().string());
     }
+    // The output that a file was to become, or to become the binary of.
+    const auto output_of = [&](const fs::path& file) -> fs::path {
+      const std::string name = file.filename().string();
+      const size_t part = name.rfind(".part");
+      if (part == std::string::npos || part + 5 == name.size() ||
+          name.find_first_not_of(kDigits, part + 5) != std::string::npos)
+        return {};
+      const fs::path whole = file.parent_path() / name.substr(0, part);
+      const std::optional<fs::path> asset = asset_of_binary(whole);
+      return asset ? *asset : whole;
+    };
     std::error_code error;
     for (const fs::path& folder : folders) {
       std::vector<fs::path> leftovers;
       for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-        const std::string name = entry->path().filename().string();
-        const size_t part = name.rfind(".part");
-        if (part == std::string::npos || name.find_first_not_of("0123456789", part + 5) != std::string::npos)
-          continue;
-        // "stem.glb", "stem.gltf" or "stem.<digits>.bin"
-        fs::path stem = fs::path(name.substr(0, part)).stem();
-        if (name.substr(0, part).ends_with(".bin")) stem = stem.stem();
-        if (stems.contains(stem.string())) leftovers.push_back(entry->path());
+        const fs::path file = folder / entry->path().filename();
+        if (outputs.contains(output_of(file))) leftovers.push_back(file);
       }
       for (const fs::path& leftover : leftovers) fs::remove(leftover, error);
     }

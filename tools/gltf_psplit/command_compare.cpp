@@ -170,7 +170,7 @@ Status run_compare(Arguments arguments, const Session& session) {
   }();
   if (!comparison) return comparison.status().at({.file = arguments.input});
   return write_text(
-      "-", arguments.format == "json" ? to_json(*comparison).dump(2) + "\n" : to_text(*comparison, arguments));
+      "-", arguments.format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, arguments));
 }
 
 }  // namespace

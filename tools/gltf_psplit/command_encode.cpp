@@ -47,7 +47,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
     const Json report{{"input", arguments.input},   {"output", arguments.output},
                       {"verified", options.verify}, {"threads", session.pool.thread_count()},
                       {"total", std::move(total)},  {"primitives", result.primitives}};
-    if (Status status = write_text(arguments.report, report.dump(2) + "\n"); !status.ok()) return status;
+    if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
   }
   session.log.note(arguments.output + ": " + row_text(result.total) + "; " + as_duration(wall_ms) + " in all" +
                    (options.verify ? "" : ", not verified"));

@@ -218,7 +218,7 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
     Json primitives = Json::array();
     for (const InspectedPrimitive& primitive : compressed) primitives.push_back(to_json(primitive));
     const Json result{{"primitives", std::move(primitives)}, {"others", std::move(others)}};
-    return write_text("-", result.dump(2) + "\n");
+    return write_text("-", report_text(result));
   }
   return write_text("-", to_text(compressed) + others_text);
 }

@@ -180,4 +180,8 @@ Status write_text(const std::string& path, const std::string& text) {
   return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
 }
 
+std::string report_text(const Json& report) {
+  return report.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace psplit

@@ -53,7 +53,7 @@ Status run_validate(const Arguments& arguments, const Session& session) {
                       {"errors", error_count},
                       {"warnings", findings.size() - error_count},
                       {"findings", std::move(list)}};
-    text = result.dump(2) + "\n";
+    text = report_text(result);
   } else {
     for (const Finding& finding : findings) text += to_text(finding);
     if (error_count == 0) text += arguments.input + ": valid\n";

@@ -64,4 +64,7 @@ void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const
 // A text that appears whole or not at all; "-" is stdout.
 Status write_text(const std::string& path, const std::string& text);
 
+// JSON to be read by people too. Names of files need not be UTF-8; JSON must.
+std::string report_text(const Json& report);
+
 }  // namespace psplit

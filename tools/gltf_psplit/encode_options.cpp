@@ -130,7 +130,8 @@ std::string describe_options(const EncodeDocumentOptions& options) {
               {"drop_degenerate", o.drop_degenerate},
               {"keep_duplicates", o.keep_duplicates},
               {"fallback", static_cast<int>(o.fallback)},
-              {"compat", static_cast<int>(o.compat)}}
+              {"compat", static_cast<int>(o.compat)},
+              {"verify", o.verify}}
       .dump();
 }
 

@@ -391,6 +391,20 @@ TEST_F(TinyGltfPlugin, TakesTheBackendThatItIsGiven) {
   EXPECT_TRUE(by_cpu == by_draco);
 }
 
+// Primitives that share a container, each with accessors of its own.
+TEST_F(TinyGltfPlugin, RefusesMorePrimitivesThanTheirContainersJustify) {
+  tinygltf::Model model = parsed(write(encoded(make_grid(200, 200))));
+  const tinygltf::Primitive primitive = model.meshes.at(0).primitives.at(0);
+  for (int copy = 0; copy < 3000; ++copy) {
+    model.accessors.push_back(model.accessors.at(static_cast<size_t>(primitive.indices)));
+    model.meshes[0].primitives.push_back(primitive);
+    model.meshes[0].primitives.back().indices = static_cast<int>(model.accessors.size() - 1);
+  }
+  const Status status = decode_model(model);
+  EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
+  EXPECT_NE(status.message().find("justify"), std::string::npos) << status.message();
+}
+
 TEST_F(TinyGltfPlugin, FillsMemoryOfTheDeviceWhereThereIsOne) {
   const Document document = encoded(make_grid(50, 50));
   const Expected<Mesh> expected = read(document);

@@ -224,6 +224,34 @@ TEST(Loader, RefusesAccessorsThatContradictTheDirectory) {
   EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
 }
 
+// A header and no more than it can justify: what attributes would take multiplies.
+TEST(Loader, RefusesAttributesThatAreLargerThanTheBytesJustify) {
+  const PatchedSample& sample = samples().front();
+  PrimitiveSource source = source_of(sample);
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source);
+  ASSERT_TRUE(primitive);
+  const AttributeRequest matrix{"_MATRIX", 0, ComponentType::kFloat32, 16, false};
+  const uint64_t most = most_result_bytes(source.bytes.size()) / primitive->point_count() / 64;
+  ASSERT_LT(most, 1000000u);
+  source.attributes.assign(static_cast<size_t>(most / 2), matrix);
+  EXPECT_TRUE(PatchedPrimitive::open(source));
+  source.attributes.assign(static_cast<size_t>(most + 1), matrix);
+  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+}
+
+TEST(Loader, UsesTheBackendThatItIsGiven) {
+  const PatchedSample& sample = samples().front();
+  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  ASSERT_TRUE(primitive);
+  const Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+  DecodeBackend mine = cpu_backend();
+  mine.decode_into = [](std::span<const DecodeTask> tasks, std::span<const MeshTarget>, const ThreadPool&,
+                        const Watch&) { return std::vector<Status>(tasks.size(), unsupported("mine")); };
+  LoadOptions options;
+  options.backend = &mine;
+  EXPECT_EQ(primitive->decode(buffers.out, options).message(), "mine");
+}
+
 TEST(Loader, NamesThePatchThatIsBroken) {
   const PatchedSample& sample = sample_of_many_patches();
   const Expected<Container> container = parse_container(sample.encoded.container);
