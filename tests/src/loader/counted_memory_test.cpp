@@ -13,14 +13,20 @@ namespace {
 constexpr size_t kFront = alignof(std::max_align_t);
 std::atomic<size_t> now = 0, peak = 0;
 
-void* take(size_t size) {
+void* take_or_null(size_t size) noexcept {
   auto* const block = static_cast<size_t*>(std::malloc(size + kFront));
-  if (block == nullptr) throw std::bad_alloc();
+  if (block == nullptr) return nullptr;
   *block = size;
   const size_t total = now += size;
   for (size_t most = peak; most < total && !peak.compare_exchange_weak(most, total);) {
   }
   return reinterpret_cast<std::byte*>(block) + kFront;
+}
+
+void* take(size_t size) {
+  void* const memory = take_or_null(size);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
 }
 
 void give_back(void* memory) {
@@ -34,6 +40,11 @@ void give_back(void* memory) {
 
 void* operator new(size_t size) { return take(size); }
 void* operator new[](size_t size) { return take(size); }
+// Sanitizers have these as well, and would not give back to ours.
+void* operator new(size_t size, const std::nothrow_t&) noexcept { return take_or_null(size); }
+void* operator new[](size_t size, const std::nothrow_t&) noexcept { return take_or_null(size); }
+void operator delete(void* memory, const std::nothrow_t&) noexcept { give_back(memory); }
+void operator delete[](void* memory, const std::nothrow_t&) noexcept { give_back(memory); }
 void operator delete(void* memory) noexcept { give_back(memory); }
 void operator delete[](void* memory) noexcept { give_back(memory); }
 void operator delete(void* memory, size_t) noexcept { give_back(memory); }
