@@ -83,11 +83,6 @@ bool decode(const Compressed& view, uint8_t* to) {
   return true;
 }
 
-void erase_extension(Json& object) {
-  for (const char* name : kMeshoptExtensions) object["extensions"].erase(name);
-  if (object["extensions"].empty()) object.erase("extensions");
-}
-
 }  // namespace
 
 bool is_meshopt_fallback(const Json& buffer) {
@@ -117,7 +112,7 @@ Status decode_meshopt_views(Document& document) {
     if (!decode(*compressed, decoded.data() + start)) return invalid_input(name + "cannot be decoded");
     view["buffer"] = target;
     view["byteOffset"] = start;
-    erase_extension(view);
+    erase_meshopt_extension(view);
     any = true;
   }
   if (!any) return {};
@@ -131,7 +126,7 @@ Status decode_meshopt_views(Document& document) {
   for (size_t i = 0; i < document.buffers.size(); ++i) {
     Json& buffer = document.json["buffers"][i];
     if (!is_meshopt_fallback(buffer) || referred.contains(static_cast<int64_t>(i))) continue;
-    erase_extension(buffer);
+    erase_meshopt_extension(buffer);
     if (document.buffers[i].empty()) buffer["byteLength"] = 0;
   }
   for (const char* name : kMeshoptExtensions) unlist_unused_extension(document, name);

@@ -192,6 +192,10 @@ J* find_meshopt(J& object) {
 
 const Json* meshopt_extension(const Json& object) { return find_meshopt(object); }
 Json* meshopt_extension(Json& object) { return find_meshopt(object); }
+void erase_meshopt_extension(Json& object) {
+  for (const char* name : kMeshoptExtensions) object["extensions"].erase(name);
+  if (object["extensions"].empty()) object.erase("extensions");
+}
 
 Expected<ElementLayout> element_layout(const Json& accessor) {
   const auto component = integer_field(accessor, "componentType");

@@ -38,5 +38,7 @@ inline constexpr const char* kMeshoptExtensions[] = {"EXT_meshopt_compression", 
 // The meshopt extension of a buffer or a buffer view, or null.
 const Json* meshopt_extension(const Json& object);
 Json* meshopt_extension(Json& object);
+// Takes it off an object that has it.
+void erase_meshopt_extension(Json& object);
 
 }  // namespace psplit

@@ -33,13 +33,6 @@ void move_range(Json& range, const std::vector<size_t>& new_buffer, const std::v
     range["byteOffset"] = integer_field(range, "byteOffset").value_or(0) + static_cast<int64_t>(base[old]);
 }
 
-// A fallback buffer that came with its bytes is an ordinary buffer once others share it.
-void drop_meshopt_fallback(Json& buffer) {
-  if (meshopt_extension(buffer) == nullptr) return;
-  for (const char* name : kMeshoptExtensions) buffer["extensions"].erase(name);
-  if (buffer["extensions"].empty()) buffer.erase("extensions");
-}
-
 // All bytes in buffer 0. Fallback buffers, which have none, follow it.
 Merged merge_buffers(const Document& document) {
   Merged merged{document.json, {}};
@@ -73,7 +66,8 @@ Merged merge_buffers(const Document& document) {
   }
   if (first.is_null()) first = Json::object();
   first.erase("uri");
-  drop_meshopt_fallback(first);
+  // A fallback buffer that came with its bytes is an ordinary buffer once others share it.
+  if (meshopt_extension(first) != nullptr) erase_meshopt_extension(first);
   first["byteLength"] = merged.bytes.size();
   Json buffers = Json::array();
   buffers.push_back(std::move(first));

@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include "src/container/claims.h"
+
 namespace psplit {
 namespace {
 
@@ -130,7 +132,7 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
     for (size_t k = 0; k < geometry.accessors.size(); ++k) result_bytes += geometry.stored.value_bytes(k);
   }
   for (const auto& [view, bytes] : view_bytes) stored_bytes += bytes;
-  if (result_bytes > most_result_bytes(stored_bytes))
+  if (result_bytes > justified_result_bytes(stored_bytes))
     return invalid_input("the primitives claim more data than their containers justify");
   return geometries;
 }

@@ -86,7 +86,7 @@ Status check_results(uint64_t point_count, uint64_t face_count, std::span<const 
   uint64_t point_bytes = 0;
   for (const AttributeRequest& request : requests)
     point_bytes += component_bytes(request.component_type) * request.component_count;
-  const uint64_t most = core::justified_bytes(stream_bytes), face_bytes = 3 * sizeof(uint32_t);
+  const uint64_t most = justified_result_bytes(stream_bytes), face_bytes = 3 * sizeof(uint32_t);
   if (face_count > most / face_bytes ||
       (point_bytes > 0 && point_count > (most - face_count * face_bytes) / point_bytes))
     return status_of(Fault::kWorkspace);

@@ -24,6 +24,7 @@ Expected<std::vector<core::StreamHeader>> check_claims(const Container& containe
 Status check_results(uint64_t point_count, uint64_t face_count, std::span<const AttributeRequest> requests,
                      uint64_t stream_bytes);
 
+// The most of it that any number of meshes may take together.
 uint64_t justified_result_bytes(uint64_t stream_bytes);
 
 // A Draco stream as the only patch of a container. Its row has the most points that it can decode to, and no

@@ -138,8 +138,6 @@ Status PatchedPrimitive::decode_patch(uint32_t number, const PrimitiveBuffers& o
   return std::move(run({&task, 1}, {&*target, 1}, options).front()).at({.patch = number});
 }
 
-uint64_t most_result_bytes(uint64_t container_bytes) { return justified_result_bytes(container_bytes); }
-
 std::vector<Status> decode_primitives(std::span<const PrimitiveLoad> loads, const LoadOptions& options) {
   std::vector<Status> statuses(loads.size());
   std::vector<DecodeTask> tasks;

@@ -125,9 +125,6 @@ class PatchedPrimitive {
   std::shared_ptr<const State> state_;
 };
 
-// limit(n): as much as primitives whose containers have so many bytes should be given.
-uint64_t most_result_bytes(uint64_t container_bytes);
-
 // Many primitives at once, so that threads or a device are busy with all. A status for each, in their order;
 // one's error is no other's.
 struct PrimitiveLoad {

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "encoder/draco/draco_backend.h"
+#include "src/container/claims.h"
 #include "src/container/container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/src/loader/counted_memory.h"
@@ -231,7 +232,7 @@ TEST(Loader, RefusesAttributesThatAreLargerThanTheBytesJustify) {
   const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source);
   ASSERT_TRUE(primitive);
   const AttributeRequest matrix{"_MATRIX", 0, ComponentType::kFloat32, 16, false};
-  const uint64_t most = most_result_bytes(source.bytes.size()) / primitive->point_count() / 64;
+  const uint64_t most = justified_result_bytes(source.bytes.size()) / primitive->point_count() / 64;
   ASSERT_LT(most, 1000000u);
   source.attributes.assign(static_cast<size_t>(most / 2), matrix);
   EXPECT_TRUE(PatchedPrimitive::open(source));
