@@ -8,23 +8,15 @@
 #include "gltf_ext/glb.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/uri.h"
+#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of its own for each test.
 class DocumentTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / (std::string("psplit_document_") + test->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path write(const std::string& name, const std::string& content) {
     std::ofstream(folder_ / name, std::ios::binary) << content;
     return folder_ / name;
@@ -32,7 +24,7 @@ class DocumentTest : public testing::Test {
   Expected<Document> read(const std::string& content) { return read_document(write("asset.gltf", content)); }
   StatusCode code(const std::string& content) { return read(content).status().code(); }
 
-  fs::path folder_;
+  TestFolder folder_;
 };
 
 std::string asset(const std::string& members) { return R"({"asset":{"version":"2.0"},)" + members + "}"; }

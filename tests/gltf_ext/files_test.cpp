@@ -4,29 +4,22 @@
 
 #include <string>
 
+#include "tests/support/test_folder.h"
+
 namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
 
-// A folder of its own for each test.
 class Files : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) / (std::string("psplit_files_") + test->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string text(const std::string& name) const {
     const auto bytes = read_file(folder_ / name);
     return bytes ? std::string(bytes->begin(), bytes->end()) : bytes.status().message();
   }
   std::ptrdiff_t file_count() const { return std::distance(fs::directory_iterator(folder_), {}); }
 
-  fs::path folder_;
+  TestFolder folder_;
   const std::vector<uint8_t> abc_ = {'a', 'b', 'c'}, de_ = {'d', 'e'};
 };
 

@@ -7,6 +7,7 @@
 
 #include "gltf_ext/json_fields.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
@@ -78,12 +79,12 @@ class CompressedAsset {
     json["buffers"].push_back({{"byteLength", bytes_.size()}});
     json["buffers"].push_back(
         {{"byteLength", fallback_bytes_}, {"extensions", {{extension_, {{"fallback", true}}}}}});
-    const std::string folder = testing::TempDir();
+    const TestFolder folder;
     Document document;
     document.json = json;
     document.buffers = {bytes_, {}};
-    if (Status status = write_document(document, folder + "psplit_meshopt.glb"); !status.ok()) return status;
-    return read_document(folder + "psplit_meshopt.glb");
+    if (Status status = write_document(document, folder / "asset.glb"); !status.ok()) return status;
+    return read_document(folder / "asset.glb");
   }
 
  private:
@@ -179,7 +180,7 @@ TEST(Meshopt, HostileViewsAreRefused) {
     const Expected<Document> document = asset.read();
     if (document) return std::string("loads");
     EXPECT_EQ(document.status().code(), StatusCode::kInvalidInput) << document.status().to_string();
-    EXPECT_NE(document.status().to_string().find("psplit_meshopt.glb: "), std::string::npos);
+    EXPECT_NE(document.status().to_string().find("asset.glb: "), std::string::npos);
     return document.status().message();
   };
   const auto has = [](const std::string& message, const char* text) {
@@ -227,7 +228,8 @@ TEST(Meshopt, AFallbackThatWasNotShippedIsNotMissed) {
   EXPECT_EQ(document->json["accessors"].size(), 1u);
   EXPECT_EQ(read_accessor(*document, 0)->values, mesh.attributes[0].values);
   // And it can be written and read again.
-  const std::string path = testing::TempDir() + "psplit_meshopt_again.glb";
+  const TestFolder folder;
+  const std::filesystem::path path = folder / "asset.glb";
   ASSERT_TRUE(write_document(*document, path).ok());
   const Expected<Document> again = read_document(path);
   ASSERT_TRUE(again) << again.status().to_string();

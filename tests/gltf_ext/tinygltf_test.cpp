@@ -5,6 +5,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
@@ -33,9 +34,9 @@ tinygltf::Model load(const fs::path& path) {
 
 class TinyGltfTest : public testing::Test {
  protected:
-  fs::path path_ = fs::path(testing::TempDir()) / "psplit_tinygltf.glb";
+  TestFolder folder_;
+  const fs::path path_ = folder_ / "asset.glb";
   ThreadPool pool_{2};
-  void TearDown() override { fs::remove(path_); }
 };
 
 TEST_F(TinyGltfTest, LoadsDecodedAssetsAndFindsTheSameBytes) {

@@ -3,6 +3,7 @@
 
 #include "src/container/container.h"
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
@@ -10,12 +11,11 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<uint8_t> glb_of(const Document& document) {
-  const fs::path path = fs::path(testing::TempDir()) / "psplit_truncation.glb";
+  const TestFolder folder;
+  const fs::path path = folder / "asset.glb";
   EXPECT_TRUE(write_document(document, path).ok());
   std::ifstream file(path, std::ios::binary);
-  std::vector<uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
-  fs::remove(path);
-  return bytes;
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 // JSON alone, its bytes in a data URI.

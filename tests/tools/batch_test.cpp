@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "gltf_ext/convert.h"
+#include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/batch_plan.h"
 #include "tools/gltf_psplit/batch_record.h"
 #include "tools/gltf_psplit/command_line.h"
@@ -29,16 +30,8 @@ std::string read_text(const fs::path& path) {
   return text.str();
 }
 
-// A folder of its own for each test.
 class Batch : public testing::Test {
  protected:
-  void SetUp() override {
-    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = fs::temp_directory_path() / ("gltf-psplit-batch-" + name + "-" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   void write(const std::string& name, const std::string& text) const {
     fs::create_directories((folder_ / name).parent_path());
@@ -97,7 +90,7 @@ class Batch : public testing::Test {
     return text;
   }
 
-  fs::path folder_;
+  TestFolder folder_;
   Json report_;
   std::string err_;
 };

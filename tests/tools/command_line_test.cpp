@@ -2,7 +2,6 @@
 #include "tools/gltf_psplit/command_line.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "decoder_cuda/psplit_cuda.h"
+#include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/messages.h"
 
 namespace psplit {
@@ -57,16 +57,8 @@ std::string read_bytes(const std::filesystem::path& path) {
   return text.str();
 }
 
-// A folder of its own for each test.
 class CommandLine : public testing::Test {
  protected:
-  void SetUp() override {
-    const std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    folder_ = std::filesystem::temp_directory_path() / ("gltf-psplit-" + name + "-" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
@@ -114,7 +106,7 @@ class CommandLine : public testing::Test {
     return path("mesh.drc");
   }
 
-  std::filesystem::path folder_;
+  TestFolder folder_;
 };
 
 TEST_F(CommandLine, HelpAndVersionGoToStdoutAndSucceed) {

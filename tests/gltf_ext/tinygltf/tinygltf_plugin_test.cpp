@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/gltf_ext/asset.h"
+#include "tests/support/test_folder.h"
 
 namespace psplit {
 namespace {
@@ -110,10 +111,7 @@ void expect_plain(const tinygltf::Model& model) {
 
 class TinyGltfPlugin : public testing::Test {
  protected:
-  fs::path folder_ = fs::path(testing::TempDir()) /
-                     (std::string("psplit_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-  void SetUp() override { fs::create_directories(folder_); }
-  void TearDown() override { fs::remove_all(folder_); }
+  TestFolder folder_;
 
   fs::path write(const Document& document, const char* name = "asset.glb") {
     const Status status = write_document(document, folder_ / name);
