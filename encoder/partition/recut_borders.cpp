@@ -316,6 +316,35 @@ std::vector<std::vector<const BorderPair*>> independent(const std::vector<Border
   return groups;
 }
 
+struct Step {
+  const BorderPair* pair;
+  uint32_t from;
+  size_t number;  // of the pair
+};
+
+// The fewest steps from a patch above its limit to one with room for all that is too much, the last one first;
+// none where there is no such patch.
+std::vector<Step> way_to_room(const Division<FaceGraph>& division, uint32_t start,
+                              std::span<const BorderPair> pairs, std::span<const std::vector<size_t>> pairs_of,
+                              const std::vector<bool>& is_blocked) {
+  const auto above = [&](uint32_t patch) { return division.sizes[patch] - division.limits[patch]; };
+  std::vector<Step> step_to(pairs_of.size(), Step{nullptr, start, 0});
+  std::vector<uint32_t> queue{start};
+  for (size_t i = 0; i < queue.size(); ++i)
+    for (const size_t number : pairs_of[queue[i]]) {
+      const BorderPair& pair = pairs[number];
+      uint32_t next = pair.a == queue[i] ? pair.b : pair.a;
+      if (next == start || step_to[next].pair != nullptr || is_blocked[number]) continue;
+      step_to[next] = {&pair, queue[i], number};
+      queue.push_back(next);
+      if (-above(next) < above(start)) continue;
+      std::vector<Step> way;
+      for (; next != start; next = step_to[next].from) way.push_back(step_to[next]);
+      return way;
+    }
+  return {};
+}
+
 // Where neighbours are as full as a patch above its limit, what is too much goes from patch to patch to the
 // nearest that has room.
 void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const ThreadPool& pool) {
@@ -328,38 +357,29 @@ void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const T
     if (full.empty()) return;
     const std::vector<BorderPair> pairs =
         find_borders(division.graph, division.patch_of, std::vector<bool>(patch_count, true), pool);
-    std::vector<std::vector<const BorderPair*>> pairs_of(patch_count);
-    for (const BorderPair& pair : pairs) {
-      pairs_of[pair.a].push_back(&pair);
-      pairs_of[pair.b].push_back(&pair);
+    std::vector<std::vector<size_t>> pairs_of(patch_count);
+    for (size_t i = 0; i < pairs.size(); ++i) {
+      pairs_of[pairs[i].a].push_back(i);
+      pairs_of[pairs[i].b].push_back(i);
     }
-    std::vector<bool> is_blocked(patch_count, false);  // takes nothing from its neighbour
-    for (const uint32_t start : full) {
-      if (above(start) <= 0) continue;
-      std::vector<const BorderPair*> way_to(patch_count, nullptr);
-      const auto before = [&](uint32_t patch) {
-        return way_to[patch]->a == patch ? way_to[patch]->b : way_to[patch]->a;
-      };
-      std::vector<uint32_t> queue{start};
-      uint32_t end = start;
-      for (size_t i = 0; i < queue.size() && end == start; ++i)
-        for (const BorderPair* pair : pairs_of[queue[i]]) {
-          const uint32_t next = pair->a == queue[i] ? pair->b : pair->a;
-          if (next == start || way_to[next] != nullptr || is_blocked[next]) continue;
-          way_to[next] = pair;
-          queue.push_back(next);
-          if (-above(next) >= above(start)) {
-            end = next;
+    std::vector<bool> is_blocked(pairs.size(), false);  // one patch has nothing to give to the other
+    bool has_changed = false;
+    for (const uint32_t start : full)
+      while (above(start) > 0) {
+        const std::vector<Step> way = way_to_room(division, start, pairs, pairs_of, is_blocked);
+        if (way.empty()) break;
+        // Room is made from its end on back.
+        int64_t faces = above(start);
+        for (const Step& step : way) {
+          faces = recutter.push(*step.pair, step.from, faces);
+          if (faces == 0) {
+            is_blocked[step.number] = true;
             break;
           }
+          has_changed = true;
         }
-      // Room is made from there on back.
-      int64_t faces = above(start);
-      for (; end != start && faces > 0; end = before(end)) {
-        faces = recutter.push(*way_to[end], before(end), faces);
-        if (faces == 0) is_blocked[end] = true;
       }
-    }
+    if (!has_changed) return;
   }
 }
 

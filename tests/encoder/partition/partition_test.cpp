@@ -111,7 +111,7 @@ TEST(Partition, IsBalancedConnectedAndCompactOnALargeSheet) {
     const auto wanted = static_cast<uint32_t>(faces.size() / faces_a_patch);
     const Partition partition = cut(faces, wanted);
     EXPECT_EQ(partition.patch_count, wanted);
-    EXPECT_LE(balance(partition), 1.06);
+    EXPECT_LE(balance(partition), 1.05);
     EXPECT_LE(replication(faces, partition), expected);
     EXPECT_EQ(piece_count(faces, partition), wanted);
   }
@@ -130,7 +130,7 @@ TEST(Partition, OfThePaperIsBalancedConnectedAndCompactOnALargeSheet) {
       const auto wanted = static_cast<uint32_t>(faces.size() / faces_a_patch);
       const Partition partition = cut(faces, wanted, 2, paper(distance));
       EXPECT_EQ(partition.patch_count, wanted);
-      EXPECT_LE(balance(partition), 1.055);  // rounded up to whole faces
+      EXPECT_LE(balance(partition), 1.05);
       EXPECT_LE(replication(faces, partition), expected);
       EXPECT_EQ(piece_count(faces, partition), wanted);
     }
@@ -142,7 +142,7 @@ TEST(Partition, OfThePapersSingleLevelIsConnectedAndNearlyBalanced) {
     for (const PartitionOptions& options : {paper(distance, 1), unrefined(paper(distance, 1))}) {
       const Partition partition = cut(faces, 20, 2, options);
       EXPECT_EQ(partition.patch_count, 20u);
-      EXPECT_LE(balance(partition), options.refine ? 1.06 : 2.0);
+      EXPECT_LE(balance(partition), options.refine ? 1.05 : 2.0);
       EXPECT_EQ(piece_count(faces, partition), 20u);
     }
 }
