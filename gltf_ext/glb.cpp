@@ -38,7 +38,7 @@ Expected<GlbChunks> parse_glb(std::span<const uint8_t> file) {
   file = file.first(length);
 
   GlbChunks chunks;
-  bool first = true;
+  size_t number = 0;
   for (size_t at = kHeaderBytes; at < file.size();) {
     if (file.size() - at < kChunkHeaderBytes) return invalid_input("a GLB chunk header ends early");
     const uint32_t chunk_bytes = read_u32(file, at);
@@ -46,17 +46,19 @@ Expected<GlbChunks> parse_glb(std::span<const uint8_t> file) {
     at += kChunkHeaderBytes;
     if (chunk_bytes > file.size() - at) return invalid_input("a GLB chunk reaches past the end of the file");
     const auto content = file.subspan(at, chunk_bytes);
-    if (first && type != kJson) return invalid_input("the first GLB chunk is not JSON");
-    if (first) chunks.json = content;
-    if (!first && type == kJson) return invalid_input("the GLB holds two JSON chunks");
+    if (number == 0 && type != kJson) return invalid_input("the first GLB chunk is not JSON");
+    if (number == 0) chunks.json = content;
+    if (number > 0 && type == kJson) return invalid_input("the GLB holds two JSON chunks");
     if (type == kBinary) {
       if (chunks.binary) return invalid_input("the GLB holds two binary chunks");
+      if (number != 1) return invalid_input("the GLB's binary chunk is not the second");
       chunks.binary = content;
     }
-    first = false;
+    ++number;
     at += chunk_bytes;
+    if (chunk_bytes % 4 != 0) return invalid_input("a GLB chunk's length is no multiple of 4");
   }
-  if (first) return invalid_input("the GLB holds no JSON chunk");
+  if (number == 0) return invalid_input("the GLB holds no JSON chunk");
   return chunks;
 }
 

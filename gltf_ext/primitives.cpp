@@ -95,9 +95,13 @@ Expected<std::vector<uint32_t>> read_indices(const Document& document, const Jso
       (data->component_type != ComponentType::kUint8 && data->component_type != ComponentType::kUint16 &&
        data->component_type != ComponentType::kUint32))
     return invalid_input("indices are not unsigned scalars");
+  const uint32_t restart = width == 4 ? UINT32_MAX : (1u << 8 * width) - 1;
   indices.resize(data->count);
   for (size_t i = 0; i < indices.size(); ++i) {
     std::memcpy(&indices[i], data->values.data() + i * width, width);
+    if (indices[i] == restart)
+      return invalid_input("index " + std::to_string(i) + " is " + std::to_string(restart) +
+                           ", which restarts primitives and glTF forbids");
     if (indices[i] >= point_count)
       return invalid_input("index " + std::to_string(i) + " is " + std::to_string(indices[i]) +
                            ", but there are " + std::to_string(point_count) + " points");

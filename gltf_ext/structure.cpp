@@ -1,9 +1,12 @@
 #include "gltf_ext/structure.h"
 
+#include <algorithm>
 #include <optional>
+#include <string_view>
 
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/references.h"
+#include "gltf_ext/scene_structure.h"
 
 namespace psplit {
 namespace {
@@ -83,7 +86,8 @@ Status check_buffers_and_views(const Json& json) {
     const std::string name = numbered("buffer view", i);
     if (Status status = check_buffer_range(json, view, name); !status.ok()) return status;
     const auto stride = size_field(view, "byteStride", 0);
-    if (!stride || *stride > 252) return invalid_input(name + " has an invalid byteStride");
+    if (!stride || *stride > 252 || *stride > size_field(view, "byteLength", 0).value_or(0))
+      return invalid_input(name + " has an invalid byteStride");
     if (const Json* meshopt = meshopt_extension(view)) {
       Status status = check_buffer_range(json, *meshopt, name + ", compressed,");
       if (!status.ok()) return status;
@@ -149,20 +153,55 @@ Status check_accessors(const Json& json) {
   return {};
 }
 
+// The types that attributes of glTF's own names have. Their components are of more types than glTF's, by
+// extensions, and so are let be.
+Status check_attribute_types(const Json& json, const Json& attributes) {
+  struct Type {
+    std::string_view prefix;
+    std::vector<std::string_view> types;
+  };
+  static const Type kTypes[] = {{"POSITION", {"VEC3"}},  {"NORMAL", {"VEC3"}},         {"TANGENT", {"VEC4"}},
+                                {"TEXCOORD_", {"VEC2"}}, {"COLOR_", {"VEC3", "VEC4"}}, {"JOINTS_", {"VEC4"}},
+                                {"WEIGHTS_", {"VEC4"}}};
+  int sets = 0;  // of joints, less those of weights
+  for (const auto& [semantic, index] : attributes.items()) {
+    sets += (semantic.starts_with("JOINTS_") ? 1 : 0) - (semantic.starts_with("WEIGHTS_") ? 1 : 0);
+    const Json* accessor = top_level_object(json, "accessors", integer_value(index).value_or(-1));
+    const std::string* type = accessor == nullptr ? nullptr : string_field(*accessor, "type");
+    if (type == nullptr) continue;
+    for (const auto& [prefix, types] : kTypes)
+      if (semantic.starts_with(prefix) && std::find(types.begin(), types.end(), *type) == types.end())
+        return invalid_input(semantic + " is of type " + *type);
+  }
+  if (sets != 0) return invalid_input("as many JOINTS as WEIGHTS are needed");
+  return {};
+}
+
+Status check_primitive(const Json& json, const Json& primitive) {
+  const Json* attributes = object_field(primitive, "attributes");
+  if (attributes == nullptr) return invalid_input("no attributes");
+  const Json* targets = field(primitive, "targets");
+  if (targets != nullptr && !targets->is_array()) return invalid_input("targets is no array");
+  for (size_t t = 0; targets != nullptr && t < targets->size(); ++t)
+    if (!(*targets)[t].is_object()) return invalid_input("targets is no array of objects");
+  return check_attribute_types(json, *attributes);
+}
+
 Status check_meshes(const Json& json) {
   for (size_t i = 0; i < array_size(json, "meshes"); ++i) {
+    Place place{.mesh = static_cast<int64_t>(i)};
     const Json* primitives = array_field(json["meshes"][i], "primitives");
-    if (primitives == nullptr)
-      return invalid_input("no array of primitives", Place{.mesh = static_cast<int64_t>(i)});
+    if (primitives == nullptr) return invalid_input("no array of primitives", place);
     for (size_t p = 0; p < primitives->size(); ++p) {
-      const Json& primitive = (*primitives)[p];
-      const Place place{.mesh = static_cast<int64_t>(i), .primitive = static_cast<int64_t>(p)};
-      if (object_field(primitive, "attributes") == nullptr) return invalid_input("no attributes", place);
-      const Json* targets = field(primitive, "targets");
-      if (targets == nullptr) continue;
-      bool all_objects = targets->is_array();
-      for (size_t t = 0; all_objects && t < targets->size(); ++t) all_objects = (*targets)[t].is_object();
-      if (!all_objects) return invalid_input("targets is no array of objects", place);
+      place.primitive = static_cast<int64_t>(p);
+      if (Status status = check_primitive(json, (*primitives)[p]); !status.ok())
+        return std::move(status).at(place);
+      const size_t targets = array_size((*primitives)[p], "targets"),
+                   first = array_size((*primitives)[0], "targets");
+      if (targets != first)
+        return invalid_input(std::to_string(targets) + " morph targets, and " + std::to_string(first) +
+                                 " of the mesh's first primitive",
+                             place);
     }
   }
   return {};
@@ -227,8 +266,8 @@ bool elements_fit(const ElementLayout& layout, uint64_t offset, uint64_t stride,
 }
 
 Status check_structure(const Json& json) {
-  for (const auto check :
-       {check_version, check_arrays, check_buffers_and_views, check_accessors, check_meshes, check_references})
+  for (const auto check : {check_version, check_arrays, check_buffers_and_views, check_accessors, check_meshes,
+                           check_references, check_scene})
     if (Status status = check(json); !status.ok()) return status;
   return {};
 }

@@ -28,8 +28,9 @@ Expected<ElementLayout> element_layout(const Json& accessor);
 bool elements_fit(const ElementLayout& layout, uint64_t offset, uint64_t stride, uint64_t count,
                   uint64_t available);
 
-// Version, kinds of the top-level members, required members, every index of an accessor, buffer view or buffer,
-// and every extent, against what the JSON says. What is unknown is allowed.
+// Version, kinds of the top-level members, required members, types of attributes, every index of an accessor,
+// buffer view or buffer, and every extent, against what the JSON says; and check_scene. What is unknown is
+// allowed.
 Status check_structure(const Json& json);
 
 // The names under which views compressed by meshoptimizer are known.

@@ -5,8 +5,8 @@
 
 Well-formed files must encode, validate, decode and compare equal (same_mesh), with the default options and with
 --lossless, or be refused exactly as expected_refusals.txt says. In the JSON of glTF, only what asset_difference.py
-lists may change. Files of the malformed folder must load or be refused: exit code 2, 3 or 5 with a message that names
-them. --validator names a folder with validate.mjs and its node_modules: outputs then pass the official validator, errors of the input (glTF's own, or those in expected_errors.txt) aside.
+lists may change. Files of the malformed folder must be refused, with exit code 2, 3 or 5 and a message that names them;
+those that expected_loads.txt lists must load. --validator names a folder with validate.mjs and its node_modules: outputs then pass the official validator, errors of the input (glTF's own, or those in expected_errors.txt) aside.
 
 Well-formed .drc files and assets with stock KHR_draco_mesh_compression must inspect, and decode to the same bytes
 with --backend cpu and --backend draco; .drc files of bitstreams before 2.2, which only libdraco decodes, with
@@ -100,11 +100,13 @@ def round_trip(path, source, folder, malformed, lossless):
             raise Failure(f"encode refuses it without its name: {said[-400:]}")
         if encoded.exists():
             raise Failure("encode refused the file, and left an output")
-        if not malformed and str(code) not in expected:
+        if str(code) not in expected and (expected_codes(loads, path) or not malformed):
             raise Failure(f"encode refuses it with {code}: {said[-400:]}")
         return "refused"
-    if expected and not malformed:
+    if expected:
         raise Failure("is listed in expected_refusals.txt, and loads")
+    if malformed and not expected_codes(loads, path):
+        raise Failure("is malformed, is not listed in expected_loads.txt, and loads")
     if source.suffix in (".glb", ".gltf") and not malformed:
         found = differences(source, encoded)
         if found:
@@ -152,7 +154,7 @@ def check(file):
 if not options.corpus.is_dir():
     print(f"corpus: skipped, there is none at {options.corpus}")
     sys.exit(77)
-refusals, errors = read_expected("expected_refusals.txt"), read_expected("expected_errors.txt")
+refusals, loads, errors = map(read_expected, ("expected_refusals.txt", "expected_loads.txt", "expected_errors.txt"))
 root = options.corpus / "malformed" if options.malformed else options.corpus
 files = [p for p in root.rglob("*") if p.is_file() and kind(p) in kLoadable and options.only in str(p)]
 files.sort(key=lambda p: (-p.stat().st_size, p))

@@ -82,10 +82,21 @@ TEST_F(DocumentTest, RefusesWrongGlbChunks) {
   EXPECT_EQ(code(long_chunk), StatusCode::kInvalidInput);
   EXPECT_EQ(code(glb(asset(kOneView), "")), StatusCode::kInvalidInput);
   EXPECT_EQ(code(glb(asset(kOneView), "abcd")), StatusCode::kInvalidInput);
+  // The header states the length of the file; a chunk has eight bytes of its own.
+  const auto with_chunks = [&](const std::string& before, const std::string& after) {
+    std::string file = whole.substr(0, whole.size() - 16) + before + whole.substr(whole.size() - 16) + after;
+    file[8] = static_cast<char>(file.size());
+    return read(file).status().message();
+  };
+  const std::string other("\4\0\0\0XYZWabcd", 12);
+  ASSERT_LT(whole.size() + other.size(), 256u);
+  EXPECT_EQ(with_chunks("", other), "");
+  EXPECT_EQ(with_chunks(other, ""), "the GLB's binary chunk is not the second");
+  EXPECT_EQ(with_chunks("", std::string("\3\0\0\0XYZWabc", 11)), "a GLB chunk's length is no multiple of 4");
 }
 
 TEST_F(DocumentTest, ToleratesAByteOrderMarkAndFloatsForIntegers) {
-  EXPECT_TRUE(read("\xEF\xBB\xBF" + asset(R"("scene":0)")));
+  EXPECT_TRUE(read("\xEF\xBB\xBF" + asset(R"("extras":0)")));
   EXPECT_TRUE(read(asset(R"("buffers":[{"byteLength":3.0,"uri":"data:;base64,AAAA"}])")));
 }
 
@@ -131,6 +142,55 @@ TEST_F(DocumentTest, RefusesWrongStructure) {
         view + R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC3","count":1.5}])",
         view + R"("accessors":[{"componentType":5121,"type":"VEC3","count":1,"sparse":{"count":1}}])"})
     EXPECT_EQ(code(asset(members)), StatusCode::kInvalidInput) << members;
+}
+
+TEST_F(DocumentTest, RefusesIndicesOfWhatDoesNotExistAndNodesBelowThemselves) {
+  ASSERT_TRUE(
+      read(asset(R"("scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"children":[2]},{"children":[2]},{}])")));
+  for (const auto& [members, message] : std::vector<std::pair<std::string, std::string>>{
+           {R"("scene":0)", "scene names none of the 0 scenes"},
+           {R"("scenes":[{"nodes":[0]}])", "scenes[0].nodes[0] names none of the 0 nodes"},
+           {R"("nodes":[{},{"children":[0,2]}])", "nodes[1].children[1] names none of the 2 nodes"},
+           {R"("nodes":[{"mesh":-1}])", "nodes[0].mesh names none of the 0 meshes"},
+           {R"("nodes":[{"camera":"a"}],"cameras":[{}])", "nodes[0].camera names none of the 1 cameras"},
+           {R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
+            "materials[0].pbrMetallicRoughness.baseColorTexture.index names none of the 0 textures"},
+           {R"("textures":[{"sampler":0}])", "textures[0].sampler names none of the 0 samplers"},
+           {R"("animations":[{},{"samplers":[],"channels":[{"sampler":0}]}])",
+            "animations[1].channels[0].sampler names none of the 0 samplers of it"},
+           {R"("meshes":[{"primitives":[{"attributes":{},"material":1}]}],"materials":[{}])",
+            "meshes[0].primitives[0].material names none of the 1 materials"},
+           {R"("nodes":[{"children":[1]},{"children":[2]},{"children":[1]}])", "node 1 is below itself"},
+           {R"("nodes":[{"children":[0]}])", "node 0 is below itself"},
+           {R"("skins":[{"joints":[]}])", "skin 0 has no joints"},
+           {R"("nodes":[{}],"skins":[{"joints":[0]},{"joints":[0,1]}])",
+            "skins[1].joints[1] names none of the 1 nodes"},
+           {R"("nodes":[{}],"skins":[{"joints":[0,0],"inverseBindMatrices":0}],)"
+            R"("accessors":[{"componentType":5126,"type":"MAT4","count":1}])",
+            "skin 0 has fewer inverse bind matrices than joints"}}) {
+    const auto document = read(asset(members));
+    EXPECT_EQ(document.status().code(), StatusCode::kInvalidInput) << members;
+    EXPECT_EQ(document.status().message(), message) << members;
+  }
+}
+
+TEST_F(DocumentTest, RefusesAttributesOfOtherTypes) {
+  const std::string accessors =
+      R"("accessors":[{"componentType":5126,"type":"VEC2","count":1},{"componentType":5126,"type":"VEC3","count":1},)"
+      R"({"componentType":5121,"type":"VEC4","count":1}],)";
+  const auto message = [&](const std::string& primitives) {
+    const auto document = read(asset(accessors + R"("meshes":[{"primitives":[)" + primitives + "]}]"));
+    return document ? "" : document.status().to_string().substr((folder_ / "asset.gltf").string().size());
+  };
+  EXPECT_EQ(message(R"({"attributes":{"POSITION":1,"NORMAL":1,"TEXCOORD_0":0,"COLOR_0":2,"_ANY":0}})"), "");
+  EXPECT_EQ(message(R"({"attributes":{"JOINTS_0":2,"WEIGHTS_0":2}},{"attributes":{}})"), "");
+  EXPECT_EQ(message(R"({"attributes":{"POSITION":0}})"), ": mesh 0, primitive 0: POSITION is of type VEC2");
+  EXPECT_EQ(message(R"({"attributes":{}},{"attributes":{"TEXCOORD_1":1}})"),
+            ": mesh 0, primitive 1: TEXCOORD_1 is of type VEC3");
+  EXPECT_EQ(message(R"({"attributes":{"JOINTS_0":2}})"),
+            ": mesh 0, primitive 0: as many JOINTS as WEIGHTS are needed");
+  EXPECT_EQ(message(R"({"attributes":{},"targets":[{}]},{"attributes":{},"targets":[{},{}]})"),
+            ": mesh 0, primitive 1: 2 morph targets, and 1 of the mesh's first primitive");
 }
 
 TEST_F(DocumentTest, LoadsUris) {

@@ -117,6 +117,11 @@ TEST(ReadPrimitive, SaysWhereAndWhatIsWrong) {
         append_accessor(document, make_data<uint8_t>(ComponentType::kUint8, 1, {0, 1, 6}), 34963, false);
   });
   EXPECT_TRUE(names(far, "index 2 is 6")) << far;
+  const std::string restart = with([](Document& document, Json& primitive) {
+    primitive["indices"] =
+        append_accessor(document, make_data<uint8_t>(ComponentType::kUint8, 1, {0, 255, 1}), 34963, false);
+  });
+  EXPECT_TRUE(names(restart, "index 1 is 255, which restarts primitives")) << restart;
   const std::string pair = with([](Document& document, Json& primitive) {
     primitive["indices"] =
         append_accessor(document, make_data<uint8_t>(ComponentType::kUint8, 1, {0, 1}), 34963, false);
