@@ -32,6 +32,13 @@ bool write_parts(std::FILE* file, std::initializer_list<std::span<const uint8_t>
 
 }  // namespace
 
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
 Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
   std::error_code error;
   if (path != "-" && fs::is_directory(path, error)) return failure("read", path, EISDIR);

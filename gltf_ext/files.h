@@ -4,11 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "src/status.h"
 
 namespace psplit {
+
+// ".glb" of both a.glb and b.GLB.
+std::string lower_extension(const std::filesystem::path& path);
 
 // The first `limit` bytes of a file, or all of a shorter one.
 Expected<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint64_t limit = UINT64_MAX);

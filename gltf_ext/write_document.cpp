@@ -82,13 +82,6 @@ Merged merge_buffers(const Document& document) {
   return merged;
 }
 
-std::string lower_extension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return extension;
-}
-
 // Only files that are images by name: an asset must not choose what else gets overwritten in the output folder.
 bool is_image_name(const fs::path& path) {
   constexpr std::array<std::string_view, 9> kImages = {".png", ".jpg",   ".jpeg", ".webp", ".ktx2",

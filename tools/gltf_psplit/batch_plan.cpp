@@ -30,10 +30,8 @@ bool is_below(const fs::path& path, const fs::path& folder) {
 bool is_pattern(std::string_view text) { return text.find_first_of("*?[") != std::string_view::npos; }
 
 bool is_asset_name(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   constexpr std::array<std::string_view, 6> kAssets = {".gltf", ".glb", ".ply", ".obj", ".stl", ".drc"};
-  return std::find(kAssets.begin(), kAssets.end(), extension) != kAssets.end();
+  return std::find(kAssets.begin(), kAssets.end(), lower_extension(path)) != kAssets.end();
 }
 
 std::vector<fs::path> sorted_entries(const fs::path& folder) {

@@ -15,12 +15,6 @@
 namespace psplit {
 namespace {
 
-std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 bool is_gltf_name(const std::string& path) {
   const std::string extension = lower_extension(path);
   return extension == ".glb" || extension == ".gltf";
