@@ -7,6 +7,8 @@
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/comparison_report.h"
+#include "tools/gltf_psplit/html_report.h"
+#include "tools/gltf_psplit/preview/preview.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
@@ -58,6 +60,31 @@ std::vector<uint64_t> default_patch_counts(uint64_t faces) {
   return counts;
 }
 
+// The number of patches to look at, of those that are measured: as `encode` cuts where that is more than one,
+// or else the middle one.
+uint64_t pictured_count(uint64_t faces, std::vector<uint64_t> counts) {
+  std::ranges::sort(counts);
+  const uint64_t usual = patch_count_of(faces, EncodeDocumentOptions().patch_faces);
+  return usual > 1 && std::ranges::find(counts, usual) != counts.end() ? usual : counts[counts.size() / 2];
+}
+
+// The asset in so many patches, cut as they are for the measurements.
+Expected<PatchPicture> draw_patches(Document& document, uint64_t patch_count, EncodeDocumentOptions coding,
+                                    const Session& session) {
+  coding.patches = patch_count;
+  coding.verify = false;
+  const auto reports = encode_document(document, coding, find_backend({}), session.pool);
+  if (!reports) return reports.status();
+  const Expected<Image> image = draw_preview(document, ImageSize(), find_backend({}), session.pool);
+  if (!image) return image.status();
+  Expected<std::vector<uint8_t>> png = encode_png(*image);
+  if (!png) return png.status();
+  PatchSummary summary;
+  for (const PrimitiveReport& report : *reports)
+    if (report.skipped.empty()) summary += summarize_streams(report.streams, report.has_residue, report.bytes);
+  return PatchPicture{std::move(*png), summary.patches};
+}
+
 Status run_compare(Arguments arguments, const Session& session) {
   ComparisonReport report;
   ComparisonOptions& options = arguments.options;
@@ -70,6 +97,13 @@ Status run_compare(Arguments arguments, const Session& session) {
     uint64_t faces = 0;
     for (const Mesh& mesh : *read) faces += mesh.faces.size();
     if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces);
+    if (arguments.format == "html") {
+      const uint64_t count = pictured_count(faces, options.patch_counts);
+      if (Expected<PatchPicture> picture = draw_patches(*document, count, options.coding, session))
+        report.picture = std::move(*picture);
+      else
+        session.log.warning("the page has no picture: " + picture.status().to_string());
+    }
     return read;
   }();
   if (!meshes) return meshes.status().at({.file = arguments.input});
@@ -92,8 +126,9 @@ Status run_compare(Arguments arguments, const Session& session) {
   report.options = options;
   report.comparison = std::move(*comparison);
   report.environment = describe_environment(session);
-  return write_text(arguments.output,
-                    arguments.format == "json" ? report_text(to_json(report)) : to_text(report));
+  return write_text(arguments.output, arguments.format == "html"   ? to_html(report)
+                                      : arguments.format == "json" ? report_text(to_json(report))
+                                                                   : to_text(report));
 }
 
 }  // namespace
@@ -128,7 +163,7 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->check(CLI::Range(0, 10))
       ->capture_default_str()
       ->type_name("A,B,C");
-  add_format_option(command, arguments->format, {"text", "json"});
+  add_format_option(command, arguments->format, {"text", "json", "html"});
   command.add_option("-o,--output", arguments->output, "Where the result goes; - is stdout")
       ->capture_default_str()
       ->type_name("FILE");
