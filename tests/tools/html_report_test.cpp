@@ -219,6 +219,19 @@ TEST(SvgChart, NamesTheLineThatItRefersTo) {
   }
 }
 
+TEST(SvgChart, TakesRoundingForNoRange) {
+  XyChart chart;
+  chart.series.resize(1);
+  for (const double value : {1.0, 1 + 2.3e-16, 1 + 1e-12, 1e-300, 0.0}) {
+    chart.y.start = value < 1 ? 0 : 1;
+    chart.series[0].points.resize(1);
+    chart.series[0].points[0].x = chart.series[0].points[0].y = value;
+    const std::string svg = draw_chart(chart);
+    EXPECT_EQ(count_of(svg, "class=\"mark\""), 1u) << value;
+    EXPECT_LT(count_of(svg, "class=\"grid\""), 20u) << value;
+  }
+}
+
 TEST(SvgChart, ScalesBothAxes) {
   XyChart chart{"id",        "title", "",
                 {"x", true}, {"y"},   {{"series", 0, true, {{1, 0, "", "a"}, {100, 8, "", "b"}}}}};

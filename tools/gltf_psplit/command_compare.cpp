@@ -122,7 +122,7 @@ Status run_compare(Arguments arguments, const Session& session) {
     return compare_codecs(*meshes, options, backends, session.pool, bar.callback());
   }();
   if (!comparison) return comparison.status().at({.file = arguments.input});
-  report.input = arguments.input;
+  report.input = arguments.input == "-" ? "stdin" : arguments.input;
   report.options = options;
   report.comparison = std::move(*comparison);
   report.environment = describe_environment(session);

@@ -64,8 +64,10 @@ class Scale {
       high_ += room;
       add_logarithmic_ticks();
     } else {
+      // What is no more than rounding is no range.
+      constexpr double kLeast = 1e-9;
       low_ = axis.start;
-      high_ = any && *high > low_ ? *high : low_ + 1;
+      high_ = any && *high - low_ > kLeast * std::max(1.0, std::abs(low_)) ? *high : low_ + 1;
       add_even_ticks(high_ - low_);
       if (ticks_.back() < high_) ticks_.push_back(ticks_.back() + step_);
       high_ = ticks_.back();
