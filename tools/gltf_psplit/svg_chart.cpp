@@ -212,6 +212,7 @@ std::string draw_tags(const XyChart& chart, const Scale& x, const Scale& y, cons
   constexpr double kReach = 7;  // from a mark's middle
   std::string svg;
   Occupied occupied;
+  occupied.add({0, 0, 8 + kDigit * static_cast<double>(chart.y.title.size()), area.top - 10});
   const auto add_line = [&](double x1, double y1, double x2, double y2) {
     constexpr double kDots = 5;  // a line is a row of dots
     const double steps = std::ceil(std::hypot(x2 - x1, y2 - y1) / kDots);
@@ -239,8 +240,8 @@ std::string draw_tags(const XyChart& chart, const Scale& x, const Scale& y, cons
                                                   {left_of, beside},    {right - 4, above},  {right - 4, below},
                                                   {left_of + 4, above}, {left_of + 4, below}};
       for (const auto& [left, top] : places) {
-        const bool is_inside = left > area.left && left + width < area.right + 12 && top > area.top - 6 &&
-                               top + height < area.bottom;
+        const bool is_inside = left > area.left && left + width < area.right + 12 &&
+                               top > area.top - 2 * kLine && top + height < area.bottom;
         if (!is_inside || !occupied.take({left, top, width, height})) continue;
         svg += svg_text(left + width / 2, top + height - 2.5, point.tag, "middle",
                         ("tag " + color_class(series.style)).c_str());
