@@ -188,7 +188,7 @@ std::string Page::method() const {
              "memory to indices and attributes there: reading files is not in them" +
              std::string(has_cuda ? ", copying to the GPU and back is." : ".")) +
          paragraph(
-             "Stock Draco is one stream for each primitive, decoded on one thread, of which it has no more. "
+             "Stock Draco is one stream for each primitive, decoded on one thread: it has no use for more. "
              "Its library is the installed libdraco " +
              report_.environment.draco +
              ", linked as it is: psplit neither builds nor changes it. The decoder named draco is the same "
