@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "bench/stopwatch.h"
+#include "src/stopwatch.h"
 
 namespace psplit {
 

@@ -9,11 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/samples.h"
-#include "bench/stopwatch.h"
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/container/container.h"
 #include "src/cpu/cpu_backend.h"
+#include "src/stopwatch.h"
 
 namespace psplit {
 namespace {

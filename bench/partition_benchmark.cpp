@@ -12,9 +12,9 @@
 #include <functional>
 
 #include "bench/samples.h"
-#include "bench/stopwatch.h"
 #include "encoder/partition/cell_graph.h"
 #include "encoder/partition/partition.h"
+#include "src/stopwatch.h"
 
 namespace psplit {
 namespace {

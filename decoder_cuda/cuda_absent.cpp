@@ -14,6 +14,7 @@ bool cuda_available(std::string* why) {
 }
 
 uint32_t cuda_multiprocessors() { return 0; }
+std::string cuda_device_name() { return ""; }
 
 Expected<CudaMemory> CudaMemory::allocate(size_t) { return absent(); }
 CudaMemory::~CudaMemory() = default;

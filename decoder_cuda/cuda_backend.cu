@@ -41,6 +41,15 @@ uint32_t cuda_multiprocessors() {
   return status.ok() ? static_cast<uint32_t>(count) : 0;
 }
 
+std::string cuda_device_name() {
+  if (!cuda_available(nullptr)) return "";
+  int device = 0;
+  cudaDeviceProp properties{};
+  Status status = cuda_status(cudaGetDevice(&device), "no device");
+  if (status.ok()) status = cuda_status(cudaGetDeviceProperties(&properties, device), "no device");
+  return status.ok() ? properties.name : "";
+}
+
 namespace {
 
 // Makes a device current for a while.

@@ -21,6 +21,8 @@ bool cuda_available(std::string* why);
 
 // How many multiprocessors the device has that is current; 0 where there is none.
 uint32_t cuda_multiprocessors();
+// What its maker calls it; empty where there is none.
+std::string cuda_device_name();
 
 // Memory of a device, for those who have no allocator of their own.
 class CudaMemory {

@@ -3,6 +3,7 @@
 #include <draco/attributes/attribute_octahedron_transform.h>
 #include <draco/attributes/attribute_quantization_transform.h>
 #include <draco/compression/decode.h>
+#include <draco/core/draco_version.h>
 #include <draco/mesh/mesh.h>
 
 #include <algorithm>
@@ -277,6 +278,8 @@ Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> strea
   }
   return description;
 }
+
+std::string draco_version() { return draco::kDracoVersion; }
 
 DecodeBackend draco_backend() { return one_by_one("draco", decode_container, decode_stream); }
 

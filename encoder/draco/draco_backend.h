@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "src/container/decode_backend.h"
@@ -12,6 +13,9 @@
 namespace psplit {
 
 DecodeBackend draco_backend();
+
+// Of the libdraco that this was built with.
+std::string draco_version();
 
 // One Draco mesh stream as libdraco decodes it: faces and points in its order.
 struct DecodedStream {

@@ -185,6 +185,8 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"validate"},
       {"compare", "a.glb", "--patches", "1,0"},
       {"compare", "a.glb", "--repeat", "0"},
+      {"compare", "a.glb", "--stock-speeds", "11"},
+      {"compare", "a.glb", "--format", "pdf"},
       {"generate", "a.glb", "--shape", "teapot"},
       {"generate", "a.glb", "--faces", "0"},
       {"generate", "a.obj"},
@@ -524,10 +526,35 @@ TEST_F(CommandLine, ComparesInOneTable) {
                   json.at("stock").at("decode_ms").get<double>(), 1e-6);
     }
   }
-  const Outcome text = run({"compare", input, "--repeat", "1"});
+  ASSERT_EQ(json.at("stock_speeds").size(), 3u);
+  EXPECT_EQ(json.at("stock_speeds").at(1), json.at("stock"));
+  EXPECT_GT(json.at("meshopt_plain").at("bytes").get<int>(), json.at("meshopt").at("bytes").get<int>());
+  EXPECT_EQ(json.at("splits").at(0).at("stages").size(), 5u);
+  const auto& environment = json.at("environment");
+  for (const char* key : {"cpu", "psplit", "draco", "meshoptimizer", "zstd", "compiler", "date"})
+    EXPECT_NE(environment.at(key).get<std::string>(), "") << key;
+  EXPECT_EQ(environment.at("command_line"),
+            "gltf-psplit compare --patches 2,8 " + input + " --repeat 2 -j 3 --format json");
+
+  const Outcome text = run({"compare", input, "--repeat", "1", "--stock-speeds", "7", "-o", path("table.txt")});
   EXPECT_EQ(text.code, 0);
-  for (const char* word : {"stock Draco", "meshopt", "psplit"})
-    EXPECT_NE(text.out.find(word), std::string::npos) << text.out;
+  EXPECT_EQ(text.out, "");
+  const std::string table = read_bytes(path("table.txt"));
+  for (const char* word :
+       {"stock Draco, speed 5", "stock Draco, speed 7", "meshopt ", "meshopt + zstd", "psplit"})
+    EXPECT_NE(table.find(word), std::string::npos) << table;
+  EXPECT_EQ(table.find("speed 10"), std::string::npos);
+  EXPECT_EQ(run({"compare", input, "--repeat", "1", "-o", path("no/such/folder.txt")}).code, 2);
+}
+
+TEST_F(CommandLine, TellsTheCommandAsAShellTakesIt) {
+  const std::string input = path("it's a mesh.glb");
+  std::filesystem::copy(sample("terrain", "300"), input);
+  const Outcome outcome = run({"compare", input, "--repeat", "1", "--format", "json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json.at("environment").at("command_line"),
+            "gltf-psplit compare '" + path("it'\\''s a mesh.glb") + "' --repeat 1 --format json");
 }
 
 TEST_F(CommandLine, ComparesOnlyUncompressedAssets) { EXPECT_EQ(run({"compare", split_sample()}).code, 5); }

@@ -19,6 +19,9 @@ TEST(MeshoptRival, GivesBackTheSameTrianglesOnItsGrid) {
   ASSERT_TRUE(encoded.ok());
   const auto decoded = decode_meshopt(*encoded);
   ASSERT_TRUE(decoded.ok());
+  const auto plain = decode_meshopt(*encoded, MeshoptForm::kPlain);
+  ASSERT_TRUE(plain.ok());
+  EXPECT_TRUE(plain->indices == decoded->indices && plain->streams == decoded->streams);
   ASSERT_EQ(decoded->indices.size(), mesh.faces.size() * 3);
   ASSERT_EQ(decoded->streams.size(), 3u);
   EXPECT_EQ(encoded->streams[0].stride, 8u);
@@ -67,6 +70,9 @@ TEST(MeshoptRival, RefusesDamagedBytes) {
   ASSERT_TRUE(encoded.ok());
   encoded->compressed.resize(encoded->compressed.size() / 2);
   EXPECT_FALSE(decode_meshopt(*encoded).ok());
+  EXPECT_TRUE(decode_meshopt(*encoded, MeshoptForm::kPlain).ok());
+  encoded->packed.resize(encoded->packed.size() / 2);
+  EXPECT_FALSE(decode_meshopt(*encoded, MeshoptForm::kPlain).ok());
 }
 
 }  // namespace

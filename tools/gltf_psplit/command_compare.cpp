@@ -1,17 +1,21 @@
-// gltf-psplit compare: bytes and milliseconds of patches, of stock Draco and of meshoptimizer, in one table.
+// gltf-psplit compare: bytes and milliseconds of patches, of stock Draco and of meshoptimizer, in one run.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/comparison.h"
+#include "tools/gltf_psplit/comparison_report.h"
+#include "tools/gltf_psplit/html_report.h"
+#include "tools/gltf_psplit/preview/preview.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, format = "text";
+  std::string input, output = "-", format = "text";
   BackendChoice backend;
   ComparisonOptions options;
 };
@@ -43,117 +47,66 @@ Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session&
   return meshes;
 }
 
+uint64_t patch_count_of(uint64_t faces, uint64_t patch_faces) {
+  return std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
+}
+
 std::vector<uint64_t> default_patch_counts(uint64_t faces) {
   std::vector<uint64_t> counts;
   for (const uint64_t patch_faces : kDefaultPatchFaces) {
-    const uint64_t count = std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
+    const uint64_t count = patch_count_of(faces, patch_faces);
     if (counts.empty() || counts.back() != count) counts.push_back(count);
   }
   return counts;
 }
 
-Json to_json(const Comparison& comparison) {
-  Json result{{"faces", comparison.faces}, {"points", comparison.points}};
-  result["stock"] = {{"bytes", comparison.stock.bytes},
-                     {"encode_ms", comparison.stock.encode_ms},
-                     {"decode_ms", comparison.stock.decode.median_ms},
-                     {"decode_min_ms", comparison.stock.decode.min_ms},
-                     {"decode_max_ms", comparison.stock.decode.max_ms}};
-  result["meshopt"] = {{"bytes", comparison.meshopt.bytes},
-                       {"decode_ms", comparison.meshopt.decode.median_ms},
-                       {"decode_min_ms", comparison.meshopt.decode.min_ms},
-                       {"decode_max_ms", comparison.meshopt.decode.max_ms}};
-  result["splits"] = Json::array();
-  for (const SplitRow& row : comparison.splits) {
-    Json split{{"patches", row.summary.patches},           {"patch_faces", row.mean_patch_faces()},
-               {"bytes", row.summary.total_bytes},         {"overhead", row.overhead},
-               {"replication", row.summary.replication()}, {"balance", row.summary.balance()},
-               {"partition_ms", row.partition_ms},         {"encode_ms", row.encode_ms}};
-    split["decode"] = Json::array();
-    for (const DecodeRow& decode : row.decode)
-      split["decode"].push_back({{"backend", decode.backend},
-                                 {"threads", decode.threads},
-                                 {"median_ms", decode.timing.median_ms},
-                                 {"min_ms", decode.timing.min_ms},
-                                 {"max_ms", decode.timing.max_ms},
-                                 {"speedup", decode.speedup}});
-    result["splits"].push_back(std::move(split));
-  }
-  return result;
+// The number of patches to look at, of those that are measured: as `encode` cuts where that is more than one,
+// or else the middle one.
+uint64_t pictured_count(uint64_t faces, std::vector<uint64_t> counts) {
+  std::ranges::sort(counts);
+  const uint64_t usual = patch_count_of(faces, EncodeDocumentOptions().patch_faces);
+  return usual > 1 && std::ranges::find(counts, usual) != counts.end() ? usual : counts[counts.size() / 2];
 }
 
-std::string to_text(const Comparison& comparison, const Arguments& arguments) {
-  const auto per_point = [&](uint64_t bytes) {
-    return with_decimals(8 * static_cast<double>(bytes) / static_cast<double>(comparison.points), 2);
-  };
-  const auto over_stock = [&](uint64_t bytes) {
-    return as_percent(static_cast<double>(bytes) / static_cast<double>(comparison.stock.bytes) - 1);
-  };
-  // Cells of one decoder: name, threads, median, min, max, speed-up, million triangles a second.
-  const auto timing_cells = [&](const std::string& decoder, int threads, const Timing& timing) {
-    return std::vector<std::string>{
-        decoder,
-        std::to_string(threads),
-        with_decimals(timing.median_ms, 1),
-        with_decimals(timing.min_ms, 1),
-        with_decimals(timing.max_ms, 1),
-        with_decimals(comparison.stock.decode.median_ms / timing.median_ms, 2) + "x",
-        with_decimals(static_cast<double>(comparison.faces) / timing.median_ms / 1000, 1)};
-  };
-  const auto join = [](std::vector<std::string> left, const std::vector<std::string>& right) {
-    left.insert(left.end(), right.begin(), right.end());
-    return left;
-  };
-
-  TextTable table({"codec", "patches", "faces/patch", "bytes", "bits/point", "overhead", "replication",
-                   "balance", "partition ms", "encode ms", "decoder", "threads", "decode ms", "min", "max",
-                   "speed-up", "Mtri/s"});
-  table.add(
-      join({"stock Draco", "1", with_separators(comparison.faces), with_separators(comparison.stock.bytes),
-            per_point(comparison.stock.bytes), "", "", "", "", with_decimals(comparison.stock.encode_ms, 0)},
-           timing_cells("draco", 1, comparison.stock.decode)));
-  table.add(join({"meshopt + zstd", "", "", with_separators(comparison.meshopt.bytes),
-                  per_point(comparison.meshopt.bytes), over_stock(comparison.meshopt.bytes), "", "", "", ""},
-                 timing_cells("meshopt", 1, comparison.meshopt.decode)));
-  for (const SplitRow& row : comparison.splits) {
-    std::vector<std::string> head{"psplit",
-                                  with_separators(row.summary.patches),
-                                  with_decimals(row.mean_patch_faces(), 0),
-                                  with_separators(row.summary.total_bytes),
-                                  per_point(row.summary.total_bytes),
-                                  as_percent(row.overhead),
-                                  as_share(row.summary.replication()),
-                                  with_decimals(row.summary.balance(), 3),
-                                  with_decimals(row.partition_ms, 0),
-                                  with_decimals(row.encode_ms, 0)};
-    for (const DecodeRow& decode : row.decode) {
-      table.add(join(head, timing_cells(decode.backend, decode.threads, decode.timing)));
-      head.assign(head.size(), "");
-    }
-  }
-  const EncodeDocumentOptions& coding = arguments.options.coding;
-  return arguments.input + ": " + counted(comparison.faces, "face") + ", " +
-         counted(comparison.points, "point") + "\n\n" + table.to_string() + "\nDraco speed " +
-         std::to_string(coding.encode_speed) + ", positions " +
-         counted(static_cast<uint64_t>(coding.position_bits), "bit") + "; decode: median of " +
-         counted(static_cast<uint64_t>(arguments.options.repeat), "interleaved round") +
-         "; stock Draco and meshopt use one thread; speed-up over stock Draco\n";
+// The asset in so many patches, cut as they are for the measurements.
+Expected<PatchPicture> draw_patches(Document& document, uint64_t patch_count, EncodeDocumentOptions coding,
+                                    const Session& session) {
+  coding.patches = patch_count;
+  coding.verify = false;
+  const auto reports = encode_document(document, coding, find_backend({}), session.pool);
+  if (!reports) return reports.status();
+  const Expected<Image> image = draw_preview(document, ImageSize(), find_backend({}), session.pool);
+  if (!image) return image.status();
+  Expected<std::vector<uint8_t>> png = encode_png(*image);
+  if (!png) return png.status();
+  PatchSummary summary;
+  for (const PrimitiveReport& report : *reports)
+    if (report.skipped.empty()) summary += summarize_streams(report.streams, report.has_residue, report.bytes);
+  return PatchPicture{std::move(*png), summary.patches};
 }
 
 Status run_compare(Arguments arguments, const Session& session) {
+  ComparisonReport report;
+  ComparisonOptions& options = arguments.options;
   Expected<std::vector<Mesh>> meshes = [&]() -> Expected<std::vector<Mesh>> {
     const ProgressBar bar("reading", session.log);
-    const Expected<Document> document = read_input(arguments.input);
+    Expected<Document> document = read_input(arguments.input);
     if (!document) return document.status();
-    return read_meshes(*document, session);
+    Expected<std::vector<Mesh>> read = read_meshes(*document, session);
+    if (!read) return read;
+    uint64_t faces = 0;
+    for (const Mesh& mesh : *read) faces += mesh.faces.size();
+    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces);
+    if (arguments.format == "html") {
+      const uint64_t count = pictured_count(faces, options.patch_counts);
+      if (Expected<PatchPicture> picture = draw_patches(*document, count, options.coding, session))
+        report.picture = std::move(*picture);
+      else
+        session.log.warning("the page has no picture: " + picture.status().to_string());
+    }
+    return read;
   }();
   if (!meshes) return meshes.status().at({.file = arguments.input});
-  ComparisonOptions& options = arguments.options;
-  if (options.patch_counts.empty()) {
-    uint64_t faces = 0;
-    for (const Mesh& mesh : *meshes) faces += mesh.faces.size();
-    options.patch_counts = default_patch_counts(faces);
-  }
   options.thread_counts = {1};
   if (session.pool.thread_count() > 1) options.thread_counts.push_back(session.pool.thread_count());
 
@@ -164,13 +117,18 @@ Status run_compare(Arguments arguments, const Session& session) {
     if (arguments.backend.name == name || (arguments.backend.name == "auto" && is_there))
       backends.push_back(find_backend({name, arguments.backend.gpu_memory}));
   }
-  const Expected<Comparison> comparison = [&] {
+  Expected<Comparison> comparison = [&] {
     ProgressBar bar("comparing", session.log);
     return compare_codecs(*meshes, options, backends, session.pool, bar.callback());
   }();
   if (!comparison) return comparison.status().at({.file = arguments.input});
-  return write_text(
-      "-", arguments.format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, arguments));
+  report.input = arguments.input == "-" ? "stdin" : arguments.input;
+  report.options = options;
+  report.comparison = std::move(*comparison);
+  report.environment = describe_environment(session);
+  return write_text(arguments.output, arguments.format == "html"   ? to_html(report)
+                                      : arguments.format == "json" ? report_text(to_json(report))
+                                                                   : to_text(report));
 }
 
 }  // namespace
@@ -195,7 +153,20 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 10000))
       ->capture_default_str()
       ->type_name("N");
-  add_format_option(command, arguments->format);
+  command
+      .add_option(
+          "--stock-speeds", arguments->options.stock_speeds,
+          "Draco speeds of stock Draco; that of --encode-speed is there in any case, and is the base of "
+          "every ratio")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(0, 10))
+      ->capture_default_str()
+      ->type_name("A,B,C");
+  add_format_option(command, arguments->format, {"text", "json", "html"});
+  command.add_option("-o,--output", arguments->output, "Where the result goes; - is stdout")
+      ->capture_default_str()
+      ->type_name("FILE");
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
   command.callback([arguments, &action] {

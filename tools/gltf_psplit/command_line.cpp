@@ -1,8 +1,11 @@
 #include "tools/gltf_psplit/command_line.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <iostream>
 #include <new>
+#include <span>
+#include <string_view>
 
 #include "tools/gltf_psplit/commands.h"
 
@@ -23,6 +26,23 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
       ->type_name("N");
+}
+
+// Words as a shell takes them: in quotes where it would read more in them than letters.
+std::string shell_words(std::span<char* const> words) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,=:+@%";
+  std::string text;
+  for (const char* const word : words) {
+    std::string quoted(word);
+    if (quoted.empty() || quoted.find_first_not_of(kPlain) != std::string::npos) {
+      for (size_t at = 0; (at = quoted.find('\'', at)) != std::string::npos; at += 4)
+        quoted.replace(at, 1, "'\\''");
+      quoted = "'" + quoted + "'";
+    }
+    text += " " + quoted;
+  }
+  return text;
 }
 
 int run(int argc, char** argv, const char* version) {
@@ -60,7 +80,8 @@ int run(int argc, char** argv, const char* version) {
   const Verbosity verbosity = common.quiet     ? Verbosity::kQuiet
                               : common.verbose ? Verbosity::kVerbose
                                                : Verbosity::kNormal;
-  const Session session(verbosity, common.thread_count, version);
+  const Session session(verbosity, common.thread_count, version,
+                        "gltf-psplit" + shell_words({argv + 1, static_cast<size_t>(std::max(argc, 1) - 1)}));
   const Status status = action(session);
   if (!status.ok()) session.log.error(status);
   return static_cast<int>(status.code());

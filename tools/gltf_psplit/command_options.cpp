@@ -108,9 +108,9 @@ void add_backend_options(CLI::App& command, BackendChoice& choice) {
       ->type_name("SIZE");
 }
 
-void add_format_option(CLI::App& command, std::string& name) {
-  command.add_option("--format", name, "Form of the result on stdout")
-      ->check(CLI::IsMember({"text", "json"}))
+void add_format_option(CLI::App& command, std::string& name, const std::vector<std::string>& forms) {
+  command.add_option("--format", name, "Form of the result")
+      ->check(CLI::IsMember(forms))
       ->capture_default_str()
       ->type_name("FORM");
 }

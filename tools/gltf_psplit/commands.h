@@ -18,9 +18,14 @@ namespace psplit {
 struct Session {
   Log log;
   ThreadPool pool;
-  std::string version;  // of the command
-  Session(Verbosity verbosity, int thread_count, std::string its_version = "")
-      : log(verbosity), pool(thread_count), version(std::move(its_version)) {}
+  std::string version;       // of the command
+  std::string command_line;  // as a shell takes it
+  Session(Verbosity verbosity, int thread_count, std::string its_version = "",
+          std::string its_command_line = "")
+      : log(verbosity),
+        pool(thread_count),
+        version(std::move(its_version)),
+        command_line(std::move(its_command_line)) {}
 };
 
 using Action = std::function<Status(const Session&)>;
@@ -43,7 +48,8 @@ struct BackendChoice {
 // Options that several subcommands take; the arguments outlive the parse.
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options);
 void add_backend_options(CLI::App& command, BackendChoice& choice);
-void add_format_option(CLI::App& command, std::string& name);
+void add_format_option(CLI::App& command, std::string& name,
+                       const std::vector<std::string>& forms = {"text", "json"});
 
 // The name is one that add_backend_options lets through.
 DecodeBackend find_backend(const BackendChoice& choice);

@@ -6,6 +6,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/partition/partition.h"
+#include "src/cpu/staged_decode.h"
 #include "tools/gltf_psplit/meshopt_rival.h"
 #include "tools/gltf_psplit/messages.h"
 
@@ -14,12 +15,15 @@ namespace {
 
 // Everything that the decoders are timed on. Contenders refer to its parts, so it must not move any more.
 struct Encoded {
+  struct Stock {
+    std::vector<StockStream> streams;
+    std::vector<std::vector<AttributeRequest>> requests;
+  };
   struct Split {
     std::vector<EncodedMesh> meshes;
     std::vector<std::vector<AttributeRequest>> requests;
   };
-  std::vector<StockStream> stock;
-  std::vector<std::vector<AttributeRequest>> stock_requests;
+  std::vector<Stock> stock;  // one for each speed
   std::vector<MeshoptMesh> meshopt;
   std::vector<Split> splits;
 };
@@ -46,19 +50,30 @@ std::vector<AttributeRequest> make_requests(const Mesh& mesh, std::span<const ui
   return requests;
 }
 
+std::vector<int> all_speeds(const ComparisonOptions& options) {
+  std::vector<int> speeds = options.stock_speeds;
+  speeds.push_back(options.coding.encode_speed);
+  std::ranges::sort(speeds);
+  speeds.erase(std::unique(speeds.begin(), speeds.end()), speeds.end());
+  return speeds;
+}
+
 Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
                      const ComparisonOptions& options, Encoded& encoded, Comparison& comparison) {
-  Expected<StockStream> stock = Status();
-  comparison.stock.encode_ms +=
-      elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, options.coding.encode_speed); });
-  if (!stock) return stock.status();
+  for (size_t i = 0; i < encoded.stock.size(); ++i) {
+    StockRow& row = comparison.stock_speeds[i];
+    Expected<StockStream> stock = Status();
+    row.encode_ms += elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, row.speed); });
+    if (!stock) return stock.status();
+    row.bytes += stock->bytes.size();
+    encoded.stock[i].requests.push_back(make_requests(mesh, stock->unique_ids));
+    encoded.stock[i].streams.push_back(std::move(*stock));
+  }
   Expected<MeshoptMesh> meshopt =
       encode_meshopt(mesh, {options.coding.position_bits, options.coding.texcoord_bits});
   if (!meshopt) return meshopt.status();
-  comparison.stock.bytes += stock->bytes.size();
   comparison.meshopt.bytes += meshopt->compressed.size();
-  encoded.stock_requests.push_back(make_requests(mesh, stock->unique_ids));
-  encoded.stock.push_back(std::move(*stock));
+  comparison.meshopt_plain.bytes += meshopt->packed.size();
   encoded.meshopt.push_back(std::move(*meshopt));
   return {};
 }
@@ -87,17 +102,17 @@ Status encode_split(std::span<const Mesh> meshes, std::span<const std::vector<At
   return {};
 }
 
-Status decode_stock(const Encoded& encoded, const DecodeBackend& backend) {
-  for (size_t i = 0; i < encoded.stock.size(); ++i) {
-    const Expected<Mesh> mesh = backend.decode_stream(encoded.stock[i].bytes, encoded.stock_requests[i]);
+Status decode_stock(const Encoded::Stock& stock, const DecodeBackend& backend) {
+  for (size_t i = 0; i < stock.streams.size(); ++i) {
+    const Expected<Mesh> mesh = backend.decode_stream(stock.streams[i].bytes, stock.requests[i]);
     if (!mesh) return mesh.status();
   }
   return {};
 }
 
-Status decode_rival(const Encoded& encoded) {
+Status decode_rival(const Encoded& encoded, MeshoptForm form) {
   for (const MeshoptMesh& packed : encoded.meshopt) {
-    const Expected<MeshoptDecoded> mesh = decode_meshopt(packed);
+    const Expected<MeshoptDecoded> mesh = decode_meshopt(packed, form);
     if (!mesh) return mesh.status();
   }
   return {};
@@ -118,6 +133,32 @@ Status decode_split(const Encoded::Split& split, const PatchSummary& summary, co
   return {StatusCode::kDiffers, "decoded faces and points are not those of the directory"};
 }
 
+Status decode_stages(const Encoded::Split& split, StageTimes& times) {
+  for (size_t i = 0; i < split.meshes.size(); ++i) {
+    StagedInput input(split.meshes[i].container, split.requests[i]);
+    const core::Fault fault = decode_with_core(input, /*in_step=*/true, times);
+    if (fault != core::Fault::kNone) return runtime_failure(core::fault_text(fault));
+  }
+  return {};
+}
+
+// Of each stage, over the rounds.
+std::vector<StageRow> summarize_stages(std::span<const StageTimes> rounds) {
+  constexpr std::pair<const char*, double StageTimes::*> kStages[] = {
+      {"connectivity", &StageTimes::connectivity_ms},
+      {"seams", &StageTimes::seams_ms},
+      {"traversal and symbols", &StageTimes::chains_ms},
+      {"prediction", &StageTimes::prediction_ms},
+      {"output", &StageTimes::output_ms}};
+  std::vector<StageRow> rows;
+  for (const auto& [name, stage] : kStages) {
+    std::vector<double> samples_ms;
+    for (const StageTimes& times : rounds) samples_ms.push_back(times.*stage);
+    rows.push_back({name, summarize_samples(std::move(samples_ms))});
+  }
+  return rows;
+}
+
 }  // namespace
 
 Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const ComparisonOptions& options,
@@ -125,6 +166,8 @@ Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const Comparis
                                     const Progress& progress) {
   Comparison comparison;
   Encoded encoded;
+  for (const int speed : all_speeds(options)) comparison.stock_speeds.push_back({.speed = speed, .decode = {}});
+  encoded.stock.resize(comparison.stock_speeds.size());
   std::vector<std::vector<AttributeCoding>> codings;
   for (const Mesh& mesh : meshes) {
     comparison.faces += mesh.faces.size();
@@ -138,6 +181,7 @@ Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const Comparis
     if (Status status = encode_rivals(mesh, mesh_codings, options, encoded, comparison); !status.ok())
       return status;
   }
+  const auto base = std::ranges::find(comparison.stock_speeds, options.coding.encode_speed, &StockRow::speed);
   encoded.splits.resize(options.patch_counts.size());
   comparison.splits.resize(options.patch_counts.size());
   for (size_t i = 0; i < encoded.splits.size(); ++i) {
@@ -146,17 +190,19 @@ Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const Comparis
             encode_split(meshes, codings, options.patch_counts[i], options, pool, encoded.splits[i], row);
         !status.ok())
       return status;
-    row.overhead =
-        static_cast<double>(row.summary.total_bytes) / static_cast<double>(comparison.stock.bytes) - 1;
+    row.overhead = static_cast<double>(row.summary.total_bytes) / static_cast<double>(base->bytes) - 1;
   }
 
   std::vector<std::unique_ptr<ThreadPool>> pools;
   for (const int threads : options.thread_counts) pools.push_back(std::make_unique<ThreadPool>(threads));
   const DecodeBackend stock_backend = draco_backend();
   std::vector<Contender> contenders;
-  contenders.push_back({"stock Draco", [&] { return decode_stock(encoded, stock_backend); }});
-  contenders.push_back({"meshoptimizer", [&] { return decode_rival(encoded); }});
-  for (size_t i = 0; i < encoded.splits.size(); ++i)
+  for (const Encoded::Stock& stock : encoded.stock)
+    contenders.push_back({"stock Draco", [&] { return decode_stock(stock, stock_backend); }});
+  for (const MeshoptForm form : {MeshoptForm::kZstd, MeshoptForm::kPlain})
+    contenders.push_back({"meshoptimizer", [&encoded, form] { return decode_rival(encoded, form); }});
+  std::vector<std::vector<StageTimes>> stage_rounds(encoded.splits.size());
+  for (size_t i = 0; i < encoded.splits.size(); ++i) {
     for (const DecodeBackend& backend : backends)
       for (const auto& decode_pool : pools)
         contenders.push_back({counted(comparison.splits[i].summary.patches, "patch"),
@@ -164,19 +210,29 @@ Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const Comparis
                                 return decode_split(encoded.splits[i], comparison.splits[i].summary, backend,
                                                     threads);
                               }});
+    contenders.push_back({"stages", [&split = encoded.splits[i], &rounds = stage_rounds[i]] {
+                            return decode_stages(split, rounds.emplace_back());
+                          }});
+  }
   const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, options.repeat, progress);
   if (!timings) return timings.status();
 
-  comparison.stock.decode = (*timings)[0];
-  comparison.meshopt.decode = (*timings)[1];
-  size_t next = 2;
-  for (SplitRow& row : comparison.splits)
+  size_t next = 0;
+  for (StockRow& row : comparison.stock_speeds) row.decode = (*timings)[next++];
+  comparison.stock = *base;
+  comparison.meshopt.decode = (*timings)[next++];
+  comparison.meshopt_plain.decode = (*timings)[next++];
+  for (size_t i = 0; i < comparison.splits.size(); ++i) {
+    SplitRow& row = comparison.splits[i];
     for (const DecodeBackend& backend : backends)
       for (const int threads : options.thread_counts) {
         const Timing timing = (*timings)[next++];
         row.decode.push_back(
             {backend.name, threads, timing, comparison.stock.decode.median_ms / timing.median_ms});
       }
+    ++next;
+    row.stages = summarize_stages(std::span(stage_rounds[i]).subspan(1));  // the first round is untimed
+  }
   return comparison;
 }
 

@@ -12,10 +12,28 @@
 namespace psplit {
 
 struct ComparisonOptions {
-  std::vector<uint64_t> patch_counts;  // over all meshes together
-  std::vector<int> thread_counts;      // of the decoders of patches
+  std::vector<uint64_t> patch_counts;       // over all meshes together
+  std::vector<int> thread_counts;           // of the decoders of patches
+  std::vector<int> stock_speeds{0, 5, 10};  // of stock Draco, beside coding.encode_speed
   int repeat = 5;
   EncodeDocumentOptions coding;  // bits and speed, the same for patches and for stock Draco
+};
+
+struct StockRow {
+  int speed = 0;  // Draco's
+  uint64_t bytes = 0;
+  double encode_ms = 0;
+  Timing decode;
+};
+
+struct MeshoptRow {
+  uint64_t bytes = 0;
+  Timing decode;
+};
+
+struct StageRow {
+  std::string name;
+  Timing timing;
 };
 
 struct DecodeRow {
@@ -30,6 +48,8 @@ struct SplitRow {
   double overhead = 0;                     // bytes / stock bytes - 1
   double partition_ms = 0, encode_ms = 0;  // encode_ms includes partition_ms
   std::vector<DecodeRow> decode;
+  // Of the core, on one thread (src/cpu/staged_decode.h): all but stitching, and without a residue.
+  std::vector<StageRow> stages;
   double mean_patch_faces() const {
     return summary.patches == 0
                ? 0
@@ -40,15 +60,9 @@ struct SplitRow {
 // Sums over all meshes. Stock Draco and meshoptimizer decode on one thread, mesh after mesh.
 struct Comparison {
   uint64_t faces = 0, points = 0;
-  struct {
-    uint64_t bytes = 0;
-    double encode_ms = 0;
-    Timing decode;
-  } stock;
-  struct {
-    uint64_t bytes = 0;
-    Timing decode;
-  } meshopt;
+  StockRow stock;                      // at coding.encode_speed: what all ratios refer to
+  std::vector<StockRow> stock_speeds;  // ascending, that one among them
+  MeshoptRow meshopt, meshopt_plain;   // with zstd on top, and without
   std::vector<SplitRow> splits;
 };
 

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 namespace psplit {
 namespace {
@@ -153,22 +154,29 @@ Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits) 
     packed.resize(offset + encoded);
     result.streams.push_back({stream.stride, stream.octahedral, encoded});
   }
-  result.packed_bytes = packed.size();
   result.compressed.resize(ZSTD_compressBound(packed.size()));
   const size_t size = ZSTD_compress(result.compressed.data(), result.compressed.size(), packed.data(),
                                     packed.size(), kZstdLevel);
   if (ZSTD_isError(size)) return runtime_failure(std::string("zstd: ") + ZSTD_getErrorName(size));
   result.compressed.resize(size);
+  result.packed = std::move(packed);
   return result;
 }
 
-Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh) {
+Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh, MeshoptForm form) {
   MeshoptDecoded decoded;
   if (mesh.index_count == 0) return decoded;
-  std::vector<uint8_t> packed(mesh.packed_bytes);
-  const size_t size =
-      ZSTD_decompress(packed.data(), packed.size(), mesh.compressed.data(), mesh.compressed.size());
-  if (size != packed.size()) return runtime_failure("zstd did not give back what it took");
+  std::vector<uint8_t> unpacked;
+  if (form == MeshoptForm::kZstd) {
+    unpacked.resize(mesh.packed.size());
+    const size_t size =
+        ZSTD_decompress(unpacked.data(), unpacked.size(), mesh.compressed.data(), mesh.compressed.size());
+    if (size != unpacked.size()) return runtime_failure("zstd did not give back what it took");
+  }
+  const std::span<const uint8_t> packed = form == MeshoptForm::kZstd ? unpacked : mesh.packed;
+  size_t encoded_bytes = mesh.index_bytes;
+  for (const MeshoptStream& stream : mesh.streams) encoded_bytes += stream.encoded_bytes;
+  if (packed.size() != encoded_bytes) return runtime_failure("meshoptimizer's streams are not whole");
   decoded.indices.resize(mesh.index_count);
   if (meshopt_decodeIndexBuffer(decoded.indices.data(), mesh.index_count, sizeof(uint32_t), packed.data(),
                                 mesh.index_bytes) != 0)
@@ -184,5 +192,13 @@ Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh) {
   }
   return decoded;
 }
+
+// 180 is 0.18, 1000 is 1.0.
+std::string meshopt_version() {
+  constexpr int kVersion = MESHOPTIMIZER_VERSION;
+  const std::string patch = kVersion % 10 == 0 ? "" : "." + std::to_string(kVersion % 10);
+  return std::to_string(kVersion / 1000) + "." + std::to_string(kVersion / 10 % 100) + patch;
+}
+std::string zstd_version() { return ZSTD_versionString(); }
 
 }  // namespace psplit

@@ -1,8 +1,9 @@
-// The rival from the GPU side: meshoptimizer's index and vertex codecs with zstd on top, as gltfpack packs
-// them.
+// The rival from the GPU side: meshoptimizer's index and vertex codecs, alone and with zstd on top, as gltfpack
+// packs them.
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "src/mesh/mesh.h"
@@ -27,8 +28,8 @@ struct MeshoptMesh {
   size_t point_count = 0;
   size_t index_bytes = 0;  // encoded
   std::vector<MeshoptStream> streams;
-  size_t packed_bytes = 0;          // all of it encoded, before zstd
-  std::vector<uint8_t> compressed;  // indices, then streams, in one zstd frame
+  std::vector<uint8_t> packed;      // indices, then streams
+  std::vector<uint8_t> compressed;  // the same in one zstd frame
 };
 
 // Merges points whose quantized values are equal, orders the mesh for the vertex cache and for vertex fetch,
@@ -42,6 +43,12 @@ struct MeshoptDecoded {
   std::vector<uint32_t> indices;
   std::vector<std::vector<uint8_t>> streams;
 };
-Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh);
+// What is stored, and therefore read: `compressed`, or `packed` as it is.
+enum class MeshoptForm { kZstd, kPlain };
+Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh, MeshoptForm form = MeshoptForm::kZstd);
+
+// Versions: of the header that was compiled, and of the library that runs.
+std::string meshopt_version();
+std::string zstd_version();
 
 }  // namespace psplit

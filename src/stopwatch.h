@@ -1,3 +1,4 @@
+// Milliseconds that pieces of work take, added up.
 #pragma once
 
 #include <algorithm>

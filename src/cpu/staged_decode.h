@@ -1,0 +1,216 @@
+// The stages of decoding with a stopwatch on each: a container's patches on one thread, by the core's decoder
+// as src/cpu drives it. For those who measure; it stitches nothing, and its output is patch after patch.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "src/container/container.h"
+#include "src/container/decode_backend.h"
+#include "src/core/decode_patch.h"
+#include "src/core/workspace.h"
+#include "src/cpu/scratch.h"
+#include "src/stopwatch.h"
+
+// Of what profilers are to tell apart: bench/count_instructions reads these names.
+#define PSPLIT_OWN_FUNCTION [[gnu::noinline]]
+
+namespace psplit {
+
+struct StageTimes {
+  double connectivity_ms = 0;  // header to corner table, and memory made ready
+  double seams_ms = 0;         // to points; by prediction degree the traversal as well, here or above
+  double chains_ms = 0;        // traversal and symbols
+  double prediction_ms = 0;
+  double output_ms = 0;  // faces to 32-bit indices, integers to values
+};
+
+// A stream while it is decoded, in memory for any of a container.
+template <typename Index>
+class StreamDecoder {
+ public:
+  StreamDecoder(const Container& container, std::span<const AttributeRequest> requests) {
+    for (uint32_t i = 0; i < container.patch_count(); ++i) {
+      const std::span<const uint8_t> stream = container.streams[i];
+      core::StreamHeader header;
+      if (core::read_stream_header(stream.data(), stream.size(), header) != core::Fault::kNone) continue;
+      core::ValueCounts values{container.entries[i].point_count, static_cast<uint32_t>(requests.size()), 0};
+      for (const AttributeRequest& request : requests) values.components += request.component_count;
+      const uint64_t bytes = core::workspace_bytes<Index>(header, stream.size(), values);
+      size_ = std::max(size_, static_cast<size_t>(std::min(bytes, core::justified_bytes(stream.size()))));
+    }
+    memory_ = std::make_unique_for_overwrite<uint8_t[]>(size_);
+  }
+
+  core::Fault open(std::span<const uint8_t> stream) {
+    header_ = {};
+    if (const core::Fault fault = core::read_stream_header(stream.data(), stream.size(), header_);
+        fault != core::Fault::kNone)
+      return fault;
+    arena_ = {memory_.get(), size_};
+    patch_ = {};
+    decoder_.emplace(header_, arena_, patch_);
+    return core::Fault::kNone;
+  }
+  core::PatchDecoder<Index>& decoder() { return *decoder_; }
+  const core::Patch<Index>& patch() const { return patch_; }
+
+ private:
+  std::unique_ptr<uint8_t[]> memory_;
+  size_t size_ = 0;
+  core::StreamHeader header_;
+  core::Arena arena_;
+  core::Patch<Index> patch_;
+  std::optional<core::PatchDecoder<Index>> decoder_;
+};
+
+// Streams that are decoded in step, as far as they stand at the same stop.
+template <typename Index>
+struct AtStop {
+  core::PatchDecoder<Index>* decoders[kLanes];
+  core::Fault* faults[kLanes];
+  uint32_t count = 0;
+
+  void go_on() {
+    core::take_steps(decoders, count);
+    for (uint32_t n = 0; n < count; ++n) *faults[n] = decoders[n]->resume(core::SerialLanes());
+  }
+};
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION core::Fault start_stage(std::span<const uint8_t> stream, StreamDecoder<Index>& lane,
+                                            StageTimes& times) {
+  const Stopwatch watch(times.connectivity_ms);
+  const core::Fault fault = lane.open(stream);
+  return fault == core::Fault::kNone ? lane.decoder().start() : fault;
+}
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION void connectivity_stage(AtStop<Index>& at, StageTimes& times) {
+  const Stopwatch watch(times.connectivity_ms);
+  at.go_on();
+}
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION void seams_stage(AtStop<Index>& at, StageTimes& times) {
+  const Stopwatch watch(times.seams_ms);
+  at.go_on();
+}
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION void chains_stage(AtStop<Index>& at, StageTimes& times) {
+  const Stopwatch watch(times.chains_ms);
+  at.go_on();
+}
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION void prediction_stage(AtStop<Index>& at, StageTimes& times) {
+  const Stopwatch watch(times.prediction_ms);
+  at.go_on();
+}
+
+// Where the next patch goes.
+struct StagedOutput {
+  std::array<uint32_t, 3>* faces;
+  uint8_t* values;
+};
+
+template <typename Index>
+PSPLIT_OWN_FUNCTION void output_stage(const core::Patch<Index>& patch, StagedOutput& out, StageTimes& times) {
+  const Stopwatch watch(times.output_ms);
+  std::array<uint32_t, 3>* const faces = out.faces;
+  for (uint32_t face = 0; face < patch.face_count; ++face)
+    faces[face] = {patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]};
+  out.faces += patch.face_count;
+  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+    const core::Attribute<Index>& attribute = patch.attributes[i];
+    const size_t stride = attribute.stride();
+    patch.write_values(attribute,
+                       [stride, values = out.values](uint32_t point) { return values + point * stride; });
+    out.values += patch.point_count * stride;
+  }
+}
+
+// A container, memory to decode its streams in, and room for its mesh. Its residue, which is no Edgebreaker
+// stream, is left out. The container is one that was just encoded, of attributes as they are requested, and its
+// bytes outlive this.
+struct StagedInput {
+  StagedInput(std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests)
+      : container(*parse_container(bytes)) {
+    size_t stride = 0;
+    for (const AttributeRequest& request : requests)
+      stride += component_bytes(request.component_type) * request.component_count;
+    size_t points = 0;
+    for (const StreamEntry& entry : container.entries) points += entry.point_count;
+    faces.resize(container.face_count());
+    values.resize(stride * points);
+
+    bool fits_16_bits = true;
+    for (uint32_t i = 0; i < container.patch_count(); ++i) {
+      core::StreamHeader header;
+      const std::span<const uint8_t> stream = container.streams[i];
+      fits_16_bits &= core::read_stream_header(stream.data(), stream.size(), header) == core::Fault::kNone &&
+                      header.fits_16_bits();
+    }
+    if (!fits_16_bits) wide.emplace_back(container, requests);
+    for (uint32_t n = 0; n < kLanes && fits_16_bits; ++n) narrow.emplace_back(container, requests);
+  }
+
+  Container container;
+  std::vector<std::array<uint32_t, 3>> faces;
+  std::vector<uint8_t> values;
+  std::vector<StreamDecoder<uint16_t>> narrow;  // none where a stream is too large for 16-bit numbers
+  std::vector<StreamDecoder<uint32_t>> wide;
+};
+
+// `count` streams in step: core::decode_in_step with a watch.
+template <typename Index>
+core::Fault decode_streams(const std::span<const uint8_t>* streams, std::vector<StreamDecoder<Index>>& lanes,
+                           uint32_t count, StagedOutput& out, StageTimes& times) {
+  core::Fault faults[kLanes];
+  for (uint32_t n = 0; n < count; ++n) faults[n] = start_stage(streams[n], lanes[n], times);
+  for (;;) {
+    AtStop<Index> at;
+    for (uint32_t n = 0; n < count; ++n) {
+      core::PatchDecoder<Index>& decoder = lanes[n].decoder();
+      if (faults[n] != core::Fault::kNone || decoder.stop() == core::Stop::kDone) continue;
+      if (at.count > 0 && decoder.stop() != at.decoders[0]->stop()) continue;
+      at.decoders[at.count] = &decoder;
+      at.faults[at.count++] = &faults[n];
+    }
+    if (at.count == 0) break;
+    switch (at.decoders[0]->stop()) {
+      case core::Stop::kSymbolLists: connectivity_stage(at, times); break;
+      case core::Stop::kSeams: seams_stage(at, times); break;
+      case core::Stop::kChains: chains_stage(at, times); break;
+      case core::Stop::kPrediction: prediction_stage(at, times); break;
+      case core::Stop::kDone: break;
+    }
+  }
+  for (uint32_t n = 0; n < count; ++n) {
+    if (faults[n] != core::Fault::kNone) return faults[n];
+    output_stage(lanes[n].patch(), out, times);
+  }
+  return core::Fault::kNone;
+}
+
+// One stream after the other; or, `in_step`, as many at once as src/cpu takes, and those left at the end alone.
+inline core::Fault decode_with_core(StagedInput& input, bool in_step, StageTimes& times) {
+  const uint32_t count = input.container.patch_count();
+  StagedOutput out{input.faces.data(), input.values.data()};
+  for (uint32_t i = 0; i < count;) {
+    const std::span<const uint8_t>* streams = &input.container.streams[i];
+    const uint32_t together = in_step && i + kLanes <= count ? kLanes : 1;
+    const core::Fault fault = !input.wide.empty() ? decode_streams(streams, input.wide, 1, out, times)
+                                                  : decode_streams(streams, input.narrow, together, out, times);
+    if (fault != core::Fault::kNone) return fault;
+    i += input.wide.empty() ? together : 1;
+  }
+  return core::Fault::kNone;
+}
+
+}  // namespace psplit

@@ -1,0 +1,161 @@
+// The page of `gltf-psplit compare --format html` in a browser without a network, in light and in dark:
+//
+//   node report_test.mjs GLTF_PSPLIT MODULES OUT
+//
+// It loads without a word on the console, asks for nothing but itself, has a mark for every number of its tables,
+// and nothing on it is clipped, overlaps or is hard to read. Screenshots stay in OUT. MODULES is the folder where
+// npm installed tests/validator. Exits with 77, and says why, where there is no Chromium or no such folder.
+import { execFileSync, spawnSync } from 'node:child_process';
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { pathToFileURL } from 'node:url';
+
+const [psplit, modules, out] = process.argv.slice(2);
+function skip(why) {
+  console.log(`skipped: ${why}`);
+  process.exit(77);
+}
+if (!modules || !existsSync(path.join(modules, 'node_modules/puppeteer-core')))
+  skip('npm has not installed tests/validator: -DPSPLIT_VALIDATOR names its folder');
+const chromium = ['chromium', 'chromium-browser', 'google-chrome']
+  .map((name) => spawnSync('sh', ['-c', `command -v ${name}`], { encoding: 'utf8' }).stdout.trim())
+  .find((found) => found);
+if (!chromium) skip('no Chromium (Debian: chromium)');
+const puppeteer = createRequire(path.resolve(modules, 'package.json'))('puppeteer-core');
+
+let checks = 0, failures = 0;
+function check(holds, what) {
+  checks += 1;
+  if (holds) return;
+  failures += 1;
+  console.log(`FAILED  ${what}`);
+}
+function check_equal(value, expected, what) {
+  check(value === expected, `${what}: ${JSON.stringify(value)} instead of ${JSON.stringify(expected)}`);
+}
+
+const scratch = mkdtempSync(path.join(tmpdir(), 'psplit-report-'));
+process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
+mkdirSync(out, { recursive: true });
+
+// A page of a mesh, and the number of its splits. Names of files may hold whatever HTML and shells read something in.
+function make_report(name, shape, faces, counts, threads) {
+  const mesh = path.join(scratch, `${name}.glb`), page = path.join(out, 'report.html');
+  execFileSync(psplit, ['generate', mesh, '--shape', shape, '--faces', faces, '--seed', '1', '--normals', '-q']);
+  execFileSync(psplit, ['compare', mesh, '--patches', counts.join(','), '--repeat', '2', '-j', threads, '-q',
+    '--format', 'html', '-o', page]);
+  return { page, mesh, splits: counts.length };
+}
+
+// What the browser is asked about the page; runs there.
+function look() {
+  const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+  const luminance = (color) => {
+    const [r, g, b] = color.match(/[\d.]+/g).slice(0, 3).map((part) => {
+      const value = part / 255;
+      return value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4;
+    });
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  };
+  const page_color = getComputedStyle(document.body).backgroundColor;
+  const contrast = (color) => {
+    const [low, high] = [luminance(page_color), luminance(color)].sort((a, b) => a - b);
+    return (high + 0.05) / (low + 0.05);
+  };
+  const box_of = (element) => element.getBoundingClientRect();
+  const outside = (inner, outer) => inner.left < outer.left - 1 || inner.right > outer.right + 1 ||
+    inner.top < outer.top - 1 || inner.bottom > outer.bottom + 1;
+  const touch = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 3 && b.top < a.bottom - 3;
+
+  const problems = [];
+  for (const svg of all('.plot svg')) {
+    const frame = box_of(svg), texts = all('text', svg), name = svg.closest('figure').id;
+    if (!svg.getAttribute('aria-label')) problems.push(`${name} has no name`);
+    for (const element of [...texts, ...all('.mark, .line, .spread', svg)])
+      if (outside(box_of(element), frame)) problems.push(`${name}: ${element.outerHTML} is clipped`);
+    texts.forEach((a, i) => texts.slice(i + 1).forEach((b) => {
+      if (touch(box_of(a), box_of(b))) problems.push(`${name}: "${a.textContent}" and "${b.textContent}" overlap`);
+    }));
+    for (const mark of all('.mark', svg)) {
+      if (!mark.querySelector('title')?.textContent) problems.push(`${name}: a mark without title`);
+      if (contrast(getComputedStyle(mark).fill) < 3) problems.push(`${name}: a mark is hard to see`);
+    }
+    for (const text of texts)
+      if (contrast(getComputedStyle(text).fill) < 4.5) problems.push(`${name}: "${text.textContent}" is hard to read`);
+  }
+  for (const element of all('h1, h2, p, dt, dd, li, figcaption, th, td, caption'))
+    if (contrast(getComputedStyle(element).color) < 4.5) problems.push(`"${element.textContent}" is hard to read`);
+  const picture = document.querySelector('.picture img');
+  return {
+    problems: [...new Set(problems)],
+    marks: Object.fromEntries(all('figure.chart').map((chart) => [chart.id, all('.mark', chart).length])),
+    rows: Object.fromEntries(all('table').map((table) => [table.id, all('tbody tr', table).length])),
+    split_rows: all('#codecs tbody th').filter((cell) => cell.textContent.startsWith('psplit')).length,
+    cells: all('td, th').filter((cell) => /nan|inf/i.test(cell.textContent)).length,
+    heading: document.querySelector('h1').textContent,
+    heading_children: document.querySelector('h1').children.length,
+    picture: picture && picture.complete && picture.naturalWidth,
+    is_dark: luminance(page_color) < 0.2,
+    is_too_wide: document.documentElement.scrollWidth > innerWidth,
+  };
+}
+
+async function inspect(browser, report, scheme, width, screenshot) {
+  const what = `${screenshot}: `;
+  const page = await browser.newPage();
+  const url = pathToFileURL(report.page).href;
+  page.on('console', (message) => check(false, `${what}console: ${message.text()}`));
+  page.on('pageerror', (error) => check(false, `${what}${error}`));
+  page.on('requestfailed', (request) => check(false, `${what}failed request of ${request.url().slice(0, 80)}`));
+  page.on('request', (request) =>
+    check(request.url() === url || request.url().startsWith('data:'), `${what}asks for ${request.url()}`));
+  await page.setOfflineMode(true);
+  await page.setViewport({ width, height: 900 });
+  await page.emulateMediaFeatures([{ name: 'prefers-color-scheme', value: scheme }]);
+  await page.goto(url, { waitUntil: 'load' });
+  const seen = await page.evaluate(look);
+  await page.screenshot({ path: path.join(out, `${screenshot}.png`), fullPage: true });
+  await page.close();
+
+  for (const problem of seen.problems) check(false, what + problem);
+  check_equal(seen.is_dark, scheme === 'dark', `${what}dark`);
+  check(!seen.is_too_wide, `${what}the page is wider than the window`);
+  check_equal(seen.heading, `${path.basename(report.mesh)}: size and decoding speed`, `${what}heading`);
+  check_equal(seen.heading_children, 0, `${what}elements in the heading`);
+  check_equal(seen.picture, 1200, `${what}width of the picture`);
+  check_equal(seen.cells, 0, `${what}cells that are no numbers`);
+  const { splits } = report;
+  // Three speeds of stock Draco and two forms of meshoptimizer; decoders cpu and draco at least.
+  check(seen.split_rows >= 2 * splits && seen.split_rows % splits === 0, `${what}${seen.split_rows} rows of splits`);
+  check_equal(seen.rows.codecs, 3 + 2 + seen.split_rows, `${what}rows of codecs`);
+  check_equal(seen.rows.sizes, 3 + splits, `${what}rows of sizes`);
+  check_equal(seen.rows['stage-times'], splits, `${what}rows of stages`);
+  const expected = {
+    'size-speed': seen.rows.codecs, 'speed-up': seen.split_rows, size: 1 + 3 * splits, stages: 5 * splits,
+    replication: splits, balance: splits,
+  };
+  check_equal(JSON.stringify(seen.marks), JSON.stringify(expected), `${what}marks`);
+}
+
+// Chromium's own sandbox does not work for root.
+const args = process.getuid?.() === 0 ? ['--no-sandbox'] : [];
+const browser = await puppeteer.launch({
+  executablePath: chromium, args: [...args, '--disable-dev-shm-usage', '--disable-gpu'],
+});
+try {
+  const scene = make_report(`<b>a & "b" it's`, 'scene', '20000', [1, 4, 16], '2');
+  await inspect(browser, scene, 'light', 1440, 'report-light');
+  await inspect(browser, scene, 'dark', 1440, 'report-dark');
+  await inspect(browser, scene, 'light', 400, 'report-phone');
+  const counts = Array.from({ length: 20 }, (_, i) => i + 1);
+  const tiny = make_report('tiny', 'terrain', '60', counts, '3');
+  await inspect(browser, tiny, 'light', 1440, 'report-tiny');
+  const one = make_report('one', 'terrain', '200', [1], '1');
+  await inspect(browser, one, 'dark', 1440, 'report-one');
+} finally {
+  await browser.close();
+}
+console.log(`${checks} checks, ${failures} failed; screenshots are in ${out}`);
+process.exit(failures === 0 && checks > 0 ? 0 : 1);

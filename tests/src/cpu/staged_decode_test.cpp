@@ -1,0 +1,50 @@
+#include "src/cpu/staged_decode.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "encoder/draco/draco_backend.h"
+#include "tests/support/patched_samples.h"
+
+namespace psplit {
+namespace {
+
+// Patch after patch, each attribute's values after the other's, in the order of the stream.
+TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
+  const ThreadPool pool(2);
+  size_t timed = 0;
+  for (const PatchedSample& sample : patched_samples(pool)) {
+    SCOPED_TRACE(sample.name);
+    for (const bool in_step : {false, true}) {
+      StagedInput input(sample.encoded.container, sample.requests);
+      StageTimes times;
+      ASSERT_EQ(decode_with_core(input, in_step, times), core::Fault::kNone);
+      size_t face = 0, byte = 0;
+      for (uint32_t i = 0; i < input.container.patch_count(); ++i) {
+        const auto patch = decode_draco_stream(input.container.streams[i], sample.requests);
+        ASSERT_TRUE(patch) << patch.status().to_string();
+        ASSERT_LE(face + patch->faces.size(), input.faces.size());
+        EXPECT_EQ(std::memcmp(input.faces.data() + face, patch->faces.data(), 12 * patch->faces.size()), 0);
+        face += patch->faces.size();
+        size_t values_bytes = 0;
+        for (const auto& values : patch->values) values_bytes += values.size();
+        ASSERT_LE(byte + values_bytes, input.values.size());
+        if (patch->values.size() == 1) {
+          EXPECT_EQ(std::memcmp(input.values.data() + byte, patch->values[0].data(), values_bytes), 0);
+        }
+        byte += values_bytes;
+      }
+      if (face == 0) continue;  // there is nothing but a residue
+      ++timed;
+      EXPECT_GT(times.connectivity_ms, 0);
+      EXPECT_GT(times.chains_ms, 0);
+      EXPECT_GT(times.prediction_ms, 0);
+      EXPECT_GT(times.output_ms, 0);
+    }
+  }
+  EXPECT_GT(timed, 20u);
+}
+
+}  // namespace
+}  // namespace psplit

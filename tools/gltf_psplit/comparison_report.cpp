@@ -1,0 +1,172 @@
+#include "tools/gltf_psplit/comparison_report.h"
+
+#include "tools/gltf_psplit/messages.h"
+
+namespace psplit {
+namespace {
+
+void append_timing(Json& object, const Timing& timing, const std::string& prefix) {
+  object[prefix.empty() ? "median_ms" : prefix + "_ms"] = timing.median_ms;
+  const std::string before = prefix.empty() ? "" : prefix + "_";
+  object[before + "min_ms"] = timing.min_ms;
+  object[before + "max_ms"] = timing.max_ms;
+}
+
+Json stock_json(const StockRow& row) {
+  Json object{{"speed", row.speed}, {"bytes", row.bytes}, {"encode_ms", row.encode_ms}};
+  append_timing(object, row.decode, "decode");
+  return object;
+}
+
+Json meshopt_json(const MeshoptRow& row) {
+  Json object{{"bytes", row.bytes}};
+  append_timing(object, row.decode, "decode");
+  return object;
+}
+
+Json environment_json(const Environment& environment) {
+  return {{"cpu", environment.cpu},
+          {"threads", environment.threads},
+          {"gpu", environment.gpu.empty() ? Json() : Json(environment.gpu)},
+          {"psplit", environment.psplit},
+          {"draco", environment.draco},
+          {"meshoptimizer", environment.meshoptimizer},
+          {"zstd", environment.zstd},
+          {"compiler", environment.compiler},
+          {"command_line", environment.command_line},
+          {"date", environment.date}};
+}
+
+std::string stages_text(const Comparison& comparison) {
+  if (comparison.splits.empty()) return "";
+  std::vector<std::string> header{"patches"};
+  for (const StageRow& stage : comparison.splits.front().stages) header.push_back(stage.name + " ms");
+  TextTable table(header);
+  for (const SplitRow& row : comparison.splits) {
+    std::vector<std::string> cells{with_separators(row.summary.patches)};
+    for (const StageRow& stage : row.stages) cells.push_back(with_decimals(stage.timing.median_ms, 1));
+    table.add(std::move(cells));
+  }
+  return table.to_string();
+}
+
+}  // namespace
+
+Json to_json(const ComparisonReport& report) {
+  const Comparison& comparison = report.comparison;
+  const EncodeDocumentOptions& coding = report.options.coding;
+  Json result{{"input", report.input}, {"faces", comparison.faces}, {"points", comparison.points}};
+  result["environment"] = environment_json(report.environment);
+  result["settings"] = {{"encode_speed", coding.encode_speed}, {"position_bits", coding.position_bits},
+                        {"normal_bits", coding.normal_bits},   {"texcoord_bits", coding.texcoord_bits},
+                        {"color_bits", coding.color_bits},     {"generic_bits", coding.generic_bits},
+                        {"repeat", report.options.repeat}};
+  result["stock"] = stock_json(comparison.stock);
+  result["stock_speeds"] = Json::array();
+  for (const StockRow& row : comparison.stock_speeds) result["stock_speeds"].push_back(stock_json(row));
+  result["meshopt"] = meshopt_json(comparison.meshopt);
+  result["meshopt_plain"] = meshopt_json(comparison.meshopt_plain);
+  result["splits"] = Json::array();
+  for (const SplitRow& row : comparison.splits) {
+    Json split{{"patches", row.summary.patches},
+               {"patch_faces", row.mean_patch_faces()},
+               {"bytes", row.summary.total_bytes},
+               {"overhead", row.overhead},
+               {"payload_bytes", row.summary.payload_bytes},
+               {"stitch_bytes", row.summary.stitch_bytes},
+               {"directory_bytes", row.summary.directory_bytes},
+               {"replication", row.summary.replication()},
+               {"balance", row.summary.balance()},
+               {"partition_ms", row.partition_ms},
+               {"encode_ms", row.encode_ms}};
+    split["decode"] = Json::array();
+    for (const DecodeRow& decode : row.decode) {
+      Json object{{"backend", decode.backend}, {"threads", decode.threads}};
+      append_timing(object, decode.timing, "");
+      object["speedup"] = decode.speedup;
+      split["decode"].push_back(std::move(object));
+    }
+    split["stages"] = Json::array();
+    for (const StageRow& stage : row.stages) {
+      Json object{{"stage", stage.name}};
+      append_timing(object, stage.timing, "");
+      split["stages"].push_back(std::move(object));
+    }
+    result["splits"].push_back(std::move(split));
+  }
+  return result;
+}
+
+std::string versions_text(const Environment& environment) {
+  return "psplit " + environment.psplit + " (" + environment.compiler + "), libdraco " + environment.draco +
+         ", meshoptimizer " + environment.meshoptimizer + ", zstd " + environment.zstd;
+}
+
+std::string to_text(const ComparisonReport& report) {
+  const Comparison& comparison = report.comparison;
+  const auto per_point = [&](uint64_t bytes) {
+    return with_decimals(8 * static_cast<double>(bytes) / static_cast<double>(comparison.points), 2);
+  };
+  const auto over_stock = [&](uint64_t bytes) {
+    return as_percent(static_cast<double>(bytes) / static_cast<double>(comparison.stock.bytes) - 1);
+  };
+  // Cells of one decoder: name, threads, median, min, max, speed-up, million triangles a second.
+  const auto timing_cells = [&](const std::string& decoder, int threads, const Timing& timing) {
+    return std::vector<std::string>{
+        decoder,
+        std::to_string(threads),
+        with_decimals(timing.median_ms, 1),
+        with_decimals(timing.min_ms, 1),
+        with_decimals(timing.max_ms, 1),
+        with_decimals(comparison.stock.decode.median_ms / timing.median_ms, 2) + "x",
+        with_decimals(static_cast<double>(comparison.faces) / timing.median_ms / 1000, 1)};
+  };
+  const auto join = [](std::vector<std::string> left, const std::vector<std::string>& right) {
+    left.insert(left.end(), right.begin(), right.end());
+    return left;
+  };
+
+  TextTable table({"codec", "patches", "faces/patch", "bytes", "bits/point", "overhead", "replication",
+                   "balance", "partition ms", "encode ms", "decoder", "threads", "decode ms", "min", "max",
+                   "speed-up", "Mtri/s"});
+  for (const StockRow& row : comparison.stock_speeds)
+    table.add(join({"stock Draco, speed " + std::to_string(row.speed), "1", with_separators(comparison.faces),
+                    with_separators(row.bytes), per_point(row.bytes),
+                    row.speed == comparison.stock.speed ? "" : over_stock(row.bytes), "", "", "",
+                    with_decimals(row.encode_ms, 0)},
+                   timing_cells("draco", 1, row.decode)));
+  for (const auto& [name, row] :
+       {std::pair("meshopt", &comparison.meshopt_plain), std::pair("meshopt + zstd", &comparison.meshopt)})
+    table.add(join({name, "", "", with_separators(row->bytes), per_point(row->bytes), over_stock(row->bytes),
+                    "", "", "", ""},
+                   timing_cells("meshopt", 1, row->decode)));
+  for (const SplitRow& row : comparison.splits) {
+    std::vector<std::string> head{"psplit",
+                                  with_separators(row.summary.patches),
+                                  with_decimals(row.mean_patch_faces(), 0),
+                                  with_separators(row.summary.total_bytes),
+                                  per_point(row.summary.total_bytes),
+                                  as_percent(row.overhead),
+                                  as_share(row.summary.replication()),
+                                  with_decimals(row.summary.balance(), 3),
+                                  with_decimals(row.partition_ms, 0),
+                                  with_decimals(row.encode_ms, 0)};
+    for (const DecodeRow& decode : row.decode) {
+      table.add(join(head, timing_cells(decode.backend, decode.threads, decode.timing)));
+      head.assign(head.size(), "");
+    }
+  }
+  const EncodeDocumentOptions& coding = report.options.coding;
+  const Environment& environment = report.environment;
+  return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
+         "\n\n" + table.to_string() + "\n" + stages_text(comparison) + "\nDraco speed " +
+         std::to_string(coding.encode_speed) + ", positions " +
+         counted(static_cast<uint64_t>(coding.position_bits), "bit") + "; decode: median of " +
+         counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
+         "; stock Draco and meshopt use one thread;\nspeed-up and overhead over stock Draco of speed " +
+         std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching\n" +
+         environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
+         (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment) + "\n";
+}
+
+}  // namespace psplit

@@ -1,0 +1,22 @@
+// Where and with what something was measured.
+#pragma once
+
+#include <string>
+
+#include "tools/gltf_psplit/commands.h"
+
+namespace psplit {
+
+struct Environment {
+  std::string cpu;                                 // its model
+  int threads = 1;                                 // that it runs at once
+  std::string gpu;                                 // empty where there is none that this build can use
+  std::string psplit, draco, meshoptimizer, zstd;  // versions
+  std::string compiler;                            // of psplit
+  std::string command_line;
+  std::string date;  // UTC, as 2026-01-31 12:00
+};
+
+Environment describe_environment(const Session& session);
+
+}  // namespace psplit
