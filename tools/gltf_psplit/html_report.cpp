@@ -196,12 +196,11 @@ std::string Page::method() const {
              "on patches; cpu is psplit's own" +
              (has_cuda ? ", and cuda its own on the GPU." : ".")) +
          paragraph(
-             "Meshoptimizer gets its meshes as its documentation recommends: points merged, ordered for the "
-             "vertex cache and for vertex fetch, quantized (normals and tangents to 8 bits), indices in "
-             "version 1 "
-             "of its codec; zstd is at level 19. It runs on one thread. What it decodes to stays quantized, as "
-             "GPUs "
-             "take it; the others decode to floats where the input has them.") +
+             "Meshoptimizer gets its meshes as its documentation recommends for small files: points merged, "
+             "triangles ordered in strips and points for vertex fetch, quantized (normals and tangents to 8 "
+             "bits), indices in version 1 of its codec; zstd is at level 19. It runs on one thread. What it "
+             "decodes to stays quantized, as GPUs take it; the others decode to floats where the input has "
+             "them.") +
          paragraph("Encoding ran once, patches on all threads. Overhead and speed-up refer to " + base_name() +
                    ".") +
          "</section>\n";

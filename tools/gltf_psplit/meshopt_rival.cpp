@@ -134,7 +134,7 @@ Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits) 
   remap_points(indices, streams, point_count, kept, remap);
   point_count = kept;
 
-  meshopt_optimizeVertexCache(indices.data(), indices.data(), indices.size(), point_count);
+  meshopt_optimizeVertexCacheStrip(indices.data(), indices.data(), indices.size(), point_count);
   remap.resize(point_count);
   kept = meshopt_optimizeVertexFetchRemap(remap.data(), indices.data(), indices.size(), point_count);
   remap_points(indices, streams, point_count, kept, remap);

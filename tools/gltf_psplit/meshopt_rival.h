@@ -32,10 +32,11 @@ struct MeshoptMesh {
   std::vector<uint8_t> compressed;  // the same in one zstd frame
 };
 
-// Merges points whose quantized values are equal, orders the mesh for the vertex cache and for vertex fetch,
-// quantizes (positions to 16-bit integers of `bits.position` bits, four of them in 8 bytes; normals and
-// tangents to 8-bit octahedral; texture coordinates to two 16-bit integers of `bits.texcoord` bits; colours to
-// bytes; all else as it is), encodes and compresses at zstd level 19.
+// Merges points whose quantized values are equal, orders triangles in strips, which packs smaller than the
+// order for vertex caches, and points for vertex fetch, quantizes (positions to 16-bit integers of
+// `bits.position` bits, four of them in 8 bytes; normals and tangents to 8-bit octahedral; texture coordinates
+// to two 16-bit integers of `bits.texcoord` bits; colours to bytes; all else as it is), encodes and compresses
+// at zstd level 19.
 Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits);
 
 // What a viewer uploads: indices and quantized values.
