@@ -12,12 +12,12 @@ psplit = pathlib.Path(sys.argv[1]).resolve()
 kOwned = re.compile(
     r"/buffers/0/byteLength|/accessors/\d+/(count|min/\d+|max/\d+)|/bufferViews/\d+/(buffer|byteOffset|byteLength)"
     r"|/bufferViews/7/target"  # of the morph target, which is new
-    r"|/meshes/0/primitives/[01]/extensions/PSPLIT_mesh_draco_patches/(bufferView|attributes/\w+)")
+    r"|/meshes/[01]/primitives/0/extensions/PSPLIT_mesh_draco_patches/(bufferView|attributes/\w+)")
 kMorphData = "/accessors/2/bufferView"
 
 
 def rich_asset(folder):
-    """The asset: two primitives to encode, of which one has a morph target, and one of points that shares an accessor."""
+    """The asset: two meshes to encode, of which one has a morph target, and one with a primitive of points that shares an accessor."""
     subprocess.run([psplit, "generate", "-q", folder / "shape.gltf", "--shape", "blob", "--faces", "600"], check=True)
     json_before = json.loads((folder / "shape.gltf").read_text())
     asset, binary = json_before, bytearray((folder / json_before["buffers"][0]["uri"]).read_bytes())
@@ -38,7 +38,9 @@ def rich_asset(folder):
     second = {"attributes": {"POSITION": add_accessor([0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0], "VEC3", min=[0, 0, 0],
                                                       max=[1, 1, 0], name="corners", extras=7)},
               "mode": 5, "unknown": {"a": [True, 2.5]}}
-    asset["meshes"][0]["primitives"] += [second, {"attributes": dict(second["attributes"]), "mode": 0}]
+    asset["meshes"].append({"primitives": [second, {"attributes": dict(second["attributes"]), "mode": 0}]})
+    asset["nodes"].append({"mesh": 1})
+    asset["scenes"][0]["nodes"].append(1)
     asset["meshes"][0].update(name="blob", weights=[0.5], extras="text")
     time = add_accessor([0.0, 1.0], "SCALAR", min=[0], max=[1])
     asset.update(
