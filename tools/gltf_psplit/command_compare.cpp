@@ -134,8 +134,10 @@ std::string to_text(const Comparison& comparison, const Arguments& arguments) {
   const EncodeDocumentOptions& coding = arguments.options.coding;
   return arguments.input + ": " + counted(comparison.faces, "face") + ", " +
          counted(comparison.points, "point") + "\n\n" + table.to_string() + "\nDraco speed " +
-         std::to_string(coding.encode_speed) + ", positions " +
-         counted(static_cast<uint64_t>(coding.position_bits), "bit") + "; decode: median of " +
+         std::to_string(coding.encode_speed) + ", " +
+         (coding.lossless ? std::string("lossless")
+                          : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
+         (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
          counted(static_cast<uint64_t>(arguments.options.repeat), "interleaved round") +
          "; stock Draco and meshopt use one thread; speed-up over stock Draco\n";
 }
@@ -198,6 +200,7 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_format_option(command, arguments->format);
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
+  add_partition_options(command, arguments->options.coding);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_compare(*arguments, session); };
   });

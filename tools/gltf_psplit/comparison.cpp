@@ -26,7 +26,7 @@ struct Encoded {
 
 Expected<AttributeCoding> choose_coding(const Attribute& attribute, const EncodeDocumentOptions& options) {
   const std::string& name = attribute.semantic;
-  if (attribute.component_type != ComponentType::kFloat32) return AttributeCoding{};
+  if (options.lossless || attribute.component_type != ComponentType::kFloat32) return AttributeCoding{};
   if (name == "NORMAL" && attribute.component_count == 3)
     return AttributeCoding{.bits = options.normal_bits, .octahedral = true, .origin = {}, .range = 0};
   int bits = options.generic_bits;
@@ -52,8 +52,8 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
   comparison.stock.encode_ms +=
       elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, options.coding.encode_speed); });
   if (!stock) return stock.status();
-  Expected<MeshoptMesh> meshopt =
-      encode_meshopt(mesh, {options.coding.position_bits, options.coding.texcoord_bits});
+  Expected<MeshoptMesh> meshopt = encode_meshopt(
+      mesh, {options.coding.position_bits, options.coding.texcoord_bits, options.coding.lossless});
   if (!meshopt) return meshopt.status();
   comparison.stock.bytes += stock->bytes.size();
   comparison.meshopt.bytes += meshopt->compressed.size();
@@ -74,6 +74,9 @@ Status encode_split(std::span<const Mesh> meshes, std::span<const std::vector<At
     encode_options.patch_count = shares[i];
     encode_options.encode_speed = options.coding.encode_speed;
     encode_options.verify = false;
+    encode_options.refine = options.coding.refine;
+    encode_options.method = options.coding.method;
+    encode_options.distance = options.coding.distance;
     Expected<EncodedMesh> mesh = encode_mesh(meshes[i], codings[i], encode_options, pool);
     if (!mesh) return mesh.status();
     const Expected<PatchSummary> summary = summarize_container(mesh->container);

@@ -15,7 +15,8 @@ struct ComparisonOptions {
   std::vector<uint64_t> patch_counts;  // over all meshes together
   std::vector<int> thread_counts;      // of the decoders of patches
   int repeat = 5;
-  EncodeDocumentOptions coding;  // bits and speed, the same for patches and for stock Draco
+  // Bits or lossless, and speed, the same for patches and for stock Draco; how patches are cut.
+  EncodeDocumentOptions coding;
 };
 
 struct DecodeRow {
