@@ -1,3 +1,4 @@
+// Times of parts of a run, and their median.
 #pragma once
 
 #include <algorithm>
