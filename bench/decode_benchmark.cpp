@@ -42,6 +42,7 @@ void register_all() {
 
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   psplit::register_all();
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -1,15 +1,18 @@
 // Partitions: ours beside METIS k-way on the same graph of faces and shared edges, and meshoptimizer's meshlets
 // where these can be as large.
 //
-//   partition_benchmark [FACES ...]   of a generated mesh each, or of the file that PSPLIT_BENCH_MESH names
+//   partition_benchmark [FACES ...]       of a generated mesh each, or of the file that PSPLIT_BENCH_MESH names
+//   partition_benchmark --benchmark_...   times alone, as Google Benchmark takes and tells them: scripts/bench
 //
 // Times are medians of interleaved runs. METIS is given its graph; ours makes its own, which "graph" is the
 // time of alone.
+#include <benchmark/benchmark.h>
 #include <meshoptimizer.h>
 #include <metis.h>
 
 #include <chrono>
 #include <functional>
+#include <string_view>
 
 #include "bench/samples.h"
 #include "encoder/partition/cell_graph.h"
@@ -21,6 +24,8 @@ namespace {
 
 // Of meshes of more faces than these there are fewer rounds.
 constexpr size_t kManyFaces = 2'000'000;
+constexpr uint64_t kUsualFaces = 1'000'000;
+constexpr uint32_t kPatchFaces[] = {4800, 1200, 440};
 
 double ms_of(const std::function<void()>& work) {
   const auto start = std::chrono::steady_clock::now();
@@ -187,7 +192,7 @@ void compare(const Mesh& mesh) {
   std::printf(
       "            patches replication references  balance  apart  no disks      bytes    1 thread   2 "
       "threads\n");
-  for (const uint32_t patch_faces : {4800u, 1200u, 440u}) {
+  for (const uint32_t patch_faces : kPatchFaces) {
     const auto patch_count = static_cast<uint32_t>(mesh.faces.size() / patch_faces);
     PartitionOptions options;
     options.patch_count = patch_count;
@@ -210,11 +215,51 @@ void compare(const Mesh& mesh) {
   }
 }
 
+const Mesh& usual_mesh() {
+  static const Mesh mesh = bench_mesh(kUsualFaces, false);
+  return mesh;
+}
+
+void measure_ours(benchmark::State& state, uint32_t patch_faces, int thread_count) {
+  const Mesh& mesh = usual_mesh();
+  const ThreadPool pool(thread_count);
+  PartitionOptions options;
+  options.patch_count = static_cast<uint32_t>(mesh.faces.size() / patch_faces);
+  for (auto _ : state) benchmark::DoNotOptimize(partition_faces(mesh.faces, mesh.point_count, options, pool));
+}
+
+void measure_metis(benchmark::State& state, uint32_t patch_faces) {
+  const Mesh& mesh = usual_mesh();
+  static MetisGraph graph = metis_graph(face_graph(mesh.faces, mesh.point_count, ThreadPool()));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(metis(graph, static_cast<uint32_t>(mesh.faces.size() / patch_faces)));
+}
+
+void register_all() {
+  const auto add = [](const std::string& name, auto measure) {
+    benchmark::RegisterBenchmark(name.c_str(), measure)->Unit(benchmark::kMillisecond)->UseRealTime();
+  };
+  for (const uint32_t patch_faces : kPatchFaces) {
+    const std::string name = "partition/" + std::to_string(patch_faces);
+    for (const int thread_count : {1, 2})
+      add(name + "/psplit/threads:" + std::to_string(thread_count),
+          [=](benchmark::State& state) { measure_ours(state, patch_faces, thread_count); });
+    add(name + "/metis", [=](benchmark::State& state) { measure_metis(state, patch_faces); });
+  }
+}
+
 }  // namespace
 }  // namespace psplit
 
 int main(int argc, char** argv) {
-  if (argc < 2) psplit::compare(psplit::bench_mesh(1'000'000, false));
+  if (argc > 1 && std::string_view(argv[1]).starts_with("--benchmark_")) {
+    benchmark::Initialize(&argc, argv);
+    if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+    psplit::register_all();
+    benchmark::RunSpecifiedBenchmarks();
+    return 0;
+  }
+  if (argc < 2) psplit::compare(psplit::bench_mesh(psplit::kUsualFaces, false));
   for (int i = 1; i < argc; ++i)
     psplit::compare(psplit::bench_mesh(std::strtoull(argv[i], nullptr, 10), false));
 }

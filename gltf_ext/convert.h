@@ -23,7 +23,8 @@ struct EncodeDocumentOptions {
   uint64_t patch_faces = 4800;     // a primitive of F faces gets round(F / patch_faces) patches, at least 1
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
   QuantizationVolume volume = QuantizationVolume::kPrimitive;
-  PartitionMethod method = PartitionMethod::kMultilevel;  // see PartitionOptions
+  bool refine = true;  // see PartitionOptions for this and what follows
+  PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   int encode_speed = 5;
   bool lossless = false;  // every attribute exactly as it is

@@ -295,6 +295,7 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
       if (!options.lossless && !exact.contains(attribute.semantic)) trim_noise(attribute);
       job.codings.push_back(coding_of(attribute, exact, options));
     }
+    job.options.refine = options.refine;
     job.options.method = options.method;
     job.options.distance = options.distance;
     job.options.encode_speed = options.encode_speed;

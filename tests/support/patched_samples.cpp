@@ -10,9 +10,11 @@ namespace psplit {
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
   std::vector<NamedMesh> meshes = procedural_meshes();
   for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
+  meshes.push_back({"floats of every kind", floats_of_every_kind()});
   std::vector<PatchedSample> made;
   for (const NamedMesh& mesh : meshes)
     for (const bool lossless : {false, true}) {
+      if (!lossless && mesh.name == "floats of every kind") continue;
       std::vector<AttributeCoding> codings;
       for (const Attribute& attribute : mesh.mesh.attributes) {
         AttributeCoding coding;

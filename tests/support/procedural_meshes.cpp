@@ -4,8 +4,10 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 #include <utility>
 
@@ -518,6 +520,38 @@ void add_attributes(std::vector<NamedMesh>& meshes) {
 }
 
 }  // namespace
+
+Mesh floats_of_every_kind() {
+  Mesh mesh = make_grid(24, 18);
+  constexpr uint32_t kBits[] = {0x00000000, 0x80000000, 0x00000001, 0x80000001, 0x007fffff, 0x807fffff,
+                                0x00800000, 0x80800000, 0x7f7fffff, 0xff7fffff, 0x3f7fffff, 0xbf800001};
+  constexpr uint32_t kNotFinite[] = {0x7f800000, 0xff800000, 0x7fc00000, 0xffc12345, 0x7f800001, 0xffbfffff};
+  std::mt19937 random(1);
+  const auto fill = [&](Attribute& attribute, bool finite) {
+    for (size_t at = 0; at < attribute.values.size(); at += 4) {
+      auto bits = static_cast<uint32_t>(random());
+      if (random() % 2 == 0) bits = kBits[random() % std::size(kBits)];
+      if (!finite && random() % 4 == 0) bits = kNotFinite[random() % std::size(kNotFinite)];
+      if (finite && (bits & 0x7f800000) == 0x7f800000) bits ^= 0x40000000;
+      std::memcpy(attribute.values.data() + at, &bits, 4);
+    }
+  };
+  fill(mesh.attributes[0], true);
+  // A subnormal tells points apart.
+  for (uint32_t point = 0; point < mesh.point_count; ++point)
+    std::memcpy(mesh.attributes[0].values.data() + 12 * size_t{point} + 8, &point, 4);
+  const auto add = [&](const char* semantic, uint8_t components) {
+    mesh.attributes.push_back({semantic, ComponentType::kFloat32, components, false, {}});
+    mesh.attributes.back().values.resize(size_t{4} * components * mesh.point_count);
+    fill(mesh.attributes.back(), false);
+  };
+  add("NORMAL", 3);
+  add("TANGENT", 4);
+  add("TEXCOORD_0", 2);
+  add("COLOR_0", 4);
+  add("_ANY", 1);
+  return mesh;
+}
 
 std::vector<NamedMesh> nasty_meshes() {
   std::vector<NamedMesh> meshes;

@@ -22,6 +22,11 @@ std::vector<NamedMesh> nasty_meshes();
 // Some thousand faces each of every built-in shape, with and without normals and texture coordinates.
 std::vector<NamedMesh> procedural_meshes();
 
+// A sheet of which no two points are one place, with floats of every kind: zeros of both signs, subnormals, the
+// largest and the smallest, and arbitrary bits; in attributes but POSITION infinities and NaNs as well. Nothing
+// but lossless coding takes it.
+Mesh floats_of_every_kind();
+
 // Blocks that tests build meshes of.
 
 using Faces = Array<std::array<uint32_t, 3>>;

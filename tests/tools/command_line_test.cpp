@@ -187,6 +187,8 @@ TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
       {"compare", "a.glb", "--repeat", "0"},
       {"compare", "a.glb", "--stock-speeds", "11"},
       {"compare", "a.glb", "--format", "pdf"},
+      {"compare", "a.glb", "--lossless", "--quantize-position", "12"},
+      {"encode", "a.glb", "b.glb", "--lossless", "--quantization-volume", "mesh"},
       {"generate", "a.glb", "--shape", "teapot"},
       {"generate", "a.glb", "--faces", "0"},
       {"generate", "a.obj"},
@@ -294,6 +296,7 @@ TEST_F(CommandLine, DistanceTakesThePapersMethod) {
   EXPECT_NE(levels, geodesic);
   EXPECT_NE(dijkstra, geodesic);
   EXPECT_EQ(geodesic, encoded({"--distance", "geodesic", "-j", "3"}));
+  EXPECT_NE(levels, encoded({"--no-refine"}));
 }
 
 TEST_F(CommandLine, InspectHasTheIssuesKeys) {
@@ -555,6 +558,27 @@ TEST_F(CommandLine, TellsTheCommandAsAShellTakesIt) {
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json.at("environment").at("command_line"),
             "gltf-psplit compare '" + path("it'\\''s a mesh.glb") + "' --repeat 1 --format json");
+}
+
+TEST_F(CommandLine, ComparesLosslessAndWithoutRefinement) {
+  const std::string input = sample("gyroid", "4000");
+  const auto compared = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"compare", input, "--patches", "9", "--repeat", "1", "--format", "json"});
+    const Outcome outcome = run(options);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto plain = compared({}), lossless = compared({"--lossless"}), jagged = compared({"--no-refine"});
+  // Three floats for each point, and more.
+  EXPECT_GT(lossless.at("stock").at("bytes").get<int>(), 12 * lossless.at("points").get<int>());
+  EXPECT_LT(plain.at("stock").at("bytes").get<int>(), 6 * plain.at("points").get<int>());
+  EXPECT_GT(lossless.at("meshopt").at("bytes").get<int>(), plain.at("meshopt").at("bytes").get<int>());
+  const auto replication = [](const auto& json) { return json.at("splits").at(0).at("replication"); };
+  EXPECT_EQ(replication(lossless), replication(plain));
+  EXPECT_GT(replication(jagged).template get<double>(), 1.1 * replication(plain).template get<double>());
+  EXPECT_NE(replication(compared({"--distance", "dijkstra"})), replication(plain));
+  const Outcome text = run({"compare", input, "--repeat", "1", "--patches", "2", "--lossless", "--no-refine"});
+  EXPECT_NE(text.out.find("lossless, borders not refined"), std::string::npos) << text.out;
 }
 
 TEST_F(CommandLine, ComparesOnlyUncompressedAssets) { EXPECT_EQ(run({"compare", split_sample()}).code, 5); }

@@ -169,6 +169,7 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->type_name("FILE");
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
+  add_partition_options(command, arguments->options.coding);
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_compare(*arguments, session); };
   });

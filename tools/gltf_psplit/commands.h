@@ -47,6 +47,7 @@ struct BackendChoice {
 
 // Options that several subcommands take; the arguments outlive the parse.
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options);
+void add_partition_options(CLI::App& command, EncodeDocumentOptions& options);
 void add_backend_options(CLI::App& command, BackendChoice& choice);
 void add_format_option(CLI::App& command, std::string& name,
                        const std::vector<std::string>& forms = {"text", "json"});

@@ -30,7 +30,7 @@ struct Encoded {
 
 Expected<AttributeCoding> choose_coding(const Attribute& attribute, const EncodeDocumentOptions& options) {
   const std::string& name = attribute.semantic;
-  if (attribute.component_type != ComponentType::kFloat32) return AttributeCoding{};
+  if (options.lossless || attribute.component_type != ComponentType::kFloat32) return AttributeCoding{};
   if (name == "NORMAL" && attribute.component_count == 3)
     return AttributeCoding{.bits = options.normal_bits, .octahedral = true, .origin = {}, .range = 0};
   int bits = options.generic_bits;
@@ -69,8 +69,8 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
     encoded.stock[i].requests.push_back(make_requests(mesh, stock->unique_ids));
     encoded.stock[i].streams.push_back(std::move(*stock));
   }
-  Expected<MeshoptMesh> meshopt =
-      encode_meshopt(mesh, {options.coding.position_bits, options.coding.texcoord_bits});
+  Expected<MeshoptMesh> meshopt = encode_meshopt(
+      mesh, {options.coding.position_bits, options.coding.texcoord_bits, options.coding.lossless});
   if (!meshopt) return meshopt.status();
   comparison.meshopt.bytes += meshopt->compressed.size();
   comparison.meshopt_plain.bytes += meshopt->packed.size();
@@ -89,6 +89,9 @@ Status encode_split(std::span<const Mesh> meshes, std::span<const std::vector<At
     encode_options.patch_count = shares[i];
     encode_options.encode_speed = options.coding.encode_speed;
     encode_options.verify = false;
+    encode_options.refine = options.coding.refine;
+    encode_options.method = options.coding.method;
+    encode_options.distance = options.coding.distance;
     Expected<EncodedMesh> mesh = encode_mesh(meshes[i], codings[i], encode_options, pool);
     if (!mesh) return mesh.status();
     const Expected<PatchSummary> summary = summarize_container(mesh->container);

@@ -16,7 +16,8 @@ struct ComparisonOptions {
   std::vector<int> thread_counts;           // of the decoders of patches
   std::vector<int> stock_speeds{0, 5, 10};  // of stock Draco, beside coding.encode_speed
   int repeat = 5;
-  EncodeDocumentOptions coding;  // bits and speed, the same for patches and for stock Draco
+  // Bits or lossless, and speed, the same for patches and for stock Draco; how patches are cut.
+  EncodeDocumentOptions coding;
 };
 
 struct StockRow {

@@ -60,6 +60,7 @@ Json to_json(const ComparisonReport& report) {
   result["settings"] = {{"encode_speed", coding.encode_speed}, {"position_bits", coding.position_bits},
                         {"normal_bits", coding.normal_bits},   {"texcoord_bits", coding.texcoord_bits},
                         {"color_bits", coding.color_bits},     {"generic_bits", coding.generic_bits},
+                        {"lossless", coding.lossless},         {"refine", coding.refine},
                         {"repeat", report.options.repeat}};
   result["stock"] = stock_json(comparison.stock);
   result["stock_speeds"] = Json::array();
@@ -160,8 +161,10 @@ std::string to_text(const ComparisonReport& report) {
   const Environment& environment = report.environment;
   return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
          "\n\n" + table.to_string() + "\n" + stages_text(comparison) + "\nDraco speed " +
-         std::to_string(coding.encode_speed) + ", positions " +
-         counted(static_cast<uint64_t>(coding.position_bits), "bit") + "; decode: median of " +
+         std::to_string(coding.encode_speed) + ", " +
+         (coding.lossless ? std::string("lossless")
+                          : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
+         (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
          counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
          "; stock Draco and meshopt use one thread;\nspeed-up and overhead over stock Draco of speed " +
          std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching\n" +

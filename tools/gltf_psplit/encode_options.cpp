@@ -63,12 +63,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
       })
       ->needs(profile)
       ->type_name("GPU");
-  command
-      .add_option("--distance", arguments.distance,
-                  "Cut by the paper's own method, around farthest points, with this distance between faces: "
-                  "dijkstra, along edges, or geodesic, across faces. By default in levels, which is faster")
-      ->check(CLI::IsMember({"dijkstra", "geodesic"}))
-      ->type_name("NAME");
+  add_partition_options(command, options);
   add_coding_options(command, options);
   command
       .add_option("--quantization-volume", arguments.volume,
@@ -76,10 +71,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
       ->check(CLI::IsMember({"primitive", "mesh", "scene"}))
       ->capture_default_str()
       ->type_name("WHAT");
-  CLI::Option* lossless = command.add_flag("--lossless", options.lossless, "Keep every float exactly as it is");
-  for (const char* name : {"--quantize-position", "--quantize-normal", "--quantize-texcoord",
-                           "--quantize-color", "--quantize-generic", "--quantization-volume"})
-    lossless->excludes(command.get_option(name));
+  command.get_option("--lossless")->excludes("--quantization-volume");
   command.add_flag("--drop-degenerate", options.drop_degenerate,
                    "Drop faces that repeat an index, and points that no face uses");
   command.add_flag("--keep-duplicates", options.keep_duplicates,
@@ -108,8 +100,6 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
     resolved.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                     : QuantizationVolume::kPrimitive;
-    if (!arguments.distance.empty()) resolved.method = PartitionMethod::kPaper;
-    if (arguments.distance == "geodesic") resolved.distance = PathDistance::kGeodesic;
     resolved.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
   };
@@ -123,6 +113,7 @@ std::string describe_options(const EncodeDocumentOptions& options) {
               {"patch_faces", o.patch_faces},
               {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits}},
               {"volume", static_cast<int>(o.volume)},
+              {"refine", o.refine},
               {"method", static_cast<int>(o.method)},
               {"distance", static_cast<int>(o.distance)},
               {"encode_speed", o.encode_speed},

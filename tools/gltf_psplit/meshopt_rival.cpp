@@ -90,7 +90,7 @@ PlainStream pad_to_words(const Attribute& attribute, size_t point_count) {
 PlainStream quantize(const Attribute& attribute, size_t point_count, const MeshoptBits& bits) {
   const std::string& name = attribute.semantic;
   const size_t component_count = attribute.component_count;
-  if (attribute.component_type == ComponentType::kFloat32) {
+  if (!bits.lossless && attribute.component_type == ComponentType::kFloat32) {
     if (name == "POSITION") return quantize_to_grid(attribute, point_count, std::min(bits.position, 16));
     if (name.starts_with("TEXCOORD_"))
       return quantize_to_grid(attribute, point_count, std::min(bits.texcoord, 16));

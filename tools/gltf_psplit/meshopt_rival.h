@@ -14,6 +14,7 @@ namespace psplit {
 struct MeshoptBits {
   int position = 14;
   int texcoord = 12;
+  bool lossless = false;  // every attribute as it is
 };
 
 // One attribute as meshoptimizer's codec sees it.

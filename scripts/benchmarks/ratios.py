@@ -1,0 +1,91 @@
+"""Ours by the rival's time of the same run, and what got slower since a baseline.
+
+Times say little of another day or machine; a ratio of two programs that ran in turn says more. Spreads are
+interquartile ranges by medians: half of all repetitions are within.
+"""
+import re, statistics
+
+kUnitsMs = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
+kThreshold = 0.05   # slower by less is nothing
+kMostSpread = 0.25  # where less than this cannot be told from noise, nothing can
+
+
+def rival_of(name):
+    """The benchmark that this one is measured against, or None where it is a rival or has none."""
+    for ours, rival in (("cpu", "draco"), ("core", "draco"), ("core_in_step", "draco")):
+        replaced = re.sub(f"/{ours}(?=/|$)", f"/{rival}", name)
+        if replaced != name:
+            return replaced
+    return re.sub(r"/psplit/threads:\d+$", "/metis", name) if re.search(r"/psplit/threads:\d+$", name) else None
+
+
+def samples_of(*reports):
+    """Milliseconds of every repetition in Google Benchmark's JSON, by benchmark."""
+    samples = {}
+    for report in reports:
+        for entry in report["benchmarks"]:
+            if entry.get("run_type", "iteration") != "iteration":
+                continue
+            if entry.get("error_occurred"):
+                raise ValueError(f"{entry['name']}: {entry.get('error_message', 'failed')}")
+            # Google Benchmark puts how it was run behind the name.
+            name = re.sub(r"/(repeats:\d+|real_time|process_time|min_time:[\d.]+)", "", entry.get("run_name", entry["name"]))
+            samples.setdefault(name, []).append(entry["real_time"] * kUnitsMs[entry["time_unit"]])
+    return samples
+
+
+def spread_of(samples):
+    if len(samples) < 2:
+        return 0.0
+    low, _, high = statistics.quantiles(samples, n=4, method="inclusive")
+    return (high - low) / statistics.median(samples)
+
+
+def summarize(samples):
+    """A row for each benchmark that has a rival which ran too."""
+    rows = []
+    for name, ours in sorted(samples.items()):
+        rival = rival_of(name)
+        if rival not in samples:
+            continue
+        theirs = samples[rival]
+        median, rival_median = statistics.median(ours), statistics.median(theirs)
+        rows.append({"name": name, "rival": rival, "median_ms": median, "spread": spread_of(ours),
+                     "rival_median_ms": rival_median, "rival_spread": spread_of(theirs), "ratio": median / rival_median})
+    return rows
+
+
+def allowance(row, before, threshold=kThreshold):
+    """How much the ratio may grow: the threshold, or what the four spreads make of it together where that is more."""
+    spread = sum(each[key] ** 2 for each in (row, before) for key in ("spread", "rival_spread")) ** 0.5
+    return max(threshold, spread)
+
+
+def compare(rows, baseline_rows, threshold=kThreshold):
+    """For each row what became of it: (row, its row of the baseline or None, change, allowance, verdict). Verdicts are
+    `slower`, `faster`, `same`, `noisy` (neither could be told) and `new`. And the names that only the baseline has."""
+    before_of = {row["name"]: row for row in baseline_rows}
+    compared = []
+    for row in rows:
+        before = before_of.pop(row["name"], None)
+        if before is None:
+            compared.append((row, None, None, None, "new"))
+            continue
+        change, allowed = row["ratio"] / before["ratio"] - 1, allowance(row, before, threshold)
+        verdict = ("slower" if change > allowed else "faster" if change < -allowed
+                   else "noisy" if allowed > kMostSpread else "same")
+        compared.append((row, before, change, allowed, verdict))
+    return compared, sorted(before_of)
+
+
+def table_of(compared):
+    header = ["benchmark", "ms", "spread", "rival ms", "spread", "ratio", "baseline", "change", "allowed", ""]
+    lines = [header]
+    for row, before, change, allowed, verdict in compared:
+        lines.append([row["name"], f"{row['median_ms']:.2f}", f"{row['spread']:.1%}", f"{row['rival_median_ms']:.2f}",
+                      f"{row['rival_spread']:.1%}", f"{row['ratio']:.3f}",
+                      "" if before is None else f"{before['ratio']:.3f}", "" if change is None else f"{change:+.1%}",
+                      "" if allowed is None else f"{allowed:.1%}", "" if verdict == "same" else verdict])
+    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
+    return "\n".join("  ".join(cell.ljust(width) if i in (0, len(header) - 1) else cell.rjust(width)
+                               for i, (cell, width) in enumerate(zip(line, widths))).rstrip() for line in lines)

@@ -1,0 +1,243 @@
+"""The page that compares: table 1 and figure 12 of the paper, with ours beside them, as Markdown."""
+import textwrap
+
+from paper.models import kModels, kPaperSpeedups, kPatches
+
+kCodings = ("lossless", "quantized")
+kColumns = 120
+
+
+def table(header, rows):
+    """Columns as wide as their widest cell, so that the text reads as well as the page; all but the first to the right."""
+    widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
+
+    def line(cells):
+        first, *rest = (cell.ljust(width) if i == 0 else cell.rjust(width)
+                        for i, (cell, width) in enumerate(zip(cells, widths)))
+        return "| " + " | ".join([first, *rest]) + " |"
+
+    rule = "|" + "|".join("-" * (width + 1) + (":" if i else "-") for i, width in enumerate(widths)) + "|"
+    return "\n".join([line(header), rule, *map(line, rows)])
+
+
+def percent(ratio):
+    return f"{100 * (ratio - 1):+.1f} %"
+
+
+def megabytes(count, whole=None):
+    """`count` and `whole` in bytes; what it is more than the whole mesh as one stream."""
+    digits = 1 if count >= 1e6 else 3
+    return f"{count / 1e6:.{digits}f}" + ("" if whole is None else f" ({percent(count / whole)})")
+
+
+def paper_cells(sequential, parallel):
+    return [f"{sequential:.1f}"] + [
+        "–" if size is None else f"{size:.1f} ({percent(size / sequential)})" for size in parallel]
+
+
+def size_rows(results):
+    for model in kModels:
+        runs = results["models"][model.name]["runs"]
+        faces = results["models"][model.name]["faces"] / 1e6
+        for refined, figures in ((True, model.parallel), (False, model.unprocessed)):
+            if not figures:
+                continue
+            title = model.title if refined else f"{model.title}, unprocessed"
+            yield [title, "paper", f"{model.faces:.1f}", *paper_cells(model.sequential, figures)]
+            for coding in kCodings:
+                run = runs[run_name(coding, refined)]
+                whole = run["stock"]["bytes"]
+                yield ["", f"psplit, {coding}", f"{faces:.2f}" if faces >= 0.1 else f"{faces:.4f}", megabytes(whole),
+                       *(megabytes(split["bytes"], whole) for split in run["splits"])]
+
+
+def run_name(coding, refined):
+    return coding if refined else f"{coding}, unprocessed"
+
+
+def decoders(results):
+    """What is timed: (backend, threads), the one that speed-ups are of last."""
+    run = results["models"][kModels[0].name]["runs"]["lossless"]
+    rows = [(row["backend"], row["threads"]) for row in run["splits"][0]["decode"] if row["backend"] != "draco"]
+    cpu = sorted(row for row in rows if row[0] == "cpu")
+    cuda = sorted(row for row in rows if row[0] == "cuda")
+    return cpu + cuda[-1:]
+
+
+def decoder_name(backend, threads):
+    return "GPU" if backend == "cuda" else f"CPU, {threads} thread" + ("s" if threads > 1 else "")
+
+
+def timing(median, low, high):
+    digits = 1 if median >= 10 else 2
+    return f"{median:.{digits}f} ms, {low:.{digits}f}–{high:.{digits}f}"
+
+
+def decode_of(split, decoder):
+    return next(row for row in split["decode"] if (row["backend"], row["threads"]) == decoder)
+
+
+def speed_rows(results):
+    for model in kModels:
+        runs = results["models"][model.name]["runs"]
+        for refined in (True, False) if model.unprocessed else (True,):
+            title = model.title if refined else f"{model.title}, unprocessed"
+            stated = [kPaperSpeedups.get((model.name, patches)) if refined else None for patches in kPatches]
+            yield [title, "paper, GeForce GTX 580", "", *("not in the text" if s is None else f"{s}x" for s in stated)]
+            for coding in kCodings:
+                run = runs[run_name(coding, refined)]
+                stock = run["stock"]
+                for i, decoder in enumerate(decoders(results)):
+                    whole = timing(stock["decode_ms"], stock["decode_min_ms"], stock["decode_max_ms"]) if i == 0 else ""
+                    cells = []
+                    for split in run["splits"]:
+                        row = decode_of(split, decoder)
+                        cells.append(f"{row['speedup']:.2f}x ({timing(row['median_ms'], row['min_ms'], row['max_ms'])})")
+                    yield ["", f"psplit, {coding}, {decoder_name(*decoder)}", whole, *cells]
+
+
+def cut_rows(results):
+    for model in kModels:
+        for name, run in results["models"][model.name]["runs"].items():
+            if name.startswith("quantized"):
+                continue  # the same patches
+            title = model.title + (", unprocessed" if "unprocessed" in name else "")
+            for i, split in enumerate(run["splits"]):
+                yield ["" if i else title, f"{split['patches']:,}", f"{split['patch_faces']:,.0f}",
+                       f"{100 * split['replication']:.1f} %", f"{split['balance']:.3f}",
+                       f"{split['partition_ms'] / 1000:.2f} s", f"{split['encode_ms'] / 1000:.2f} s",
+                       f"{run['stock']['encode_ms'] / 1000:.2f} s" if i == 0 else ""]
+
+
+def patches_header(results):
+    return [f"{count:,} patches" for count in results["patches"]]
+
+
+def size_table(results):
+    return table(["model", "MB", "M faces", "sequential", *patches_header(results)], list(size_rows(results)))
+
+
+def speed_table(results):
+    return table(["model", "", "sequential", *patches_header(results)], list(speed_rows(results)))
+
+
+def cut_table(results):
+    return table(["model", "patches", "faces a patch", "replication", "balance", "partition", "encoding in all",
+                  "sequential encoding"], list(cut_rows(results)))
+
+
+def trend_lines(results):
+    """What the paper's text says of figure 12, and how it is with ours, of the decoder that speed-ups are of."""
+    decoder = decoders(results)[-1]
+
+    def speedups(model, name):
+        return [decode_of(split, decoder)["speedup"] for split in results["models"][model]["runs"][name]["splits"]]
+
+    def ratios(ours, others):
+        return ", ".join(f"{a / b:.2f}" for a, b in zip(ours, others))
+
+    for coding in kCodings:
+        growing = [model.title for model in kModels
+                   if speedups(model.name, coding) == sorted(speedups(model.name, coding))]
+        yield (f"The speed-up \"gets higher when there are more partitions\". {coding.capitalize()}, it grows from each "
+               f"number of patches to the next for {len(growing)} of {len(kModels)} models"
+               + (f" ({', '.join(growing)})." if growing else "."))
+        yield (f"The unprocessed Happy Buddha's \"is much lower\". {coding.capitalize()}, unprocessed by processed: "
+               f"{ratios(speedups('happy', run_name(coding, False)), speedups('happy', coding))}.")
+        yield (f"The scene's \"is lower than the 3D models with similar size\". {coding.capitalize()}, scene by statue: "
+               f"{ratios(speedups('scene', coding), speedups('statue', coding))}.")
+
+
+def source_lines(results):
+    for model in kModels:
+        entry = results["models"][model.name]
+        line = f"**{model.title}**: {entry['source']}, {entry['faces']:,} faces, {entry['points']:,} points"
+        if abs(entry["faces"] / (model.faces * 1e6 * results["faces_scale"]) - 1) > 0.03:
+            line += f"; the paper has {model.faces} million"
+        yield line
+
+
+def method_lines(results):
+    machine = results["machine"]
+    yield ("**lossless**: every float of every position as it is, as in the paper. **quantized**: positions at 14 bits, "
+           "psplit's default.")
+    yield ("**sequential**: stock Draco, the whole mesh as one Edgebreaker stream (the scene: one for each of its meshes), "
+           f"at speed 5, decoded by libdraco on one thread. {machine['draco']}")
+    yield ("**unprocessed**: the partition before refinement (`--no-refine`): patches of whole cells, with borders as "
+           "jagged as those are.")
+    yield ("The paper's coder is an Edgebreaker of its own, on a 2.8 GHz Phenom II and a GeForce GTX 580. Ours are Draco "
+           "streams: each has a header and entropy tables of its own, and all values of the points on its borders, where "
+           "the paper's patches refer to one array. So percentages compare, megabytes do not quite. Of Happy Buddha the "
+           "paper's table has two figures a row, taken as those of 512 and 2,048 patches.")
+    yield ("Speed-up is the sequential time by the patches' time. Each time is of a whole call, from bytes in the host's "
+           "memory to a stitched mesh in the host's memory, "
+           + ("newly allocated, transfers to and from the device included; the paper's is of the decompression on the GPU "
+              "alone." if machine["gpu"] else "newly allocated."))
+    rounds = f"{results['repeat']} interleaved rounds" if results["repeat"] != 1 else "One interleaved round"
+    yield (f"{rounds} after one that warms up: each decodes with every decoder once, all in one process for each model and "
+           "coding; median, with the least and the most.")
+
+
+def prose(words):
+    return textwrap.fill(words, kColumns, break_long_words=False, break_on_hyphens=False)
+
+
+def items(lines):
+    return "\n".join(textwrap.fill(line, kColumns, initial_indent="- ", subsequent_indent="  ", break_long_words=False,
+                                   break_on_hyphens=False) for line in lines)
+
+
+def page(results, chart=None):
+    machine = results["machine"]
+    gpu = machine["gpu"]
+    whose = f"those of the GPU, {gpu}, beside the CPU backend's" if gpu else \
+        f"those of the CPU backend, on all {machine['threads']} threads and on one: no CUDA device was there"
+    scaled = "" if results["faces_scale"] == 1 else (
+        f"\n**Not the paper's sizes:** models and numbers of patches are {results['faces_scale']:g} times as large.\n")
+    stand_ins = "" if all("stand-in" not in entry["source"] for entry in results["models"].values()) else "\n" + prose(
+        "Stand-ins are generated isosurfaces: manifold, closed but for the scene's terrain, without a scan's noise and "
+        "holes. So their bytes are not those of the paper's models.") + "\n"
+    picture = f"\n![Speed-ups by number of patches]({chart})\n\nDashed, with (*), as in the paper: unprocessed.\n" \
+        if chart else ""
+    return f"""# The paper's measurements, and ours
+
+{prose("`scripts/reproduce-paper` writes this page. It makes table 1 and figure 12 of Zhao, Tang, Tong: *Connectivity-Based "
+       "Segmentation for GPU-Accelerated Mesh Decompression* (2012) again, with the paper's own figures beside ours. "
+       f"Speed-ups are {whose}.")}
+{scaled}
+```sh
+{results['command']}
+```
+
+{prose(f"{machine['cpu']}, {machine['threads']} threads{', ' + gpu if gpu else ''}; psplit {results['version']}; "
+       f"{results['date']}.")}
+
+## What was measured
+
+{items(source_lines(results))}
+{stand_ins}
+{items(method_lines(results))}
+
+## Table 1: bytes
+
+MB are millions of bytes; in brackets what patches take more than one stream.
+
+{size_table(results)}
+
+## Figure 12: speed-ups of decoding
+
+The paper gives them in a picture; its text has one figure, up to 48.5x.
+
+{speed_table(results)}
+{picture}
+What the paper says of its figure, and how it is with ours:
+
+{items(trend_lines(results))}
+
+## Partition
+
+{prose('The paper: "We used several minutes to partition and compress these large 3D models." Ours, lossless; encoding in all '
+       f"includes the partition, and runs on {machine['threads']} threads, sequential encoding on one.")}
+
+{cut_table(results)}
+"""
