@@ -1,0 +1,28 @@
+// gltf-psplit compare A B: whether two assets hold the same meshes, and where they first differ.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/gltf_psplit/commands.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace psplit {
+
+struct SamenessOptions {
+  std::string second;  // file; empty where there is only one
+  std::vector<std::string> tolerances, attributes;
+};
+
+// Options of `compare` that are for two files; the arguments outlive the parse.
+void add_sameness_options(CLI::App& command, SamenessOptions& options);
+
+// Prints what there is to say on stdout. kDiffers where they differ; errors name the file that is at fault.
+Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
+                    const BackendChoice& backend, const Session& session);
+
+}  // namespace psplit
