@@ -226,13 +226,13 @@ class GroupComparer {
     return difference;
   }
 
-  // The element of the other side that is nearest: by positions first, then by how many values are off.
+  // The element without a partner of the other side that is nearest: by positions first, then by how many
+  // values are off.
   struct Nearest {
     std::optional<uint32_t> element;
     int turn = 0;
     double apart = kInfinity;  // sum of squares of the positions that are beyond their limit
     int off = 0;               // values beyond their limit
-    int corners_there = 0;     // positions that are not
   };
   static Nearest nearest(const ElementPair& pair, const ElementBag::Located& element,
                          const std::vector<uint8_t>& taken) {
@@ -247,9 +247,7 @@ class GroupComparer {
             const double apart = pair.difference(column, element, other, corner, turn);
             const bool off = apart > pair.limit(column, element.part, other.part);
             candidate.off += off;
-            if (column != 0) continue;
-            candidate.corners_there += !off;
-            if (off) candidate.apart += apart * apart;
+            if (column == 0 && off) candidate.apart += apart * apart;
           }
         if (!best.element || std::tie(candidate.apart, candidate.off) < std::tie(best.apart, best.off))
           best = candidate;
@@ -272,20 +270,20 @@ class GroupComparer {
     difference.attribute = names_[0].first;
     difference.corner = 0;
     difference.value = values_at(*pair.a().parts()[located.part].columns[0], located.points[0]);
-    if (!near.element || (near.corners_there == 0 && pair.a().corner_count() > 1)) return difference;
+    if (!near.element) return difference;
     const ElementBag::Located other = pair.b().locate(*near.element);
     difference.partner = other.element;
     if (is_mirrored(pair, located, other)) {
       difference.what = "is mirrored";
       return difference;
     }
+    difference.what = "differs";
     for (int corner = 0; corner < pair.a().corner_count(); ++corner)
       for (size_t column = 0; column < names_.size(); ++column) {
         if (pair.difference(column, located, other, corner, near.turn) <=
             pair.limit(column, located.part, other.part))
           continue;
         const int other_corner = (corner + near.turn) % pair.a().corner_count();
-        difference.what = "differs";
         difference.corner = corner;
         difference.attribute = names_[column].first;
         difference.value = values_at(*pair.a().parts()[located.part].columns[column],

@@ -82,9 +82,9 @@ class Cells {
 
 class Matcher {
  public:
-  explicit Matcher(const ElementPair& pair) : pair_(pair), cells_(pair) {
+  Matcher(const ElementPair& pair, uint64_t spare_tests) : pair_(pair), cells_(pair) {
     const uint32_t count_a = pair.a().size(), count_b = pair.b().size();
-    tests_left_ = 100'000'000 + 1000 * (uint64_t{count_a} + count_b);
+    tests_left_ = spare_tests + 300 * (uint64_t{count_a} + count_b);
     partner_of_a_.assign(count_a, kNoElement);
     partner_of_b_.assign(count_b, kNoElement);
     seen_.assign(count_b, 0);
@@ -354,8 +354,8 @@ std::optional<Tear> find_tear(const ElementPair& pair, Matcher& matcher) {
 
 }  // namespace
 
-Expected<ElementMatch> match_elements(const ElementPair& pair) {
-  Matcher matcher(pair);
+Expected<ElementMatch> match_elements(const ElementPair& pair, uint64_t spare_tests) {
+  Matcher matcher(pair, spare_tests);
   const Status too_many =
       runtime_failure("too many elements lie within the tolerance of each other to be told apart");
   if (!matcher.run()) return too_many;

@@ -35,7 +35,8 @@ struct ElementMatch {
 };
 
 // Time and memory grow with the number of elements, but for those of which very many lie within the limits of
-// each other. Errors: kRuntimeFailure where these would take too long.
-Expected<ElementMatch> match_elements(const ElementPair& pair);
+// each other: some hundred comparisons for each element, and `spare_tests` more. Errors: kRuntimeFailure where
+// these do not do.
+Expected<ElementMatch> match_elements(const ElementPair& pair, uint64_t spare_tests = 20'000'000);
 
 }  // namespace psplit

@@ -204,6 +204,11 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_format_option(command, arguments->format);
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
+  // What is for measuring has nothing to say of two assets.
+  for (const char* name :
+       {"--patches", "--repeat", "--encode-speed", "--quantize-position", "--quantize-normal",
+        "--quantize-texcoord", "--quantize-color", "--quantize-generic"})
+    command.get_option("B")->excludes(command.get_option(name));
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) {
       if (arguments->sameness.second.empty()) return run_compare(*arguments, session);

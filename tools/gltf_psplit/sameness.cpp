@@ -88,14 +88,14 @@ std::string difference_text(const AssetDifference& difference, const std::string
                            : difference.corner_count == 2 ? "line "
                                                           : "point ";
   if (difference.element >= 0) text += ", " + noun + std::to_string(difference.element);
+  const std::string corner = "corner " + std::to_string(difference.corner);
   if (!difference.other.empty())
-    return text + ", corner " + std::to_string(difference.corner) + ": " + difference.attribute + " is " +
-           vector_text(difference.value) + ", and " + vector_text(difference.other) + " in " + other + " (" +
-           noun + std::to_string(difference.partner) + ")";
+    return text + ", " + corner + ": " + difference.attribute + " is " + vector_text(difference.value) +
+           ", and " + vector_text(difference.other) + " in the nearest of " + other + ", " + noun +
+           std::to_string(difference.partner);
   text += " " + difference.what;
   if (!difference.value.empty())
-    text += "; corner " + std::to_string(difference.corner) + " has " + difference.attribute + " " +
-            vector_text(difference.value);
+    text += "; " + corner + " has " + difference.attribute + " " + vector_text(difference.value);
   if (difference.partner >= 0) text += "; nearest is " + noun + std::to_string(difference.partner);
   return text;
 }
