@@ -16,8 +16,8 @@ namespace {
 using Primitives = std::vector<const AssetPrimitive*>;
 
 std::vector<Primitives> by_mesh(const AssetMeshes& asset) {
-  std::vector<Primitives> meshes(asset.mesh_count);
-  for (const AssetPrimitive& primitive : asset.primitives) meshes[primitive.id.mesh].push_back(&primitive);
+  std::vector<Primitives> meshes(asset.whole_count);
+  for (const AssetPrimitive& primitive : asset.primitives) meshes[primitive.whole].push_back(&primitive);
   return meshes;
 }
 
@@ -63,10 +63,10 @@ class AssetComparer {
     AssetComparison result;
     count_elements(a_, result.a);
     count_elements(b_, result.b);
-    if (a_.mesh_count != b_.mesh_count) {
+    if (a_.whole_count != b_.whole_count) {
       result.first.emplace();
-      result.first->what = "there are " + std::to_string(a_.mesh_count) + " meshes in one, and " +
-                           std::to_string(b_.mesh_count) + " in the other";
+      result.first->what = "there are " + std::to_string(a_.whole_count) + " meshes in one, and " +
+                           std::to_string(b_.whole_count) + " in the other";
     }
     const std::vector<Primitives> meshes_a = by_mesh(a_), meshes_b = by_mesh(b_);
     for (size_t mesh = 0; mesh < std::min(meshes_a.size(), meshes_b.size()); ++mesh) {

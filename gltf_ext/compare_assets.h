@@ -21,6 +21,7 @@ namespace psplit {
 
 struct AssetPrimitive {
   PrimitiveId id;
+  size_t whole = 0;  // what it is part of: its mesh, or a scene
   int64_t material = -1;
   int corner_count = 3;  // of its elements: 3 of triangles, 2 of lines, 1 of points
   Mesh mesh;             // `faces` are the elements; morph targets are attributes: "target 0 POSITION"
@@ -29,7 +30,8 @@ struct AssetPrimitive {
 
 struct AssetMeshes {
   std::vector<AssetPrimitive> primitives;  // in the order of meshes
-  size_t mesh_count = 0, material_count = 0;
+  size_t whole_count = 0;                  // `whole` is below
+  size_t material_count = 0;
 };
 
 // Errors: what a primitive does not read for, with its place.

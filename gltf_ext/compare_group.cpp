@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
 
@@ -21,19 +22,32 @@ bool starts_with_any(const std::string& text, std::initializer_list<const char*>
   return std::ranges::any_of(prefixes, [&](const char* prefix) { return text.starts_with(prefix); });
 }
 
-// How much weights, which should sum to one, were off: encoders set that right.
-double weights_off(const Mesh& mesh) {
+bool has_rounded_weights(Primitives primitives) {
+  return std::ranges::any_of(primitives, [](const AssetPrimitive* primitive) {
+    return std::ranges::any_of(primitive->grids,
+                               [](const auto& grid) { return grid.first.starts_with("WEIGHTS_"); });
+  });
+}
+
+// Weights that sum to nearly one as those that do.
+void mend_weights(Mesh& mesh) {
   constexpr double kWorthMending = 0.02;
-  double most = 0;
+  std::vector<Attribute*> weights;
+  for (Attribute& attribute : mesh.attributes)
+    if (attribute.semantic.starts_with("WEIGHTS_") && attribute.component_type == ComponentType::kFloat32)
+      weights.push_back(&attribute);
   for (uint32_t point = 0; point < mesh.point_count; ++point) {
     double sum = 0;
-    for (const Attribute& attribute : mesh.attributes)
-      if (attribute.semantic.starts_with("WEIGHTS_"))
-        for (size_t c = 0; c < attribute.component_count; ++c) sum += number_at(attribute, point, c);
-    const double off = std::fabs(sum - 1);
-    if (off <= kWorthMending) most = std::max(most, off);
+    for (const Attribute* attribute : weights)
+      for (size_t c = 0; c < attribute->component_count; ++c) sum += number_at(*attribute, point, c);
+    if (!(std::fabs(sum - 1) <= kWorthMending)) continue;
+    for (Attribute* attribute : weights)
+      for (size_t c = 0; c < attribute->component_count; ++c) {
+        const auto value = static_cast<float>(number_at(*attribute, point, c) / sum);
+        std::memcpy(attribute->values.data() + point * attribute->stride() + c * sizeof value, &value,
+                    sizeof value);
+      }
   }
-  return most;
 }
 
 double extent(Primitives primitives, const std::string& attribute) {
@@ -88,7 +102,6 @@ class Planner {
       for (const size_t side : {0, 1})
         for (size_t i = 0; i < sides_[side].size(); ++i)
           if (!sides_[side][i]->grids.contains(attribute)) plan.limits[side][i].within *= std::sqrt(3.0);
-    if (kind.starts_with("WEIGHTS_")) mend_weights(attribute, plan);
     return plan;
   }
 
@@ -130,16 +143,6 @@ class Planner {
     else if (starts_with_any(kind, {"POSITION", "TEXCOORD_"}))
       limit.within = 0.5;
     return limit;
-  }
-
-  void mend_weights(const std::string& attribute, ColumnPlan& plan) const {
-    const auto is_rounded = [](const ColumnLimit& limit) { return limit.within > 0; };
-    const bool rounded[] = {std::ranges::any_of(plan.limits[0], is_rounded),
-                            std::ranges::any_of(plan.limits[1], is_rounded)};
-    for (const size_t side : {0, 1})
-      for (size_t i = 0; rounded[1 - side] && i < sides_[side].size(); ++i)
-        if (!sides_[side][i]->grids.contains(attribute))
-          plan.limits[side][i].within += weights_off(sides_[side][i]->mesh);
   }
 
   int32_t number(const std::string& identity) {
@@ -404,7 +407,19 @@ Expected<AssetComparison> compare_group(Primitives a, Primitives b, bool with_ma
   if (!what.empty()) return whole_group_differs(a, b, std::move(what));
   if (element_count(a) >= kNoElement || element_count(b) >= kNoElement)
     return unsupported("2^32 elements and more are not compared");
-  return GroupComparer(a, b, rules).run();
+  Expected<AssetComparison> comparison = GroupComparer(a, b, rules).run();
+  if (!comparison || comparison->same() || has_rounded_weights(a) == has_rounded_weights(b)) return comparison;
+  // Some encoders set weights right whose sum is off, others do not.
+  std::vector<AssetPrimitive> mended;
+  std::vector<const AssetPrimitive*> pointers;
+  for (const AssetPrimitive* primitive : has_rounded_weights(a) ? b : a) mended.push_back(*primitive);
+  for (AssetPrimitive& primitive : mended) {
+    mend_weights(primitive.mesh);
+    pointers.push_back(&primitive);
+  }
+  Expected<AssetComparison> with_mended = has_rounded_weights(a) ? GroupComparer(a, pointers, rules).run()
+                                                                 : GroupComparer(pointers, b, rules).run();
+  return with_mended && with_mended->same() ? with_mended : comparison;
 }
 
 }  // namespace psplit

@@ -300,7 +300,7 @@ class TearFinder {
   std::optional<Tear> find(bool in_b) {
     struct First {
       uint32_t position, element;
-      int32_t grid;
+      std::pair<int32_t, size_t> grid;  // of parts that name none, each has one
       int corner;
     };
     std::unordered_map<uint32_t, First> firsts;
@@ -313,10 +313,10 @@ class TearFinder {
         uint32_t whole = numbers_[0][in_a.part][in_a.points[static_cast<size_t>(corner)]];
         const int corner_of_b = (corner + *turn) % pair_.b().corner_count();
         uint32_t torn = numbers_[1][in_b_located.part][in_b_located.points[static_cast<size_t>(corner_of_b)]];
-        int32_t grid = pair_.b().parts()[in_b_located.part].limits[0].grid;
+        auto grid = grid_of(pair_.b(), in_b_located.part);
         if (!in_b) {
           std::swap(whole, torn);
-          grid = pair_.a().parts()[in_a.part].limits[0].grid;
+          grid = grid_of(pair_.a(), in_a.part);
         }
         const auto [first, is_new] = firsts.try_emplace(whole, First{torn, a, grid, corner});
         // What lies on two grids may come apart.
@@ -329,6 +329,11 @@ class TearFinder {
   }
 
  private:
+  static std::pair<int32_t, size_t> grid_of(const ElementBag& bag, size_t part) {
+    const int32_t grid = bag.parts()[part].limits[0].grid;
+    return {grid, grid < 0 ? part : 0};
+  }
+
   const ElementPair& pair_;
   Matcher& matcher_;
   std::array<std::vector<std::vector<uint32_t>>, 2> numbers_;

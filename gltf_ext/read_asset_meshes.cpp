@@ -24,7 +24,7 @@ Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBa
                                         const DescribeStream& describe, const ThreadPool& pool,
                                         const Progress& progress) {
   AssetMeshes asset;
-  asset.mesh_count = array_size(document.json, "meshes");
+  asset.whole_count = array_size(document.json, "meshes");
   asset.material_count = array_size(document.json, "materials");
   std::vector<PrimitiveId> ids;
   std::vector<size_t> places;
@@ -33,6 +33,7 @@ Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBa
     if (!kind) return kind.status();
     AssetPrimitive& primitive = asset.primitives.emplace_back();
     primitive.id = id;
+    primitive.whole = id.mesh;
     const Json* mesh = top_level_object(document.json, "meshes", static_cast<int64_t>(id.mesh));
     primitive.material = integer_field_or((*mesh)["primitives"][id.primitive], "material", -1).value_or(-1);
     if (kind->triangles) {

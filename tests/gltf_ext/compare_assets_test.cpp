@@ -11,7 +11,7 @@ namespace {
 
 AssetMeshes asset_of(std::vector<Mesh> primitives) {
   AssetMeshes asset;
-  asset.mesh_count = 1;
+  asset.whole_count = 1;
   for (Mesh& mesh : primitives) {
     AssetPrimitive& primitive = asset.primitives.emplace_back();
     primitive.id = {0, asset.primitives.size() - 1};
@@ -223,7 +223,7 @@ TEST(CompareAssets, PrimitivesOfOtherKindsSaySo) {
   lines.primitives[0].corner_count = 2;
   EXPECT_EQ(compare(asset_of({mesh}), lines).first->what, "is of triangles, and of lines in the other file");
   AssetMeshes two = asset_of({mesh});
-  two.mesh_count = 2;
+  two.whole_count = 2;
   EXPECT_EQ(compare(asset_of({mesh}), two).first->what, "there are 1 meshes in one, and 2 in the other");
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gltf_ext/compare_assets.h"
+#include "tools/gltf_psplit/placed_meshes.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
@@ -27,13 +28,14 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
   return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
 }
 
-Expected<AssetMeshes> read_meshes(const std::string& path, const BackendChoice& backend,
+Expected<AssetMeshes> read_meshes(const std::string& path, bool scene, const BackendChoice& backend,
                                   const Session& session) {
   ProgressBar bar("reading", session.log);
   const Expected<Document> document = read_input(path, backend.name);
   if (!document) return document.status();
   Expected<AssetMeshes> meshes = read_asset_meshes(*document, find_backend(backend),
                                                    find_describer(backend.name), session.pool, bar.callback());
+  if (meshes && scene) meshes = place_meshes(*document, *meshes);
   return meshes ? std::move(meshes) : meshes.status().at({.file = path});
 }
 
@@ -189,6 +191,12 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
       ->allow_extra_args(false)
       ->needs(second)
       ->type_name("NAME,...");
+  command
+      .add_flag("--scene", options.scene,
+                "Compare what the default scenes show, as a whole: meshes where their nodes put them, however "
+                "they are "
+                "divided, without morph targets. For tools that quantize positions and leave the rest to nodes")
+      ->needs(second);
 }
 
 Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
@@ -199,9 +207,9 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
     if (const auto tolerance = parse_tolerance(text)) rules.tolerances[tolerance->attribute] = tolerance->share;
   if (first == "-" && options.second == "-")
     return {StatusCode::kUsage, "only one of two files comes from stdin"};
-  const Expected<AssetMeshes> a = read_meshes(first, backend, session);
+  const Expected<AssetMeshes> a = read_meshes(first, options.scene, backend, session);
   if (!a) return a.status();
-  const Expected<AssetMeshes> b = read_meshes(options.second, backend, session);
+  const Expected<AssetMeshes> b = read_meshes(options.second, options.scene, backend, session);
   if (!b) return b.status();
   const Expected<AssetComparison> comparison = [&] {
     const ProgressBar bar("comparing", session.log);

@@ -16,6 +16,7 @@ namespace psplit {
 struct SamenessOptions {
   std::string second;  // file; empty where there is only one
   std::vector<std::string> tolerances, attributes;
+  bool scene = false;  // where nodes put meshes, and not the meshes themselves
 };
 
 // Options of `compare` that are for two files; the arguments outlive the parse.
