@@ -73,6 +73,7 @@ double extent(Primitives primitives, const std::string& attribute) {
 // How one column is compared: a limit for each primitive of either side.
 struct ColumnPlan {
   bool direction = false;
+  bool stated = false;  // the limit is the user's: nobody knows which side was quantized
   std::vector<ColumnLimit> limits[2];
 };
 
@@ -85,6 +86,7 @@ class Planner {
     for (const size_t side : {0, 1}) plan.limits[side].resize(sides_[side].size());
     const std::string kind = kind_of(attribute);
     if (const std::optional<double> share = stated_share(attribute, kind)) {
+      plan.stated = true;
       for (ColumnLimit& limit : plan.limits[0]) limit.within = *share * extent(sides_[0], attribute);
       return plan;
     }
@@ -173,6 +175,7 @@ class GroupComparer {
     std::vector<ColumnPlan> plans;
     for (const auto& [name, components] : names_) plans.push_back(planner.plan(name));
     for (const ColumnPlan& plan : plans) directions_.push_back(plan.direction);
+    tears_ = tears_in(plans[0]);
     for (const size_t side : {0, 1})
       for (size_t i = 0; i < primitives_[side].size(); ++i) {
         const Mesh& mesh = primitives_[side][i]->mesh;
@@ -187,7 +190,7 @@ class GroupComparer {
 
   Expected<AssetComparison> run() {
     const ElementPair pair(bags_[0], bags_[1], directions_);
-    const Expected<ElementMatch> match = match_elements(pair);
+    const Expected<ElementMatch> match = match_elements(pair, tears_);
     if (!match) return match.status();
     AssetComparison result;
     for (size_t column = 0; column < names_.size(); ++column)
@@ -327,7 +330,17 @@ class GroupComparer {
     return difference;
   }
 
+  // Where both sides were quantized in different ways, one position may have become two in either.
+  static TearSearch tears_in(const ColumnPlan& positions) {
+    if (positions.stated) return TearSearch::kInEither;
+    const auto is_rounded = [](const ColumnLimit& limit) { return limit.within > 0; };
+    const bool a = std::ranges::any_of(positions.limits[0], is_rounded),
+               b = std::ranges::any_of(positions.limits[1], is_rounded);
+    return a == b ? TearSearch::kNone : a ? TearSearch::kInA : TearSearch::kInB;
+  }
+
   Primitives primitives_[2];
+  TearSearch tears_ = TearSearch::kNone;
   Names names_;
   ElementBag bags_[2];
   std::vector<bool> directions_;

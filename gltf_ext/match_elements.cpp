@@ -10,6 +10,7 @@ namespace {
 
 constexpr size_t kMostDimensions = 5;
 constexpr size_t kEnoughFits = 16;  // among which the best is taken
+constexpr double kCrowded = 16;     // elements in a cell
 constexpr double kFarAway = 1e15;   // in cells
 
 uint64_t mix(uint64_t hash, uint64_t value) {
@@ -34,6 +35,10 @@ class Cells {
       }
     }
   }
+
+  // What is looked at around a value is two limits wide, and mostly in one cell of eight. Where that holds too
+  // many, it is better to look into several.
+  void narrow() { width_ = 2.5; }
 
   // The cells where elements may be that fit this one; where `own`, only that where it is itself.
   void find(const ElementBag& bag, uint32_t element, bool own, std::vector<uint64_t>& keys) const {
@@ -69,12 +74,12 @@ class Cells {
     double limit;  // of the sum
   };
 
-  // Four times as wide as what is looked at around a value, which is then mostly in one cell.
-  static int64_t cell(double value, const Dimension& dimension) {
-    const double number = std::floor(value / (8 * dimension.limit));
+  int64_t cell(double value, const Dimension& dimension) const {
+    const double number = std::floor(value / (width_ * dimension.limit));
     return std::isnan(number) ? INT64_MIN : static_cast<int64_t>(std::clamp(number, -kFarAway, kFarAway));
   }
 
+  double width_ = 8;  // of a cell, in limits
   int corner_count_;
   std::vector<size_t> exact_;
   std::vector<Dimension> dimensions_;
@@ -88,17 +93,12 @@ class Matcher {
     partner_of_a_.assign(count_a, kNoElement);
     partner_of_b_.assign(count_b, kNoElement);
     seen_.assign(count_b, 0);
-    std::vector<std::pair<uint64_t, uint32_t>> keyed(count_b);
-    for (uint32_t b = 0; b < count_b; ++b) {
-      cells_.find(pair.b(), b, /*own=*/true, keys_);
-      keyed[b] = {keys_[0], b};
-    }
-    std::ranges::sort(keyed);
-    order_.reserve(count_b);
-    for (uint32_t i = 0; i < count_b; ++i) {
-      if (i == 0 || keyed[i].first != keyed[i - 1].first) buckets_.push_back({keyed[i].first, i, i, i});
-      buckets_.back().end = buckets_.back().free_end = i + 1;
-      order_.push_back(keyed[i].second);
+    fill_buckets(count_b);
+    double tests = 0;  // for each of `b`, if all were looked up
+    for (const Bucket& bucket : buckets_) tests += std::pow(bucket.end - bucket.begin, 2.0) / count_b;
+    if (tests > kCrowded) {
+      cells_.narrow();
+      fill_buckets(count_b);
     }
     slots_.assign(std::bit_ceil(2 * buckets_.size() + 2), kNoElement);
     for (uint32_t i = 0; i < buckets_.size(); ++i) slots_[slot_of(buckets_[i].key)] = i;
@@ -156,6 +156,23 @@ class Matcher {
     uint64_t key;
     uint32_t begin, end, free_end;
   };
+
+  void fill_buckets(uint32_t count_b) {
+    std::vector<std::pair<uint64_t, uint32_t>> keyed(count_b);
+    for (uint32_t b = 0; b < count_b; ++b) {
+      cells_.find(pair_.b(), b, /*own=*/true, keys_);
+      keyed[b] = {keys_[0], b};
+    }
+    std::ranges::sort(keyed);
+    order_.clear();
+    buckets_.clear();
+    order_.reserve(count_b);
+    for (uint32_t i = 0; i < count_b; ++i) {
+      if (i == 0 || keyed[i].first != keyed[i - 1].first) buckets_.push_back({keyed[i].first, i, i, i});
+      buckets_.back().end = buckets_.back().free_end = i + 1;
+      order_.push_back(keyed[i].second);
+    }
+  }
 
   // Where the key is, or would be.
   size_t slot_of(uint64_t key) const {
@@ -270,7 +287,7 @@ class Matcher {
 };
 
 // The same number for points at the same position, of all parts.
-std::vector<std::vector<uint32_t>> number_positions(const ElementBag& bag) {
+std::vector<std::vector<uint32_t>> number_positions(const ElementBag& bag, size_t& count) {
   struct Hash {
     size_t operator()(const std::array<uint64_t, 3>& position) const {
       return mix(mix(mix(0, position[0]), position[1]), position[2]);
@@ -288,22 +305,25 @@ std::vector<std::vector<uint32_t>> number_positions(const ElementBag& bag) {
       of_points[point] = numbers.emplace(bits, static_cast<uint32_t>(numbers.size())).first->second;
     }
   }
+  count = numbers.size();
   return of_parts;
 }
 
 // One position of one bag that is two in the other, by pairs that have no choice.
 class TearFinder {
  public:
-  TearFinder(const ElementPair& pair, Matcher& matcher)
-      : pair_(pair), matcher_(matcher), numbers_{number_positions(pair.a()), number_positions(pair.b())} {}
+  TearFinder(const ElementPair& pair, Matcher& matcher) : pair_(pair), matcher_(matcher) {
+    numbers_[0] = number_positions(pair.a(), counts_[0]);
+    numbers_[1] = number_positions(pair.b(), counts_[1]);
+  }
 
   std::optional<Tear> find(bool in_b) {
     struct First {
-      uint32_t position, element;
+      uint32_t position = 0, element = kNoElement;
       std::pair<int32_t, size_t> grid;  // of parts that name none, each has one
-      int corner;
+      int corner = 0;
     };
-    std::unordered_map<uint32_t, First> firsts;
+    std::vector<First> firsts(counts_[in_b ? 0 : 1]);
     for (uint32_t a = 0; a < pair_.a().size(); ++a) {
       const uint32_t b = matcher_.partner_of_a()[a];
       const auto turn = b == kNoElement ? std::nullopt : matcher_.best_turn(a, b);
@@ -318,11 +338,12 @@ class TearFinder {
           std::swap(whole, torn);
           grid = grid_of(pair_.a(), in_a.part);
         }
-        const auto [first, is_new] = firsts.try_emplace(whole, First{torn, a, grid, corner});
+        First& first = firsts[whole];
+        if (first.element == kNoElement) first = First{torn, a, grid, corner};
         // What lies on two grids may come apart.
-        if (is_new || first->second.position == torn || first->second.grid != grid) continue;
-        if (matcher_.has_one_choice(a) && matcher_.has_one_choice(first->second.element))
-          return Tear{in_b, {first->second.element, a}, {first->second.corner, corner}};
+        if (first.position == torn || first.grid != grid) continue;
+        if (matcher_.has_one_choice(a) && matcher_.has_one_choice(first.element))
+          return Tear{in_b, {first.element, a}, {first.corner, corner}};
       }
     }
     return std::nullopt;
@@ -337,29 +358,20 @@ class TearFinder {
   const ElementPair& pair_;
   Matcher& matcher_;
   std::array<std::vector<std::vector<uint32_t>>, 2> numbers_;
+  std::array<size_t, 2> counts_{};
 };
 
-bool has_limit(const ElementBag& bag) {
-  return std::ranges::any_of(bag.parts(), [](const ElementPart& part) { return part.limits[0].within > 0; });
-}
-
-// Quantization makes one position of one. Which of the two was quantized is known where only one has a grid.
-std::optional<Tear> find_tear(const ElementPair& pair, Matcher& matcher) {
-  if (pair.a().corner_count() != 3 || pair.largest_limit(0) == 0) return std::nullopt;
+std::optional<Tear> find_tear(const ElementPair& pair, TearSearch tears, Matcher& matcher) {
+  if (tears == TearSearch::kNone || pair.a().corner_count() != 3 || pair.largest_limit(0) == 0)
+    return std::nullopt;
   TearFinder finder(pair, matcher);
-  const bool a_has = has_limit(pair.a()), b_has = has_limit(pair.b());
-  std::optional<Tear> tear;
-  for (const bool in_b : {true, false}) {
-    if (a_has != b_has && in_b != b_has) continue;
-    tear = finder.find(in_b);
-    if (!tear) break;
-  }
-  return tear;
+  if (tears != TearSearch::kInEither) return finder.find(tears == TearSearch::kInB);
+  return finder.find(true) ? finder.find(false) : std::nullopt;
 }
 
 }  // namespace
 
-Expected<ElementMatch> match_elements(const ElementPair& pair, uint64_t spare_tests) {
+Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears, uint64_t spare_tests) {
   Matcher matcher(pair, spare_tests);
   const Status too_many =
       runtime_failure("too many elements lie within the tolerance of each other to be told apart");
@@ -384,7 +396,7 @@ Expected<ElementMatch> match_elements(const ElementPair& pair, uint64_t spare_te
             std::max(match.largest[column], pair.difference(column, in_a, in_b, corner, *turn));
   }
   for (uint32_t b = 0; b < pair.b().size(); ++b) complete &= match.taken[b] != 0 || pair.b().is_degenerate(b);
-  if (complete) match.tear = find_tear(pair, matcher);
+  if (complete) match.tear = find_tear(pair, tears, matcher);
   if (matcher.exhausted()) return too_many;
   return match;
 }

@@ -19,7 +19,11 @@ namespace psplit {
 
 inline constexpr uint32_t kNoElement = 0xffffffffu;
 
-// Two triangles share a position in one bag, and not in the other: there is a crack between them.
+// Quantization makes one position of one. Where the other bag is known to be what was quantized, or one of them
+// is, whichever, two positions that were one are a crack.
+enum class TearSearch { kNone, kInA, kInB, kInEither };
+
+// Two triangles share a position in one bag, and not in the other, and neither has another partner.
 struct Tear {
   bool in_b = true;                    // or else in `a`
   std::array<uint32_t, 2> elements{};  // of `a`
@@ -30,13 +34,14 @@ struct ElementMatch {
   std::vector<uint32_t> partner;  // of each element of `a`, one of `b` or kNoElement
   std::vector<uint8_t> taken;     // of each element of `b`, whether it is a partner
   std::vector<double> largest;    // difference of each column over all pairs
-  // Looked for where none but degenerate triangles are without a partner.
+  // Looked for where none but degenerate triangles are without a partner, in triangles.
   std::optional<Tear> tear;
 };
 
 // Time and memory grow with the number of elements, but for those of which very many lie within the limits of
 // each other: some hundred comparisons for each element, and `spare_tests` more. Errors: kRuntimeFailure where
 // these do not do.
-Expected<ElementMatch> match_elements(const ElementPair& pair, uint64_t spare_tests = 20'000'000);
+Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears,
+                                      uint64_t spare_tests = 20'000'000);
 
 }  // namespace psplit

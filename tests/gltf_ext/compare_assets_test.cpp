@@ -270,6 +270,27 @@ TEST(CompareAssets, StatedTolerancesAreSharesOfTheExtent) {
   EXPECT_FALSE(same(asset_of({mesh}), asset_of({moved}), {{{"", 0.02}, {"POSITION", 0}}, {}}));
 }
 
+TEST(CompareAssets, WeightsThatEncodersSetRightAreTheSame) {
+  Mesh mesh = make_grid(8, 8);
+  std::vector<float> weights;
+  for (uint32_t i = 0; i < mesh.point_count; ++i) {
+    const float first = static_cast<float>(i) / 100;
+    weights.insert(weights.end(), {first, 1.008f - first, 0, 0});  // as other quantizers leave them
+  }
+  mesh.attributes.push_back(make_attribute("WEIGHTS_0", ComponentType::kFloat32, 4, false, weights));
+  const Document original = document_from_mesh(mesh);
+  Document split = original;
+  ASSERT_TRUE(encode(split));
+  EXPECT_TRUE(same(meshes_of(original), meshes_of(split)));
+  EXPECT_TRUE(same(meshes_of(split), meshes_of(original)));
+  AssetMeshes other = meshes_of(original);
+  set_value(other.primitives[0].mesh, "WEIGHTS_0", 4 * 30, weights[4 * 30] + 0.004f);
+  set_value(other.primitives[0].mesh, "WEIGHTS_0", 4 * 30 + 1, weights[4 * 30 + 1] - 0.004f);
+  const AssetComparison comparison = compare(other, meshes_of(split));
+  ASSERT_FALSE(comparison.same());
+  EXPECT_EQ(comparison.first->attribute, "WEIGHTS_0");
+}
+
 TEST(CompareAssets, CracksAreSaid) {
   const Mesh whole = make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}, {{0, 1, 2}, {1, 3, 2}});
   const Mesh torn = make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 1.01f, 0, 0}, {{0, 1, 2}, {4, 3, 2}});

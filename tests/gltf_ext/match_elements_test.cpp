@@ -38,7 +38,7 @@ ElementBag bag_of(const Mesh& mesh, const std::vector<double>& within, int corne
 ElementMatch match(const Mesh& a, const Mesh& b, const std::vector<double>& within) {
   const ElementBag bag_a = bag_of(a, std::vector<double>(within.size(), 0.0)), bag_b = bag_of(b, within);
   const Expected<ElementMatch> found =
-      match_elements(ElementPair(bag_a, bag_b, std::vector<bool>(within.size(), false)));
+      match_elements(ElementPair(bag_a, bag_b, std::vector<bool>(within.size(), false)), TearSearch::kInB);
   EXPECT_TRUE(found) << found.status().to_string();
   return found ? *found : ElementMatch{};
 }
@@ -179,7 +179,7 @@ TEST(MatchElements, WhatCannotBeToldApartInTimeIsAnError) {
   for (float& id : ids) id += 0.75f;
   other.attributes[2] = make_attribute("_ID", ComponentType::kFloat32, 1, false, ids);
   const ElementBag a = bag_of(mesh, {0.1, 0.1, 0.0}), b = bag_of(other, {0.1, 0.1, 0.5});
-  const auto found = match_elements(ElementPair(a, b, {false, false, false}), 1000);
+  const auto found = match_elements(ElementPair(a, b, {false, false, false}), TearSearch::kNone, 1000);
   ASSERT_FALSE(found);
   EXPECT_EQ(found.status().code(), StatusCode::kRuntimeFailure);
 }

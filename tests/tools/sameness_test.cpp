@@ -101,6 +101,16 @@ TEST_F(Sameness, DifferencesHaveAnExitCodeAndAPlace) {
   EXPECT_EQ(compare("plain.glb", "split.glb", {"--tolerance", "POSITION=1e-4"}), 0);
 }
 
+TEST_F(Sameness, ScenesAreComparedWhereTheirNodesAre) {
+  Expected<Document> document = read_document(path("plain.glb"));
+  ASSERT_TRUE(document);
+  document->json["nodes"][0]["translation"] = {0, 0, 1};
+  ASSERT_TRUE(write_document(*document, path("raised.glb")).ok());
+  EXPECT_EQ(compare("split.glb", "raised.glb"), 0) << out_;
+  EXPECT_EQ(compare("split.glb", "raised.glb", {"--scene"}), 7) << out_;
+  EXPECT_EQ(compare("plain.glb", "split.glb", {"--scene"}), 0) << out_;
+}
+
 TEST_F(Sameness, JsonSaysTheSame) {
   ASSERT_EQ(compare("plain.glb", "split.glb", {"--format", "json"}), 0);
   const auto json = nlohmann::json::parse(out_);

@@ -10,7 +10,9 @@
 namespace psplit {
 namespace {
 
-constexpr uint64_t kMostPoints = 50'000'000;
+// What repeats its meshes takes memory that its size does not justify: so many times its own, and a few points
+// more.
+constexpr uint64_t kMostRepeats = 64, kSparePoints = 5'000'000;
 constexpr double kRounding = 1e-6;  // of floats, in sums of four
 
 double determinant(const Transform& transform) { return dot(cross(transform.x, transform.y), transform.z); }
@@ -108,11 +110,17 @@ Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& 
   AssetMeshes placed;
   placed.whole_count = 1;
   placed.material_count = asset.material_count;
-  uint64_t points = 0;
+  const auto size_of = [](const AssetPrimitive& primitive) {
+    return primitive.mesh.point_count + primitive.mesh.faces.size();
+  };
+  uint64_t own = 0, points = 0;
+  for (const AssetPrimitive& primitive : asset.primitives) own += size_of(primitive);
+  for (const MeshInstance& instance : *instances)
+    for (const AssetPrimitive* primitive : meshes[instance.mesh]) points += size_of(*primitive);
+  if (points > kSparePoints + kMostRepeats * own)
+    return unsupported("the scene holds its meshes too often to be compared");
   for (const MeshInstance& instance : *instances)
     for (const AssetPrimitive* primitive : meshes[instance.mesh]) {
-      points += primitive->mesh.point_count + primitive->mesh.faces.size();
-      if (points > kMostPoints) return unsupported("the scene holds its meshes too often to be compared");
       AssetPrimitive& copy = placed.primitives.emplace_back(*primitive);
       copy.whole = 0;
       place(copy, instance.to_world);
