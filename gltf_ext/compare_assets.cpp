@@ -99,7 +99,7 @@ class AssetComparer {
   Expected<AssetComparison> compare_together(const Primitives& a, const Primitives& b) const {
     std::vector<std::array<Primitives, 2>> groups;
     std::map<std::tuple<int, int64_t, std::vector<std::pair<std::string, int>>>, size_t> numbers;
-    for (const size_t side : {0, 1})
+    for (const size_t side : {0u, 1u})
       for (const AssetPrimitive* primitive : side == 0 ? a : b) {
         const auto [number, is_new] =
             numbers.emplace(std::tuple(primitive->corner_count, by_material_ ? primitive->material : -1,

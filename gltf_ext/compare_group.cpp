@@ -83,14 +83,14 @@ class Planner {
 
   ColumnPlan plan(const std::string& attribute) {
     ColumnPlan plan;
-    for (const size_t side : {0, 1}) plan.limits[side].resize(sides_[side].size());
+    for (const size_t side : {0u, 1u}) plan.limits[side].resize(sides_[side].size());
     const std::string kind = kind_of(attribute);
     if (const std::optional<double> share = stated_share(attribute, kind)) {
       plan.stated = true;
       for (ColumnLimit& limit : plan.limits[0]) limit.within = *share * extent(sides_[0], attribute);
       return plan;
     }
-    for (const size_t side : {0, 1})
+    for (const size_t side : {0u, 1u})
       for (size_t i = 0; i < sides_[side].size(); ++i) {
         const auto grid = sides_[side][i]->grids.find(attribute);
         if (grid == sides_[side][i]->grids.end())
@@ -101,7 +101,7 @@ class Planner {
       }
     // A grid of numbers beside one of directions: its corners are further away.
     if (plan.direction)
-      for (const size_t side : {0, 1})
+      for (const size_t side : {0u, 1u})
         for (size_t i = 0; i < sides_[side].size(); ++i)
           if (!sides_[side][i]->grids.contains(attribute)) plan.limits[side][i].within *= std::sqrt(3.0);
     return plan;
@@ -176,7 +176,7 @@ class GroupComparer {
     for (const auto& [name, components] : names_) plans.push_back(planner.plan(name));
     for (const ColumnPlan& plan : plans) directions_.push_back(plan.direction);
     tears_ = tears_in(plans[0]);
-    for (const size_t side : {0, 1})
+    for (const size_t side : {0u, 1u})
       for (size_t i = 0; i < primitives_[side].size(); ++i) {
         const Mesh& mesh = primitives_[side][i]->mesh;
         ElementPart part{mesh.faces, {}, {}};

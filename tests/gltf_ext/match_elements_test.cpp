@@ -222,7 +222,8 @@ TEST(MatchElements, FindsAsManyPairsAsAnExhaustiveSearch) {
     const auto soup = [&](size_t count) {
       std::vector<float> values;
       for (size_t i = 0; i < 9 * count; ++i)
-        values.push_back(i % 3 == 2 ? 0.0f : 0.125f * static_cast<float>(random() % (3 + round % 5)));
+        values.push_back(
+            i % 3 == 2 ? 0.0f : 0.125f * static_cast<float>(random() % (3 + static_cast<size_t>(round) % 5)));
       Faces faces;
       for (uint32_t i = 0; i < count; ++i) faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
       return make_mesh(values, faces);

@@ -171,7 +171,7 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
   CLI::Option* second = command.add_option(
       "B", options.second,
       "A second asset, compressed or not, and so may the first be: whether both hold the same meshes, "
-      "up to order and quantization. Exit code 7 where they differ. Nodes are not compared");
+      "up to order and quantization. Exit code 7 where they differ. Nodes count with --scene only");
   command
       .add_option("--tolerance", options.tolerances,
                   "How far values may be apart, as a share of the attribute's extent; 0 is to the bit. By "
