@@ -65,8 +65,8 @@ class AssetComparer {
     count_elements(b_, result.b);
     if (a_.whole_count != b_.whole_count) {
       result.first.emplace();
-      result.first->what = "there are " + std::to_string(a_.whole_count) + " meshes in one, and " +
-                           std::to_string(b_.whole_count) + " in the other";
+      result.first->what = "the files have " + std::to_string(a_.whole_count) + " and " +
+                           std::to_string(b_.whole_count) + " meshes";
     }
     const std::vector<Primitives> meshes_a = by_mesh(a_), meshes_b = by_mesh(b_);
     for (size_t mesh = 0; mesh < std::min(meshes_a.size(), meshes_b.size()); ++mesh) {

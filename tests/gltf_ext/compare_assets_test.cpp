@@ -224,7 +224,7 @@ TEST(CompareAssets, PrimitivesOfOtherKindsSaySo) {
   EXPECT_EQ(compare(asset_of({mesh}), lines).first->what, "is of triangles, and of lines in the other file");
   AssetMeshes two = asset_of({mesh});
   two.whole_count = 2;
-  EXPECT_EQ(compare(asset_of({mesh}), two).first->what, "there are 1 meshes in one, and 2 in the other");
+  EXPECT_EQ(compare(asset_of({mesh}), two).first->what, "the files have 1 and 2 meshes");
 }
 
 TEST(CompareAssets, OtherTypesOfOneValueAreTheSame) {
