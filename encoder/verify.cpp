@@ -25,23 +25,17 @@ float float_at(const Attribute& attribute, size_t index) {
 }
 
 bool within_half_step(const Attribute& wanted, const Attribute& got, size_t wanted_point, size_t got_point,
-                      const AttributeCoding& coding) {
-  const double step = double{coding.range} / (std::ldexp(1.0, coding.bits) - 1.0);
+                      std::span<const double> bounds) {
   for (size_t c = 0; c < wanted.component_count; ++c) {
     const double difference = double{float_at(wanted, wanted_point * wanted.component_count + c)} -
                               double{float_at(got, got_point * wanted.component_count + c)};
-    // The rest is float rounding, in libdraco, of the offset, the division by the step, and the sum.
-    const double rounding = 4e-7 * (std::fabs(double{coding.origin[c]}) + double{coding.range});
-    if (!(std::fabs(difference) <= 0.5 * step + rounding)) return false;
+    if (!(std::fabs(difference) <= bounds[c])) return false;
   }
   return true;
 }
 
-// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid of c = 2^(bits-1) - 1 steps an axis: up
-// to 1/2c off in two components, 1/c in the third, and, where the rounded sum exceeds 1, another 1/c in one of
-// them: less than 1.7/c in all. Back on the sphere lengths grow by at most sqrt(3).
 bool within_octahedral_step(const Attribute& wanted, const Attribute& got, size_t wanted_point,
-                            size_t got_point, const AttributeCoding& coding) {
+                            size_t got_point, double bound) {
   double dot = 0, wanted_square = 0, got_square = 0;
   for (size_t c = 0; c < 3; ++c) {
     const double a = double{float_at(wanted, wanted_point * 3 + c)},
@@ -51,10 +45,21 @@ bool within_octahedral_step(const Attribute& wanted, const Attribute& got, size_
     got_square += b * b;
   }
   const double chord = std::sqrt(std::max(0.0, 2.0 - 2.0 * dot / std::sqrt(wanted_square * got_square)));
-  return chord <= 3.0 / (std::ldexp(1.0, coding.bits - 1) - 1.0) + 1e-6;
+  return chord <= bound;
 }
 
 }  // namespace
+
+double grid_bound(int bits, float origin, float range) {
+  const double step = double{range} / (std::ldexp(1.0, bits) - 1.0);
+  // The rest is float rounding, in libdraco, of the offset, the division by the step, and the sum.
+  return 0.5 * step + 4e-7 * (std::fabs(double{origin}) + double{range});
+}
+
+// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid of c = 2^(bits-1) - 1 steps an axis: up
+// to 1/2c off in two components, 1/c in the third, and, where the rounded sum exceeds 1, another 1/c in one of
+// them: less than 1.7/c in all. Back on the sphere lengths grow by at most sqrt(3).
+double octahedral_bound(int bits) { return 3.0 / (std::ldexp(1.0, bits - 1) - 1.0) + 1e-6; }
 
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                       std::span<const uint32_t> source_point) {
@@ -88,13 +93,19 @@ Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings
     const Attribute& b = decoded.attributes[i];
     if (a.stride() != b.stride() || a.component_type != b.component_type)
       return differs(a.semantic + " changed type");
+    std::vector<double> bounds;
+    if (codings[i].octahedral)
+      bounds.push_back(octahedral_bound(codings[i].bits));
+    else if (codings[i].bits > 0)
+      for (const float origin : codings[i].origin)
+        bounds.push_back(grid_bound(codings[i].bits, origin, codings[i].range));
     for (uint32_t point = 0; point < decoded.point_count; ++point) {
       const uint32_t source = source_point[point];
       const bool same = codings[i].bits == 0
                             ? std::memcmp(a.values.data() + source * a.stride(),
                                           b.values.data() + point * a.stride(), a.stride()) == 0
-                        : codings[i].octahedral ? within_octahedral_step(a, b, source, point, codings[i])
-                                                : within_half_step(a, b, source, point, codings[i]);
+                        : codings[i].octahedral ? within_octahedral_step(a, b, source, point, bounds[0])
+                                                : within_half_step(a, b, source, point, bounds);
       if (!same)
         return differs(a.semantic + " of point " + std::to_string(source) + " came back with another value");
     }

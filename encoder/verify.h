@@ -11,4 +11,9 @@ namespace psplit {
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                       std::span<const uint32_t> source_point);
 
+// How far what libdraco decodes may be from what it was given: a component on a grid, and the chord between
+// unit vectors on an octahedron.
+double grid_bound(int bits, float origin, float range);
+double octahedral_bound(int bits);
+
 }  // namespace psplit

@@ -227,6 +227,27 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
   return meshes;
 }
 
+Expected<LinesOrPoints> read_lines_or_points(const Document& document, PrimitiveId id) {
+  const Json* primitive = find_primitive(document, id);
+  const auto mode = primitive == nullptr ? std::nullopt : integer_field_or(*primitive, "mode", 4);
+  if (!mode || *mode < 0 || *mode > 3) return unsupported("has no lines and no points", place_of(id));
+  LinesOrPoints result;
+  result.corner_count = *mode == 0 ? 1 : 2;
+  if (Status status = read_plain_attributes(document, *primitive, result.mesh); !status.ok())
+    return std::move(status).at(place_of(id));
+  const auto indices = read_indices(document, *primitive, result.mesh.point_count);
+  if (!indices) return indices.status().at(place_of(id));
+  const size_t count = indices->size();
+  if (*mode == 0)
+    for (const uint32_t point : *indices) result.mesh.faces.push_back({point, point, point});
+  else
+    for (size_t i = 1; i < count; i += *mode == 1 ? 2 : 1)
+      result.mesh.faces.push_back({(*indices)[i - 1], (*indices)[i], (*indices)[i]});
+  if (*mode == 2 && count > 2)
+    result.mesh.faces.push_back({indices->back(), indices->front(), indices->front()});
+  return result;
+}
+
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
                                                          std::optional<uint32_t> point_count) {
   const Json* primitive = find_primitive(document, id);

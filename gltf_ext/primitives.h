@@ -37,6 +37,14 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
                                             const DecodeBackend& backend, const ThreadPool& pool,
                                             const Progress& progress = {});
 
+// Lines and points, which the extension has nothing to do with: of each element its points, of which the first
+// two or the first one count. Strips and loops become lists.
+struct LinesOrPoints {
+  int corner_count = 1;
+  Mesh mesh;
+};
+Expected<LinesOrPoints> read_lines_or_points(const Document& document, PrimitiveId id);
+
 // One array per morph target and semantic, in the order of the primitive's `targets`: each entry is the
 // accessor that holds it and its data. Empty without morph targets.
 struct MorphAttribute {

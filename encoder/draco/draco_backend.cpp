@@ -78,17 +78,19 @@ StreamCoding read_coding(std::span<const uint8_t> stream) {
                           : StreamCoding::kEdgebreakerValence;
 }
 
-// Of an attribute whose transform was left undone; 0 where it has none.
-uint8_t quantization_bits(const draco::PointAttribute& attribute) {
+// Of an attribute whose transform was left undone.
+void describe_quantization(const draco::PointAttribute& attribute, StreamAttribute& out) {
   const draco::AttributeTransformData* data = attribute.GetAttributeTransformData();
   const auto type = data == nullptr ? draco::ATTRIBUTE_NO_TRANSFORM : data->transform_type();
   draco::AttributeQuantizationTransform quantization;
   draco::AttributeOctahedronTransform octahedron;
-  if (type == draco::ATTRIBUTE_QUANTIZATION_TRANSFORM && quantization.InitFromAttribute(attribute))
-    return static_cast<uint8_t>(quantization.quantization_bits());
+  if (type == draco::ATTRIBUTE_QUANTIZATION_TRANSFORM && quantization.InitFromAttribute(attribute)) {
+    out.bits = static_cast<uint8_t>(quantization.quantization_bits());
+    out.range = quantization.range();
+    out.origin = quantization.min_values();
+  }
   if (type == draco::ATTRIBUTE_OCTAHEDRON_TRANSFORM && octahedron.InitFromAttribute(attribute))
-    return static_cast<uint8_t>(octahedron.quantization_bits());
-  return 0;
+    out.bits = static_cast<uint8_t>(octahedron.quantization_bits());
 }
 
 std::string describe(const AttributeRequest& request) {
@@ -274,7 +276,7 @@ Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> strea
       return invalid_input(kNoSuchPoint);
   for (int32_t i = 0; i < decoded->mesh->num_attributes(); ++i) {
     description.attributes.push_back(describe_attribute(*decoded->mesh->attribute(i)));
-    description.attributes.back().bits = quantization_bits(*quantized->mesh->attribute(i));
+    describe_quantization(*quantized->mesh->attribute(i), description.attributes.back());
   }
   return description;
 }

@@ -29,6 +29,10 @@ struct StreamAttribute {
   uint8_t components = 0;
   bool normalized = false;
   uint8_t bits = 0;  // of quantization, for normals on an octahedron; 0 where values are stored exactly
+  // The grid of quantized values, but for those on an octahedron: origin + i * range / (2^bits - 1), with an
+  // origin for each component.
+  float range = 0;
+  std::vector<float> origin{};
 
   bool operator==(const StreamAttribute&) const = default;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cstring>
 
 #include "src/container/claims.h"
 #include "src/core/numbering.h"
@@ -476,19 +477,24 @@ Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
   const ScratchPool::Lease lease(scratch_pool());
   // Nobody knows the attributes yet: the first try has memory for as many as most streams have.
   const std::array<AttributeRequest, 4> likely;
-  Status status =
-      with_decoded(stream, *header, 0, likely, *lease,
-                   [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
-                     description.face_count = patch.face_count;
-                     description.point_count = patch.point_count;
-                     for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
-                       const core::Attribute<Index>& attribute = patch.attributes[i];
-                       description.attributes.push_back(
-                           {attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic), attribute.type,
-                            attribute.components, attribute.normalized, attribute.bits});
-                     }
-                     return {};
-                   });
+  Status status = with_decoded(
+      stream, *header, 0, likely, *lease,
+      [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
+        description.face_count = patch.face_count;
+        description.point_count = patch.point_count;
+        for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+          const core::Attribute<Index>& attribute = patch.attributes[i];
+          description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
+                                            attribute.type, attribute.components, attribute.normalized,
+                                            attribute.bits});
+          if (attribute.coding != core::Coding::kQuantized) continue;
+          StreamAttribute& described = description.attributes.back();
+          described.range = attribute.range;
+          described.origin.resize(attribute.components);
+          std::memcpy(described.origin.data(), attribute.origin, described.origin.size() * sizeof(float));
+        }
+        return {};
+      });
   if (!status.ok()) return status;
   return description;
 }

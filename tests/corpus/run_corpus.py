@@ -4,9 +4,11 @@
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
 
 Well-formed files must encode, validate, decode and compare equal (same_mesh), with the default options and with
---lossless, or be refused exactly as expected_refusals.txt says. In the JSON of glTF, only what asset_difference.py
-lists may change. Files of the malformed folder must be refused, with exit code 2, 3 or 5 and a message that names them;
-those that expected_loads.txt lists must load. --validator names a folder with validate.mjs and its node_modules: outputs then pass the official validator, errors of the input (glTF's own, or those in expected_errors.txt) aside.
+--lossless, or be refused exactly as expected_refusals.txt says; the command itself (compare A B) must say so too. In the
+JSON of glTF, only what asset_difference.py lists may change. Files of the malformed folder must be refused, with exit
+code 2, 3 or 5 and a message that names them; those that expected_loads.txt lists must load. --validator names a folder
+with validate.mjs and its node_modules: outputs then pass the official validator, errors of the input (glTF's own, or
+those in expected_errors.txt) aside.
 
 Well-formed .drc files and assets with stock KHR_draco_mesh_compression must inspect, and decode to the same bytes
 with --backend cpu and --backend draco; .drc files of bitstreams before 2.2, which only libdraco decodes, with
@@ -116,6 +118,11 @@ def round_trip(path, source, folder, malformed, lossless):
     if malformed:
         return "loaded"
     must("same_mesh", options.same_mesh, *lossless, source, decoded)
+    exactly = ["--tolerance", 0]
+    for pair in ([source, encoded] + (exactly if lossless else []), [encoded, decoded] + exactly):
+        code, said = run("compare", options.psplit, "compare", "-q", "-j", 1, *pair)
+        if code != 0 and not (code == 5 and "in a buffer without a uri" in said):
+            raise Failure(f"compare exits with {code}: {said[-400:]}")
     if options.validator and not lossless:
         known = ["--like", source] if source.suffix in (".glb", ".gltf") else []
         known += [word for code in expected_codes(errors, path) for word in ("--allow", code)]

@@ -1,4 +1,5 @@
-// gltf-psplit compare: bytes and milliseconds of patches, of stock Draco and of meshoptimizer, in one run.
+// gltf-psplit compare: bytes and milliseconds of patches, of stock Draco and of meshoptimizer, in one run. Of
+// two assets, whether they hold the same meshes (sameness.h).
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "tools/gltf_psplit/html_report.h"
 #include "tools/gltf_psplit/preview/preview.h"
 #include "tools/gltf_psplit/progress.h"
+#include "tools/gltf_psplit/sameness.h"
 
 namespace psplit {
 namespace {
@@ -18,6 +20,7 @@ struct Arguments {
   std::string input, output = "-", format = "text";
   BackendChoice backend;
   ComparisonOptions options;
+  SamenessOptions sameness;
 };
 
 constexpr uint64_t kDefaultPatchFaces[] = {19200, 4800, 1200};
@@ -135,12 +138,15 @@ Status run_compare(Arguments arguments, const Session& session) {
 
 void add_compare_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *app.add_subcommand("compare", "Measure patches, stock Draco and meshoptimizer on the same meshes");
+  CLI::App& command = *app.add_subcommand(
+      "compare",
+      "Measure patches, stock Draco and meshoptimizer on the same meshes; or, of two assets, "
+      "tell whether they hold the same meshes");
   command
       .add_option("IN", arguments->input,
                   "An uncompressed .gltf or .glb file, or .ply, .obj, .stl, .drc; - is a GLB or Draco on stdin")
       ->required();
+  add_sameness_options(command, arguments->sameness);
   command
       .add_option("--patches", arguments->options.patch_counts,
                   "Patch counts, over all primitives; by default those of 19200, 4800 and 1200 faces a patch")
@@ -170,8 +176,15 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
   add_partition_options(command, arguments->options.coding);
+  // What is for measuring has nothing to say of two assets.
+  for (const char* name :
+       {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless", "--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
+    command.get_option("B")->excludes(command.get_option(name));
   command.callback([arguments, &action] {
-    action = [arguments](const Session& session) { return run_compare(*arguments, session); };
+    action = [arguments](const Session& session) {
+      if (arguments->sameness.second.empty()) return run_compare(*arguments, session);
+      return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output, arguments->backend, session);
+    };
   });
 }
 

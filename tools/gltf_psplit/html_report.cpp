@@ -155,13 +155,12 @@ std::string Page::opening() const {
   add("zstd", environment.zstd);
   add("Draco speed",
       std::to_string(coding.encode_speed) + " for patches, and for the stock stream that ratios refer to");
-  add("Bits", coding.lossless
-                  ? "all: lossless"
-                  : "positions " + std::to_string(coding.position_bits) + ", normals " +
-                        std::to_string(coding.normal_bits) + ", texture coordinates " +
-                        std::to_string(coding.texcoord_bits) + ", colours " +
-                        std::to_string(coding.color_bits) + ", other floats " +
-                        std::to_string(coding.generic_bits));
+  add("Bits", coding.lossless ? "all: lossless"
+                              : "positions " + std::to_string(coding.position_bits) + ", normals " +
+                                    std::to_string(coding.normal_bits) + ", texture coordinates " +
+                                    std::to_string(coding.texcoord_bits) + ", colours " +
+                                    std::to_string(coding.color_bits) + ", other floats " +
+                                    std::to_string(coding.generic_bits));
   if (!coding.refine) add("Borders", "not refined");
   add("Rounds", std::to_string(report_.options.repeat) + ", after one that is not timed");
   list += "</dl>\n";
