@@ -177,13 +177,15 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_coding_options(command, arguments->options.coding);
   add_partition_options(command, arguments->options.coding);
   // What is for measuring has nothing to say of two assets.
-  for (const char* name :
-       {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless", "--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
+  for (const char* name : {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless",
+                           "--quantize-position", "--quantize-normal", "--quantize-texcoord",
+                           "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
     command.get_option("B")->excludes(command.get_option(name));
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) {
       if (arguments->sameness.second.empty()) return run_compare(*arguments, session);
-      return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output, arguments->backend, session);
+      return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output,
+                          arguments->backend, session);
     };
   });
 }
