@@ -17,15 +17,15 @@ namespace psplit {
 
 // True when this build holds the CUDA decoder and the machine has a device and a driver that run it. Else
 // *why, where given, is a phrase to show a user: "built without CUDA", "no CUDA-capable device is detected".
-bool cuda_available(std::string* why);
+PSPLIT_EXPORT bool cuda_available(std::string* why);
 
 // How many multiprocessors the device has that is current; 0 where there is none.
-uint32_t cuda_multiprocessors();
+PSPLIT_EXPORT uint32_t cuda_multiprocessors();
 // What its maker calls it; empty where there is none.
-std::string cuda_device_name();
+PSPLIT_EXPORT std::string cuda_device_name();
 
 // Memory of a device, for those who have no allocator of their own.
-class CudaMemory {
+class PSPLIT_EXPORT CudaMemory {
  public:
   // On the device that is current; aligned for everything. Errors: kUnsupported without a device,
   // kRuntimeFailure where it has not so much.
@@ -90,7 +90,7 @@ struct CudaPrimitive {
 
 // Decodes any number of primitives at once to memory of the device. Its own memory there grows to the largest
 // batch, and is kept. Not safe to share between threads; a device may have several.
-class CudaDecoder {
+class PSPLIT_EXPORT CudaDecoder {
  public:
   // For the device that is current, and in the order of `stream`, or of a stream of its own where that is null.
   // Errors: kUnsupported without a device, kRuntimeFailure where CUDA fails.
@@ -134,6 +134,6 @@ class CudaDecoder {
 // call from several threads, which wait for each other; memory of the device is kept for the next call.
 // Attributes must be asked for in the types that they were encoded in. Errors: kUnsupported without a device
 // and for other types; kRuntimeFailure where the device fails.
-DecodeBackend cuda_backend(uint64_t memory_limit = 0);
+PSPLIT_EXPORT DecodeBackend cuda_backend(uint64_t memory_limit = 0);
 
 }  // namespace psplit

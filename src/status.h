@@ -6,6 +6,8 @@
 #include <utility>
 #include <variant>
 
+#include "src/export.h"
+
 namespace psplit {
 
 // Values are the exit codes of gltf-psplit.
@@ -28,7 +30,7 @@ struct Place {
   int64_t patch = -1;
 };
 
-class [[nodiscard]] Status {
+class [[nodiscard]] PSPLIT_EXPORT Status {
  public:
   Status() = default;
   Status(StatusCode code, std::string message, Place place = {})

@@ -160,7 +160,7 @@ Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const 
     if (!stream)
       statuses[i] = stream.status();
     else if (!is_bitstream_2_2(container->streams[i]))
-      statuses[i] = unsupported("Draco stream: not Draco bitstream 2.2");
+      statuses[i] = wrong_version(container->streams[i]);
     else if ((read_coding(container->streams[i]) == StreamCoding::kSequential) != is_residue)
       statuses[i] = wrong_coding(is_residue);
     else if (stream->point_count != entry.point_count)

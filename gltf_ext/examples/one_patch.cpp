@@ -49,7 +49,7 @@ int main(int argc, char** argv) {
     return fail(error.what());
   }
 
-  const psplit::Expected<psplit::PatchedPrimitive> primitive = psplit::PatchedPrimitive::open(source);
+  const psplit::Expected<psplit::CompressedPrimitive> primitive = psplit::CompressedPrimitive::open(source);
   if (!primitive) return fail(primitive.status().to_string());
   const auto number = static_cast<uint32_t>(std::strtoul(argv[2], nullptr, 10));
   if (number >= primitive->patch_count())

@@ -1,4 +1,5 @@
-// print_model FILE.glb|FILE.gltf: loads an asset with tinygltf, decodes its patches, and prints what it holds.
+// print_model FILE.glb|FILE.gltf: loads an asset with tinygltf, decodes what Draco compressed of it, in patches
+// and as stock KHR_draco_mesh_compression, and prints what it holds.
 #include <iostream>
 
 #include "gltf_ext/tinygltf/tinygltf_plugin.h"

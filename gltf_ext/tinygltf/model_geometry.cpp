@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
-
-#include "src/container/claims.h"
 
 namespace psplit {
 namespace {
@@ -35,32 +32,49 @@ Expected<std::span<const uint8_t>> view_bytes(const tinygltf::Model& model, int 
 }
 
 // What tells one geometry from another.
-using Key = std::tuple<uint32_t, std::vector<std::pair<std::string, uint32_t>>, std::vector<int>, int>;
+struct Key {
+  uint32_t view = 0;
+  std::vector<std::pair<std::string, uint32_t>> attributes{};  // with their unique ids
+  std::vector<int> accessors{};                                // of the attributes
+  int indices = -1;
+  Compression compression = Compression::kPatches;
+  bool is_list = true;  // of triangles, not a strip
 
-Expected<Key> key_of(const tinygltf::Primitive& primitive, const tinygltf::Value& extension) {
+  auto operator<=>(const Key&) const = default;
+};
+
+Expected<Key> key_of(const tinygltf::Primitive& primitive, Compression compression,
+                     const tinygltf::Value& extension) {
+  const bool is_list = primitive.mode == TINYGLTF_MODE_TRIANGLES;
+  if (compression == Compression::kPatches && !is_list)
+    return invalid_input("patches are triangle lists, and the mode is another");
+  if (!is_list && primitive.mode != TINYGLTF_MODE_TRIANGLE_STRIP)
+    return invalid_input("Draco meshes are triangles, and the mode is another");
   if (!extension.IsObject()) return invalid_input("the extension is no object");
   const auto view = unsigned_value(extension.Get("bufferView"));
   if (!view || *view > 0x7fffffffu) return invalid_input("the extension has no buffer view");
   const tinygltf::Value& attributes = extension.Get("attributes");
   if (!attributes.IsObject() || attributes.Size() == 0) return invalid_input("the extension has no attributes");
-  Key key{*view, {}, {}, primitive.indices};
+  Key key{*view, {}, {}, primitive.indices, compression, is_list};
   for (const std::string& semantic : attributes.Keys()) {
     const auto unique_id = unsigned_value(attributes.Get(semantic));
     const auto accessor = primitive.attributes.find(semantic);
     if (!unique_id) return invalid_input("the extension's attribute " + semantic + " has no unique id");
     if (accessor == primitive.attributes.end())
       return invalid_input("the extension's attribute " + semantic + " has no accessor");
-    std::get<1>(key).emplace_back(semantic, *unique_id);
-    std::get<2>(key).push_back(accessor->second);
+    key.attributes.emplace_back(semantic, *unique_id);
+    key.accessors.push_back(accessor->second);
   }
   return key;
 }
 
 Expected<ModelGeometry> open_geometry(const tinygltf::Model& model, const Key& key) {
-  const auto& [view, attributes, accessors, indices] = key;
+  const auto& [view, attributes, accessors, indices, compression, is_list] = key;
   const Expected<std::span<const uint8_t>> bytes = view_bytes(model, static_cast<int>(view));
   if (!bytes) return bytes.status();
-  PrimitiveSource source{*bytes};
+  PrimitiveSource source;
+  source.bytes = *bytes;
+  source.compression = compression;
   for (size_t k = 0; k < attributes.size(); ++k) {
     const auto& [semantic, unique_id] = attributes[k];
     const tinygltf::Accessor* accessor = element(model.accessors, accessors[k]);
@@ -81,10 +95,11 @@ Expected<ModelGeometry> open_geometry(const tinygltf::Model& model, const Key& k
     if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
         type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
       return invalid_input("the indices have no accessor of unsigned integers");
-    source.index_count = accessor->count;
+    // A strip's accessor may count as a strip would; what is decoded are lists.
+    if (is_list) source.index_count = accessor->count;
     index_bytes = type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT ? 4 : 2;
   }
-  Expected<PatchedPrimitive> stored = PatchedPrimitive::open(std::move(source));
+  Expected<CompressedPrimitive> stored = CompressedPrimitive::open(std::move(source));
   if (!stored) return stored.status();
   if (index_bytes == 0) index_bytes = stored->least_index_bytes();
   if (index_bytes < stored->least_index_bytes())
@@ -98,7 +113,7 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
                                                      const ModelOptions& options) {
   if (options.known_extensions)
     for (const std::string& name : model.extensionsRequired)
-      if (name != kPatchesExtension &&
+      if (name != kPatchesExtension && name != kDracoExtension &&
           std::find(options.known_extensions->begin(), options.known_extensions->end(), name) ==
               options.known_extensions->end())
         return unsupported("the extension " + name + " is required, and not known");
@@ -108,12 +123,13 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
   for (size_t m = 0; m < model.meshes.size(); ++m)
     for (size_t p = 0; p < model.meshes[m].primitives.size(); ++p) {
       const tinygltf::Primitive& primitive = model.meshes[m].primitives[p];
-      const auto extension = primitive.extensions.find(kPatchesExtension);
+      auto extension = primitive.extensions.find(kPatchesExtension);
+      const bool has_patches = extension != primitive.extensions.end();
+      if (!has_patches) extension = primitive.extensions.find(kDracoExtension);
       if (extension == primitive.extensions.end()) continue;
       const PrimitivePlace at{m, p};
-      if (primitive.mode != TINYGLTF_MODE_TRIANGLES)
-        return invalid_input("patches are triangle lists, and the mode is another", at.place());
-      Expected<Key> key = key_of(primitive, extension->second);
+      Expected<Key> key =
+          key_of(primitive, has_patches ? Compression::kPatches : Compression::kDraco, extension->second);
       if (!key) return key.status().at(at.place());
       const auto [found, is_new] = known.try_emplace(std::move(*key), geometries.size());
       if (is_new) {
@@ -123,7 +139,7 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
       }
       geometries[found->second].users.push_back(at);
     }
-  // Each is justified by its container; all are by all containers.
+  // Each is justified by its own bytes; all are by all bytes.
   std::map<int, uint64_t> view_bytes;
   uint64_t result_bytes = 0, stored_bytes = 0;
   for (const ModelGeometry& geometry : geometries) {
@@ -132,8 +148,8 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
     for (size_t k = 0; k < geometry.accessors.size(); ++k) result_bytes += geometry.stored.value_bytes(k);
   }
   for (const auto& [view, bytes] : view_bytes) stored_bytes += bytes;
-  if (result_bytes > justified_result_bytes(stored_bytes))
-    return invalid_input("the primitives claim more data than their containers justify");
+  if (result_bytes > most_result_bytes(stored_bytes))
+    return invalid_input("the primitives claim more data than their bytes justify");
   return geometries;
 }
 

@@ -1,4 +1,4 @@
-// What a tinygltf::Model stores in the extension, before any of it is decoded.
+// What a tinygltf::Model stores in the two Draco extensions, before any of it is decoded.
 #pragma once
 
 #include "gltf_ext/tinygltf/tinygltf_plugin.h"
@@ -6,6 +6,9 @@
 namespace psplit {
 
 inline constexpr const char* kPatchesExtension = "PSPLIT_mesh_draco_patches";
+inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+// Where a primitive has both, the first counts.
+inline constexpr const char* kDracoExtensions[] = {kPatchesExtension, kDracoExtension};
 
 struct PrimitivePlace {
   size_t mesh = 0, primitive = 0;
@@ -15,14 +18,14 @@ struct PrimitivePlace {
   }
 };
 
-// One container, and the primitives that use it alike.
+// One container or stream, and the primitives that use it alike.
 struct ModelGeometry {
   std::vector<PrimitivePlace> users;  // at least one
-  int view = -1;                      // of the container
+  int view = -1;                      // of its bytes
   int indices = -1;                   // the accessor, or -1 where primitives name none
   uint32_t index_bytes = 4;           // 2 or 4
   std::vector<int> accessors;         // one for each attribute that the extension stores
-  PatchedPrimitive stored;
+  CompressedPrimitive stored;
 };
 
 // All of the model's; errors name mesh and primitive. What comes back points into the model's

@@ -15,7 +15,7 @@ Expected<DeviceModel> decode_model_to_device(const tinygltf::Model& model, const
                                              CUstream_st* stream) {
   const Expected<std::vector<ModelGeometry>> geometries = find_geometries(model, options);
   if (!geometries) return geometries.status();
-  if (options.stop.stop_requested()) return cancelled();
+  if (options.stop != nullptr && *options.stop) return cancelled();
   Expected<CudaDecoder> decoder = CudaDecoder::create(stream);
   if (!decoder) return decoder.status();
 
@@ -32,9 +32,10 @@ Expected<DeviceModel> decode_model_to_device(const tinygltf::Model& model, const
   std::byte* next = result.memory.data();
   const auto take = [&](uint64_t size) { return std::exchange(next, next + rounded(size)); };
   for (const ModelGeometry& geometry : *geometries) {
-    const PatchedPrimitive& stored = geometry.stored;
+    const CompressedPrimitive& stored = geometry.stored;
     CudaPrimitive& task = batch.emplace_back();
     task.container = stored.bytes();
+    if (stored.compression() == Compression::kDraco) task.stream_points = stored.point_count();
     task.index_bytes = geometry.index_bytes;
     task.indices = take(uint64_t{3} * stored.face_count() * geometry.index_bytes);
     DevicePrimitive primitive{0, 0, stored.point_count(), stored.face_count(), task.indices, task.index_bytes,
@@ -56,7 +57,12 @@ Expected<DeviceModel> decode_model_to_device(const tinygltf::Model& model, const
   if (Status status = decoder->start(batch); !status.ok()) return status;
   (void)decoder->finish();
   for (size_t g = 0; g < geometries->size(); ++g) {
-    const Status status = decoder->status(g);
+    Status status = decoder->status(g);
+    const CompressedPrimitive& stored = (*geometries)[g].stored;
+    if (status.ok() && stored.compression() == Compression::kDraco &&
+        decoder->point_count(g) != stored.point_count())
+      status = invalid_input("the stream has " + std::to_string(decoder->point_count(g)) +
+                             " points, the accessors have " + std::to_string(stored.point_count()));
     if (status.ok()) continue;
     Place place = (*geometries)[g].users.front().place();
     place.patch = status.place().patch;

@@ -11,14 +11,16 @@
 namespace psplit {
 namespace {
 
-// Lends indices without a buffer view the extension's. False where there are none.
+// Lends indices without a buffer view their extension's. False where there are none.
 bool lend_views(Json& json) {
   bool lent = false;
   Json* meshes = array_field(json, "meshes");
   for (size_t m = 0; meshes != nullptr && m < meshes->size(); ++m) {
     Json* primitives = array_field((*meshes)[m], "primitives");
     for (size_t p = 0; primitives != nullptr && p < primitives->size(); ++p) {
-      const Json* extension = extension_field((*primitives)[p], kPatchesExtension);
+      const Json* extension = nullptr;
+      for (const char* const name : kDracoExtensions)
+        if (extension == nullptr) extension = extension_field((*primitives)[p], name);
       const auto view = extension == nullptr ? std::nullopt : integer_field(*extension, "bufferView");
       const auto indices = integer_field((*primitives)[p], "indices");
       Json* accessor = view && indices ? top_level_object(json, "accessors", *indices) : nullptr;
@@ -66,7 +68,8 @@ Status prepare_for_tinygltf(std::vector<unsigned char>& file) {
     return {};
   }
   const std::string_view text(reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size());
-  if (text.find(kPatchesExtension) == std::string_view::npos) return {};
+  const auto is_named = [&](const char* name) { return text.find(name) != std::string_view::npos; };
+  if (std::none_of(std::begin(kDracoExtensions), std::end(kDracoExtensions), is_named)) return {};
   Expected<Json> json = parse_json(text);
   if (!json) return json.status();
   if (!lend_views(*json)) return {};

@@ -105,7 +105,10 @@ class ModelEditor {
       for (const PrimitivePlace& user : geometry.users)
         primitive(user).attributes[geometry.stored.attributes()[k].semantic] = number;
     }
-    for (const PrimitivePlace& user : geometry.users) primitive(user).extensions.erase(kPatchesExtension);
+    for (const PrimitivePlace& user : geometry.users) {
+      primitive(user).mode = TINYGLTF_MODE_TRIANGLES;
+      for (const char* const extension : kDracoExtensions) primitive(user).extensions.erase(extension);
+    }
     // What was lent is given back.
     model_.bufferViews[static_cast<size_t>(geometry.view)].target = 0;
     if (geometry.indices >= 0 && geometry.indices != indices) {
@@ -118,7 +121,7 @@ class ModelEditor {
     model_.buffers.emplace_back();
     model_.buffers.back().data = std::move(data);
     for (std::vector<std::string>* list : {&model_.extensionsUsed, &model_.extensionsRequired})
-      std::erase(*list, kPatchesExtension);
+      for (const char* const extension : kDracoExtensions) std::erase(*list, extension);
   }
 
  private:

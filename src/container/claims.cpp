@@ -16,9 +16,19 @@ Status status_of(Fault fault) {
   return is_unsupported ? unsupported(message) : invalid_input(message);
 }
 
+Status wrong_version(std::span<const uint8_t> stream) {
+  constexpr size_t kMajor = 5, kMinor = 6;  // behind "DRACO"
+  const std::pair<uint8_t, uint8_t> version(stream[kMajor], stream[kMinor]);
+  return unsupported("Draco stream: of bitstream " + std::to_string(version.first) + "." +
+                     std::to_string(version.second) + ", which is " +
+                     (version < std::pair<uint8_t, uint8_t>(2, 2) ? "older" : "newer") +
+                     " than 2.2, the only one that is decoded");
+}
+
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream) {
   core::StreamHeader header;
   const Fault fault = core::read_stream_header(stream.data(), stream.size(), header);
+  if (fault == Fault::kVersion) return wrong_version(stream);
   if (fault != Fault::kNone) return status_of(fault);
   const uint64_t elements =
       uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;

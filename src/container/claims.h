@@ -12,6 +12,9 @@ namespace psplit {
 // kVersion and kRequest are kUnsupported, all others kInvalidInput.
 Status status_of(core::Fault fault);
 
+// kUnsupported, and says which bitstream it is. `stream` is one of which the header says kVersion.
+Status wrong_version(std::span<const uint8_t> stream);
+
 // Errors: those of status_of, and kInvalidInput for claims that the stream's bytes do not justify.
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
 

@@ -46,10 +46,10 @@ MeshTarget target_of(Mesh& mesh) {
 std::vector<Status> DecodeBackend::decode_to(std::span<const DecodeTask> tasks,
                                              std::span<const MeshTarget> targets, const ThreadPool& pool,
                                              const Watch& watch) const {
-  if (watch.stop.stop_requested()) return std::vector<Status>(tasks.size(), cancelled());
+  if (watch.stopped()) return std::vector<Status>(tasks.size(), cancelled());
   if (decode_into) return decode_into(tasks, targets, pool, watch);
   const std::vector<Expected<Mesh>> meshes = decode(tasks, pool, watch.progress);
-  if (watch.stop.stop_requested()) return std::vector<Status>(tasks.size(), cancelled());
+  if (watch.stopped()) return std::vector<Status>(tasks.size(), cancelled());
   std::vector<Status> statuses(tasks.size());
   pool.for_each(tasks.size(), [&](size_t i) {
     statuses[i] = meshes[i] ? copy_mesh(*meshes[i], targets[i]) : meshes[i].status();

@@ -2,13 +2,14 @@
 // theirs from outside.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <stop_token>
 #include <string>
 #include <vector>
 
+#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
@@ -42,18 +43,20 @@ struct MeshTarget {
   uint32_t index_bytes = 4;                  // 2, for no more than 65,535 points, or 4
   std::vector<Values> attributes;            // one for each request
 };
-MeshTarget target_of(Mesh& mesh);
+PSPLIT_EXPORT MeshTarget target_of(Mesh& mesh);
 
 // Called with the number of finished tasks and their total; may come from any thread.
 using Progress = std::function<void(size_t done, size_t total)>;
 
 // How a caller follows work, and ends it.
 struct Watch {
-  Progress progress{};  // in the steps that a backend takes: patches, or tasks
-  std::stop_token stop{};
+  Progress progress{};                      // in the steps that a backend takes: patches, or tasks
+  const std::atomic<bool>* stop = nullptr;  // true ends it; null for nobody
+
+  bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
-struct DecodeBackend {
+struct PSPLIT_EXPORT DecodeBackend {
   std::string name;
   // A mesh, stitched, or an error for each task, in their order; one's error is no other's.
   std::function<std::vector<Expected<Mesh>>(std::span<const DecodeTask> tasks, const ThreadPool& pool,
@@ -77,7 +80,7 @@ struct DecodeBackend {
 };
 
 // A backend that knows one task at a time. Both functions are called from many threads.
-DecodeBackend one_by_one(
+PSPLIT_EXPORT DecodeBackend one_by_one(
     std::string name,
     std::function<Expected<Mesh>(std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
                                  const ThreadPool& pool)>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "src/container/decode_backend.h"
-#include "src/core/attributes.h"
+#include "src/core/data_type.h"
 
 namespace psplit {
 
@@ -44,7 +44,7 @@ enum class StreamCoding : uint8_t {
   kEdgebreakerValence,
 };
 // "sequential", "edgebreaker", "edgebreaker-predictive", "edgebreaker-valence".
-const char* coding_name(StreamCoding coding);
+PSPLIT_EXPORT const char* coding_name(StreamCoding coding);
 
 struct StreamDescription {
   StreamCoding coding = StreamCoding::kSequential;
@@ -62,6 +62,7 @@ using DescribeStream = std::function<Expected<StreamDescription>(std::span<const
 // 64-bit integers and doubles become floats, bools bytes; integer colours are normalized. Errors: kUnsupported
 // (a number of components that no glTF type has), kInvalidInput (no positions, or two attributes of one unique
 // id).
-Expected<std::vector<AttributeRequest>> gltf_attributes(std::span<const StreamAttribute> attributes);
+PSPLIT_EXPORT Expected<std::vector<AttributeRequest>> gltf_attributes(
+    std::span<const StreamAttribute> attributes);
 
 }  // namespace psplit

@@ -2,24 +2,10 @@
 // decoders".
 #pragma once
 
+#include "src/core/data_type.h"
 #include "src/core/prediction.h"
 
 namespace psplit::core {
-
-// Draco's numbers.
-enum class DataType : uint8_t {
-  kInt8 = 1,
-  kUint8,
-  kInt16,
-  kUint16,
-  kInt32,
-  kUint32,
-  kInt64,
-  kUint64,
-  kFloat32,
-  kFloat64,
-  kBool,
-};
 
 PSPLIT_HD constexpr uint32_t data_type_bytes(DataType type) {
   constexpr uint8_t kBytes[] = {0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1};

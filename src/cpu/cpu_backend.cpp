@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <numeric>
 
 #include "src/container/claims.h"
 #include "src/core/numbering.h"
@@ -146,7 +147,7 @@ class Steps {
  public:
   Steps(const Watch& watch, size_t total) : watch_(watch), total_(total) {}
 
-  bool stopped() const { return watch_.stop.stop_requested(); }
+  bool stopped() const { return watch_.stopped(); }
   void finish(size_t count) {
     if (watch_.progress) watch_.progress(done_ += count, total_);
   }
@@ -201,18 +202,60 @@ Status decode_stream_to(std::span<const uint8_t> stream, std::span<const Attribu
                       });
 }
 
+// An empty mesh of the patch's size.
+template <typename Index>
+Status make_mesh(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
+                 size_t stream_bytes, Mesh& mesh) {
+  if (Status status = check_results(patch.point_count, patch.face_count, requests, stream_bytes); !status.ok())
+    return status;
+  mesh.point_count = patch.point_count;
+  mesh.faces.resize(patch.face_count);
+  mesh.attributes = make_attributes(requests, patch.point_count);
+  return {};
+}
+
 Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
   Mesh mesh;
   Status status = decode_stream_to(stream, requests, 0, [&](const auto& patch) -> Expected<MeshTarget> {
-    Status claimed = check_results(patch.point_count, patch.face_count, requests, stream.size());
-    if (!claimed.ok()) return claimed;
-    mesh.point_count = patch.point_count;
-    mesh.faces.resize(patch.face_count);
-    mesh.attributes = make_attributes(requests, patch.point_count);
+    if (Status made = make_mesh(patch, requests, stream.size(), mesh); !made.ok()) return made;
     return target_of(mesh);
   });
   if (!status.ok()) return status;
   return mesh;
+}
+
+// Decodes a stream of which nobody knows the attributes, and calls use(header, patch).
+template <typename Use>
+Status with_any_stream(std::span<const uint8_t> stream, Use use) {
+  const Expected<core::StreamHeader> header = read_stream_header(stream);
+  if (!header) return header.status();
+  const ScratchPool::Lease lease(scratch_pool());
+  // The first try has memory for as many attributes as most streams have.
+  const std::array<AttributeRequest, 4> likely;
+  return with_decoded(stream, *header, 0, likely, *lease,
+                      [&](const auto& patch, Arena&) { return use(*header, patch); });
+}
+
+template <typename Index>
+StreamDescription description_of(const core::StreamHeader& header, const core::Patch<Index>& patch) {
+  StreamDescription description;
+  description.coding = !header.edgebreaker ? StreamCoding::kSequential
+                       : header.valence    ? StreamCoding::kEdgebreakerValence
+                                           : StreamCoding::kEdgebreaker;
+  description.face_count = patch.face_count;
+  description.point_count = patch.point_count;
+  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+    const core::Attribute<Index>& attribute = patch.attributes[i];
+    description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
+                                      attribute.type, attribute.components, attribute.normalized,
+                                      attribute.bits});
+    if (attribute.coding != core::Coding::kQuantized) continue;
+    StreamAttribute& described = description.attributes.back();
+    described.range = attribute.range;
+    described.origin.resize(attribute.components);
+    std::memcpy(described.origin.data(), attribute.origin, described.origin.size() * sizeof(float));
+  }
+  return description;
 }
 
 Status decode_stream_into(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests,
@@ -451,7 +494,13 @@ std::vector<Status> decode_into(std::span<const DecodeTask> tasks, std::span<con
     patch_count += containers[i].entries.size();
   }
   Steps steps(watch, patch_count);
-  pool.for_each(tasks.size(), [&](size_t i) {
+  // The largest first, so that no thread begins one when all others are done.
+  std::vector<size_t> order(tasks.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return tasks[a].bytes.size() > tasks[b].bytes.size(); });
+  pool.for_each(tasks.size(), [&](size_t place) {
+    const size_t i = order[place];
     if (!statuses[i].ok()) return;
     if (steps.stopped())
       statuses[i] = cancelled();
@@ -468,35 +517,29 @@ std::vector<Status> decode_into(std::span<const DecodeTask> tasks, std::span<con
 }  // namespace
 
 Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream) {
-  const Expected<core::StreamHeader> header = read_stream_header(stream);
-  if (!header) return header.status();
   StreamDescription description;
-  description.coding = !header->edgebreaker ? StreamCoding::kSequential
-                       : header->valence    ? StreamCoding::kEdgebreakerValence
-                                            : StreamCoding::kEdgebreaker;
-  const ScratchPool::Lease lease(scratch_pool());
-  // Nobody knows the attributes yet: the first try has memory for as many as most streams have.
-  const std::array<AttributeRequest, 4> likely;
-  Status status = with_decoded(
-      stream, *header, 0, likely, *lease,
-      [&]<typename Index>(const core::Patch<Index>& patch, Arena&) -> Status {
-        description.face_count = patch.face_count;
-        description.point_count = patch.point_count;
-        for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
-          const core::Attribute<Index>& attribute = patch.attributes[i];
-          description.attributes.push_back({attribute.unique_id, static_cast<DracoSemantic>(attribute.semantic),
-                                            attribute.type, attribute.components, attribute.normalized,
-                                            attribute.bits});
-          if (attribute.coding != core::Coding::kQuantized) continue;
-          StreamAttribute& described = description.attributes.back();
-          described.range = attribute.range;
-          described.origin.resize(attribute.components);
-          std::memcpy(described.origin.data(), attribute.origin, described.origin.size() * sizeof(float));
-        }
-        return {};
-      });
+  Status status = with_any_stream(stream, [&](const core::StreamHeader& header, const auto& patch) -> Status {
+    description = description_of(header, patch);
+    return {};
+  });
   if (!status.ok()) return status;
   return description;
+}
+
+Expected<Mesh> decode_draco(std::span<const uint8_t> stream) {
+  Mesh mesh;
+  Status status = with_any_stream(
+      stream, [&]<typename Index>(const core::StreamHeader& header, const core::Patch<Index>& patch) -> Status {
+        const Expected<std::vector<AttributeRequest>> requests =
+            gltf_attributes(description_of(header, patch).attributes);
+        if (!requests) return requests.status();
+        if (Status made = make_mesh(patch, *requests, stream.size(), mesh); !made.ok()) return made;
+        std::vector<const core::Attribute<Index>*> attributes;
+        if (Status found = find_attributes(patch, *requests, attributes); !found.ok()) return found;
+        return write_stream<Index>(patch, *requests, attributes, target_of(mesh));
+      });
+  if (!status.ok()) return status;
+  return mesh;
 }
 
 DecodeBackend cpu_backend() {

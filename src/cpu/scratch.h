@@ -19,8 +19,8 @@ struct Lane {
 
   core::Arena arena(size_t at_least) {
     if (size < at_least) {
-      memory.reset();  // before the new block, so that both never stand side by side
-      memory = std::make_unique_for_overwrite<uint8_t[]>(at_least);
+      memory.reset();                       // before the new block, so that both never stand side by side
+      memory.reset(new uint8_t[at_least]);  // not zeroed; libc++ 14 lacks make_unique_for_overwrite
       size = at_least;
     }
     return {memory.get(), size};

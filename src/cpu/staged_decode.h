@@ -43,7 +43,7 @@ class StreamDecoder {
       const uint64_t bytes = core::workspace_bytes<Index>(header, stream.size(), values);
       size_ = std::max(size_, static_cast<size_t>(std::min(bytes, core::justified_bytes(stream.size()))));
     }
-    memory_ = std::make_unique_for_overwrite<uint8_t[]>(size_);
+    memory_.reset(new uint8_t[size_]);
   }
 
   core::Fault open(std::span<const uint8_t> stream) {

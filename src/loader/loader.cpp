@@ -7,9 +7,10 @@
 
 namespace psplit {
 
-struct PatchedPrimitive::State {
-  Container container;
+struct CompressedPrimitive::State {
+  Container container;  // of the one stream, where the compression is kDraco
   std::span<const uint8_t> bytes;
+  Compression compression;
   std::vector<AttributeRequest> attributes;
 };
 
@@ -37,9 +38,10 @@ Status check_attributes(std::span<const AttributeRequest> attributes) {
 
 Status check_counts(const PrimitiveSource& source, const Container& container) {
   const uint64_t points = container.point_count(), indices = uint64_t{3} * container.face_count();
-  const auto differ = [](const char* what, uint64_t accessors, uint64_t directory) {
-    return invalid_input("the accessors have " + std::to_string(accessors) + " " + what +
-                         ", the directory says " + std::to_string(directory));
+  const char* const stored = container.is_stock ? ", the stream has " : ", the directory says ";
+  const auto differ = [&](const char* what, uint64_t accessors, uint64_t count) {
+    return invalid_input("the accessors have " + std::to_string(accessors) + " " + what + stored +
+                         std::to_string(count));
   };
   if (source.point_count != 0 && source.point_count != points)
     return differ("points", source.point_count, points);
@@ -75,6 +77,27 @@ Expected<MeshTarget> make_target(std::span<const AttributeRequest> attributes, c
   return target;
 }
 
+// A Draco stream as a container of one patch: of Edgebreaker, the number of points is the accessors', which
+// decoding compares with the stream's.
+Expected<Container> open_stream(const PrimitiveSource& source) {
+  Expected<Container> container = container_of_stream(source.bytes);
+  if (!container) return container;
+  const Expected<core::StreamHeader> header = read_stream_header(source.bytes);
+  if (!header->edgebreaker) return container;
+  uint64_t points = source.point_count;
+  if (points == 0) {
+    const Expected<StreamDescription> description = describe_stream(source.bytes);
+    if (!description) return description.status();
+    points = description->point_count;
+  }
+  // More than the stream can have is for check_counts.
+  if (points <= container->point_count()) {
+    container->entries[0].point_count = static_cast<uint32_t>(points);
+    container->owned_base[1] = container->entries[0].point_count;
+  }
+  return container;
+}
+
 std::vector<Status> run(std::span<const DecodeTask> tasks, std::span<const MeshTarget> targets,
                         const LoadOptions& options) {
   const DecodeBackend backend = options.backend == nullptr ? cpu_backend() : *options.backend;
@@ -83,9 +106,12 @@ std::vector<Status> run(std::span<const DecodeTask> tasks, std::span<const MeshT
 
 }  // namespace
 
-Expected<PatchedPrimitive> PatchedPrimitive::open(PrimitiveSource source) {
+uint64_t most_result_bytes(uint64_t stored_bytes) { return justified_result_bytes(stored_bytes); }
+
+Expected<CompressedPrimitive> CompressedPrimitive::open(PrimitiveSource source) {
   if (Status status = check_attributes(source.attributes); !status.ok()) return status;
-  Expected<Container> container = parse_container(source.bytes);
+  Expected<Container> container =
+      source.compression == Compression::kDraco ? open_stream(source) : parse_container(source.bytes);
   if (!container) return container.status();
   // Whoever asks for sizes takes memory by them.
   if (Status status = check_claims(*container).status(); !status.ok()) return status;
@@ -94,25 +120,26 @@ Expected<PatchedPrimitive> PatchedPrimitive::open(PrimitiveSource source) {
                                     source.bytes.size());
       !status.ok())
     return status;
-  return PatchedPrimitive(
-      std::make_shared<const State>(State{std::move(*container), source.bytes, std::move(source.attributes)}));
+  return CompressedPrimitive(std::make_shared<const State>(
+      State{std::move(*container), source.bytes, source.compression, std::move(source.attributes)}));
 }
 
-std::span<const uint8_t> PatchedPrimitive::bytes() const { return state_->bytes; }
-uint32_t PatchedPrimitive::point_count() const { return state_->container.point_count(); }
-uint32_t PatchedPrimitive::face_count() const { return state_->container.face_count(); }
-uint32_t PatchedPrimitive::least_index_bytes() const { return point_count() <= kMost16BitPoints ? 2 : 4; }
-uint64_t PatchedPrimitive::value_bytes(size_t attribute) const {
+std::span<const uint8_t> CompressedPrimitive::bytes() const { return state_->bytes; }
+Compression CompressedPrimitive::compression() const { return state_->compression; }
+uint32_t CompressedPrimitive::point_count() const { return state_->container.point_count(); }
+uint32_t CompressedPrimitive::face_count() const { return state_->container.face_count(); }
+uint32_t CompressedPrimitive::least_index_bytes() const { return point_count() <= kMost16BitPoints ? 2 : 4; }
+uint64_t CompressedPrimitive::value_bytes(size_t attribute) const {
   return uint64_t{value_size(state_->attributes[attribute])} * point_count();
 }
-const std::vector<AttributeRequest>& PatchedPrimitive::attributes() const { return state_->attributes; }
+const std::vector<AttributeRequest>& CompressedPrimitive::attributes() const { return state_->attributes; }
 
-uint32_t PatchedPrimitive::patch_count() const {
+uint32_t CompressedPrimitive::patch_count() const {
   return static_cast<uint32_t>(state_->container.entries.size());
 }
-bool PatchedPrimitive::has_residue() const { return state_->container.has_residue; }
+bool CompressedPrimitive::has_residue() const { return state_->container.has_residue; }
 
-PatchSizes PatchedPrimitive::patch(uint32_t number) const {
+PatchSizes CompressedPrimitive::patch(uint32_t number) const {
   const Container& container = state_->container;
   const StreamEntry& entry = container.entries[number];
   return {entry.face_count,
@@ -123,13 +150,13 @@ PatchSizes PatchedPrimitive::patch(uint32_t number) const {
           entry.point_count - entry.reference_count};
 }
 
-Status PatchedPrimitive::decode(const PrimitiveBuffers& out, const LoadOptions& options) const {
+Status CompressedPrimitive::decode(const PrimitiveBuffers& out, const LoadOptions& options) const {
   const PrimitiveLoad load{*this, out};
   return std::move(decode_primitives({&load, 1}, options).front());
 }
 
-Status PatchedPrimitive::decode_patch(uint32_t number, const PrimitiveBuffers& out,
-                                      const LoadOptions& options) const {
+Status CompressedPrimitive::decode_patch(uint32_t number, const PrimitiveBuffers& out,
+                                         const LoadOptions& options) const {
   if (number >= patch_count()) return usage("there is no patch " + std::to_string(number));
   const PatchSizes sizes = patch(number);
   const Expected<MeshTarget> target = make_target(state_->attributes, out, sizes.point_count, sizes.face_count);
@@ -144,13 +171,13 @@ std::vector<Status> decode_primitives(std::span<const PrimitiveLoad> loads, cons
   std::vector<MeshTarget> targets;
   std::vector<size_t> places;  // of the tasks among `loads`
   for (size_t i = 0; i < loads.size(); ++i) {
-    const PatchedPrimitive& primitive = loads[i].primitive;
-    const PatchedPrimitive::State& state = *primitive.state_;
+    const CompressedPrimitive& primitive = loads[i].primitive;
+    const CompressedPrimitive::State& state = *primitive.state_;
     Expected<MeshTarget> target =
         make_target(state.attributes, loads[i].out, primitive.point_count(), primitive.face_count());
     statuses[i] = target.status();
     if (!target) continue;
-    tasks.push_back({state.bytes, false, state.attributes});
+    tasks.push_back({state.bytes, state.compression == Compression::kDraco, state.attributes});
     targets.push_back(std::move(*target));
     places.push_back(i);
   }

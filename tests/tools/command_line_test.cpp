@@ -894,8 +894,7 @@ TEST_F(CommandLine, DracoFilesThatHoldNoMeshSayWhy) {
   for (const std::vector<std::string>& words : with_our_own) {
     const Outcome older = run(words);
     EXPECT_EQ(older.code, 5);
-    EXPECT_NE(older.err.find("version.drc: Draco stream: not Draco bitstream 2.2"), std::string::npos)
-        << older.err;
+    EXPECT_NE(older.err.find("version.drc: Draco stream: of bitstream "), std::string::npos) << older.err;
   }
 }
 

@@ -95,7 +95,8 @@ TEST(DescribeStream, LeavesOlderStreamsToLibdraco) {
   bytes[6] = 1;  // 2.1
   const Status older = describe_stream(bytes).status();
   EXPECT_EQ(older.code(), StatusCode::kUnsupported);
-  EXPECT_EQ(older.message(), "Draco stream: not Draco bitstream 2.2");
+  EXPECT_EQ(older.message(),
+            "Draco stream: of bitstream 2.1, which is older than 2.2, the only one that is decoded");
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "src/container/claims.h"
 #include "src/container/container.h"
 #include "src/cpu/cpu_backend.h"
+#include "tests/src/loader/buffers.h"
 #include "tests/src/loader/counted_memory.h"
 #include "tests/support/patched_samples.h"
 
@@ -31,53 +32,6 @@ const PatchedSample& sample_of_many_patches() {
 
 PrimitiveSource source_of(const PatchedSample& sample) { return {sample.encoded.container, sample.requests}; }
 
-// Buffers for so many points and faces, with `gap` bytes between values that nobody may write to.
-struct Buffers {
-  std::vector<std::byte> indices;
-  std::vector<std::vector<std::byte>> values;
-  std::vector<size_t> sizes, strides;
-  PrimitiveBuffers out;
-  static constexpr std::byte kUntouched{0xA5};
-
-  Buffers(std::span<const AttributeRequest> requests, uint32_t points, uint32_t faces, uint32_t index_bytes = 4,
-          size_t gap = 0)
-      : indices(size_t{3} * faces * index_bytes) {
-    out = {indices, index_bytes};
-    for (const AttributeRequest& request : requests) {
-      sizes.push_back(component_bytes(request.component_type) * request.component_count);
-      strides.push_back(sizes.back() + gap);
-      values.emplace_back(points * strides.back(), kUntouched);
-      out.attributes.push_back({values.back(), strides.back()});
-    }
-  }
-  Buffers(const Buffers&) = delete;
-
-  // Tight again; what lies between values must be untouched.
-  Mesh mesh(std::span<const AttributeRequest> requests, uint32_t points) const {
-    Mesh mesh;
-    mesh.point_count = points;
-    mesh.faces.resize(indices.size() / out.index_bytes / 3);
-    std::fill(mesh.faces.begin(), mesh.faces.end(), std::array<uint32_t, 3>{});
-    for (size_t i = 0; i < 3 * mesh.faces.size(); ++i)
-      std::memcpy(&mesh.faces[i / 3][i % 3], &indices[i * out.index_bytes], out.index_bytes);
-    for (size_t k = 0; k < requests.size(); ++k) {
-      const AttributeRequest& request = requests[k];
-      Attribute attribute{
-          request.semantic, request.component_type, request.component_count, request.normalized, {}};
-      for (uint32_t point = 0; point < points; ++point)
-        for (size_t byte = 0; byte < strides[k]; ++byte) {
-          const std::byte value = values[k][point * strides[k] + byte];
-          if (byte < sizes[k])
-            attribute.values.push_back(value);
-          else
-            EXPECT_EQ(value, kUntouched);
-        }
-      mesh.attributes.push_back(std::move(attribute));
-    }
-    return mesh;
-  }
-};
-
 TEST(Loader, DecodesIntoBuffersOfAnyLayoutWhatTheBackendDecodes) {
   const ThreadPool pool(2);
   const DecodeBackend draco = draco_backend();
@@ -85,7 +39,7 @@ TEST(Loader, DecodesIntoBuffersOfAnyLayoutWhatTheBackendDecodes) {
     SCOPED_TRACE(sample.name);
     const Expected<Mesh> expected = draco.decode_container(sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected) << expected.status().to_string();
-    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+    const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
     ASSERT_TRUE(primitive) << primitive.status().to_string();
     ASSERT_EQ(primitive->point_count(), expected->point_count);
     ASSERT_EQ(primitive->face_count(), expected->faces.size());
@@ -108,7 +62,7 @@ TEST(Loader, DecodesIntoBuffersOfAnyLayoutWhatTheBackendDecodes) {
 
 TEST(Loader, TightBuffersNeedNoStride) {
   const PatchedSample& sample = samples().front();
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
   ASSERT_TRUE(primitive);
   Buffers strided(sample.requests, primitive->point_count(), primitive->face_count());
   Buffers tight(sample.requests, primitive->point_count(), primitive->face_count());
@@ -123,7 +77,7 @@ TEST(Loader, DecodesEachPatchAloneAsItsStreamIs) {
   size_t residues = 0;
   for (const PatchedSample& sample : samples()) {
     SCOPED_TRACE(sample.name);
-    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+    const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
     const Expected<Container> container = parse_container(sample.encoded.container);
     ASSERT_TRUE(primitive && container);
     residues += primitive->has_residue();
@@ -153,11 +107,11 @@ TEST(Loader, DecodesEachPatchAloneAsItsStreamIs) {
 }
 
 TEST(Loader, DecodesManyAtOnceAndOnesErrorIsNoOthers) {
-  std::vector<PatchedPrimitive> primitives;
+  std::vector<CompressedPrimitive> primitives;
   std::vector<std::unique_ptr<Buffers>> buffers;
   std::vector<PrimitiveLoad> loads;
   for (const PatchedSample& sample : samples()) {
-    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+    const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
     ASSERT_TRUE(primitive);
     buffers.push_back(
         std::make_unique<Buffers>(sample.requests, primitive->point_count(), primitive->face_count()));
@@ -177,7 +131,7 @@ TEST(Loader, DecodesManyAtOnceAndOnesErrorIsNoOthers) {
 
 TEST(Loader, RefusesBuffersThatDoNotDo) {
   const PatchedSample& sample = sample_of_many_patches();
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
   ASSERT_TRUE(primitive);
   const auto message = [&](auto change) {
     Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
@@ -206,43 +160,43 @@ TEST(Loader, RefusesBuffersThatDoNotDo) {
 
 TEST(Loader, RefusesAccessorsThatContradictTheDirectory) {
   const PatchedSample& sample = samples().front();
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
   ASSERT_TRUE(primitive);
   PrimitiveSource source = source_of(sample);
   source.point_count = primitive->point_count();
   source.index_count = 3 * primitive->face_count();
-  EXPECT_TRUE(PatchedPrimitive::open(source));
+  EXPECT_TRUE(CompressedPrimitive::open(source));
   ++source.point_count;
-  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
   source = source_of(sample);
   source.index_count = 3;
-  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
   source = source_of(sample);
   source.attributes[0].component_type = static_cast<ComponentType>(5130);  // doubles
-  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kUnsupported);
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kUnsupported);
   source = source_of(sample);
   source.attributes[0].component_count = 0;
-  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
 }
 
 // A header and no more than it can justify: what attributes would take multiplies.
 TEST(Loader, RefusesAttributesThatAreLargerThanTheBytesJustify) {
   const PatchedSample& sample = samples().front();
   PrimitiveSource source = source_of(sample);
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source);
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
   ASSERT_TRUE(primitive);
   const AttributeRequest matrix{"_MATRIX", 0, ComponentType::kFloat32, 16, false};
   const uint64_t most = justified_result_bytes(source.bytes.size()) / primitive->point_count() / 64;
   ASSERT_LT(most, 1000000u);
   source.attributes.assign(static_cast<size_t>(most / 2), matrix);
-  EXPECT_TRUE(PatchedPrimitive::open(source));
+  EXPECT_TRUE(CompressedPrimitive::open(source));
   source.attributes.assign(static_cast<size_t>(most + 1), matrix);
-  EXPECT_EQ(PatchedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
 }
 
 TEST(Loader, UsesTheBackendThatItIsGiven) {
   const PatchedSample& sample = samples().front();
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
   ASSERT_TRUE(primitive);
   const Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
   DecodeBackend mine = cpu_backend();
@@ -262,7 +216,7 @@ TEST(Loader, NamesThePatchThatIsBroken) {
   const auto begin = static_cast<size_t>(container->streams[2].data() - sample.encoded.container.data());
   const size_t size = container->streams[2].size();
   std::fill_n(bytes.begin() + static_cast<ptrdiff_t>(begin + size / 2), size - size / 2, uint8_t{0xff});
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open({bytes, sample.requests});
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open({bytes, sample.requests});
   ASSERT_TRUE(primitive) << primitive.status().to_string();
   Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
   const Status whole = primitive->decode(buffers.out);
@@ -277,7 +231,7 @@ TEST(Loader, NamesThePatchThatIsBroken) {
 
 TEST(Loader, TellsHowFarItIsPatchByPatch) {
   const PatchedSample& sample = sample_of_many_patches();
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
   ASSERT_TRUE(primitive);
   Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
   std::atomic<size_t> most = 0, calls = 0;
@@ -296,17 +250,17 @@ TEST(Loader, TellsHowFarItIsPatchByPatch) {
 
 TEST(Loader, StopsBetweenPatches) {
   const PatchedSample& sample = sample_of_many_patches();
-  const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(source_of(sample));
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
   ASSERT_TRUE(primitive);
   Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
-  std::stop_source stop;
+  std::atomic<bool> stop = false;
   size_t last = 0;
   LoadOptions options;
   options.thread_count = 1;
-  options.stop = stop.get_token();
+  options.stop = &stop;
   options.progress = [&](size_t done, size_t) {
     last = done;
-    stop.request_stop();
+    stop = true;
   };
   EXPECT_EQ(primitive->decode(buffers.out, options).code(), StatusCode::kCancelled);
   EXPECT_GT(last, 0u);
@@ -327,7 +281,7 @@ TEST(Loader, RefusesEveryTruncationWithAMessage) {
       // Of exactly that size, so that a sanitizer sees what is read past it.
       const std::vector<uint8_t> part(sample.encoded.container.begin(),
                                       sample.encoded.container.begin() + static_cast<ptrdiff_t>(length));
-      const Status status = PatchedPrimitive::open({part, sample.requests}).status();
+      const Status status = CompressedPrimitive::open({part, sample.requests}).status();
       ASSERT_EQ(status.code(), StatusCode::kInvalidInput) << sample.name << ", " << length;
       ASSERT_FALSE(status.message().empty());
       ++refused;
@@ -351,7 +305,7 @@ TEST(Loader, TakesNoMoreMemoryForMutantsThanItSays) {
     PrimitiveSource source{bytes, sample.requests};
     const size_t requests_bytes = sample.requests.size() * 2 * (sizeof(AttributeRequest) + 64);
     CountedMemory at_open;
-    const Expected<PatchedPrimitive> primitive = PatchedPrimitive::open(std::move(source));
+    const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(std::move(source));
     EXPECT_LE(at_open.most(), 128 * bytes.size() + requests_bytes + 1024);
     if (!primitive) continue;
     ++opened;
@@ -378,7 +332,7 @@ TEST(Loader, DirectoriesTakeTheStatedMultiple) {
   const std::vector<uint8_t> bytes = write_container(entries, false, stitch, streams);
   ASSERT_EQ(bytes.size(), 52 + kCount);
   CountedMemory memory;
-  const Status status = PatchedPrimitive::open({bytes, {}}).status();
+  const Status status = CompressedPrimitive::open({bytes, {}}).status();
   EXPECT_EQ(status.to_string(), "patch 0: Draco stream: not a Draco mesh");
   EXPECT_GT(memory.most(), 50 * bytes.size());
   EXPECT_LE(memory.most(), 128 * bytes.size());

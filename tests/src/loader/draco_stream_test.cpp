@@ -1,0 +1,219 @@
+// Stock Draco streams by the loader, against libdraco.
+#include <gtest/gtest.h>
+
+#include "encoder/draco/draco_backend.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/src/loader/buffers.h"
+#include "tests/support/draco_streams.h"
+#include "tests/support/patched_samples.h"
+
+namespace psplit {
+namespace {
+
+struct Sample {
+  std::string name;
+  std::vector<uint8_t> bytes;
+  std::vector<AttributeRequest> requests;
+  Mesh expected;  // by libdraco
+  bool is_sequential;
+
+  PrimitiveSource source(uint64_t points = 0, uint64_t indices = 0) const {
+    return {bytes, requests, points, indices, Compression::kDraco};
+  }
+  PrimitiveSource exact_source() const { return source(expected.point_count, 3 * expected.faces.size()); }
+};
+
+// Streams of every kind that libdraco writes and a glTF asset may hold.
+const std::vector<Sample>& samples() {
+  static const std::vector<Sample> all = [] {
+    std::vector<Sample> found;
+    for_each_draco_stream(
+        [&](const DracoStream& stream) {
+          const Expected<StreamDescription> description = describe_draco_stream(stream.bytes);
+          ASSERT_TRUE(description) << description.status().to_string();
+          const auto requests = gltf_attributes(description->attributes);
+          if (!requests) return;
+          Expected<Mesh> mesh = draco_backend().decode_stream(stream.bytes, *requests);
+          // Numbers that no glTF type can hold.
+          if (!mesh || mesh->faces.empty()) return;
+          found.push_back({stream.name, stream.bytes, *requests, std::move(*mesh),
+                           description->coding == StreamCoding::kSequential});
+        },
+        StreamSet::kSmall);
+    return found;
+  }();
+  return all;
+}
+
+// The smallest of its kind.
+const Sample& smallest(bool is_sequential) {
+  const Sample* least = nullptr;
+  for (const Sample& sample : samples())
+    if (sample.is_sequential == is_sequential &&
+        (least == nullptr || sample.bytes.size() < least->bytes.size()))
+      least = &sample;
+  return *least;
+}
+
+Mesh decoded(const Sample& sample, const CompressedPrimitive& primitive, uint32_t index_bytes = 4) {
+  Buffers buffers(sample.requests, primitive.point_count(), primitive.face_count(), index_bytes, 3);
+  const Status status = primitive.decode(buffers.out);
+  EXPECT_TRUE(status.ok()) << status.to_string();
+  return buffers.mesh(sample.requests, primitive.point_count());
+}
+
+TEST(LoaderOfDracoStreams, DecodesIntoBuffersWhatLibdracoDecodes) {
+  size_t sequential = 0, narrow = 0;
+  for (const Sample& sample : samples()) {
+    SCOPED_TRACE(sample.name);
+    // With the accessors' counts, and without.
+    for (const PrimitiveSource& source : {sample.exact_source(), sample.source()}) {
+      const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
+      ASSERT_TRUE(primitive) << primitive.status().to_string();
+      ASSERT_EQ(primitive->point_count(), sample.expected.point_count);
+      ASSERT_EQ(primitive->face_count(), sample.expected.faces.size());
+      EXPECT_EQ(primitive->compression(), Compression::kDraco);
+      EXPECT_TRUE(same_bits(decoded(sample, *primitive), sample.expected));
+      if (primitive->least_index_bytes() > 2) continue;
+      EXPECT_TRUE(same_bits(decoded(sample, *primitive, 2), sample.expected));
+      ++narrow;
+    }
+    sequential += sample.is_sequential;
+  }
+  EXPECT_GT(sequential, 10u);
+  EXPECT_GT(samples().size(), sequential + 100);
+  EXPECT_GT(narrow, 100u);
+}
+
+TEST(LoaderOfDracoStreams, IsOnePatch) {
+  const Sample& sample = smallest(false);
+  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(sample.exact_source());
+  ASSERT_TRUE(primitive);
+  ASSERT_EQ(primitive->patch_count(), 1u);
+  EXPECT_FALSE(primitive->has_residue());
+  const PatchSizes sizes = primitive->patch(0);
+  EXPECT_EQ(sizes.face_count, sample.expected.faces.size());
+  EXPECT_EQ(sizes.point_count, sample.expected.point_count);
+  EXPECT_EQ(sizes.owned_point_count, sample.expected.point_count);
+  EXPECT_EQ(sizes.stream_bytes, sample.bytes.size());
+  Buffers buffers(sample.requests, sizes.point_count, sizes.face_count);
+  ASSERT_TRUE(primitive->decode_patch(0, buffers.out).ok());
+  EXPECT_TRUE(same_bits(buffers.mesh(sample.requests, sizes.point_count), sample.expected));
+}
+
+// A model of both extensions: one batch, and one's error is no other's.
+TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
+  const ThreadPool pool(2);
+  const std::vector<PatchedSample> patched = patched_samples(pool);
+  const DecodeBackend draco = draco_backend();
+  std::vector<std::unique_ptr<Buffers>> buffers;
+  std::vector<PrimitiveLoad> loads;
+  std::vector<std::pair<const std::vector<AttributeRequest>*, Mesh>> expected;
+  const auto add = [&](const PrimitiveSource& source, const std::vector<AttributeRequest>& requests,
+                       const Mesh& mesh) {
+    const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
+    ASSERT_TRUE(primitive) << primitive.status().to_string();
+    buffers.push_back(std::make_unique<Buffers>(requests, primitive->point_count(), primitive->face_count()));
+    loads.push_back({*primitive, buffers.back()->out});
+    expected.emplace_back(&requests, mesh);
+  };
+  std::vector<uint8_t> broken = smallest(false).bytes;
+  broken.resize(broken.size() - 1);
+  add({broken, smallest(false).requests, smallest(false).expected.point_count, 0, Compression::kDraco},
+      smallest(false).requests, {});
+  for (size_t i = 0; i < 60 && i < samples().size(); ++i) {
+    add(samples()[i].exact_source(), samples()[i].requests, samples()[i].expected);
+    const PatchedSample& sample = patched[i % patched.size()];
+    const Expected<Mesh> mesh = draco.decode_container(sample.encoded.container, sample.requests, pool);
+    ASSERT_TRUE(mesh);
+    add({sample.encoded.container, sample.requests}, sample.requests, *mesh);
+  }
+  for (const DecodeBackend* backend : {static_cast<const DecodeBackend*>(nullptr), &draco}) {
+    LoadOptions options;
+    options.backend = backend;
+    options.thread_count = 3;
+    const std::vector<Status> statuses = decode_primitives(loads, options);
+    ASSERT_EQ(statuses.size(), loads.size());
+    EXPECT_EQ(statuses[0].code(), StatusCode::kInvalidInput);
+    for (size_t i = 1; i < loads.size(); ++i) {
+      ASSERT_TRUE(statuses[i].ok()) << statuses[i].to_string();
+      EXPECT_TRUE(
+          same_bits(buffers[i]->mesh(*expected[i].first, expected[i].second.point_count), expected[i].second));
+    }
+  }
+}
+
+TEST(LoaderOfDracoStreams, RefusesCountsThatAreNotTheStreams) {
+  for (const bool is_sequential : {false, true}) {
+    const Sample& sample = smallest(is_sequential);
+    SCOPED_TRACE(sample.name);
+    const uint32_t points = sample.expected.point_count;
+    const auto refused = [&](uint64_t point_count, uint64_t index_count) {
+      const Expected<CompressedPrimitive> primitive =
+          CompressedPrimitive::open(sample.source(point_count, index_count));
+      if (!primitive) return primitive.status();
+      Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+      return primitive->decode(buffers.out);
+    };
+    EXPECT_TRUE(refused(points, 3 * sample.expected.faces.size()).ok());
+    for (const uint64_t count : {points - 1, points + 1, 0xffffffffu}) {
+      const Status status = refused(count, 0);
+      EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
+      EXPECT_NE(status.message().find("the stream has "), std::string::npos) << status.message();
+    }
+    const Status status = refused(points, 3 * sample.expected.faces.size() + 3);
+    EXPECT_EQ(status.message(), "the accessors have " + std::to_string(3 * sample.expected.faces.size() + 3) +
+                                    " indices, the stream has " +
+                                    std::to_string(3 * sample.expected.faces.size()));
+  }
+}
+
+TEST(LoaderOfDracoStreams, SaysThatOlderBitstreamsAreOlder) {
+  Sample sample = smallest(false);
+  sample.bytes[5] = 1;  // 1.2
+  const Status older = CompressedPrimitive::open(sample.exact_source()).status();
+  EXPECT_EQ(older.code(), StatusCode::kUnsupported);
+  EXPECT_EQ(older.message(),
+            "Draco stream: of bitstream 1.2, which is older than 2.2, the only one that is decoded");
+  sample.bytes[5] = 3;
+  const Status newer = decode_draco(sample.bytes).status();
+  EXPECT_EQ(newer.code(), StatusCode::kUnsupported);
+  EXPECT_NE(newer.message().find("bitstream 3.2, which is newer"), std::string::npos) << newer.message();
+}
+
+TEST(LoaderOfDracoStreams, RefusesEveryTruncationAndContainersInTheirPlace) {
+  for (const bool is_sequential : {false, true}) {
+    const Sample& sample = smallest(is_sequential);
+    for (size_t length = 0; length < sample.bytes.size(); ++length) {
+      // Of exactly that size, so that a sanitizer sees what is read past it.
+      const std::vector<uint8_t> part(sample.bytes.begin(),
+                                      sample.bytes.begin() + static_cast<ptrdiff_t>(length));
+      const PrimitiveSource source{part, sample.requests, sample.expected.point_count, 0, Compression::kDraco};
+      Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
+      Status status = primitive.status();
+      if (primitive) {
+        Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
+        status = primitive->decode(buffers.out);
+      }
+      EXPECT_FALSE(status.ok()) << length;
+      EXPECT_FALSE(status.message().empty());
+      EXPECT_FALSE(decode_draco(part)) << length;
+    }
+    EXPECT_FALSE(CompressedPrimitive::open({sample.bytes, sample.requests}));  // as patches
+  }
+}
+
+TEST(DecodeDraco, IsTheWholeStreamWithNamesThatGltfHas) {
+  for (const Sample& sample : samples()) {
+    SCOPED_TRACE(sample.name);
+    const Expected<Mesh> mesh = decode_draco(sample.bytes);
+    ASSERT_TRUE(mesh) << mesh.status().to_string();
+    EXPECT_TRUE(same_bits(*mesh, sample.expected));
+    ASSERT_EQ(mesh->attributes.size(), sample.requests.size());
+    for (size_t k = 0; k < sample.requests.size(); ++k)
+      EXPECT_EQ(mesh->attributes[k].semantic, sample.requests[k].semantic);
+  }
+}
+
+}  // namespace
+}  // namespace psplit
