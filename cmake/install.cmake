@@ -1,26 +1,8 @@
-# What `cmake --install` puts where find_package(psplit) finds it: libraries, each as a component of its own, and the
-# headers that their users need.
-include(GNUInstallDirs)
+# What `cmake --install` puts where find_package(psplit) finds it: libraries, each as a component of its own, the headers
+# that their users need, and the command with its manual page.
 include(CMakePackageConfigHelpers)
 
-set(components decoder cuda)
-set(headers
-    src/status.h src/parallel.h src/mesh/mesh.h src/container/decode_backend.h src/loader/loader.h
-    decoder_cuda/psplit_cuda.h)
-if(PSPLIT_HAS_TINYGLTF)
-  list(APPEND components tinygltf)
-  list(APPEND headers gltf_ext/tinygltf/tinygltf_plugin.h)
-endif()
-
-# Headers include each other as psplit/src/... once they are installed: a folder src of the user's is then not taken for
-# ours. `#include "src/loader/loader.h"` finds them too.
-foreach(header IN LISTS headers)
-  file(READ ${PROJECT_SOURCE_DIR}/${header} text)
-  string(REGEX REPLACE "#include \"(src|decoder_cuda|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
-  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/installed/${header} CONTENT "${text}" @ONLY)
-  set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
-endforeach()
-install(DIRECTORY ${PROJECT_BINARY_DIR}/installed/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/psplit)
+install(DIRECTORY ${PROJECT_BINARY_DIR}/include/psplit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 
 # Libraries find each other where they lie, wherever that is.
 if(APPLE)
@@ -30,14 +12,8 @@ else()
 endif()
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/psplit)
 foreach(component IN LISTS components)
-  set(library psplit_${component})
-  set_target_properties(${library} PROPERTIES EXPORT_NAME ${component} VERSION ${PROJECT_VERSION}
-                        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} WINDOWS_EXPORT_ALL_SYMBOLS ON
-                        INSTALL_RPATH "${rpath}")
-  target_compile_features(${library} PUBLIC cxx_std_20)
-  target_include_directories(${library} INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
-                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/psplit>)
-  install(TARGETS ${library} EXPORT psplit-${component} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+  set_target_properties(psplit_${component}_package PROPERTIES INSTALL_RPATH "${rpath}")
+  install(TARGETS psplit_${component}_package EXPORT psplit-${component} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
           ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   install(EXPORT psplit-${component} FILE psplit-${component}.cmake NAMESPACE psplit:: DESTINATION ${package_folder})
 endforeach()
@@ -48,8 +24,17 @@ configure_package_config_file(cmake/psplit-config.cmake.in ${PROJECT_BINARY_DIR}
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/psplit-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/psplit-config.cmake ${PROJECT_BINARY_DIR}/psplit-config-version.cmake
         DESTINATION ${package_folder})
+
 if(PSPLIT_BUILD_TOOLS)
-  file(RELATIVE_PATH libraries /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTALL_LIBDIR})
-  set_target_properties(gltf-psplit PROPERTIES INSTALL_RPATH "${rpath}/${libraries}")
   install(TARGETS gltf-psplit RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  # The command describes itself.
+  if(NOT CMAKE_CROSSCOMPILING)
+    set(man_page ${PROJECT_BINARY_DIR}/gltf-psplit.1)
+    add_custom_command(OUTPUT ${man_page}
+                       COMMAND ${CMAKE_COMMAND} -D COMMAND=$<TARGET_FILE:gltf-psplit> -D VERSION=${PROJECT_VERSION}
+                               -D PAGE=${man_page} -P ${PROJECT_SOURCE_DIR}/cmake/man_page.cmake
+                       DEPENDS gltf-psplit ${PROJECT_SOURCE_DIR}/cmake/man_page.cmake VERBATIM)
+    add_custom_target(psplit_man_page ALL DEPENDS ${man_page})
+    install(FILES ${man_page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+  endif()
 endif()

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Installs psplit, static and shared, and builds and runs gltf_ext/examples as a project that finds it:
+"""Installs psplit, static and shared, and builds and runs gltf_ext/examples as a project that finds it, and as one that
+brings its sources:
 
   run_package.py --source FOLDER --build FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND --shared ON|OFF
 
 --build is a finished build, of static or shared libraries as --shared says; the other kind is built here, without
 what needs libdraco. The project has a folder src of its own, from which no header of ours may be taken.
 """
-import argparse, pathlib, re, subprocess, sys, tempfile
+import argparse, json, pathlib, re, struct, subprocess, sys, tempfile
 
 parser = argparse.ArgumentParser()
 for name in ("source", "build", "psplit", "cmake", "compiler", "shared"):
@@ -32,30 +33,46 @@ def configure(folder, build, *definitions):
         f"-DCMAKE_CXX_COMPILER={options.compiler}", *definitions)
 
 
-def check(kind, prefix, folder, asset):
-    """Builds the examples against what is installed, and runs them."""
-    project = folder / "project"
-    own = project / "src" / "mesh"
+def stock_stream(asset):
+    """The only Draco stream of a GLB with KHR_draco_mesh_compression."""
+    file = asset.read_bytes()
+    json_bytes = struct.unpack_from("<I", file, 12)[0]
+    document = json.loads(file[20:20 + json_bytes])
+    extension = document["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"]
+    view = document["bufferViews"][extension["bufferView"]]
+    return file[28 + json_bytes + view.get("byteOffset", 0):][:view["byteLength"]]
+
+
+def make_project(folder):
+    """gltf_ext/examples as a user's project, whose own headers have names of ours."""
+    own = folder / "src" / "mesh"
     own.mkdir(parents=True)
     for name in ("status.h", "parallel.h", "mesh/mesh.h"):
-        (project / "src" / name).write_text(f'#error "the user\'s own {name} was taken for ours"\n')
+        (folder / "src" / name).write_text(f'#error "the user\'s own {name} was taken for ours"\n')
     for file in (source / "gltf_ext" / "examples").iterdir():
-        (project / file.name).write_text(file.read_text())
-    configure(project, folder / "examples", f"-DCMAKE_PREFIX_PATH={prefix}",
-              f"-DCMAKE_CXX_FLAGS=-I{project} -Wall -Wextra -Wconversion -Wshadow -Werror")
-    run(options.cmake, "--build", folder / "examples")
-    examples = folder / "examples"
-    model = run(examples / "print_model", asset)
+        (folder / file.name).write_text(file.read_text())
+
+
+def run_examples(kind, examples, assets):
+    model = run(examples / "print_model", assets["patches"])
     expect("print_model", r"^2\d{4} triangles, \d+ POSITION from \(", model)
-    patch = run(examples / "one_patch", asset, 3)
+    stock = run(examples / "print_model", assets["stock"])
+    expect("print_model of stock Draco", r"^2\d{4} triangles, \d+ POSITION from \(", stock)
+    drc = run(examples / "decode_draco", assets["drc"])
+    expect("decode_draco", r"^2\d{4} triangles, \d+ points: POSITION from \(", drc)
+    # The three count the same.
+    if len({tuple(re.findall(r"\d+", said.split("from")[0])[:2]) for said in (model, stock, drc)}) != 1:
+        sys.exit(f"{kind}: {model}{stock}{drc}")
+    patch = run(examples / "one_patch", assets["patches"], 3)
     expect("one_patch", r"^patch 3 of 5: \d+ triangles, \d+ points, largest index \d+, from \(", patch)
     points, largest = map(int, re.search(r"(\d+) points, largest index (\d+)", patch).groups())
     if largest + 1 != points:
         sys.exit(f"one_patch: {patch}")
-    run(examples / "one_patch", asset, 5, code=3)
+    run(examples / "one_patch", assets["patches"], 5, code=3)
     run(examples / "print_model", source / "README.md", code=3)
+    run(examples / "decode_draco", source / "README.md", code=3)
     # The device's first point is the host's.
-    gpu = subprocess.run([examples / "load_to_gpu", asset], capture_output=True, text=True)
+    gpu = subprocess.run([examples / "load_to_gpu", assets["patches"]], capture_output=True, text=True)
     if gpu.returncode == 5:
         expect("load_to_gpu", "no CUDA device to decode on: ", gpu.stderr)
         device = gpu.stderr.strip().rsplit(": ", 1)[-1]
@@ -63,7 +80,92 @@ def check(kind, prefix, folder, asset):
         point = re.escape(re.search(r"from \(.*\)", model).group())
         expect("load_to_gpu", r"2\d{4} triangles, \d+ points on the device " + point, gpu.stdout)
         device = "on the device too"
-    print(f"{kind}: {model.strip()}; {patch.strip()}; GPU: {device}")
+    print(f"{kind}: {model.strip()}; {patch.strip()}; {drc.strip()}; GPU: {device}")
+
+
+def check(kind, prefix, folder, assets):
+    """Builds the examples against what is installed, and runs them."""
+    make_project(folder / "project")
+    configure(folder / "project", folder / "examples", f"-DCMAKE_PREFIX_PATH={prefix}", user_flags(folder))
+    run(options.cmake, "--build", folder / "examples")
+    run_examples(kind, folder / "examples", assets)
+
+
+def user_flags(folder):
+    return f"-DCMAKE_CXX_FLAGS=-I{folder / 'project'} -Wall -Wextra -Wconversion -Wshadow -Werror"
+
+
+def check_reasons(prefix, folder):
+    """A component that is not there says what it lacks."""
+    def said_without(package, components):
+        folder.mkdir(exist_ok=True)
+        (folder / "CMakeLists.txt").write_text(f"""cmake_minimum_required(VERSION 3.22)
+project(reasons LANGUAGES CXX)
+find_package(psplit REQUIRED COMPONENTS {components})
+""")
+        return run(options.cmake, "-G", "Ninja", "-S", folder, "-B", folder / f"without-{package}-{len(components)}",
+                   f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={options.compiler}",
+                   f"-DCMAKE_DISABLE_FIND_PACKAGE_{package}=ON", code=1)
+
+    tinygltf = said_without("TinyGLTF", "decoder tinygltf")
+    expect("tinygltf without TinyGLTF", r"psplit::tinygltf: no CMake package TinyGLTF was found", tinygltf)
+    if "psplit::decoder:" in tinygltf:
+        sys.exit(f"the decoder is not missing: {tinygltf}")
+    both = said_without("TBB", "decoder tinygltf meshes")
+    expect("without TBB", r"psplit::decoder: no CMake package TBB \(oneTBB\) was found", both)
+    expect("without TBB", r"psplit::tinygltf: no CMake package TBB \(oneTBB\) was found", both)
+    expect("an unknown component", r"psplit::meshes: there is no such component", both)
+
+
+def check_exports(prefix):
+    """Shared libraries export what the installed headers declare, and of the standard library what everybody does."""
+    headers = " ".join(path.read_text() for path in (prefix / "include").rglob("*.h"))
+    declared = set(re.findall(r"\w+", re.sub(r"//.*", "", headers)))
+    for library in sorted((prefix / "lib").rglob("libpsplit_*.so")):
+        own = 0
+        for line in run("nm", "-DC", "--defined-only", library).splitlines():
+            _, kind, name = line.split(" ", 2)
+            if not name.startswith("psplit::"):
+                # Instances of the standard library's templates, which are weak.
+                if kind not in "VWu" or "psplit::core" in name:
+                    sys.exit(f"{library.name} exports {line}")
+                continue
+            words = re.match(r"psplit::([\w:~]+)", name).group(1).replace("~", "").split("::")
+            if not all(word in declared for word in words):
+                sys.exit(f"{library.name} exports {name}, which no installed header declares")
+            own += 1
+        if own < 3:
+            sys.exit(f"{library.name} exports {own} symbols")
+        print(f"{library.name}: {own} symbols of ours")
+
+
+def check_sources(folder, assets):
+    """The same project with psplit's sources in it: FetchContent, and by it add_subdirectory."""
+    make_project(folder / "project")
+    project = folder / "project" / "CMakeLists.txt"
+    # Nothing of the user's is changed, and nothing but the libraries is built.
+    project.write_text(project.read_text() + """
+foreach(name CMAKE_BUILD_TYPE BUILD_SHARED_LIBS CMAKE_CXX_STANDARD CMAKE_CXX_EXTENSIONS CMAKE_EXPORT_COMPILE_COMMANDS
+        CMAKE_POSITION_INDEPENDENT_CODE CMAKE_CXX_VISIBILITY_PRESET)
+  if(NOT "${${name}}" STREQUAL "")
+    message(FATAL_ERROR "psplit sets ${name} to ${${name}}")
+  endif()
+endforeach()
+foreach(target gltf-psplit psplit_encoder loader_tests)
+  if(TARGET ${target})
+    message(FATAL_ERROR "psplit builds ${target}")
+  endif()
+endforeach()
+get_target_property(options psplit::decoder INTERFACE_COMPILE_OPTIONS)
+if(options)
+  message(FATAL_ERROR "psplit::decoder has the options ${options}")
+endif()
+""")
+    build = folder / "examples"
+    run(options.cmake, "-G", "Ninja", "-S", folder / "project", "-B", build, f"-DCMAKE_CXX_COMPILER={options.compiler}",
+        f"-DFETCHCONTENT_SOURCE_DIR_PSPLIT={source}", user_flags(folder))
+    run(options.cmake, "--build", build, "--target", "decode_draco", "print_model", "one_patch", "load_to_gpu")
+    run_examples("sources", build, assets)
 
 
 with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
@@ -71,6 +173,9 @@ with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
     asset = folder / "asset.glb"
     run(options.psplit, "generate", "-q", folder / "plain.glb", "--shape", "blob", "--faces", 20000, "--seed", 1)
     run(options.psplit, "encode", "-q", "--patches", 5, folder / "plain.glb", asset)
+    assets = {"patches": asset, "stock": folder / "stock.glb", "drc": folder / "stock.drc"}
+    run(options.psplit, "decode", "-q", asset, assets["stock"], "--to", "draco")
+    assets["drc"].write_bytes(stock_stream(assets["stock"]))
     for shared in ("OFF", "ON"):
         kind = "shared" if shared == "ON" else "static"
         build = options.build
@@ -82,4 +187,9 @@ with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
         libraries = sorted(path.name for path in (folder / kind).rglob("libpsplit_*"))
         if not any(library.endswith(".so" if shared == "ON" else ".a") for library in libraries):
             sys.exit(f"{kind}: installed {libraries}")
-        check(kind, folder / kind, folder / f"{kind}-project", asset)
+        check(kind, folder / kind, folder / f"{kind}-project", assets)
+        if shared == "ON":
+            check_exports(folder / kind)
+        else:
+            check_reasons(folder / kind, folder / "reasons")
+    check_sources(folder / "sources", assets)

@@ -1,0 +1,83 @@
+# Writes gltf-psplit.1 from what the command says of itself:
+#
+#   cmake -D COMMAND=FILE -D VERSION=TEXT -D PAGE=FILE -P man_page.cmake
+
+function(help_of words text)
+  execute_process(COMMAND ${COMMAND} ${words} --help OUTPUT_VARIABLE said RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${COMMAND} ${words} --help exits with ${result}")
+  endif()
+  set(${text} "${said}" PARENT_SCOPE)
+endfunction()
+
+# As troff reads text: with nothing that it takes for a command.
+function(escape text result)
+  string(REPLACE "\\" "\\e" text "${text}")
+  string(REPLACE "-" "\\-" text "${text}")
+  string(REPLACE "\"" "\\(dq" text "${text}")
+  string(REGEX REPLACE "^([.'])" "\\\\&\\1" text "${text}")
+  set(${result} "${text}" PARENT_SCOPE)
+endfunction()
+
+# Help as troff: "  NAME  words" is a tagged paragraph, whose words may go on in deeper lines; "Heading:" a heading.
+function(as_troff help result)
+  string(REPLACE ";" "@semicolon@" help "${help}")
+  string(REPLACE "[" "@open@" help "${help}")
+  string(REPLACE "]" "@close@" help "${help}")
+  string(REPLACE "\n" ";" lines "${help}")
+  set(page "")
+  foreach(line IN LISTS lines)
+    string(REPLACE "@semicolon@" ";" line "${line}")
+    string(REPLACE "@open@" "[" line "${line}")
+    string(REPLACE "@close@" "]" line "${line}")
+    if(line MATCHES "^  ([^ ](.*[^ ])?)  +([^ ].*)$")
+      set(words "${CMAKE_MATCH_3}")
+      escape("${CMAKE_MATCH_1}" name)
+      escape("${words}" words)
+      string(APPEND page ".TP\n.B \"${name}\"\n${words}\n")
+    elseif(line MATCHES "^  ([^ ].*)$")
+      escape("${CMAKE_MATCH_1}" name)
+      string(APPEND page ".TP\n.B \"${name}\"\n")
+    elseif(line MATCHES "^Usage: *(.*)$")
+      escape("${CMAKE_MATCH_1}" usage)
+      string(APPEND page ".PP\n.B \"${usage}\"\n")
+    elseif(line MATCHES "^([A-Z][A-Za-z ]*):$")
+      string(APPEND page ".SS ${CMAKE_MATCH_1}\n")
+    elseif(line STREQUAL "")
+      string(APPEND page ".PP\n")
+    else()
+      string(STRIP "${line}" line)
+      escape("${line}" line)
+      string(APPEND page "${line}\n")
+    endif()
+  endforeach()
+  # Paragraphs without words.
+  string(REGEX REPLACE "(\\.PP\n)+(\\.SS|\\.PP|$)" "\\2" page "${page}")
+  set(${result} "${page}" PARENT_SCOPE)
+endfunction()
+
+help_of("" help)
+string(REGEX MATCH "^[^\n]*" summary "${help}")
+escape("${summary}" summary)
+as_troff("${help}" description)
+set(page ".TH GLTF\\-PSPLIT 1 \"\" \"psplit ${VERSION}\" \"User Commands\"
+.SH NAME
+gltf\\-psplit \\- ${summary}
+.SH DESCRIPTION
+${description}")
+
+string(REGEX REPLACE "^.*\n(Subcommands|Commands|Verbs):\n" "" verbs "${help}")
+string(REGEX REPLACE "\n\n.*" "" verbs "${verbs}")
+string(REGEX MATCHALL "(^|\n)  [a-z]+" verbs "${verbs}")
+if(NOT verbs)
+  message(FATAL_ERROR "${COMMAND} --help lists no subcommands")
+endif()
+foreach(verb IN LISTS verbs)
+  string(STRIP "${verb}" verb)
+  help_of("${verb}" help)
+  # What all of them say is said once.
+  string(REGEX REPLACE "\nExit codes:.*" "\n" help "${help}")
+  as_troff("${help}" text)
+  string(APPEND page ".SH \"GLTF\\-PSPLIT ${verb}\"\n${text}")
+endforeach()
+file(WRITE ${PAGE} "${page}")
