@@ -1,6 +1,7 @@
 #include "gltf_ext/convert.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/primitive_edit.h"
+#include "gltf_ext/validate.h"
 
 namespace psplit {
 
@@ -10,14 +11,27 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
   for (const PrimitiveId id : all_primitives(document)) {
     const Expected<PrimitiveKind> kind = primitive_kind(document, id);
     if (!kind) return kind.status().at({.file = document.source.string()});
-    if (kind->storage != PrimitiveStorage::kPlain) wanted.push_back(id);
+    if (kind->storage != PrimitiveStorage::kPlain) {
+      wanted.push_back(id);
+    } else if (Status status = check_readable(document, id, backend, pool);
+               status.code() == StatusCode::kInvalidInput) {
+      return status;
+    }
   }
   const std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
   std::vector<PrimitiveId> ids;
   for (const PrimitiveGroup& group : groups) ids.push_back(group.ids.front());
   const std::vector<Expected<Mesh>> meshes = read_primitives(document, ids, backend, pool, progress);
-  for (const Expected<Mesh>& mesh : meshes)
-    if (!mesh) return mesh.status();
+  std::vector<PrimitiveId> patched;
+  std::vector<const Mesh*> patched_meshes;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    if (!meshes[i]) return meshes[i].status();
+    if (extension_field(primitive_json(document, ids[i]), kExtensionName) == nullptr) continue;
+    patched.push_back(ids[i]);
+    patched_meshes.push_back(&*meshes[i]);
+  }
+  if (Status status = check_decoded(document, patched, patched_meshes, backend, pool); !status.ok())
+    return status;
 
   PrimitiveEditor editor(document);
   for (size_t i = 0; i < groups.size(); ++i) {

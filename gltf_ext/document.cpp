@@ -6,6 +6,7 @@
 #include "gltf_ext/json_text.h"
 #include "gltf_ext/meshopt.h"
 #include "gltf_ext/structure.h"
+#include "gltf_ext/unbacked_bytes.h"
 #include "gltf_ext/uri.h"
 
 namespace psplit {
@@ -16,21 +17,17 @@ bool has_no_bytes(const Json& buffer, const std::vector<uint8_t>& bytes) {
   return bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0;
 }
 
-Expected<std::vector<uint8_t>> load_uri(const std::string& uri, uint64_t byte_length,
-                                        const std::filesystem::path& source) {
+Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, Document& document) {
+  const std::string uri = *string_field(buffer, "uri");
   if (is_data_uri(uri)) return decode_data_uri(uri);
   const auto relative = relative_path_of_uri(uri);
   if (!relative) return relative.status();
-  const std::filesystem::path path = source.parent_path() / *relative;
+  const std::filesystem::path path = document.source.parent_path() / *relative;
   // Only files: a pipe or a device that an asset names could block or never end.
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return io_failure("no file " + path.string());
-  return read_file(path, byte_length);
-}
-
-Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, const std::filesystem::path& source) {
-  return load_uri(*string_field(buffer, "uri"), static_cast<uint64_t>(*integer_field(buffer, "byteLength")),
-                  source);
+  document.files.push_back(path);
+  return read_file(path, static_cast<uint64_t>(*integer_field(buffer, "byteLength")));
 }
 
 Status set_bytes(Document& document, size_t index, std::vector<uint8_t> bytes) {
@@ -47,7 +44,7 @@ Status set_bytes(Document& document, size_t index, std::vector<uint8_t> bytes) {
 }
 
 // Every buffer but those that only stand in for compressed ones.
-Status load_buffers(Document& document, std::optional<std::span<const uint8_t>> binary_chunk) {
+Status load_buffers(Document& document, std::optional<std::vector<uint8_t>> binary_chunk) {
   const size_t count = array_size(document.json, "buffers");
   document.buffers.resize(count);
   for (size_t i = 0; i < count; ++i) {
@@ -57,9 +54,9 @@ Status load_buffers(Document& document, std::optional<std::span<const uint8_t>> 
     Expected<std::vector<uint8_t>> bytes = std::vector<uint8_t>();
     if (i == 0 && document.from_glb && field(buffer, "uri") == nullptr) {
       if (!binary_chunk) return invalid_input(name + " has neither a uri nor a GLB chunk");
-      bytes = std::vector<uint8_t>(binary_chunk->begin(), binary_chunk->end());
+      bytes = std::move(*binary_chunk);
     } else if (field(buffer, "uri") != nullptr) {
-      bytes = load_uri_of(buffer, document.source);
+      bytes = load_uri_of(buffer, document);
     } else {
       continue;
     }
@@ -74,17 +71,26 @@ Status load_fallbacks(Document& document) {
   for (size_t i = 0; i < document.buffers.size(); ++i) {
     const Json& buffer = document.json["buffers"][i];
     if (!is_meshopt_fallback(buffer) || field(buffer, "uri") == nullptr) continue;
-    auto bytes = load_uri_of(buffer, document.source);
+    auto bytes = load_uri_of(buffer, document);
     if (!bytes) return {bytes.status().code(), "buffer " + std::to_string(i) + ": " + bytes.status().message()};
     if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
   }
   return {};
 }
 
-Expected<Document> parse(std::span<const uint8_t> file, const std::filesystem::path& source) {
+// What is left of `file` once all before `part` and behind it is gone: the same memory.
+std::vector<uint8_t> cut_out(std::vector<uint8_t>&& file, std::span<const uint8_t> part) {
+  const auto begin = part.data() - file.data();
+  file.resize(static_cast<size_t>(begin) + part.size());
+  file.erase(file.begin(), file.begin() + begin);
+  return std::move(file);
+}
+
+Expected<Document> parse(std::vector<uint8_t>&& file, const std::filesystem::path& source) {
   Document document;
   document.source = source;
   document.from_glb = is_glb(file);
+  if (!source.empty() && source != "-") document.files.push_back(source);
   GlbChunks chunks{file, std::nullopt};
   if (document.from_glb) {
     auto parsed = parse_glb(file);
@@ -94,10 +100,14 @@ Expected<Document> parse(std::span<const uint8_t> file, const std::filesystem::p
   auto json = parse_json({reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size()});
   if (!json) return json.status();
   document.json = std::move(*json);
+  if (!document.from_glb) std::vector<uint8_t>().swap(file);
   if (Status status = check_structure(document.json); !status.ok()) return status;
-  if (Status status = load_buffers(document, chunks.binary); !status.ok()) return status;
+  std::optional<std::vector<uint8_t>> binary;
+  if (chunks.binary) binary = cut_out(std::move(file), *chunks.binary);
+  if (Status status = load_buffers(document, std::move(binary)); !status.ok()) return status;
   if (Status status = decode_meshopt_views(document); !status.ok()) return status;
   if (Status status = load_fallbacks(document); !status.ok()) return status;
+  if (Status status = check_unbacked_bytes(document); !status.ok()) return status;
   return document;
 }
 
@@ -121,15 +131,19 @@ size_t growing_buffer(Document& document) {
 }  // namespace
 
 Expected<Document> read_document(const std::filesystem::path& path) {
-  const auto file = read_file(path);
+  auto file = read_file(path);
   if (!file) return file.status().at(place_of(path));
-  return parse_document(*file, path);
+  return parse_document(std::move(*file), path);
+}
+
+Expected<Document> parse_document(std::vector<uint8_t>&& file, const std::filesystem::path& source) {
+  auto document = parse(std::move(file), source);
+  if (!document) return document.status().at(place_of(source));
+  return document;
 }
 
 Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source) {
-  auto document = parse(file, source);
-  if (!document) return document.status().at(place_of(source));
-  return document;
+  return parse_document(std::vector<uint8_t>(file.begin(), file.end()), source);
 }
 
 Document new_document() {

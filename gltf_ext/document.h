@@ -22,6 +22,7 @@ struct Document {
   Json json;
   std::vector<std::vector<uint8_t>> buffers;  // resolved bytes, at least byteLength each
   std::filesystem::path source;               // "-" for stdin; the directory that relative URIs start from
+  std::vector<std::filesystem::path> files;   // that were read: the asset, if it is one, and its buffers
   bool from_glb = false;
   bool from_draco = false;  // a .drc file (gltf_ext/draco_file.h)
 };
@@ -34,20 +35,40 @@ struct Document {
 // kUnsupported.
 Expected<Document> read_document(const std::filesystem::path& path);
 
-// The same of a file whose bytes are at hand.
+// The same of a file whose bytes are at hand. Those of a GLB become the buffer's, where they are given away.
+Expected<Document> parse_document(std::vector<uint8_t>&& file, const std::filesystem::path& source);
 Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source);
 
 // A new document of one mesh, one node, one scene; used for PLY and its like, and by `generate`.
 Document new_document();
 
-// Writes by the extension of `path` (.glb, .gltf with one .bin beside it, "-" GLB on stdout). The file appears
-// whole or not at all (written beside and renamed). A .bin is named after its content, so that a .gltf and its
-// .bin change together; the one that a replaced .gltf had goes. All buffers are merged into one; relative image
-// URIs are kept, and their files are copied when the output goes to another folder.
-Status write_document(const Document& document, const std::filesystem::path& path);
+// What becomes of images that are files when the asset is written to another place.
+enum class ImagePlacement {
+  kEmbed,      // buffer views
+  kCopy,       // files in the output's folder
+  kReference,  // the files of the input, by URIs that lead there from the output's folder
+};
 
-// The .gltf whose binary has such a name ("name.0123456789abcdef.bin", by its content), or nothing.
-std::optional<std::filesystem::path> asset_of_binary(const std::filesystem::path& binary);
+struct WriteOptions {
+  // By default a GLB embeds, and a .gltf copies.
+  std::optional<ImagePlacement> images;
+};
+
+struct WriteReport {
+  std::vector<std::string> warnings;         // what dangles in the output, or is lost
+  std::vector<std::string> notes;            // what has another name than it had
+  std::vector<std::filesystem::path> files;  // all files of the output, written or there already
+  size_t embedded_images = 0, copied_images = 0;
+  uint64_t image_bytes = 0;  // of both, every file once
+};
+
+// Writes by the extension of `path` (.glb, .gltf with its .bin beside it, "-" GLB on stdout). The file appears
+// whole or not at all (written beside and renamed). A .bin is named after its content, so that a .gltf and its
+// .bin change together; those that a replaced .gltf had go, unless the document was read from it. All buffers
+// become one; of a .gltf, data that only a fallback of compressed primitives has become a second.
+// No other file is replaced: an image whose name is taken is copied under a name by its content.
+Status write_document(const Document& document, const std::filesystem::path& path,
+                      const WriteOptions& options = {}, WriteReport* report = nullptr);
 
 // The bytes of a buffer view. Errors: kInvalidInput where index or range are wrong, kUnsupported where the view
 // is compressed by a meshoptimizer newer than the one at hand.

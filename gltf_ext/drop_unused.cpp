@@ -1,8 +1,10 @@
 // Sweeping: what nothing refers to any more goes, and what stays moves together.
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <set>
 
+#include "gltf_ext/byte_runs.h"
 #include "gltf_ext/document.h"
 #include "gltf_ext/references.h"
 #include "gltf_ext/structure.h"
@@ -118,15 +120,10 @@ void for_each_range(Json& json, Visit&& visit) {
   });
 }
 
-// Bytes move in blocks of 8, so that every element stays as aligned as it was.
-constexpr uint64_t kBlock = 8;
-
 // Closes the gaps that no view covers, and shortens the views' buffer.
 void pack_buffer(Document& document, size_t buffer) {
   std::vector<uint8_t>& bytes = document.buffers[buffer];
   if (bytes.empty()) return;
-  const size_t block_count = static_cast<size_t>((bytes.size() + kBlock - 1) / kBlock);
-  std::vector<int64_t> coverage(block_count + 1, 0);
   const auto range_of = [&](const Json& range) -> std::optional<std::pair<uint64_t, uint64_t>> {
     if (integer_field(range, "buffer") != static_cast<int64_t>(buffer)) return std::nullopt;
     const auto offset =
@@ -136,34 +133,21 @@ void pack_buffer(Document& document, size_t buffer) {
     if (offset > bytes.size() || length > bytes.size() - offset) return std::nullopt;
     return std::pair(offset, length);
   };
+  ByteRuns covered(bytes.size());
   for_each_range(document.json, [&](Json& range) {
-    const auto found = range_of(range);
-    if (!found || found->second == 0) return;
-    ++coverage[static_cast<size_t>(found->first / kBlock)];
-    --coverage[static_cast<size_t>((found->first + found->second + kBlock - 1) / kBlock)];
+    if (const auto found = range_of(range)) covered.keep(found->first, found->first + found->second);
   });
-
-  std::vector<uint64_t> new_start(block_count, 0);
-  uint64_t packed = 0;
-  int64_t covering = 0;
-  for (size_t block = 0; block < block_count; ++block) {
-    covering += coverage[block];
-    if (covering == 0) continue;
-    const size_t from = block * kBlock;
-    const size_t length = std::min<size_t>(kBlock, bytes.size() - from);
-    std::memmove(bytes.data() + packed, bytes.data() + from, length);
-    new_start[block] = packed;
-    packed += length;  // only the very last block is shorter
-  }
+  covered.close();
+  for (const ByteRuns::Run& run : covered.runs())
+    std::memmove(bytes.data() + run.packed, bytes.data() + run.begin, static_cast<size_t>(run.end - run.begin));
   for_each_range(document.json, [&](Json& range) {
     const auto found = range_of(range);
     if (!found || field(range, "byteOffset") == nullptr) return;
-    const uint64_t moved = found->second == 0 ? 0 : new_start[found->first / kBlock] + found->first % kBlock;
-    range["byteOffset"] = moved;
+    range["byteOffset"] = found->second == 0 ? 0 : covered.packed(found->first);
   });
-  bytes.resize(static_cast<size_t>(packed));
+  bytes.resize(static_cast<size_t>(covered.packed_bytes()));
   bytes.shrink_to_fit();
-  document.json["buffers"][buffer]["byteLength"] = packed;
+  document.json["buffers"][buffer]["byteLength"] = bytes.size();
 }
 
 // Views that start at 0 may leave byteOffset out; once bytes move it must be there to be changed.

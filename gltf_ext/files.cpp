@@ -5,8 +5,9 @@
 #include <cstdio>
 #include <cstring>
 #include <memory>
-#include <random>
 #include <string>
+
+#include "gltf_ext/temporary_file.h"
 
 namespace psplit {
 namespace {
@@ -24,7 +25,7 @@ Status failure(const char* what, const fs::path& path, int error) {
   return io_failure(std::string("cannot ") + what + " " + path.string() + ": " + std::strerror(error));
 }
 
-bool write_parts(std::FILE* file, std::initializer_list<std::span<const uint8_t>> parts) {
+bool write_parts(std::FILE* file, FileParts parts) {
   for (const auto part : parts)
     if (!part.empty() && std::fwrite(part.data(), 1, part.size(), file) != part.size()) return false;
   return std::fflush(file) == 0;
@@ -64,6 +65,10 @@ Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
 }
 
 Status write_file(const fs::path& path, std::initializer_list<std::span<const uint8_t>> parts) {
+  return write_file(path, FileParts(parts.begin(), parts.size()));
+}
+
+Status write_file(const fs::path& path, FileParts parts) {
   if (path == "-") return write_parts(stdout, parts) ? Status() : failure("write", "stdout", errno);
 
   std::error_code error;
@@ -80,24 +85,24 @@ Status write_file(const fs::path& path, std::initializer_list<std::span<const ui
   }
   if (fs::is_directory(target, error)) return failure("write", path, EISDIR);
 
-  fs::path temporary = target;
-  temporary += ".part" + std::to_string(std::random_device()());
-  bool written = false;
-  {
-    const File file(std::fopen(temporary.c_str(), "wb"));
-    if (file == nullptr) return failure("write", path, errno);
-    written = write_parts(file.get(), parts);
-  }
-  const int write_error = errno;
-  if (written) {
-    error.clear();
-    fs::rename(temporary, target, error);
-    if (!error) return {};
-  }
-  std::error_code ignored;
-  fs::remove(temporary, ignored);
-  if (!written) return failure("write", path, write_error);
-  return io_failure("cannot write " + path.string() + ": " + error.message());
+  TemporaryFile temporary(target);
+  if (!temporary.is_open() || !write_parts(temporary.file(), parts)) return failure("write", path, errno);
+  if (const std::error_code renamed = temporary.rename_to(target); renamed)
+    return io_failure("cannot write " + path.string() + ": " + renamed.message());
+  return {};
+}
+
+Expected<bool> write_new_file(const fs::path& path, std::span<const uint8_t> bytes) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(path, error))) return false;
+  TemporaryFile temporary(path);
+  const std::span<const uint8_t> parts[] = {bytes};
+  if (!temporary.is_open() || !write_parts(temporary.file(), parts)) return failure("write", path, errno);
+  if (const std::error_code renamed = temporary.rename_to_new(path); renamed == std::errc::file_exists)
+    return false;
+  else if (renamed)
+    return io_failure("cannot write " + path.string() + ": " + renamed.message());
+  return true;
 }
 
 }  // namespace psplit

@@ -19,6 +19,11 @@ Expected<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint
 
 // Writes the parts one after the other beside `path` and renames: the file appears whole or not at all.
 // Pipes and devices are written to where they are.
+using FileParts = std::span<const std::span<const uint8_t>>;
+Status write_file(const std::filesystem::path& path, FileParts parts);
 Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts);
+
+// The same where nothing has the name yet; false, and nothing is written, where something has.
+Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 
 }  // namespace psplit

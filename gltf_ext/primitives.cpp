@@ -57,6 +57,16 @@ Expected<Attribute> read_attribute(const Document& document, const std::string& 
                    std::move(data->values)};
 }
 
+// Before memory is taken for it.
+Status check_count(const Document& document, const std::string& semantic, const Json& index,
+                   uint32_t point_count) {
+  const Json* accessor = top_level_object(document.json, "accessors", integer_value(index).value_or(-1));
+  const auto count = accessor == nullptr ? std::nullopt : integer_field(*accessor, "count");
+  if (count == point_count) return {};
+  return invalid_input("attribute " + semantic + " has " + std::to_string(count.value_or(0)) +
+                       " elements, others have " + std::to_string(point_count));
+}
+
 // Attributes of the primitive that the mesh does not have yet, from their accessors.
 Status read_plain_attributes(const Document& document, const Json& primitive, Mesh& mesh) {
   const Json* attributes = object_field(primitive, "attributes");
@@ -64,14 +74,13 @@ Status read_plain_attributes(const Document& document, const Json& primitive, Me
   bool first = mesh.attributes.empty();
   for (const auto& [semantic, index] : attributes->items()) {
     if (mesh.find(semantic) != nullptr) continue;
+    if (!first)
+      if (Status status = check_count(document, semantic, index, mesh.point_count); !status.ok()) return status;
     Expected<Attribute> attribute = read_attribute(document, semantic, index);
     if (!attribute) return attribute.status();
     const size_t count = attribute->values.size() / attribute->stride();
     if (first) mesh.point_count = static_cast<uint32_t>(count);
     first = false;
-    if (count != mesh.point_count)
-      return invalid_input("attribute " + semantic + " has " + std::to_string(count) +
-                           " elements, others have " + std::to_string(mesh.point_count));
     mesh.attributes.push_back(std::move(*attribute));
   }
   if (mesh.find("POSITION") == nullptr) return unsupported("no POSITION");
@@ -134,6 +143,12 @@ Expected<Array<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& 
 Expected<Mesh> read_plain(const Document& document, PrimitiveId id, PrimitiveStorage storage, Mesh mesh) {
   const Json& primitive = *find_primitive(document, id);
   if (Status status = read_plain_attributes(document, primitive, mesh); !status.ok()) return status;
+  if (storage == PrimitiveStorage::kStockDraco) {
+    const auto index = integer_field(primitive, "indices");
+    const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
+    const std::string* type = accessor == nullptr ? nullptr : string_field(*accessor, "type");
+    if (type != nullptr && *type != "SCALAR") return invalid_input("indices are no scalars");
+  }
   if (storage != PrimitiveStorage::kPlain) return mesh;
   const auto indices = read_indices(document, primitive, mesh.point_count);
   if (!indices) return indices.status();

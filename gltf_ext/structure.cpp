@@ -58,6 +58,29 @@ Status check_arrays(const Json& json) {
   return {};
 }
 
+// Where an "extensions" that is no object stands, as in ".meshes[0]"; nothing where none is. What extensions
+// and the application hold is theirs.
+std::optional<std::string> bad_extensions(const Json& tree) {
+  if (!tree.is_structured()) return std::nullopt;
+  const bool is_object = tree.is_object();
+  size_t number = 0;
+  for (auto member = tree.begin(); member != tree.end(); ++member, ++number) {
+    if (is_object && member.key() == "extensions") {
+      if (!member->is_object()) return "";
+    } else if (!is_object || member.key() != "extras") {
+      if (const auto place = bad_extensions(*member))
+        return (is_object ? "." + member.key() : "[" + std::to_string(number) + "]") + *place;
+    }
+  }
+  return std::nullopt;
+}
+
+Status check_extensions(const Json& json) {
+  const auto place = bad_extensions(json);
+  if (!place) return {};
+  return invalid_input((place->empty() ? "" : place->substr(1) + ": ") + "extensions is no object");
+}
+
 // A range of a buffer: of a view, or of the compressed bytes behind it.
 Status check_buffer_range(const Json& json, const Json& range, const std::string& name) {
   const Json* index = field(range, "buffer");
@@ -266,8 +289,8 @@ bool elements_fit(const ElementLayout& layout, uint64_t offset, uint64_t stride,
 }
 
 Status check_structure(const Json& json) {
-  for (const auto check : {check_version, check_arrays, check_buffers_and_views, check_accessors, check_meshes,
-                           check_references, check_scene})
+  for (const auto check : {check_version, check_arrays, check_extensions, check_buffers_and_views,
+                           check_accessors, check_meshes, check_references, check_scene})
     if (Status status = check(json); !status.ok()) return status;
   return {};
 }

@@ -110,16 +110,47 @@ std::string percent_encode(std::string_view text) {
   return encoded;
 }
 
+std::string uri_of_path(const std::filesystem::path& path) {
+  std::string uri;
+  for (const std::filesystem::path& part : path) {
+    if (!uri.empty() && !uri.ends_with('/')) uri += '/';
+    uri += part == "/" ? "/" : percent_encode(part.string());
+  }
+  return uri;
+}
+
+UriKind kind_of_uri(std::string_view uri) {
+  if (starts_with_folded(uri, "http:") || starts_with_folded(uri, "https:")) return UriKind::kWeb;
+  if (starts_with_folded(uri, "file:")) return UriKind::kAbsolute;
+  const std::string decoded = percent_decode(uri);
+  for (const std::string_view text : {uri, std::string_view(decoded)}) {
+    if (text.starts_with('/') || text.starts_with('\\')) return UriKind::kAbsolute;
+    if (!has_scheme(text)) continue;
+    return text[1] == ':' ? UriKind::kAbsolute : UriKind::kUnknown;  // a drive's letter, or a scheme
+  }
+  if (decoded.empty() || decoded.find('\0') != std::string::npos) return UriKind::kUnknown;
+  return UriKind::kRelative;
+}
+
+std::filesystem::path path_of_uri(std::string_view uri) {
+  std::string decoded = percent_decode(uri);
+  // Exporters on Windows write backslashes, and "..\" must not slip past checks.
+  std::replace(decoded.begin(), decoded.end(), '\\', '/');
+  return std::filesystem::path(decoded).lexically_normal();
+}
+
+bool leaves_folder(const std::filesystem::path& relative) {
+  return relative.empty() || relative.has_root_path() || *relative.begin() == "..";
+}
+
 Expected<std::filesystem::path> relative_path_of_uri(std::string_view uri) {
   if (has_scheme(uri))
     return unsupported("the URI \"" + std::string(uri.substr(0, 80)) + "\" is not a relative path");
-  std::string decoded = percent_decode(uri);
-  // Exporters on Windows write backslashes, and "..\" must not slip past the check below.
-  std::replace(decoded.begin(), decoded.end(), '\\', '/');
+  const std::string decoded = percent_decode(uri);
   if (decoded.empty() || decoded.find('\0') != std::string::npos)
     return invalid_input("a URI that names no file");
-  const std::filesystem::path path = std::filesystem::path(decoded).lexically_normal();
-  if (path.is_absolute() || path.has_root_path() || *path.begin() == ".." || has_scheme(decoded))
+  const std::filesystem::path path = path_of_uri(uri);
+  if (leaves_folder(path) || has_scheme(decoded))
     return invalid_input("the URI \"" + decoded.substr(0, 80) + "\" leaves the asset's folder");
   return path;
 }

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "gltf_ext/json_fields.h"
+#include "gltf_ext/linked_files.h"
 #include "gltf_ext/structure.h"
 #include "src/container/container.h"
 #include "src/container/stitch.h"
@@ -29,6 +30,8 @@ namespace {
 // index-type        indices are scalars of a component type that holds every index
 // fallback          accessors with data of their own hold what the patches decode to
 // attribute-extra   an attribute of the primitive that the patches do not have (warning)
+// geometry          what is not in patches can be read: accessors, indices, stock Draco, morph targets
+// linked-file       a file that an image or an extension names is there, at a relative path (warning)
 //
 // gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification.
 
@@ -43,16 +46,52 @@ class Validator {
       : document_(document), backend_(backend), pool_(pool) {}
 
   std::vector<Finding> run() {
+    for (const PrimitiveId id : all_primitives(document_)) {
+      if (has_patches(id))
+        check_primitive(id);
+      else
+        check_geometry(id);
+    }
+    check_lists();
+    for (const LinkedFile& link : linked_files(document_))
+      if (const std::string text = describe_dangling(link); !text.empty()) report("linked-file", text, false);
+    return std::move(findings_);
+  }
+
+  // As far as it goes without every stream on its own.
+  std::vector<Finding> run_on_decoded(std::span<const PrimitiveId> ids, std::span<const Mesh* const> meshes) {
+    for (size_t i = 0; i < ids.size(); ++i) {
+      place_ = place_of(ids[i]);
+      const Expected<StoredPrimitive> patched = stored_primitive(document_, ids[i], kExtensionName);
+      if (patched)
+        check_decoded(json_of(ids[i]), patched->requests, *meshes[i]);
+      else
+        report("members", patched.status());
+    }
+    check_lists();
+    return std::move(findings_);
+  }
+
+ private:
+  Place place_of(PrimitiveId id) const {
+    return {document_.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
+  }
+  const Json& json_of(PrimitiveId id) const {
+    return document_.json["meshes"][id.mesh]["primitives"][id.primitive];
+  }
+  bool has_patches(PrimitiveId id) const {
+    const Json* extensions = object_field(json_of(id), "extensions");
+    return extensions != nullptr && field(*extensions, kExtensionName) != nullptr;
+  }
+
+  void check_lists() {
+    place_ = {.file = document_.source.string()};
     bool any = false, any_without_fallback = false;
     for (const PrimitiveId id : all_primitives(document_)) {
-      const Json& primitive = document_.json["meshes"][id.mesh]["primitives"][id.primitive];
-      const Json* extensions = object_field(primitive, "extensions");
-      if (extensions == nullptr || field(*extensions, kExtensionName) == nullptr) continue;
+      if (!has_patches(id)) continue;
       any = true;
-      any_without_fallback |= !has_fallback(primitive);
-      check_primitive(id, primitive);
+      any_without_fallback |= !has_fallback(json_of(id));
     }
-    place_ = {.file = document_.source.string()};
     const bool used = lists(document_.json, "extensionsUsed", kExtensionName);
     const bool required = lists(document_.json, "extensionsRequired", kExtensionName);
     if (any && !used) report("extension-used", "extensionsUsed does not list the extension");
@@ -61,15 +100,20 @@ class Validator {
              "a primitive has no fallback, but extensionsRequired does not list the extension");
     if (!any && (used || required))
       report("extension-unused", "the extension is listed, but nothing uses it", false);
-    return std::move(findings_);
   }
 
- private:
+  // What encode would read; lines and points, and what only other software knows, pass through it.
+  void check_geometry(PrimitiveId id) {
+    place_ = place_of(id);
+    const Status status = check_readable(document_, id, backend_, pool_);
+    if (status.code() == StatusCode::kInvalidInput) report("geometry", status);
+  }
+
   void report(const char* rule, std::string message, bool error = true) {
     findings_.push_back({rule, std::move(message), place_, error});
   }
   void report(const char* rule, const Status& status) {
-    findings_.push_back({rule, status.message(), Status(status).at(place_).place(), true});
+    findings_.push_back({rule, status.message(), Status(status).at(place_).place(), true, status.code()});
   }
 
   const Json* accessor_of(const Json& holder, const char* name) const {
@@ -89,10 +133,8 @@ class Validator {
     return true;
   }
 
-  void check_primitive(PrimitiveId id, const Json& primitive) {
-    place_ = {document_.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
-    if (integer_field_or(primitive, "mode", 4) != 4)
-      report("mode", "patches are triangle lists: mode must be 4");
+  void check_primitive(PrimitiveId id) {
+    place_ = place_of(id);
     const Expected<StoredPrimitive> patched = stored_primitive(document_, id, kExtensionName);
     if (!patched) return report("members", patched.status());
     const Expected<Container> container = parse_container(patched->bytes);
@@ -100,26 +142,37 @@ class Validator {
     const Expected<Mesh> mesh = backend_.decode_container(patched->bytes, patched->requests, pool_);
     if (!mesh) return report("decode", mesh.status());
 
-    is_fallback_whole_ = has_fallback(primitive);
-    check_exclusions(primitive, patched->requests);
+    check_decoded(json_of(id), patched->requests, *mesh);
     check_streams(*container, patched->requests, *mesh);
+  }
+
+  // `mesh` may have more attributes than the patches.
+  void check_decoded(const Json& primitive, std::span<const AttributeRequest> requests, const Mesh& mesh) {
+    if (integer_field_or(primitive, "mode", 4) != 4)
+      report("mode", "patches are triangle lists: mode must be 4");
+    is_fallback_whole_ = has_fallback(primitive);
+    check_exclusions(primitive, requests);
+    const auto is_stored = [&](const std::string& semantic) {
+      return std::ranges::any_of(requests, [&](const AttributeRequest& r) { return r.semantic == semantic; });
+    };
     const Json& attributes = *object_field(primitive, "attributes");
     for (const auto& [semantic, index] : attributes.items()) {
-      if (mesh->find(semantic) != nullptr) continue;
+      if (is_stored(semantic)) continue;
       report("attribute-extra", semantic + " is not in the patches: its accessor must follow their order",
              false);
-      check_count(attributes, semantic, semantic, mesh->point_count);
+      check_count(attributes, semantic, semantic, mesh.point_count);
     }
-    for (const Attribute& attribute : mesh->attributes) {
-      check_count(attributes, attribute.semantic, attribute.semantic, mesh->point_count);
-      check_bounds(*accessor_of(attributes, attribute.semantic.c_str()), attribute, mesh->point_count);
+    for (const Attribute& attribute : mesh.attributes) {
+      if (!is_stored(attribute.semantic)) continue;
+      check_count(attributes, attribute.semantic, attribute.semantic, mesh.point_count);
+      check_bounds(*accessor_of(attributes, attribute.semantic.c_str()), attribute, mesh.point_count);
       check_fallback(attributes, attribute.semantic, attribute.values);
     }
     if (const Json* targets = array_field(primitive, "targets"))
       for (const Json& target : *targets)
         for (const auto& [semantic, index] : target.items())
-          check_count(target, semantic, "morph target " + semantic, mesh->point_count);
-    check_indices(primitive, *mesh);
+          check_count(target, semantic, "morph target " + semantic, mesh.point_count);
+    check_indices(primitive, mesh);
   }
 
   void check_exclusions(const Json& primitive, std::span<const AttributeRequest> requests) {
@@ -263,6 +316,39 @@ class Validator {
 std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
                                        const ThreadPool& pool) {
   return Validator(document, backend, pool).run();
+}
+
+Status check_readable(const Document& document, PrimitiveId id, const DecodeBackend& backend,
+                      const ThreadPool& pool) {
+  const Expected<Mesh> mesh = read_primitive(document, id, backend, pool);
+  if (!mesh) return mesh.status();
+  const Expected<std::vector<MorphAttribute>> morphs = read_morph_targets(document, id, mesh->point_count);
+  return morphs.status();
+}
+
+Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
+                     std::span<const Mesh* const> meshes, const DecodeBackend& backend,
+                     const ThreadPool& pool) {
+  for (Finding& finding : Validator(document, backend, pool).run_on_decoded(ids, meshes))
+    if (finding.error)
+      return {finding.code, finding.message + " [" + finding.rule + "]", std::move(finding.place)};
+  return {};
+}
+
+Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool) {
+  std::vector<PrimitiveId> ids;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+    if (kind && kind->storage == PrimitiveStorage::kPatches) ids.push_back(id);
+  }
+  if (ids.empty()) return {};
+  std::vector<const Mesh*> meshes;
+  const std::vector<Expected<Mesh>> read = read_primitives(document, ids, backend, pool);
+  for (const Expected<Mesh>& mesh : read) {
+    if (!mesh) return mesh.status();
+    meshes.push_back(&*mesh);
+  }
+  return check_decoded(document, ids, meshes, backend, pool);
 }
 
 }  // namespace psplit

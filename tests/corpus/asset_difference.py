@@ -14,6 +14,8 @@ extensions. This alone may differ:
   bufferViews                          numbers; buffer and byteOffset; those that nothing names are gone, new ones stand
                                        at the end. Bytes are the same. Those that meshoptimizer compressed are plain,
                                        and as long as they were to be (the bytes are for other tests).
+  images                               in a GLB those that are files are embedded: the file's bytes in a buffer view, their
+                                       mimeType, a name where there was none; no uri any more
   accessors                            numbers; those of encoded primitives as below, others not at all
   an encoded primitive                 mode 4 for strips and fans; indices; the extension at the end of its extensions,
                                        stock Draco gone
@@ -35,6 +37,9 @@ kView = re.compile(
     r"(?!.*/extras/).*/bufferView"
     r"|/extensions/EXT_structural_metadata/propertyTables/\d+/properties/[^/]+/(values|arrayOffsets|stringOffsets)")
 kPrimitive = re.compile(r"/meshes/\d+/primitives/\d+")
+kImage = re.compile(r"/images/\d+")
+kMimeTypes = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp",
+              b"\xabKTX 20\xbb\r\n\x1a\n": "image/ktx2", b"DDS ": "image/vnd-ms.dds"}
 kApart = ("extensionsUsed", "extensionsRequired", "buffers", "bufferViews", "accessors")
 kFreed = {"componentType": 5121, "count": 1, "type": "SCALAR"}  # keeps a number that an unknown extension may hold
 
@@ -42,7 +47,8 @@ kFreed = {"componentType": 5121, "count": 1, "type": "SCALAR"}  # keeps a number
 class Asset:
     def __init__(self, path):
         content, self.folder, chunk = path.read_bytes(), path.parent, b""
-        if content[:4] == b"glTF":
+        self.is_glb = content[:4] == b"glTF"
+        if self.is_glb:
             length = struct.unpack_from("<I", content, 12)[0]
             chunk = content[28 + length :]
             content = content[20 : 20 + length]
@@ -115,8 +121,29 @@ class Comparison:
     def compare(self, old, new, path):
         if kPrimitive.fullmatch(path) and kName in new.get("extensions", {}):
             self.compare_encoded(old, new, path)
+        elif kImage.fullmatch(path) and self.file_of(old) is not None:
+            self.compare_image(old, new, path)
         else:
             self.compare_values(old, new, path)
+
+    def file_of(self, image):
+        """The image's file, where it is one and the output embeds."""
+        uri = image.get("uri")
+        if not self.after.is_glb or not isinstance(uri, str) or "bufferView" in image or re.match(r"\w+:", uri):
+            return None
+        file = self.before.folder / urllib.parse.unquote(uri)
+        return file if file.is_file() else None
+
+    def compare_image(self, old, new, path):
+        content = self.file_of(old).read_bytes()
+        kind = next((kind for head, kind in kMimeTypes.items() if content.startswith(head)), None)
+        if kind is None:
+            return self.compare_values(old, new, path)
+        self.compare_values(old, new, path, ("mimeType", "bufferView") + (() if "name" in old else ("name",)), ("uri",))
+        if new.get("mimeType") != kind:
+            self.say(path, f"is {kind}, not {new.get('mimeType')}")
+        if self.after.bytes_of(self.after.json["bufferViews"][new["bufferView"]]) != content:
+            self.say(path, "holds other bytes than its file")
 
     def compare_values(self, old, new, path, free=(), gone=()):
         """`free` members may be anything after, `gone` ones must not be there."""

@@ -50,6 +50,8 @@ def rich_asset(folder):
         cameras=[{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.01}}],
         extensionsUsed=["EXT_unknown"], extensions={"EXT_unknown": {"version": "x"}}, extras=[0, "a", {"b": 1}],
         unknown_root=[[1], {}])
+    (folder / "red.png").write_bytes(b"\x89PNG\r\n\x1a\nred")
+    asset["images"] = [{"uri": "red.png", "extras": 1}]
     asset["nodes"][0].update(name="node", translation=[1, 2, 3.5], extras={"accessor": 0})
     asset["buffers"] = [{"byteLength": len(binary), "uri": "rich.bin", "name": "all"}]
     (folder / "rich.bin").write_bytes(binary)
@@ -106,6 +108,16 @@ with tempfile.TemporaryDirectory(prefix="psplit-difference-") as name:
     count = 0
     for what, path, kind, changed in changes(after.json):
         if kOwned.fullmatch(path) or path == "/buffers/0/uri" or (path, kind) == (kMorphData, "value"):
+            continue
+        count += 1
+        if not found_in(before, after, changed):
+            failures.append(f"not found: {what}")
+    embedded = folder / "embedded.glb"
+    subprocess.run([psplit, "encode", "-q", "--patches", "4", source, embedded], check=True)
+    failures += [f"before any change of an image: {line}" for line in differences(source, embedded)]
+    before, after = Asset(source), Asset(embedded)
+    for what, path, kind, changed in changes(after.json):
+        if not path.startswith("/images") or path == "/images/0/name":
             continue
         count += 1
         if not found_in(before, after, changed):

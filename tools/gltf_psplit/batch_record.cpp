@@ -11,7 +11,7 @@
 #include "gltf_ext/files.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/json_text.h"
-#include "gltf_ext/references.h"
+#include "gltf_ext/linked_files.h"
 #include "gltf_ext/uri.h"
 
 namespace psplit {
@@ -31,16 +31,14 @@ std::string hash_asset(const Document& document) {
   ContentHash hash;
   hash.add_framed(document.json.dump(-1, ' ', false, Json::error_handler_t::replace));
   for (const auto& buffer : document.buffers) hash.add_framed(buffer);
-  for_each_element(document.json, "images", [&](const Json& image) {
-    const std::string* uri = string_field(image, "uri");
-    if (uri == nullptr || is_data_uri(*uri)) return;
-    const auto relative = relative_path_of_uri(*uri);
-    std::error_code error;
-    const fs::path path = relative ? document.source.parent_path() / *relative : fs::path();
-    if (!relative || !fs::is_regular_file(path, error)) return hash.add_framed("missing");
-    const auto bytes = read_file(path);
-    if (bytes) hash.add_framed(*bytes);
-  });
+  for (const LinkedFile& link : linked_files(document)) {
+    const Expected<std::vector<uint8_t>> bytes =
+        link.state == LinkState::kFound ? read_file(link.path) : io_failure("missing");
+    if (bytes)
+      hash.add_framed(*bytes);
+    else
+      hash.add_framed("missing");
+  }
   return hash.hex();
 }
 

@@ -29,8 +29,10 @@ class BatchRecord {
 
   // Makes the folder where there is none. Errors: kIo, also where another process has the record.
   Status open(const std::filesystem::path& folder);
-  // Null where nothing is known of the output.
+  // Null where nothing is known of the output: if it is there, no batch made it.
   const Entry* find(const std::string& name) const;
+  // Before an output is written: a kill may come before add.
+  Status begin(const std::string& name) { return add(name, {}); }
   Status add(const std::string& name, const Entry& entry);
 
  private:

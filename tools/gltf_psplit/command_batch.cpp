@@ -5,15 +5,16 @@
 #include <chrono>
 #include <memory>
 #include <new>
-#include <set>
 #include <thread>
 
 #include "gltf_ext/content_hash.h"
+#include "gltf_ext/validate.h"
 #include "tools/gltf_psplit/batch_plan.h"
 #include "tools/gltf_psplit/batch_record.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/encode_options.h"
 #include "tools/gltf_psplit/encode_report.h"
+#include "tools/gltf_psplit/output_files.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
@@ -25,6 +26,7 @@ struct Arguments {
   BatchRequest request;
   std::string folder, form = "glb", report = "-";
   EncodeArguments encode;
+  WriteOptions write;
 };
 
 // What became of one asset.
@@ -32,6 +34,7 @@ struct Outcome {
   Status status;
   bool up_to_date = false;
   EncodeResult result;
+  WriteReport written;
   double wall_ms = 0;
 };
 
@@ -50,7 +53,6 @@ class Batch {
         if (arguments_.report != "-" && fs::weakly_canonical(path, error) == report_path)
           return {StatusCode::kUsage, "--report cannot share " + arguments_.report + " with an asset"};
     if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
-    remove_leftovers();
 
     const auto begin = std::chrono::steady_clock::now();
     outcomes_.resize(items_.size());
@@ -60,8 +62,9 @@ class Batch {
     }
     const double wall_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    if (Status status = write_text(arguments_.report, report_text(report(wall_ms))); !status.ok())
-      return status;
+    if (!spares_report_)
+      if (Status status = write_text(arguments_.report, report_text(report(wall_ms))); !status.ok())
+        return status;
     session_.log.note(arguments_.folder + ": " + counted(items_.size(), "asset") + ", " +
                       std::to_string(count_up_to_date()) + " up to date, " + std::to_string(count_failed()) +
                       " failed; " + as_duration(wall_ms));
@@ -80,36 +83,6 @@ class Batch {
   size_t count_up_to_date() const {
     return static_cast<size_t>(
         std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return o.up_to_date; }));
-  }
-
-  // What a run that was killed had begun to write: write_file adds ".part" and a number to the name.
-  void remove_leftovers() const {
-    constexpr std::string_view kDigits = "0123456789";
-    std::set<fs::path> outputs, folders;
-    for (const BatchItem& item : items_) {
-      outputs.insert(item.output);
-      folders.insert(item.output.parent_path());
-    }
-    // The output that a file was to become, or to become the binary of.
-    const auto output_of = [&](const fs::path& file) -> fs::path {
-      const std::string name = file.filename().string();
-      const size_t part = name.rfind(".part");
-      if (part == std::string::npos || part + 5 == name.size() ||
-          name.find_first_not_of(kDigits, part + 5) != std::string::npos)
-        return {};
-      const fs::path whole = file.parent_path() / name.substr(0, part);
-      const std::optional<fs::path> asset = asset_of_binary(whole);
-      return asset ? *asset : whole;
-    };
-    std::error_code error;
-    for (const fs::path& folder : folders) {
-      std::vector<fs::path> leftovers;
-      for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-        const fs::path file = folder / entry->path().filename();
-        if (outputs.contains(output_of(file))) leftovers.push_back(file);
-      }
-      for (const fs::path& leftover : leftovers) fs::remove(leftover, error);
-    }
   }
 
   // Assets side by side, as many as there are threads. Each takes the pool's threads for its own primitives and
@@ -156,9 +129,14 @@ class Batch {
   Status encode(const BatchItem& item, Outcome& outcome) {
     Expected<Document> document = read_input(item.input);
     if (!document) return document.status();
+    if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
+      spares_report_ = true;
+      return status;
+    }
     ContentHash hash;
     hash.add_framed(session_.version);
     hash.add_framed(describe_options(arguments_.encode.options));
+    hash.add_framed(describe_images(arguments_.write));
     hash.add_framed(hash_asset(*document));
     const std::string made_from = hash.hex();
     if (is_up_to_date(item, made_from)) {
@@ -166,17 +144,32 @@ class Batch {
       session_.log.detail(item.output.string() + " is up to date");
       return {};
     }
+    if (Status status = check_output(item); !status.ok()) return status;
+    if (Status status = check_patches(*document, find_backend({}), session_.pool); !status.ok()) return status;
     const auto reports = encode_document(*document, arguments_.encode.options, find_backend({}), session_.pool);
     if (!reports) return reports.status();
     outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
     log_reports(*reports, session_.log, item.input + ": ");
     std::error_code error;
     fs::create_directories(item.output.parent_path(), error);  // where it fails, writing says so
-    if (Status status = write_document(*document, item.output); !status.ok()) return status;
+    if (Status status = record_.begin(item.name); !status.ok()) return status;
+    if (Status status = write_document(*document, item.output, arguments_.write, &outcome.written);
+        !status.ok())
+      return status;
+    log_written(outcome.written, session_.log, item.input + ": ");
     const Expected<Document> written = read_document(item.output);
     if (!written) return written.status();
     session_.log.detail(item.output.string() + ": " + row_text(outcome.result.total));
     return record_.add(item.name, {made_from, hash_asset(*written)});
+  }
+
+  // The files in the folder may be those of others.
+  Status check_output(const BatchItem& item) const {
+    std::error_code error;
+    if (record_.find(item.name) != nullptr || !fs::exists(fs::symlink_status(item.output, error))) return {};
+    return {
+        StatusCode::kUsage,
+        item.output.string() + " is there, and no batch made it: move it away, or choose another --out-dir"};
   }
 
   // Made from the same with the same options, and as it was when it was written.
@@ -199,6 +192,7 @@ class Batch {
                           {"message", outcome.status.to_string()}};
       } else if (!outcome.up_to_date) {
         append_row(asset["total"], outcome.result.total);
+        append_written(asset, outcome.written);
         asset["primitives"] = outcome.result.primitives;
         total += outcome.result.total;
       }
@@ -223,6 +217,7 @@ class Batch {
   std::vector<BatchItem> items_;
   std::vector<Outcome> outcomes_;
   BatchRecord record_;
+  std::atomic<bool> spares_report_ = false;  // an asset needs the file of its name
 };
 
 }  // namespace
@@ -248,6 +243,7 @@ void add_batch_command(CLI::App& app, Action& action) {
       ->capture_default_str()
       ->type_name("FORM");
   const auto resolve = add_encode_options(command, arguments->encode);
+  add_images_option(command, arguments->write);
   command
       .add_option("--report", arguments->report, "Where the report of all assets goes, as JSON; - is stdout")
       ->capture_default_str()

@@ -9,6 +9,7 @@
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/comparison_report.h"
 #include "tools/gltf_psplit/html_report.h"
+#include "tools/gltf_psplit/output_files.h"
 #include "tools/gltf_psplit/preview/preview.h"
 #include "tools/gltf_psplit/progress.h"
 #include "tools/gltf_psplit/sameness.h"
@@ -95,6 +96,8 @@ Status run_compare(Arguments arguments, const Session& session) {
     const ProgressBar bar("reading", session.log);
     Expected<Document> document = read_input(arguments.input);
     if (!document) return document.status();
+    if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
+      return status;
     Expected<std::vector<Mesh>> read = read_meshes(*document, session);
     if (!read) return read;
     uint64_t faces = 0;

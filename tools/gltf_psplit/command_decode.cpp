@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/output_files.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
@@ -13,6 +14,7 @@ struct Arguments {
   std::string input, output, target = "gltf";
   BackendChoice backend;
   EncodeDocumentOptions options;
+  WriteOptions write;
 };
 
 Status run_decode(const Arguments& arguments, const Session& session) {
@@ -31,8 +33,10 @@ Status run_decode(const Arguments& arguments, const Session& session) {
     if (!reports) return reports.status().at({.file = arguments.input});
     log_reports(*reports, session.log);
   }
-  if (Status status = write_document(*document, arguments.output); !status.ok())
+  WriteReport written;
+  if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
     return std::move(status).at({.file = arguments.output});
+  log_written(written, session.log);
   const double wall_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   session.log.note(arguments.output + ": " + counted(primitive_count, "primitive") + "; " +
@@ -57,6 +61,7 @@ void add_decode_command(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"gltf", "draco"}))
       ->capture_default_str()
       ->type_name("FORM");
+  add_images_option(command, arguments->write);
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options);
   command.callback([arguments, &action] {

@@ -6,9 +6,11 @@
 #include <malloc.h>
 #endif
 
+#include "gltf_ext/validate.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/encode_options.h"
 #include "tools/gltf_psplit/encode_report.h"
+#include "tools/gltf_psplit/output_files.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
@@ -17,6 +19,7 @@ namespace {
 struct Arguments {
   std::string input, output, report;
   EncodeArguments encode;
+  WriteOptions write;
 };
 
 // Large arrays come and go all the time. Where each goes back to the system, the next comes from there page by
@@ -38,6 +41,9 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   const auto begin = std::chrono::steady_clock::now();
   Expected<Document> document = read_input(arguments.input);
   if (!document) return document.status();
+  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
+  if (Status status = check_patches(*document, find_backend({}), session.pool); !status.ok())
+    return std::move(status).at({.file = arguments.input});
   const Expected<std::vector<PrimitiveReport>> reports = [&] {
     ProgressBar bar("encoding", session.log);
     return encode_document(*document, options, find_backend({}), session.pool, bar.callback());
@@ -48,8 +54,10 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   log_reports(*reports, session.log);
   if (result.split_count == 0) session.log.warning("nothing to split in " + arguments.input);
   log_changes(result.total.statistics, session.log);
-  if (Status status = write_document(*document, arguments.output); !status.ok())
+  WriteReport written;
+  if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
     return std::move(status).at({.file = arguments.output});
+  log_written(written, session.log);
   const double wall_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 
@@ -57,9 +65,10 @@ Status run_encode(const Arguments& arguments, const Session& session) {
     Json total;
     append_row(total, result.total);
     total["wall_ms"] = wall_ms;
-    const Json report{{"input", arguments.input},   {"output", arguments.output},
-                      {"verified", options.verify}, {"threads", session.pool.thread_count()},
-                      {"total", std::move(total)},  {"primitives", result.primitives}};
+    Json report{{"input", arguments.input},   {"output", arguments.output},
+                {"verified", options.verify}, {"threads", session.pool.thread_count()},
+                {"total", std::move(total)},  {"primitives", result.primitives}};
+    append_written(report, written);
     if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
   }
   session.log.note(arguments.output + ": " + row_text(result.total) + "; " + as_duration(wall_ms) + " in all" +
@@ -78,6 +87,7 @@ void add_encode_command(CLI::App& app, Action& action) {
       ->required();
   command.add_option("OUT", arguments->output, "A .glb or .gltf file; - is a GLB on stdout")->required();
   const auto resolve = add_encode_options(command, arguments->encode);
+  add_images_option(command, arguments->write);
   command.add_option("--report", arguments->report, "Write what was done as JSON; - is stdout")
       ->type_name("FILE");
   command.callback([arguments, resolve, &action] {

@@ -8,7 +8,9 @@
 #include <optional>
 
 #include "gltf_ext/files.h"
+#include "gltf_ext/linked_files.h"
 #include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/output_files.h"
 #include "tools/gltf_psplit/patch_summary.h"
 #include "tools/gltf_psplit/preview/preview.h"
 #include "tools/gltf_psplit/progress.h"
@@ -184,6 +186,15 @@ Status write_preview(const Document& document, const Arguments& arguments, const
 Status run_inspect(const Arguments& arguments, const Session& session) {
   const Expected<Document> document = read_input(arguments.input, arguments.backend.name);
   if (!document) return document.status();
+  if (Status status = check_not_an_input(arguments.preview, "--preview", *document); !status.ok())
+    return status;
+  Json warnings = Json::array();
+  for (const LinkedFile& link : linked_files(*document)) {
+    const std::string text = describe_dangling(link);
+    if (text.empty()) continue;
+    session.log.warning(text);
+    warnings.push_back(text);
+  }
   if (!arguments.preview.empty())
     if (Status status = write_preview(*document, arguments, session); !status.ok()) return status;
   const DescribeStream describe = find_describer(arguments.backend.name);
@@ -217,7 +228,9 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
   if (arguments.format == "json") {
     Json primitives = Json::array();
     for (const InspectedPrimitive& primitive : compressed) primitives.push_back(to_json(primitive));
-    const Json result{{"primitives", std::move(primitives)}, {"others", std::move(others)}};
+    const Json result{{"primitives", std::move(primitives)},
+                      {"others", std::move(others)},
+                      {"warnings", std::move(warnings)}};
     return write_text("-", report_text(result));
   }
   return write_text("-", to_text(compressed) + others_text);

@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "gltf_ext/file_lock.h"
 #include "tools/gltf_psplit/commands.h"
 
 namespace psplit {
@@ -90,6 +91,7 @@ int run(int argc, char** argv, const char* version) {
 }  // namespace
 
 int run_command_line(int argc, char** argv, const char* version) {
+  let_writes_past_size_limit_fail();
   const Log log(Verbosity::kNormal);
   try {
     return run(argc, argv, version);

@@ -159,18 +159,20 @@ Expected<Document> read_input(const std::string& path, const std::string& backen
     if (!mesh) return mesh.status().at(place);
     Document document = document_from_mesh(*mesh);
     document.source = path;
+    document.files.emplace_back(path);
     return document;
   }
-  const auto bytes = read_file(path);
+  auto bytes = read_file(path);
   if (!bytes) return bytes.status().at(place);
   const std::string extension = lower_extension(path);
   if (is_draco(*bytes) || extension == ".drc") {
     Expected<Document> document = document_from_draco(*bytes, find_describer(backend));
     if (!document) return document.status().at(place);
     document->source = path;
+    if (path != "-") document->files.emplace_back(path);
     return document;
   }
-  Expected<Document> document = parse_document(*bytes, path);
+  Expected<Document> document = parse_document(std::move(*bytes), path);
   if (document.status().code() != StatusCode::kInvalidInput || extension.empty() || is_gltf_name(path))
     return document;
   return unsupported(extension + " files are not read; .gltf, .glb, .ply, .obj, .stl and .drc files are",

@@ -60,7 +60,12 @@ Status run_validate(const Arguments& arguments, const Session& session) {
   }
   if (Status status = write_text("-", text); !status.ok()) return status;
   if (error_count == 0) return {};
-  return invalid_input("breaks the rules: " + counted(error_count, "error"), {.file = arguments.input});
+  const bool is_beyond = std::ranges::all_of(findings, [](const Finding& finding) {
+    return !finding.error || finding.code == StatusCode::kUnsupported;
+  });
+  return {is_beyond ? StatusCode::kUnsupported : StatusCode::kInvalidInput,
+          "breaks the rules: " + counted(error_count, "error"),
+          {.file = arguments.input}};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "gltf_ext/compare_assets.h"
+#include "tools/gltf_psplit/output_files.h"
 #include "tools/gltf_psplit/placed_meshes.h"
 #include "tools/gltf_psplit/progress.h"
 
@@ -28,11 +29,13 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
   return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
 }
 
-Expected<AssetMeshes> read_meshes(const std::string& path, bool scene, const BackendChoice& backend,
-                                  const Session& session) {
+// `output` must be neither the asset nor a file that it needs.
+Expected<AssetMeshes> read_meshes(const std::string& path, const std::string& output, bool scene,
+                                  const BackendChoice& backend, const Session& session) {
   ProgressBar bar("reading", session.log);
   const Expected<Document> document = read_input(path, backend.name);
   if (!document) return document.status();
+  if (Status status = check_not_an_input(output, "--output", *document); !status.ok()) return status;
   Expected<AssetMeshes> meshes = read_asset_meshes(*document, find_backend(backend),
                                                    find_describer(backend.name), session.pool, bar.callback());
   if (meshes && scene) meshes = place_meshes(*document, *meshes);
@@ -208,9 +211,9 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
   if (format == "html") return {StatusCode::kUsage, "two files are compared as text or json"};
   if (first == "-" && options.second == "-")
     return {StatusCode::kUsage, "only one of two files comes from stdin"};
-  const Expected<AssetMeshes> a = read_meshes(first, options.scene, backend, session);
+  const Expected<AssetMeshes> a = read_meshes(first, output, options.scene, backend, session);
   if (!a) return a.status();
-  const Expected<AssetMeshes> b = read_meshes(options.second, options.scene, backend, session);
+  const Expected<AssetMeshes> b = read_meshes(options.second, output, options.scene, backend, session);
   if (!b) return b.status();
   const Expected<AssetComparison> comparison = [&] {
     const ProgressBar bar("comparing", session.log);

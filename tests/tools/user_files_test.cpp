@@ -1,0 +1,258 @@
+// No command replaces or removes a file that it did not make, and none takes a broken asset that another
+// refuses.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/test_folder.h"
+#include "tools/gltf_psplit/command_line.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using namespace std::string_literals;
+
+const std::string kPng = "\x89PNG\r\n\x1a\n"s + "pixels";
+
+class UserFiles : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void write(const std::string& name, const std::string& text) const {
+    fs::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+  std::string text(const std::string& name) const {
+    std::ostringstream out;
+    out << std::ifstream(folder_ / name, std::ios::binary).rdbuf();
+    return out.str();
+  }
+  Json json(const std::string& name) const { return Json::parse(text(name)); }
+
+  int run(std::vector<std::string> words) {
+    words.insert(words.begin(), "gltf-psplit");
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    const int code = run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
+    out_ = testing::internal::GetCapturedStdout();
+    err_ = testing::internal::GetCapturedStderr();
+    return code;
+  }
+
+  // A .gltf in a folder of its own, with an image; the name of its .bin.
+  std::string sample(const std::string& folder = "in", const std::string& pixels = kPng) {
+    fs::create_directories(folder_ / folder);
+    EXPECT_EQ(run({"generate", path(folder + "/a.gltf"), "--faces", "800", "--texcoords", "-q"}), 0) << err_;
+    Json asset = json(folder + "/a.gltf");
+    asset["images"] = Json::array({{{"uri", "x.png"}}});
+    write(folder + "/a.gltf", asset.dump());
+    write(folder + "/x.png", pixels);
+    return folder + "/" + asset["buffers"][0]["uri"].get<std::string>();
+  }
+
+  TestFolder folder_;
+  std::string out_, err_;
+};
+
+TEST_F(UserFiles, ImagesOfTwoAssetsStandSideBySide) {
+  sample("a");
+  sample("b", kPng + " of another");
+  fs::create_directories(folder_ / "out");
+  for (const std::string name : {"a", "b"})
+    ASSERT_EQ(run({"encode", path(name + "/a.gltf"), path("out/" + name + ".gltf")}), 0) << err_;
+  EXPECT_NE(err_.find("x.png"), std::string::npos) << err_;
+  EXPECT_EQ(text("out/x.png"), kPng);
+  EXPECT_EQ(text("out/" + json("out/b.gltf")["images"][0]["uri"].get<std::string>()), kPng + " of another");
+
+  ASSERT_EQ(run({"encode", path("a/a.gltf"), path("out/c.glb"), "--report", path("r.json")}), 0) << err_;
+  EXPECT_EQ(json("r.json")["images"]["embedded"], 1);
+  EXPECT_NE(text("out/c.glb").find(kPng), std::string::npos);
+  ASSERT_EQ(run({"encode", path("a/a.gltf"), "-", "-q"}), 0) << err_;
+  EXPECT_NE(out_.find(kPng), std::string::npos) << "stdout is whole, too";
+  ASSERT_EQ(run({"decode", path("out/c.glb"), path("out/d.gltf"), "--images", "reference", "-q"}), 0) << err_;
+  EXPECT_EQ(run({"encode", path("a/a.gltf"), "-", "--images", "copy"}), 1);
+  EXPECT_EQ(run({"encode", path("a/a.gltf"), path("e.glb"), "--images", "fold"}), 1);
+}
+
+TEST_F(UserFiles, WhatDanglesIsSaid) {
+  sample();
+  fs::remove(path("in/x.png"));
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("b.glb")}), 0);
+  EXPECT_NE(err_.find("image 0"), std::string::npos) << err_;
+  for (const std::string file : {"b.glb", "in/a.gltf"}) {
+    ASSERT_EQ(run({"validate", path(file)}), 0);
+    EXPECT_NE(out_.find("warning [linked-file]"), std::string::npos) << out_;
+    EXPECT_NE(out_.find("x.png"), std::string::npos) << out_;
+    ASSERT_EQ(run({"inspect", path(file), "--format", "json"}), 0);
+    EXPECT_EQ(Json::parse(out_)["warnings"].size(), 1u);
+    EXPECT_NE(err_.find("x.png"), std::string::npos) << err_;
+  }
+}
+
+TEST_F(UserFiles, ReportsAndPicturesReplaceNoInput) {
+  const std::string binary = sample();
+  fs::create_directories(folder_ / "out");
+  fs::create_symlink("in/x.png", folder_ / "link.png");
+  fs::create_hard_link(path(binary), path("hard.json"));
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("out/b.gltf"), "-q"}), 0);
+  const std::vector<std::string> files = {"in/a.gltf", binary, "in/x.png"};
+  std::vector<std::string> before;
+  for (const std::string& file : files) before.push_back(text(file));
+  for (const std::string file : {"in/a.gltf", "in/x.png", "link.png", "hard.json", "out/../in/a.gltf"}) {
+    EXPECT_EQ(run({"encode", path("in/a.gltf"), path("out/c.glb"), "--report", path(file)}), 1) << file;
+    EXPECT_NE(err_.find("--report"), std::string::npos) << err_;
+    EXPECT_EQ(run({"batch", path("in/a.gltf"), "--out-dir", path("out2"), "--report", path(file)}), 1) << file;
+    EXPECT_EQ(run({"compare", path("in/a.gltf"), "--repeat", "1", "-o", path(file)}), 1) << file;
+    EXPECT_EQ(run({"compare", path("in/a.gltf"), path("out/b.gltf"), "-o", path(file)}), 1) << file;
+    EXPECT_EQ(run({"compare", path("out/b.gltf"), path("in/a.gltf"), "-o", path(file)}), 1) << file;
+  }
+  for (const std::string file : {"in/x.png", "link.png"})
+    EXPECT_EQ(run({"inspect", path("in/a.gltf"), "--preview", path(file), "--preview-size", "16"}), 1) << file;
+  EXPECT_EQ(run({"encode", path("in/a.gltf"), path("out/c.glb"), "--report", path(binary)}), 1);
+  for (size_t i = 0; i < files.size(); ++i) EXPECT_EQ(text(files[i]), before[i]) << files[i];
+}
+
+TEST_F(UserFiles, InPlaceKeepsTheInputsBinary) {
+  for (const std::string output : {"a.gltf", "link.gltf", "hard.gltf"}) {
+    fs::remove_all(folder_ / "in");
+    const std::string binary = sample();
+    const std::string before = text(binary);
+    fs::create_symlink("a.gltf", folder_ / "in" / "link.gltf");
+    fs::create_hard_link(path("in/a.gltf"), path("in/hard.gltf"));
+    ASSERT_EQ(run({"encode", path("in/a.gltf"), path("in/" + output), "-q"}), 0) << err_;
+    EXPECT_EQ(text(binary), before) << output;
+    EXPECT_EQ(text("in/x.png"), kPng) << output;
+    EXPECT_EQ(run({"decode", path("in/" + output), path("again.glb"), "-q"}), 0) << err_;
+    EXPECT_EQ(run({"encode", path("in/hard.gltf"), path("again.glb"), "-q"}), 0) << err_;
+  }
+}
+
+TEST_F(UserFiles, OnlyBinariesOfOursGo) {
+  sample();
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("b.gltf"), "-q"}), 0) << err_;
+  const std::string first = json("b.gltf")["buffers"][0]["uri"];
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("b.gltf"), "-q", "--quantize-position", "9"}), 0) << err_;
+  const std::string second = json("b.gltf")["buffers"][0]["uri"];
+  EXPECT_NE(first, second);
+  EXPECT_FALSE(fs::exists(path(first))) << "made for the .gltf that is no more";
+  const std::string changed = text(second) + "and more of the user's own";
+  write(second, changed);
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("b.gltf"), "-q"}), 0) << err_;
+  EXPECT_EQ(text(second), changed) << "has not the content that its name says";
+}
+
+TEST_F(UserFiles, TheLimitOnAFilesSizeIsAnError) {
+  sample();
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit limit{1024, 1024};
+    _exit(setrlimit(RLIMIT_FSIZE, &limit) == 0 ? run({"encode", path("in/a.gltf"), path("b.glb"), "-q"}) : 99);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing is left";
+}
+
+TEST_F(UserFiles, AFallbackIsABinaryOfItsOwn) {
+  sample();
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("b.gltf"), "-q", "--fallback", "uncompressed"}), 0) << err_;
+  const Json asset = json("b.gltf");
+  ASSERT_EQ(asset["buffers"].size(), 2u);
+  const Json& primitive = asset["meshes"][0]["primitives"][0];
+  const Json& patches = primitive["extensions"].front();
+  EXPECT_EQ(asset["bufferViews"][patches["bufferView"].get<size_t>()]["buffer"], 0);
+  for (const Json& index : primitive["attributes"]) {
+    const size_t view = asset["accessors"][index.get<size_t>()]["bufferView"];
+    EXPECT_EQ(asset["bufferViews"][view]["buffer"], 1);
+  }
+  EXPECT_LT(text(asset["buffers"][0]["uri"]).size(), text(asset["buffers"][1]["uri"]).size() / 2);
+  EXPECT_EQ(run({"validate", path("b.gltf")}), 0) << out_;
+  ASSERT_EQ(run({"decode", path("b.gltf"), path("c.gltf"), "-q"}), 0) << err_;
+  EXPECT_EQ(json("c.gltf")["buffers"].size(), 1u);
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("b.glb"), "-q", "--fallback", "uncompressed"}), 0) << err_;
+  EXPECT_EQ(run({"compare", path("b.glb"), path("b.gltf"), "--tolerance", "0", "-q"}), 0) << out_;
+}
+
+void collect_places(const Json& tree, const Json::json_pointer& at, std::vector<Json::json_pointer>& places) {
+  if (!at.empty()) places.push_back(at);
+  if (tree.is_object())
+    for (const auto& [name, value] : tree.items()) collect_places(value, at / name, places);
+  if (tree.is_array())
+    for (size_t i = 0; i < tree.size(); ++i) collect_places(tree[i], at / i, places);
+}
+
+// Every value of the JSON gone, and in its place others, most of them of another kind.
+std::vector<Json> mutants(const Json& tree) {
+  const Json others[] = {nullptr, -1, 1, 1e300, "x", Json::array({0, "1"}), Json::object()};
+  std::vector<Json::json_pointer> places;
+  collect_places(tree, Json::json_pointer(), places);
+  std::vector<Json> all;
+  for (const Json::json_pointer& place : places) {
+    for (const Json& other : others) {
+      all.push_back(tree);
+      all.back()[place] = other;
+    }
+    if (!tree[place.parent_pointer()].is_object()) continue;
+    all.push_back(tree);
+    all.back()[place.parent_pointer()].erase(place.back());
+  }
+  return all;
+}
+
+TEST_F(UserFiles, AllCommandsRefuseTheSameBrokenAssets) {
+  fs::create_directories(folder_ / "plain");
+  ASSERT_EQ(run({"generate", path("plain/a.gltf"), "--faces", "60", "-q"}), 0);
+  ASSERT_EQ(run({"encode", path("plain/a.gltf"), path("a.gltf"), "-q", "--patches", "2"}), 0) << err_;
+  for (const std::string name : {"plain/a.gltf", "a.gltf"}) {
+    const std::string folder = name == "a.gltf" ? "" : "plain/";
+    for (const Json& mutant : mutants(json(name))) {
+      write(folder + "mutant.gltf", mutant.dump());
+      const auto code_of = [&](std::vector<std::string> words) {
+        words.insert(words.begin() + 1, path(folder + "mutant.gltf"));
+        words.push_back("-q");
+        return run(words);
+      };
+      const int validated = code_of({"validate"});
+      EXPECT_TRUE(validated == 0 || validated == 2 || validated == 3 || validated == 5) << validated << mutant;
+      EXPECT_EQ(code_of({"encode", path("out.glb"), "-j", "1"}), validated) << err_ << out_ << mutant;
+      EXPECT_EQ(code_of({"decode", path("out.glb"), "-j", "1"}), validated) << err_ << out_ << mutant;
+      const int inspected = code_of({"inspect"});
+      EXPECT_TRUE(inspected == 0 || inspected == validated) << inspected << " " << validated << mutant;
+    }
+  }
+}
+
+TEST_F(UserFiles, ZerosThatNothingStandsForAreRefused) {
+  const char* const claims[] = {
+      R"({"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"type":"VEC3","count":30000000}],
+          "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}]})",
+      R"({"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"type":"VEC3","count":3},
+          {"componentType":5125,"type":"SCALAR","count":30000000}],
+          "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}]})",
+  };
+  for (const char* const claim : claims) {
+    write("claim.gltf", claim);
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"encode", path("claim.gltf"), path("out.glb")},
+          {"decode", path("claim.gltf"), path("out.glb")},
+          {"validate", path("claim.gltf")},
+          {"inspect", path("claim.gltf")}}) {
+      EXPECT_EQ(run(words), 3) << words.front();
+      EXPECT_NE((out_ + err_).find("claim.gltf"), std::string::npos) << err_;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace psplit
