@@ -47,11 +47,12 @@ struct PrimitiveTask {
   const uint8_t* bytes = nullptr;                // where its streams' places count from
   uint32_t first_stream = 0, first_written = 0;  // places in the batch
   uint32_t first_target = 0, target_count = 0;
-  uint32_t point_count = 0;  // of all streams
-  uint32_t first_point = 0;  // which point's are the first values of a target
-  bool is_stitched = true;   // else every stream has all its points, one stream after the other
-  void* indices = nullptr;   // three a face
-  uint32_t index_bytes = 4;  // 2 or 4
+  uint32_t point_count = 0;     // of all streams
+  uint32_t first_point = 0;     // which point's are the first values of a target
+  uint32_t stitch_version = 0;  // of its container
+  bool is_stitched = true;      // else every stream has all its points, one stream after the other
+  void* indices = nullptr;      // three a face
+  uint32_t index_bytes = 4;     // 2 or 4
   float* bounds = nullptr;  // of the first target's values: for each stream three least and three most, or null
 };
 
@@ -124,8 +125,13 @@ struct StreamSet {
   PSPLIT_HD core::Fault& fault(uint32_t i) const { return batch.faults[streams[i]]; }
   PSPLIT_HD core::StitchRow row(const StreamTask& task) const {
     const PrimitiveTask& primitive = batch.primitives[task.primitive];
-    return {core::View<const uint8_t>(primitive.bytes + task.stitch_at, task.stitch_bytes), task.number,
-            task.reference_count, task.owned_base, primitive.point_count};
+    return {core::View<const uint8_t>(primitive.bytes + task.stitch_at, task.stitch_bytes),
+            primitive.stitch_version,
+            task.number,
+            task.point_count,
+            task.reference_count,
+            task.owned_base,
+            primitive.point_count};
   }
 };
 
@@ -274,8 +280,8 @@ struct FinishStreams {
       return core::Fault::kNone;
     }
     const uint32_t total = primitive.point_count;
-    const core::Fault fault =
-        core::number_mesh_points(lanes, set.row(task), core::View<const Index>(state.border), state.numbers);
+    const core::Fault fault = core::number_mesh_points(
+        lanes, set.row(task), core::View<const Index>(state.border), state.numbers, state.references);
     if (fault != core::Fault::kNone) return fault;
     core::for_each_lane_item(lanes, static_cast<uint32_t>(walk.size()), [&](uint32_t at) {
       const uint32_t number = state.numbers[state.border[at]];

@@ -8,6 +8,7 @@
 
 #include "decoder_cuda/batch.h"
 #include "src/container/claims.h"
+#include "src/container/stitch.h"
 
 namespace psplit {
 
@@ -203,7 +204,7 @@ class BatchPlan {
     for (uint32_t i = primitive.first; i < end; ++i) {
       uses[i] = StreamUse::kWritten;
       if (!primitive.is_stitched || primitive.first == 0) continue;
-      core::StitchReader reader({{container.stitch[i].data(), container.stitch[i].size()}, i});
+      core::StitchReader reader(stitch_row(container, i));
       for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner);
       for (core::StitchReader::Pair pair; reader.next_pair(pair);) refer_to(pair.owner);
     }
@@ -263,6 +264,7 @@ class BatchPlan {
                            .target_count = static_cast<uint32_t>(primitive.targets.size()),
                            .point_count = is_stitched ? container.point_count() : next_point,
                            .first_point = is_stitched ? container.owned_base[first] : 0,
+                           .stitch_version = container.version,
                            .is_stitched = is_stitched,
                            .indices = primitive.indices,
                            .index_bytes = primitive.index_bytes,

@@ -1,5 +1,8 @@
 #include "encoder/stitch_runs.h"
 
+#include <algorithm>
+#include <array>
+
 namespace psplit {
 namespace {
 
@@ -7,6 +10,7 @@ constexpr uint32_t kNone = 0xffffffffu;
 
 struct Owner {
   uint32_t stream = kNone;
+  uint32_t point = 0;           // decoded point of the stream
   uint32_t rank = 0;            // among the points that the stream owns
   uint32_t walk_place = kNone;  // in the stream's border walk
 };
@@ -27,8 +31,15 @@ uint32_t run_length(std::span<const uint32_t> walk, const OwnedStream& stream, s
   return length;
 }
 
-StitchMap build_map(const OwnedStream& stream, std::span<const uint32_t> walk, std::span<const Owner> owners,
-                    std::vector<uint8_t> is_reference) {
+// The fewest points that are stored as a run: shorter ones are repeats, where the stream owns them itself, and
+// pairs, where another does.
+struct LeastLengths {
+  uint32_t own = 1, others = 1;
+};
+
+StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const uint32_t> walk,
+                    std::span<const Owner> owners, std::vector<uint8_t> is_reference,
+                    const LeastLengths& least) {
   StitchMap map;
   for (size_t i = 0; i < walk.size();) {
     const Owner& owner = owners[stream.points[walk[i]]];
@@ -40,15 +51,46 @@ StitchMap build_map(const OwnedStream& stream, std::span<const uint32_t> walk, s
     const uint32_t forward = run_length(walk, stream, owners, is_reference, i, true);
     const bool goes_forward = forward > backward;
     const uint32_t length = goes_forward ? forward : backward;
+    if (length < (owner.stream == number ? least.own : least.others)) {
+      ++i;
+      continue;
+    }
     map.runs.push_back({static_cast<uint32_t>(i), length, owner.stream, owner.walk_place, goes_forward});
     for (size_t end = i + length; i < end; ++i) is_reference[walk[i]] = 0;
   }
   for (uint32_t point = 0; point < stream.points.size(); ++point) {
     if (!is_reference[point]) continue;
     const Owner& owner = owners[stream.points[point]];
-    map.pairs.push_back({point, owner.stream, owner.rank});
+    if (owner.stream == number)
+      map.repeats.push_back({point, owner.point});
+    else
+      map.pairs.push_back({point, owner.stream, owner.rank});
   }
   return map;
+}
+
+// The shortest part that any choice of runs makes. Long runs, the common ones, leave no choice.
+std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number, std::span<const uint32_t> walk,
+                                   std::span<const Owner> owners, const std::vector<uint8_t>& is_reference) {
+  const auto point_count = static_cast<uint32_t>(stream.points.size());
+  const StitchMap all_runs = build_map(stream, number, walk, owners, is_reference, {});
+  std::vector<uint8_t> shortest = write_stitch_map(all_runs, number, point_count);
+  LeastLengths shortest_runs = {kNone, kNone};
+  for (const StitchRun& run : all_runs.runs) {
+    uint32_t& length = run.owner == number ? shortest_runs.own : shortest_runs.others;
+    length = std::min(length, run.length);
+  }
+  constexpr std::array<uint32_t, 5> kLeastLengths = {1, 2, 3, 5, 9};
+  for (const uint32_t own : kLeastLengths)
+    for (const uint32_t others : kLeastLengths) {
+      const bool changes_own = own > shortest_runs.own, changes_others = others > shortest_runs.others;
+      if ((own > 1 && !changes_own) || (others > 1 && !changes_others) || (!changes_own && !changes_others))
+        continue;
+      const StitchMap map = build_map(stream, number, walk, owners, is_reference, {own, others});
+      std::vector<uint8_t> part = write_stitch_map(map, number, point_count);
+      if (part.size() <= shortest.size()) shortest = std::move(part);
+    }
+  return shortest;
 }
 
 }  // namespace
@@ -72,7 +114,7 @@ Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_c
     for (uint32_t point = 0; point < streams[i].points.size(); ++point) {
       const uint32_t source = streams[i].points[point];
       if (owners[source].stream == kNone) {
-        owners[source] = {i, rank++, kNone};
+        owners[source] = {i, point, rank++, kNone};
         stitching.source_point.push_back(source);
       } else {
         is_reference[i][point] = 1;
@@ -86,8 +128,9 @@ Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_c
 
   stitching.maps.resize(count);
   pool.for_each(count, [&](size_t i) {
-    stitching.maps[i] = write_stitch_map(build_map(streams[i], walks[i], owners, std::move(is_reference[i])),
-                                         static_cast<uint32_t>(i));
+    if (stitching.reference_counts[i] > 0)
+      stitching.maps[i] =
+          shortest_part(streams[i], static_cast<uint32_t>(i), walks[i], owners, is_reference[i]);
   });
   return stitching;
 }

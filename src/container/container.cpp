@@ -54,12 +54,13 @@ uint64_t Container::reference_count() const {
 Expected<Container> parse_container(std::span<const uint8_t> bytes) {
   if (bytes.size() < kHeaderBytes) return invalid_input("container: shorter than its header");
   if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return invalid_input("container: wrong magic");
-  if (bytes[4] != kContainerVersion)
+  if (bytes[4] == 0 || bytes[4] > kContainerVersion)
     return unsupported("container: version " + std::to_string(bytes[4]) + " is not known");
   if ((bytes[5] & ~kFlagResidue) != 0) return invalid_input("container: unknown flags");
   if (load(&bytes[6], 2) != 0) return invalid_input("container: reserved bytes are not zero");
 
   Container container;
+  container.version = bytes[4];
   container.has_residue = (bytes[5] & kFlagResidue) != 0;
   const uint32_t count = load(&bytes[8], 4);
   // A Draco stream is never empty, so the bytes bound the count before anything is allocated.

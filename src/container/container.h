@@ -20,7 +20,8 @@
 
 namespace psplit {
 
-inline constexpr uint8_t kContainerVersion = 1;
+// What write_container writes. Version 1 is read as well: its stitch maps have another format.
+inline constexpr uint8_t kContainerVersion = 2;
 
 // One row of the directory.
 struct StreamEntry {
@@ -34,6 +35,7 @@ struct StreamEntry {
 
 // A parsed container. Spans point into the bytes given to parse_container, which must outlive it.
 struct Container {
+  uint8_t version = kContainerVersion;
   std::vector<StreamEntry> entries;  // patches, then the residue if any
   bool has_residue = false;
   bool is_stock = false;  // one stream of either coding that no directory describes (container_of_stream)

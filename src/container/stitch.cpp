@@ -1,9 +1,9 @@
 #include "src/container/stitch.h"
 
 #include <algorithm>
-#include <optional>
+#include <bit>
 
-#include "src/container/varint.h"
+#include "src/core/stitch_numbers.h"
 
 namespace psplit {
 namespace {
@@ -47,6 +47,111 @@ Status broken(uint32_t patch, const char* what) {
   return invalid_input(std::string("stitch map: ") + what, {.patch = patch});
 }
 
+// Bits from the lowest of each byte up.
+class BitWriter {
+ public:
+  void put(uint64_t bits, uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i, ++bit_count_) {
+      if (bit_count_ % 8 == 0) bytes_.push_back(0);
+      bytes_.back() |= static_cast<uint8_t>((bits >> i & 1) << bit_count_ % 8);
+    }
+  }
+  void number(core::NumberKind& kind, uint64_t value) {
+    const uint64_t high = (value >> kind.order()) + 1;
+    const auto zeros = static_cast<uint32_t>(std::bit_width(high)) - 1;
+    put(uint64_t{1} << zeros, zeros + 1);
+    put(high, zeros);  // its highest bit is known
+    put(value, kind.order());
+    kind.follow(static_cast<uint32_t>(value));
+  }
+  std::vector<uint8_t> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<uint8_t> bytes_;
+  uint32_t bit_count_ = 0;  // modulo 2^32
+};
+
+// Writes what core::StitchReader reads.
+class StitchWriter {
+ public:
+  StitchWriter(const StitchMap& map, uint32_t patch, uint32_t point_count, bool distances_differ)
+      : patch_(patch), kinds_(point_count, reference_count(map)) {
+    bits_.number(kinds_.count, map.runs.size());
+    write_runs(map.runs);
+    if (!map.repeats.empty() || !map.pairs.empty()) {
+      if (patch > 0) bits_.number(kinds_.count, map.pairs.size());
+      write_repeats(map.repeats, distances_differ);
+      write_pairs(map.pairs);
+    }
+  }
+  std::vector<uint8_t> take() { return bits_.take(); }
+
+ private:
+  static uint32_t reference_count(const StitchMap& map) {
+    size_t count = map.repeats.size() + map.pairs.size();
+    for (const StitchRun& run : map.runs) count += run.length;
+    return static_cast<uint32_t>(count);
+  }
+  // Where a step takes more than 32 bits, the owner is named as if it were another.
+  bool goes_on(bool is_first, bool is_same_owner, int64_t step) {
+    const bool result = !is_first && is_same_owner && core::fold(step) <= 0xffffffffu;
+    if (!is_first) bits_.put(result ? 0 : 1, 1);
+    return result;
+  }
+  void write_runs(std::span<const StitchRun> runs) {
+    core::ExpectedStart expected;
+    const StitchRun* last = nullptr;
+    for (const StitchRun& run : runs) {
+      const uint32_t skip = run.begin - (last ? last->begin + last->length : 0);
+      bits_.number(kinds_.walk_skip, skip);
+      bits_.number(kinds_.length, run.length - 1);
+      if (run.length > 1) bits_.put(run.forward ? 1 : 0, 1);
+      const int64_t step = expected.step(skip, run.start);
+      if (goes_on(last == nullptr, last && run.owner == last->owner, step)) {
+        bits_.number(kinds_.start_step, core::fold(step));
+      } else {
+        bits_.number(kinds_.back, patch_ - run.owner);
+        bits_.number(kinds_.place, run.start);
+      }
+      expected = core::ExpectedStart(run.start, run.length, run.length > 1 && run.forward);
+      last = &run;
+    }
+  }
+  void write_repeats(std::span<const StitchRepeat> repeats, bool distances_differ) {
+    if (!repeats.empty()) bits_.put(distances_differ ? 1 : 0, 1);
+    uint32_t next = 0, last_distance = 0;
+    for (const StitchRepeat& repeat : repeats) {
+      bits_.number(kinds_.point_skip, repeat.point - next);
+      const uint32_t distance = repeat.point - 1 - repeat.target;
+      bits_.number(kinds_.distance,
+                   distances_differ ? core::fold(int64_t{distance} - last_distance) : distance);
+      last_distance = distance;
+      next = repeat.point + 1;
+    }
+  }
+  void write_pairs(std::span<const StitchPair> pairs) {
+    core::ExpectedRank expected;
+    const StitchPair* last = nullptr;
+    for (const StitchPair& pair : pairs) {
+      bits_.number(kinds_.point_skip, pair.point - (last ? last->point + 1 : 0));
+      const int64_t step = expected.step(pair.rank);
+      if (goes_on(last == nullptr, last && pair.owner == last->owner, step)) {
+        bits_.number(kinds_.rank_step, core::fold(step));
+        expected.follow(pair.rank);
+      } else {
+        bits_.number(kinds_.back, patch_ - pair.owner - 1);
+        bits_.number(kinds_.place, pair.rank);
+        expected.begin(pair.rank);
+      }
+      last = &pair;
+    }
+  }
+
+  uint32_t patch_;
+  core::StitchKinds kinds_;
+  BitWriter bits_;
+};
+
 }  // namespace
 
 std::vector<uint32_t> border_walk(std::span<const Face> faces, uint32_t point_count) {
@@ -77,78 +182,49 @@ std::vector<uint32_t> border_walk(std::span<const Face> faces, uint32_t point_co
   return walk;
 }
 
-// Runs: count, then for each the walk points skipped since the last run, (length - 1) * 2 + forward, how many
-// patches back the owner is, and the start. Pairs until the bytes end: points skipped since the last pair, how
-// many patches back the owner is, the rank.
-std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch) {
-  std::vector<uint8_t> bytes;
-  if (map.runs.empty() && map.pairs.empty()) return bytes;
-  append_varint(bytes, static_cast<uint32_t>(map.runs.size()));
-  uint32_t next = 0;
-  for (const StitchRun& run : map.runs) {
-    append_varint(bytes, run.begin - next);
-    append_varint(bytes, (run.length - 1) << 1 | (run.forward ? 1u : 0u));
-    append_varint(bytes, patch - run.owner);
-    append_varint(bytes, run.start);
-    next = run.begin + run.length;
-  }
-  next = 0;
-  for (const StitchPair& pair : map.pairs) {
-    append_varint(bytes, pair.point - next);
-    append_varint(bytes, patch - pair.owner);
-    append_varint(bytes, pair.rank);
-    next = pair.point + 1;
-  }
-  return bytes;
+core::StitchRow stitch_row(const Container& container, uint32_t patch) {
+  const std::span<const uint8_t> bytes = container.stitch[patch];
+  const StreamEntry& entry = container.entries[patch];
+  return {{bytes.data(), bytes.size()}, container.version,      patch, entry.point_count, entry.reference_count,
+          container.owned_base[patch],  container.point_count()};
+}
+
+std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch, uint32_t point_count) {
+  if (map.runs.empty() && map.repeats.empty() && map.pairs.empty()) return {};
+  std::vector<uint8_t> bytes = StitchWriter(map, patch, point_count, false).take();
+  // Half of all differences take one bit more than distances do.
+  if (map.repeats.empty() || point_count >= 0x80000000u) return bytes;
+  std::vector<uint8_t> by_differences = StitchWriter(map, patch, point_count, true).take();
+  return by_differences.size() < bytes.size() ? by_differences : bytes;
 }
 
 Expected<StitchMap> parse_stitch_map(const Container& container, uint32_t patch) {
   const StreamEntry& entry = container.entries[patch];
-  StitchMap map;
-  VarintReader reader(container.stitch[patch]);
-  if (container.stitch[patch].empty()) {
-    if (entry.reference_count != 0) return broken(patch, "the directory counts references, but there are none");
-    return map;
-  }
-  const std::optional<uint32_t> run_count = reader.read();
-  // A run takes four bytes at least.
-  if (!run_count || *run_count > reader.remaining() / 4) return broken(patch, "impossible number of runs");
   const bool is_residue = container.has_residue && patch + 1 == container.entries.size();
-  if (is_residue && *run_count > 0) return broken(patch, "the residue has no border to run along");
+  StitchMap map;
+  core::StitchReader reader(stitch_row(container, patch));
   uint64_t references = 0;
-  uint64_t next = 0;
-  map.runs.reserve(*run_count);
-  for (uint32_t i = 0; i < *run_count; ++i) {
-    const auto skip = reader.read(), length_and_way = reader.read(), back = reader.read(),
-               start = reader.read();
-    if (!start) return broken(patch, "ends within a run");
-    const uint64_t begin = next + *skip;
-    const uint32_t length = (*length_and_way >> 1) + 1;
-    const bool forward = (*length_and_way & 1) != 0;
-    if (begin + length > entry.point_count) return broken(patch, "a run leaves the patch");
-    if (*back > patch) return broken(patch, "a run names a patch that does not exist");
-    const uint32_t owner = patch - *back;
-    const uint32_t owner_points = container.entries[owner].point_count;
-    if (*start >= owner_points || (forward ? uint64_t{*start} + length > owner_points : *start + 1 < length))
+  for (core::StitchReader::Run run; reader.next_run(run); references += run.length) {
+    if (is_residue) return broken(patch, "the residue has no border to run along");
+    if (run.begin + run.length > entry.point_count) return broken(patch, "a run leaves the patch");
+    const uint32_t owner_points = container.entries[run.owner].point_count;
+    if (run.start >= owner_points || (run.forward && uint64_t{run.start} + run.length > owner_points))
       return broken(patch, "a run leaves its owner");
-    map.runs.push_back({static_cast<uint32_t>(begin), length, owner, *start, forward});
-    references += length;
-    next = begin + length;
+    map.runs.push_back({static_cast<uint32_t>(run.begin), run.length, run.owner, run.start, run.forward});
   }
-  next = 0;
-  while (reader.remaining() > 0) {
-    const auto skip = reader.read(), back = reader.read(), rank = reader.read();
-    if (!rank) return broken(patch, "ends within a pair");
-    const uint64_t point = next + *skip;
-    if (point >= entry.point_count) return broken(patch, "a pair names a point that does not exist");
-    if (*back > patch) return broken(patch, "a pair names a patch that does not exist");
-    const uint32_t owner = patch - *back;
-    if (*rank >= container.owned_base[owner + 1] - container.owned_base[owner])
+  for (core::StitchReader::Pair pair; reader.next_pair(pair); ++references) {
+    if (pair.point >= entry.point_count) return broken(patch, "a pair names a point that does not exist");
+    const auto point = static_cast<uint32_t>(pair.point);
+    if (pair.is_repeat) {
+      map.repeats.push_back({point, pair.target});
+      continue;
+    }
+    if (pair.target >= container.owned_base[pair.owner + 1] - container.owned_base[pair.owner])
       return broken(patch, "a pair names a point that its owner does not own");
-    map.pairs.push_back({static_cast<uint32_t>(point), owner, *rank});
-    next = point + 1;
+    map.pairs.push_back({point, pair.owner, pair.target});
   }
-  references += map.pairs.size();
+  if (reader.broken())
+    return broken(patch, "ends early, goes on too long, or names a patch that does not exist");
   if (references != entry.reference_count) return broken(patch, "the directory counts other references");
   return map;
 }
@@ -181,11 +257,15 @@ Expected<std::vector<std::vector<uint32_t>>> number_points(const Container& cont
           statuses[i] = broken(patch, "a run leaves the border, or crosses itself");
           return;
         }
-    for (const StitchPair& pair : maps[i].pairs)
-      if (!mark(pair.point)) {
-        statuses[i] = broken(patch, "a point has two references");
-        return;
-      }
+    bool is_twice = false;
+    for (const StitchRepeat& repeat : maps[i].repeats) is_twice |= !mark(repeat.point);
+    for (const StitchPair& pair : maps[i].pairs) is_twice |= !mark(pair.point);
+    bool is_unowned = false;
+    for (const StitchRepeat& repeat : maps[i].repeats) is_unowned |= is_reference[repeat.target] != 0;
+    if (is_twice || is_unowned) {
+      statuses[i] = broken(patch, is_twice ? "a point has two references" : "a point repeats a reference");
+      return;
+    }
     numbers[i].resize(entry.point_count);
     uint32_t next = container.owned_base[i];
     for (uint32_t point = 0; point < entry.point_count; ++point)
@@ -217,6 +297,7 @@ Expected<std::vector<std::vector<uint32_t>>> number_points(const Container& cont
     size_t next = 0;
     for (const StitchRun& run : maps[i].runs)
       for (uint32_t k = 0; k < run.length; ++k) numbers[i][walks[i][run.begin + k]] = resolved[i][next++];
+    for (const StitchRepeat& repeat : maps[i].repeats) numbers[i][repeat.point] = numbers[i][repeat.target];
     for (const StitchPair& pair : maps[i].pairs)
       numbers[i][pair.point] = container.owned_base[pair.owner] + pair.rank;
   });

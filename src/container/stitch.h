@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "src/container/container.h"
+#include "src/core/stitch_reader.h"
 #include "src/parallel.h"
 
 namespace psplit {
@@ -30,6 +31,15 @@ struct StitchRun {
   uint32_t owner = 0;
   uint32_t start = 0;
   bool forward = false;
+  bool operator==(const StitchRun&) const = default;
+};
+
+// Decoded point `point` of this patch is its decoded point `target` once more: that one comes earlier, and the
+// patch owns it. In containers of version 1, such points are pairs.
+struct StitchRepeat {
+  uint32_t point = 0;
+  uint32_t target = 0;
+  bool operator==(const StitchRepeat&) const = default;
 };
 
 // Decoded point `point` of this patch is the point that `owner` owns as its number `rank`.
@@ -37,11 +47,13 @@ struct StitchPair {
   uint32_t point = 0;
   uint32_t owner = 0;
   uint32_t rank = 0;
+  bool operator==(const StitchPair&) const = default;
 };
 
-// Runs ascend by `begin` and do not overlap; pairs ascend by `point`.
+// Runs ascend by `begin` and do not overlap; repeats and pairs ascend by `point`.
 struct StitchMap {
   std::vector<StitchRun> runs;
+  std::vector<StitchRepeat> repeats;
   std::vector<StitchPair> pairs;
 };
 
@@ -53,7 +65,12 @@ struct StitchMap {
 // no walk (empty): its references, and those to it, are pairs.
 std::vector<uint32_t> border_walk(std::span<const Face> faces, uint32_t point_count);
 
-std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch);
+// In the format of version 2. Nobody but the patch itself owns what repeats stand for, and another patch what
+// pairs do. `point_count` is the patch's number of decoded points.
+std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch, uint32_t point_count);
+
+// For the core's readers.
+core::StitchRow stitch_row(const Container& container, uint32_t patch);
 
 // Every number is checked against the directory; errors are kInvalidInput with the patch as their place.
 Expected<StitchMap> parse_stitch_map(const Container& container, uint32_t patch);

@@ -103,6 +103,7 @@ class BitReader {
     take(count);
     return value;
   }
+  PSPLIT_HD uint64_t bits_taken() const { return taken_; }
   // Bytes that hold the bits taken so far.
   PSPLIT_HD uint64_t bytes_taken() const { return (taken_ + 7) / 8; }
 

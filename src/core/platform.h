@@ -45,6 +45,23 @@
 
 namespace psplit::core {
 
+// The place of the highest bit that is set: of 0 as of 1.
+PSPLIT_HD inline uint32_t floor_log2(uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  return 31 - static_cast<uint32_t>(__clz(static_cast<int>(value | 1)));
+#else
+  return 31 - static_cast<uint32_t>(__builtin_clz(value | 1));
+#endif
+}
+// How many bits below the lowest that is set are not; `value` is not 0.
+PSPLIT_HD inline uint32_t trailing_zeros(uint64_t value) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<uint32_t>(__ffsll(static_cast<long long>(value))) - 1;
+#else
+  return static_cast<uint32_t>(__builtin_ctzll(value));
+#endif
+}
+
 // Choices without branches: all ones where the condition holds, and what that selects.
 PSPLIT_HD constexpr uint32_t mask(bool condition) { return 0u - static_cast<uint32_t>(condition); }
 PSPLIT_HD constexpr uint32_t select(uint32_t if_set, uint32_t a, uint32_t b) { return b ^ ((a ^ b) & if_set); }

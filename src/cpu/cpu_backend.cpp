@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "src/container/claims.h"
+#include "src/container/stitch.h"
 #include "src/core/numbering.h"
 #include "src/core/workspace.h"
 #include "src/cpu/convert.h"
@@ -315,6 +316,7 @@ class ContainerDecoder {
   struct StitchedPatch {
     std::vector<uint32_t> walk;  // the mesh's numbers along the border; kNoPoint for references
     std::vector<Placeholder> placeholders;
+    std::vector<uint32_t> references;  // the mesh's numbers, once they are resolved
     Status status;
   };
 
@@ -370,8 +372,9 @@ class ContainerDecoder {
     core::View<Index> border;
     if (has_references_ && core::walk_border(patch, arena, border) == Fault::kWorkspace) return more_memory();
     numbers.resize(entry.point_count);
-    const Fault fault = core::number_mesh_points(core::SerialLanes(), row(i), core::View<const Index>(border),
-                                                 core::View<uint32_t>(numbers.data(), numbers.size()));
+    const Fault fault = core::number_mesh_points(
+        core::SerialLanes(), stitch_row(container_, i), core::View<const Index>(border),
+        core::View<uint32_t>(numbers.data(), numbers.size()), references_of(i));
     if (fault != Fault::kNone) return status_of(fault);
 
     const uint32_t total = target_.point_count;
@@ -405,17 +408,14 @@ class ContainerDecoder {
     return {};
   }
 
-  core::StitchRow row(uint32_t i) const {
-    const std::span<const uint8_t> bytes = container_.stitch[i];
-    return {{bytes.data(), bytes.size()},
-            i,
-            container_.entries[i].reference_count,
-            container_.owned_base[i],
-            target_.point_count};
+  core::View<uint32_t> references_of(uint32_t i) {
+    std::vector<uint32_t>& references = patches_[i].references;
+    references.resize(container_.entries[i].reference_count);
+    return {references.data(), references.size()};
   }
 
   Status resolve_references(uint32_t i) {
-    std::vector<uint32_t> numbers(container_.entries[i].reference_count);
+    const core::View<uint32_t> numbers = references_of(i);
     const auto walk_of = [&](uint32_t stream, uint32_t place) {
       const std::vector<uint32_t>& walk = patches_[stream].walk;
       return place < walk.size() ? walk[place] : core::kNoPoint;
@@ -424,8 +424,8 @@ class ContainerDecoder {
       const uint32_t base = container_.owned_base[stream];
       return rank < container_.owned_base[stream + 1] - base ? base + rank : core::kNoPoint;
     };
-    const Fault fault = core::resolve_references(core::SerialLanes(), row(i), walk_of, owned_of,
-                                                 core::View<uint32_t>(numbers.data(), numbers.size()));
+    const Fault fault =
+        core::resolve_references(core::SerialLanes(), stitch_row(container_, i), walk_of, owned_of, numbers);
     if (fault != Fault::kNone) return status_of(fault);
     with_indices(target_, [&]<typename Out>(Out* out) {
       for (const Placeholder& placeholder : patches_[i].placeholders)

@@ -8,6 +8,7 @@
 #include "gltf_ext/convert.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/version_1.h"
 
 namespace {
 
@@ -80,4 +81,6 @@ int main(int argc, char** argv) {
     const auto encoded = psplit::encode_mesh(named.mesh, codings, options, pool);
     if (encoded) write(container, number++, encoded->container);
   }
+  for (const psplit::Version1Container& old : psplit::version_1_containers())
+    write(container, number++, old.bytes);
 }

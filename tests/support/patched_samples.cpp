@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/version_1.h"
 
 namespace psplit {
 
@@ -39,6 +40,12 @@ std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
       }
       made.push_back(std::move(sample));
     }
+  for (Version1Container& old : version_1_containers()) {
+    PatchedSample sample{old.name + ", version 1", {}, {}};
+    sample.encoded.container = std::move(old.bytes);
+    sample.requests = std::move(old.requests);
+    made.push_back(std::move(sample));
+  }
   return made;
 }
 

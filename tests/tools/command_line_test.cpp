@@ -312,6 +312,7 @@ TEST_F(CommandLine, InspectHasTheIssuesKeys) {
   EXPECT_EQ(primitive.at("mesh"), 0);
   EXPECT_EQ(primitive.at("primitive"), 0);
   EXPECT_EQ(primitive.at("patches"), 4);
+  EXPECT_EQ(primitive.at("container_version"), 2);
   const double points = primitive.at("points").get<double>();
   EXPECT_NEAR(primitive.at("replication").get<double>(), primitive.at("references").get<double>() / points,
               1e-12);

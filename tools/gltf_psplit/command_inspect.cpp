@@ -27,7 +27,8 @@ struct InspectedPrimitive {
   PrimitiveId id;
   PrimitiveStorage storage = PrimitiveStorage::kPlain;
   PatchSummary summary;
-  std::optional<StreamCoding> coding;  // none where there is no stream
+  std::optional<uint32_t> container_version;  // of patches
+  std::optional<StreamCoding> coding;         // none where there is no stream
   std::vector<AttributeRequest> attributes;
   std::vector<int> bits;  // one per attribute; 0 where it is stored exactly
 };
@@ -63,6 +64,7 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
   const Expected<PatchSummary> summary = summarize_container(patched->bytes);
   if (!summary) return summary.status();
   out.summary = *summary;
+  out.container_version = container->version;
   out.attributes = patched->requests;
   out.bits.assign(out.attributes.size(), 0);
   if (container->streams.empty()) return {};
@@ -98,6 +100,8 @@ Json to_json(const InspectedPrimitive& primitive) {
   Json object{{"mesh", primitive.id.mesh},
               {"primitive", primitive.id.primitive},
               {"storage", storage_name(primitive.storage)}};
+  object["container_version"] =
+      primitive.container_version ? Json(*primitive.container_version) : Json(nullptr);
   object["coding"] = primitive.coding ? Json(coding_name(*primitive.coding)) : Json(nullptr);
   append_summary(object, primitive.summary);
   Json attributes = Json::array();
@@ -109,6 +113,13 @@ Json to_json(const InspectedPrimitive& primitive) {
   }
   object["attributes"] = std::move(attributes);
   return object;
+}
+
+// Tells old versions only: they are rare.
+std::string storage_text(const InspectedPrimitive& primitive) {
+  const uint32_t version = primitive.container_version.value_or(kContainerVersion);
+  return storage_name(primitive.storage) +
+         (version == kContainerVersion ? std::string() : " (version " + std::to_string(version) + ")");
 }
 
 std::string attributes_text(const InspectedPrimitive& primitive) {
@@ -142,8 +153,8 @@ std::string to_text(std::span<const InspectedPrimitive> primitives) {
   PatchSummary sum;
   for (const InspectedPrimitive& primitive : primitives) {
     add_row(table,
-            {std::to_string(primitive.id.mesh), std::to_string(primitive.id.primitive),
-             storage_name(primitive.storage), primitive.coding ? coding_name(*primitive.coding) : ""},
+            {std::to_string(primitive.id.mesh), std::to_string(primitive.id.primitive), storage_text(primitive),
+             primitive.coding ? coding_name(*primitive.coding) : ""},
             primitive.summary, attributes_text(primitive));
     sum += primitive.summary;
   }

@@ -10,7 +10,7 @@ import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
-import { accessor_bytes, accessor_indices, decode_primitive, Invalid, parse_asset } from './page_decoder.mjs';
+import { accessor_bytes, accessor_indices, decode_container, decode_primitive, Invalid, parse_asset } from './page_decoder.mjs';
 
 const [psplit, modules, samples] = process.argv.slice(2).map((argument) => path.resolve(argument));
 const draco = await createRequire(path.join(modules, 'package.json'))('draco3d').createDecoderModule({});
@@ -81,6 +81,25 @@ function compare(file, expected) {
 const expected = JSON.parse(readFileSync(path.join(samples, 'expected.json'), 'utf8'));
 for (const name of Object.keys(expected)) compare(path.join(samples, name), expected[name]);
 
+// The page's own example: the dump decodes to what the page says, and its tables have the bytes of the dump.
+{
+  const page = readFileSync(path.join(samples, '..', 'README.md'), 'utf8');
+  const from_hex = (text) => Buffer.from(text.replace(/[^0-9a-f]/g, ''), 'hex');
+  const dump = from_hex([...page.matchAll(/^[0-9a-f]{2}  ((?:[0-9a-f]{2} ?)+)$/gm)].map((line) => line[1]).join(''));
+  const mesh = decode_container(draco, new Uint8Array(dump), [{ id: 0, componentType: 5126, components: 3 }]);
+  check(mesh.points === 6 && mesh.indices.join(' ') === '0 1 2 1 3 2 4 0 2 3 5 4', 'the example decodes otherwise');
+  check(mesh.uses.runs === 1 && mesh.uses.repeats === 1 && mesh.uses.pairs === 1, 'the example has other references');
+  check(!mesh.uses.unequal_copies, 'copies of a point differ in the example');
+  let explained = 0;
+  for (const [, at, cell] of page.matchAll(/^\| ([0-9a-f]{2}) \| (`[^|]*) \|/gm)) {
+    const bytes = from_hex([...cell.matchAll(/`([0-9a-f ]+)`/g)].map((quoted) => quoted[1]).join(''));
+    const place = parseInt(at, 16);
+    check(bytes.equals(dump.subarray(place, place + bytes.length)), `the example has other bytes at ${at}`);
+    explained += bytes.length;
+  }
+  check(explained === 73 + 79, `${explained} bytes of the example are explained`);
+}
+
 const scene = in_scratch('scene.glb');
 run('generate', '-q', scene, '--shape', 'scene', '--faces', 60000, '--seed', 5, '--normals', '--texcoords');
 const ways = [
@@ -94,17 +113,11 @@ ways.forEach((way, i) => {
   compare(encoded);
 });
 // A test that misses a part of the format says nothing about it.
-for (const use of ['residues', 'dropped_faces', 'runs', 'forward_runs', 'pairs', 'own_points', 'fallbacks'])
+for (const use of ['version_1', 'residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'own_points',
+  'fallbacks'])
   check(uses[use] > 0, `no asset has ${use}`);
 
 // Containers with one or two bytes changed before the first stream: both decoders must say the same of them.
-const asset_bytes = new Uint8Array(readFileSync(path.join(samples, 'residue.glb')));
-const asset = load(path.join(samples, 'residue.glb'));
-const primitive = primitives_of(asset)[0];
-const view = asset.json.bufferViews[primitive.extensions.PSPLIT_mesh_draco_patches.bufferView];
-const container = asset.buffers[0].byteOffset + (view.byteOffset ?? 0);
-const streams = Buffer.from(asset_bytes.buffer).indexOf('DRACO', container) - container;
-check(streams > 100, 'no stitch map to change');
 let random_state = 1;
 const random = (below) => {
   random_state = (Math.imul(random_state, 1664525) + 1013904223) >>> 0;
@@ -133,21 +146,31 @@ function both_say_the_same(bytes, what) {
   check(same(mesh.indices, accessor_indices(plain, primitives_of(plain)[0].indices)), `${what}: other indices`);
   return by_page;
 }
-for (let mutant = 0; mutant < 400; ++mutant) {
-  const bytes = asset_bytes.slice();
-  for (let edit = mutant % 2; edit >= 0; --edit) {
-    // Most bytes of the stitch map are small numbers: change them by little, too.
-    const at = container + random(streams);
-    bytes[at] = random(2) === 0 ? random(256) : bytes[at] + 1 - 2 * random(2);
+function change_bytes(name, mutants) {
+  const asset_bytes = new Uint8Array(readFileSync(path.join(samples, name)));
+  const asset = load(path.join(samples, name));
+  const view = asset.json.bufferViews[primitives_of(asset)[0].extensions.PSPLIT_mesh_draco_patches.bufferView];
+  const container = asset.buffers[0].byteOffset + (view.byteOffset ?? 0);
+  const streams = Buffer.from(asset_bytes.buffer).indexOf('DRACO', container) - container;
+  check(streams > 100, `${name}: no stitch map to change`);
+  for (let mutant = 0; mutant < mutants; ++mutant) {
+    const bytes = asset_bytes.slice();
+    for (let edit = mutant % 2; edit >= 0; --edit) {
+      // Most bytes of the directory, and of version 1's stitch map, are small numbers: change them by little, too.
+      const at = container + random(streams);
+      bytes[at] = random(2) === 0 ? random(256) : bytes[at] + 1 - 2 * random(2);
+    }
+    both_say_the_same(bytes, `${name}, mutant ${mutant}`);
   }
-  both_say_the_same(bytes, `mutant ${mutant}`);
 }
+change_bytes('residue.glb', 400);
+change_bytes('version-1.glb', 200);
 // The flag of the residue is not free: the last stream is sequential, or it is not.
 run('generate', '-q', in_scratch('small.glb'), '--faces', 300);
 run('encode', '-q', '--patches', 1, in_scratch('small.glb'), in_scratch('one.glb'));
 for (const file of [path.join(samples, 'residue.glb'), in_scratch('one.glb')]) {
   const bytes = new Uint8Array(readFileSync(file));
-  bytes[Buffer.from(bytes.buffer).indexOf('PSPL\x01') + 5] ^= 1;
+  bytes[Buffer.from(bytes.buffer).indexOf('PSPL\x02') + 5] ^= 1;
   const what = `${path.basename(file)} with the other flag`;
   check(both_say_the_same(bytes, what) === 'invalid', `${what} is valid`);
 }

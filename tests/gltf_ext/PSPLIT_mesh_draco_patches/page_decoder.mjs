@@ -104,7 +104,8 @@ export function parse_container(bytes) {
   demand(bytes.length >= 52, 'shorter than its header');
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   demand([0x50, 0x53, 0x50, 0x4c].every((letter, i) => bytes[i] === letter), 'wrong magic');
-  demand(bytes[4] === 1, 'another version');
+  const version = bytes[4];
+  demand(version === 1 || version === 2, 'another version');
   demand((bytes[5] & 0xfe) === 0, 'unknown flags');
   demand(view.getUint16(6, true) === 0, 'bytes 6 and 7 are not 0');
   const has_residue = bytes[5] === 1;
@@ -150,7 +151,7 @@ export function parse_container(bytes) {
       row[part] = bytes.subarray(at, at + row[length]);
       at += row[length];
     }
-  return { rows, points, faces };
+  return { version, rows, points, faces };
 }
 
 // "Border walk".
@@ -180,8 +181,109 @@ function border_walk(corners, points) {
   return walk;
 }
 
-// "Stitch map": runs and pairs of the part of stream p.
-function parse_stitch(part, p) {
+// "Numbers of bits".
+function bit_reader(part) {
+  let at = 0;
+  const bits = (count) => {
+    let value = 0;
+    for (let i = 0; i < count; ++i, ++at) {
+      demand(at < 8 * part.length, 'the stitch map ends within a number');
+      value += ((part[at >> 3] >> (at & 7)) & 1) * 2 ** i;
+    }
+    return value;
+  };
+  const number = (kind) => {
+    let zeros = 0;
+    while (bits(1) === 0) zeros += 1;
+    const order = Math.floor(kind.state / 16);
+    const high = 2 ** zeros - 1 + bits(zeros);
+    const value = high * 2 ** order + bits(order);
+    demand(value < 2 ** 32, 'a number of more than 32 bits');
+    kind.state = Math.floor((3 * kind.state + 16 * Math.floor(Math.log2(Math.max(1, value)))) / 4);
+    return value;
+  };
+  const signed = (kind) => {
+    const value = number(kind);
+    return value % 2 === 0 ? value / 2 : -(value + 1) / 2;
+  };
+  const end = () => {
+    demand(Math.ceil(at / 8) === part.length, 'the stitch map goes on');
+    demand(bits(8 * part.length - at) === 0, 'the last byte is not padded with zeros');
+  };
+  return { bits, number, signed, end };
+}
+
+// "Stitch map": runs, repeats and pairs of the part of stream p.
+function parse_stitch(row, p) {
+  const runs = [], repeats = [], pairs = [];
+  if (row.stitch.length === 0) return { runs, repeats, pairs };
+  const { bits, number, signed, end } = bit_reader(row.stitch);
+  const log2 = (value) => Math.floor(Math.log2(value));
+  const kinds = {};
+  for (const [name, order] of Object.entries({
+    count: 0, back: 0, place: Math.max(0, log2(row.points) - 1), walk_skip: 1, length: 1, start_step: 2,
+    point_skip: log2(row.points / row.references), distance: 1, rank_step: 1 })) kinds[name] = { state: 16 * order };
+  let left = row.references;
+
+  const run_count = number(kinds.count);
+  demand(run_count <= left, 'more runs than references');
+  let last = null;
+  for (let r = 0; r < run_count; ++r) {
+    const skip = number(kinds.walk_skip), length = number(kinds.length) + 1;
+    demand(length <= left, 'more references than the row says');
+    left -= length;
+    const step = length > 1 && bits(1) === 1 ? 1 : -1;
+    const begin = (last ? last.begin + last.length : 0) + skip;
+    let owner, start;
+    if (last === null || bits(1) === 1) {
+      owner = p - number(kinds.back);
+      demand(owner >= 0, 'an owner before stream 0');
+      start = number(kinds.place);
+    } else {
+      owner = last.owner;
+      start = last.start + last.step * (last.length + skip + signed(kinds.start_step));
+      demand(start >= 0, "a run leaves its owner's walk");
+    }
+    last = { begin, length, step, owner, start };
+    runs.push(last);
+  }
+
+  const pair_count = left > 0 && p > 0 ? number(kinds.count) : 0;
+  demand(pair_count <= left, 'more pairs than references');
+  const repeat_count = left - pair_count;
+  const differences = repeat_count > 0 && bits(1) === 1;
+  let next = 0, distance = 0;
+  for (let r = 0; r < repeat_count; ++r) {
+    const point = next + number(kinds.point_skip);
+    distance = differences ? distance + signed(kinds.distance) : number(kinds.distance);
+    demand(distance >= 0 && distance < point, 'a repeat of a point that is not there');
+    repeats.push({ point, target: point - 1 - distance });
+    next = point + 1;
+  }
+
+  next = 0;
+  let owner = null, rank = 0, way = -1;
+  for (let r = 0; r < pair_count; ++r) {
+    const point = next + number(kinds.point_skip);
+    if (owner === null || bits(1) === 1) {
+      owner = p - 1 - number(kinds.back);
+      demand(owner >= 0, 'an owner before stream 0');
+      rank = number(kinds.place);
+    } else {
+      const last_rank = rank;
+      rank += way * (1 + signed(kinds.rank_step));
+      way = rank < last_rank ? -1 : 1;
+      demand(rank >= 0, 'a pair names a point that its owner does not own');
+    }
+    pairs.push({ point, owner, rank });
+    next = point + 1;
+  }
+  end();
+  return { runs, repeats, pairs };
+}
+
+// "Version 1": runs and pairs of the part of stream p.
+function parse_stitch_1(part, p) {
   let at = 0;
   const varint = () => {
     let value = 0;
@@ -199,7 +301,7 @@ function parse_stitch(part, p) {
     return p - back;
   };
   const runs = [], pairs = [];
-  if (part.length === 0) return { runs, pairs };
+  if (part.length === 0) return { runs, repeats: [], pairs };
   const run_count = varint();
   for (let next = 0; runs.length < run_count; ) {
     const begin = next + varint(), length_way = varint();
@@ -212,14 +314,14 @@ function parse_stitch(part, p) {
     pairs.push({ point, owner: owner(), rank: varint() });
     next = point + 1;
   }
-  return { runs, pairs };
+  return { runs, repeats: [], pairs };
 }
 
 // The mesh of a container: indices, values of every request, tightly packed, and what of the format it uses.
 export function decode_container(draco, bytes, requests) {
-  const { rows, points, faces } = parse_container(bytes);
-  const uses = { streams: rows.length, residues: 0, dropped_faces: 0, runs: 0, forward_runs: 0, pairs: 0,
-    own_points: 0 };
+  const { version, rows, points, faces } = parse_container(bytes);
+  const uses = { version_1: version === 1, streams: rows.length, residues: 0, dropped_faces: 0, runs: 0,
+    forward_runs: 0, repeats: 0, pairs: 0, own_points: 0 };
 
   // "Streams".
   rows.forEach((row, p) => {
@@ -233,7 +335,7 @@ export function decode_container(draco, bytes, requests) {
     uses.dropped_faces += more;
     row.corners = decoded.corners.subarray(0, 3 * row.faces);
     row.values = decoded.values;
-    Object.assign(row, parse_stitch(row.stitch, p));
+    Object.assign(row, version === 1 ? parse_stitch_1(row.stitch, p) : parse_stitch(row, p));
   });
 
   // "Border walk", where a run asks for it; "Stitch map": what is a reference.
@@ -253,6 +355,11 @@ export function decode_container(draco, bytes, requests) {
         refer(walk[run.begin + k], { owner, point: way[run.start + run.step * k] });
       uses.runs += 1;
       uses.forward_runs += run.step === 1 && run.length > 1 ? 1 : 0;
+    }
+    for (const { point, target } of row.repeats) {
+      demand(point < row.points, 'a repeat of a point that is not there');
+      refer(point, { owner: row, point: target });
+      uses.repeats += 1;
     }
     for (const pair of row.pairs) {
       const owner = rows[pair.owner];
@@ -278,7 +385,7 @@ export function decode_container(draco, bytes, requests) {
   for (const row of rows) {
     const resolved = row.number.slice();
     for (const [point, { owner, point: target, rank }] of row.target) {
-      demand(rank !== undefined || !owner.target.has(target), 'the target of a run is a reference');
+      demand(rank !== undefined || !owner.target.has(target), 'the target of a reference is a reference');
       resolved[point] = rank !== undefined ? owner.base + rank : owner.number[target];
     }
     for (const point of row.corners) indices[corner++] = resolved[point];

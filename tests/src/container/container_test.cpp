@@ -104,10 +104,19 @@ TEST(Container, RefusesAStitchMapWithoutReferences) {
   EXPECT_EQ(container.status().place().patch, 1);
 }
 
+TEST(Container, TellsItsVersion) {
+  std::vector<uint8_t> bytes = written(three_streams(), false);
+  EXPECT_EQ(parse_container(bytes)->version, 2);
+  bytes[4] = 1;
+  EXPECT_EQ(parse_container(bytes)->version, 1);
+}
+
 TEST(Container, RefusesAnotherVersionAsUnsupported) {
   std::vector<uint8_t> bytes = written(three_streams(), false);
-  bytes[4] = 2;
-  EXPECT_EQ(parse_container(bytes).status().code(), StatusCode::kUnsupported);
+  for (const uint8_t version : {uint8_t{0}, uint8_t{3}, uint8_t{255}}) {
+    bytes[4] = version;
+    EXPECT_EQ(parse_container(bytes).status().code(), StatusCode::kUnsupported) << int{version};
+  }
 }
 
 TEST(Container, RefusesAStreamCountThatTheBytesCannotHold) {

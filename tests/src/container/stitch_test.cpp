@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "src/container/varint.h"
+#include <random>
+
+#include "tests/support/version_1.h"
 
 namespace psplit {
 namespace {
@@ -45,8 +47,9 @@ TEST(BorderWalk, HubOfManySpokesIsFast) {
 //   0 --- 2  0 --- 2        numbers   0 --- 2 --- 5
 //   |  /  |  |  /  |                  |  /  |  /  |
 //   1 --- 3  1 --- 3                  1 --- 3 --- 4
-Container two_quads(const std::vector<uint8_t>& stitch) {
+Container two_quads(const std::vector<uint8_t>& stitch, uint8_t version = kContainerVersion) {
   Container container;
+  container.version = version;
   container.entries = {{1, 2, 4, 0, 0}, {1, 2, 4, 2, static_cast<uint32_t>(stitch.size())}};
   container.stitch = {{}, stitch};
   container.streams.resize(2);
@@ -55,73 +58,153 @@ Container two_quads(const std::vector<uint8_t>& stitch) {
   return container;
 }
 
-Expected<std::vector<std::vector<uint32_t>>> numbers_with(const StitchMap& map) {
-  const std::vector<uint8_t> bytes = write_stitch_map(map, 1);
-  const Container container = two_quads(bytes);
+Expected<std::vector<std::vector<uint32_t>>> numbers_with(const std::vector<uint8_t>& stitch, uint8_t version) {
+  const Container container = two_quads(stitch, version);
   const std::vector<std::span<const Face>> faces = {kQuad, kQuad};
   return number_points(container, faces, ThreadPool(1));
+}
+Expected<std::vector<std::vector<uint32_t>>> numbers_with(const StitchMap& map) {
+  return numbers_with(write_stitch_map(map, 1, 4), 2);
 }
 
 TEST(NumberPoints, FollowsARunBackwards) {
   // Walk of patch 1: 0 1 3 2; of patch 0: 0 1 3 2. Patch 1's points 0 and 1 are patch 0's 2 and 3, at places
   // 3, 2.
-  const auto numbers = numbers_with({{{0, 2, 0, 3, false}}, {}});
+  const auto numbers = numbers_with({{{0, 2, 0, 3, false}}, {}, {}});
   ASSERT_TRUE(numbers.ok()) << numbers.status().to_string();
   EXPECT_EQ((*numbers)[0], (std::vector<uint32_t>{0, 1, 2, 3}));
   EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{2, 3, 4, 5}));
 }
 
 TEST(NumberPoints, FollowsARunForwards) {
-  const auto numbers = numbers_with({{{0, 2, 0, 1, true}}, {}});
+  const auto numbers = numbers_with({{{0, 2, 0, 1, true}}, {}, {}});
   ASSERT_TRUE(numbers.ok());
   EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{1, 3, 4, 5}));
 }
 
 TEST(NumberPoints, FollowsPairs) {
-  const auto numbers = numbers_with({{}, {{1, 0, 0}, {3, 0, 2}}});
+  const auto numbers = numbers_with({{}, {}, {{1, 0, 0}, {3, 0, 2}}});
   ASSERT_TRUE(numbers.ok());
   EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{4, 0, 5, 2}));
 }
 
-TEST(NumberPoints, FollowsAPairWithinThePatch) {
-  const auto numbers = numbers_with({{}, {{2, 1, 0}, {3, 0, 1}}});
-  ASSERT_TRUE(numbers.ok());
-  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{4, 5, 4, 1}));
+TEST(NumberPoints, FollowsRepeats) {
+  const auto numbers = numbers_with({{}, {{2, 0}, {3, 1}}, {}});
+  ASSERT_TRUE(numbers.ok()) << numbers.status().to_string();
+  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{4, 5, 4, 5}));
+}
+
+TEST(NumberPoints, FollowsAllKindsTogether) {
+  const auto numbers = numbers_with({{}, {{3, 2}}, {{1, 0, 3}}});
+  ASSERT_TRUE(numbers.ok()) << numbers.status().to_string();
+  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{4, 3, 5, 5}));
 }
 
 TEST(NumberPoints, RefusesWhatContradictsTheDirectory) {
-  EXPECT_FALSE(numbers_with({{{0, 1, 0, 3, false}}, {}}).ok()) << "one reference, the directory says two";
-  EXPECT_FALSE(numbers_with({{{3, 2, 0, 3, false}}, {}}).ok()) << "leaves the walk";
-  EXPECT_FALSE(numbers_with({{{0, 2, 0, 0, false}}, {}}).ok()) << "leaves the owner's walk at its start";
-  EXPECT_FALSE(numbers_with({{{0, 2, 0, 3, true}}, {}}).ok()) << "leaves the owner's walk at its end";
-  EXPECT_FALSE(numbers_with({{}, {{0, 0, 4}, {1, 0, 0}}}).ok()) << "rank that the owner does not own";
-  EXPECT_FALSE(numbers_with({{{0, 1, 0, 3, false}}, {{0, 0, 0}}}).ok()) << "two references of one point";
-  EXPECT_FALSE(numbers_with({{{0, 2, 1, 1, false}}, {}}).ok()) << "refers to a reference";
+  EXPECT_FALSE(numbers_with({{{0, 1, 0, 3, false}}, {}, {}}).ok()) << "one reference, the directory says two";
+  EXPECT_FALSE(numbers_with({{{3, 2, 0, 3, false}}, {}, {}}).ok()) << "leaves the walk";
+  EXPECT_FALSE(numbers_with({{{0, 2, 0, 0, false}}, {}, {}}).ok()) << "leaves the owner's walk at its start";
+  EXPECT_FALSE(numbers_with({{{0, 2, 0, 3, true}}, {}, {}}).ok()) << "leaves the owner's walk at its end";
+  EXPECT_FALSE(numbers_with({{}, {}, {{0, 0, 4}, {1, 0, 0}}}).ok()) << "rank that the owner does not own";
+  EXPECT_FALSE(numbers_with({{{0, 1, 0, 3, false}}, {}, {{0, 0, 0}}}).ok()) << "two references of one point";
+  EXPECT_FALSE(numbers_with({{{0, 1, 0, 3, false}}, {{1, 0}}, {}}).ok()) << "repeats a reference";
+  EXPECT_FALSE(numbers_with({{{2, 1, 0, 3, false}}, {{3, 1}}, {}}).ok()) << "two references of one point";
+  EXPECT_FALSE(numbers_with({{{0, 2, 1, 1, false}}, {}, {}}).ok()) << "refers to a reference";
 }
 
-TEST(StitchMap, RefusesEveryTruncation) {
-  const StitchMap map = {{{0, 1, 0, 3, false}}, {{1, 0, 3}}};
-  const std::vector<uint8_t> bytes = write_stitch_map(map, 1);
-  ASSERT_TRUE(parse_stitch_map(two_quads(bytes), 1).ok());
-  for (size_t length = 0; length < bytes.size(); ++length) {
-    const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
-    const Expected<StitchMap> parsed = parse_stitch_map(two_quads(part), 1);
-    ASSERT_FALSE(parsed.ok()) << length;
-    EXPECT_EQ(parsed.status().place().patch, 1);
-  }
+TEST(NumberPoints, ReadsVersion1) {
+  const auto numbers = [](const StitchMap& map) {
+    auto found = numbers_with(write_stitch_map_1(map, 1), 1);
+    return found ? std::move((*found)[1]) : std::vector<uint32_t>();
+  };
+  EXPECT_EQ(numbers({{{0, 2, 0, 3, false}}, {}, {}}), (std::vector<uint32_t>{2, 3, 4, 5}));
+  EXPECT_EQ(numbers({{{0, 2, 0, 1, true}}, {}, {}}), (std::vector<uint32_t>{1, 3, 4, 5}));
+  EXPECT_EQ(numbers({{}, {}, {{1, 0, 0}, {3, 0, 2}}}), (std::vector<uint32_t>{4, 0, 5, 2}));
+  EXPECT_EQ(numbers({{}, {}, {{2, 1, 0}, {3, 0, 1}}}), (std::vector<uint32_t>{4, 5, 4, 1}))
+      << "a pair of its own";
+  EXPECT_TRUE(numbers({{}, {}, {{0, 0, 4}, {1, 0, 0}}}).empty()) << "rank that the owner does not own";
 }
 
-TEST(Varint, RoundTripsAndRefusesOverflow) {
-  for (uint32_t value : {0u, 1u, 127u, 128u, 16383u, 16384u, 0x7fffffffu, 0xffffffffu}) {
-    std::vector<uint8_t> bytes;
-    append_varint(bytes, value);
-    VarintReader reader(bytes);
-    EXPECT_EQ(reader.read(), value);
-    EXPECT_EQ(reader.remaining(), 0u);
-    EXPECT_EQ(reader.read(), std::nullopt);
+TEST(StitchMap, RefusesEveryTruncationAndEveryExtension) {
+  const std::vector<StitchMap> maps = {{{{0, 1, 0, 3, false}}, {}, {{1, 0, 3}}}, {{}, {{1, 0}, {3, 2}}, {}}};
+  for (const StitchMap& map : maps)
+    for (const uint8_t version : {uint8_t{1}, uint8_t{2}}) {
+      if (version == 1 && !map.repeats.empty()) continue;
+      std::vector<uint8_t> bytes = version == 1 ? write_stitch_map_1(map, 1) : write_stitch_map(map, 1, 4);
+      ASSERT_TRUE(parse_stitch_map(two_quads(bytes, version), 1).ok());
+      for (size_t length = 0; length < bytes.size(); ++length) {
+        const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
+        const Expected<StitchMap> parsed = parse_stitch_map(two_quads(part, version), 1);
+        ASSERT_FALSE(parsed.ok()) << length;
+        EXPECT_EQ(parsed.status().place().patch, 1);
+      }
+      bytes.push_back(0);
+      EXPECT_FALSE(parse_stitch_map(two_quads(bytes, version), 1).ok());
+    }
+}
+
+TEST(StitchMap, RefusesBitsBehindTheLast) {
+  std::vector<uint8_t> bytes = write_stitch_map({{}, {{1, 0}, {3, 2}}, {}}, 1, 4);  // 11 bits
+  ASSERT_EQ(bytes.size(), 2u);
+  for (int bit = 3; bit < 8; ++bit) {
+    bytes[1] ^= static_cast<uint8_t>(1 << bit);
+    EXPECT_FALSE(parse_stitch_map(two_quads(bytes), 1).ok()) << bit;
+    bytes[1] ^= static_cast<uint8_t>(1 << bit);
   }
-  const std::vector<uint8_t> too_large = {0xff, 0xff, 0xff, 0xff, 0x1f};
-  EXPECT_EQ(VarintReader(too_large).read(), std::nullopt);
+  EXPECT_TRUE(parse_stitch_map(two_quads(bytes), 1).ok());
+}
+
+// Maps of every size of numbers, of streams that need not be real.
+StitchMap random_map(std::mt19937& random, uint32_t patch, uint32_t point_count) {
+  const auto below = [&](uint32_t limit) { return static_cast<uint32_t>(random() % limit); };
+  StitchMap map;
+  uint32_t next = 0;
+  const uint32_t gap = 1u << below(20);
+  while (next < point_count - gap && map.runs.size() < 20) {
+    const uint32_t begin = next + below(gap), length = 1 + below(std::min(gap, point_count - begin));
+    const bool forward = length > 1 && below(2) == 0;
+    const uint32_t start =
+        forward ? below(point_count - length + 1) : length - 1 + below(point_count - length + 1);
+    map.runs.push_back({begin, length, below(patch + 1), start, forward});
+    next = begin + length;
+  }
+  next = 1;
+  while (next < point_count - gap && map.repeats.size() < 20) {
+    const uint32_t point = next + below(gap);
+    map.repeats.push_back({point, below(2) == 0 ? below(point) : point - 1 - below(std::min(point, 3u))});
+    next = point + 1;
+  }
+  next = 0;
+  while (patch > 0 && next < point_count - gap && map.pairs.size() < 20) {
+    const uint32_t point = next + below(gap);
+    map.pairs.push_back({point, below(patch), below(point_count)});
+    next = point + 1;
+  }
+  return map;
+}
+
+TEST(StitchMap, GivesBackWhatWasWritten) {
+  std::mt19937 random(7);
+  for (int i = 0; i < 2000; ++i) {
+    const auto patch = static_cast<uint32_t>(random() % 3);
+    const uint32_t point_count = i % 2 == 0 ? 2'000'000 : 3'000'000'000u;
+    const StitchMap map = random_map(random, patch, point_count);
+    const std::vector<uint8_t> bytes = write_stitch_map(map, patch, point_count);
+    uint32_t references = static_cast<uint32_t>(map.repeats.size() + map.pairs.size());
+    for (const StitchRun& run : map.runs) references += run.length;
+    Container container;
+    container.entries.assign(patch + 1, {1, point_count / 3, point_count, 0, 0});
+    container.entries[patch].reference_count = references;
+    container.stitch.assign(patch + 1, {});
+    container.stitch[patch] = bytes;
+    // Everybody owns as many points as there are. Their sum wraps around, which nobody looks at here.
+    for (uint32_t p = 0; p <= patch + 1; ++p) container.owned_base.push_back(p * point_count);
+    const Expected<StitchMap> parsed = parse_stitch_map(container, patch);
+    ASSERT_TRUE(parsed.ok()) << parsed.status().to_string();
+    EXPECT_EQ(parsed->runs, map.runs);
+    EXPECT_EQ(parsed->repeats, map.repeats);
+    EXPECT_EQ(parsed->pairs, map.pairs);
+  }
 }
 
 }  // namespace

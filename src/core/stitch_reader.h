@@ -1,0 +1,206 @@
+// Reading one stream's part of a stitch map. The specification has the format, "stitch map" (gltf_ext/
+// PSPLIT_mesh_draco_patches): numbers of whole bytes in containers of version 1, of bits in those of version 2.
+#pragma once
+
+#include "src/core/byte_reader.h"
+#include "src/core/stitch_numbers.h"
+#include "src/core/view.h"
+
+namespace psplit::core {
+
+// What a directory says of one stream of a container.
+struct StitchRow {
+  View<const uint8_t> bytes;  // its part of the stitch map
+  uint32_t version = 0;       // of the container
+  uint32_t stream = 0;        // its place in the container
+  uint32_t point_count = 0, reference_count = 0;
+  uint32_t owned_base = 0;       // the mesh's number of the first point that it owns
+  uint32_t first_reference = 0;  // references are numbered from here on for the time being
+};
+
+// Reads a part from front to back: all runs, then all pairs, repeats before others. What contradicts itself or
+// the row's number of references is broken; whether points, places and ranks exist is for the caller to check.
+class StitchReader {
+ public:
+  // `length` points of the walk from `begin` are points of stream `owner`'s walk from `start`, counting up or
+  // down.
+  struct Run {
+    uint64_t begin = 0;
+    uint32_t length = 0, owner = 0, start = 0;
+    bool forward = false;
+
+    PSPLIT_HD uint32_t place(uint32_t k) const { return forward ? start + k : start - k; }
+  };
+  // Decoded point `point` is the target-th that stream `owner` owns; as a repeat, it is decoded point `target`
+  // of its own stream, an earlier one.
+  struct Pair {
+    uint64_t point = 0;
+    uint32_t owner = 0, target = 0;
+    bool is_repeat = false;
+  };
+
+  PSPLIT_HD explicit StitchReader(const StitchRow& row)
+      : is_in_bits_(row.version != 1),
+        stream_(row.stream),
+        bytes_(row.bytes.data(), row.bytes.size()),
+        bits_(row.bytes.data(), row.bytes.size()),
+        kinds_(row.point_count, row.reference_count),
+        left_(row.reference_count) {
+    if (row.bytes.empty()) {
+      left_ = 0;
+      return;
+    }
+    runs_left_ = is_in_bits_ ? number(kinds_.count) : varint();
+    // A run takes four bytes, or has one reference, at least.
+    broken_ |= runs_left_ > (is_in_bits_ ? left_ : bytes_.remaining() / 4);
+    if (runs_left_ == 0) begin_pairs();
+  }
+
+  // False behind the last, and where the part is broken.
+  PSPLIT_HD bool next_run(Run& run) {
+    if (broken_ || runs_left_ == 0) return false;
+    --runs_left_;
+    run = is_in_bits_ ? run_of_bits() : run_of_bytes();
+    next_ = run.begin + run.length;
+    broken_ |= run.owner > stream_ || (run.forward ? uint64_t{run.start} + run.length > 0xffffffffu
+                                                   : uint64_t{run.start} + 1 < run.length);
+    if (runs_left_ == 0) begin_pairs();
+    return !broken_;
+  }
+  // To be asked behind the last run.
+  PSPLIT_HD bool next_pair(Pair& pair) {
+    if (broken_ || (is_in_bits_ ? left_ == 0 : bytes_.remaining() == 0)) return false;
+    pair = is_in_bits_ ? pair_of_bits() : pair_of_bytes();
+    broken_ |= pair.owner > stream_;
+    return !broken_;
+  }
+  PSPLIT_HD bool broken() const { return broken_; }
+
+ private:
+  // Where the owner would be no stream, it comes after this one.
+  PSPLIT_HD uint32_t owner(uint64_t back) const {
+    return back > stream_ ? 0xffffffffu : stream_ - static_cast<uint32_t>(back);
+  }
+  PSPLIT_HD void begin_pairs() {
+    next_ = 0;
+    if (!is_in_bits_ || broken_) return;
+    // The first stream has nobody before it.
+    const uint32_t pair_count = left_ == 0 || stream_ == 0 ? 0 : number(kinds_.count);
+    broken_ |= pair_count > left_;
+    if (broken_) return;
+    repeats_left_ = left_ - pair_count;
+    distances_differ_ = repeats_left_ > 0 && bit();
+    if (left_ == 0) end_bits();
+  }
+
+  // Version 1.
+  PSPLIT_HD uint32_t varint() {
+    const size_t before = bytes_.position();
+    const uint64_t value = bytes_.varint64();
+    broken_ |= bytes_.truncated() || bytes_.position() - before > 5 || value > 0xffffffffu;
+    return static_cast<uint32_t>(value);
+  }
+  PSPLIT_HD Run run_of_bytes() {
+    const uint64_t begin = next_ + varint();
+    const uint32_t length_and_way = varint(), back = varint(), start = varint();
+    return {begin, (length_and_way >> 1) + 1, owner(back), start, (length_and_way & 1) != 0};
+  }
+  PSPLIT_HD Pair pair_of_bytes() {
+    const uint64_t point = next_ + varint();
+    const uint32_t back = varint(), rank = varint();
+    next_ = point + 1;
+    return {point, owner(back), rank, false};
+  }
+
+  // Version 2.
+  PSPLIT_HD bool bit() { return bits_.read(1) != 0; }
+  PSPLIT_HD uint32_t number(NumberKind& kind) {
+    const uint64_t ahead = bits_.peek(33) & 0x1ffffffffu;
+    const uint32_t order = kind.order();
+    const uint32_t zeros = ahead == 0 ? 33 : trailing_zeros(ahead);
+    if (zeros + order > 32) {
+      broken_ = true;
+      return 0;
+    }
+    bits_.take(static_cast<int>(zeros) + 1);
+    const uint64_t high = (uint64_t{1} << zeros) - 1 + bits_.read(static_cast<int>(zeros));
+    const uint64_t value = high << order | bits_.read(static_cast<int>(order));
+    broken_ |= value > 0xffffffffu || bits_.bytes_taken() > bytes_.remaining();
+    kind.follow(static_cast<uint32_t>(value));
+    return static_cast<uint32_t>(value);
+  }
+  PSPLIT_HD uint32_t checked(int64_t value) {
+    broken_ |= value < 0 || value > 0xffffffff;
+    return static_cast<uint32_t>(value);
+  }
+  // The other bits of the last byte are 0.
+  PSPLIT_HD void end_bits() {
+    const int rest = static_cast<int>(bits_.bytes_taken() * 8 - bits_.bits_taken());
+    broken_ |= bits_.bytes_taken() != bytes_.remaining() || bits_.read(rest) != 0;
+  }
+  PSPLIT_HD Run run_of_bits() {
+    Run run;
+    const uint32_t skip = number(kinds_.walk_skip), more = number(kinds_.length);
+    broken_ |= more >= left_;
+    if (broken_) return run;
+    run.begin = next_ + skip;
+    run.length = more + 1;
+    left_ -= run.length;
+    run.forward = more > 0 && bit();
+    if (last_owner_ == kNoStream || bit()) {
+      run.owner = owner(number(kinds_.back));
+      run.start = number(kinds_.place);
+    } else {
+      run.owner = last_owner_;
+      run.start = checked(expected_start_.start(skip, unfold(number(kinds_.start_step))));
+    }
+    last_owner_ = runs_left_ == 0 ? kNoStream : run.owner;
+    expected_start_ = ExpectedStart(run.start, run.length, run.forward);
+    return run;
+  }
+  PSPLIT_HD Pair pair_of_bits() {
+    Pair pair;
+    pair.point = next_ + number(kinds_.point_skip);
+    next_ = pair.point + 1;
+    if (repeats_left_ > 0) {
+      take_repeat(pair);
+      if (--repeats_left_ == 0) next_ = 0;
+    } else if (last_owner_ == kNoStream || bit()) {
+      pair.owner = last_owner_ = owner(uint64_t{number(kinds_.back)} + 1);
+      pair.target = number(kinds_.place);
+      expected_rank_.begin(pair.target);
+    } else {
+      pair.owner = last_owner_;
+      pair.target = checked(expected_rank_.rank(unfold(number(kinds_.rank_step))));
+      expected_rank_.follow(pair.target);
+    }
+    if (--left_ == 0) end_bits();
+    return pair;
+  }
+  PSPLIT_HD void take_repeat(Pair& pair) {
+    const uint32_t coded = number(kinds_.distance);
+    distance_ = distances_differ_ ? checked(distance_ + unfold(coded)) : coded;
+    broken_ |= distance_ >= pair.point;
+    pair.owner = stream_;
+    pair.target = static_cast<uint32_t>(pair.point - 1 - distance_);
+    pair.is_repeat = true;
+  }
+
+  static constexpr uint32_t kNoStream = 0xffffffffu;
+
+  bool is_in_bits_ = false, broken_ = false;
+  uint32_t stream_ = 0, runs_left_ = 0;
+  uint64_t next_ = 0;  // place or point
+  ByteReader bytes_;
+
+  BitReader bits_;
+  StitchKinds kinds_;
+  uint32_t left_ = 0, repeats_left_ = 0;  // references
+  uint32_t last_owner_ = kNoStream;
+  ExpectedStart expected_start_;
+  ExpectedRank expected_rank_;
+  bool distances_differ_ = false;  // told by their differences
+  uint32_t distance_ = 0;
+};
+
+}  // namespace psplit::core
