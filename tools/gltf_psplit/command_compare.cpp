@@ -8,8 +8,11 @@
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/comparison_report.h"
+#include "tools/gltf_psplit/encode_options.h"
+#include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/html_report.h"
 #include "tools/gltf_psplit/output_files.h"
+#include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/preview/preview.h"
 #include "tools/gltf_psplit/progress.h"
 #include "tools/gltf_psplit/sameness.h"
@@ -22,6 +25,7 @@ struct Arguments {
   BackendChoice backend;
   ComparisonOptions options;
   SamenessOptions sameness;
+  bool wide = false;
 };
 
 constexpr uint64_t kDefaultPatchFaces[] = {19200, 4800, 1200};
@@ -134,7 +138,7 @@ Status run_compare(Arguments arguments, const Session& session) {
   report.environment = describe_environment(session);
   return write_text(arguments.output, arguments.format == "html"   ? to_html(report)
                                       : arguments.format == "json" ? report_text(to_json(report))
-                                                                   : to_text(report));
+                                                                   : to_text(report, arguments.wide));
 }
 
 }  // namespace
@@ -173,9 +177,8 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->capture_default_str()
       ->type_name("A,B,C");
   add_format_option(command, arguments->format, {"text", "json", "html"});
-  command.add_option("-o,--output", arguments->output, "Where the result goes; - is stdout")
-      ->capture_default_str()
-      ->type_name("FILE");
+  add_text_output_option(command, arguments->output);
+  command.add_flag("--wide", arguments->wide, "All columns, and not only those that fit 100 columns");
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
   add_partition_options(command, arguments->options.coding);
@@ -184,8 +187,16 @@ void add_compare_command(CLI::App& app, Action& action) {
                            "--quantize-position", "--quantize-normal", "--quantize-texcoord",
                            "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
     command.get_option("B")->excludes(command.get_option(name));
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit compare dragon.ply", "bytes and times of patches, stock Draco and meshoptimizer"},
+       {"gltf-psplit compare dragon.ply --patches 1,45,182 --wide", "at these patch counts, with all columns"},
+       {"gltf-psplit compare dragon.ply --format html -o dragon.html", "as a page with charts"},
+       {"gltf-psplit compare dragon.ply dragon.glb", "do both hold the same mesh? exit code 7 if not"}});
   command.callback([arguments, &action] {
-    action = [arguments](const Session& session) {
+    action = [arguments](const Session& session) -> Status {
+      if (Status status = check_output_place(arguments->output); !status.ok()) return status;
       if (arguments->sameness.second.empty()) return run_compare(*arguments, session);
       return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output,
                           arguments->backend, session);

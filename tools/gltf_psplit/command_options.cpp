@@ -129,6 +129,18 @@ void add_backend_options(CLI::App& command, BackendChoice& choice) {
       ->type_name("SIZE");
 }
 
+void add_output_option(CLI::App& command, std::string& path) {
+  command.add_option("-o,--output,OUT", path, "A .glb or .gltf file; - is a GLB on stdout")
+      ->required()
+      ->type_name("FILE");
+}
+
+void add_text_output_option(CLI::App& command, std::string& path) {
+  command.add_option("-o,--output", path, "Where the result goes; - is stdout")
+      ->capture_default_str()
+      ->type_name("FILE");
+}
+
 void add_format_option(CLI::App& command, std::string& name, const std::vector<std::string>& forms) {
   command.add_option("--format", name, "Form of the result")
       ->check(CLI::IsMember(forms))
@@ -177,12 +189,6 @@ Expected<Document> read_input(const std::string& path, const std::string& backen
     return document;
   return unsupported(extension + " files are not read; .gltf, .glb, .ply, .obj, .stl and .drc files are",
                      place);
-}
-
-Status check_output_path(const std::string& path) {
-  if (path == "-" || is_gltf_name(path)) return {};
-  return {
-      StatusCode::kUsage, "the output must end in .glb or .gltf, or be - for a GLB on stdout", {.file = path}};
 }
 
 void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix) {

@@ -1,5 +1,6 @@
 #include "tools/gltf_psplit/comparison_report.h"
 
+#include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/messages.h"
 
 namespace psplit {
@@ -103,7 +104,7 @@ std::string versions_text(const Environment& environment) {
          ", meshoptimizer " + environment.meshoptimizer + ", zstd " + environment.zstd;
 }
 
-std::string to_text(const ComparisonReport& report) {
+std::string to_text(const ComparisonReport& report, bool wide) {
   const Comparison& comparison = report.comparison;
   const auto per_point = [&](uint64_t bytes) {
     return with_decimals(8 * static_cast<double>(bytes) / static_cast<double>(comparison.points), 2);
@@ -157,19 +158,25 @@ std::string to_text(const ComparisonReport& report) {
       head.assign(head.size(), "");
     }
   }
+  if (!wide)
+    table.keep_columns(std::vector<std::string>{"codec", "patches", "bytes", "overhead", "decoder", "threads",
+                                                "decode ms", "speed-up", "Mtri/s"});
   const EncodeDocumentOptions& coding = report.options.coding;
   const Environment& environment = report.environment;
+  const std::string settings =
+      "Draco speed " + std::to_string(coding.encode_speed) + ", " +
+      (coding.lossless ? std::string("lossless")
+                       : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
+      (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
+      counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
+      "; stock Draco and meshopt use one thread; speed-up and overhead over stock Draco of speed " +
+      std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching";
+  const std::string machine =
+      environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
+      (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
   return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
-         "\n\n" + table.to_string() + "\n" + stages_text(comparison) + "\nDraco speed " +
-         std::to_string(coding.encode_speed) + ", " +
-         (coding.lossless ? std::string("lossless")
-                          : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
-         (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
-         counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
-         "; stock Draco and meshopt use one thread;\nspeed-up and overhead over stock Draco of speed " +
-         std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching\n" +
-         environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
-         (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment) + "\n";
+         "\n\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
+         wrap_text(settings, kTableWidth, 0) + "\n" + wrap_text(machine, kTableWidth, 0) + "\n";
 }
 
 }  // namespace psplit

@@ -20,7 +20,8 @@ struct ComparisonReport {
 };
 
 Json to_json(const ComparisonReport& report);
-std::string to_text(const ComparisonReport& report);
+// In a table of 100 columns, or with all columns.
+std::string to_text(const ComparisonReport& report, bool wide = true);
 
 // "g++ 12.2.0; psplit 0.1.0, ..." for people: what of the environment is versions.
 std::string versions_text(const Environment& environment);
