@@ -149,5 +149,28 @@ TEST_F(SummaryOfFiles, OutputsAreCheckedBeforeTheWork) {
   EXPECT_EQ(run_command({"generate", "/dev/null", "--faces", "1k"}).code, 1);  // no .glb
 }
 
+TEST_F(SummaryOfFiles, ErrorsNameAPathOnce) {
+  const auto names_once = [&](const std::vector<std::string>& words, const std::string& name) {
+    const CommandOutcome outcome = run_command(words);
+    EXPECT_NE(outcome.code, 0) << words[0];
+    const size_t first = outcome.err.find(name);
+    ASSERT_NE(first, std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find(name, first + 1), std::string::npos) << outcome.err;
+  };
+  for (const std::string name : {"none.glb", "none.ply", "none.drc"}) {
+    const std::string out = path("a.glb");
+    names_once({"encode", path(name), out}, name);
+    names_once({"decode", path(name), out}, name);
+    names_once({"inspect", path(name)}, name);
+    names_once({"validate", path(name)}, name);
+    names_once({"compare", path(name)}, name);
+  }
+  std::filesystem::create_directory(path("folder.glb"));
+  names_once({"inspect", path("folder.glb")}, "folder.glb");
+  names_once({"generate", path("folder.glb")}, "folder.glb");
+  std::ofstream(path("broken.glb")) << "glTF";
+  names_once({"encode", path("broken.glb"), path("a.glb")}, "broken.glb");
+}
+
 }  // namespace
 }  // namespace psplit
