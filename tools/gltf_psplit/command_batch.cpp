@@ -57,9 +57,10 @@ class Batch {
       for (const fs::path& path : {item.output, fs::path(item.input)})
         if (writes_report_file() && fs::weakly_canonical(path, error) == report_path)
           return {StatusCode::kUsage, "--report cannot share " + arguments_.report + " with an asset"};
+    if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
+    // After the output folder is made: the report may lie there.
     if (writes_report_file())
       if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
-    if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
 
     const auto begin = std::chrono::steady_clock::now();
     outcomes_.resize(items_.size());

@@ -129,8 +129,7 @@ void add_commands(CLI::App& app, Action& action) {
 }
 
 int run(int argc, char** argv, const char* version) {
-  CLI::App app("Splits glTF meshes into Draco patches that decode in parallel, and joins them",
-               "gltf-psplit");
+  CLI::App app("Splits glTF meshes into Draco patches that decode in parallel, and joins them", "gltf-psplit");
   app.formatter(help_formatter());
   app.set_version_flag("-V,--version", std::string("gltf-psplit ") + version, "Print the version and exit")
       ->group("Common options");
