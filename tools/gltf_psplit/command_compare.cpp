@@ -2,6 +2,8 @@
 // two assets, whether they hold the same meshes (sameness.h).
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
@@ -28,7 +30,8 @@ struct Arguments {
   bool wide = false;
 };
 
-constexpr uint64_t kDefaultPatchFaces[] = {19200, 4800, 1200};
+// What `encode --profile speed` takes where there is no GPU.
+constexpr uint64_t kSpeedPatchFaces = 1200;
 
 // The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
 Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session& session) {
@@ -59,12 +62,15 @@ uint64_t patch_count_of(uint64_t faces, uint64_t patch_faces) {
   return std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
 }
 
-std::vector<uint64_t> default_patch_counts(uint64_t faces) {
-  std::vector<uint64_t> counts;
-  for (const uint64_t patch_faces : kDefaultPatchFaces) {
-    const uint64_t count = patch_count_of(faces, patch_faces);
-    if (counts.empty() || counts.back() != count) counts.push_back(count);
-  }
+// One patch a primitive, as `encode` cuts, what lies between, and as its profile for speed cuts.
+std::vector<uint64_t> default_patch_counts(uint64_t faces, uint64_t primitives) {
+  const uint64_t usual = EncodeDocumentOptions().patch_faces;
+  const auto between =
+      static_cast<uint64_t>(std::sqrt(static_cast<double>(usual) * static_cast<double>(kSpeedPatchFaces)));
+  std::vector<uint64_t> counts{1};
+  for (const uint64_t patch_faces : {usual, between, kSpeedPatchFaces})
+    if (const uint64_t count = patch_count_of(faces, patch_faces); count > std::max(counts.back(), primitives))
+      counts.push_back(count);
   return counts;
 }
 
@@ -106,7 +112,7 @@ Status run_compare(Arguments arguments, const Session& session) {
     if (!read) return read;
     uint64_t faces = 0;
     for (const Mesh& mesh : *read) faces += mesh.faces.size();
-    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces);
+    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces, read->size());
     if (arguments.format == "html") {
       const uint64_t count = pictured_count(faces, options.patch_counts);
       if (Expected<PatchPicture> picture = draw_patches(*document, count, options.coding, session))
@@ -132,7 +138,7 @@ Status run_compare(Arguments arguments, const Session& session) {
     return compare_codecs(*meshes, options, backends, session.pool, bar.callback());
   }();
   if (!comparison) return comparison.status().at({.file = arguments.input});
-  report.input = arguments.input == "-" ? "stdin" : arguments.input;
+  report.input = arguments.input == "-" ? "stdin" : std::filesystem::path(arguments.input).filename().string();
   report.options = options;
   report.comparison = std::move(*comparison);
   report.environment = describe_environment(session);
@@ -156,7 +162,9 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_sameness_options(command, arguments->sameness);
   command
       .add_option("--patches", arguments->options.patch_counts,
-                  "Patch counts, over all primitives; by default those of 19200, 4800 and 1200 faces a patch")
+                  "Patch counts, over all primitives; by default one a primitive, what `encode` makes, what "
+                  "its profile "
+                  "for speed makes, and one between these")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
@@ -177,6 +185,8 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->capture_default_str()
       ->type_name("A,B,C");
   add_format_option(command, arguments->format, {"text", "json", "html"});
+  command.get_option("--format")
+      ->description("Form of the result; html is a page with charts, for one file and not for two");
   add_text_output_option(command, arguments->output);
   command.add_flag("--wide", arguments->wide, "All columns, and not only those that fit 100 columns");
   add_backend_options(command, arguments->backend);

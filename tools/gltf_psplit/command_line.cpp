@@ -34,13 +34,26 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       ->group(kGroup);
 }
 
+// "dragon.ply" of "/home/someone/dragon.ply", "--output=page.html" of "--output=../page.html": where a file
+// lies is the user's own business, and reports are for others.
+std::string without_folder(const std::string& word) {
+  const size_t equals = word.starts_with("--") ? word.find('=') : std::string::npos;
+  const bool is_short_option = word.size() > 2 && word[0] == '-' && word[1] != '-';  // "-o../page.html"
+  const size_t begin = equals != std::string::npos ? equals + 1 : is_short_option ? 2 : 0;
+  const size_t last = word.find_last_not_of('/');
+  if (last == std::string::npos || last < begin) return word;
+  const size_t slash = word.rfind('/', last);
+  if (slash == std::string::npos || slash < begin) return word;
+  return word.substr(0, begin) + word.substr(slash + 1);
+}
+
 // Words as a shell takes them: in quotes where it would read more in them than letters.
 std::string shell_words(std::span<char* const> words) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,=:+@%";
   std::string text;
   for (const char* const word : words) {
-    std::string quoted(word);
+    std::string quoted = without_folder(word);
     if (quoted.empty() || quoted.find_first_not_of(kPlain) != std::string::npos) {
       for (size_t at = 0; (at = quoted.find('\'', at)) != std::string::npos; at += 4)
         quoted.replace(at, 1, "'\\''");

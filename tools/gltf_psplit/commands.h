@@ -19,7 +19,7 @@ struct Session {
   Log log;
   ThreadPool pool;
   std::string version;       // of the command
-  std::string command_line;  // as a shell takes it
+  std::string command_line;  // as a shell takes it, without the folders of files: for reports
   Session(Verbosity verbosity, int thread_count, std::string its_version = "",
           std::string its_command_line = "")
       : log(verbosity),

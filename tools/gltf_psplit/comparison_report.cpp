@@ -1,5 +1,8 @@
 #include "tools/gltf_psplit/comparison_report.h"
 
+#include <cmath>
+
+#include "tools/gltf_psplit/comparison_summary.h"
 #include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/messages.h"
 
@@ -11,6 +14,8 @@ void append_timing(Json& object, const Timing& timing, const std::string& prefix
   const std::string before = prefix.empty() ? "" : prefix + "_";
   object[before + "min_ms"] = timing.min_ms;
   object[before + "max_ms"] = timing.max_ms;
+  object[before + "lower_quartile_ms"] = timing.lower_quartile_ms;
+  object[before + "upper_quartile_ms"] = timing.upper_quartile_ms;
 }
 
 Json stock_json(const StockRow& row) {
@@ -19,8 +24,10 @@ Json stock_json(const StockRow& row) {
   return object;
 }
 
-Json meshopt_json(const MeshoptRow& row) {
-  Json object{{"bytes", row.bytes}};
+Json meshopt_json(const MeshoptRow& row, const Environment& environment) {
+  Json object{{"version", environment.meshoptimizer},
+              {"codec_version", environment.meshopt_codec},
+              {"bytes", row.bytes}};
   append_timing(object, row.decode, "decode");
   return object;
 }
@@ -32,10 +39,46 @@ Json environment_json(const Environment& environment) {
           {"psplit", environment.psplit},
           {"draco", environment.draco},
           {"meshoptimizer", environment.meshoptimizer},
+          {"meshoptimizer_codec", environment.meshopt_codec},
           {"zstd", environment.zstd},
           {"compiler", environment.compiler},
           {"command_line", environment.command_line},
           {"date", environment.date}};
+}
+
+ComparisonSummary summarize(const ComparisonReport& report) {
+  return summarize_comparison(report.comparison, report.input, report.options.repeat);
+}
+
+void append_summary(Json& object, const ComparisonSummary& summary) {
+  object["headline"] = summary.has_recommendation ? Json(summary.headline) : Json();
+  object["recommendation"] = Json();
+  if (summary.has_recommendation)
+    object["recommendation"] = {
+        {"patches", summary.recommended_patches}, {"text", summary.recommendation}, {"rule", summary.rule}};
+  object["noise"] = summary.noise;
+}
+
+// Lines of at most kTextWidth letters, as far as there are spaces.
+std::string wrapped(const std::string& text) {
+  constexpr size_t kTextWidth = 100;
+  std::string lines;
+  size_t line_begin = 0;
+  while (text.size() - line_begin > kTextWidth) {
+    size_t space = text.rfind(' ', line_begin + kTextWidth);
+    if (space == std::string::npos || space <= line_begin) space = text.find(' ', line_begin);
+    if (space == std::string::npos) break;
+    lines += text.substr(line_begin, space - line_begin) + "\n";
+    line_begin = space + 1;
+  }
+  return lines + text.substr(line_begin) + "\n";
+}
+
+std::string summary_text(const ComparisonSummary& summary) {
+  std::string text;
+  if (summary.has_recommendation) text += wrapped(summary.headline) + wrapped(summary.recommendation);
+  for (const std::string& note : summary.noise) text += wrapped("note: " + note);
+  return text;
 }
 
 std::string stages_text(const Comparison& comparison) {
@@ -57,6 +100,7 @@ Json to_json(const ComparisonReport& report) {
   const Comparison& comparison = report.comparison;
   const EncodeDocumentOptions& coding = report.options.coding;
   Json result{{"input", report.input}, {"faces", comparison.faces}, {"points", comparison.points}};
+  append_summary(result, summarize(report));
   result["environment"] = environment_json(report.environment);
   result["settings"] = {{"encode_speed", coding.encode_speed}, {"position_bits", coding.position_bits},
                         {"normal_bits", coding.normal_bits},   {"texcoord_bits", coding.texcoord_bits},
@@ -66,8 +110,8 @@ Json to_json(const ComparisonReport& report) {
   result["stock"] = stock_json(comparison.stock);
   result["stock_speeds"] = Json::array();
   for (const StockRow& row : comparison.stock_speeds) result["stock_speeds"].push_back(stock_json(row));
-  result["meshopt"] = meshopt_json(comparison.meshopt);
-  result["meshopt_plain"] = meshopt_json(comparison.meshopt_plain);
+  result["meshopt"] = meshopt_json(comparison.meshopt, report.environment);
+  result["meshopt_plain"] = meshopt_json(comparison.meshopt_plain, report.environment);
   result["splits"] = Json::array();
   for (const SplitRow& row : comparison.splits) {
     Json split{{"patches", row.summary.patches},
@@ -138,14 +182,14 @@ std::string to_text(const ComparisonReport& report, bool wide) {
                     with_decimals(row.encode_ms, 0)},
                    timing_cells("draco", 1, row.decode)));
   for (const auto& [name, row] :
-       {std::pair("meshopt", &comparison.meshopt_plain), std::pair("meshopt + zstd", &comparison.meshopt)})
-    table.add(join({name, "", "", with_separators(row->bytes), per_point(row->bytes), over_stock(row->bytes),
-                    "", "", "", ""},
+       {std::pair("", &comparison.meshopt_plain), std::pair(" + zstd", &comparison.meshopt)})
+    table.add(join({"meshopt " + report.environment.meshoptimizer + name, "", "", with_separators(row->bytes),
+                    per_point(row->bytes), over_stock(row->bytes), "", "", "", ""},
                    timing_cells("meshopt", 1, row->decode)));
   for (const SplitRow& row : comparison.splits) {
     std::vector<std::string> head{"psplit",
                                   with_separators(row.summary.patches),
-                                  with_decimals(row.mean_patch_faces(), 0),
+                                  with_separators(static_cast<uint64_t>(std::llround(row.mean_patch_faces()))),
                                   with_separators(row.summary.total_bytes),
                                   per_point(row.summary.total_bytes),
                                   as_percent(row.overhead),
@@ -175,7 +219,7 @@ std::string to_text(const ComparisonReport& report, bool wide) {
       environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
       (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
   return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
-         "\n\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
+         "\n" + summary_text(summarize(report)) + "\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
          wrap_text(settings, kTableWidth, 0) + "\n" + wrap_text(machine, kTableWidth, 0) + "\n";
 }
 

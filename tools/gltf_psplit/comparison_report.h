@@ -12,7 +12,7 @@ struct PatchPicture {
 };
 
 struct ComparisonReport {
-  std::string input;  // its name
+  std::string input;  // its name, without its folder
   ComparisonOptions options;
   Comparison comparison;
   Environment environment;
