@@ -193,6 +193,7 @@ function read_page() {
       title: chart.querySelector('figcaption').firstChild.textContent,
       last: [...chart.querySelectorAll('text.title')].map((text) => text.textContent),
     })),
+    first_caption: document.querySelector('#numbers .caption').textContent,
     captions: [...document.querySelectorAll('.caption')].map((caption) => ({
       caption: caption.textContent, header: caption.parentElement.querySelector('thead').textContent,
       first: caption.parentElement.querySelector('tbody th').textContent,
@@ -233,7 +234,7 @@ async function print(browser, report, format) {
   for (const { title, last } of said.charts) together([title, ...last], 'its chart');
   for (const { caption, header, first } of said.captions) together([caption, header.slice(0, 5), first], 'its table');
   for (const heading of ['Charts', 'Numbers'])
-    together([heading + (heading === 'Charts' ? said.charts[0].title : said.captions[0].caption)], 'what follows it');
+    together([heading + (heading === 'Charts' ? said.charts[0].title : said.first_caption)], 'what follows it');
   for (const heading of said.headings)
     check(!texts.some((text) => text.endsWith(squeeze(heading))), `${what}"${heading}" is the last of its page`);
 }

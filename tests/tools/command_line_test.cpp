@@ -585,6 +585,11 @@ TEST_F(CommandLine, ReportsSayWhatIsGainedAndNameNoFolder) {
     EXPECT_TRUE(json.at("environment").at("command_line").get<std::string>().ends_with("--output=report.json"));
     EXPECT_EQ(json.at("meshopt").at("version"), json.at("environment").at("meshoptimizer"));
     EXPECT_TRUE(json.at("meshopt").at("codec_version").is_number());
+    const auto& asset = json.at("asset");
+    EXPECT_EQ(asset.at("texture_bytes"), 0);
+    EXPECT_NEAR(asset.at("bytes").get<double>(), static_cast<double>(std::filesystem::file_size(input)), 300);
+    EXPECT_EQ(asset.at("bytes_with_stock").get<int>() - asset.at("other_bytes").get<int>(),
+              json.at("stock").at("bytes"));
   }
 }
 

@@ -179,6 +179,19 @@ TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
   EXPECT_NE(noisy.find("only once"), std::string::npos);
 }
 
+TEST(HtmlReport, ShowsTheWholeAssetWithItsTextures) {
+  ComparisonReport report = sample_report();
+  EXPECT_EQ(to_html(report).find("The whole asset"), std::string::npos);  // compressed already: nothing to say
+  report.asset = AssetParts{.meshes = 1'800'000, .textures = 2'000'000, .rest = 3000, .missing_images = 0};
+  const std::string page = to_html(report), table = part_of(page, "<table id=\"asset\"", "</table>");
+  for (const char* cell : {"1,800,000", "200,002", "3,803,000", "2,203,002", "57.9 %"})
+    EXPECT_NE(table.find(">" + std::string(cell) + "</td>"), std::string::npos) << cell;
+  EXPECT_EQ(count_of(table, ">2,000,000</td>"), 3u);
+  EXPECT_EQ(page.find("not where the asset says"), std::string::npos);
+  report.asset->missing_images = 2;
+  EXPECT_NE(to_html(report).find("2 images are not where the asset says"), std::string::npos);
+}
+
 TEST(HtmlReport, NamesMeshoptimizersVersionInItsRows) {
   const std::string codecs = part_of(to_html(sample_report()), "<table id=\"codecs\"", "</table>");
   EXPECT_NE(codecs.find(">meshoptimizer 0.99<"), std::string::npos);

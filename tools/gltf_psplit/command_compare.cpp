@@ -34,7 +34,7 @@ struct Arguments {
 constexpr uint64_t kSpeedPatchFaces = 1200;
 
 // The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
-Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session& session) {
+Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, const Session& session) {
   std::vector<PrimitiveId> ids;
   for (const PrimitiveId id : all_primitives(document)) {
     const Place place{.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
@@ -49,6 +49,11 @@ Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session&
     }
     ids.push_back(id);
   }
+  return ids;
+}
+
+Expected<std::vector<Mesh>> read_meshes(const Document& document, std::span<const PrimitiveId> ids,
+                                        const Session& session) {
   std::vector<Mesh> meshes;
   for (Expected<Mesh>& mesh : read_primitives(document, ids, find_backend({}), session.pool)) {
     if (!mesh) return mesh.status();
@@ -108,8 +113,11 @@ Status run_compare(Arguments arguments, const Session& session) {
     if (!document) return document.status();
     if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
       return status;
-    Expected<std::vector<Mesh>> read = read_meshes(*document, session);
+    const Expected<std::vector<PrimitiveId>> ids = find_triangles(*document, session);
+    if (!ids) return ids.status();
+    Expected<std::vector<Mesh>> read = read_meshes(*document, *ids, session);
     if (!read) return read;
+    if (!document->from_draco) report.asset = measure_parts(*document, *ids);
     uint64_t faces = 0;
     for (const Mesh& mesh : *read) faces += mesh.faces.size();
     if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces, read->size());

@@ -59,24 +59,36 @@ void append_summary(Json& object, const ComparisonSummary& summary) {
   object["noise"] = summary.noise;
 }
 
-// Lines of at most kTextWidth letters, as far as there are spaces.
-std::string wrapped(const std::string& text) {
-  constexpr size_t kTextWidth = 100;
-  std::string lines;
-  size_t line_begin = 0;
-  while (text.size() - line_begin > kTextWidth) {
-    size_t space = text.rfind(' ', line_begin + kTextWidth);
-    if (space == std::string::npos || space <= line_begin) space = text.find(' ', line_begin);
-    if (space == std::string::npos) break;
-    lines += text.substr(line_begin, space - line_begin) + "\n";
-    line_begin = space + 1;
-  }
-  return lines + text.substr(line_begin) + "\n";
+Json asset_json(const ComparisonReport& report, const ComparisonSummary& summary) {
+  if (!report.asset) return nullptr;
+  const AssetParts& parts = *report.asset;
+  return {{"bytes", parts.total()},
+          {"mesh_bytes", parts.meshes},
+          {"texture_bytes", parts.textures},
+          {"other_bytes", parts.rest},
+          {"missing_images", parts.missing_images},
+          {"bytes_with_stock", parts.with_meshes(report.comparison.stock.bytes)},
+          {"bytes_with_patches",
+           summary.has_recommendation ? Json(parts.with_meshes(summary.recommended_bytes)) : Json()}};
 }
 
-std::string summary_text(const ComparisonSummary& summary) {
+std::string asset_text(const ComparisonReport& report, const ComparisonSummary& summary) {
+  if (!report.asset || !summary.has_recommendation) return "";
+  const AssetParts& parts = *report.asset;
+  return "The whole asset: " + with_separators(parts.total()) + " bytes as plain glTF, " +
+         with_separators(parts.with_meshes(report.comparison.stock.bytes)) + " with stock Draco, " +
+         with_separators(parts.with_meshes(summary.recommended_bytes)) + " in " +
+         counted(summary.recommended_patches, "patch") + "; " + with_separators(parts.textures) +
+         " of each are textures.";
+}
+
+std::string wrapped(const std::string& text) { return wrap_text(text, kTableWidth, 0) + "\n"; }
+
+std::string summary_text(const ComparisonReport& report) {
+  const ComparisonSummary summary = summarize(report);
   std::string text;
   if (summary.has_recommendation) text += wrapped(summary.headline) + wrapped(summary.recommendation);
+  if (const std::string asset = asset_text(report, summary); !asset.empty()) text += wrapped(asset);
   for (const std::string& note : summary.noise) text += wrapped("note: " + note);
   return text;
 }
@@ -100,7 +112,9 @@ Json to_json(const ComparisonReport& report) {
   const Comparison& comparison = report.comparison;
   const EncodeDocumentOptions& coding = report.options.coding;
   Json result{{"input", report.input}, {"faces", comparison.faces}, {"points", comparison.points}};
-  append_summary(result, summarize(report));
+  const ComparisonSummary summary = summarize(report);
+  append_summary(result, summary);
+  result["asset"] = asset_json(report, summary);
   result["environment"] = environment_json(report.environment);
   result["settings"] = {{"encode_speed", coding.encode_speed}, {"position_bits", coding.position_bits},
                         {"normal_bits", coding.normal_bits},   {"texcoord_bits", coding.texcoord_bits},
@@ -219,8 +233,8 @@ std::string to_text(const ComparisonReport& report, bool wide) {
       environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
       (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
   return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
-         "\n" + summary_text(summarize(report)) + "\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
-         wrap_text(settings, kTableWidth, 0) + "\n" + wrap_text(machine, kTableWidth, 0) + "\n";
+         "\n" + summary_text(report) + "\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
+         wrapped(settings) + wrapped(machine);
 }
 
 }  // namespace psplit

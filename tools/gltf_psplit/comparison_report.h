@@ -1,6 +1,9 @@
 // What `compare` says, as JSON and as a table for people; as a page it is html_report.h's.
 #pragma once
 
+#include <optional>
+
+#include "tools/gltf_psplit/asset_parts.h"
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/environment.h"
 
@@ -15,6 +18,7 @@ struct ComparisonReport {
   std::string input;  // its name, without its folder
   ComparisonOptions options;
   Comparison comparison;
+  std::optional<AssetParts> asset;  // nothing where the input is compressed already
   Environment environment;
   PatchPicture picture;  // drawn for pages only
 };

@@ -186,6 +186,7 @@ ComparisonSummary summarize_comparison(const Comparison& comparison, const std::
   summary.has_recommendation = true;
   const size_t recommended = find_recommended(comparison.splits);
   summary.recommended_patches = comparison.splits[recommended].summary.patches;
+  summary.recommended_bytes = comparison.splits[recommended].summary.total_bytes;
   summary.headline = headline_text(comparison.splits[recommended], name);
   summary.recommendation = recommendation_text(comparison.splits, recommended);
   if (comparison.splits.size() > 1) summary.rule = rule_text(comparison.splits);

@@ -25,7 +25,7 @@ struct ComparisonSummary {
   std::string recommendation;      // that number, and a faster one where there is one
   std::string rule;                // by which it was found
   std::vector<std::string> noise;  // why times are not to be trusted; empty where they are
-  uint64_t recommended_patches = 0;
+  uint64_t recommended_patches = 0, recommended_bytes = 0;
   bool has_recommendation = false;  // false where there are no splits
 };
 

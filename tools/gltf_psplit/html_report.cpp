@@ -69,6 +69,24 @@ std::string words(const ComparisonFigures& figures) {
   return "<section>\n<h2>Words</h2>\n<dl class=\"words\">" + list + "</dl>\n</section>\n";
 }
 
+std::string whole_asset(const ComparisonFigures& figures, const ComparisonSummary& summary) {
+  if (!figures.report.asset || !summary.has_recommendation) return "";
+  const AssetParts& parts = *figures.report.asset;
+  std::string html = "<section>\n<h2>The whole asset</h2>\n";
+  const uint64_t with_patches = parts.with_meshes(summary.recommended_bytes);
+  const uint64_t with_stock = parts.with_meshes(figures.base.bytes);
+  if (parts.textures > 0)
+    html += paragraph("Textures are " +
+                      as_share(static_cast<double>(parts.textures) / static_cast<double>(with_patches)) +
+                      " of the compressed asset. With them, patches change its size by " +
+                      as_percent(static_cast<double>(with_patches) / static_cast<double>(with_stock) - 1) +
+                      " against stock Draco.");
+  if (parts.missing_images > 0)
+    html += paragraph(counted(parts.missing_images, "image") + (parts.missing_images == 1 ? " is" : " are") +
+                      " not where the asset says, and not counted.");
+  return html + asset_table(parts, figures, summary) + "</section>\n";
+}
+
 // What was measured, and where; with a picture.
 std::string opening(const ComparisonReport& report) {
   const Environment& environment = report.environment;
@@ -158,7 +176,7 @@ std::string to_html(const ComparisonReport& report) {
          "<link rel=\"icon\" href=\"data:,\">\n" +
          html_element("title", title) + "\n<style>" + kPageStyle + "</style>\n</head>\n<body>\n<header>\n" +
          html_element("h1", title) + "\n" + paragraph(lead, "class=\"lead\"") + "</header>\n<main>\n" +
-         result(summary) + words(figures) + opening(report) + method(figures) +
+         result(summary) + words(figures) + whole_asset(figures, summary) + opening(report) + method(figures) +
          "<section>\n<h2>Charts</h2>\n<div class=\"pair\">\n" + comparison_charts(figures) +
          "</div>\n</section>\n<section id=\"numbers\">\n<h2>Numbers</h2>\n" + comparison_tables(figures) +
          "</section>\n</main>\n</body>\n</html>\n";

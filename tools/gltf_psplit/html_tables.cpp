@@ -1,5 +1,6 @@
 #include "tools/gltf_psplit/html_tables.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tools/gltf_psplit/html_text.h"
@@ -94,6 +95,30 @@ std::string html_table(const std::string& id, const std::string& caption,
   }
   return "<div class=\"tabled\">" + html_element("p", caption, "class=\"caption\"") +
          scrolling_region("table", caption, html + "</tbody></table>") + "</div>\n";
+}
+
+std::string asset_table(const AssetParts& parts, const ComparisonFigures& figures,
+                        const ComparisonSummary& summary) {
+  const uint64_t meshes[] = {parts.meshes, figures.base.bytes, summary.recommended_bytes};
+  const auto row = [&](const std::string& name, auto&& bytes_with) {
+    std::vector<std::string> cells{name};
+    for (const uint64_t bytes : meshes) cells.push_back(with_separators(bytes_with(bytes)));
+    return cells;
+  };
+  const auto share = [&](uint64_t bytes) {
+    return as_share(static_cast<double>(parts.with_meshes(bytes)) /
+                    static_cast<double>(std::max<uint64_t>(parts.total(), 1)));
+  };
+  return html_table("asset",
+                    "Bytes of the whole asset, textures included. psplit leaves textures and the rest (JSON, "
+                    "animations and so "
+                    "on) as they are. Sums of parts: files may differ from them by some hundred bytes.",
+                    {"part", "plain glTF", figures.base_name(), counted(summary.recommended_patches, "patch")},
+                    {row("meshes", [](uint64_t bytes) { return bytes; }),
+                     row("textures", [&](uint64_t) { return parts.textures; }),
+                     row("the rest", [&](uint64_t) { return parts.rest; }),
+                     row("all", [&](uint64_t bytes) { return parts.with_meshes(bytes); }),
+                     {"of plain glTF", share(meshes[0]), share(meshes[1]), share(meshes[2])}});
 }
 
 std::string comparison_tables(const ComparisonFigures& figures) {
