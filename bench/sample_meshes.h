@@ -10,7 +10,9 @@
 #include <map>
 #include <numbers>
 
-#include "encoder/draco/mesh_files.h"
+#include "encoder/draco/draco_backend.h"
+#include "gltf_ext/mesh_files/read_asset.h"
+#include "gltf_ext/primitives.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {
@@ -108,7 +110,9 @@ inline Mesh bench_mesh(uint64_t faces, bool all_attributes) {
     if (!meshes) give_up(meshes.status());
     return std::move(meshes->front());
   }
-  Expected<Mesh> read = read_mesh_file(path);
+  const Expected<Asset> asset = read_asset(path, describe_draco_stream);
+  if (!asset) give_up(asset.status());
+  Expected<Mesh> read = read_primitive(asset->document, {0, 0}, draco_backend(), pool);
   if (!read) give_up(read.status());
   Mesh mesh = std::move(*read);
   std::erase_if(mesh.attributes, [&](const Attribute& attribute) {

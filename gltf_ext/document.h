@@ -22,7 +22,8 @@ struct Document {
   Json json;
   std::vector<std::vector<uint8_t>> buffers;  // resolved bytes, at least byteLength each
   std::filesystem::path source;               // "-" for stdin; the directory that relative URIs start from
-  std::vector<std::filesystem::path> files;   // that were read: the asset, if it is one, and its buffers
+  std::vector<std::filesystem::path>
+      files;  // that were read: the asset, if it is one, its buffers and materials
   bool from_glb = false;
   bool from_draco = false;  // a .drc file (gltf_ext/draco_file.h)
 };

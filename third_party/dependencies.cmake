@@ -2,7 +2,7 @@
 # Debian's names, vcpkg.json those of other platforms); nothing is vendored or downloaded.
 
 if(PSPLIT_BUILD_ENCODER)
-  # Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle, reads PLY, OBJ, STL.
+  # Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle.
   # Debian's config file names its static library with a path relative to a build folder, so the library and
   # the headers are looked up by name.
   find_path(DRACO_INCLUDE_DIR draco/compression/encode.h REQUIRED)
@@ -31,6 +31,8 @@ if(PSPLIT_BUILD_ENCODER)
   add_library(psplit_xxhash_package INTERFACE)
   target_include_directories(psplit_xxhash_package SYSTEM INTERFACE ${XXHASH_INCLUDE_DIR})
   target_link_libraries(psplit_xxhash_package INTERFACE ${XXHASH_LIBRARY})
+  # zlib: mesh files that gzip packed.
+  find_package(ZLIB REQUIRED)
 endif()
 # oneTBB: the pool of threads behind src/parallel.h.
 find_package(TBB REQUIRED)

@@ -11,10 +11,8 @@
 #include <string_view>
 
 #include "encoder/draco/draco_backend.h"
-#include "encoder/draco/mesh_files.h"
 #include "encoder/encode_mesh.h"
-#include "gltf_ext/draco_file.h"
-#include "gltf_ext/files.h"
+#include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitives.h"
 #include "tests/support/compare_meshes.h"
 
@@ -40,21 +38,13 @@ Expected<Mesh> read_with_morphs(const Document& document, PrimitiveId id, const 
 // leaves alone (meshoptimizer's compression, say) the status that says so.
 Expected<std::vector<Expected<Mesh>>> read_meshes(const std::string& path, const ThreadPool& pool) {
   std::vector<Expected<Mesh>> meshes;
-  if (is_mesh_file(path)) {
-    Expected<Mesh> mesh = read_mesh_file(path);
-    if (!mesh) return mesh.status();
-    meshes.push_back(std::move(mesh));
-    return meshes;
-  }
-  const Expected<std::vector<uint8_t>> bytes = read_file(path);
-  if (!bytes) return bytes.status();
-  const Expected<Document> document =
-      is_draco(*bytes) ? document_from_draco(*bytes, describe_draco_stream) : parse_document(*bytes, path);
-  if (!document) return document.status();
-  for (const PrimitiveId id : all_primitives(*document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(*document, id);
+  const Expected<Asset> asset = read_asset(path, describe_draco_stream);
+  if (!asset) return asset.status();
+  const Document& document = asset->document;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
     if (!kind) return kind.status();
-    Expected<Mesh> mesh = kind->triangles ? read_with_morphs(*document, id, pool) : Mesh{};
+    Expected<Mesh> mesh = kind->triangles ? read_with_morphs(document, id, pool) : Mesh{};
     if (!mesh && mesh.status().code() != StatusCode::kUnsupported) return mesh.status();
     meshes.push_back(std::move(mesh));
   }

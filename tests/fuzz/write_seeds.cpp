@@ -7,6 +7,7 @@
 #include "encoder/encode_mesh.h"
 #include "gltf_ext/convert.h"
 #include "tests/support/draco_streams.h"
+#include "tests/support/mesh_file_seeds.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/version_1.h"
 
@@ -63,13 +64,20 @@ int main(int argc, char** argv) {
     return 1;
   }
   const fs::path core = fs::path(argv[1]) / "core_fuzzer", container = fs::path(argv[1]) / "container_fuzzer",
-                 document = fs::path(argv[1]) / "document_fuzzer";
+                 document = fs::path(argv[1]) / "document_fuzzer",
+                 mesh_file = fs::path(argv[1]) / "mesh_file_fuzzer";
   fs::create_directories(core);
   fs::create_directories(container);
   fs::create_directories(document);
+  fs::create_directories(mesh_file);
   size_t number = 0;
   psplit::for_each_draco_stream([&](const psplit::DracoStream& stream) { write(core, number++, stream.bytes); },
                                 psplit::StreamSet::kSmall);
+  // The first byte chooses a name.
+  for (std::string seed : psplit::mesh_file_seeds()) {
+    seed.insert(0, 1, static_cast<char>(number % 4));
+    write(mesh_file, number++, {reinterpret_cast<const uint8_t*>(seed.data()), seed.size()});
+  }
   const psplit::ThreadPool pool;
   write_documents(document, pool);
   for (psplit::NamedMesh& named : psplit::nasty_meshes()) {

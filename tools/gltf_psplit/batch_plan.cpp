@@ -3,12 +3,12 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <set>
 #include <string_view>
 
 #include "gltf_ext/files.h"
+#include "gltf_ext/mesh_files/read_asset.h"
 
 namespace psplit {
 namespace {
@@ -28,11 +28,6 @@ bool is_below(const fs::path& path, const fs::path& folder) {
 }
 
 bool is_pattern(std::string_view text) { return text.find_first_of("*?[") != std::string_view::npos; }
-
-bool is_asset_name(const fs::path& path) {
-  constexpr std::array<std::string_view, 6> kAssets = {".gltf", ".glb", ".ply", ".obj", ".stl", ".drc"};
-  return std::find(kAssets.begin(), kAssets.end(), lower_extension(path)) != kAssets.end();
-}
 
 std::vector<fs::path> sorted_entries(const fs::path& folder) {
   std::vector<fs::path> entries;
@@ -83,7 +78,8 @@ class Planner {
     for (const auto& [whole, input] : inputs_) {
       if (!is_below(whole, base_)) return usage(input + " is not below " + base_.string());
       fs::path relative = whole.lexically_relative(base_);
-      relative.replace_extension(request_.extension);
+      relative = without_asset_extensions(relative);
+      relative += request_.extension;
       const fs::path output = folder_ / relative;
       const auto [other, is_new] = taken.emplace(output, input);
       if (!is_new)

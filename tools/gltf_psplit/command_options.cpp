@@ -5,9 +5,8 @@
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
-#include "encoder/draco/mesh_files.h"
-#include "gltf_ext/draco_file.h"
 #include "gltf_ext/files.h"
+#include "gltf_ext/mesh_files/read_asset.h"
 #include "src/container/container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/commands.h"
@@ -129,18 +128,6 @@ void add_backend_options(CLI::App& command, BackendChoice& choice) {
       ->type_name("SIZE");
 }
 
-void add_output_option(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output,OUT", path, "A .glb or .gltf file; - is a GLB on stdout")
-      ->required()
-      ->type_name("FILE");
-}
-
-void add_text_output_option(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output", path, "Where the result goes; - is stdout")
-      ->capture_default_str()
-      ->type_name("FILE");
-}
-
 void add_format_option(CLI::App& command, std::string& name, const std::vector<std::string>& forms) {
   command.add_option("--format", name, "Form of the result")
       ->check(CLI::IsMember(forms))
@@ -164,31 +151,17 @@ DescribeStream find_describer(const std::string& name) {
   };
 }
 
-Expected<Document> read_input(const std::string& path, const std::string& backend) {
-  const Place place{.file = path == "-" ? "stdin" : path};
-  if (path != "-" && is_mesh_file(path)) {
-    const Expected<Mesh> mesh = read_mesh_file(path);
-    if (!mesh) return mesh.status().at(place);
-    Document document = document_from_mesh(*mesh);
-    document.source = path;
-    document.files.emplace_back(path);
-    return document;
-  }
-  auto bytes = read_file(path);
-  if (!bytes) return bytes.status().at(place);
-  const std::string extension = lower_extension(path);
-  if (is_draco(*bytes) || extension == ".drc") {
-    Expected<Document> document = document_from_draco(*bytes, find_describer(backend));
-    if (!document) return document.status().at(place);
-    document->source = path;
-    if (path != "-") document->files.emplace_back(path);
-    return document;
-  }
-  Expected<Document> document = parse_document(std::move(*bytes), path);
-  if (document.status().code() != StatusCode::kInvalidInput || extension.empty() || is_gltf_name(path))
-    return document;
-  return unsupported(extension + " files are not read; .gltf, .glb, .ply, .obj, .stl and .drc files are",
-                     place);
+Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend) {
+  Expected<Asset> asset = read_asset(path, find_describer(backend));
+  if (!asset) return asset.status();
+  for (const std::string& warning : asset->warnings) log.warning(path + ": " + warning);
+  return std::move(asset->document);
+}
+
+Status check_output_path(const std::string& path) {
+  if (path == "-" || is_gltf_name(path)) return {};
+  return {
+      StatusCode::kUsage, "the output must end in .glb or .gltf, or be - for a GLB on stdout", {.file = path}};
 }
 
 void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix) {

@@ -6,7 +6,6 @@
 #include "decoder_cuda/psplit_cuda.h"
 #include "src/container/container.h"
 #include "tools/gltf_psplit/commands.h"
-#include "tools/gltf_psplit/count_option.h"
 #include "tools/gltf_psplit/gpus.h"
 
 namespace psplit {
@@ -36,10 +35,14 @@ void apply_profile(EncodeArguments& arguments) {
 
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
-  CLI::Option* patches =
-      add_count_option(command, "--patches", options.patches, "Patches of all primitives together");
+  CLI::Option* patches = command.add_option("--patches", options.patches, "Patches of all primitives together")
+                             ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
+                             ->type_name("N");
   CLI::Option* patch_faces =
-      add_count_option(command, "--patch-faces", options.patch_faces, "Faces of a patch, about")
+      command.add_option("--patch-faces", options.patch_faces, "Faces of a patch, about")
+          ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
+          ->capture_default_str()
+          ->type_name("N")
           ->excludes(patches);
   CLI::Option* profile =
       command
@@ -100,20 +103,6 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
     resolved.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
   };
-}
-
-void group_encode_options(CLI::App& command) {
-  const std::vector<std::pair<const char*, std::vector<const char*>>> groups = {
-      {"Patches", {"--patches", "--patch-faces", "--profile", "--gpu", "--distance", "--no-refine"}},
-      {"Precision",
-       {"--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
-        "--quantize-generic", "--quantization-volume", "--lossless"}},
-      {"What is kept", {"--drop-degenerate", "--keep-duplicates"}},
-      {"What is written", {"--images", "--fallback", "--compat", "--as"}},
-  };
-  for (const auto& [group, names] : groups)
-    for (const char* name : names)
-      if (CLI::Option* option = command.get_option_no_throw(name)) option->group(group);
 }
 
 std::string describe_options(const EncodeDocumentOptions& options) {

@@ -4,7 +4,6 @@
 #include <span>
 
 #include "gltf_ext/convert.h"
-#include "tools/gltf_psplit/asset_bytes.h"
 #include "tools/gltf_psplit/messages.h"
 #include "tools/gltf_psplit/patch_summary.h"
 
@@ -42,11 +41,6 @@ struct EncodeResult {
 };
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log);
 
-// What the meshes lost or gained on the way: "merged 12 duplicate points, dropped 3 degenerate faces", or
-// nothing.
-std::string changes_text(const EncodeStatistics& statistics);
-
-// One line: "1.18 MB from 34.1 MB (3.4 %), mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces".
-std::string encode_summary(const EncodeResult& result, const AssetSizes& sizes);
+void log_changes(const EncodeStatistics& statistics, const Log& log);
 
 }  // namespace psplit

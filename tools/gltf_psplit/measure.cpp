@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 namespace psplit {
 
@@ -14,13 +13,10 @@ double elapsed_ms(const std::function<void()>& work) {
 
 Timing summarize_samples(std::vector<double> samples_ms) {
   std::ranges::sort(samples_ms);
-  const auto quantile = [&](double share) {
-    const double at = share * static_cast<double>(samples_ms.size() - 1);
-    const auto below = static_cast<size_t>(at);
-    const size_t above = std::min(below + 1, samples_ms.size() - 1);
-    return std::lerp(samples_ms[below], samples_ms[above], at - static_cast<double>(below));
-  };
-  return {quantile(0.5), samples_ms.front(), samples_ms.back(), quantile(0.25), quantile(0.75)};
+  const size_t middle = samples_ms.size() / 2;
+  const double median =
+      samples_ms.size() % 2 == 1 ? samples_ms[middle] : (samples_ms[middle - 1] + samples_ms[middle]) / 2;
+  return {median, samples_ms.front(), samples_ms.back()};
 }
 
 Expected<std::vector<Timing>> measure_interleaved(std::span<const Contender> contenders, int repeat,

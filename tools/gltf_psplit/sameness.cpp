@@ -33,7 +33,7 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
 Expected<AssetMeshes> read_meshes(const std::string& path, const std::string& output, bool scene,
                                   const BackendChoice& backend, const Session& session) {
   ProgressBar bar("reading", session.log);
-  const Expected<Document> document = read_input(path, backend.name);
+  const Expected<Document> document = read_input(path, session.log, backend.name);
   if (!document) return document.status();
   if (Status status = check_not_an_input(output, "--output", *document); !status.ok()) return status;
   Expected<AssetMeshes> meshes = read_asset_meshes(*document, find_backend(backend),

@@ -1,0 +1,192 @@
+#include "gltf_ext/mesh_files/mtl.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "gltf_ext/files.h"
+#include "gltf_ext/uri.h"
+
+namespace psplit {
+namespace {
+
+// What a material says, line by line.
+struct Settings {
+  std::array<float, 3> color{1, 1, 1}, emission{0, 0, 0};
+  float alpha = 1, metalness = 0;
+  std::optional<float> roughness, shininess;
+};
+
+Json json_of(const std::string& name, const Settings& settings) {
+  const auto clamped = [](float value) { return std::isfinite(value) ? std::clamp(value, 0.0f, 1.0f) : 0.0f; };
+  Json json{{"name", as_utf8(name)}};
+  const auto& [red, green, blue] = settings.color;
+  const float alpha = clamped(settings.alpha);
+  // Phong's exponent as the roughness whose highlight has about the same width.
+  const float shininess = std::max(0.0f, settings.shininess.value_or(0));
+  const float roughness = settings.roughness.value_or(std::sqrt(2 / (shininess + 2)));
+  json["pbrMetallicRoughness"] = {{"baseColorFactor", {clamped(red), clamped(green), clamped(blue), alpha}},
+                                  {"metallicFactor", clamped(settings.metalness)},
+                                  {"roughnessFactor", clamped(roughness)}};
+  const auto& [r, g, b] = settings.emission;
+  if (clamped(r) + clamped(g) + clamped(b) > 0) json["emissiveFactor"] = {clamped(r), clamped(g), clamped(b)};
+  if (alpha < 1) json["alphaMode"] = "BLEND";
+  return json;
+}
+
+// The name of a texture's file behind options like "-s 1 1 1" and "-bm 0.5"; whether there were any.
+std::pair<std::string, bool> without_options(std::string text) {
+  constexpr std::string_view kBlanks = " \t";
+  bool has_options = false;
+  while (text.starts_with('-')) {
+    has_options = true;
+    const size_t end = std::min(text.find_first_of(kBlanks), text.size());
+    const std::string option = text.substr(0, end);
+    text.erase(0, std::min(text.find_first_not_of(kBlanks, end), text.size()));
+    const bool has_word = option == "-type" || option == "-imfchan" || option == "-clamp" ||
+                          option == "-blendu" || option == "-blendv" || option == "-cc" ||
+                          option == "-colorspace";
+    // One word, or up to three numbers.
+    for (int i = 0; i < (has_word ? 1 : 3); ++i) {
+      const size_t word_end = std::min(text.find_first_of(kBlanks), text.size());
+      if (!has_word && !parse_float(std::string_view(text).substr(0, word_end))) break;
+      if (word_end == text.size()) break;  // the name itself
+      text.erase(0, std::min(text.find_first_not_of(kBlanks, word_end), text.size()));
+    }
+  }
+  return {text, has_options};
+}
+
+// glTF has images of these two kinds only.
+bool is_image_of_gltf(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+}
+
+}  // namespace
+
+std::string uri_of_path(const std::string& path) {
+  std::string uri, part;
+  std::string text = path;
+  std::replace(text.begin(), text.end(), '\\', '/');
+  if (text.starts_with('/') || text.find(':') != std::string::npos || text.find('\0') != std::string::npos)
+    return "";
+  for (size_t at = 0; at <= text.size();) {
+    const size_t end = std::min(text.find('/', at), text.size());
+    uri += (at == 0 ? "" : "/") + percent_encode(std::string_view(text).substr(at, end - at));
+    at = end + 1;
+  }
+  return uri;
+}
+
+void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
+  Material* material = nullptr;
+  std::string name;
+  Settings settings;
+  const auto finish = [&] {
+    if (material != nullptr) material->json = json_of(name, settings);
+  };
+  const auto numbers = [&](std::span<float> values) {
+    for (size_t i = 0; i < values.size(); ++i) {
+      const std::string_view word = scanner.word();
+      if (word.empty() && i == 1) {  // a grey
+        values[1] = values[2] = values[0];
+        return;
+      }
+      const std::optional<float> number = parse_float(word);
+      if (!number) {  // spectral curves and CIE colours, too
+        losses.add("line of the materials is not understood: left out",
+                   "lines of the materials are not understood: left out");
+        return;
+      }
+      values[i] = *number;
+    }
+  };
+  const auto texture = [&](const char* member) {
+    const auto [path, has_options] = without_options(scanner.rest_of_line().value_or(""));
+    if (has_options) losses.say("scales and other options of textures are left out");
+    if (uri_of_path(path).empty() || !is_image_of_gltf(path))
+      losses.say("the texture " + in_quotes(path) +
+                 " is left out: glTF takes relative paths of .png and .jpg files");
+    else
+      material->textures[member] = path;
+  };
+  bool more = true;
+  for (; more; more = scanner.next_line()) {
+    const std::string keyword(scanner.word());
+    if (keyword == "newmtl") {
+      finish();
+      name = scanner.rest_of_line().value_or("");
+      material = &materials_[name];
+      *material = {};
+      settings = {};
+    } else if (material == nullptr || keyword.empty()) {
+      continue;
+    } else if (keyword == "Kd") {
+      numbers(settings.color);
+    } else if (keyword == "Ke") {
+      numbers(settings.emission);
+    } else if (keyword == "d") {
+      numbers({&settings.alpha, 1});
+    } else if (keyword == "Tr") {
+      numbers({&settings.alpha, 1});
+      settings.alpha = 1 - settings.alpha;
+    } else if (keyword == "Ns") {
+      numbers({&settings.shininess.emplace(), 1});
+    } else if (keyword == "Pr") {
+      numbers({&settings.roughness.emplace(), 1});
+    } else if (keyword == "Pm") {
+      numbers({&settings.metalness, 1});
+    } else if (keyword == "map_Kd") {
+      texture("baseColorTexture");
+    } else if (keyword == "map_Ke") {
+      texture("emissiveTexture");
+    } else if (keyword == "norm" || keyword == "map_Kn") {
+      texture("normalTexture");
+    } else if (keyword.starts_with("map_") || keyword == "bump" || keyword == "disp" || keyword == "decal" ||
+               keyword == "refl") {
+      losses.say("textures of " + in_quotes(keyword) + " are left out: glTF has none of that kind");
+    }
+  }
+  finish();
+  if (!scanner.failure().ok()) losses.say("the materials are read in part: " + scanner.failure().message());
+}
+
+int64_t MaterialLibrary::texture_of(const std::string& path, MeshFile& file) {
+  const std::string uri = uri_of_path(path);
+  const auto is_it = [&](const Json& image) { return image["uri"] == uri; };
+  const auto image = std::ranges::find_if(file.images, is_it);
+  const auto index = image - file.images.begin();
+  if (image == file.images.end()) {
+    file.images.push_back({{"uri", uri}});
+    file.textures.push_back({{"source", index}});  // one texture an image
+  }
+  return index;
+}
+
+int64_t MaterialLibrary::use(const std::string& name, MeshFile& file) {
+  const auto [known, is_new] = used_.try_emplace(name, static_cast<int64_t>(file.materials.size()));
+  if (!is_new) return known->second;
+  const auto found = materials_.find(name);
+  if (found == materials_.end()) {
+    file.losses.add("material is in no library: it has a name only",
+                    "materials are in no library: they have names only");
+    file.materials.push_back(json_of(name, {}));
+    return known->second;
+  }
+  Json json = found->second.json;
+  for (const auto& [member, path] : found->second.textures) {
+    const Json texture{{"index", texture_of(path, file)}};
+    if (member == "baseColorTexture") {
+      json["pbrMetallicRoughness"][member] = texture;
+    } else {
+      json[member] = texture;
+      // Exporters leave the colour that the texture is multiplied by at black.
+      if (member == "emissiveTexture" && !json.contains("emissiveFactor")) json["emissiveFactor"] = {1, 1, 1};
+    }
+  }
+  file.materials.push_back(std::move(json));
+  return known->second;
+}
+
+}  // namespace psplit

@@ -1,0 +1,452 @@
+#include "gltf_ext/mesh_files/obj.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <set>
+
+namespace psplit {
+namespace {
+
+constexpr uint32_t kNone = UINT32_MAX;
+
+// What a corner of a face names, counted from 0.
+struct Corner {
+  uint32_t position = kNone, texcoord = kNone, normal = kNone;
+};
+
+// A point of a part: parts share nothing.
+struct Point {
+  uint32_t part = 0;
+  Corner corner;
+  bool operator==(const Point& other) const {
+    return part == other.part && corner.position == other.corner.position &&
+           corner.texcoord == other.corner.texcoord && corner.normal == other.corner.normal;
+  }
+};
+
+// The points of all parts, found by what they name through a table of at least twice their number of slots.
+class PointTable {
+ public:
+  // The index of the point among all of them, and whether it is new.
+  std::pair<uint32_t, bool> find_or_add(const Point& point, uint32_t number_in_part) {
+    if (slots_.size() < 2 * (points_.size() + 1)) grow();
+    const size_t mask = slots_.size() - 1;
+    size_t slot = hash(point) & mask;
+    for (; slots_[slot] != kNone; slot = (slot + 1) & mask)
+      if (points_[slots_[slot]] == point) return {numbers_[slots_[slot]], false};
+    slots_[slot] = static_cast<uint32_t>(points_.size());
+    points_.push_back(point);
+    numbers_.push_back(number_in_part);
+    return {number_in_part, true};
+  }
+
+  const std::vector<Point>& points() const { return points_; }
+  void drop_table() { slots_ = {}, numbers_ = {}; }
+
+ private:
+  static size_t hash(const Point& point) {
+    uint64_t state = uint64_t{point.corner.position} << 32 | point.corner.texcoord;
+    state = (state ^ state >> 33) * 0xff51afd7ed558ccd;
+    state ^= uint64_t{point.corner.normal} << 32 | point.part;
+    state = (state ^ state >> 33) * 0xc4ceb9fe1a85ec53;
+    return static_cast<size_t>(state ^ state >> 29);
+  }
+
+  void grow() {
+    slots_.assign(std::bit_ceil(std::max<size_t>(64, 4 * points_.size())), kNone);
+    const size_t mask = slots_.size() - 1;
+    for (uint32_t i = 0; i < points_.size(); ++i) {
+      size_t slot = hash(points_[i]) & mask;
+      while (slots_[slot] != kNone) slot = (slot + 1) & mask;
+      slots_[slot] = i;
+    }
+  }
+
+  std::vector<Point> points_;
+  std::vector<uint32_t> numbers_, slots_;
+};
+
+// Corner numbers of one kind, which faces may name before they are there: the largest, and where it was named.
+struct Named {
+  uint64_t most = 0, line = 0;
+};
+
+class ObjReader {
+ public:
+  ObjReader(Scanner& scanner, const OpenLibrary& open_library)
+      : scanner_(scanner), open_library_(open_library), polygons_(file_.losses) {}
+
+  Expected<MeshFile> read() {
+    do {
+      if (!read_line()) return error_;
+    } while (scanner_.next_line());
+    if (!add_pending()) return error_;
+    polygons_.finish();
+    if (named_.most > positions_.size())
+      return error_at_line(named_.line, "a face names vertex " + std::to_string(named_.most) +
+                                            ", and there are " + std::to_string(positions_.size()));
+    if (positions_.empty()) return invalid_input("OBJ: no vertices");
+    finish();
+    return std::move(file_);
+  }
+
+ private:
+  struct Part {
+    size_t object = 0;
+    int64_t material = -1;
+    bool texcoords = false, normals = false;
+    uint32_t point_count = 0;
+    Array<std::array<uint32_t, 3>> faces;
+    auto key() const { return std::tuple(object, material, texcoords, normals); }
+  };
+
+  bool fail(const std::string& what) {
+    if (error_.ok()) error_ = error_at_line(scanner_.line(), what);
+    return false;
+  }
+
+  // The next word of this line, or of the next where a backslash ends this one.
+  std::string_view word() {
+    for (;;) {
+      const std::string_view found = scanner_.word();
+      if (found.starts_with('#')) {
+        scanner_.skip_rest_of_line();
+        return {};
+      }
+      if (!found.ends_with('\\')) return found;
+      word_before_end_ = found;
+      const std::string_view next = scanner_.peek(1);
+      if (!next.starts_with('\n') && !next.starts_with('\r')) return word_before_end_;
+      scanner_.next_line();
+      word_before_end_.pop_back();
+      if (!word_before_end_.empty()) return word_before_end_;
+    }
+  }
+
+  bool read_line() {
+    const std::string_view keyword = word();
+    if (keyword.empty()) return true;
+    if (keyword == "v") return read_position();
+    if (keyword == "vt") return read_texcoord();
+    if (keyword == "vn") return read_normal();
+    if (keyword == "f" || keyword == "fo") return read_face();
+    if (keyword == "o") return begin_object();
+    if (keyword == "usemtl") return use_material();
+    if (keyword == "mtllib") return read_library();
+    if (keyword == "l" || keyword == "p") {
+      file_.losses.add("line or point is left out", "lines and points are left out");
+    } else if (keyword != "g" && keyword != "s" && keyword != "vp") {
+      const std::string name = in_quotes(keyword);
+      // A letter, as all statements of OBJ begin with one, or else this is no OBJ.
+      if (!std::isalpha(static_cast<unsigned char>(keyword[0]))) return fail(name + " is no statement of OBJ");
+      if (++unknown_count_ <= kMostUnknown) file_.losses.say("lines that begin with " + name + " are left out");
+    }
+    while (!word().empty()) {  // which may go on in the next line
+    }
+    return true;
+  }
+
+  // As many numbers as there are, at most values.size(); false where one is no number.
+  bool read_numbers(std::span<float> values, size_t& count) {
+    for (count = 0;; ++count) {
+      const std::string_view found = word();
+      if (found.empty()) return true;
+      if (count == values.size()) return true;
+      const std::optional<float> number = parse_float(found);
+      if (!number) return fail(in_quotes(found) + " is not a number");
+      values[count] = *number;
+    }
+  }
+
+  bool read_position() {
+    std::array<float, 7> values;
+    size_t count = 0;
+    if (!read_numbers(values, count)) return false;
+    if (count < 3) return fail("a vertex of fewer than 3 numbers");
+    if (positions_.size() == kNone - 1) return fail("more vertices than 32 bits can count");
+    for (size_t i = 0; i < 3; ++i)
+      if (!std::isfinite(values[i])) return fail("a position that is not finite");
+    positions_.push_back({values[0], values[1], values[2]});
+    // Colours are all or nothing.
+    if (count == 6 && colors_.size() + 1 == positions_.size())
+      colors_.push_back({values[3], values[4], values[5]});
+    else if (count == 6 || !colors_.empty())
+      some_lack_colors_ = true;
+    return true;
+  }
+
+  bool read_texcoord() {
+    std::array<float, 3> values{};
+    size_t count = 0;
+    if (!read_numbers(values, count)) return false;
+    if (count == 0) return fail("texture coordinates without a number");
+    if (texcoords_.size() == kNone - 1) return fail("more texture coordinates than 32 bits can count");
+    texcoords_.push_back({values[0], 1 - values[1]});
+    return true;
+  }
+
+  bool read_normal() {
+    std::array<float, 3> values{};
+    size_t count = 0;
+    if (!read_numbers(values, count)) return false;
+    if (count < 3) return fail("a normal of fewer than 3 numbers");
+    if (normals_.size() == kNone - 1) return fail("more normals than 32 bits can count");
+    normals_.push_back({values[0], values[1], values[2]});
+    return true;
+  }
+
+  // A number of a corner: from 1, or from the end where it is negative.
+  bool parse_index(std::string_view text, size_t count, uint32_t& index) {
+    const std::optional<int64_t> number = parse_integer(text);
+    if (!number) return fail(in_quotes(text) + " is no number of a vertex");
+    if (*number == 0) return fail("a face names vertex 0, and they are counted from 1");
+    if (*number < 0 && static_cast<uint64_t>(-(*number + 1)) >= count)
+      return fail("a face names vertex " + std::to_string(*number) + ", and there are " +
+                  std::to_string(count) + " before it");
+    const int64_t found = *number < 0 ? static_cast<int64_t>(count) + *number : *number - 1;
+    if (found >= int64_t{kNone}) return fail("a face names vertex " + std::to_string(*number));
+    index = static_cast<uint32_t>(found);
+    return true;
+  }
+
+  // "7", "7/1", "7//2" or "7/1/2".
+  bool parse_corner(std::string_view text, Corner& corner) {
+    const size_t first = std::min(text.find('/'), text.size());
+    if (!parse_index(text.substr(0, first), positions_.size(), corner.position)) return false;
+    if (corner.position >= named_.most) named_ = {uint64_t{corner.position} + 1, scanner_.line()};
+    if (first == text.size()) return true;
+    const std::string_view rest = text.substr(first + 1);
+    const size_t second = std::min(rest.find('/'), rest.size());
+    if (second > 0 && !parse_index(rest.substr(0, second), texcoords_.size(), corner.texcoord)) return false;
+    if (second + 1 >= rest.size()) return true;
+    return parse_index(rest.substr(second + 1), normals_.size(), corner.normal);
+  }
+
+  bool read_face() {
+    corners_.clear();
+    bool known = true;
+    for (std::string_view found = word(); !found.empty(); found = word()) {
+      Corner corner;
+      if (!parse_corner(found, corner)) return false;
+      const auto is_there = [](uint32_t index, size_t count) { return index == kNone || index < count; };
+      known = known && is_there(corner.position, positions_.size()) &&
+              is_there(corner.texcoord, texcoords_.size()) && is_there(corner.normal, normals_.size());
+      corners_.push_back(corner);
+    }
+    if (known) return add_face(corners_, object_, material_);
+    // A face may stand before its vertices: it waits for the end of the file.
+    pending_.push_back({corners_, object_, material_});
+    return true;
+  }
+
+  bool add_face(std::vector<Corner>& corners, size_t object, int64_t material) {
+    bool texcoords = true, normals = true;
+    for (Corner& corner : corners) {
+      const auto check = [&](uint32_t& index, size_t count, uint64_t& missing) {
+        if (index != kNone && index >= count) ++missing, index = kNone;
+        return index != kNone;
+      };
+      texcoords = check(corner.texcoord, texcoords_.size(), missing_texcoords_) && texcoords;
+      normals = check(corner.normal, normals_.size(), missing_normals_) && normals;
+    }
+    Part* const part = part_of(object, material, texcoords, normals);
+    if (part == nullptr) return false;
+    const auto part_number = static_cast<uint32_t>(part - parts_.data());
+    numbers_.clear();
+    corner_positions_.clear();
+    for (Corner corner : corners) {
+      if (!texcoords) corner.texcoord = kNone;
+      if (!normals) corner.normal = kNone;
+      if (points_.points().size() == kNone - 1) return fail("more points than 32 bits can count");
+      const auto [number, is_new] = points_.find_or_add({part_number, corner}, part->point_count);
+      part->point_count += is_new;
+      numbers_.push_back(number);
+      if (corners.size() > 3) corner_positions_.push_back(positions_[corner.position]);
+    }
+    polygons_.add(numbers_, corner_positions_, part->faces);
+    return true;
+  }
+
+  bool add_pending() {
+    for (Pending& face : pending_) {
+      for (const Corner& corner : face.corners)
+        if (corner.position >= positions_.size()) return true;  // named_ says so
+      if (!add_face(face.corners, face.object, face.material)) return false;
+    }
+    return true;
+  }
+
+  // Parts are few bytes of OBJ and many of JSON.
+  Part* part_of(size_t object, int64_t material, bool texcoords, bool normals) {
+    Part wanted{object, material, texcoords, normals, 0, {}};
+    if (last_part_ < parts_.size() && parts_[last_part_].key() == wanted.key()) return &parts_[last_part_];
+    const auto [found, is_new] = part_numbers_.try_emplace(wanted.key(), parts_.size());
+    last_part_ = found->second;
+    if (!is_new) return &parts_[last_part_];
+    constexpr size_t kFewParts = 1024, kBytesOfPart = 128;
+    if (parts_.size() >= kFewParts + scanner_.offset() / kBytesOfPart) {
+      error_ = unsupported("OBJ: " + std::to_string(parts_.size()) + " objects and materials in " +
+                           std::to_string(scanner_.offset()) + " bytes are too many");
+      return nullptr;
+    }
+    parts_.push_back(std::move(wanted));
+    return &parts_.back();
+  }
+
+  bool begin_object() {
+    const std::optional<std::string> name = scanner_.rest_of_line();
+    if (!name) return fail("a name that is too long");
+    // A name that comes again goes on with its object; the first names what had none and no faces.
+    const auto [found, is_new] = object_numbers_.try_emplace(*name, object_names_.size());
+    if (is_new) object_names_.push_back(*name);
+    object_ = found->second;
+    return true;
+  }
+
+  bool use_material() {
+    const std::optional<std::string> name = scanner_.rest_of_line();
+    if (!name) return fail("a name that is too long");
+    const auto [found, is_new] =
+        material_numbers_.try_emplace(*name, static_cast<int64_t>(material_names_.size()));
+    if (is_new) material_names_.push_back(*name);
+    material_ = found->second;
+    return true;
+  }
+
+  // The line names one file, whose name may have spaces, or several. A library that is there is read once.
+  bool read_library() {
+    const std::optional<std::string> line = scanner_.rest_of_line();
+    if (!line || line->empty()) return fail("a library without a name, or with one that is too long");
+    if (add_library(*line)) return true;
+    bool found = false;
+    for (size_t at = 0; at < line->size() && line->find_first_of(" \t") != std::string::npos;) {
+      const size_t end = std::min(line->find_first_of(" \t", at), line->size());
+      if (end > at) found = add_library(line->substr(at, end - at)) || found;
+      at = end + 1;
+    }
+    if (!found) file_.losses.say("the library of materials " + in_quotes(*line) + " cannot be read");
+    return true;
+  }
+
+  // Whether there is such a file.
+  bool add_library(const std::string& name) {
+    constexpr size_t kMostLibraries = 64;
+    if (libraries_.contains(name)) return true;
+    if (libraries_.size() == kMostLibraries) return false;
+    Expected<std::unique_ptr<ByteStream>> stream = open_library_(name);
+    if (!stream) return false;
+    libraries_.insert(name);
+    Scanner scanner(std::move(*stream));
+    materials_.read(scanner, file_.losses);
+    return true;
+  }
+
+  template <size_t N>
+  static Attribute attribute_of(const char* semantic, const std::vector<std::array<float, N>>& values,
+                                const std::vector<uint32_t>& indices) {
+    Attribute attribute{semantic, ComponentType::kFloat32, static_cast<uint8_t>(N), false, {}};
+    attribute.values.resize(indices.size() * sizeof(values[0]));
+    for (size_t i = 0; i < indices.size(); ++i)
+      std::memcpy(attribute.values.data() + i * sizeof(values[0]), values[indices[i]].data(),
+                  sizeof(values[0]));
+    return attribute;
+  }
+
+  // What each part's points name, attribute by attribute.
+  Mesh mesh_of(Part& part, const std::vector<uint32_t>& points) const {
+    Mesh mesh;
+    mesh.point_count = part.point_count;
+    mesh.faces = std::move(part.faces);
+    std::vector<uint32_t> indices(points.size());
+    const auto fill = [&](auto member) {
+      for (size_t i = 0; i < points.size(); ++i) indices[i] = points_.points()[points[i]].corner.*member;
+    };
+    fill(&Corner::position);
+    mesh.attributes.push_back(attribute_of("POSITION", positions_, indices));
+    if (!colors_.empty() && !some_lack_colors_)
+      mesh.attributes.push_back(attribute_of("COLOR_0", colors_, indices));
+    if (part.normals) {
+      fill(&Corner::normal);
+      mesh.attributes.push_back(attribute_of("NORMAL", normals_, indices));
+    }
+    if (part.texcoords) {
+      fill(&Corner::texcoord);
+      mesh.attributes.push_back(attribute_of("TEXCOORD_0", texcoords_, indices));
+    }
+    return mesh;
+  }
+
+  void finish() {
+    points_.drop_table();
+    Losses& losses = file_.losses;
+    if (unknown_count_ > kMostUnknown) losses.say("lines that begin with other words are left out");
+    if (some_lack_colors_) losses.say("some vertices have no colours: all colours are left out");
+    losses.add("corner names texture coordinates that are not there: its face has none",
+               "corners name texture coordinates that are not there: their faces have none",
+               missing_texcoords_);
+    losses.add("corner names a normal that is not there: its face has none",
+               "corners name normals that are not there: their faces have none", missing_normals_);
+    std::vector<std::vector<uint32_t>> points_of_part(parts_.size());
+    for (uint32_t i = 0; i < points_.points().size(); ++i)
+      points_of_part[points_.points()[i].part].push_back(i);
+    for (const std::string& name : object_names_) file_.objects.push_back({name, {}});
+    for (size_t i = 0; i < parts_.size(); ++i) {
+      Part& part = parts_[i];
+      if (part.faces.empty()) continue;
+      const int64_t material =
+          part.material < 0 ? -1 : materials_.use(material_names_[static_cast<size_t>(part.material)], file_);
+      file_.objects[part.object].parts.push_back({mesh_of(part, points_of_part[i]), material});
+      points_of_part[i] = {};
+    }
+  }
+
+  struct Pending {
+    std::vector<Corner> corners;
+    size_t object;
+    int64_t material;
+  };
+
+  static constexpr size_t kMostUnknown = 8;
+  Scanner& scanner_;
+  const OpenLibrary& open_library_;
+  MeshFile file_;
+  PolygonReader polygons_;
+  MaterialLibrary materials_;
+  Status error_;
+  std::string word_before_end_;
+
+  std::vector<Position> positions_;
+  std::vector<std::array<float, 3>> normals_, colors_;
+  std::vector<std::array<float, 2>> texcoords_;
+  bool some_lack_colors_ = false;
+
+  std::vector<std::string> object_names_{""}, material_names_;
+  std::map<std::string, size_t> object_numbers_;
+  std::map<std::string, int64_t> material_numbers_;
+  std::set<std::string> libraries_;
+  size_t object_ = 0;
+  int64_t material_ = -1;
+
+  std::vector<Part> parts_;
+  std::map<std::tuple<size_t, int64_t, bool, bool>, size_t> part_numbers_;
+  size_t last_part_ = 0;
+  PointTable points_;
+  std::vector<Pending> pending_;
+  Named named_;
+  uint64_t missing_texcoords_ = 0, missing_normals_ = 0, unknown_count_ = 0;
+
+  std::vector<Corner> corners_;  // of one face
+  std::vector<uint32_t> numbers_;
+  std::vector<Position> corner_positions_;
+};
+
+}  // namespace
+
+Expected<MeshFile> read_obj(Scanner& scanner, const OpenLibrary& open_library) {
+  return ObjReader(scanner, open_library).read();
+}
+
+}  // namespace psplit

@@ -1,0 +1,493 @@
+#include "gltf_ext/mesh_files/ply.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "gltf_ext/mesh_files/ply_header.h"
+
+namespace psplit {
+namespace {
+
+constexpr size_t kNoAttribute = SIZE_MAX;
+
+// Where a property of a vertex goes.
+struct Target {
+  size_t attribute = kNoAttribute;  // none: it is left out
+  size_t component = 0;
+};
+
+ComponentType stored_type_of(PlyType type) {
+  switch (type) {
+    case PlyType::kInt8: return ComponentType::kInt8;
+    case PlyType::kUint8: return ComponentType::kUint8;
+    case PlyType::kInt16: return ComponentType::kInt16;
+    case PlyType::kUint16: return ComponentType::kUint16;
+    default: return ComponentType::kFloat32;
+  }
+}
+
+// Which attributes a vertex has, and what goes where.
+class VertexLayout {
+ public:
+  explicit VertexLayout(const PlyElement& element) : element_(element), targets_(element.properties.size()) {}
+
+  // False where there are no positions.
+  bool plan(Losses& losses) {
+    if (!take("POSITION", {"x", "y", "z"}, ComponentType::kFloat32, false)) return false;
+    take("NORMAL", {"nx", "ny", "nz"}, ComponentType::kFloat32, false);
+    take_colors();
+    for (const auto& [s, t] :
+         {std::pair{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}, {"texture_s", "texture_t"}})
+      if (texcoord_ == kNoAttribute && take("TEXCOORD_0", {s, t}, ComponentType::kFloat32, false))
+        texcoord_ = attributes_.size() - 1;
+    std::string kept;
+    for (size_t i = 0; i < element_.properties.size(); ++i) {
+      const PlyProperty& property = element_.properties[i];
+      if (property.is_list) losses.say("the lists " + in_quotes(property.name) + " of vertices are left out");
+      if (property.is_list || targets_[i].attribute != kNoAttribute) continue;
+      targets_[i] = {attributes_.size(), 0};
+      attributes_.push_back({name_of(property.name), stored_type_of(property.type), 1, false, {}});
+      kept += (kept.empty() ? "" : ", ") + attributes_.back().semantic;
+    }
+    if (!kept.empty()) losses.say("other numbers of vertices are kept: " + kept);
+    return true;
+  }
+
+  std::vector<Attribute>& attributes() { return attributes_; }
+  const std::vector<Target>& targets() const { return targets_; }
+
+  // PLY counts v from the bottom of the image, glTF from the top.
+  void flip_texcoords() {
+    if (texcoord_ == kNoAttribute) return;
+    Array<std::byte>& values = attributes_[texcoord_].values;
+    for (size_t at = sizeof(float); at < values.size(); at += 2 * sizeof(float)) {
+      float v = 0;
+      std::memcpy(&v, values.data() + at, sizeof(v));
+      v = 1 - v;
+      std::memcpy(values.data() + at, &v, sizeof(v));
+    }
+  }
+
+ private:
+  size_t find(std::string_view name) const {
+    for (size_t i = 0; i < element_.properties.size(); ++i)
+      if (!element_.properties[i].is_list && element_.properties[i].name == name) return i;
+    return kNoAttribute;
+  }
+
+  bool take(const char* semantic, const std::vector<const char*>& names, ComponentType type, bool normalized) {
+    std::vector<size_t> found;
+    for (const char* name : names) found.push_back(find(name));
+    if (std::ranges::find(found, kNoAttribute) != found.end()) return false;
+    for (size_t i = 0; i < found.size(); ++i) targets_[found[i]] = {attributes_.size(), i};
+    attributes_.push_back({semantic, type, static_cast<uint8_t>(names.size()), normalized, {}});
+    return true;
+  }
+
+  void take_colors() {
+    static const std::vector<std::vector<const char*>> kNames = {
+        {"red", "green", "blue", "alpha"},
+        {"diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"},
+        {"r", "g", "b", "a"}};
+    for (std::vector<const char*> names : kNames) {
+      if (find(names[0]) == kNoAttribute) continue;
+      const PlyType type = element_.properties[find(names[0])].type;
+      const auto has_type = [&](const char* name) {
+        return find(name) != kNoAttribute && element_.properties[find(name)].type == type;
+      };
+      if (!has_type(names[3])) names.pop_back();
+      const bool floats = type == PlyType::kFloat32 || type == PlyType::kFloat64;
+      if (!floats && type != PlyType::kUint8 && type != PlyType::kUint16) continue;
+      if (std::ranges::all_of(names, has_type) && take("COLOR_0", names, stored_type_of(type), !floats)) return;
+    }
+  }
+
+  // "_QUALITY"; a second one of that name, which another case had, gets a number.
+  std::string name_of(const std::string& property) const {
+    std::string name = "_";
+    for (const char c : as_utf8(property)) name += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    const auto is_taken = [&](const std::string& other) {
+      return std::ranges::find(attributes_, other, &Attribute::semantic) != attributes_.end();
+    };
+    std::string unique = name;
+    for (int number = 2; is_taken(unique); ++number) unique = name + "_" + std::to_string(number);
+    return unique;
+  }
+
+  const PlyElement& element_;
+  std::vector<Attribute> attributes_;
+  std::vector<Target> targets_;
+  size_t texcoord_ = kNoAttribute;
+};
+
+template <typename T>
+T load_value(const char* bytes, bool swap) {
+  std::array<char, sizeof(T)> copy;
+  std::memcpy(copy.data(), bytes, sizeof(T));
+  if (swap) std::reverse(copy.begin(), copy.end());
+  return std::bit_cast<T>(copy);
+}
+
+double load_double(const char* bytes, PlyType type, bool swap) {
+  switch (type) {
+    case PlyType::kInt8: return load_value<int8_t>(bytes, swap);
+    case PlyType::kUint8: return load_value<uint8_t>(bytes, swap);
+    case PlyType::kInt16: return load_value<int16_t>(bytes, swap);
+    case PlyType::kUint16: return load_value<uint16_t>(bytes, swap);
+    case PlyType::kInt32: return load_value<int32_t>(bytes, swap);
+    case PlyType::kUint32: return load_value<uint32_t>(bytes, swap);
+    case PlyType::kFloat32: return double{load_value<float>(bytes, swap)};
+    case PlyType::kFloat64: return load_value<double>(bytes, swap);
+  }
+  return 0;
+}
+
+std::pair<double, double> range_of(PlyType type) {
+  switch (type) {
+    case PlyType::kInt8: return {-0x80, 0x7f};
+    case PlyType::kUint8: return {0, 0xff};
+    case PlyType::kInt16: return {-0x8000, 0x7fff};
+    case PlyType::kUint16: return {0, 0xffff};
+    case PlyType::kInt32: return {-2147483648.0, 2147483647.0};
+    case PlyType::kUint32: return {0, 4294967295.0};
+    default: return {-HUGE_VAL, HUGE_VAL};
+  }
+}
+
+// Values one after the other, of text or of a binary file. The first error stays.
+class Values {
+ public:
+  Values(Scanner& scanner, PlyEncoding encoding)
+      : scanner_(scanner),
+        text_(encoding == PlyEncoding::kText),
+        swap_((encoding == PlyEncoding::kLittleEndian) != (std::endian::native == std::endian::little)) {}
+
+  bool is_text() const { return text_; }
+  bool swaps() const { return swap_; }
+  Scanner& scanner() { return scanner_; }
+
+  // Floats come as floats: a number of text is not rounded twice.
+  bool next(PlyType type, double& value) {
+    if (text_) return next_of_text(type, value);
+    const std::string_view bytes = scanner_.peek(ply_type_bytes(type));
+    if (bytes.size() < ply_type_bytes(type)) return fail("the file ends inside its " + what_);
+    value = load_double(bytes.data(), type, swap_);
+    scanner_.skip(bytes.size());
+    return true;
+  }
+
+  // An element of text ends with its line.
+  bool end_element() {
+    if (!text_) return true;
+    const std::string_view word = scanner_.word();
+    return word.empty() || fail(in_quotes(word) + " is more than the header says");
+  }
+
+  // Keeps an error at this place; false.
+  bool fail(const std::string& what) {
+    if (error_.ok())
+      error_ = text_ ? error_at_line(scanner_.line(), what) : error_at_byte(scanner_.offset(), what);
+    return false;
+  }
+  const Status& error() const { return error_; }
+  void set_element(const std::string& name) { what_ = "element " + in_quotes(name); }
+
+ private:
+  bool next_of_text(PlyType type, double& value) {
+    const std::string_view word = scanner_.next_word();
+    if (word.empty()) return fail("the file ends inside its " + what_);
+    if (type == PlyType::kFloat32) {
+      const std::optional<float> number = parse_float(word);
+      if (!number) return fail(in_quotes(word) + " is not a number");
+      value = double{*number};
+      return true;
+    }
+    if (type != PlyType::kFloat64)
+      if (const std::optional<int64_t> integer = parse_integer(word))
+        return in_range(type, word, static_cast<double>(*integer), value);
+    const std::optional<double> number = parse_double(word);
+    if (!number) return fail(in_quotes(word) + " is not a number");
+    if (type == PlyType::kFloat64) {
+      value = *number;
+      return true;
+    }
+    if (!(std::floor(*number) == *number)) return fail(in_quotes(word) + " is not a whole number");
+    return in_range(type, word, *number, value);
+  }
+
+  bool in_range(PlyType type, std::string_view word, double number, double& value) {
+    const auto [least, most] = range_of(type);
+    if (number < least || number > most) return fail(in_quotes(word) + " is out of its type's range");
+    value = number;
+    return true;
+  }
+
+  Scanner& scanner_;
+  bool text_, swap_;
+  std::string what_;
+  Status error_;
+};
+
+class PlyReader {
+ public:
+  PlyReader(Scanner& scanner, const PlyHeader& header)
+      : header_(header), values_(scanner, header.encoding), polygons_(file_.losses) {}
+
+  Expected<MeshFile> read() {
+    for (const PlyElement& element : header_.elements) {
+      values_.set_element(element.name);
+      const PlyProperty* const indices = indices_of(element);
+      const bool reads = element.name == "vertex" ? read_vertices(element)
+                         : indices != nullptr     ? read_faces(element, *indices)
+                                                  : skip_element(element);
+      if (!reads) return values_.error();
+    }
+    polygons_.finish();
+    if (!read_trailer()) return values_.error();
+    if (mesh_.point_count == 0) return invalid_input("PLY: no vertices");
+    file_.objects.push_back({"", {{std::move(mesh_), -1}}});
+    return std::move(file_);
+  }
+
+ private:
+  static constexpr uint64_t kMostPoints = UINT32_MAX - 1;
+
+  static const PlyProperty* indices_of(const PlyElement& element) {
+    if (element.name != "face" && element.name != "faces" && element.name != "tristrips") return nullptr;
+    for (const PlyProperty& property : element.properties)
+      if (property.is_list && (property.name == "vertex_indices" || property.name == "vertex_index"))
+        return &property;
+    return nullptr;
+  }
+
+  // The fewest bytes that an element takes.
+  static uint64_t least_bytes(const PlyElement& element, bool text) {
+    uint64_t bytes = 0;
+    for (const PlyProperty& property : element.properties)
+      bytes += text ? 2 : ply_type_bytes(property.is_list ? property.count_type : property.type);
+    return bytes;
+  }
+
+  // Fails where what is left of the file cannot hold the elements. What is known of the file's size is what
+  // arrays may be sized by: the count that is returned is at most that of the elements.
+  bool justify(const PlyElement& element, size_t& count) {
+    constexpr uint64_t kBlind = 1 << 16;
+    const std::optional<uint64_t> left = values_.scanner().bytes_left();
+    const uint64_t each = std::max<uint64_t>(1, least_bytes(element, values_.is_text()));
+    // The last number of a text needs no space behind it.
+    const uint64_t most = left ? (*left + 1) / each : kBlind;
+    if (left && element.count > most && !element.properties.empty())
+      return values_.fail("the header claims " + std::to_string(element.count) + " elements " +
+                          in_quotes(element.name) + ", which take " + std::to_string(each) +
+                          " bytes each or more, and " + std::to_string(*left) + " bytes are left");
+    count = static_cast<size_t>(std::min(element.count, most));
+    return true;
+  }
+
+  void store(Attribute& attribute, size_t index, double value) {
+    std::byte* const to = attribute.values.data() + index * component_bytes(attribute.component_type);
+    const auto put = [&](auto stored) { std::memcpy(to, &stored, sizeof(stored)); };
+    switch (attribute.component_type) {
+      case ComponentType::kInt8: return put(static_cast<int8_t>(value));
+      case ComponentType::kUint8: return put(static_cast<uint8_t>(value));
+      case ComponentType::kInt16: return put(static_cast<int16_t>(value));
+      case ComponentType::kUint16: return put(static_cast<uint16_t>(value));
+      default: break;
+    }
+    // A float cannot hold every double: beyond its range lies infinity.
+    const bool fits = !(std::fabs(value) > double{std::numeric_limits<float>::max()});
+    put(fits ? static_cast<float>(value)
+             : std::copysign(HUGE_VALF, static_cast<float>(std::copysign(1.0, value))));
+  }
+
+  bool read_vertices(const PlyElement& element) {
+    if (element.count > kMostPoints) return values_.fail("more vertices than 32 bits can count");
+    VertexLayout layout(element);
+    if (!layout.plan(file_.losses)) return values_.fail("vertices without x, y and z");
+    size_t reserved = 0;
+    if (!justify(element, reserved)) return false;
+    std::vector<Attribute>& attributes = layout.attributes();
+    for (Attribute& attribute : attributes) attribute.values.reserve(reserved * attribute.stride());
+    constexpr size_t kBlock = 1024;  // points that arrays grow by
+    for (size_t point = 0; point < element.count; ++point) {
+      if (point % kBlock == 0)
+        for (Attribute& attribute : attributes)
+          attribute.values.resize(std::min<size_t>(point + kBlock, element.count) * attribute.stride());
+      for (size_t i = 0; i < element.properties.size(); ++i) {
+        const PlyProperty& property = element.properties[i];
+        if (property.is_list) {
+          if (!skip_list(property)) return false;
+          continue;
+        }
+        double value = 0;
+        if (!values_.next(property.type, value)) return false;
+        const Target& target = layout.targets()[i];
+        Attribute& attribute = attributes[target.attribute];
+        store(attribute, point * attribute.component_count + target.component, value);
+      }
+      if (!is_finite(position_at(attributes[0], static_cast<uint32_t>(point))))
+        return values_.fail("the position of vertex " + std::to_string(point) + " is not finite");
+      if (!values_.end_element()) return false;
+    }
+    layout.flip_texcoords();
+    has_vertices_ = true;
+    mesh_.point_count = static_cast<uint32_t>(element.count);
+    mesh_.attributes = std::move(attributes);
+    return true;
+  }
+
+  static bool is_finite(const Position& position) {
+    return std::ranges::all_of(position, [](float value) { return std::isfinite(value); });
+  }
+
+  bool read_length(const PlyProperty& property, uint64_t& length) {
+    double value = 0;
+    if (!values_.next(property.count_type, value)) return false;
+    if (value < 0) return values_.fail("a list of negative length");
+    length = static_cast<uint64_t>(value);
+    return true;
+  }
+
+  bool skip_list(const PlyProperty& property) {
+    uint64_t length = 0;
+    if (!read_length(property, length)) return false;
+    double value = 0;
+    for (uint64_t i = 0; i < length; ++i)
+      if (!values_.next(property.type, value)) return false;
+    return true;
+  }
+
+  bool skip_property(const PlyProperty& property) {
+    double value = 0;
+    return property.is_list ? skip_list(property) : values_.next(property.type, value);
+  }
+
+  bool skip_element(const PlyElement& element) {
+    if (element.count == 0 || element.properties.empty()) return true;
+    file_.losses.say("the elements " + in_quotes(element.name) + " are left out");
+    size_t count = 0;
+    if (!justify(element, count)) return false;
+    for (uint64_t n = 0; n < element.count; ++n) {
+      for (const PlyProperty& property : element.properties)
+        if (!skip_property(property)) return false;
+      if (!values_.end_element()) return false;
+    }
+    return true;
+  }
+
+  bool read_faces(const PlyElement& element, const PlyProperty& indices) {
+    if (element.count > 0 && !has_vertices_) return values_.fail("faces before their vertices are not read");
+    size_t reserved = 0;
+    if (!justify(element, reserved)) return false;
+    mesh_.faces.reserve(mesh_.faces.size() + reserved);
+    const bool strips = element.name == "tristrips";
+    std::string left_out;
+    for (const PlyProperty& property : element.properties)
+      if (&property != &indices) left_out += (left_out.empty() ? "" : ", ") + in_quotes(property.name);
+    if (!left_out.empty() && element.count > 0)
+      file_.losses.say("other properties of faces are left out: " + left_out);
+    for (uint64_t n = 0; n < element.count; ++n) {
+      for (const PlyProperty& property : element.properties) {
+        const bool reads = &property != &indices ? skip_property(property)
+                           : strips              ? read_strips(property)
+                                                 : read_polygon(property);
+        if (!reads) return false;
+      }
+      if (!values_.end_element()) return false;
+    }
+    return true;
+  }
+
+  bool read_corner(PlyType type, uint32_t& corner) {
+    double value = 0;
+    if (!values_.next(type, value)) return false;
+    if (!(value >= 0 && value < mesh_.point_count && std::floor(value) == value)) {
+      const std::string name = parse_integer_text(value);
+      return values_.fail("a face names vertex " + name + ", and there are " +
+                          std::to_string(mesh_.point_count));
+    }
+    corner = static_cast<uint32_t>(value);
+    return true;
+  }
+
+  static std::string parse_integer_text(double value) {
+    return std::fabs(value) < 1e15 ? std::to_string(static_cast<int64_t>(value)) : "out of range";
+  }
+
+  bool read_polygon(const PlyProperty& property) {
+    uint64_t length = 0;
+    if (!read_length(property, length)) return false;
+    corners_.clear();
+    positions_.clear();
+    for (uint64_t i = 0; i < length; ++i) {
+      uint32_t corner = 0;
+      if (!read_corner(property.type, corner)) return false;
+      corners_.push_back(corner);
+      if (length > 3) positions_.push_back(position_at(mesh_.attributes[0], corner));
+    }
+    polygons_.add(corners_, positions_, mesh_.faces);
+    return true;
+  }
+
+  // Every corner makes a triangle with the two before it, which turn the other way every second time; -1 begins
+  // a new strip.
+  bool read_strips(const PlyProperty& property) {
+    uint64_t length = 0;
+    if (!read_length(property, length)) return false;
+    std::array<uint32_t, 3> last{};
+    uint64_t count = 0;
+    for (uint64_t i = 0; i < length; ++i) {
+      double value = 0;
+      if (!values_.next(property.type, value)) return false;
+      if (value == -1) {
+        count = 0;
+        continue;
+      }
+      if (!(value >= 0 && value < mesh_.point_count && std::floor(value) == value))
+        return values_.fail("a strip names vertex " + parse_integer_text(value) + ", and there are " +
+                            std::to_string(mesh_.point_count));
+      last = {last[1], last[2], static_cast<uint32_t>(value)};
+      if (++count < 3) continue;
+      const auto [a, b, c] = last;
+      // Strips that turn a corner repeat an index: triangles that draw nothing.
+      if (a == b || b == c || c == a) continue;
+      mesh_.faces.push_back(count % 2 == 1 ? std::array{a, b, c} : std::array{b, a, c});
+    }
+    return true;
+  }
+
+  // Text that follows is more than the header says; binary files end in all kinds of filling.
+  bool read_trailer() {
+    Scanner& scanner = values_.scanner();
+    if (!values_.is_text()) {
+      file_.losses.add("byte after the last element is not read", "bytes after the last element are not read",
+                       scanner.drain());
+      return true;
+    }
+    if (const std::string_view word = scanner.next_word(); !word.empty())
+      return values_.fail(in_quotes(word) + " is more than the header says");
+    return true;
+  }
+
+  const PlyHeader& header_;
+  Values values_;
+  MeshFile file_;
+  Mesh mesh_;
+  PolygonReader polygons_;
+  bool has_vertices_ = false;
+  std::vector<uint32_t> corners_;
+  std::vector<Position> positions_;
+};
+
+}  // namespace
+
+Expected<MeshFile> read_ply(Scanner& scanner) {
+  const Expected<PlyHeader> header = read_ply_header(scanner);
+  if (!header) return header.status();
+  return PlyReader(scanner, *header).read();
+}
+
+}  // namespace psplit

@@ -1,0 +1,264 @@
+#include "gltf_ext/mesh_files/stl.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+namespace psplit {
+namespace {
+
+constexpr size_t kHeaderBytes = 84, kCountAt = 80, kFacetBytes = 50;
+
+char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+
+bool is_word(std::string_view word, std::string_view expected) {
+  return std::equal(word.begin(), word.end(), expected.begin(), expected.end(),
+                    [](char a, char b) { return lower(a) == b; });
+}
+
+uint32_t facet_count_of(std::string_view header) {
+  uint32_t count = 0;
+  std::memcpy(&count, header.data() + kCountAt, sizeof(count));
+  return count;
+}
+
+// A normal and three positions, as binary files hold them.
+struct Facet {
+  std::array<float, 3> normal;
+  std::array<Position, 3> corners;
+};
+
+// Points of equal position and normal are one, found through a table of twice their number of slots.
+class SoupBuilder {
+ public:
+  // False where a position is not finite.
+  bool add(const Facet& facet) {
+    std::array<uint32_t, 3> face;
+    for (size_t i = 0; i < 3; ++i) {
+      for (const float value : facet.corners[i])
+        if (!std::isfinite(value)) return false;
+      face[i] = point_of(facet.corners[i], facet.normal);
+    }
+    faces_.push_back(face);
+    return true;
+  }
+
+  size_t face_count() const { return faces_.size(); }
+
+  Mesh take() {
+    Mesh mesh;
+    mesh.point_count = static_cast<uint32_t>(points_.size());
+    mesh.faces = std::move(faces_);
+    for (const char* semantic : {"POSITION", "NORMAL"}) {
+      const bool normal = semantic[0] == 'N';
+      Attribute attribute{semantic, ComponentType::kFloat32, 3, false, {}};
+      attribute.values.resize(points_.size() * sizeof(Position));
+      for (size_t i = 0; i < points_.size(); ++i)
+        std::memcpy(attribute.values.data() + i * sizeof(Position), points_[i].data() + (normal ? 3 : 0),
+                    sizeof(Position));
+      mesh.attributes.push_back(std::move(attribute));
+    }
+    points_.clear();
+    slots_.clear();
+    faces_.clear();
+    return mesh;
+  }
+
+ private:
+  using Point = std::array<float, 6>;
+  static constexpr uint32_t kFree = UINT32_MAX;
+
+  static size_t hash(const Point& point) {
+    uint64_t state = 0x9e3779b97f4a7c15;
+    for (const float value : point) {
+      uint32_t bits;
+      std::memcpy(&bits, &value, sizeof(bits));
+      state = (state ^ bits) * 0xff51afd7ed558ccd;
+      state ^= state >> 32;
+    }
+    return static_cast<size_t>(state);
+  }
+
+  uint32_t point_of(const Position& position, const std::array<float, 3>& normal) {
+    if (slots_.size() < 2 * (points_.size() + 1)) grow();
+    const Point point{position[0], position[1], position[2], normal[0], normal[1], normal[2]};
+    const size_t mask = slots_.size() - 1;
+    size_t slot = hash(point) & mask;
+    for (; slots_[slot] != kFree; slot = (slot + 1) & mask)
+      if (std::memcmp(points_[slots_[slot]].data(), point.data(), sizeof(point)) == 0) return slots_[slot];
+    slots_[slot] = static_cast<uint32_t>(points_.size());
+    points_.push_back(point);
+    return slots_[slot];
+  }
+
+  void grow() {
+    slots_.assign(std::max<size_t>(64, 4 * points_.size()), kFree);
+    slots_.resize(std::bit_ceil(slots_.size()), kFree);
+    const size_t mask = slots_.size() - 1;
+    for (uint32_t i = 0; i < points_.size(); ++i) {
+      size_t slot = hash(points_[i]) & mask;
+      while (slots_[slot] != kFree) slot = (slot + 1) & mask;
+      slots_[slot] = i;
+    }
+  }
+
+  std::vector<Point> points_;
+  std::vector<uint32_t> slots_;
+  Array<std::array<uint32_t, 3>> faces_;
+};
+
+class TextReader {
+ public:
+  explicit TextReader(Scanner& scanner) : scanner_(scanner) {}
+
+  Expected<MeshFile> read() {
+    for (;;) {
+      const std::string_view word = scanner_.next_word();
+      if (word.empty()) break;
+      if (is_word(word, "solid")) {
+        if (Status status = begin_solid(); !status.ok()) return status;
+      } else if (is_word(word, "facet") && inside_) {
+        if (Status status = read_facet(); !status.ok()) return status;
+      } else if (is_word(word, "endsolid") && inside_) {
+        end_solid();
+        scanner_.next_line();
+      } else if (is_word(word, "color") && inside_) {  // of a solid, which some programs add
+        file_.losses.say("colours of solids are left out");
+        scanner_.next_line();
+      } else {
+        return error_at_line(scanner_.line(), in_quotes(word) + " where \"facet\" or \"endsolid\" is expected");
+      }
+    }
+    if (inside_) return error_at_line(scanner_.line(), "the file ends before \"endsolid\"");
+    if (soup_.face_count() > 0) file_.objects.push_back({name_, {{soup_.take(), -1}}});
+    return std::move(file_);
+  }
+
+ private:
+  // A solid that begins inside another: the end of the first is missing.
+  Status begin_solid() {
+    if (inside_) return error_at_line(scanner_.line(), "\"solid\" where \"facet\" or \"endsolid\" is expected");
+    inside_ = true;
+    const std::optional<std::string> name = scanner_.rest_of_line();
+    if (!name) return error_at_line(scanner_.line(), "a name that is too long");
+    name_ = *name;
+    return {};
+  }
+
+  void end_solid() {
+    inside_ = false;
+    if (soup_.face_count() == 0) return;
+    // Thousands of solids of a facet or two would cost more memory than their bytes justify.
+    constexpr size_t kFewSolids = 1024, kBytesOfSolid = 512;
+    if (file_.objects.size() < kFewSolids + scanner_.offset() / kBytesOfSolid)
+      file_.objects.push_back({name_, {{soup_.take(), -1}}});
+    else
+      file_.losses.say("solids of a few facets share a mesh: there are too many of them");
+  }
+
+  Status expect(std::initializer_list<std::string_view> words) {
+    for (const std::string_view expected : words) {
+      const std::string_view word = scanner_.next_word();
+      if (word.empty()) return error_at_line(scanner_.line(), "the file ends inside a facet");
+      if (!is_word(word, expected))
+        return error_at_line(scanner_.line(),
+                             in_quotes(word) + " where \"" + std::string(expected) + "\" is expected");
+    }
+    return {};
+  }
+
+  Status read_vector(std::array<float, 3>& vector) {
+    for (float& value : vector) {
+      const std::string_view word = scanner_.next_word();
+      if (word.empty()) return error_at_line(scanner_.line(), "the file ends inside a facet");
+      const std::optional<float> number = parse_float(word);
+      if (!number) return error_at_line(scanner_.line(), in_quotes(word) + " is not a number");
+      value = *number;
+    }
+    return {};
+  }
+
+  Status read_facet() {
+    Facet facet;
+    const uint64_t line = scanner_.line();
+    if (Status status = expect({"normal"}); !status.ok()) return status;
+    if (Status status = read_vector(facet.normal); !status.ok()) return status;
+    if (Status status = expect({"outer", "loop"}); !status.ok()) return status;
+    for (Position& corner : facet.corners) {
+      if (Status status = expect({"vertex"}); !status.ok()) return status;
+      if (Status status = read_vector(corner); !status.ok()) return status;
+    }
+    if (Status status = expect({"endloop", "endfacet"}); !status.ok()) return status;
+    if (!soup_.add(facet)) return error_at_line(line, "a position that is not finite");
+    return {};
+  }
+
+  Scanner& scanner_;
+  MeshFile file_;
+  SoupBuilder soup_;
+  std::string name_;
+  bool inside_ = false;
+};
+
+Expected<MeshFile> read_binary(Scanner& scanner) {
+  const std::string_view header = scanner.peek(kHeaderBytes);
+  if (header.size() < kHeaderBytes) return invalid_input("STL: the file ends inside its header");
+  const uint32_t count = facet_count_of(header);
+  scanner.skip(kHeaderBytes);
+  const auto ends_early = [&](uint64_t there) {
+    return invalid_input("STL: claims " + std::to_string(count) + " facets, and ends after " +
+                         std::to_string(there));
+  };
+  if (const auto left = scanner.bytes_left(); left && *left / kFacetBytes < count)
+    return ends_early(*left / kFacetBytes);
+  MeshFile file;
+  SoupBuilder soup;
+  uint64_t with_attributes = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint64_t offset = scanner.offset();
+    const std::string_view bytes = scanner.peek(kFacetBytes);
+    if (bytes.size() < kFacetBytes) return ends_early(i);
+    Facet facet;
+    static_assert(sizeof(facet) == 48);
+    std::memcpy(&facet, bytes.data(), sizeof(facet));
+    with_attributes += bytes[48] != 0 || bytes[49] != 0;
+    scanner.skip(kFacetBytes);
+    if (!soup.add(facet))
+      return error_at_byte(offset, "a position of facet " + std::to_string(i) + " is not finite");
+  }
+  file.losses.add("facet has two attribute bytes, which are left out",
+                  "facets have two attribute bytes each, which are left out", with_attributes);
+  file.losses.add("byte after the last facet is not read", "bytes after the last facet are not read",
+                  scanner.drain());
+  if (soup.face_count() > 0) file.objects.push_back({"", {{soup.take(), -1}}});
+  return file;
+}
+
+}  // namespace
+
+bool has_size_of_binary_stl(Scanner& scanner) {
+  const std::optional<uint64_t> size = scanner.bytes_left();
+  const std::string_view header = scanner.peek(kHeaderBytes);
+  return size && header.size() == kHeaderBytes &&
+         *size == kHeaderBytes + uint64_t{facet_count_of(header)} * kFacetBytes;
+}
+
+bool is_text_stl(Scanner& scanner) {
+  if (has_size_of_binary_stl(scanner)) return false;
+  std::string_view text = scanner.peek(size_t{1} << 16);
+  constexpr std::string_view kSpaces = " \t\r\n";
+  const size_t begin = text.find_first_not_of(kSpaces);
+  if (begin == std::string_view::npos || text.size() - begin < 5 || !is_word(text.substr(begin, 5), "solid"))
+    return false;
+  // Names may be in any encoding, but no text holds a zero, and few files of floats do not.
+  return text.find('\0') == std::string_view::npos;
+}
+
+Expected<MeshFile> read_stl(Scanner& scanner) {
+  Expected<MeshFile> file = is_text_stl(scanner) ? TextReader(scanner).read() : read_binary(scanner);
+  if (file && file->objects.empty() && scanner.failure().ok()) return invalid_input("STL: no facets");
+  return file;
+}
+
+}  // namespace psplit

@@ -1,0 +1,20 @@
+// Any bytes as PLY, OBJ, STL, OFF or gzip of them: the first byte chooses the name, which decides where the
+// content does not.
+#include "gltf_ext/mesh_files/read_asset.h"
+#include "gltf_ext/primitives.h"
+#include "src/cpu/cpu_backend.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  static const psplit::ThreadPool pool(1);
+  static const psplit::DecodeBackend backend = psplit::cpu_backend();
+  // No folder of that name is there: materials lead nowhere.
+  static constexpr const char* kNames[] = {"/nowhere/a.ply", "/nowhere/a.obj", "/nowhere/a.stl",
+                                           "/nowhere/a.off"};
+  if (size == 0) return 0;
+  const psplit::Expected<psplit::Asset> asset = psplit::read_asset(
+      psplit::memory_stream({data + 1, size - 1}), kNames[data[0] % 4], psplit::describe_stream);
+  if (!asset) return 0;
+  for (const psplit::PrimitiveId id : psplit::all_primitives(asset->document))
+    if (!psplit::read_primitive(asset->document, id, backend, pool)) __builtin_trap();
+  return 0;
+}
