@@ -79,7 +79,7 @@ Reduced reduce(const Mesh& input, const EncodeOptions& options, std::span<const 
 
   Reduced reduced;
   reduced.mesh.faces.reserve(input.faces.size());
-  std::vector<uint8_t> used(input.point_count, options.drop_degenerate ? 0 : 1);
+  std::vector<uint8_t> used(input.point_count, options.drop_unused ? 0 : 1);
   for (const auto& face : input.faces) {
     const std::array<uint32_t, 3> merged = {representative(face[0]), representative(face[1]),
                                             representative(face[2])};
@@ -116,7 +116,7 @@ Reduced reduce(const Mesh& input, const EncodeOptions& options, std::span<const 
   return reduced;
 }
 
-// Faces by patch, those that Edgebreaker cannot carry set aside.
+// Faces by patch, those that repeat an index set aside: Edgebreaker cannot carry them.
 struct Cut {
   std::vector<std::vector<uint32_t>> patches;  // faces of the mesh
   std::vector<uint32_t> residue_faces;
@@ -135,8 +135,7 @@ Cut cut_faces(const Mesh& mesh, const WeldedMesh& welded, const EncodeOptions& o
   for (uint32_t i = 0; i < mesh.faces.size(); ++i) {
     std::array<uint32_t, 3> face{};
     for (size_t c = 0; c < 3; ++c) face[c] = vertex[mesh.faces[i][c]];
-    // Two points of one position make a triangle without a third side, too.
-    if (repeats_a_point(face)) {
+    if (repeats_a_point(face)) {  // two points of one face are never one vertex (separate_flat_faces)
       cut.residue_faces.push_back(i);
       continue;
     }
@@ -190,19 +189,32 @@ PatchMesh extract(const Mesh& mesh, std::span<const uint32_t> faces) {
 // corners as a sequential decoder wants for its points.
 struct Residue {
   PatchMesh patch;
-  uint32_t face_count = 0;  // without padding
+  uint32_t face_count = 0;   // without padding
+  uint32_t owned_count = 0;  // points that no other stream has
 };
 
-Residue extract_residue(const Mesh& mesh, std::span<const uint32_t> faces) {
+Residue extract_residue(const Mesh& mesh, const Cut& cut, bool standalone) {
   Residue residue;
-  residue.patch = extract(mesh, faces);
-  residue.face_count = static_cast<uint32_t>(faces.size());
-  std::vector<uint8_t> used(mesh.point_count, 0);
-  for (const auto& face : mesh.faces)
-    for (uint32_t point : face) used[point] = 1;
-  for (uint32_t point = 0; point < mesh.point_count; ++point)
-    if (!used[point]) residue.patch.points.push_back(point);
+  residue.patch = extract(mesh, cut.residue_faces);
+  residue.face_count = static_cast<uint32_t>(cut.residue_faces.size());
+  enum Use : uint8_t { kUnused, kInResidue, kInPatch };
+  std::vector<uint8_t> use(mesh.point_count, kUnused);
+  for (const uint32_t point : residue.patch.points) use[point] = kInResidue;
+  for (const auto& faces : cut.patches)
+    for (const uint32_t face : faces)
+      for (const uint32_t point : mesh.faces[face]) use[point] = kInPatch;
+  for (uint32_t point = 0; point < mesh.point_count; ++point) {
+    residue.owned_count += use[point] == kInPatch ? 0 : 1;
+    if (use[point] == kUnused) residue.patch.points.push_back(point);
+  }
   while (residue.patch.faces.size() * 3 < residue.patch.points.size()) residue.patch.faces.push_back({0, 0, 0});
+  if (standalone) return residue;
+  // A copy's values are its owner's, whatever stands here: the value before it costs least.
+  for (const uint32_t point : residue.patch.points)
+    residue.patch.value_points.push_back(use[point] != kInPatch ? point
+                                         : residue.patch.value_points.empty()
+                                             ? residue.patch.points.front()
+                                             : residue.patch.value_points.back());
   return residue;
 }
 
@@ -217,10 +229,11 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
   EncodeStatistics& statistics = encoded.statistics;
   const Reduced reduced = reduce(input, options, extra_point_data, extra_stride, statistics);
   const Mesh& mesh = reduced.mesh;
-  if (mesh.faces.empty()) return invalid_input("every triangle is degenerate, and they are to be dropped");
+  if (mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
   if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
     return Status(StatusCode::kUsage, "a partition of another number of faces");
-  const WeldedMesh welded = weld(mesh, pool);
+  WeldedMesh welded = weld(mesh, pool);
+  separate_flat_faces(welded);
 
   const Stopwatch partition_time;
   const Cut cut = cut_faces(mesh, welded, options, pool);
@@ -248,8 +261,9 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
   for (Status& status : statuses)
     if (!status.ok()) return std::move(status);
 
-  Residue residue = extract_residue(mesh, cut.residue_faces);
+  Residue residue = extract_residue(mesh, cut, options.standalone_residue);
   const bool has_residue = !residue.patch.points.empty();
+  statistics.residue_points = residue.owned_count;
   if (has_residue) {
     Expected<std::vector<uint8_t>> bytes =
         encode_sequential(welded, residue.patch, codings, options.encode_speed);

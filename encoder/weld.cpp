@@ -85,4 +85,16 @@ WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool) {
   return welded;
 }
 
+void separate_flat_faces(WeldedMesh& welded) {
+  std::vector<uint32_t>& vertex = welded.value_of_point[position_index(*welded.mesh)];
+  for (const auto& face : welded.mesh->faces)
+    for (size_t c = 0; c < 3; ++c) {
+      const uint32_t a = face[c], b = face[(c + 1) % 3];
+      if (a == b || vertex[a] != vertex[b]) continue;
+      // One of the two at least is not the lowest of its vertex, so that no other point leaves with it.
+      const uint32_t leaving = vertex[a] == a ? b : a;
+      vertex[leaving] = leaving;
+    }
+}
+
 }  // namespace psplit

@@ -22,4 +22,9 @@ std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byt
 // equal in every attribute are kept apart by a value of their own in the last attribute.
 WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool);
 
+// Gives different vertices to the points of each face, where these are different points: morph targets and
+// skins may move apart what one position holds together. Then Edgebreaker carries every face that repeats no
+// index.
+void separate_flat_faces(WeldedMesh& welded);
+
 }  // namespace psplit

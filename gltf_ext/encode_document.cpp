@@ -6,6 +6,7 @@
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/convert.h"
 #include "gltf_ext/encode_jobs.h"
+#include "gltf_ext/geometry_bytes.h"
 #include "gltf_ext/json_fields.h"
 #include "gltf_ext/patch_primitives.h"
 
@@ -72,14 +73,17 @@ void encode_jobs(std::vector<Job>& jobs, const ThreadPool& pool, const Progress&
 // What became of every primitive, in their order.
 class Reports {
  public:
-  explicit Reports(const Jobs& read) {
-    for (const auto& [id, reason] : read.skipped) {
-      PrimitiveReport& report = add({id.first, id.second});
-      report.skipped = reason;
+  Reports(const Document& input, const Jobs& read) {
+    for (const auto& [id, bytes] : geometry_bytes(input)) {
+      PrimitiveReport& report = reports_[id];
+      report.id = {id.first, id.second};
+      report.input_bytes = report.bytes = bytes;
     }
+    for (const auto& [id, reason] : read.skipped) reports_.at(id).skipped = reason;
     for (const Job& job : read.jobs)
-      for (const PrimitiveId id : job.group.ids) {
-        PrimitiveReport& report = add(id);
+      for (size_t i = 0; i < job.group.ids.size(); ++i) {
+        PrimitiveReport& report = (*this)[job.group.ids[i]];
+        report.repeated = i > 0;
         report.faces = job.mesh.faces.size();
         report.points = job.mesh.point_count;
       }
@@ -94,24 +98,19 @@ class Reports {
   }
 
  private:
-  PrimitiveReport& add(PrimitiveId id) {
-    PrimitiveReport& report = reports_[{id.mesh, id.primitive}];
-    report.id = id;
-    return report;
-  }
-
   std::map<std::pair<size_t, size_t>, PrimitiveReport> reports_;
 };
 
-Status report_containers(const std::vector<Job>& jobs, Compat compat, Reports& reports) {
+Status report_streams(const std::vector<Job>& jobs, Reports& reports) {
   for (const Job& job : jobs) {
     Expected<Container> container = parse_container(job.encoded.container);
     if (!container) return container.status();
-    if (compat == Compat::kKhr)
+    if (job.stored_as != StoredAs::kPatches)
       for (StreamEntry& entry : container->entries) entry.stitch_bytes = 0;
     for (const PrimitiveId id : job.group.ids) {
       PrimitiveReport& report = reports[id];
-      report.bytes = compat == Compat::kKhr ? container->stream_bytes() : job.encoded.container.size();
+      report.stored_as = job.stored_as;
+      report.bytes = job.stored_bytes;
       report.streams = container->entries;
       report.has_residue = container->has_residue;
       report.statistics = job.encoded.statistics;
@@ -143,40 +142,93 @@ void drop_manifolds(Document& document, const std::vector<Job>& jobs, PrimitiveE
   if (!dropped.empty()) unlist_unused_extension(document, kManifold);
 }
 
-// Each geometry as one container in PSPLIT_mesh_draco_patches.
-void write_patches(Document& document, std::vector<Job>& jobs, GeometryData data, PrimitiveEditor& editor) {
-  for (Job& job : jobs) {
-    const int64_t view = append_buffer_view(document, job.encoded.container);
-    const Json extension = {{"bufferView", view},
-                            {"attributes", unique_id_map(job.mesh, job.encoded.unique_ids)}};
-    editor.set_geometry(job.group, *job.encoded.decoded, reorder(job.morphs, job.encoded.source_point), data);
-    set_extension(document, job.group, kExtensionName, extension);
-  }
-}
+// One run of bytes, and the geometry that it stands for.
+struct StoredPart {
+  std::span<const uint8_t> bytes;
+  const Mesh& mesh;
+  const std::vector<uint32_t>& source_point;
+};
 
-// Each patch as a primitive of its own in KHR_draco_mesh_compression.
-void write_patch_primitives(Document& document, std::vector<Job>& jobs,
-                            const std::vector<std::vector<PatchPrimitive>>& patches, GeometryData data,
-                            Reports& reports) {
+// A container as the primitive's extension, or each Draco stream as a primitive of its own: `patches` holds
+// those of each job, none where it is a container.
+void write_geometry(Document& document, const std::vector<Job>& jobs,
+                    const std::vector<std::vector<PatchPrimitive>>& patches, bool with_fallback,
+                    Reports& reports) {
   std::vector<PrimitiveGroup> groups;
   std::vector<size_t> counts;
   for (size_t i = 0; i < jobs.size(); ++i) {
     groups.push_back(jobs[i].group);
-    counts.push_back(patches[i].size());
+    counts.push_back(std::max<size_t>(1, patches[i].size()));
   }
   const auto repeated = repeat_primitives(document, groups, counts);
   PrimitiveEditor editor(document);
-  for (size_t i = 0; i < jobs.size(); ++i)
-    for (size_t k = 0; k < patches[i].size(); ++k) {
-      const PatchPrimitive& patch = patches[i][k];
-      const int64_t view = append_buffer_view(document, patch.stream);
-      editor.set_geometry(repeated[i][k], patch.mesh, reorder(jobs[i].morphs, patch.source_point), data);
-      set_extension(
-          document, repeated[i][k], kStockExtensionName,
-          {{"bufferView", view}, {"attributes", unique_id_map(jobs[i].mesh, jobs[i].encoded.unique_ids)}});
-    }
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    const Job& job = jobs[i];
+    const char* extension = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
+    const auto store = [&](const PrimitiveGroup& group, const StoredPart& part) {
+      const int64_t view = append_buffer_view(document, part.bytes);
+      editor.set_geometry(group, part.mesh, reorder(job.morphs, part.source_point),
+                          with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere);
+      set_extension(document, group, extension,
+                    {{"bufferView", view}, {"attributes", unique_id_map(job.mesh, job.encoded.unique_ids)}});
+    };
+    if (job.stored_as == StoredAs::kPatches)
+      store(repeated[i][0], {job.encoded.container, *job.encoded.decoded, job.encoded.source_point});
+    for (size_t k = 0; k < patches[i].size(); ++k)
+      store(repeated[i][k], {patches[i][k].stream, patches[i][k].mesh, patches[i][k].source_point});
+    list_extension(document, extension, !with_fallback);
+  }
   drop_manifolds(document, jobs, editor, reports);
   editor.finish();
+}
+
+void choose_storage(Job& job, const EncodeDocumentOptions& options) {
+  const EncodeStatistics& statistics = job.encoded.statistics;
+  const bool is_whole =
+      statistics.patch_count == 1 && statistics.residue_faces == 0 && statistics.residue_points == 0;
+  if (options.compat == Compat::kKhr)
+    job.stored_as = is_whole ? StoredAs::kDraco : StoredAs::kPatchPrimitives;
+  else
+    job.stored_as = is_whole && !options.always_patches ? StoredAs::kDraco : StoredAs::kPatches;
+  const Expected<Container> container = parse_container(job.encoded.container);
+  job.stored_bytes = job.stored_as == StoredAs::kPatches || !container ? job.encoded.container.size()
+                                                                       : container->stream_bytes();
+}
+
+// Takes out the geometry that stays as it is, because it cannot be encoded or would only grow, and says why.
+// What grows because the user wants patches gets a warning.
+Status leave_what_would_grow(const Document& document, const EncodeDocumentOptions& options,
+                             std::vector<Job>& jobs, Reports& reports) {
+  const bool is_wanted = options.always_patches || options.patches > 0 || options.patch_faces > 0;
+  const GeometryOwners owners(document);
+  std::vector<Job> kept;
+  for (Job& job : jobs) {
+    if (!job.status.ok() && job.status.code() != StatusCode::kUnsupported)
+      return std::move(job.status).at(job.place(document));
+    std::string reason = job.status.ok() ? "" : job.status.message(), warning;
+    const std::optional<uint64_t> before = owners.bytes_of(job.group);
+    if (job.status.ok()) choose_storage(job, options);
+    if (job.status.ok() && before && job.stored_bytes >= *before) {
+      const std::string sizes =
+          std::to_string(job.stored_bytes) + " bytes instead of " + std::to_string(*before);
+      const auto kind = primitive_kind(document, job.group.ids.front());
+      const PrimitiveStorage storage = kind ? kind->storage : PrimitiveStorage::kPlain;
+      const bool with_fallback = options.fallback != Fallback::kNone;
+      if (is_wanted || storage == PrimitiveStorage::kPatches || with_fallback) {
+        if (!with_fallback && job.stored_bytes > *before) warning = "grows: " + sizes;
+      } else {
+        reason = storage == PrimitiveStorage::kStockDraco ? "stock Draco that would take " + sizes
+                                                          : "Draco would take " + sizes;
+      }
+    }
+    for (const PrimitiveId id : job.group.ids) {
+      reports[id].skipped = reason;
+      if (!warning.empty()) reports[id].warnings.push_back(warning);
+    }
+    if (reason.empty()) kept.push_back(std::move(job));
+  }
+  jobs = std::move(kept);
+  return {};
 }
 
 }  // namespace
@@ -186,40 +238,23 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
                                                        const Progress& progress) {
   Expected<Jobs> read = read_jobs(document, options, backend, pool);
   if (!read) return read.status();
-  Reports reports(*read);
+  Reports reports(document, *read);
   std::vector<Job>& jobs = read->jobs;
-  // A patch of its own has no place for points that nothing uses.
-  std::vector<uint32_t> unused(jobs.size(), 0);
-  if (options.compat == Compat::kKhr)
-    for (size_t i = 0; i < jobs.size(); ++i) unused[i] = drop_unused_points(jobs[i]);
   choose_patch_counts(jobs, options);
   encode_jobs(jobs, pool, progress);
   decode_unverified(jobs, backend, pool);
-  for (size_t i = 0; i < jobs.size(); ++i) {
-    if (!jobs[i].status.ok()) return std::move(jobs[i].status).at(jobs[i].place(document));
-    jobs[i].encoded.statistics.dropped_points += unused[i];
-  }
-  if (Status status = report_containers(jobs, options.compat, reports); !status.ok()) return status;
+  if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
+  if (Status status = report_streams(jobs, reports); !status.ok()) return status;
 
-  const bool with_fallback = options.fallback == Fallback::kUncompressed;
-  const GeometryData data = with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere;
-  if (options.compat == Compat::kKhr) {
-    std::vector<std::vector<PatchPrimitive>> patches;
-    for (const Job& job : jobs) {
-      auto primitives =
-          patch_primitives(job.encoded, requests_of(job.mesh, job.encoded.unique_ids), backend, pool);
-      if (!primitives) return primitives.status().at(job.place(document));
-      patches.push_back(std::move(*primitives));
-    }
-    write_patch_primitives(document, jobs, patches, data, reports);
-    if (!jobs.empty()) list_extension(document, kStockExtensionName, !with_fallback);
-  } else {
-    PrimitiveEditor editor(document);
-    write_patches(document, jobs, data, editor);
-    if (!jobs.empty()) list_extension(document, kExtensionName, !with_fallback);
-    drop_manifolds(document, jobs, editor, reports);
-    editor.finish();
+  std::vector<std::vector<PatchPrimitive>> patches(jobs.size());
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    if (jobs[i].stored_as == StoredAs::kPatches) continue;
+    auto primitives =
+        patch_primitives(jobs[i].encoded, requests_of(jobs[i].mesh, jobs[i].encoded.unique_ids), backend, pool);
+    if (!primitives) return primitives.status().at(jobs[i].place(document));
+    patches[i] = std::move(*primitives);
   }
+  write_geometry(document, jobs, patches, options.fallback == Fallback::kUncompressed, reports);
   return std::move(reports).list();
 }
 
@@ -229,7 +264,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
   const DecodeBackend backend = draco_backend();
   Expected<Jobs> read = read_jobs(document, options, backend, pool);
   if (!read) return read.status();
-  Reports reports(*read);
+  Reports reports(document, *read);
   std::vector<Job>& jobs = read->jobs;
   std::vector<StockStream> streams(jobs.size());
   std::vector<Mesh> decoded(jobs.size());
@@ -260,7 +295,10 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
                         GeometryData::kStoredElsewhere);
     set_extension(document, jobs[i].group, kStockExtensionName,
                   {{"bufferView", view}, {"attributes", unique_id_map(jobs[i].mesh, streams[i].unique_ids)}});
-    for (const PrimitiveId id : jobs[i].group.ids) reports[id].bytes = streams[i].bytes.size();
+    for (const PrimitiveId id : jobs[i].group.ids) {
+      reports[id].stored_as = StoredAs::kDraco;
+      reports[id].bytes = streams[i].bytes.size();
+    }
   }
   if (!jobs.empty()) list_extension(document, kStockExtensionName, true);
   drop_manifolds(document, jobs, editor, reports);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -285,7 +286,7 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
     std::string skipped;
     if (Status status = read_job(document, std::move(mesh), job, skipped); !status.ok())
       return std::move(status).at(job.place(document));
-    if (options.drop_degenerate && skipped.empty() && all_degenerate(job.mesh))
+    if (!options.keep_degenerate && skipped.empty() && all_degenerate(job.mesh))
       skipped = "no triangles but degenerate ones";
     if (!skipped.empty()) {
       for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
@@ -300,7 +301,10 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
     job.options.distance = options.distance;
     job.options.encode_speed = options.encode_speed;
     job.options.keep_duplicates = options.keep_duplicates;
-    job.options.drop_degenerate = options.drop_degenerate;
+    job.options.drop_degenerate = !options.keep_degenerate;
+    // A patch of its own has no place for them.
+    job.options.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
+    job.options.standalone_residue = options.compat == Compat::kKhr;
     job.options.verify = options.verify;
     result.jobs.push_back(std::move(job));
     shared_points.divide(document, result.jobs);
@@ -316,21 +320,35 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
   return result;
 }
 
+uint64_t default_patch_count(uint64_t faces, uint64_t min_faces) {
+  constexpr double kPatchFaces = 30000;
+  if (faces < min_faces) return 1;
+  const double patches = static_cast<double>(faces) / kPatchFaces;
+  if (patches < 24)
+    return std::clamp<uint64_t>(std::bit_ceil(static_cast<uint64_t>(patches / std::sqrt(2.0)) + 1), 2, 16);
+  return 16 * static_cast<uint64_t>(std::lround(patches / 16));
+}
+
 void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& options) {
   std::vector<uint64_t> faces;
   for (const Job& job : jobs) faces.push_back(job.mesh.faces.size());
-  std::vector<uint32_t> counts;
+  std::vector<uint32_t> distributed;
   if (options.patches > 0) {
     const uint64_t total = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
     const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, options.least_patch_faces));
-    counts = distribute_patches(faces, std::min(options.patches, most));
+    distributed = distribute_patches(faces, std::min(options.patches, most));
   }
-  const uint64_t patch_faces = std::max<uint64_t>(options.patch_faces, 1);
-  for (size_t i = 0; i < jobs.size(); ++i)
-    jobs[i].options.patch_count =
-        options.patches > 0
-            ? counts[i]
-            : static_cast<uint32_t>(std::max<uint64_t>(1, (faces[i] + patch_faces / 2) / patch_faces));
+  const uint64_t size = options.patch_faces;
+  const uint64_t most = options.most_patches > 0         ? options.most_patches
+                        : options.compat == Compat::kKhr ? kMostPatchPrimitives
+                                                         : UINT64_MAX;
+  const auto count_of = [&](size_t i) -> uint64_t {
+    if (faces[i] < options.min_faces) return 1;
+    if (options.patches > 0) return distributed[i];
+    if (size > 0) return std::max<uint64_t>(1, (faces[i] + size / 2) / size);
+    return std::min(most, default_patch_count(faces[i], options.min_faces > 0 ? options.min_faces : kMinFaces));
+  };
+  for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = static_cast<uint32_t>(count_of(i));
 }
 
 std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride) {
@@ -348,13 +366,6 @@ std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride) {
     offset += width;
   }
   return bytes;
-}
-
-uint32_t drop_unused_points(Job& job) {
-  const uint32_t before = job.mesh.point_count;
-  const std::vector<bool> used = used_points(job.mesh);
-  if (std::find(used.begin(), used.end(), false) != used.end()) keep_points(job, used);
-  return before - job.mesh.point_count;
 }
 
 std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,

@@ -19,6 +19,8 @@ struct Job {
   std::vector<AttributeCoding> codings;
   EncodeOptions options;
   EncodedMesh encoded;
+  StoredAs stored_as = StoredAs::kAsItWas;
+  uint64_t stored_bytes = 0;  // container or streams
   Status status;
 
   Place place(const Document& document) const {
@@ -40,9 +42,6 @@ void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& op
 
 // What tells points apart that are equal otherwise: morph targets and weights before rounding, interleaved.
 std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride);
-
-// Drops the points that no face uses, and says how many.
-uint32_t drop_unused_points(Job& job);
 
 // Morph targets in the order of the stored points.
 std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,

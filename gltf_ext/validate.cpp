@@ -24,7 +24,7 @@ namespace {
 // container         header, directory and lengths obey the specification's appendix
 // decode            every stream decodes to what the directory says, and every reference resolves
 // attribute-type    every stream stores the component types that the accessors state
-// copies            all copies of a point decode to the same bits
+// copies            all copies of a point in patches decode to the same bits
 // accessor-count    accessors count what is decoded: a value a point, three indices a face
 // accessor-bounds   min and max are those of the decoded values
 // index-type        indices are scalars of a component type that holds every index
@@ -209,7 +209,8 @@ class Validator {
     if (bad != decoded.end()) return report("decode", std::move(*bad).at({.patch = bad - decoded.begin()}));
     const auto numbers = number_points(container, faces, pool_);
     if (!numbers) return report("decode", numbers.status());
-    pool_.for_each(count, [&](size_t i) { copied[i] = check_copies(streams[i], (*numbers)[i], mesh); });
+    pool_.for_each(container.patch_count(),  // copies in the residue hold any value
+                   [&](size_t i) { copied[i] = check_copies(streams[i], (*numbers)[i], mesh); });
     for (size_t i = 0; i < count; ++i) {
       const Place place{.patch = static_cast<int64_t>(i)};
       if (!typed[i].ok()) report("attribute-type", std::move(typed[i]).at(place));

@@ -90,7 +90,8 @@ void fill_mesh(draco::Mesh& mesh, const WeldedMesh& welded, const PatchMesh& pat
   set_faces(mesh, patch);
   for (size_t i : attribute_order(*welded.mesh)) {
     const Attribute& source = welded.mesh->attributes[i];
-    const PatchValues values(welded.value_of_point[i], patch.points);
+    const PatchValues values(welded.value_of_point[i],
+                             patch.value_points.empty() ? patch.points : patch.value_points);
     const bool on_grid = codings[i].bits > 0 && !codings[i].octahedral;
     draco::PointAttribute* target =
         add_attribute(mesh, draco_role(source, codings[i]), source.component_count,
@@ -118,12 +119,14 @@ Expected<std::vector<uint8_t>> run_encoder(draco::ExpertEncoder& encoder, const 
 }
 
 Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh& patch,
-                                      std::span<const AttributeCoding> codings, int encode_speed, int method) {
+                                      std::span<const AttributeCoding> codings, int encode_speed, int method,
+                                      bool compress_indices = false) {
   draco::Mesh mesh;
   fill_mesh(mesh, welded, patch, codings);
   draco::ExpertEncoder encoder(mesh);
   encoder.SetEncodingMethod(method);
   encoder.SetSpeedOptions(encode_speed, encode_speed);
+  encoder.options().SetGlobalBool("compress_connectivity", compress_indices);  // of sequential streams
   int id = 0;
   for (size_t i : attribute_order(*welded.mesh)) {
     if (codings[i].bits > 0) encoder.SetAttributeQuantization(id, codings[i].bits);
@@ -148,7 +151,15 @@ Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, cons
 
 Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const PatchMesh& patch,
                                                  std::span<const AttributeCoding> codings, int encode_speed) {
-  return encode(welded, patch, codings, encode_speed, draco::MESH_SEQUENTIAL_ENCODING);
+  constexpr int kMethod = draco::MESH_SEQUENTIAL_ENCODING;
+  Expected<std::vector<uint8_t>> plain = encode(welded, patch, codings, encode_speed, kMethod);
+  if (!plain) return plain;
+  // libdraco's decoder refuses compressed indices where not three bytes a face follow the header.
+  constexpr size_t kMostHeaderBytes = 64;
+  const size_t least = 3 * patch.faces.size() + kMostHeaderBytes;
+  Expected<std::vector<uint8_t>> compressed = encode(welded, patch, codings, encode_speed, kMethod, true);
+  const bool is_better = compressed && compressed->size() < plain->size() && compressed->size() >= least;
+  return is_better ? std::move(compressed) : std::move(plain);
 }
 
 // Draco's order of decoded points follows from connectivity and seams alone, not from values. So a twin of the

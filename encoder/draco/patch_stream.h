@@ -22,6 +22,8 @@ struct WeldedMesh {
 struct PatchMesh {
   std::vector<uint32_t> points;                // points of the mesh
   std::vector<std::array<uint32_t, 3>> faces;  // indices into `points`
+  // Where not empty, the points of the mesh whose values stand in for those of `points`.
+  std::vector<uint32_t> value_points;
 };
 
 // What a decoder of the patch's stream will see: faces, and for each decoded point the patch's point it is.
@@ -38,7 +40,8 @@ std::vector<uint32_t> stream_unique_ids(const Mesh& mesh);
 // An Edgebreaker stream. No face may use a vertex twice.
 Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
                                                   std::span<const AttributeCoding> codings, int encode_speed);
-// A sequential stream: keeps the order of points and faces, and takes any face.
+// A sequential stream: keeps the order of points and faces, and takes any face. Indices are compressed where
+// that is smaller.
 Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const PatchMesh& patch,
                                                  std::span<const AttributeCoding> codings, int encode_speed);
 

@@ -6,8 +6,8 @@
 Everything in the JSON must be as before: values, order of arrays, order of members, extras, unknown members and
 extensions. This alone may differ:
 
-  extensionsUsed, extensionsRequired   the extension at the end; stock Draco and meshoptimizer gone, where nothing has
-                                       them any more
+  extensionsUsed, extensionsRequired   what primitives are encoded with at the end; stock Draco and meshoptimizer gone,
+                                       where nothing has them any more
   buffers                              all that have bytes are the first: no uri, another byteLength, no mark of a
                                        fallback, and of names and extras only those of the first; those without bytes
                                        follow
@@ -17,8 +17,8 @@ extensions. This alone may differ:
   images                               in a GLB those that are files are embedded: the file's bytes in a buffer view, their
                                        mimeType, a name where there was none; no uri any more
   accessors                            numbers; those of encoded primitives as below, others not at all
-  an encoded primitive                 mode 4 for strips and fans; indices; the extension at the end of its extensions,
-                                       stock Draco gone
+  an encoded primitive                 mode 4 for strips and fans; indices; the extension, or stock Draco of other bytes,
+                                       at the end of its extensions; stock Draco of the input gone
     accessors of its attributes        count, min, max; bufferView, byteOffset and sparse are gone
     accessor of its indices            the same, and componentType
     accessors of its morph targets     count, min, max, bufferView, sparse; byteOffset is gone. Sparse ones stay so
@@ -85,6 +85,7 @@ class Comparison:
     def __init__(self, before, after):
         self.before, self.after, self.found = before, after, []
         self.encoded, self.views = set(), {}  # views: from numbers before to numbers after
+        self.names = []  # of the extensions that primitives are encoded with
         self.dropped = set()  # accessors that only EXT_mesh_manifold named
 
     def say(self, path, what):
@@ -103,9 +104,21 @@ class Comparison:
         self.compare_lists()
         return self.found
 
+    def encoding(self, old, new):
+        """The extension that a primitive was encoded with, or None where it is stored as it was."""
+        extensions = new.get("extensions", {})
+        if kName in extensions:
+            return kName
+        if kStock not in extensions:
+            return None
+        def stream(asset, primitive):
+            return asset.bytes_of(asset.json["bufferViews"][primitive["extensions"][kStock]["bufferView"]])
+        is_kept = kStock in old.get("extensions", {}) and stream(self.before, old) == stream(self.after, new)
+        return None if is_kept else kStock
+
     def drop_manifolds(self):
         for old, new in zip(self.before.all("meshes"), self.after.all("meshes")):
-            if not any(kName in primitive.get("extensions", {}) for primitive in new["primitives"]):
+            if not any(map(self.encoding, old["primitives"], new["primitives"])):
                 continue
             for holder in (old, *old["primitives"]):
                 manifold = holder.get("extensions", {}).pop(kManifold, None)
@@ -119,8 +132,9 @@ class Comparison:
         self.dropped -= {index for _, index in accessor_names(self.before.json)}
 
     def compare(self, old, new, path):
-        if kPrimitive.fullmatch(path) and kName in new.get("extensions", {}):
-            self.compare_encoded(old, new, path)
+        name = self.encoding(old, new) if kPrimitive.fullmatch(path) else None
+        if name:
+            self.compare_encoded(old, new, path, name)
         elif kImage.fullmatch(path) and self.file_of(old) is not None:
             self.compare_image(old, new, path)
         else:
@@ -171,11 +185,12 @@ class Comparison:
         elif old != new:
             self.say(path, f"was {old!r:.80}, is {new!r:.80}")
 
-    def compare_encoded(self, old, new, path):
+    def compare_encoded(self, old, new, path, name):
         self.encoded.add(path)
+        self.names += [name] if name not in self.names else []
         if kName in old.get("extensions", {}):
             return self.say(path, "was encoded before")
-        extension = new["extensions"].pop(kName)
+        extension = new["extensions"].pop(name)
         stock = old.get("extensions", {}).pop(kStock, None)
         if not new["extensions"] and ("extensions" not in old or stock):
             del new["extensions"]
@@ -306,8 +321,7 @@ class Comparison:
             return isinstance(tree, list) and any(has(value, name) for value in tree)
         for name in ("extensionsUsed", "extensionsRequired"):
             wanted = [n for n in self.before.all(name) if n not in (kStock, kManifold, *kMeshopt) or has(self.after.json, n)]
-            if self.encoded:
-                wanted.append(kName)
+            wanted += [n for n in self.names if n not in wanted]
             if self.after.json.get(name) != (wanted or None):
                 self.say(f"/{name}", f"should be {wanted}, is {self.after.json.get(name)}")
 

@@ -102,7 +102,7 @@ def found_in(before, after, changed):
 with tempfile.TemporaryDirectory(prefix="psplit-difference-") as name:
     folder = pathlib.Path(name)
     source, encoded = rich_asset(folder), folder / "encoded.gltf"
-    subprocess.run([psplit, "encode", "-q", "--patches", "4", source, encoded], check=True)
+    subprocess.run([psplit, "encode", "-q", "--always-patches", "--patches", "4", source, encoded], check=True)
     failures = [f"before any change: {line}" for line in differences(source, encoded)]
     before, after = Asset(source), Asset(encoded)
     count = 0

@@ -3,8 +3,9 @@
 
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
 
-Well-formed files must encode, validate, decode and compare equal (same_mesh), with the default options and with
---lossless, or be refused exactly as expected_refusals.txt says; the command itself (compare A B) must say so too. In the
+Well-formed files must encode, validate, decode and compare equal (same_mesh), with the default options (but a grid for
+each primitive, which same_mesh wants) and split, lossless and whole (kSplit below), or be refused exactly as
+expected_refusals.txt says; the command itself (compare A B) must say so too. In the
 JSON of glTF, only what asset_difference.py lists may change. Files of the malformed folder must be refused, with exit
 code 2, 3 or 5 and a message that names them; those that expected_loads.txt lists must load. --validator names a folder
 with validate.mjs and its node_modules: outputs then pass the official validator, errors of the input (glTF's own, or
@@ -29,6 +30,8 @@ parser.add_argument("--only", default="", help="only paths that contain this")
 parser.add_argument("--malformed", action="store_true", help="only the malformed files")
 parser.add_argument("--timeout", type=int, default=300, help="seconds that one command may take")
 options = parser.parse_args()
+kDefault = ["--quantization-volume", "primitive"]
+kSplit = ["--lossless", "--always-patches", "--patch-faces", 1200, "--keep-degenerate", "--keep-unused"]
 kLoadable = {".gltf", ".glb", ".ply", ".obj", ".stl", ".drc", ".off"}
 
 
@@ -93,7 +96,7 @@ def decode_stock(source, folder):
 def round_trip(path, source, folder, malformed, lossless):
     """What became of the file: "equal", "loaded" (malformed, so there is nothing to compare with) or "refused"."""
     encoded, decoded = folder / "encoded.glb", folder / "decoded.glb"
-    code, said = run("encode", options.psplit, "encode", "-q", "-j", 1, "--patch-faces", 1200, *lossless, source, encoded)
+    code, said = run("encode", options.psplit, "encode", "-q", "-j", 1, *(kSplit if lossless else kDefault), source, encoded)
     expected = expected_codes(refusals, path)
     if code != 0:
         if not said or code not in (2, 3, 5):
@@ -117,7 +120,7 @@ def round_trip(path, source, folder, malformed, lossless):
     must("decode", options.psplit, "decode", "-q", "-j", 1, encoded, decoded)
     if malformed:
         return "loaded"
-    must("same_mesh", options.same_mesh, *lossless, source, decoded)
+    must("same_mesh", options.same_mesh, *(["--lossless"] if lossless else []), source, decoded)
     exactly = ["--tolerance", 0]
     for pair in ([source, encoded] + (exactly if lossless else []), [encoded, decoded] + exactly):
         code, said = run("compare", options.psplit, "compare", "-q", "-j", 1, *pair)
@@ -147,7 +150,7 @@ def check(file):
                     shutil.copyfileobj(packed, plain)
             if not malformed and not expected_codes(refusals, path):
                 stock = decode_stock(source, folder)
-            for lossless in ([], ["--lossless"]):
+            for lossless in (False, True):
                 (folder / "out").mkdir()
                 outcome = round_trip(path, source, folder / "out", malformed, lossless)
                 shutil.rmtree(folder / "out")

@@ -9,6 +9,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "src/container/container.h"
+#include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/procedural_meshes.h"
 
@@ -167,16 +168,53 @@ TEST(EncodeMesh, DropsDegeneratesOnlyWhenAsked) {
   const auto kept = encode_mesh(mesh, coded.codings, {}, ThreadPool(1));
   ASSERT_TRUE(kept.ok()) << kept.status().to_string();
   EXPECT_EQ(kept->statistics.residue_faces, 1u);
+  EXPECT_EQ(kept->statistics.residue_points, 1u);
   EXPECT_EQ(parse_container(kept->container)->face_count(), 3u);
   EXPECT_EQ(parse_container(kept->container)->point_count(), 4u);
   EncodeOptions drop;
-  drop.drop_degenerate = true;
+  drop.drop_degenerate = drop.drop_unused = true;
   const auto dropped = encode_mesh(mesh, coded.codings, drop, ThreadPool(1));
   ASSERT_TRUE(dropped.ok());
   EXPECT_EQ(dropped->statistics.dropped_faces, 1u);
   EXPECT_EQ(dropped->statistics.dropped_points, 1u);
   EXPECT_EQ(parse_container(dropped->container)->point_count(), 3u);
   EXPECT_FALSE(parse_container(dropped->container)->has_residue);
+}
+
+// What the residue copies is stored where it is owned: a degenerate face costs its indices and little else.
+TEST(EncodeMesh, DegenerateFacesCostTheirIndicesOnly) {
+  Mesh mesh = make_grid(60, 60);
+  std::vector<float> temperatures(mesh.point_count);
+  for (uint32_t i = 0; i < mesh.point_count; ++i) temperatures[i] = static_cast<float>(i * 7919 % 10007);
+  mesh.attributes.push_back(make_attribute("_TEMPERATURE", ComponentType::kFloat32, 1, false, temperatures));
+  EncodeOptions options;
+  options.patch_count = 4;
+  options.drop_degenerate = true;
+  const Coded coded = default_codings(mesh, false);
+  const auto without = encode_mesh(mesh, coded.codings, options, ThreadPool(2));
+  constexpr uint32_t kFaces = 3000;
+  for (uint32_t i = 0; i < kFaces; ++i) mesh.faces.push_back({i, i, i + 1});
+  options.drop_degenerate = false;
+  const auto with = encode_mesh(mesh, coded.codings, options, ThreadPool(2));
+  ASSERT_TRUE(without.ok() && with.ok()) << with.status().to_string();
+  EXPECT_EQ(with->statistics.residue_faces, kFaces);
+  EXPECT_EQ(with->statistics.residue_points, 0u);
+  const Expected<Container> container = parse_container(with->container);
+  ASSERT_TRUE(container.ok());
+  EXPECT_LT(container->streams.back().size(), kFaces * 6 + 300);
+  // Every decoder takes the owner's values.
+  const ThreadPool pool(2);
+  for (const DecodeBackend& backend : {draco_backend(), cpu_backend()}) {
+    const Expected<Mesh> decoded = backend.decode_container(with->container, requests_of(mesh, *with), pool);
+    ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+    EXPECT_EQ(compare_meshes(mesh, *decoded, coded.tolerances), "");
+  }
+  // A stream that is to mean something on its own has the values.
+  options.standalone_residue = true;
+  const auto alone = encode_mesh(mesh, coded.codings, options, ThreadPool(2));
+  ASSERT_TRUE(alone.ok());
+  EXPECT_GT(parse_container(alone->container)->streams.back().size(),
+            container->streams.back().size() + 2 * kFaces);
 }
 
 TEST(EncodeMesh, RefusesBadInput) {

@@ -29,7 +29,9 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
   const psplit::Mesh mesh = psplit::make_grid(4, 4);
   for (int form = 0; form < 4; ++form) {
     psplit::Document document = psplit::document_from_mesh(mesh);
-    if (form == 1) (void)psplit::encode_document(document, {.patches = 2}, psplit::draco_backend(), pool);
+    if (form == 1)
+      (void)psplit::encode_document(document, {.patches = 2, .always_patches = true}, psplit::draco_backend(),
+                                    pool);
     if (form == 2) (void)psplit::encode_document_stock(document, {}, pool);
     if (form == 3) {
       psplit::AccessorData data{psplit::ComponentType::kFloat32, 3, false, mesh.point_count,

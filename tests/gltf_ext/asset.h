@@ -32,8 +32,9 @@ inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t pri
   return read_primitive(document, {mesh, primitive}, draco_backend(), test_pool());
 }
 
-inline Expected<std::vector<PrimitiveReport>> encode(Document& document,
-                                                     const EncodeDocumentOptions& options = {}) {
+// As psplit stores what it splits, however small.
+inline Expected<std::vector<PrimitiveReport>> encode(Document& document, EncodeDocumentOptions options = {}) {
+  options.always_patches = true;
   return encode_document(document, options, draco_backend(), test_pool());
 }
 

@@ -102,7 +102,9 @@ TEST(EncodeDocument, EveryModeComesBack) {
       primitive["mode"] = mode;
       if (!indexed) primitive.erase("indices");
       const Expected<Mesh> before = read(document);
-      ASSERT_TRUE(encode(document, lossless()).ok());
+      EncodeDocumentOptions options = lossless();
+      options.keep_degenerate = true;
+      ASSERT_TRUE(encode(document, options).ok());
       EXPECT_EQ(primitive_of(document)["mode"], 4);
       EXPECT_EQ(difference(*before, read(document), true), "") << mode << indexed;
       ASSERT_TRUE(decode(document).ok());
@@ -307,7 +309,7 @@ TEST(EncodeDocument, DividesThePointsOfPrimitivesThatShareAttributes) {
     return point != 0 && point != 1 && point != 13 && point != 14;
   });
   EncodeDocumentOptions options = lossless();
-  options.keep_duplicates = true;
+  options.keep_duplicates = options.keep_unused = true;
   ASSERT_TRUE(encode(document, options).ok());
   EXPECT_NE(primitive_of(document, 0, 0)["attributes"]["POSITION"],
             primitive_of(document, 0, 1)["attributes"]["POSITION"]);
@@ -453,7 +455,7 @@ TEST(EncodeDocument, RefusesMorphTargetsOfAnotherLength) {
       << status.to_string();
 }
 
-TEST(EncodeDocument, DropsOnlyWhatItIsAskedTo) {
+TEST(EncodeDocument, KeepsWhatItIsAskedTo) {
   Mesh mesh = make_grid(3, 3);
   mesh.faces.push_back({0, 0, 1});
   std::vector<float> positions = values_of<float>(mesh.attributes[0]);
@@ -464,7 +466,7 @@ TEST(EncodeDocument, DropsOnlyWhatItIsAskedTo) {
   const auto counts = [&](bool drop, bool keep_duplicates) {
     Document document = document_from_mesh(mesh);
     EncodeDocumentOptions options = lossless();
-    options.drop_degenerate = drop;
+    options.keep_degenerate = options.keep_unused = !drop;
     options.keep_duplicates = keep_duplicates;
     EXPECT_TRUE(encode(document, options).ok());
     EXPECT_TRUE(decode(document).ok());
@@ -512,6 +514,7 @@ TEST(QuantizationVolume, KeepsBordersClosed) {
   // Each for itself they come apart, or the test shows nothing.
   Document document = two_halves(true);
   EncodeDocumentOptions options;
+  options.volume = QuantizationVolume::kPrimitive;
   options.position_bits = 9;
   ASSERT_TRUE(encode(document, options).ok());
   EXPECT_LT(common_positions(read(document), read(document, 0, 1)), 9u);
@@ -578,9 +581,7 @@ TEST(EncodeDocument, SaysWhyAPrimitiveIsLeftAlone) {
 TEST(EncodeDocument, APrimitiveThatWouldBeDroppedWholeStays) {
   Document document = document_from_mesh(make_grid(3, 3));
   add_primitive_with_faces(document, {0, 0, 1, 2, 3, 2});
-  EncodeDocumentOptions options;
-  options.drop_degenerate = true;
-  const auto reports = encode(document, options);
+  const auto reports = encode(document);
   ASSERT_TRUE(reports.ok()) << reports.status().to_string();
   EXPECT_EQ((*reports)[0].skipped, "");
   EXPECT_EQ((*reports)[1].skipped, "no triangles but degenerate ones");

@@ -191,7 +191,9 @@ TEST(CompatKhr, DegenerateFacesArePatchesOfTheirOwnAndUnusedPointsGo) {
   positions.insert(positions.end(), {50, 50, 50});
   mesh = make_mesh(positions, mesh.faces);
   Document document = document_from_mesh(mesh);
-  const auto reports = encode(document, khr(2));
+  EncodeDocumentOptions options = khr(2);
+  options.keep_degenerate = true;
+  const auto reports = encode(document, options);
   ASSERT_TRUE(reports) << reports.status().to_string();
   EXPECT_EQ((*reports)[0].statistics.dropped_points, 1u);
   EXPECT_EQ(document.json["meshes"][0]["primitives"].size(), 3u);

@@ -45,6 +45,7 @@ TEST_F(TinyGltfTest, LoadsDecodedAssetsAndFindsTheSameBytes) {
     Document document = document_from_mesh(sample.mesh);
     EncodeDocumentOptions options;
     options.patches = 4;
+    options.always_patches = true;
     ASSERT_TRUE(encode_document(document, options, draco_backend(), pool_));
     ASSERT_TRUE(decode_document(document, draco_backend(), pool_).ok());
     ASSERT_TRUE(write_document(document, path_).ok());
@@ -69,6 +70,7 @@ TEST_F(TinyGltfTest, OpensTheFallbackOfAnEncodedAsset) {
   Document document = document_from_mesh(make_grid(20, 20));
   EncodeDocumentOptions options;
   options.fallback = Fallback::kUncompressed;
+  options.always_patches = true;
   ASSERT_TRUE(encode_document(document, options, draco_backend(), pool_));
   ASSERT_TRUE(write_document(document, path_).ok());
   const tinygltf::Model model = load(path_);

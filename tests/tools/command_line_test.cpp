@@ -274,13 +274,14 @@ TEST_F(CommandLine, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
     options.insert(options.begin(), {"encode", input, path("out.glb"), "--report", "-", "-q"});
     return nlohmann::json::parse(run(options).out).at("total").at("patches").get<int>();
   };
-  if (!cuda_available(nullptr)) {
-    EXPECT_EQ(patches({"--profile", "speed"}), 10);
-  }
+  EXPECT_EQ(patches({"--profile", "speed"}), 3);
   EXPECT_EQ(patches({"--profile", "speed", "--gpu", "h100"}), 27);  // of 440 faces at least
   EXPECT_EQ(patches({"--profile", "speed", "--gpu", "1", "--patch-faces", "6000"}), 2);
   EXPECT_EQ(patches({"--profile", "balanced"}), patches({}));
+  EXPECT_EQ(patches({}), 1);
+  EXPECT_EQ(patches({"--min-faces", "5000"}), 2);
   EXPECT_EQ(patches({"--profile", "speed", "--patches", "3"}), 3);
+  EXPECT_EQ(patches({"--patches", "3", "--min-faces", "50000"}), 1);
   EXPECT_EQ(patches({"--profile", "size", "--patch-faces", "2000"}), 6);
 }
 
@@ -762,12 +763,12 @@ TEST_F(CommandLine, EncodeReportsWhatItLeavesAndDrops) {
     EXPECT_EQ(report.at("primitives").at(0).at("mesh"), 0);
     return report;
   };
-  const auto kept = total({});
-  EXPECT_EQ(kept.at("total").at("input"), nlohmann::json::parse(R"({"faces":3,"points":4})"));
+  const auto kept = total({"--always-patches", "--keep-degenerate"});
+  EXPECT_EQ(kept.at("total").at("input"), nlohmann::json::parse(R"({"faces":3,"points":4,"bytes":66})"));
   EXPECT_EQ(kept.at("total").at("faces"), 3);
   EXPECT_EQ(kept.at("total").at("residue_faces"), 1);
   EXPECT_EQ(kept.at("total").at("dropped_faces"), 0);
-  const auto dropped = total({"--drop-degenerate", "--no-verify", "-j", "2"});
+  const auto dropped = total({"--always-patches", "--no-verify", "-j", "2"});
   EXPECT_EQ(dropped.at("total").at("faces"), 2);
   EXPECT_EQ(dropped.at("total").at("dropped_faces"), 1);
   EXPECT_FALSE(dropped.at("verified").get<bool>());
@@ -776,7 +777,7 @@ TEST_F(CommandLine, EncodeReportsWhatItLeavesAndDrops) {
   const Outcome again = run({"encode", path("out.glb"), path("again.glb"), "--report", path("report.json")});
   EXPECT_EQ(again.code, 0);
   EXPECT_NE(again.err.find("mesh 0, primitive 0 is left as it is: already in patches"), std::string::npos);
-  EXPECT_NE(again.err.find("warning: nothing to split"), std::string::npos);
+  EXPECT_NE(again.err.find("warning: nothing to encode"), std::string::npos);
   const auto report = nlohmann::json::parse(read_bytes(path("report.json")));
   EXPECT_EQ(report.at("primitives").at(0).at("skipped"), "already in patches");
 }
@@ -903,7 +904,8 @@ TEST_F(CommandLine, DracoFilesThatHoldNoMeshSayWhy) {
 
 TEST_F(CommandLine, MeshFilesAreReadByTheirExtension) {
   write("tetrahedron.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  const Outcome outcome = run({"encode", path("tetrahedron.obj"), path("out.glb"), "--report", "-", "-q"});
+  const Outcome outcome =
+      run({"encode", path("tetrahedron.obj"), path("out.glb"), "--always-patches", "--report", "-", "-q"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_EQ(nlohmann::json::parse(outcome.out).at("total").at("faces"), 4);
 }

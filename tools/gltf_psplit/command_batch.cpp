@@ -150,6 +150,7 @@ class Batch {
     if (!reports) return reports.status();
     outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
     log_reports(*reports, session_.log, item.input + ": ");
+    warn_of_growth(outcome.result, session_.log, item.input);
     std::error_code error;
     fs::create_directories(item.output.parent_path(), error);  // where it fails, writing says so
     if (Status status = record_.begin(item.name); !status.ok()) return status;
@@ -191,6 +192,8 @@ class Batch {
         asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
                           {"message", outcome.status.to_string()}};
       } else if (!outcome.up_to_date) {
+        asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
+                             {"output_bytes", outcome.result.geometry.output}};
         append_row(asset["total"], outcome.result.total);
         append_written(asset, outcome.written);
         asset["primitives"] = outcome.result.primitives;

@@ -68,7 +68,7 @@ std::vector<uint64_t> default_patch_counts(uint64_t faces) {
 // or else the middle one.
 uint64_t pictured_count(uint64_t faces, std::vector<uint64_t> counts) {
   std::ranges::sort(counts);
-  const uint64_t usual = patch_count_of(faces, EncodeDocumentOptions().patch_faces);
+  const uint64_t usual = default_patch_count(faces);
   return usual > 1 && std::ranges::find(counts, usual) != counts.end() ? usual : counts[counts.size() / 2];
 }
 
@@ -76,6 +76,7 @@ uint64_t pictured_count(uint64_t faces, std::vector<uint64_t> counts) {
 Expected<PatchPicture> draw_patches(Document& document, uint64_t patch_count, EncodeDocumentOptions coding,
                                     const Session& session) {
   coding.patches = patch_count;
+  coding.always_patches = true;
   coding.verify = false;
   const auto reports = encode_document(document, coding, find_backend({}), session.pool);
   if (!reports) return reports.status();

@@ -52,7 +52,9 @@ Status run_encode(const Arguments& arguments, const Session& session) {
 
   const EncodeResult result = collect_rows(*reports, session.log);
   log_reports(*reports, session.log);
-  if (result.split_count == 0) session.log.warning("nothing to split in " + arguments.input);
+  if (result.split_count + result.draco_count == 0)
+    session.log.warning("nothing to encode in " + arguments.input);
+  warn_of_growth(result, session.log, arguments.input);
   log_changes(result.total.statistics, session.log);
   WriteReport written;
   if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
@@ -65,9 +67,14 @@ Status run_encode(const Arguments& arguments, const Session& session) {
     Json total;
     append_row(total, result.total);
     total["wall_ms"] = wall_ms;
-    Json report{{"input", arguments.input},   {"output", arguments.output},
-                {"verified", options.verify}, {"threads", session.pool.thread_count()},
-                {"total", std::move(total)},  {"primitives", result.primitives}};
+    Json report{
+        {"input", arguments.input},
+        {"output", arguments.output},
+        {"verified", options.verify},
+        {"threads", session.pool.thread_count()},
+        {"geometry", {{"input_bytes", result.geometry.input}, {"output_bytes", result.geometry.output}}},
+        {"total", std::move(total)},
+        {"primitives", result.primitives}};
     append_written(report, written);
     if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
   }

@@ -1,9 +1,7 @@
 #include "tools/gltf_psplit/encode_options.h"
 
 #include <CLI/CLI.hpp>
-#include <thread>
 
-#include "decoder_cuda/psplit_cuda.h"
 #include "src/container/container.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/gpus.h"
@@ -11,23 +9,23 @@
 namespace psplit {
 namespace {
 
-constexpr uint64_t kSpeedPatchFaces = 1200;
-constexpr uint64_t kBalancedPatchFaces = 4800;
+// One thread and many decode these fastest (docs/benchmarks.md).
+constexpr uint64_t kSpeedPatchFaces = 4800;
+// Work for four threads, at less than a third of what 16 cost.
+constexpr uint64_t kMostPatchesForSize = 4;
 // Patches of 440 faces take more than a third more bytes than one stream already (docs/benchmarks.md).
 constexpr uint64_t kLeastPatchFaces = 440;
 
-// Counts the machine's threads, not -j: -j never changes the bytes.
+// Nothing of the machine counts: the same command writes the same bytes everywhere.
 void apply_profile(EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
-  if (arguments.profile == "balanced") options.patch_faces = kBalancedPatchFaces;
-  if (arguments.profile == "size") options.patches = std::max(1u, std::thread::hardware_concurrency());
+  if (arguments.profile == "size") options.most_patches = kMostPatchesForSize;
   if (arguments.profile != "speed") return;
-  const uint32_t gpu = arguments.gpu.empty() ? cuda_multiprocessors() : *multiprocessors(arguments.gpu);
-  if (gpu == 0) {
+  if (arguments.gpu.empty()) {
     options.patch_faces = kSpeedPatchFaces;
     return;
   }
-  options.patches = patches_in_flight(gpu);
+  options.patches = patches_in_flight(*multiprocessors(arguments.gpu));
   options.least_patch_faces = kLeastPatchFaces;
 }
 
@@ -41,22 +39,29 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   CLI::Option* patch_faces =
       command.add_option("--patch-faces", options.patch_faces, "Faces of a patch, about")
           ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
-          ->capture_default_str()
           ->type_name("N")
           ->excludes(patches);
+  command
+      .add_option("--min-faces", options.min_faces,
+                  "Primitives of fewer faces stay whole; by default " + std::to_string(kMinFaces) +
+                      ", or none with --patches or --patch-faces")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
+      ->type_name("N");
+  command.add_flag("--always-patches", options.always_patches,
+                   "Use PSPLIT_mesh_draco_patches for primitives that stay whole too, not "
+                   "KHR_draco_mesh_compression");
   CLI::Option* profile =
       command
           .add_option("--profile", arguments.profile,
-                      "speed: as many patches as a GPU decodes at once, or without one 1200 faces a patch; "
-                      "balanced: 4800; size: as few patches as this machine has threads. --patches and "
-                      "--patch-faces win over it")
+                      "balanced, the default: about 2 % over one Draco stream, 2 to 16 patches and above that "
+                      "patches of 30000 faces; size: 4 patches of a primitive at most; speed: patches of 4800 "
+                      "faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces win "
+                      "over it")
           ->check(CLI::IsMember({"speed", "balanced", "size"}))
           ->type_name("NAME");
   command
-      .add_option(
-          "--gpu", arguments.gpu,
-          "The GPU of --profile speed, by name or by its number of multiprocessors; by default the one of "
-          "this machine")
+      .add_option("--gpu", arguments.gpu,
+                  "The GPU of --profile speed, by name or by its number of multiprocessors")
       ->check([](const std::string& gpu) {
         return multiprocessors(gpu) ? std::string()
                                     : gpu + " is not known: " + known_gpus() + " are, or a number";
@@ -72,8 +77,9 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
       ->capture_default_str()
       ->type_name("WHAT");
   command.get_option("--lossless")->excludes("--quantization-volume");
-  command.add_flag("--drop-degenerate", options.drop_degenerate,
-                   "Drop faces that repeat an index, and points that no face uses");
+  command.add_flag("--keep-degenerate", options.keep_degenerate,
+                   "Keep faces that repeat an index, which draw nothing");
+  command.add_flag("--keep-unused", options.keep_unused, "Keep points that no face uses");
   command.add_flag("--keep-duplicates", options.keep_duplicates,
                    "Keep points that are equal in everything apart");
   command
@@ -86,8 +92,8 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
       .add_option(
           "--compat", arguments.compat,
           "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which any loader "
-          "opens today; points on borders are stored in each, and not joined again. Points that no face "
-          "uses are dropped")
+          "opens today; points on borders are stored in each, and not joined again. By default 8 patches of "
+          "a primitive at most: each is a draw call")
       ->check(CLI::IsMember({"none", "khr"}))
       ->capture_default_str()
       ->type_name("KIND");
@@ -111,6 +117,9 @@ std::string describe_options(const EncodeDocumentOptions& options) {
               {"patches", o.patches},
               {"least_patch_faces", o.least_patch_faces},
               {"patch_faces", o.patch_faces},
+              {"most_patches", o.most_patches},
+              {"min_faces", o.min_faces},
+              {"always_patches", o.always_patches},
               {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits}},
               {"volume", static_cast<int>(o.volume)},
               {"refine", o.refine},
@@ -118,7 +127,8 @@ std::string describe_options(const EncodeDocumentOptions& options) {
               {"distance", static_cast<int>(o.distance)},
               {"encode_speed", o.encode_speed},
               {"lossless", o.lossless},
-              {"drop_degenerate", o.drop_degenerate},
+              {"keep_degenerate", o.keep_degenerate},
+              {"keep_unused", o.keep_unused},
               {"keep_duplicates", o.keep_duplicates},
               {"fallback", static_cast<int>(o.fallback)},
               {"compat", static_cast<int>(o.compat)},

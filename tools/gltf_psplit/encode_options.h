@@ -13,7 +13,7 @@ class App;
 namespace psplit {
 
 struct EncodeArguments {
-  std::string profile, gpu, volume = "primitive", fallback = "none", compat = "none";
+  std::string profile, gpu, volume = "mesh", fallback = "none", compat = "none";
   EncodeDocumentOptions options;
   bool no_verify = false;
 };

@@ -1,14 +1,28 @@
 #include "tools/gltf_psplit/encode_report.h"
 
 namespace psplit {
+namespace {
+
+const char* name_of(StoredAs storage) {
+  switch (storage) {
+    case StoredAs::kAsItWas: return "as it was";
+    case StoredAs::kPatches: return "patches";
+    case StoredAs::kDraco: return "draco";
+    case StoredAs::kPatchPrimitives: return "patch primitives";
+  }
+  return "";
+}
+
+}  // namespace
 
 void append_row(Json& object, const EncodeRow& row) {
-  object["input"] = {{"faces", row.input_faces}, {"points", row.input_points}};
+  object["input"] = {{"faces", row.input_faces}, {"points", row.input_points}, {"bytes", row.input_bytes}};
   append_summary(object, row.summary);
   object["merged_points"] = row.statistics.merged_points;
   object["dropped_faces"] = row.statistics.dropped_faces;
   object["dropped_points"] = row.statistics.dropped_points;
   object["residue_faces"] = row.statistics.residue_faces;
+  object["residue_points"] = row.statistics.residue_points;
   object["partition_ms"] = row.statistics.partition_ms;
   object["encode_ms"] = row.statistics.encode_ms;
   object["verify_ms"] = row.statistics.verify_ms;
@@ -30,17 +44,23 @@ std::string row_text(const EncodeRow& row) {
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log) {
   EncodeResult result;
   for (const PrimitiveReport& report : reports) {
-    Json object{{"mesh", report.id.mesh}, {"primitive", report.id.primitive}};
-    if (report.skipped.empty()) {
-      const EncodeRow row{report.faces, report.points,
+    Json object{
+        {"mesh", report.id.mesh}, {"primitive", report.id.primitive}, {"stored_as", name_of(report.stored_as)}};
+    if (report.repeated) object["repeated"] = true;
+    result.geometry.input += report.input_bytes;
+    if (!report.repeated) result.geometry.output += report.bytes;
+    if (report.stored_as == StoredAs::kAsItWas) {
+      object["skipped"] = report.skipped;
+      object["input"] = {{"faces", report.faces}, {"points", report.points}, {"bytes", report.input_bytes}};
+      ++result.unchanged_count;
+    } else {
+      const EncodeRow row{report.faces, report.points, report.input_bytes,
                           summarize_streams(report.streams, report.has_residue, report.bytes),
                           report.statistics};
       append_row(object, row);
-      result.total += row;
-      ++result.split_count;
+      if (!report.repeated) result.total += row;
+      ++(report.stored_as == StoredAs::kDraco ? result.draco_count : result.split_count);
       log.detail(describe_place(report.id.mesh, report.id.primitive) + ": " + row_text(row));
-    } else {
-      object["skipped"] = report.skipped;
     }
     if (!report.warnings.empty()) object["warnings"] = report.warnings;
     result.primitives.push_back(std::move(object));
@@ -50,9 +70,18 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& l
 
 void log_changes(const EncodeStatistics& statistics, const Log& log) {
   if (statistics.merged_points > 0) log.note("merged " + counted(statistics.merged_points, "duplicate point"));
-  if (statistics.dropped_faces + statistics.dropped_points > 0)
-    log.note("dropped " + counted(statistics.dropped_faces, "degenerate face") + " and " +
-             counted(statistics.dropped_points, "unused point"));
+  if (statistics.dropped_faces > 0)
+    log.note("dropped " + counted(statistics.dropped_faces, "face") +
+             " that repeat an index (--keep-degenerate keeps them)");
+  if (statistics.dropped_points > 0)
+    log.note("dropped " + counted(statistics.dropped_points, "point") +
+             " that no face uses (--keep-unused keeps them)");
+}
+
+void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file) {
+  if (result.geometry.output <= result.geometry.input) return;
+  log.warning(file + ": the meshes take " + with_separators(result.geometry.output) + " bytes, more than the " +
+              with_separators(result.geometry.input) + " of the input");
 }
 
 }  // namespace psplit

@@ -12,17 +12,20 @@ namespace psplit {
 // One primitive's row of the report, or the sum of all rows.
 struct EncodeRow {
   uint64_t input_faces = 0, input_points = 0;
+  uint64_t input_bytes = 0;
   PatchSummary summary;
   EncodeStatistics statistics;
 
   EncodeRow& operator+=(const EncodeRow& other) {
     input_faces += other.input_faces;
     input_points += other.input_points;
+    input_bytes += other.input_bytes;
     summary += other.summary;
     statistics.merged_points += other.statistics.merged_points;
     statistics.dropped_faces += other.statistics.dropped_faces;
     statistics.dropped_points += other.statistics.dropped_points;
     statistics.residue_faces += other.statistics.residue_faces;
+    statistics.residue_points += other.statistics.residue_points;
     statistics.partition_ms += other.statistics.partition_ms;
     statistics.encode_ms += other.statistics.encode_ms;
     statistics.verify_ms += other.statistics.verify_ms;
@@ -33,14 +36,25 @@ struct EncodeRow {
 void append_row(Json& object, const EncodeRow& row);
 std::string row_text(const EncodeRow& row);
 
-// An asset: the sum of its primitives, a row of JSON for each, and how many of them are in patches now.
+// The bytes of all geometry before and after, what was left as it is included.
+struct GeometryBytes {
+  uint64_t input = 0, output = 0;
+};
+
+// An asset: the sum of the primitives that were encoded, a row of JSON for each primitive, and how many there
+// are of each kind.
 struct EncodeResult {
   EncodeRow total;
+  GeometryBytes geometry;
   Json primitives = Json::array();
-  size_t split_count = 0;
+  size_t split_count = 0;      // in patches: more than one, or the extension
+  size_t draco_count = 0;      // in one stream of KHR_draco_mesh_compression
+  size_t unchanged_count = 0;  // as they were
 };
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log);
 
 void log_changes(const EncodeStatistics& statistics, const Log& log);
+// A warning where the geometry takes more bytes than before.
+void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file);
 
 }  // namespace psplit

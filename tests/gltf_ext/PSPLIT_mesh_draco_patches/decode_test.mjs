@@ -109,7 +109,7 @@ const ways = [
 ];
 ways.forEach((way, i) => {
   const encoded = in_scratch(`scene-${i}.glb`);
-  run('encode', '-q', ...way, scene, encoded);
+  run('encode', '-q', '--always-patches', ...way, scene, encoded);
   compare(encoded);
 });
 // A test that misses a part of the format says nothing about it.
@@ -167,7 +167,7 @@ change_bytes('residue.glb', 400);
 change_bytes('version-1.glb', 200);
 // The flag of the residue is not free: the last stream is sequential, or it is not.
 run('generate', '-q', in_scratch('small.glb'), '--faces', 300);
-run('encode', '-q', '--patches', 1, in_scratch('small.glb'), in_scratch('one.glb'));
+run('encode', '-q', '--patches', 1, '--always-patches', in_scratch('small.glb'), in_scratch('one.glb'));
 for (const file of [path.join(samples, 'residue.glb'), in_scratch('one.glb')]) {
   const bytes = new Uint8Array(readFileSync(file));
   bytes[Buffer.from(bytes.buffer).indexOf('PSPL\x02') + 5] ^= 1;

@@ -69,7 +69,7 @@ const run = (...words) => execFileSync(psplit, words.map(String), { stdio: ['ign
 const plain = path.join(scratch, 'scene.glb'), encoded = path.join(scratch, 'scene.gltf');
 run('generate', '-q', plain, '--shape', 'scene', '--faces', 4000, '--normals', '--texcoords');
 for (const fallback of ['uncompressed', 'none']) {
-  run('encode', '-q', '--patches', 12, '--fallback', fallback, plain, encoded);
+  run('encode', '-q', '--always-patches', '--patches', 12, '--fallback', fallback, plain, encoded);
   check_asset(json_of(encoded), `encode with fallback ${fallback}`);
 }
 

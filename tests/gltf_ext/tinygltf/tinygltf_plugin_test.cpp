@@ -128,6 +128,7 @@ class TinyGltfPlugin : public testing::Test {
   static void encode_in_place(Document& document, Fallback fallback = Fallback::kNone) {
     EncodeDocumentOptions options;
     options.patches = 5;
+    options.always_patches = true;
     options.fallback = fallback;
     const auto reports = encode_document(document, options, draco_backend(), test_pool());
     ASSERT_TRUE(reports) << reports.status().to_string();
@@ -607,6 +608,7 @@ TEST_F(TinyGltfPlugin, LoadsRealAssets) {
     if (!document) continue;
     EncodeDocumentOptions options;
     options.patch_faces = 600;
+    options.always_patches = true;
     options.verify = false;
     if (!encode_document(*document, options, draco_backend(), test_pool())) continue;
     const fs::path patched = write(*document, "patched.glb");
