@@ -60,7 +60,7 @@ Status load_buffers(Document& document, std::optional<std::vector<uint8_t>> bina
     } else {
       continue;
     }
-    if (!bytes) return {bytes.status().code(), name + ": " + bytes.status().message()};
+    if (!bytes) return {bytes.status().code(), name + ": " + bytes.status().to_string()};
     if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
   }
   return {};
@@ -72,7 +72,8 @@ Status load_fallbacks(Document& document) {
     const Json& buffer = document.json["buffers"][i];
     if (!is_meshopt_fallback(buffer) || field(buffer, "uri") == nullptr) continue;
     auto bytes = load_uri_of(buffer, document);
-    if (!bytes) return {bytes.status().code(), "buffer " + std::to_string(i) + ": " + bytes.status().message()};
+    if (!bytes)
+      return {bytes.status().code(), "buffer " + std::to_string(i) + ": " + bytes.status().to_string()};
     if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
   }
   return {};

@@ -22,7 +22,8 @@ struct CloseFile {
 using File = std::unique_ptr<std::FILE, CloseFile>;
 
 Status failure(const char* what, const fs::path& path, int error) {
-  return io_failure(std::string("cannot ") + what + " " + path.string() + ": " + std::strerror(error));
+  const Place place{.file = path == "-" ? "stdin" : path.string()};
+  return io_failure(std::string("cannot ") + what + ": " + std::strerror(error), place);
 }
 
 bool write_parts(std::FILE* file, FileParts parts) {
@@ -81,14 +82,14 @@ Status write_file(const fs::path& path, FileParts parts) {
   fs::path target = path;
   if (fs::is_symlink(path, error)) {  // written through, not replaced
     target = fs::weakly_canonical(path, error);
-    if (error) return io_failure("cannot follow " + path.string() + ": " + error.message());
+    if (error) return io_failure("cannot follow the link: " + error.message(), {.file = path.string()});
   }
   if (fs::is_directory(target, error)) return failure("write", path, EISDIR);
 
   TemporaryFile temporary(target);
   if (!temporary.is_open() || !write_parts(temporary.file(), parts)) return failure("write", path, errno);
   if (const std::error_code renamed = temporary.rename_to(target); renamed)
-    return io_failure("cannot write " + path.string() + ": " + renamed.message());
+    return io_failure("cannot write: " + renamed.message(), {.file = path.string()});
   return {};
 }
 
@@ -101,7 +102,7 @@ Expected<bool> write_new_file(const fs::path& path, std::span<const uint8_t> byt
   if (const std::error_code renamed = temporary.rename_to_new(path); renamed == std::errc::file_exists)
     return false;
   else if (renamed)
-    return io_failure("cannot write " + path.string() + ": " + renamed.message());
+    return io_failure("cannot write: " + renamed.message(), {.file = path.string()});
   return true;
 }
 

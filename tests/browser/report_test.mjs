@@ -3,8 +3,10 @@
 //   node report_test.mjs GLTF_PSPLIT MODULES OUT
 //
 // It loads without a word on the console, asks for nothing but itself, has a mark for every number of its tables,
-// and nothing on it is clipped, overlaps or is hard to read. Screenshots stay in OUT. MODULES is the folder where
-// npm installed tests/validator. Exits with 77, and says why, where there is no Chromium or no such folder.
+// and nothing on it is clipped, overlaps or is hard to read: in wide windows, on phones, where what is too wide
+// scrolls and says so, and on paper, where every cell of every table is on a page and no heading is left behind.
+// Screenshots and PDFs stay in OUT. MODULES is the folder where npm installed tests/validator. Exits with 77, and
+// says why, where there is no Chromium, no pdftotext or no such folder.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -23,6 +25,7 @@ const chromium = ['chromium', 'chromium-browser', 'google-chrome']
   .map((name) => spawnSync('sh', ['-c', `command -v ${name}`], { encoding: 'utf8' }).stdout.trim())
   .find((found) => found);
 if (!chromium) skip('no Chromium (Debian: chromium)');
+if (spawnSync('pdftotext', ['-v']).error) skip('no pdftotext (Debian: poppler-utils)');
 const puppeteer = createRequire(path.resolve(modules, 'package.json'))('puppeteer-core');
 
 let checks = 0, failures = 0;
@@ -87,8 +90,32 @@ function look() {
   }
   for (const element of all('h1, h2, p, dt, dd, li, figcaption, th, td, caption'))
     if (contrast(getComputedStyle(element).color) < 4.5) problems.push(`"${element.textContent}" is hard to read`);
+  // What scrolls says so, unless all of it is there; what does not scroll is whole.
+  let scrolling = 0;
+  for (const region of all('.scroll')) {
+    const is_cut = region.scrollWidth > region.clientWidth + 1;
+    const hint = region.previousElementSibling;
+    scrolling += is_cut;
+    if (is_cut && !/auto|scroll/.test(getComputedStyle(region).overflowX)) problems.push(`${region.ariaLabel} is cut off`);
+    if (is_cut && (!hint.matches('.hint') || box_of(hint).height === 0)) problems.push(`${region.ariaLabel} scrolls and does not say so`);
+    if (is_cut && region.tabIndex !== 0) problems.push(`${region.ariaLabel} scrolls, but not by keys`);
+  }
+  for (const element of all('h1, h2, p, dt, dd, li, figcaption, img')) {
+    const box = box_of(element);
+    if (box.width > 0 && (box.left < -1 || box.right > innerWidth + 1)) problems.push(`"${element.textContent}" leaves the window`);
+  }
+  // Terms are explained, and before anything but the title and the result uses them.
+  const terms = all('dfn').map((term) => term.textContent);
+  const words = document.querySelector('.words');
+  for (const term of ['patch', 'point', 'stock Draco', 'speed', 'speed-up', 'overhead', 'replication', 'stitch map',
+    'directory', 'balance', 'decoder'])
+    if (!terms.includes(term)) problems.push(`nothing explains "${term}"`);
+  for (const element of all('figure, table, dl, .method'))
+    if (element !== words && !(words.compareDocumentPosition(element) & Node.DOCUMENT_POSITION_FOLLOWING))
+      problems.push(`${element.tagName} stands before the words are explained`);
   const picture = document.querySelector('.picture img');
   return {
+    scrolling,
     problems: [...new Set(problems)],
     marks: Object.fromEntries(all('figure.chart').map((chart) => [chart.id, all('.mark', chart).length])),
     rows: Object.fromEntries(all('table').map((table) => [table.id, all('tbody tr', table).length])),
@@ -137,6 +164,79 @@ async function inspect(browser, report, scheme, width, screenshot) {
     replication: splits, balance: splits,
   };
   check_equal(JSON.stringify(seen.marks), JSON.stringify(expected), `${what}marks`);
+  // Charts and tables are wider than a phone: the checks of what scrolls have seen something.
+  if (width < 480) check(seen.scrolling >= 7, `${what}only ${seen.scrolling} regions scroll`);
+}
+
+// Words of a PDF, page by page, each with its box.
+function words_of(pdf) {
+  const xml = execFileSync('pdftotext', ['-bbox', pdf, '-'], { encoding: 'utf8', maxBuffer: 1 << 26 });
+  return xml.split('<page ').slice(1).map((page) => {
+    const [, width, height] = page.match(/^width="([\d.]+)" height="([\d.]+)"/).map(Number);
+    const words = [...page.matchAll(/<word xMin="(.*?)" yMin="(.*?)" xMax="(.*?)" yMax="(.*?)">(.*?)<\/word>/g)]
+      .map(([, left, top, right, bottom, text]) => ({
+        left: +left, top: +top, right: +right, bottom: +bottom,
+        text: text.replace(/&lt;/g, '<').replace(/&gt;/g, '>').replace(/&quot;/g, '"').replace(/&apos;|&#39;/g, "'")
+          .replace(/&amp;/g, '&'),
+      }));
+    return { width, height, words };
+  });
+}
+
+// What the page says, for the look at its PDF; runs in the browser.
+function read_page() {
+  const texts = (selector) => [...document.querySelectorAll(selector)].map((element) => element.textContent.trim());
+  return {
+    cells: texts('th, td'),
+    headings: texts('h2'),
+    charts: [...document.querySelectorAll('figure.chart')].map((chart) => ({
+      title: chart.querySelector('figcaption').firstChild.textContent,
+      last: [...chart.querySelectorAll('text.title')].map((text) => text.textContent),
+    })),
+    first_caption: document.querySelector('#numbers .caption').textContent,
+    captions: [...document.querySelectorAll('.caption')].map((caption) => ({
+      caption: caption.textContent, header: caption.parentElement.querySelector('thead').textContent,
+      first: caption.parentElement.querySelector('tbody th').textContent,
+    })),
+  };
+}
+
+const squeeze = (text) => text.replace(/\s+/g, '');
+
+async function print(browser, report, format) {
+  const pdf = path.join(out, `report-${format}.pdf`), what = `${format}: `;
+  const page = await browser.newPage();
+  await page.goto(pathToFileURL(report.page).href, { waitUntil: 'load' });
+  const said = await page.evaluate(read_page);
+  await page.pdf({ path: pdf, format });
+  await page.close();
+  const pages = words_of(pdf);
+  check(pages.length > 1 && pages.length < 12, `${what}${pages.length} pages`);
+  const counts = new Map();
+  for (const { width, height, words } of pages)
+    for (const word of words) {
+      const inside = word.left >= 0 && word.right <= width && word.top >= 0 && word.bottom <= height;
+      check(inside, `${what}"${word.text}" is not on its page`);
+      if (inside) counts.set(word.text, (counts.get(word.text) ?? 0) + 1);
+    }
+  // Every word of every cell, as often as tables have it. A hyphen may end a line: "speed-up".
+  const expected = new Map();
+  for (const word of said.cells.flatMap((cell) => cell.split(/\s+/)).filter((word) => /^[^-]+$|^[-+]/.test(word)))
+    expected.set(word, (expected.get(word) ?? 0) + 1);
+  check(expected.size > 50, `${what}only ${expected.size} different words in tables`);
+  for (const [word, count] of expected)
+    check((counts.get(word) ?? 0) >= count, `${what}"${word}" is there ${counts.get(word) ?? 0} times, not ${count}`);
+
+  // Titles share a page with what they are titles of.
+  const texts = pages.map(({ words }) => squeeze(words.map((word) => word.text).join('')));
+  const together = (parts, of) => check(texts.some((text) => parts.every((part) => text.includes(squeeze(part)))),
+    `${what}"${parts[0]}" is not on the page of ${of}`);
+  for (const { title, last } of said.charts) together([title, ...last], 'its chart');
+  for (const { caption, header, first } of said.captions) together([caption, header.slice(0, 5), first], 'its table');
+  for (const heading of ['Charts', 'Numbers'])
+    together([heading + (heading === 'Charts' ? said.charts[0].title : said.first_caption)], 'what follows it');
+  for (const heading of said.headings)
+    check(!texts.some((text) => text.endsWith(squeeze(heading))), `${what}"${heading}" is the last of its page`);
 }
 
 // Chromium's own sandbox does not work for root.
@@ -148,7 +248,9 @@ try {
   const scene = make_report(`<b>a & "b" it's`, 'scene', '20000', [1, 4, 16], '2');
   await inspect(browser, scene, 'light', 1440, 'report-light');
   await inspect(browser, scene, 'dark', 1440, 'report-dark');
-  await inspect(browser, scene, 'light', 400, 'report-phone');
+  await inspect(browser, scene, 'light', 360, 'report-phone');
+  await inspect(browser, scene, 'dark', 768, 'report-tablet');
+  for (const format of ['A4', 'Letter']) await print(browser, scene, format);
   const counts = Array.from({ length: 20 }, (_, i) => i + 1);
   const tiny = make_report('tiny', 'terrain', '60', counts, '3');
   await inspect(browser, tiny, 'light', 1440, 'report-tiny');

@@ -392,7 +392,7 @@ TEST_F(CommandLine, InspectShowsAStockDracoStreamAsOnePatch) {
   for (const std::string& input : {drc, stock}) {
     const Outcome outcome = run({"inspect", input, "--format", "json"});
     ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.err, "");
+    EXPECT_EQ(outcome.err.find("warning"), std::string::npos) << outcome.err;
     const auto json = nlohmann::json::parse(outcome.out);
     EXPECT_TRUE(json.at("others").empty());
     ASSERT_EQ(json.at("primitives").size(), 1u);
@@ -541,15 +541,15 @@ TEST_F(CommandLine, ComparesInOneTable) {
   const auto& environment = json.at("environment");
   for (const char* key : {"cpu", "psplit", "draco", "meshoptimizer", "zstd", "compiler", "date"})
     EXPECT_NE(environment.at(key).get<std::string>(), "") << key;
-  EXPECT_EQ(environment.at("command_line"),
-            "gltf-psplit compare --patches 2,8 " + input + " --repeat 2 -j 3 --format json");
+  EXPECT_EQ(environment.at("command_line"), "gltf-psplit compare --patches 2,8 " +
+                                                std::filesystem::path(input).filename().string() +
+                                                " --repeat 2 -j 3 --format json");
 
   const Outcome text = run({"compare", input, "--repeat", "1", "--stock-speeds", "7", "-o", path("table.txt")});
   EXPECT_EQ(text.code, 0);
   EXPECT_EQ(text.out, "");
   const std::string table = read_bytes(path("table.txt"));
-  for (const char* word :
-       {"stock Draco, speed 5", "stock Draco, speed 7", "meshopt ", "meshopt + zstd", "psplit"})
+  for (const char* word : {"stock Draco, speed 5", "stock Draco, speed 7", "meshopt ", " + zstd", "psplit"})
     EXPECT_NE(table.find(word), std::string::npos) << table;
   EXPECT_EQ(table.find("speed 10"), std::string::npos);
   EXPECT_EQ(run({"compare", input, "--repeat", "1", "-o", path("no/such/folder.txt")}).code, 2);
@@ -562,7 +562,48 @@ TEST_F(CommandLine, TellsTheCommandAsAShellTakesIt) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json.at("environment").at("command_line"),
-            "gltf-psplit compare '" + path("it'\\''s a mesh.glb") + "' --repeat 1 --format json");
+            "gltf-psplit compare 'it'\\''s a mesh.glb' --repeat 1 --format json");
+}
+
+TEST_F(CommandLine, ReportsSayWhatIsGainedAndNameNoFolder) {
+  const std::string input = sample("gyroid", "4000"), folder = std::filesystem::path(input).parent_path();
+  for (const std::string format : {"text", "json", "html"}) {
+    const std::string report = path("report." + format);
+    const Outcome outcome =
+        run({"compare", input, "--patches", "2,4", "--repeat", "1", "--format", format, "--output=" + report});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const std::string text = read_bytes(report);
+    EXPECT_EQ(text.find(folder), std::string::npos) << format;
+    EXPECT_NE(text.find(std::filesystem::path(input).filename()), std::string::npos) << format;
+    EXPECT_NE(text.find("stock Draco on"), std::string::npos) << format;
+    if (format != "json") continue;
+    const auto json = nlohmann::json::parse(text);
+    EXPECT_TRUE(json.at("headline").get<std::string>().starts_with("In ")) << json.at("headline");
+    const auto& recommendation = json.at("recommendation");
+    EXPECT_TRUE(recommendation.at("patches") == 2 || recommendation.at("patches") == 4);
+    EXPECT_NE(recommendation.at("text").get<std::string>(), "");
+    EXPECT_FALSE(json.at("noise").empty());  // one round is too few
+    EXPECT_TRUE(json.at("environment").at("command_line").get<std::string>().ends_with("--output=report.json"));
+    EXPECT_EQ(json.at("meshopt").at("version"), json.at("environment").at("meshoptimizer"));
+    EXPECT_TRUE(json.at("meshopt").at("codec_version").is_number());
+    const auto& asset = json.at("asset");
+    EXPECT_EQ(asset.at("texture_bytes"), 0);
+    EXPECT_NEAR(asset.at("bytes").get<double>(), static_cast<double>(std::filesystem::file_size(input)), 300);
+    EXPECT_EQ(asset.at("bytes_with_stock").get<int>() - asset.at("other_bytes").get<int>(),
+              json.at("stock").at("bytes"));
+  }
+}
+
+TEST_F(CommandLine, ComparesFromOnePatchAPrimitiveOnByDefault) {
+  const std::string input = sample("scene", "12000");
+  const Outcome outcome = run({"compare", input, "--repeat", "1", "--format", "json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto splits = nlohmann::json::parse(outcome.out).at("splits");
+  ASSERT_GE(splits.size(), 2u);
+  EXPECT_EQ(splits.front().at("patches"), 6);  // primitives
+  EXPECT_EQ(splits.front().at("replication"), 0);
+  for (size_t i = 1; i < splits.size(); ++i)
+    EXPECT_GT(splits.at(i).at("patches"), splits.at(i - 1).at("patches"));
 }
 
 TEST_F(CommandLine, ComparesLosslessAndWithoutRefinement) {

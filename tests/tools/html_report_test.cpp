@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "tools/gltf_psplit/comparison_summary.h"
 #include "tools/gltf_psplit/html_text.h"
 #include "tools/gltf_psplit/messages.h"
 #include "tools/gltf_psplit/svg_chart.h"
@@ -27,7 +28,7 @@ std::string part_of(const std::string& text, const std::string& begin, const std
 // Every number of it differs from all others.
 ComparisonReport sample_report() {
   ComparisonReport report;
-  report.input = "folder/dragon.ply";
+  report.input = "dragon.ply";
   report.options.repeat = 7;
   report.environment = {.cpu = "Some CPU",
                         .threads = 12,
@@ -99,11 +100,11 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
   const auto& [speeds, splits] = std::tie(report.comparison.stock_speeds, report.comparison.splits);
   const size_t decoder_count = 6, split_count = splits.size();
 
-  const std::string codecs = part_of(page, "<table id=\"codecs\">", "</table>");
+  const std::string codecs = part_of(page, "<table id=\"codecs\"", "</table>");
   EXPECT_EQ(count_of(codecs, "<tr>"), 1 + speeds.size() + 2 + split_count * decoder_count);
-  const std::string sizes = part_of(page, "<table id=\"sizes\">", "</table>");
+  const std::string sizes = part_of(page, "<table id=\"sizes\"", "</table>");
   EXPECT_EQ(count_of(sizes, "<tr>"), 1 + speeds.size() + split_count);
-  const std::string stages = part_of(page, "<table id=\"stage-times\">", "</table>");
+  const std::string stages = part_of(page, "<table id=\"stage-times\"", "</table>");
   EXPECT_EQ(count_of(stages, "<tr>"), 1 + split_count);
   const auto has_cell = [](const std::string& table, const std::string& cell) {
     return table.find(">" + cell + "</td>") != std::string::npos;
@@ -146,9 +147,9 @@ TEST(HtmlReport, SaysWhatWasMeasuredAndWhere) {
   ComparisonReport report = sample_report();
   const std::string page = to_html(report);
   for (const char* what :
-       {"<h1>dragon.ply:", "folder/dragon.ply", "Some CPU, 12 threads", "Some GPU", "9.8.7", "1.2.3", "0.99",
-        "4.5.6", "cc 3", "gltf-psplit compare dragon.ply", "2026-01-02 03:04 UTC", "100,000 triangles",
-        "50,000 points", "positions 14", "7, after one that is not timed", "in 40 patches"})
+       {"<h1>dragon.ply:", "Some CPU, 12 threads", "Some GPU", "9.8.7", "1.2.3", "0.99", "4.5.6", "cc 3",
+        "gltf-psplit compare dragon.ply", "2026-01-02 03:04 UTC", "100,000 triangles", "50,000 points",
+        "positions 14", "7, after one that is not timed", "in 40 patches"})
     EXPECT_NE(page.find(what), std::string::npos) << what;
   EXPECT_NE(page.find("src=\"data:image/png;base64,UE5H\""), std::string::npos);
   EXPECT_NE(page.find("copying to the GPU and back is."), std::string::npos);
@@ -160,6 +161,41 @@ TEST(HtmlReport, SaysWhatWasMeasuredAndWhere) {
   EXPECT_EQ(without.find("<img"), std::string::npos);
   EXPECT_NE(without.find("none that this build can use"), std::string::npos);
   EXPECT_EQ(without.find("cuda"), std::string::npos);
+}
+
+TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
+  ComparisonReport report = sample_report();
+  for (SplitRow& row : report.comparison.splits)  // of which all but the first are slower
+    std::erase_if(row.decode, [](const DecodeRow& decode) { return decode.threads > 1; });
+  const ComparisonSummary summary =
+      summarize_comparison(report.comparison, report.input, report.options.repeat);
+  const std::string result = part_of(to_html(report), "<section id=\"result\">", "</section>");
+  for (const std::string& sentence : {summary.headline, summary.recommendation, summary.rule})
+    EXPECT_NE(result.find(">" + escape_html(sentence) + "</p>"), std::string::npos) << sentence;
+  EXPECT_EQ(result.find("class=\"noise\""), std::string::npos);
+  report.options.repeat = 1;
+  const std::string noisy = part_of(to_html(report), "<section id=\"result\">", "</section>");
+  EXPECT_NE(noisy.find("The times are not certain"), std::string::npos);
+  EXPECT_NE(noisy.find("only once"), std::string::npos);
+}
+
+TEST(HtmlReport, ShowsTheWholeAssetWithItsTextures) {
+  ComparisonReport report = sample_report();
+  EXPECT_EQ(to_html(report).find("The whole asset"), std::string::npos);  // compressed already: nothing to say
+  report.asset = AssetParts{.meshes = 1'800'000, .textures = 2'000'000, .rest = 3000, .missing_images = 0};
+  const std::string page = to_html(report), table = part_of(page, "<table id=\"asset\"", "</table>");
+  for (const char* cell : {"1,800,000", "200,002", "3,803,000", "2,203,002", "57.9 %"})
+    EXPECT_NE(table.find(">" + std::string(cell) + "</td>"), std::string::npos) << cell;
+  EXPECT_EQ(count_of(table, ">2,000,000</td>"), 3u);
+  EXPECT_EQ(page.find("not where the asset says"), std::string::npos);
+  report.asset->missing_images = 2;
+  EXPECT_NE(to_html(report).find("2 images are not where the asset says"), std::string::npos);
+}
+
+TEST(HtmlReport, NamesMeshoptimizersVersionInItsRows) {
+  const std::string codecs = part_of(to_html(sample_report()), "<table id=\"codecs\"", "</table>");
+  EXPECT_NE(codecs.find(">meshoptimizer 0.99<"), std::string::npos);
+  EXPECT_NE(codecs.find(">meshoptimizer 0.99 and zstd<"), std::string::npos);
 }
 
 TEST(HtmlReport, NeedsNoNetworkAndRunsNothing) {

@@ -10,7 +10,15 @@ TEST(Measure, SummarizesSamples) {
   EXPECT_EQ(odd.median_ms, 3);
   EXPECT_EQ(odd.min_ms, 1);
   EXPECT_EQ(odd.max_ms, 5);
-  EXPECT_EQ(summarize_samples({4, 1, 2, 9}).median_ms, 3);
+  EXPECT_EQ(odd.lower_quartile_ms, 2);
+  EXPECT_EQ(odd.upper_quartile_ms, 4);
+  const Timing even = summarize_samples({4, 1, 2, 9});
+  EXPECT_EQ(even.median_ms, 3);
+  EXPECT_EQ(even.lower_quartile_ms, 1.75);
+  EXPECT_EQ(even.upper_quartile_ms, 5.25);
+  const Timing one = summarize_samples({7});
+  EXPECT_EQ(one.lower_quartile_ms, 7);
+  EXPECT_EQ(one.upper_quartile_ms, 7);
 }
 
 TEST(Measure, RunsContendersInTurnWithOneRoundToWarmUp) {

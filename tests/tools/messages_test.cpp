@@ -4,8 +4,6 @@
 
 #include <limits>
 
-#include "tools/gltf_psplit/progress.h"
-
 namespace psplit {
 namespace {
 
@@ -35,11 +33,16 @@ TEST(Messages, AlignsTables) {
             "longer      1\n");
 }
 
-TEST(Progress, ShowsABarOnlyWhereThereAreSteps) {
-  EXPECT_EQ(progress_line("encoding", 0, 0, 1.25), "encoding 1.2 s");
-  EXPECT_EQ(progress_line("encoding", 0, 1, 2), "encoding 2.0 s");
-  EXPECT_EQ(progress_line("encoding", 1, 2, 3), "encoding [###############...............] 1/2 3.0 s");
-  EXPECT_EQ(progress_line("encoding", 5, 2, 3), "encoding [##############################] 5/2 3.0 s");
+TEST(Messages, KeepsColumnsOfTables) {
+  TextTable table({"codec", "patches", "bytes", "file"});
+  table.add({"a", "1", "12345", "x.glb"});
+  table.add({"longer", "20", "1", "longer.glb"});
+  table.align_last_left();
+  table.keep_columns(std::vector<std::string>{"codec", "bytes", "file"});
+  EXPECT_EQ(table.to_string(),
+            "codec   bytes  file\n"
+            "a       12345  x.glb\n"
+            "longer      1  longer.glb\n");
 }
 
 }  // namespace

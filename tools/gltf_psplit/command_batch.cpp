@@ -11,10 +11,13 @@
 #include "gltf_ext/validate.h"
 #include "tools/gltf_psplit/batch_plan.h"
 #include "tools/gltf_psplit/batch_record.h"
+#include "tools/gltf_psplit/batch_summary.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/encode_options.h"
 #include "tools/gltf_psplit/encode_report.h"
+#include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/output_files.h"
+#include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
@@ -24,7 +27,8 @@ namespace fs = std::filesystem;
 
 struct Arguments {
   BatchRequest request;
-  std::string folder, form = "glb", report = "-";
+  std::string folder, form = "glb";
+  std::string report;  // empty: stdout, unless people would see it there
   EncodeArguments encode;
   WriteOptions write;
 };
@@ -35,6 +39,7 @@ struct Outcome {
   bool up_to_date = false;
   EncodeResult result;
   WriteReport written;
+  AssetSizes sizes;
   double wall_ms = 0;
 };
 
@@ -50,24 +55,26 @@ class Batch {
     const fs::path report_path = fs::weakly_canonical(arguments_.report, error);
     for (const BatchItem& item : items_)
       for (const fs::path& path : {item.output, fs::path(item.input)})
-        if (arguments_.report != "-" && fs::weakly_canonical(path, error) == report_path)
+        if (writes_report_file() && fs::weakly_canonical(path, error) == report_path)
           return {StatusCode::kUsage, "--report cannot share " + arguments_.report + " with an asset"};
     if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
+    // After the output folder is made: the report may lie there.
+    if (writes_report_file())
+      if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
 
     const auto begin = std::chrono::steady_clock::now();
     outcomes_.resize(items_.size());
     {
-      ProgressBar bar("assets", session_.log);
-      encode_all(bar.callback());
+      ProgressBar bar("encoding", session_.log);
+      encode_all(bar);
     }
     const double wall_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    if (!spares_report_)
-      if (Status status = write_text(arguments_.report, report_text(report(wall_ms))); !status.ok())
-        return status;
-    session_.log.note(arguments_.folder + ": " + counted(items_.size(), "asset") + ", " +
-                      std::to_string(count_up_to_date()) + " up to date, " + std::to_string(count_failed()) +
-                      " failed; " + as_duration(wall_ms));
+    if (!spares_report_ && (!arguments_.report.empty() || !stdout_is_terminal())) {
+      const std::string& path = arguments_.report.empty() ? "-" : arguments_.report;
+      if (Status status = write_text(path, report_text(report(wall_ms))); !status.ok()) return status;
+    }
+    session_.log.block(summary(wall_ms));
     for (const Outcome& outcome : outcomes_)
       if (!outcome.status.ok())
         return {outcome.status.code(),
@@ -76,6 +83,8 @@ class Batch {
   }
 
  private:
+  bool writes_report_file() const { return !arguments_.report.empty() && arguments_.report != "-"; }
+
   size_t count_failed() const {
     return static_cast<size_t>(
         std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return !o.status.ok(); }));
@@ -85,9 +94,17 @@ class Batch {
         std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return o.up_to_date; }));
   }
 
+  std::string summary(double wall_ms) const {
+    std::vector<BatchOutcome> list;
+    for (size_t i = 0; i < items_.size(); ++i)
+      list.push_back({items_[i].input, outcomes_[i].status, outcomes_[i].up_to_date, outcomes_[i].sizes,
+                      outcomes_[i].result.total.summary.patches, outcomes_[i].wall_ms});
+    return batch_summary(arguments_.folder, list, wall_ms);
+  }
+
   // Assets side by side, as many as there are threads. Each takes the pool's threads for its own primitives and
   // patches: a large one at the end does not leave them idle. Large files first, so that none is left alone.
-  void encode_all(const Progress& progress) {
+  void encode_all(ProgressBar& bar) {
     std::vector<std::pair<uintmax_t, size_t>> order;
     for (size_t i = 0; i < items_.size(); ++i) {
       std::error_code error;
@@ -97,10 +114,18 @@ class Batch {
     std::stable_sort(order.begin(), order.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
     std::atomic<size_t> next = 0, done = 0;
+    std::atomic<uint64_t> bytes_done = 0;
     const auto work = [&] {
       for (size_t n = next++; n < order.size(); n = next++) {
         encode_item(order[n].second);
-        if (progress) progress(++done, order.size());
+        bytes_done += order[n].first;
+        ++done;
+        bar.show({.done = done,
+                  .total = order.size(),
+                  .noun = "asset",
+                  .stage = "",
+                  .amount = bytes_done,
+                  .amount_noun = "byte"});
       }
     };
     std::vector<std::thread> others;
@@ -146,6 +171,7 @@ class Batch {
     }
     if (Status status = check_output(item); !status.ok()) return status;
     if (Status status = check_patches(*document, find_backend({}), session_.pool); !status.ok()) return status;
+    outcome.sizes.input = bytes_on_disk(document->source.string());
     const auto reports = encode_document(*document, arguments_.encode.options, find_backend({}), session_.pool);
     if (!reports) return reports.status();
     outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
@@ -158,9 +184,10 @@ class Batch {
         !status.ok())
       return status;
     log_written(outcome.written, session_.log, item.input + ": ");
+    outcome.sizes.output = bytes_on_disk(item.output.string());
     const Expected<Document> written = read_document(item.output);
     if (!written) return written.status();
-    session_.log.detail(item.output.string() + ": " + row_text(outcome.result.total));
+    session_.log.detail(item.output.string() + ": " + encode_summary(outcome.result, outcome.sizes));
     return record_.add(item.name, {made_from, hash_asset(*written)});
   }
 
@@ -184,6 +211,7 @@ class Batch {
   Json report(double wall_ms) const {
     Json assets = Json::array();
     EncodeRow total;
+    AssetSizes sizes;
     for (size_t i = 0; i < items_.size(); ++i) {
       const Outcome& outcome = outcomes_[i];
       Json asset{{"input", items_[i].input}, {"output", items_[i].output.string()}};
@@ -192,12 +220,14 @@ class Batch {
         asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
                           {"message", outcome.status.to_string()}};
       } else if (!outcome.up_to_date) {
+        asset["files"] = sizes_json(outcome.sizes);
         asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
                              {"output_bytes", outcome.result.geometry.output}};
         append_row(asset["total"], outcome.result.total);
         append_written(asset, outcome.written);
         asset["primitives"] = outcome.result.primitives;
         total += outcome.result.total;
+        sizes += outcome.sizes;
       }
       asset["wall_ms"] = outcome.wall_ms;
       assets.push_back(std::move(asset));
@@ -209,7 +239,8 @@ class Batch {
                 {"encoded", items_.size() - failed - up_to_date},
                 {"up_to_date", up_to_date},
                 {"failed", failed},
-                {"wall_ms", wall_ms}};
+                {"wall_ms", wall_ms},
+                {"files", sizes_json(sizes)}};
     append_row(result["total"], total);
     result["assets"] = std::move(assets);
     return result;
@@ -234,7 +265,8 @@ void add_batch_command(CLI::App& app, Action& action) {
           "Files that encode reads, patterns in quotes (*, ?, [] and ** for any folders), and @FILE, a list of "
           "both, one a line")
       ->required();
-  command.add_option("--out-dir", arguments->folder, "Folder for the results, which keep their relative paths")
+  command
+      .add_option("-o,--out-dir", arguments->folder, "Folder for the results, which keep their relative paths")
       ->required()
       ->type_name("DIR");
   command
@@ -248,9 +280,16 @@ void add_batch_command(CLI::App& app, Action& action) {
   const auto resolve = add_encode_options(command, arguments->encode);
   add_images_option(command, arguments->write);
   command
-      .add_option("--report", arguments->report, "Where the report of all assets goes, as JSON; - is stdout")
-      ->capture_default_str()
+      .add_option("--report", arguments->report,
+                  "Where the report of all assets goes, as JSON; - is stdout, and the default unless that is a "
+                  "terminal")
       ->type_name("FILE");
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit batch 'assets/**/*.glb' -o out", "all below assets, in the same folders below out"},
+       {"gltf-psplit batch a.glb b.ply -o out --report report.json", "with a report of every asset"},
+       {"gltf-psplit batch @list.txt -o out --as gltf", "files and patterns from a list"}});
   command.callback([arguments, resolve, &action] {
     resolve();
     arguments->request.folder = arguments->folder;

@@ -2,14 +2,19 @@
 // two assets, whether they hold the same meshes (sameness.h).
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/comparison_report.h"
+#include "tools/gltf_psplit/encode_options.h"
+#include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/html_report.h"
 #include "tools/gltf_psplit/output_files.h"
+#include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/preview/preview.h"
 #include "tools/gltf_psplit/progress.h"
 #include "tools/gltf_psplit/sameness.h"
@@ -22,12 +27,14 @@ struct Arguments {
   BackendChoice backend;
   ComparisonOptions options;
   SamenessOptions sameness;
+  bool wide = false;
 };
 
-constexpr uint64_t kDefaultPatchFaces[] = {19200, 4800, 1200};
+// What `encode --profile speed` takes where there is no GPU.
+constexpr uint64_t kSpeedPatchFaces = 1200;
 
 // The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
-Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session& session) {
+Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, const Session& session) {
   std::vector<PrimitiveId> ids;
   for (const PrimitiveId id : all_primitives(document)) {
     const Place place{.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
@@ -42,6 +49,11 @@ Expected<std::vector<Mesh>> read_meshes(const Document& document, const Session&
     }
     ids.push_back(id);
   }
+  return ids;
+}
+
+Expected<std::vector<Mesh>> read_meshes(const Document& document, std::span<const PrimitiveId> ids,
+                                        const Session& session) {
   std::vector<Mesh> meshes;
   for (Expected<Mesh>& mesh : read_primitives(document, ids, find_backend({}), session.pool)) {
     if (!mesh) return mesh.status();
@@ -55,12 +67,15 @@ uint64_t patch_count_of(uint64_t faces, uint64_t patch_faces) {
   return std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
 }
 
-std::vector<uint64_t> default_patch_counts(uint64_t faces) {
-  std::vector<uint64_t> counts;
-  for (const uint64_t patch_faces : kDefaultPatchFaces) {
-    const uint64_t count = patch_count_of(faces, patch_faces);
-    if (counts.empty() || counts.back() != count) counts.push_back(count);
-  }
+// One patch a primitive, as `encode` cuts, what lies between, and as its profile for speed cuts.
+std::vector<uint64_t> default_patch_counts(uint64_t faces, uint64_t primitives) {
+  const uint64_t usual = EncodeDocumentOptions().patch_faces;
+  const auto between =
+      static_cast<uint64_t>(std::sqrt(static_cast<double>(usual) * static_cast<double>(kSpeedPatchFaces)));
+  std::vector<uint64_t> counts{1};
+  for (const uint64_t patch_faces : {usual, between, kSpeedPatchFaces})
+    if (const uint64_t count = patch_count_of(faces, patch_faces); count > std::max(counts.back(), primitives))
+      counts.push_back(count);
   return counts;
 }
 
@@ -99,11 +114,14 @@ Status run_compare(Arguments arguments, const Session& session) {
     if (!document) return document.status();
     if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
       return status;
-    Expected<std::vector<Mesh>> read = read_meshes(*document, session);
+    const Expected<std::vector<PrimitiveId>> ids = find_triangles(*document, session);
+    if (!ids) return ids.status();
+    Expected<std::vector<Mesh>> read = read_meshes(*document, *ids, session);
     if (!read) return read;
+    if (!document->from_draco) report.asset = measure_parts(*document, *ids);
     uint64_t faces = 0;
     for (const Mesh& mesh : *read) faces += mesh.faces.size();
-    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces);
+    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces, read->size());
     if (arguments.format == "html") {
       const uint64_t count = pictured_count(faces, options.patch_counts);
       if (Expected<PatchPicture> picture = draw_patches(*document, count, options.coding, session))
@@ -129,13 +147,13 @@ Status run_compare(Arguments arguments, const Session& session) {
     return compare_codecs(*meshes, options, backends, session.pool, bar.callback());
   }();
   if (!comparison) return comparison.status().at({.file = arguments.input});
-  report.input = arguments.input == "-" ? "stdin" : arguments.input;
+  report.input = arguments.input == "-" ? "stdin" : std::filesystem::path(arguments.input).filename().string();
   report.options = options;
   report.comparison = std::move(*comparison);
   report.environment = describe_environment(session);
   return write_text(arguments.output, arguments.format == "html"   ? to_html(report)
                                       : arguments.format == "json" ? report_text(to_json(report))
-                                                                   : to_text(report));
+                                                                   : to_text(report, arguments.wide));
 }
 
 }  // namespace
@@ -154,7 +172,9 @@ void add_compare_command(CLI::App& app, Action& action) {
   add_sameness_options(command, arguments->sameness);
   command
       .add_option("--patches", arguments->options.patch_counts,
-                  "Patch counts, over all primitives; by default those of 19200, 4800 and 1200 faces a patch")
+                  "Patch counts, over all primitives; by default one a primitive, what `encode` makes, what "
+                  "its profile "
+                  "for speed makes, and one between these")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
@@ -175,9 +195,10 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->capture_default_str()
       ->type_name("A,B,C");
   add_format_option(command, arguments->format, {"text", "json", "html"});
-  command.add_option("-o,--output", arguments->output, "Where the result goes; - is stdout")
-      ->capture_default_str()
-      ->type_name("FILE");
+  command.get_option("--format")
+      ->description("Form of the result; html is a page with charts, for one file and not for two");
+  add_text_output_option(command, arguments->output);
+  command.add_flag("--wide", arguments->wide, "All columns, and not only those that fit 100 columns");
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
   add_partition_options(command, arguments->options.coding);
@@ -186,8 +207,16 @@ void add_compare_command(CLI::App& app, Action& action) {
                            "--quantize-position", "--quantize-normal", "--quantize-texcoord",
                            "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
     command.get_option("B")->excludes(command.get_option(name));
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit compare dragon.ply", "bytes and times of patches, stock Draco and meshoptimizer"},
+       {"gltf-psplit compare dragon.ply --patches 1,45,182 --wide", "at these patch counts, with all columns"},
+       {"gltf-psplit compare dragon.ply --format html -o dragon.html", "as a page with charts"},
+       {"gltf-psplit compare dragon.ply dragon.glb", "do both hold the same mesh? exit code 7 if not"}});
   command.callback([arguments, &action] {
-    action = [arguments](const Session& session) {
+    action = [arguments](const Session& session) -> Status {
+      if (Status status = check_output_place(arguments->output); !status.ok()) return status;
       if (arguments->sameness.second.empty()) return run_compare(*arguments, session);
       return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output,
                           arguments->backend, session);

@@ -3,44 +3,92 @@
 #include <chrono>
 #include <memory>
 
+#include "tools/gltf_psplit/asset_bytes.h"
 #include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/encode_options.h"
+#include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/output_files.h"
+#include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, output, target = "gltf";
+  std::string input, output, report, target = "gltf";
   BackendChoice backend;
   EncodeDocumentOptions options;
   WriteOptions write;
 };
 
+// What became of the primitives.
+struct Decoded {
+  size_t primitives = 0;  // of the asset
+  size_t decoded = 0;     // of these, compressed ones
+  size_t encoded = 0;     // as stock Draco
+};
+
+std::string decode_summary(const Decoded& counts) {
+  if (counts.decoded + counts.encoded == 0) return "nothing was decoded: no primitive is compressed";
+  std::string text = counts.decoded == 0 ? "" : counted(counts.decoded, "primitive") + " decoded";
+  if (counts.encoded > 0)
+    text += (text.empty() ? "" : ", ") + counted(counts.encoded, "primitive") + " encoded as stock Draco";
+  return text;
+}
+
+Expected<Decoded> convert(Document& document, const Arguments& arguments, const Session& session) {
+  Decoded counts;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+    ++counts.primitives;
+    if (kind && kind->storage != PrimitiveStorage::kPlain) ++counts.decoded;
+  }
+  {
+    ProgressBar bar("decoding", session.log);
+    Status status =
+        decode_document(document, find_backend(arguments.backend), session.pool, bar.callback("patch"));
+    if (!status.ok()) return status;
+  }
+  if (arguments.target != "draco") return counts;
+  const auto reports = encode_document_stock(document, arguments.options, session.pool);
+  if (!reports) return reports.status();
+  log_reports(*reports, session.log);
+  for (const PrimitiveReport& report : *reports) counts.encoded += report.skipped.empty() ? 1 : 0;
+  return counts;
+}
+
 Status run_decode(const Arguments& arguments, const Session& session) {
   if (Status status = check_output_path(arguments.output); !status.ok()) return status;
+  if (arguments.report == arguments.output)
+    return {StatusCode::kUsage, "--report and the output cannot share " + arguments.output};
+  if (!arguments.report.empty())
+    if (Status status = check_output_place(arguments.report); !status.ok()) return status;
   const auto begin = std::chrono::steady_clock::now();
   Expected<Document> document = read_input(arguments.input, session.log, arguments.backend.name);
   if (!document) return document.status();
-  const size_t primitive_count = all_primitives(*document).size();
-  {
-    ProgressBar bar("decoding", session.log);
-    Status status = decode_document(*document, find_backend(arguments.backend), session.pool, bar.callback());
-    if (!status.ok()) return std::move(status).at({.file = arguments.input});
-  }
-  if (arguments.target == "draco") {
-    const auto reports = encode_document_stock(*document, arguments.options, session.pool);
-    if (!reports) return reports.status().at({.file = arguments.input});
-    log_reports(*reports, session.log);
-  }
+  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
+  AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
+  const Expected<Decoded> counts = convert(*document, arguments, session);
+  if (!counts) return counts.status().at({.file = arguments.input});
   WriteReport written;
   if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
     return std::move(status).at({.file = arguments.output});
   log_written(written, session.log);
+  sizes.output = bytes_on_disk(arguments.output);
   const double wall_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  session.log.note(arguments.output + ": " + counted(primitive_count, "primitive") + "; " +
-                   as_duration(wall_ms));
+
+  if (!arguments.report.empty()) {
+    Json report{{"input", arguments.input},         {"output", arguments.output},
+                {"files", sizes_json(sizes)},       {"threads", session.pool.thread_count()},
+                {"primitives", counts->primitives}, {"decoded", counts->decoded},
+                {"encoded", counts->encoded},       {"wall_ms", wall_ms}};
+    append_written(report, written);
+    if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
+  }
+  const std::string bytes = sizes_text(sizes);
+  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
+                   (bytes.empty() ? "" : "; ") + decode_summary(*counts) + "; " + as_duration(wall_ms));
   return {};
 }
 
@@ -54,7 +102,7 @@ void add_decode_command(CLI::App& app, Action& action) {
       .add_option("IN", arguments->input,
                   "A .gltf, .glb, .drc, .ply, .obj, .stl or .off file, packed by gzip or not; - is stdin")
       ->required();
-  command.add_option("OUT", arguments->output, "A .glb or .gltf file; - is a GLB on stdout")->required();
+  add_output_option(command, arguments->output);
   command
       .add_option(
           "--to", arguments->target,
@@ -64,8 +112,17 @@ void add_decode_command(CLI::App& app, Action& action) {
       ->capture_default_str()
       ->type_name("FORM");
   add_images_option(command, arguments->write);
+  command.add_option("--report", arguments->report, "Write what was done as JSON; - is stdout")
+      ->type_name("FILE");
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options);
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, for any viewer"},
+       {"gltf-psplit decode dragon.glb draco.glb --to draco", "stock Draco, one stream a primitive"},
+       {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
+       {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB", "in parts, where the GPU is small"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_decode(*arguments, session); };
   });

@@ -10,7 +10,9 @@
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/encode_options.h"
 #include "tools/gltf_psplit/encode_report.h"
+#include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/output_files.h"
+#include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
@@ -36,6 +38,8 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   if (Status status = check_output_path(arguments.output); !status.ok()) return status;
   if (arguments.report == arguments.output)
     return {StatusCode::kUsage, "--report and the output cannot share " + arguments.output};
+  if (!arguments.report.empty())
+    if (Status status = check_output_place(arguments.report); !status.ok()) return status;
   const EncodeDocumentOptions& options = arguments.encode.options;
 
   const auto begin = std::chrono::steady_clock::now();
@@ -44,9 +48,10 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
   if (Status status = check_patches(*document, find_backend({}), session.pool); !status.ok())
     return std::move(status).at({.file = arguments.input});
+  AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<std::vector<PrimitiveReport>> reports = [&] {
     ProgressBar bar("encoding", session.log);
-    return encode_document(*document, options, find_backend({}), session.pool, bar.callback());
+    return encode_document(*document, options, find_backend({}), session.pool, bar.callback("primitive"));
   }();
   if (!reports) return reports.status().at({.file = arguments.input});
 
@@ -55,11 +60,11 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   if (result.split_count + result.draco_count == 0)
     session.log.warning("nothing to encode in " + arguments.input);
   warn_of_growth(result, session.log, arguments.input);
-  log_changes(result.total.statistics, session.log);
   WriteReport written;
   if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
     return std::move(status).at({.file = arguments.output});
   log_written(written, session.log);
+  sizes.output = bytes_on_disk(arguments.output);
   const double wall_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 
@@ -72,13 +77,16 @@ Status run_encode(const Arguments& arguments, const Session& session) {
         {"output", arguments.output},
         {"verified", options.verify},
         {"threads", session.pool.thread_count()},
+        {"files", sizes_json(sizes)},
         {"geometry", {{"input_bytes", result.geometry.input}, {"output_bytes", result.geometry.output}}},
         {"total", std::move(total)},
         {"primitives", result.primitives}};
     append_written(report, written);
     if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
   }
-  session.log.note(arguments.output + ": " + row_text(result.total) + "; " + as_duration(wall_ms) + " in all" +
+  if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
+  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " +
+                   encode_summary(result, sizes) + "; " + as_duration(wall_ms) +
                    (options.verify ? "" : ", not verified"));
   return {};
 }
@@ -92,11 +100,19 @@ void add_encode_command(CLI::App& app, Action& action) {
       .add_option("IN", arguments->input,
                   "A .gltf, .glb, .drc, .ply, .obj, .stl or .off file, packed by gzip or not; - is stdin")
       ->required();
-  command.add_option("OUT", arguments->output, "A .glb or .gltf file; - is a GLB on stdout")->required();
+  add_output_option(command, arguments->output);
   const auto resolve = add_encode_options(command, arguments->encode);
   add_images_option(command, arguments->write);
   command.add_option("--report", arguments->report, "Write what was done as JSON; - is stdout")
       ->type_name("FILE");
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit encode dragon.ply dragon.glb", "about 4800 faces a patch"},
+       {"gltf-psplit encode dragon.ply dragon.glb --profile speed", "more and smaller patches, for a GPU"},
+       {"gltf-psplit encode scan.obj -o scan.glb --lossless", "every float as it is"},
+       {"gltf-psplit encode a.glb b.glb --compat khr", "for viewers that do not know the extension"},
+       {"gltf-psplit encode a.glb b.glb --report - | jq .files", "how many bytes went in and out"}});
   command.callback([arguments, resolve, &action] {
     resolve();
     action = [arguments](const Session& session) { return run_encode(*arguments, session); };

@@ -4,7 +4,11 @@
 #include <map>
 #include <memory>
 
+#include "tools/gltf_psplit/asset_bytes.h"
 #include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/count_option.h"
+#include "tools/gltf_psplit/help_text.h"
+#include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/progress.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
@@ -79,7 +83,9 @@ Status run_generate(Arguments arguments, const Session& session) {
   }
   if (Status status = write_document(document, arguments.output); !status.ok())
     return std::move(status).at({.file = arguments.output});
-  session.log.note(arguments.output + ": " + arguments.shape + ", " + counted(faces, "face") + ", " +
+  const std::string bytes = sizes_text({{}, bytes_on_disk(arguments.output)});
+  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
+                   (bytes.empty() ? "" : ", ") + arguments.shape + ", " + counted(faces, "face") + ", " +
                    counted(points, "point"));
   return {};
 }
@@ -92,7 +98,7 @@ void add_generate_command(CLI::App& app, Action& action) {
   arguments->options.seed = 1;
   CLI::App& command =
       *app.add_subcommand("generate", "Make a sample mesh; the same options make the same mesh");
-  command.add_option("OUT", arguments->output, "A .glb or .gltf file; - is a GLB on stdout")->required();
+  add_output_option(command, arguments->output);
   command
       .add_option(
           "--shape", arguments->shape,
@@ -101,15 +107,16 @@ void add_generate_command(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"terrain", "blob", "gyroid", "scene"}))
       ->capture_default_str()
       ->type_name("NAME");
-  command.add_option("--faces", arguments->options.faces, "Faces, about")
-      ->capture_default_str()
-      ->type_name("N");
+  add_count_option(command, "--faces", arguments->options.faces, "Faces, about; also as in 250k, 1.5M or 1e6");
   command.add_option("--seed", arguments->options.seed, "Number of the sample")
       ->capture_default_str()
       ->type_name("S");
   command.add_flag("--normals", arguments->options.normals, "With normals");
   command.add_flag("--texcoords", arguments->options.texcoords,
                    "With texture coordinates, in charts with seams");
+  add_examples(command,
+               {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a million faces"},
+                {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb", "no file between"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_generate(*arguments, session); };
   });

@@ -128,6 +128,18 @@ void add_backend_options(CLI::App& command, BackendChoice& choice) {
       ->type_name("SIZE");
 }
 
+void add_output_option(CLI::App& command, std::string& path) {
+  command.add_option("-o,--output,OUT", path, "A .glb or .gltf file; - is a GLB on stdout")
+      ->required()
+      ->type_name("FILE");
+}
+
+void add_text_output_option(CLI::App& command, std::string& path) {
+  command.add_option("-o,--output", path, "Where the result goes; - is stdout")
+      ->capture_default_str()
+      ->type_name("FILE");
+}
+
 void add_format_option(CLI::App& command, std::string& name, const std::vector<std::string>& forms) {
   command.add_option("--format", name, "Form of the result")
       ->check(CLI::IsMember(forms))
@@ -156,12 +168,6 @@ Expected<Document> read_input(const std::string& path, const Log& log, const std
   if (!asset) return asset.status();
   for (const std::string& warning : asset->warnings) log.warning(path + ": " + warning);
   return std::move(asset->document);
-}
-
-Status check_output_path(const std::string& path) {
-  if (path == "-" || is_gltf_name(path)) return {};
-  return {
-      StatusCode::kUsage, "the output must end in .glb or .gltf, or be - for a GLB on stdout", {.file = path}};
 }
 
 void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix) {

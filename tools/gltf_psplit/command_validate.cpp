@@ -5,13 +5,17 @@
 
 #include "gltf_ext/validate.h"
 #include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/help_text.h"
+#include "tools/gltf_psplit/many_files.h"
+#include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/progress.h"
 
 namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, format = "text";
+  std::vector<std::string> inputs;
+  std::string output = "-", format = "text";
   BackendChoice backend;
 };
 
@@ -30,42 +34,79 @@ std::string to_text(const Finding& finding) {
   return (finding.error ? "error [" : "warning [") + finding.rule + "] " + located.to_string() + "\n";
 }
 
-Status run_validate(const Arguments& arguments, const Session& session) {
-  std::vector<Finding> findings;
-  const Expected<Document> document = read_document(arguments.input);
+// An asset that cannot be read at all breaks the first rule, unless there is no file, or not enough memory.
+Expected<std::vector<Finding>> find_all(const std::string& input, const Arguments& arguments,
+                                        const Session& session) {
+  const Expected<Document> document = read_document(input);
   if (document) {
-    ProgressBar bar("validating", session.log);
-    findings = validate_document(*document, find_backend(arguments.backend), session.pool);
-  } else if (document.status().code() == StatusCode::kInvalidInput) {
-    // An asset that cannot be read at all breaks the first rule.
-    findings.push_back({"asset", document.status().message(), document.status().place(), true});
-  } else {
-    return document.status();
+    ProgressBar bar("validating " + input, session.log);
+    return validate_document(*document, find_backend(arguments.backend), session.pool);
   }
+  const Status status = document.status();
+  if (status.code() != StatusCode::kInvalidInput) return status;
+  return std::vector<Finding>{{"asset", status.message(), status.place(), true}};
+}
 
-  const auto error_count = static_cast<size_t>(
-      std::ranges::count_if(findings, [](const Finding& finding) { return finding.error; }));
+// What is said of one file on stdout: its findings, and whether it is valid.
+struct Verdict {
   std::string text;
-  if (arguments.format == "json") {
-    Json list = Json::array();
-    for (const Finding& finding : findings) list.push_back(to_json(finding));
-    const Json result{{"valid", error_count == 0},
-                      {"errors", error_count},
-                      {"warnings", findings.size() - error_count},
-                      {"findings", std::move(list)}};
-    text = report_text(result);
-  } else {
-    for (const Finding& finding : findings) text += to_text(finding);
-    if (error_count == 0) text += arguments.input + ": valid\n";
+  Json json;
+  Status status;
+};
+
+Verdict verdict_of(const std::string& input, const std::vector<Finding>& findings) {
+  Verdict verdict;
+  Json list = Json::array();
+  size_t errors = 0;
+  bool is_beyond = true;  // all errors are of what is not supported
+  for (const Finding& finding : findings) {
+    if (finding.error) ++errors;
+    if (finding.error && finding.code != StatusCode::kUnsupported) is_beyond = false;
+    verdict.text += to_text(finding);
+    list.push_back(to_json(finding));
   }
-  if (Status status = write_text("-", text); !status.ok()) return status;
-  if (error_count == 0) return {};
-  const bool is_beyond = std::ranges::all_of(findings, [](const Finding& finding) {
-    return !finding.error || finding.code == StatusCode::kUnsupported;
+  const size_t warnings = findings.size() - errors;
+  verdict.text += input + (errors == 0 ? ": valid" : ": invalid, " + counted(errors, "error")) +
+                  (warnings == 0 ? "" : ", " + counted(warnings, "warning")) + "\n";
+  verdict.json = {{"file", input},
+                  {"valid", errors == 0},
+                  {"errors", errors},
+                  {"warnings", warnings},
+                  {"findings", std::move(list)}};
+  if (errors > 0)
+    verdict.status = {is_beyond ? StatusCode::kUnsupported : StatusCode::kInvalidInput,
+                      "breaks the rules: " + counted(errors, "error"),
+                      {.file = input}};
+  return verdict;
+}
+
+Status run_validate(const Arguments& arguments, const Session& session) {
+  if (Status status = check_inputs(arguments.inputs); !status.ok()) return status;
+  if (Status status = check_output_place(arguments.output); !status.ok()) return status;
+  const bool as_json = arguments.format == "json";
+  const bool at_once = !as_json && arguments.output == "-";  // a line a file, as they come
+  std::vector<Json> results;
+  std::string texts;
+  const Status status = for_each_file(arguments.inputs, session.log, [&](const std::string& input) -> Status {
+    const Expected<std::vector<Finding>> findings = find_all(input, arguments, session);
+    if (!findings) {
+      if (arguments.inputs.size() > 1) results.push_back(failure_json(input, findings.status()));
+      return findings.status();
+    }
+    Verdict verdict = verdict_of(input, *findings);
+    results.push_back(std::move(verdict.json));
+    if (!at_once)
+      texts += verdict.text;
+    else if (Status written = write_text("-", verdict.text); !written.ok())
+      return written;
+    return verdict.status;
   });
-  return {is_beyond ? StatusCode::kUnsupported : StatusCode::kInvalidInput,
-          "breaks the rules: " + counted(error_count, "error"),
-          {.file = arguments.input}};
+  if (!at_once && !results.empty()) {
+    const std::string text =
+        as_json ? report_text(results_json(std::move(results), arguments.inputs.size())) : texts;
+    if (Status written = write_text(arguments.output, text); !written.ok()) return written;
+  }
+  return status;
 }
 
 }  // namespace
@@ -73,9 +114,13 @@ Status run_validate(const Arguments& arguments, const Session& session) {
 void add_validate_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand("validate", "Check an asset against every rule of the extension");
-  command.add_option("IN", arguments->input, "A .gltf or .glb file; - is a GLB on stdin")->required();
+  command.add_option("IN", arguments->inputs, "Files, .gltf or .glb; - is a GLB on stdin")->required();
   add_format_option(command, arguments->format);
+  add_text_output_option(command, arguments->output);
   add_backend_options(command, arguments->backend);
+  add_examples(command, {{"gltf-psplit validate dragon.glb", "says what is wrong, or that it is valid"},
+                         {"gltf-psplit validate out/*.glb", "a line a file; fails where one does"},
+                         {"gltf-psplit validate a.glb b.glb --format json", "an array, one object a file"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_validate(*arguments, session); };
   });

@@ -19,7 +19,7 @@ struct Session {
   Log log;
   ThreadPool pool;
   std::string version;       // of the command
-  std::string command_line;  // as a shell takes it
+  std::string command_line;  // as a shell takes it, without the folders of files: for reports
   Session(Verbosity verbosity, int thread_count, std::string its_version = "",
           std::string its_command_line = "")
       : log(verbosity),
@@ -49,6 +49,10 @@ struct BackendChoice {
 void add_coding_options(CLI::App& command, EncodeDocumentOptions& options);
 void add_partition_options(CLI::App& command, EncodeDocumentOptions& options);
 void add_backend_options(CLI::App& command, BackendChoice& choice);
+// Where a glTF goes: a word after the input, or -o. To be added after the input's.
+void add_output_option(CLI::App& command, std::string& path);
+// Where a text or JSON goes that is stdout's by default.
+void add_text_output_option(CLI::App& command, std::string& path);
 void add_format_option(CLI::App& command, std::string& name,
                        const std::vector<std::string>& forms = {"text", "json"});
 
@@ -63,8 +67,6 @@ DescribeStream find_describer(const std::string& name);
 // Any file that read_asset takes (gltf_ext/mesh_files/read_asset.h); what it warns of goes to the log. Of a
 // Draco file the document holds the stream, which `backend` described. "-" is stdin.
 Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend = "auto");
-// kUsage for a path that write_document cannot take, before any work is done.
-Status check_output_path(const std::string& path);
 // Says which primitives were left as they are, and what others lost.
 void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix = "");
 // A text that appears whole or not at all; "-" is stdout.

@@ -1,5 +1,9 @@
 #include "tools/gltf_psplit/comparison_report.h"
 
+#include <cmath>
+
+#include "tools/gltf_psplit/comparison_summary.h"
+#include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/messages.h"
 
 namespace psplit {
@@ -10,6 +14,8 @@ void append_timing(Json& object, const Timing& timing, const std::string& prefix
   const std::string before = prefix.empty() ? "" : prefix + "_";
   object[before + "min_ms"] = timing.min_ms;
   object[before + "max_ms"] = timing.max_ms;
+  object[before + "lower_quartile_ms"] = timing.lower_quartile_ms;
+  object[before + "upper_quartile_ms"] = timing.upper_quartile_ms;
 }
 
 Json stock_json(const StockRow& row) {
@@ -18,8 +24,10 @@ Json stock_json(const StockRow& row) {
   return object;
 }
 
-Json meshopt_json(const MeshoptRow& row) {
-  Json object{{"bytes", row.bytes}};
+Json meshopt_json(const MeshoptRow& row, const Environment& environment) {
+  Json object{{"version", environment.meshoptimizer},
+              {"codec_version", environment.meshopt_codec},
+              {"bytes", row.bytes}};
   append_timing(object, row.decode, "decode");
   return object;
 }
@@ -31,10 +39,58 @@ Json environment_json(const Environment& environment) {
           {"psplit", environment.psplit},
           {"draco", environment.draco},
           {"meshoptimizer", environment.meshoptimizer},
+          {"meshoptimizer_codec", environment.meshopt_codec},
           {"zstd", environment.zstd},
           {"compiler", environment.compiler},
           {"command_line", environment.command_line},
           {"date", environment.date}};
+}
+
+ComparisonSummary summarize(const ComparisonReport& report) {
+  return summarize_comparison(report.comparison, report.input, report.options.repeat);
+}
+
+void append_summary(Json& object, const ComparisonSummary& summary) {
+  object["headline"] = summary.has_recommendation ? Json(summary.headline) : Json();
+  object["recommendation"] = Json();
+  if (summary.has_recommendation)
+    object["recommendation"] = {
+        {"patches", summary.recommended_patches}, {"text", summary.recommendation}, {"rule", summary.rule}};
+  object["noise"] = summary.noise;
+}
+
+Json asset_json(const ComparisonReport& report, const ComparisonSummary& summary) {
+  if (!report.asset) return nullptr;
+  const AssetParts& parts = *report.asset;
+  return {{"bytes", parts.total()},
+          {"mesh_bytes", parts.meshes},
+          {"texture_bytes", parts.textures},
+          {"other_bytes", parts.rest},
+          {"missing_images", parts.missing_images},
+          {"bytes_with_stock", parts.with_meshes(report.comparison.stock.bytes)},
+          {"bytes_with_patches",
+           summary.has_recommendation ? Json(parts.with_meshes(summary.recommended_bytes)) : Json()}};
+}
+
+std::string asset_text(const ComparisonReport& report, const ComparisonSummary& summary) {
+  if (!report.asset || !summary.has_recommendation) return "";
+  const AssetParts& parts = *report.asset;
+  return "The whole asset: " + with_separators(parts.total()) + " bytes as plain glTF, " +
+         with_separators(parts.with_meshes(report.comparison.stock.bytes)) + " with stock Draco, " +
+         with_separators(parts.with_meshes(summary.recommended_bytes)) + " in " +
+         counted(summary.recommended_patches, "patch") + "; " + with_separators(parts.textures) +
+         " of each are textures.";
+}
+
+std::string wrapped(const std::string& text) { return wrap_text(text, kTableWidth, 0) + "\n"; }
+
+std::string summary_text(const ComparisonReport& report) {
+  const ComparisonSummary summary = summarize(report);
+  std::string text;
+  if (summary.has_recommendation) text += wrapped(summary.headline) + wrapped(summary.recommendation);
+  if (const std::string asset = asset_text(report, summary); !asset.empty()) text += wrapped(asset);
+  for (const std::string& note : summary.noise) text += wrapped("note: " + note);
+  return text;
 }
 
 std::string stages_text(const Comparison& comparison) {
@@ -56,6 +112,9 @@ Json to_json(const ComparisonReport& report) {
   const Comparison& comparison = report.comparison;
   const EncodeDocumentOptions& coding = report.options.coding;
   Json result{{"input", report.input}, {"faces", comparison.faces}, {"points", comparison.points}};
+  const ComparisonSummary summary = summarize(report);
+  append_summary(result, summary);
+  result["asset"] = asset_json(report, summary);
   result["environment"] = environment_json(report.environment);
   result["settings"] = {{"encode_speed", coding.encode_speed}, {"position_bits", coding.position_bits},
                         {"normal_bits", coding.normal_bits},   {"texcoord_bits", coding.texcoord_bits},
@@ -65,8 +124,8 @@ Json to_json(const ComparisonReport& report) {
   result["stock"] = stock_json(comparison.stock);
   result["stock_speeds"] = Json::array();
   for (const StockRow& row : comparison.stock_speeds) result["stock_speeds"].push_back(stock_json(row));
-  result["meshopt"] = meshopt_json(comparison.meshopt);
-  result["meshopt_plain"] = meshopt_json(comparison.meshopt_plain);
+  result["meshopt"] = meshopt_json(comparison.meshopt, report.environment);
+  result["meshopt_plain"] = meshopt_json(comparison.meshopt_plain, report.environment);
   result["splits"] = Json::array();
   for (const SplitRow& row : comparison.splits) {
     Json split{{"patches", row.summary.patches},
@@ -103,7 +162,7 @@ std::string versions_text(const Environment& environment) {
          ", meshoptimizer " + environment.meshoptimizer + ", zstd " + environment.zstd;
 }
 
-std::string to_text(const ComparisonReport& report) {
+std::string to_text(const ComparisonReport& report, bool wide) {
   const Comparison& comparison = report.comparison;
   const auto per_point = [&](uint64_t bytes) {
     return with_decimals(8 * static_cast<double>(bytes) / static_cast<double>(comparison.points), 2);
@@ -137,14 +196,14 @@ std::string to_text(const ComparisonReport& report) {
                     with_decimals(row.encode_ms, 0)},
                    timing_cells("draco", 1, row.decode)));
   for (const auto& [name, row] :
-       {std::pair("meshopt", &comparison.meshopt_plain), std::pair("meshopt + zstd", &comparison.meshopt)})
-    table.add(join({name, "", "", with_separators(row->bytes), per_point(row->bytes), over_stock(row->bytes),
-                    "", "", "", ""},
+       {std::pair("", &comparison.meshopt_plain), std::pair(" + zstd", &comparison.meshopt)})
+    table.add(join({"meshopt " + report.environment.meshoptimizer + name, "", "", with_separators(row->bytes),
+                    per_point(row->bytes), over_stock(row->bytes), "", "", "", ""},
                    timing_cells("meshopt", 1, row->decode)));
   for (const SplitRow& row : comparison.splits) {
     std::vector<std::string> head{"psplit",
                                   with_separators(row.summary.patches),
-                                  with_decimals(row.mean_patch_faces(), 0),
+                                  with_separators(static_cast<uint64_t>(std::llround(row.mean_patch_faces()))),
                                   with_separators(row.summary.total_bytes),
                                   per_point(row.summary.total_bytes),
                                   as_percent(row.overhead),
@@ -157,19 +216,25 @@ std::string to_text(const ComparisonReport& report) {
       head.assign(head.size(), "");
     }
   }
+  if (!wide)
+    table.keep_columns(std::vector<std::string>{"codec", "patches", "bytes", "overhead", "decoder", "threads",
+                                                "decode ms", "speed-up", "Mtri/s"});
   const EncodeDocumentOptions& coding = report.options.coding;
   const Environment& environment = report.environment;
+  const std::string settings =
+      "Draco speed " + std::to_string(coding.encode_speed) + ", " +
+      (coding.lossless ? std::string("lossless")
+                       : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
+      (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
+      counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
+      "; stock Draco and meshopt use one thread; speed-up and overhead over stock Draco of speed " +
+      std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching";
+  const std::string machine =
+      environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
+      (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
   return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
-         "\n\n" + table.to_string() + "\n" + stages_text(comparison) + "\nDraco speed " +
-         std::to_string(coding.encode_speed) + ", " +
-         (coding.lossless ? std::string("lossless")
-                          : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
-         (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
-         counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
-         "; stock Draco and meshopt use one thread;\nspeed-up and overhead over stock Draco of speed " +
-         std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching\n" +
-         environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
-         (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment) + "\n";
+         "\n" + summary_text(report) + "\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
+         wrapped(settings) + wrapped(machine);
 }
 
 }  // namespace psplit

@@ -1,6 +1,9 @@
 // What `compare` says, as JSON and as a table for people; as a page it is html_report.h's.
 #pragma once
 
+#include <optional>
+
+#include "tools/gltf_psplit/asset_parts.h"
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/environment.h"
 
@@ -12,15 +15,17 @@ struct PatchPicture {
 };
 
 struct ComparisonReport {
-  std::string input;  // its name
+  std::string input;  // its name, without its folder
   ComparisonOptions options;
   Comparison comparison;
+  std::optional<AssetParts> asset;  // nothing where the input is compressed already
   Environment environment;
   PatchPicture picture;  // drawn for pages only
 };
 
 Json to_json(const ComparisonReport& report);
-std::string to_text(const ComparisonReport& report);
+// In a table of 100 columns, or with all columns.
+std::string to_text(const ComparisonReport& report, bool wide = true);
 
 // "g++ 12.2.0; psplit 0.1.0, ..." for people: what of the environment is versions.
 std::string versions_text(const Environment& environment);

@@ -4,6 +4,7 @@
 
 #include "src/container/container.h"
 #include "tools/gltf_psplit/commands.h"
+#include "tools/gltf_psplit/count_option.h"
 #include "tools/gltf_psplit/gpus.h"
 
 namespace psplit {
@@ -33,20 +34,14 @@ void apply_profile(EncodeArguments& arguments) {
 
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
-  CLI::Option* patches = command.add_option("--patches", options.patches, "Patches of all primitives together")
-                             ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
-                             ->type_name("N");
+  CLI::Option* patches =
+      add_count_option(command, "--patches", options.patches, "Patches of all primitives together");
   CLI::Option* patch_faces =
-      command.add_option("--patch-faces", options.patch_faces, "Faces of a patch, about")
-          ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
-          ->type_name("N")
+      add_count_option(command, "--patch-faces", options.patch_faces, "Faces of a patch, about")
           ->excludes(patches);
-  command
-      .add_option("--min-faces", options.min_faces,
-                  "Primitives of fewer faces stay whole; by default " + std::to_string(kMinFaces) +
-                      ", or none with --patches or --patch-faces")
-      ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
-      ->type_name("N");
+  add_count_option(command, "--min-faces", options.min_faces,
+                   "Primitives of fewer faces stay whole; by default " + std::to_string(kMinFaces) +
+                       ", or none with --patches or --patch-faces");
   command.add_flag("--always-patches", options.always_patches,
                    "Use PSPLIT_mesh_draco_patches for primitives that stay whole too, not "
                    "KHR_draco_mesh_compression");
@@ -109,6 +104,20 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
     resolved.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
   };
+}
+
+void group_encode_options(CLI::App& command) {
+  const std::vector<std::pair<const char*, std::vector<const char*>>> groups = {
+      {"Patches", {"--patches", "--patch-faces", "--profile", "--gpu", "--distance", "--no-refine"}},
+      {"Precision",
+       {"--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
+        "--quantize-generic", "--quantization-volume", "--lossless"}},
+      {"What is kept", {"--drop-degenerate", "--keep-duplicates"}},
+      {"What is written", {"--images", "--fallback", "--compat", "--as"}},
+  };
+  for (const auto& [group, names] : groups)
+    for (const char* name : names)
+      if (CLI::Option* option = command.get_option_no_throw(name)) option->group(group);
 }
 
 std::string describe_options(const EncodeDocumentOptions& options) {

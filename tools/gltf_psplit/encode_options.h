@@ -22,6 +22,9 @@ struct EncodeArguments {
 // command line is parsed.
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments);
 
+// Puts the options of a command under headings in its help: those of add_encode_options.
+void group_encode_options(CLI::App& command);
+
 // Everything that the bytes of an output depend on, as text.
 std::string describe_options(const EncodeDocumentOptions& options);
 

@@ -68,20 +68,38 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& l
   return result;
 }
 
-void log_changes(const EncodeStatistics& statistics, const Log& log) {
-  if (statistics.merged_points > 0) log.note("merged " + counted(statistics.merged_points, "duplicate point"));
-  if (statistics.dropped_faces > 0)
-    log.note("dropped " + counted(statistics.dropped_faces, "face") +
-             " that repeat an index (--keep-degenerate keeps them)");
-  if (statistics.dropped_points > 0)
-    log.note("dropped " + counted(statistics.dropped_points, "point") +
-             " that no face uses (--keep-unused keeps them)");
-}
-
 void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file) {
   if (result.geometry.output <= result.geometry.input) return;
   log.warning(file + ": the meshes take " + with_separators(result.geometry.output) + " bytes, more than the " +
               with_separators(result.geometry.input) + " of the input");
+}
+
+std::string changes_text(const EncodeStatistics& statistics) {
+  std::string text;
+  const auto add = [&](const char* verb, uint64_t count, const char* noun) {
+    if (count == 0) return;
+    text += (text.empty() ? "" : ", ") + std::string(verb) + " " + counted(count, noun);
+  };
+  add("merged", statistics.merged_points, "duplicate point");
+  add("dropped", statistics.dropped_faces, "degenerate face");
+  add("dropped", statistics.dropped_points, "unused point");
+  add("kept", statistics.residue_faces, "degenerate face");
+  return text;
+}
+
+std::string encode_summary(const EncodeResult& result, const AssetSizes& sizes) {
+  std::string text = sizes_text(sizes);
+  const auto add = [&text](const char* separator, const std::string& part) {
+    if (!part.empty()) text += (text.empty() ? "" : separator) + part;
+  };
+  if (result.split_count + result.draco_count == 0) {
+    add("; ", "nothing was encoded");
+    return text;
+  }
+  add(", ", "mesh data " + as_bytes(result.total.summary.total_bytes) + " in " +
+                counted(result.total.summary.patches, "patch"));
+  add("; ", changes_text(result.total.statistics));
+  return text;
 }
 
 }  // namespace psplit

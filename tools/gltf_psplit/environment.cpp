@@ -60,6 +60,7 @@ Environment describe_environment(const Session& session) {
           .draco = draco_version(),
           .meshoptimizer = meshopt_version(),
           .zstd = zstd_version(),
+          .meshopt_codec = meshopt_codec_version(),
           .compiler = compiler(),
           .command_line = session.command_line,
           .date = utc_now()};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 namespace psplit {
 
@@ -13,10 +14,13 @@ double elapsed_ms(const std::function<void()>& work) {
 
 Timing summarize_samples(std::vector<double> samples_ms) {
   std::ranges::sort(samples_ms);
-  const size_t middle = samples_ms.size() / 2;
-  const double median =
-      samples_ms.size() % 2 == 1 ? samples_ms[middle] : (samples_ms[middle - 1] + samples_ms[middle]) / 2;
-  return {median, samples_ms.front(), samples_ms.back()};
+  const auto quantile = [&](double share) {
+    const double at = share * static_cast<double>(samples_ms.size() - 1);
+    const auto below = static_cast<size_t>(at);
+    const size_t above = std::min(below + 1, samples_ms.size() - 1);
+    return std::lerp(samples_ms[below], samples_ms[above], at - static_cast<double>(below));
+  };
+  return {quantile(0.5), samples_ms.front(), samples_ms.back(), quantile(0.25), quantile(0.75)};
 }
 
 Expected<std::vector<Timing>> measure_interleaved(std::span<const Contender> contenders, int repeat,

@@ -17,6 +17,7 @@ struct Contender {
 
 struct Timing {
   double median_ms = 0, min_ms = 0, max_ms = 0;
+  double lower_quartile_ms = 0, upper_quartile_ms = 0;  // half of the rounds lie between them
 };
 
 // One round untimed, then `repeat` rounds, each of which runs every contender once, in turn: a machine that
@@ -28,7 +29,8 @@ Expected<std::vector<Timing>> measure_interleaved(std::span<const Contender> con
 // Milliseconds that one call takes.
 double elapsed_ms(const std::function<void()>& work);
 
-// Median of an even number is the mean of the middle two; `samples_ms` is not empty.
+// A quantile between two samples is interpolated: the median of an even number is the mean of the middle two.
+// `samples_ms` is not empty.
 Timing summarize_samples(std::vector<double> samples_ms);
 
 }  // namespace psplit

@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kZstdLevel = 19;
 constexpr int kOctahedralBits = 8;
+// Version 1 of the codec for attributes became stable in 0.23.
+constexpr int kVertexCodec = MESHOPTIMIZER_VERSION >= 230 ? 1 : 0;
 
 struct PlainStream {
   std::vector<uint8_t> bytes;
@@ -143,6 +145,7 @@ Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits) 
   result.index_count = indices.size();
   result.point_count = point_count;
   meshopt_encodeIndexVersion(1);
+  meshopt_encodeVertexVersion(kVertexCodec);
   std::vector<uint8_t> packed(meshopt_encodeIndexBufferBound(indices.size(), point_count));
   result.index_bytes = meshopt_encodeIndexBuffer(packed.data(), packed.size(), indices.data(), indices.size());
   packed.resize(result.index_bytes);
@@ -199,6 +202,7 @@ std::string meshopt_version() {
   const std::string patch = kVersion % 10 == 0 ? "" : "." + std::to_string(kVersion % 10);
   return std::to_string(kVersion / 1000) + "." + std::to_string(kVersion / 10 % 100) + patch;
 }
+int meshopt_codec_version() { return kVertexCodec; }
 std::string zstd_version() { return ZSTD_versionString(); }
 
 }  // namespace psplit

@@ -49,8 +49,11 @@ struct MeshoptDecoded {
 enum class MeshoptForm { kZstd, kPlain };
 Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh, MeshoptForm form = MeshoptForm::kZstd);
 
-// Versions: of the header that was compiled, and of the library that runs.
+// Of the header that was compiled: its version, and the newest version of its codec for attributes, which
+// encode_meshopt takes. Indices have been in version 1 since 0.15.
 std::string meshopt_version();
+int meshopt_codec_version();
+// Of the library that runs.
 std::string zstd_version();
 
 }  // namespace psplit

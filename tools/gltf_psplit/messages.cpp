@@ -35,7 +35,12 @@ void Log::note(const std::string& message) const {
 void Log::detail(const std::string& message) const {
   if (verbosity_ == Verbosity::kVerbose) print_line(message);
 }
+void Log::block(const std::string& lines) const {
+  if (verbosity_ != Verbosity::kQuiet) std::fputs(lines.c_str(), stderr);
+}
 bool Log::interactive() const { return verbosity_ != Verbosity::kQuiet && isatty(STDERR_FILENO) == 1; }
+
+bool stdout_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
 
 std::span<const ExitCode> exit_codes() { return kExitCodes; }
 
@@ -73,10 +78,24 @@ std::string as_duration(double ms) {
   return with_decimals(ms / 1000, 2) + " s";
 }
 
-std::string counted(uint64_t count, const std::string& noun) {
-  if (count == 1) return "1 " + noun;
+// Three digits, in powers of 1000.
+std::string as_bytes(uint64_t bytes) {
+  if (bytes < 1000) return counted(bytes, "byte");
+  double value = static_cast<double>(bytes) / 1000;
+  size_t unit = 0;
+  constexpr std::array kUnits = {"kB", "MB", "GB", "TB", "PB", "EB"};
+  // 999.6 would be 1000 in three digits.
+  for (; value >= 999.5 && unit + 1 < kUnits.size(); ++unit) value /= 1000;
+  const int decimals = value < 9.995 ? 2 : value < 99.95 ? 1 : 0;
+  return with_decimals(value, decimals) + " " + kUnits[unit];
+}
+
+std::string plural(const std::string& noun) {
   const bool hisses = noun.ends_with("ch") || noun.ends_with("s");
-  return with_separators(count) + " " + noun + (hisses ? "es" : "s");
+  return noun + (hisses ? "es" : "s");
+}
+std::string counted(uint64_t count, const std::string& noun) {
+  return count == 1 ? "1 " + noun : with_separators(count) + " " + plural(noun);
 }
 
 std::string describe_place(uint64_t mesh, uint64_t primitive) {
@@ -92,6 +111,22 @@ void TextTable::add(std::vector<std::string> row) {
   rows_.push_back(std::move(row));
 }
 
+void TextTable::keep_columns(std::span<const std::string> headers) {
+  std::vector<size_t> kept;
+  size_t left_columns = 0;
+  for (size_t i = 0; i < rows_.front().size(); ++i) {
+    if (std::ranges::find(headers, rows_.front()[i]) == headers.end()) continue;
+    if (i < left_columns_) ++left_columns;
+    kept.push_back(i);
+  }
+  for (std::vector<std::string>& row : rows_) {
+    std::vector<std::string> cells;
+    for (const size_t i : kept) cells.push_back(std::move(row[i]));
+    row = std::move(cells);
+  }
+  left_columns_ = left_columns;
+}
+
 std::string TextTable::to_string() const {
   std::vector<size_t> widths(rows_.front().size(), 0);
   for (const auto& row : rows_)
@@ -101,7 +136,8 @@ std::string TextTable::to_string() const {
     std::string line;
     for (size_t i = 0; i < row.size(); ++i) {
       const std::string padding(widths[i] - row[i].size(), ' ');
-      line += (i == 0 ? "" : "  ") + (i < left_columns_ ? row[i] + padding : padding + row[i]);
+      const bool left = i < left_columns_ || (last_left_ && i + 1 == row.size());
+      line += (i == 0 ? "" : "  ") + (left ? row[i] + padding : padding + row[i]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";

@@ -12,26 +12,43 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::seconds(1);
 constexpr auto kRefresh = std::chrono::milliseconds(100);
-constexpr size_t kBarWidth = 30;
+constexpr size_t kBarWidth = 20;
+// A line that wraps would not be wiped.
+constexpr size_t kLineWidth = 79;
+
+std::string rate_text(const WorkDone& work, double seconds) {
+  const bool of_steps = work.amount_noun.empty();
+  const double amount = static_cast<double>(of_steps ? work.done : work.amount);
+  if (amount == 0 || seconds <= 0) return "";
+  const auto rate = static_cast<uint64_t>(amount / seconds);
+  if (work.amount_noun == "byte") return as_bytes(rate) + "/s, ";
+  // Of few steps a second, and of one, there is nothing to tell.
+  if (of_steps && rate < 2) return "";
+  return with_separators(rate) + " " + plural(of_steps ? work.noun : work.amount_noun) + "/s, ";
+}
 
 }  // namespace
 
-std::string progress_line(const std::string& label, size_t done, size_t total, double seconds) {
+std::string progress_line(const std::string& label, const WorkDone& work, double seconds) {
   std::string line = label;
   // One step says nothing about how far it is.
-  if (total > 1) {
-    const size_t filled = done >= total ? kBarWidth : kBarWidth * done / total;
+  if (work.total > 1) {
+    const size_t filled =
+        work.done >= work.total ? kBarWidth : static_cast<size_t>(kBarWidth * work.done / work.total);
     line += " [" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + "] " +
-            std::to_string(done) + "/" + std::to_string(total);
+            with_separators(work.done) + " of " + counted(work.total, work.noun) + ",";
   }
-  return line + " " + with_decimals(seconds, 1) + " s";
+  if (!work.stage.empty()) line += " " + work.stage + ",";
+  line += " " + rate_text(work, seconds) + with_decimals(seconds, 1) + " s";
+  if (line.size() > kLineWidth) line.resize(kLineWidth);
+  return line;
 }
 
 struct ProgressBar::Painter {
   std::string label;
   std::mutex mutex;
   std::condition_variable wake;
-  size_t done = 0, total = 0;
+  WorkDone work;
   bool finished = false;
   std::thread thread;
 
@@ -42,7 +59,7 @@ struct ProgressBar::Painter {
     for (Clock::time_point next = begin + kPatience; !wake.wait_until(lock, next, [&] { return finished; });
          next = Clock::now() + kRefresh) {
       const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-      std::fprintf(stderr, "\r\033[K%s", progress_line(label, done, total, seconds).c_str());
+      std::fprintf(stderr, "\r\033[K%s", progress_line(label, work, seconds).c_str());
       std::fflush(stderr);
       painted = true;
     }
@@ -67,13 +84,21 @@ ProgressBar::~ProgressBar() {
   painter_->thread.join();
 }
 
-Progress ProgressBar::callback() {
+Progress ProgressBar::callback(const std::string& noun) {
   if (!painter_) return {};
-  return [painter = painter_.get()](size_t done, size_t total) {
-    const std::lock_guard lock(painter->mutex);
-    painter->done = done;
-    painter->total = total;
+  return [this, noun](size_t done, size_t total) {
+    WorkDone work;
+    work.done = done;
+    work.total = total;
+    work.noun = noun;
+    show(work);
   };
+}
+
+void ProgressBar::show(const WorkDone& work) {
+  if (!painter_) return;
+  const std::lock_guard lock(painter_->mutex);
+  painter_->work = work;
 }
 
 }  // namespace psplit

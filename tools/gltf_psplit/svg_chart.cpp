@@ -137,9 +137,11 @@ class Occupied {
   std::vector<Box> boxes_;
 };
 
-std::string begin_figure(const std::string& id, const std::string& title, const std::string& note = "") {
+std::string figure(const std::string& id, const std::string& title, const std::string& note,
+                   const std::string& legend, const std::string& svg) {
   return "<figure class=\"chart\" id=\"" + escape_html(id) + "\"><figcaption>" + escape_html(title) +
-         (note.empty() ? "" : html_element("small", note)) + "</figcaption>";
+         (note.empty() ? "" : html_element("small", note)) + "</figcaption><ul class=\"legend\">" + legend +
+         "</ul>" + scrolling_region("plot", title, svg) + "</figure>\n";
 }
 
 std::string reference_entry(const std::optional<ChartReference>& reference) {
@@ -155,8 +157,8 @@ std::string legend_entry(size_t style, const std::string& name, bool is_bar) {
 }
 
 std::string begin_svg(const std::string& title, double height) {
-  return "<div class=\"plot\"><svg viewBox=\"0 0 " + number(kWidth) + " " + number(height) +
-         "\" role=\"img\" aria-label=\"" + escape_html(title) + "\">";
+  return "<svg viewBox=\"0 0 " + number(kWidth) + " " + number(height) + "\" role=\"img\" aria-label=\"" +
+         escape_html(title) + "\">";
 }
 
 struct Area {
@@ -266,16 +268,18 @@ std::string draw_chart(const XyChart& chart) {
   const Scale x(chart.x, std::move(xs), area.left, area.right);
   const Scale y(chart.y, std::move(ys), area.bottom, area.top);
 
-  std::string svg = begin_figure(chart.id, chart.title, chart.note) + "<ul class=\"legend\">";
-  for (const ChartSeries& series : chart.series) svg += legend_entry(series.style, series.name, false);
-  svg += reference_entry(chart.reference) + "</ul>" + begin_svg(chart.title, kHeight) +
-         draw_y_axis(y, chart.y, area) + draw_x_axis(x, chart.x, area);
+  std::string legend;
+  for (const ChartSeries& series : chart.series) legend += legend_entry(series.style, series.name, false);
+  legend += reference_entry(chart.reference);
+  std::string svg =
+      begin_svg(chart.title, kHeight) + draw_y_axis(y, chart.y, area) + draw_x_axis(x, chart.x, area);
   if (chart.reference) {
     const double at = y(chart.reference->value);
     svg += svg_line(area.left, at, area.right, at, "reference");
   }
   for (const ChartSeries& series : chart.series) svg += draw_series(series, x, y);
-  return svg + draw_tags(chart, x, y, area) + "</svg></div></figure>\n";
+  svg += draw_tags(chart, x, y, area) + "</svg>";
+  return figure(chart.id, chart.title, chart.note, legend, svg);
 }
 
 std::string draw_chart(const BarChart& chart) {
@@ -296,10 +300,10 @@ std::string draw_chart(const BarChart& chart) {
   const ChartAxis axis{chart.axis_title};
   const Scale scale(axis, std::move(sums), area.left, area.right);
 
-  std::string svg = begin_figure(chart.id, chart.title) + "<ul class=\"legend\">";
-  for (size_t i = 0; i < chart.parts.size(); ++i) svg += legend_entry(i, chart.parts[i], true);
-  svg += reference_entry(chart.reference) + "</ul>" + begin_svg(chart.title, height) +
-         draw_x_axis(scale, axis, area);
+  std::string legend;
+  for (size_t i = 0; i < chart.parts.size(); ++i) legend += legend_entry(i, chart.parts[i], true);
+  legend += reference_entry(chart.reference);
+  std::string svg = begin_svg(chart.title, height) + draw_x_axis(scale, axis, area);
   double top = area.top + 6;
   for (const BarChart::Bar& bar : chart.bars) {
     svg += svg_text(area.left - 8, top + kBar - 4.5, bar.name, "end", "tick");
@@ -319,7 +323,7 @@ std::string draw_chart(const BarChart& chart) {
     const double at = scale(chart.reference->value);
     svg += svg_line(at, area.top, at, area.bottom, "reference");
   }
-  return svg + "</svg></div></figure>\n";
+  return figure(chart.id, chart.title, chart.note, legend, svg + "</svg>");
 }
 
 }  // namespace psplit

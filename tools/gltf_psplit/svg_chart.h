@@ -55,7 +55,7 @@ struct BarChart {
     std::vector<double> values;  // of as many parts, from the first on
     std::string total;           // at the bar's end
   };
-  std::string id, title, axis_title, unit;
+  std::string id, title, note, axis_title, unit;
   std::vector<std::string> parts;
   std::vector<Bar> bars;
   std::optional<ChartReference> reference{};

@@ -1,0 +1,80 @@
+// How the page of `compare` looks: on wide and narrow screens, light and dark, and on paper.
+#pragma once
+
+namespace psplit {
+
+inline constexpr const char* kPageStyle = R"(
+:root { color-scheme: light dark; --page: #fff; --text: #1b1f24; --faint: #57606a; --rule: #d5dae0; --shade: #f4f6f8;
+  --edge: #0006; }
+.s0 { --c: #334155 } .s1 { --c: #c2410c } .s2 { --c: #0b62a4 } .s3 { --c: #0f766e }
+.s4 { --c: #7c3aed } .s5 { --c: #a16207 } .s6 { --c: #be185d } .s7 { --c: #4d7c0f }
+@media screen and (prefers-color-scheme: dark) {
+  :root { --page: #14171a; --text: #e6e9ec; --faint: #a3adb8; --rule: #343b43; --shade: #1d2227; --edge: #fff6; }
+  .s0 { --c: #b6c2cf } .s1 { --c: #ff9a62 } .s2 { --c: #6cb6ff } .s3 { --c: #4fd1c0 }
+  .s4 { --c: #b79cff } .s5 { --c: #e3b341 } .s6 { --c: #ff8fc0 } .s7 { --c: #a3d55d }
+}
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 2rem 1.25rem 4rem; max-width: 92rem; background: var(--page); color: var(--text);
+  font: 16px/1.5 system-ui, sans-serif; }
+h1 { font-size: 1.7rem; line-height: 1.25; margin: 0 0 .25rem; overflow-wrap: anywhere; }
+h2 { font-size: 1.2rem; margin: 2.5rem 0 .75rem; }
+p { max-width: 50rem; margin: 0 0 .75rem; overflow-wrap: anywhere; }
+.headline { font-size: 1.35rem; line-height: 1.35; font-weight: 600; margin-top: 1.25rem; }
+.noise { max-width: 50rem; margin: 1.25rem 0; padding: .75rem 1rem; background: var(--shade); border-left: 4px solid var(--faint); }
+.noise h2 { font-size: 1rem; margin: 0 0 .5rem; } .noise p:last-child { margin: 0; }
+.method { columns: 2 30rem; column-gap: 2.5rem; } .method p { break-inside: avoid; }
+.lead, .rule, figcaption small { color: var(--faint); }
+.pair { display: grid; gap: 1.5rem 2.5rem; grid-template-columns: repeat(auto-fit, minmax(min(100%, 30rem), 1fr)); }
+figure { margin: 0; min-width: 0; }
+figcaption { font-weight: 600; margin-bottom: .25rem; }
+figcaption small { display: block; font-weight: 400; }
+.picture { text-align: center; }
+.picture img { display: block; max-width: 100%; height: auto; margin: 0 auto; }
+dl { display: grid; grid-template-columns: max-content minmax(0, 1fr); gap: .2rem 1rem; margin: 0; align-content: start; }
+dt { color: var(--faint); } dd { margin: 0; overflow-wrap: anywhere; }
+.words { max-width: 60rem; } dfn { font-style: normal; font-weight: 600; color: var(--text); }
+code { font: .9em ui-monospace, monospace; }
+.legend { display: flex; flex-wrap: wrap; gap: .1rem 1rem; list-style: none; margin: 0; padding: 0; font-size: .9rem; }
+.legend svg { vertical-align: -2px; margin-right: .4rem; }
+/* What is wider than its place scrolls. A shadow lies on the side where there is more, and a line says so. */
+.scroll { overflow-x: auto; background:
+  linear-gradient(90deg, var(--page) 40%, transparent) 0 0 / 2.5rem 100% no-repeat local,
+  linear-gradient(270deg, var(--page) 40%, transparent) 100% 0 / 2.5rem 100% no-repeat local,
+  linear-gradient(90deg, var(--edge), transparent) 0 0 / .8rem 100% no-repeat scroll,
+  linear-gradient(270deg, var(--edge), transparent) 100% 0 / .8rem 100% no-repeat scroll; }
+.hint { display: none; color: var(--faint); font-size: .85rem; margin: 0 0 .25rem; }
+@media screen and (max-width: 68rem) { .table-hint { display: block; } }
+.plot svg { display: block; width: 100%; min-width: 30rem; height: auto; }
+.plot text { font: 13px system-ui, sans-serif; fill: var(--text); font-variant-numeric: tabular-nums; }
+.plot text.title, .plot text.tick { fill: var(--faint); }
+.plot text.tag { fill: var(--c); font-size: 12px; paint-order: stroke; stroke: var(--page); stroke-width: 3px; }
+.grid { stroke: var(--rule); } .axis { stroke: var(--faint); }
+.reference { stroke: var(--text); stroke-dasharray: 5 4; }
+.mark, .key { fill: var(--c); stroke: var(--page); } .mark:hover { stroke: var(--text); stroke-width: 2; }
+.line { fill: none; stroke: var(--c); stroke-width: 1.5; } .spread { stroke: var(--c); stroke-width: 3; opacity: .4; }
+table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
+caption, .caption { color: var(--faint); font-size: .9rem; margin: 1.25rem 0 .4rem; }
+th, td { padding: .25rem .7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--rule); }
+th:first-child, td:first-child, .left { text-align: left; padding-left: .4rem; }
+thead th { vertical-align: bottom; white-space: normal; } tbody th { font-weight: 600; }
+tbody tr:hover { background: var(--shade); }
+@media screen and (max-width: 33rem) {
+  .plot-hint { display: block; } dl { display: block; } dd { margin-bottom: .4rem; }
+  th:first-child { position: sticky; left: 0; background: var(--page); min-width: 7rem; max-width: 8rem; white-space: normal; }
+}
+@media print {
+  @page { margin: 12mm; }
+  body { max-width: none; padding: 0; font-size: 10pt; }
+  .pair { display: block; } .pair > * { margin-bottom: 1.25rem; } .method { columns: 1; }
+  h1, h2, .caption, figcaption { break-after: avoid; } figure, tr, dt, dd, .noise, .tabled { break-inside: avoid; }
+  #numbers { break-before: page; }
+  thead { display: table-header-group; }
+  .picture img { max-height: 11cm; width: auto; }
+  .scroll { overflow: visible; background: none; }
+  .plot svg { min-width: 0; max-width: 15.5cm; }
+  table { width: 100%; font-size: 7.5pt; } th, td { padding: 1.5pt 3pt; }
+  th:first-child, td:first-child, .left { white-space: normal; padding-left: 0; }
+}
+)";
+
+}  // namespace psplit
