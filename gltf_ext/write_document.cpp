@@ -68,6 +68,7 @@ Status write_document(const Document& document, const fs::path& path, const Writ
 
   WriteReport unheard;
   if (report == nullptr) report = &unheard;
+  *report = {};
   PackedDocument packed = pack_buffers(document, /*fallback_apart=*/!glb);
   report->warnings = packed.warnings;
   const ImagePlacement images = options.images.value_or(glb ? ImagePlacement::kEmbed : ImagePlacement::kCopy);

@@ -115,6 +115,10 @@ TEST_F(UserFiles, ReportsAndPicturesReplaceNoInput) {
     EXPECT_EQ(run({"compare", path("in/a.gltf"), path("out/b.gltf"), "-o", path(file)}), 1) << file;
     EXPECT_EQ(run({"compare", path("out/b.gltf"), path("in/a.gltf"), "-o", path(file)}), 1) << file;
   }
+  for (const std::string file : {"out/../out/c.glb", "out/x.png"})
+    EXPECT_EQ(run({"encode", path("in/a.gltf"), path("out/c.glb"), "--images", "copy", "--report", path(file)}),
+              1);
+  EXPECT_EQ(text("out/x.png"), kPng);
   for (const std::string file : {"in/x.png", "link.png"})
     EXPECT_EQ(run({"inspect", path("in/a.gltf"), "--preview", path(file), "--preview-size", "16"}), 1) << file;
   EXPECT_EQ(run({"encode", path("in/a.gltf"), path("out/c.glb"), "--report", path(binary)}), 1);

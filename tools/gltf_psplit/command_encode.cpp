@@ -46,6 +46,9 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   Expected<Document> document = read_input(arguments.input, session.log);
   if (!document) return document.status();
   if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
+  WriteReport written;
+  written.files = {arguments.output};
+  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
   if (Status status = check_patches(*document, find_backend({}), session.pool); !status.ok())
     return std::move(status).at({.file = arguments.input});
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
@@ -60,7 +63,6 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   if (result.split_count + result.draco_count == 0)
     session.log.warning("nothing to encode in " + arguments.input);
   warn_of_growth(result, session.log, arguments.input);
-  WriteReport written;
   if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
     return std::move(status).at({.file = arguments.output});
   log_written(written, session.log);
@@ -82,6 +84,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
         {"total", std::move(total)},
         {"primitives", result.primitives}};
     append_written(report, written);
+    if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
     if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
   }
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));

@@ -49,6 +49,14 @@ Status check_not_an_input(const std::string& path, const std::string& option, co
   return {};
 }
 
+Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written) {
+  if (path.empty() || path == "-") return {};
+  for (const fs::path& file : written.files)
+    if (file != "-" && is_same_file(path, file))
+      return {StatusCode::kUsage, option + " and the output cannot share " + file.string()};
+  return {};
+}
+
 void log_written(const WriteReport& report, const Log& log, const std::string& prefix) {
   for (const std::string& note : report.notes) log.note(prefix + note);
   for (const std::string& warning : report.warnings) log.warning(prefix + warning);

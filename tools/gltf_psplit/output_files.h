@@ -22,6 +22,8 @@ std::string describe_images(const WriteOptions& options);
 // kUsage where writing `path`, named by `option`, would replace a file that the document was read from, or one
 // that it names: its images, and what its extensions name. By links as well.
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document);
+// The same of the files of an output.
+Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written);
 
 // Says what dangles, and what has another name.
 void log_written(const WriteReport& report, const Log& log, const std::string& prefix = "");
