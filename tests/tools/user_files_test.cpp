@@ -110,6 +110,12 @@ TEST_F(UserFiles, ReportsAndPicturesReplaceNoInput) {
   for (const std::string file : {"in/a.gltf", "in/x.png", "link.png", "hard.json", "out/../in/a.gltf"}) {
     EXPECT_EQ(run({"encode", path("in/a.gltf"), path("out/c.glb"), "--report", path(file)}), 1) << file;
     EXPECT_NE(err_.find("--report"), std::string::npos) << err_;
+    EXPECT_EQ(run({"decode", path("in/a.gltf"), path("out/c.glb"), "--report", path(file)}), 1) << file;
+    for (const std::string command : {"validate", "inspect"}) {
+      EXPECT_EQ(run({command, path("in/a.gltf"), "-o", path(file)}), 1) << command << file;
+      EXPECT_EQ(run({command, path("out/b.gltf"), path("in/a.gltf"), "--format", "json", "-o", path(file)}), 1)
+          << command << file;
+    }
     EXPECT_EQ(run({"batch", path("in/a.gltf"), "--out-dir", path("out2"), "--report", path(file)}), 1) << file;
     EXPECT_EQ(run({"compare", path("in/a.gltf"), "--repeat", "1", "-o", path(file)}), 1) << file;
     EXPECT_EQ(run({"compare", path("in/a.gltf"), path("out/b.gltf"), "-o", path(file)}), 1) << file;

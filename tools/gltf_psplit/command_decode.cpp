@@ -67,10 +67,12 @@ Status run_decode(const Arguments& arguments, const Session& session) {
   Expected<Document> document = read_input(arguments.input, session.log, arguments.backend.name);
   if (!document) return document.status();
   if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
+  WriteReport written;
+  written.files = {arguments.output};
+  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<Decoded> counts = convert(*document, arguments, session);
   if (!counts) return counts.status().at({.file = arguments.input});
-  WriteReport written;
   if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
     return std::move(status).at({.file = arguments.output});
   log_written(written, session.log);
@@ -84,6 +86,7 @@ Status run_decode(const Arguments& arguments, const Session& session) {
                 {"primitives", counts->primitives}, {"decoded", counts->decoded},
                 {"encoded", counts->encoded},       {"wall_ms", wall_ms}};
     append_written(report, written);
+    if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
     if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
   }
   const std::string bytes = sizes_text(sizes);

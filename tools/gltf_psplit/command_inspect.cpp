@@ -336,22 +336,28 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
   if (Status status = check_inputs(arguments.inputs); !status.ok()) return status;
   if (file_count > 1 && !arguments.preview.empty())
     return {StatusCode::kUsage, "--preview draws one asset, and there are " + counted(file_count, "file")};
+  if (Status status = check_not_an_input(arguments.output, "--output", arguments.inputs); !status.ok())
+    return status;
   for (const std::string& path : {arguments.output, arguments.preview})
     if (!path.empty())
       if (Status status = check_output_place(path); !status.ok()) return status;
 
   std::vector<InspectedAsset> assets;
   std::vector<Json> results;
+  bool spares_output = false;  // an asset needs the file of its name
   const bool as_json = arguments.format == "json";
   const Status status = for_each_file(arguments.inputs, session.log, [&](const std::string& input) {
     Expected<InspectedAsset> asset = inspect_asset(input, arguments, session);
     if (as_json && (asset || file_count > 1))
       results.push_back(asset ? to_json(*asset) : failure_json(input, asset.status()));
-    if (!asset) return asset.status();
+    if (!asset) {
+      spares_output |= asset.status().code() == StatusCode::kUsage;
+      return asset.status();
+    }
     assets.push_back(std::move(*asset));
     return Status();
   });
-  if (as_json ? results.empty() : assets.empty()) return status;
+  if (spares_output || (as_json ? results.empty() : assets.empty())) return status;
   const std::string text = as_json           ? report_text(results_json(std::move(results), file_count))
                            : file_count == 1 ? to_text(assets.front(), arguments.wide)
                                              : to_text(assets, arguments.wide);

@@ -7,6 +7,7 @@
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/many_files.h"
+#include "tools/gltf_psplit/output_files.h"
 #include "tools/gltf_psplit/output_place.h"
 #include "tools/gltf_psplit/progress.h"
 
@@ -39,6 +40,8 @@ Expected<std::vector<Finding>> find_all(const std::string& input, const Argument
                                         const Session& session) {
   const Expected<Document> document = read_document(input);
   if (document) {
+    if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
+      return status;
     ProgressBar bar("validating " + input, session.log);
     return validate_document(*document, find_backend(arguments.backend), session.pool);
   }
@@ -82,14 +85,18 @@ Verdict verdict_of(const std::string& input, const std::vector<Finding>& finding
 
 Status run_validate(const Arguments& arguments, const Session& session) {
   if (Status status = check_inputs(arguments.inputs); !status.ok()) return status;
+  if (Status status = check_not_an_input(arguments.output, "--output", arguments.inputs); !status.ok())
+    return status;
   if (Status status = check_output_place(arguments.output); !status.ok()) return status;
   const bool as_json = arguments.format == "json";
   const bool at_once = !as_json && arguments.output == "-";  // a line a file, as they come
   std::vector<Json> results;
   std::string texts;
+  bool spares_output = false;  // an asset needs the file of its name
   const Status status = for_each_file(arguments.inputs, session.log, [&](const std::string& input) -> Status {
     const Expected<std::vector<Finding>> findings = find_all(input, arguments, session);
     if (!findings) {
+      spares_output |= findings.status().code() == StatusCode::kUsage;
       if (arguments.inputs.size() > 1) results.push_back(failure_json(input, findings.status()));
       return findings.status();
     }
@@ -101,7 +108,7 @@ Status run_validate(const Arguments& arguments, const Session& session) {
       return written;
     return verdict.status;
   });
-  if (!at_once && !results.empty()) {
+  if (!at_once && !results.empty() && !spares_output) {
     const std::string text =
         as_json ? report_text(results_json(std::move(results), arguments.inputs.size())) : texts;
     if (Status written = write_text(arguments.output, text); !written.ok()) return written;

@@ -49,6 +49,15 @@ Status check_not_an_input(const std::string& path, const std::string& option, co
   return {};
 }
 
+Status check_not_an_input(const std::string& path, const std::string& option,
+                          std::span<const std::string> inputs) {
+  Document named;
+  named.json = Json::object();
+  for (const std::string& input : inputs)
+    if (input != "-") named.files.emplace_back(input);
+  return check_not_an_input(path, option, named);
+}
+
 Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written) {
   if (path.empty() || path == "-") return {};
   for (const fs::path& file : written.files)

@@ -2,7 +2,7 @@
 // said.
 #pragma once
 
-#include <optional>
+#include <span>
 #include <string>
 
 #include "gltf_ext/document.h"
@@ -22,6 +22,9 @@ std::string describe_images(const WriteOptions& options);
 // kUsage where writing `path`, named by `option`, would replace a file that the document was read from, or one
 // that it names: its images, and what its extensions name. By links as well.
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document);
+// The same of files by their names alone, before any is read.
+Status check_not_an_input(const std::string& path, const std::string& option,
+                          std::span<const std::string> inputs);
 // The same of the files of an output.
 Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written);
 
