@@ -2,7 +2,6 @@
 // two assets, whether they hold the same meshes (sameness.h).
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -30,8 +29,8 @@ struct Arguments {
   bool wide = false;
 };
 
-// What `encode --profile speed` takes where there is no GPU.
-constexpr uint64_t kSpeedPatchFaces = 1200;
+// Patches of `encode --profile speed`, and patches that are many enough for a GPU.
+constexpr uint64_t kSpeedPatchFaces = 4800, kGpuPatchFaces = 1200;
 
 // The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
 Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, const Session& session) {
@@ -67,24 +66,31 @@ uint64_t patch_count_of(uint64_t faces, uint64_t patch_faces) {
   return std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
 }
 
-// One patch a primitive, as `encode` cuts, what lies between, and as its profile for speed cuts.
-std::vector<uint64_t> default_patch_counts(uint64_t faces, uint64_t primitives) {
-  const uint64_t usual = EncodeDocumentOptions().patch_faces;
-  const auto between =
-      static_cast<uint64_t>(std::sqrt(static_cast<double>(usual) * static_cast<double>(kSpeedPatchFaces)));
+// As `encode` cuts by default.
+uint64_t usual_count(std::span<const Mesh> meshes) {
+  uint64_t count = 0;
+  for (const Mesh& mesh : meshes) count += default_patch_count(mesh.faces.size());
+  return count;
+}
+
+// One patch a primitive, as `encode` cuts by default and by its profile for speed, and smaller patches.
+std::vector<uint64_t> default_patch_counts(std::span<const Mesh> meshes) {
+  uint64_t faces = 0;
+  for (const Mesh& mesh : meshes) faces += mesh.faces.size();
   std::vector<uint64_t> counts{1};
-  for (const uint64_t patch_faces : {usual, between, kSpeedPatchFaces})
-    if (const uint64_t count = patch_count_of(faces, patch_faces); count > std::max(counts.back(), primitives))
-      counts.push_back(count);
+  for (const uint64_t count :
+       {usual_count(meshes), patch_count_of(faces, kSpeedPatchFaces), patch_count_of(faces, kGpuPatchFaces)})
+    if (count > std::max<uint64_t>(counts.back(), meshes.size())) counts.push_back(count);
   return counts;
 }
 
-// The number of patches to look at, of those that are measured: as `encode` cuts where that is more than one,
-// or else the middle one.
-uint64_t pictured_count(uint64_t faces, std::vector<uint64_t> counts) {
+// The number of patches to look at, of those that are measured: as `encode` cuts where that is more than one
+// each, or else the middle one.
+uint64_t pictured_count(std::span<const Mesh> meshes, std::vector<uint64_t> counts) {
   std::ranges::sort(counts);
-  const uint64_t usual = default_patch_count(faces);
-  return usual > 1 && std::ranges::find(counts, usual) != counts.end() ? usual : counts[counts.size() / 2];
+  const uint64_t usual = usual_count(meshes);
+  const bool is_measured = std::ranges::find(counts, usual) != counts.end();
+  return usual > meshes.size() && is_measured ? usual : counts[counts.size() / 2];
 }
 
 // The asset in so many patches, cut as they are for the measurements.
@@ -119,11 +125,9 @@ Status run_compare(Arguments arguments, const Session& session) {
     Expected<std::vector<Mesh>> read = read_meshes(*document, *ids, session);
     if (!read) return read;
     if (!document->from_draco) report.asset = measure_parts(*document, *ids);
-    uint64_t faces = 0;
-    for (const Mesh& mesh : *read) faces += mesh.faces.size();
-    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(faces, read->size());
+    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(*read);
     if (arguments.format == "html") {
-      const uint64_t count = pictured_count(faces, options.patch_counts);
+      const uint64_t count = pictured_count(*read, options.patch_counts);
       if (Expected<PatchPicture> picture = draw_patches(*document, count, options.coding, session))
         report.picture = std::move(*picture);
       else
@@ -171,10 +175,10 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->required();
   add_sameness_options(command, arguments->sameness);
   command
-      .add_option("--patches", arguments->options.patch_counts,
-                  "Patch counts, over all primitives; by default one a primitive, what `encode` makes, what "
-                  "its profile "
-                  "for speed makes, and one between these")
+      .add_option(
+          "--patches", arguments->options.patch_counts,
+          "Patch counts, over all primitives; by default one a primitive, as `encode` cuts, and those of 4800 "
+          "and 1200 faces a patch")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
