@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gltf_ext/content_hash.h"
-#include "gltf_ext/file_lock.h"
+#include "gltf_ext/operating_system.h"
 
 namespace psplit {
 namespace {

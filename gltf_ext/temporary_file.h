@@ -7,9 +7,9 @@
 
 namespace psplit {
 
-// "x.glb.psplit-<16 hex digits>.part" beside `target`, locked (gltf_ext/file_lock.h) while it is open. Closed
-// and removed with the object, unless it was renamed. What dead writers left in the folder is removed first,
-// once a process and folder.
+// "x.glb.psplit-<16 hex digits>.part" beside `target`, locked (gltf_ext/operating_system.h) while it is open.
+// Closed and removed with the object, unless it was renamed. What dead writers left in the folder is removed
+// first, once a process and folder.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target);

@@ -8,8 +8,8 @@
 #include <fstream>
 #include <string>
 
-#include "gltf_ext/file_lock.h"
 #include "gltf_ext/files.h"
+#include "gltf_ext/operating_system.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {

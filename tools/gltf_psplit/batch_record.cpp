@@ -1,12 +1,5 @@
 #include "tools/gltf_psplit/batch_record.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-
 #include "gltf_ext/content_hash.h"
 #include "gltf_ext/files.h"
 #include "gltf_ext/json_fields.h"
@@ -20,10 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kRecordName = ".gltf-psplit-batch.jsonl";
-
-Status failure(const fs::path& path, int error) {
-  return io_failure("cannot use " + path.string() + ": " + std::strerror(error));
-}
 
 }  // namespace
 
@@ -42,19 +31,13 @@ std::string hash_asset(const Document& document) {
   return hash.hex();
 }
 
-BatchRecord::~BatchRecord() {
-  if (file_ >= 0) ::close(file_);
-}
-
 Status BatchRecord::open(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   const fs::path path = folder / kRecordName;
-  file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  if (file_ < 0) return failure(path, errno);
-  if (::flock(file_, LOCK_EX | LOCK_NB) != 0)
-    return errno == EWOULDBLOCK ? io_failure("another batch is at work in " + folder.string())
-                                : failure(path, errno);
+  const Expected<bool> is_ours = file_.open(path);
+  if (!is_ours) return is_ours.status();
+  if (!*is_ours) return io_failure("another batch is at work in " + folder.string());
   const auto bytes = read_file(path);
   if (!bytes) return bytes.status();
   const std::string text(bytes->begin(), bytes->end());
@@ -66,8 +49,7 @@ Status BatchRecord::open(const fs::path& folder) {
                       *output = string_field(*line, "output");
     if (name != nullptr && made_from != nullptr && output != nullptr) entries_[*name] = {*made_from, *output};
   }
-  if (at < text.size() && ::write(file_, "\n", 1) != 1) return failure(path, errno);
-  return {};
+  return at < text.size() ? file_.append("\n") : Status();
 }
 
 const BatchRecord::Entry* BatchRecord::find(const std::string& name) const {
@@ -81,8 +63,7 @@ Status BatchRecord::add(const std::string& name, const Entry& entry) {
           -1, ' ', false, Json::error_handler_t::replace) +
       "\n";
   const std::lock_guard lock(mutex_);
-  if (::write(file_, line.data(), line.size()) == static_cast<ssize_t>(line.size())) return {};
-  return failure(kRecordName, errno);
+  return file_.append(line);
 }
 
 }  // namespace psplit

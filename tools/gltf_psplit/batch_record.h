@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gltf_ext/document.h"
+#include "gltf_ext/operating_system.h"
 
 namespace psplit {
 
@@ -23,7 +24,6 @@ class BatchRecord {
   };
 
   BatchRecord() = default;
-  ~BatchRecord();
   BatchRecord(const BatchRecord&) = delete;
   BatchRecord& operator=(const BatchRecord&) = delete;
 
@@ -36,7 +36,7 @@ class BatchRecord {
   Status add(const std::string& name, const Entry& entry);
 
  private:
-  int file_ = -1;
+  LockedLog file_;
   std::mutex mutex_;
   std::map<std::string, Entry> entries_;  // as they were when it was opened
 };

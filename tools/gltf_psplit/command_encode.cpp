@@ -2,10 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <memory>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
+#include "gltf_ext/operating_system.h"
 #include "gltf_ext/validate.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/encode_options.h"
@@ -24,17 +22,10 @@ struct Arguments {
   WriteOptions write;
 };
 
-// Large arrays come and go all the time. Where each goes back to the system, the next comes from there page by
-// page, cleared first: a tenth of the time that meshes of millions of faces take.
-void keep_memory() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, -1);
-#endif
-}
-
 Status run_encode(const Arguments& arguments, const Session& session) {
-  keep_memory();
+  // Large arrays come and go all the time. Where each goes back to the system, the next comes from there page
+  // by page, cleared first: a tenth of the time that meshes of millions of faces take.
+  keep_freed_memory();
   if (Status status = check_output_path(arguments.output); !status.ok()) return status;
   if (arguments.report == arguments.output)
     return {StatusCode::kUsage, "--report and the output cannot share " + arguments.output};

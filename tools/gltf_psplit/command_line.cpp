@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "gltf_ext/file_lock.h"
+#include "gltf_ext/operating_system.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/help_text.h"
 #include "tools/gltf_psplit/suggestions.h"

@@ -1,11 +1,11 @@
 #include "tools/gltf_psplit/messages.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+
+#include "gltf_ext/operating_system.h"
 
 namespace psplit {
 namespace {
@@ -38,9 +38,9 @@ void Log::detail(const std::string& message) const {
 void Log::block(const std::string& lines) const {
   if (verbosity_ != Verbosity::kQuiet) std::fputs(lines.c_str(), stderr);
 }
-bool Log::interactive() const { return verbosity_ != Verbosity::kQuiet && isatty(STDERR_FILENO) == 1; }
+bool Log::interactive() const { return verbosity_ != Verbosity::kQuiet && is_terminal(stderr); }
 
-bool stdout_is_terminal() { return isatty(STDOUT_FILENO) == 1; }
+bool stdout_is_terminal() { return is_terminal(stdout); }
 
 std::span<const ExitCode> exit_codes() { return kExitCodes; }
 

@@ -1,10 +1,9 @@
 #include "tools/gltf_psplit/output_place.h"
 
-#include <unistd.h>
-
 #include <filesystem>
 
 #include "gltf_ext/files.h"
+#include "gltf_ext/operating_system.h"
 
 namespace psplit {
 
@@ -29,7 +28,7 @@ Status check_output_place(const std::string& path) {
   if (folder_type == fs::file_type::not_found)
     return io_failure("there is no folder " + folder.string(), place);
   if (folder_type != fs::file_type::directory) return io_failure(folder.string() + " is no folder", place);
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
+  if (!may_write_into(folder))
     return io_failure("no permission to write into the folder " + folder.string(), place);
   return {};
 }

@@ -1,4 +1,4 @@
-#include "gltf_ext/file_lock.h"
+#include "gltf_ext/operating_system.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -7,8 +7,19 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstring>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace psplit {
+namespace {
+
+Status failure(const std::filesystem::path& path) {
+  return io_failure("cannot use " + path.string() + ": " + std::strerror(errno));
+}
+
+}  // namespace
 
 std::FILE* create_locked(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -33,5 +44,34 @@ void remove_if_unlocked(const std::filesystem::path& path) {
 }
 
 void let_writes_past_size_limit_fail() { std::signal(SIGXFSZ, SIG_IGN); }
+
+LockedLog::~LockedLog() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Expected<bool> LockedLog::open(const std::filesystem::path& path) {
+  path_ = path;
+  descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) return failure(path);
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return true;
+  if (errno == EWOULDBLOCK) return false;
+  return failure(path);
+}
+
+Status LockedLog::append(std::string_view text) const {
+  if (::write(descriptor_, text.data(), text.size()) == static_cast<ssize_t>(text.size())) return {};
+  return failure(path_);
+}
+
+bool may_write_into(const std::filesystem::path& folder) { return ::access(folder.c_str(), W_OK | X_OK) == 0; }
+
+bool is_terminal(std::FILE* stream) { return ::isatty(::fileno(stream)) == 1; }
+
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, -1);
+#endif
+}
 
 }  // namespace psplit
