@@ -14,11 +14,6 @@
 namespace psplit {
 namespace {
 
-bool is_gltf_name(const std::string& path) {
-  const std::string extension = lower_extension(path);
-  return extension == ".glb" || extension == ".gltf";
-}
-
 // CUDA where there is a device and enough for it to do, the CPU for what that does not take, and libdraco for
 // what both do not: streams of versions before 2.2. A device is looked for when first there is enough to do.
 DecodeBackend fastest_backend(uint64_t gpu_memory) {
