@@ -26,7 +26,11 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
   std::vector<const Mesh*> patched_meshes;
   for (size_t i = 0; i < ids.size(); ++i) {
     if (!meshes[i]) return meshes[i].status();
-    if (extension_field(primitive_json(document, ids[i]), kExtensionName) == nullptr) continue;
+    if (extension_field(primitive_json(document, ids[i]), kExtensionName) == nullptr) {
+      const auto morphs = read_morph_targets(document, ids[i], meshes[i]->point_count);
+      if (morphs.status().code() == StatusCode::kInvalidInput) return morphs.status();
+      continue;
+    }
     patched.push_back(ids[i]);
     patched_meshes.push_back(&*meshes[i]);
   }

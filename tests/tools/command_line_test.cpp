@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "decoder_cuda/psplit_cuda.h"
+#include "encoder/draco/stock_stream.h"
 #include "tests/support/test_folder.h"
 #include "tools/gltf_psplit/messages.h"
 
@@ -438,9 +439,14 @@ TEST_F(CommandLine, InspectTellsCodingsAndStoragesApart) {
   ASSERT_EQ(run({"decode", path("terrain.glb"), out, "--to", "draco", "--encode-speed", "0", "-q"}).code, 0);
   EXPECT_EQ(first_of(out).at("coding"), "edgebreaker-valence");
   // Nothing but degenerate faces: Edgebreaker cannot hold them.
-  write("flat.obj", "v 0 0 0\nv 1 0 0\nf 1 1 2\nf 2 2 1\n");
-  ASSERT_EQ(run({"decode", path("flat.obj"), path("flat.glb"), "--to", "draco", "-q"}).code, 0);
-  EXPECT_EQ(first_of(path("flat.glb")).at("coding"), "sequential");
+  Mesh flat;
+  flat.point_count = 2;
+  flat.faces = {{0, 0, 1}, {1, 1, 0}};
+  flat.attributes.push_back({"POSITION", ComponentType::kFloat32, 3, false, Array<std::byte>(24)});
+  const Expected<StockStream> stream = encode_stock_stream(flat, std::vector<AttributeCoding>(1), 5);
+  ASSERT_TRUE(stream.ok()) << stream.status().to_string();
+  write("flat.drc", std::string(stream->bytes.begin(), stream->bytes.end()));
+  EXPECT_EQ(first_of(path("flat.drc")).at("coding"), "sequential");
 }
 
 TEST_F(CommandLine, InspectNamesTheStreamThatIsBroken) {

@@ -66,7 +66,7 @@ TEST_F(MeshFiles, EveryFormatIsReadFromFilesPipesAndGzip) {
     write("plain.txt", file);
     write_gzip("packed.bin", file);
     for (const char* name : {"plain.txt", "packed.bin"}) {
-      Outcome outcome = run({"encode", path(name), path("out.glb"), "--report", "-", "-q"});
+      Outcome outcome = run({"encode", path(name), path("out.glb"), "--always-patches", "--report", "-", "-q"});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
       EXPECT_EQ(nlohmann::json::parse(outcome.out).at("total").at("faces"), 2);
       EXPECT_EQ(run({"validate", path("out.glb"), "-q"}).code, 0);

@@ -223,7 +223,9 @@ std::vector<Json> mutants(const Json& tree) {
 TEST_F(UserFiles, AllCommandsRefuseTheSameBrokenAssets) {
   fs::create_directories(folder_ / "plain");
   ASSERT_EQ(run({"generate", path("plain/a.gltf"), "--faces", "60", "-q"}), 0);
-  ASSERT_EQ(run({"encode", path("plain/a.gltf"), path("a.gltf"), "-q", "--patches", "2"}), 0) << err_;
+  ASSERT_EQ(run({"encode", path("plain/a.gltf"), path("a.gltf"), "-q", "--patches", "2", "--always-patches"}),
+            0)
+      << err_;
   for (const std::string name : {"plain/a.gltf", "a.gltf"}) {
     const std::string folder = name == "a.gltf" ? "" : "plain/";
     for (const Json& mutant : mutants(json(name))) {
