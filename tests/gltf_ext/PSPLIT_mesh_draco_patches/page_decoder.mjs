@@ -394,8 +394,9 @@ export function decode_container(draco, bytes, requests) {
       for (let point = 0; point < row.points; ++point)
         if (!row.target.has(point))
           values[k].set(row.values[k].subarray(point * size, (point + 1) * size), row.number[point] * size);
-      // "Conformance": copies decode to the same bits. Owners are this stream or before it, so their values are there.
-      for (const point of row.target.keys()) {
+      // "Conformance": copies in patches decode to the same bits. Owners are this stream or before it, so their values
+      // are there.
+      for (const point of row.is_residue ? [] : row.target.keys()) {
         const at = resolved[point] * size;
         for (let i = 0; i < size; ++i)
           if (values[k][at + i] !== row.values[k][point * size + i]) uses.unequal_copies = true;
