@@ -195,10 +195,23 @@ void choose_storage(Job& job, const EncodeDocumentOptions& options) {
                                                                        : container->stream_bytes();
 }
 
+// glTF wants the bounds of positions. A .drc file does not say them; they are known once it was decoded.
+void set_position_bounds(Document& document, const Job& job) {
+  const Attribute* position = job.mesh.find("POSITION");
+  const PrimitiveId id = job.group.ids.front();
+  const auto index = integer_field(primitive_json(document, id)["attributes"], "POSITION");
+  if (position == nullptr || !index) return;
+  Json& accessor = document.json["accessors"][static_cast<size_t>(*index)];
+  if (field(accessor, "min") != nullptr && field(accessor, "max") != nullptr) return;
+  const AccessorData data{position->component_type, position->component_count, position->normalized,
+                          job.mesh.point_count, position->values};
+  describe_decoded(accessor, data, true);
+}
+
 // Takes out the geometry that stays as it is, because it cannot be encoded or would only grow, and says why.
 // What grows because the user wants patches gets a warning.
-Status leave_what_would_grow(const Document& document, const EncodeDocumentOptions& options,
-                             std::vector<Job>& jobs, Reports& reports) {
+Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options, std::vector<Job>& jobs,
+                             Reports& reports) {
   const bool is_wanted = options.always_patches || options.patches > 0 || options.patch_faces > 0;
   const GeometryOwners owners(document);
   std::vector<Job> kept;
@@ -225,7 +238,10 @@ Status leave_what_would_grow(const Document& document, const EncodeDocumentOptio
       reports[id].skipped = reason;
       if (!warning.empty()) reports[id].warnings.push_back(warning);
     }
-    if (reason.empty()) kept.push_back(std::move(job));
+    if (reason.empty())
+      kept.push_back(std::move(job));
+    else if (document.from_draco)
+      set_position_bounds(document, job);
   }
   jobs = std::move(kept);
   return {};

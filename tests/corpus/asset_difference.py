@@ -320,7 +320,7 @@ class Comparison:
                 return name in tree.get("extensions", {}) or any(has(value, name) for value in tree.values())
             return isinstance(tree, list) and any(has(value, name) for value in tree)
         for name in ("extensionsUsed", "extensionsRequired"):
-            wanted = [n for n in self.before.all(name) if n not in (kStock, kManifold, *kMeshopt) or has(self.after.json, n)]
+            wanted = [n for n in self.before.all(name) if n not in (kStock, kManifold, *kMeshopt) or n in self.names or has(self.after.json, n)]
             wanted += [n for n in self.names if n not in wanted]
             if self.after.json.get(name) != (wanted or None):
                 self.say(f"/{name}", f"should be {wanted}, is {self.after.json.get(name)}")

@@ -3,6 +3,8 @@
 #include <array>
 #include <map>
 
+#include "encoder/draco/stock_stream.h"
+#include "gltf_ext/draco_file.h"
 #include "gltf_ext/validate.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
@@ -43,6 +45,28 @@ TEST(StorageChoice, DefaultPatchCountsKeepThreadsBusy) {
   for (const auto& [faces, patches] : counts) EXPECT_EQ(default_patch_count(faces), patches) << faces;
   EXPECT_EQ(default_patch_count(5000, 5000), 2u);
   EXPECT_EQ(default_patch_count(100000, 200000), 1u);
+}
+
+// A .drc file does not say its bounds, and glTF wants those of positions.
+TEST(StorageChoice, ADracoFileThatStaysAsItIsGetsItsBounds) {
+  const Mesh mesh = make_grid(30, 20);
+  Expected<AttributeCoding> grid = fit_grid(mesh.attributes[0], 14);
+  ASSERT_TRUE(grid);
+  std::vector<AttributeCoding> codings(mesh.attributes.size());
+  codings[0] = *grid;
+  const Expected<StockStream> stream = encode_stock_stream(mesh, codings, 0);
+  ASSERT_TRUE(stream) << stream.status().to_string();
+  Expected<Document> document = document_from_draco(stream->bytes, describe_stream);
+  ASSERT_TRUE(document) << document.status().to_string();
+  const auto reports = encode_by_default(*document);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  ASSERT_NE((*reports)[0].skipped, "");
+  const Json accessor = accessor_of(*document, "POSITION");
+  ASSERT_TRUE(accessor.contains("min") && accessor.contains("max")) << accessor;
+  EXPECT_EQ(findings_of(*document), "");
+  ASSERT_TRUE(decode(*document).ok());
+  EXPECT_EQ(accessor_of(*document, "POSITION")["min"], accessor["min"]);
+  EXPECT_EQ(accessor_of(*document, "POSITION")["max"], accessor["max"]);
 }
 
 TEST(StorageChoice, WholePrimitivesAreStockDracoOfNoMoreBytes) {

@@ -102,7 +102,7 @@ void add_encode_command(CLI::App& app, Action& action) {
   group_encode_options(command);
   add_examples(
       command,
-      {{"gltf-psplit encode dragon.ply dragon.glb", "about 4800 faces a patch"},
+      {{"gltf-psplit encode dragon.ply dragon.glb", "large primitives in patches, small ones whole"},
        {"gltf-psplit encode dragon.ply dragon.glb --profile speed", "more and smaller patches, for a GPU"},
        {"gltf-psplit encode scan.obj -o scan.glb --lossless", "every float as it is"},
        {"gltf-psplit encode a.glb b.glb --compat khr", "for viewers that do not know the extension"},

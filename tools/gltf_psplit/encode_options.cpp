@@ -108,11 +108,13 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
 
 void group_encode_options(CLI::App& command) {
   const std::vector<std::pair<const char*, std::vector<const char*>>> groups = {
-      {"Patches", {"--patches", "--patch-faces", "--profile", "--gpu", "--distance", "--no-refine"}},
+      {"Patches",
+       {"--patches", "--patch-faces", "--min-faces", "--always-patches", "--profile", "--gpu", "--distance",
+        "--no-refine"}},
       {"Precision",
        {"--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
         "--quantize-generic", "--quantization-volume", "--lossless"}},
-      {"What is kept", {"--drop-degenerate", "--keep-duplicates"}},
+      {"What is kept", {"--keep-degenerate", "--keep-unused", "--keep-duplicates"}},
       {"What is written", {"--images", "--fallback", "--compat", "--as"}},
   };
   for (const auto& [group, names] : groups)

@@ -1,5 +1,7 @@
 #include "tools/gltf_psplit/encode_report.h"
 
+#include <algorithm>
+
 namespace psplit {
 namespace {
 
@@ -60,6 +62,7 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& l
       append_row(object, row);
       if (!report.repeated) result.total += row;
       ++(report.stored_as == StoredAs::kDraco ? result.draco_count : result.split_count);
+      if (report.stored_as == StoredAs::kDraco && !report.repeated) ++result.unsplit_streams;
       log.detail(describe_place(report.id.mesh, report.id.primitive) + ": " + row_text(row));
     }
     if (!report.warnings.empty()) object["warnings"] = report.warnings;
@@ -96,8 +99,13 @@ std::string encode_summary(const EncodeResult& result, const AssetSizes& sizes) 
     add("; ", "nothing was encoded");
     return text;
   }
-  add(", ", "mesh data " + as_bytes(result.total.summary.total_bytes) + " in " +
-                counted(result.total.summary.patches, "patch"));
+  // The sum counts a stream that was not split as a patch.
+  const uint64_t streams = result.total.summary.patches;
+  const uint64_t patches = streams - std::min(streams, result.unsplit_streams);
+  std::string stored = patches > 0 ? counted(patches, "patch") : "";
+  if (result.unsplit_streams > 0)
+    stored += (stored.empty() ? "" : " and ") + counted(result.unsplit_streams, "unsplit primitive");
+  add(", ", "mesh data " + as_bytes(result.total.summary.total_bytes) + " in " + stored);
   add("; ", changes_text(result.total.statistics));
   return text;
 }

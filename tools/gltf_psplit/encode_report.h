@@ -48,9 +48,10 @@ struct EncodeResult {
   EncodeRow total;
   GeometryBytes geometry;
   Json primitives = Json::array();
-  size_t split_count = 0;      // in patches: more than one, or the extension
-  size_t draco_count = 0;      // in one stream of KHR_draco_mesh_compression
-  size_t unchanged_count = 0;  // as they were
+  size_t split_count = 0;        // in patches: more than one, or the extension
+  size_t draco_count = 0;        // in one stream of KHR_draco_mesh_compression
+  size_t unchanged_count = 0;    // as they were
+  uint64_t unsplit_streams = 0;  // of draco_count, those whose geometry no primitive before them has
 };
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log);
 
