@@ -93,7 +93,7 @@ Status CudaMemory::download(const void* from, std::span<std::byte> to) {
   return cuda_status(cudaMemcpy(to.data(), from, to.size(), cudaMemcpyDeviceToHost), "download");
 }
 
-struct CudaDecoder::Implementation {
+struct PSPLIT_HIDDEN CudaDecoder::Implementation {
   BatchDecoder<CudaDevice> decoder;
   int device = 0;
   CudaDevice::HostArray<uint8_t> pinned_bytes{};  // of containers on the device

@@ -1,4 +1,4 @@
-// Marks what shared libraries export: all else is hidden in them.
+// Marks what shared libraries export: all else is hidden in them. PSPLIT_HIDDEN is for what lies in an exported class.
 #pragma once
 
 #if defined(_WIN32) && defined(PSPLIT_BUILDS_SHARED)
@@ -9,4 +9,10 @@
 #define PSPLIT_EXPORT
 #else
 #define PSPLIT_EXPORT [[gnu::visibility("default")]]
+#endif
+
+#if defined(_WIN32)
+#define PSPLIT_HIDDEN
+#else
+#define PSPLIT_HIDDEN [[gnu::visibility("hidden")]]
 #endif
