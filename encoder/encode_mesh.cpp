@@ -257,6 +257,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
     streams[i].faces = std::move(order->faces);
     streams[i].points.reserve(order->patch_point.size());
     for (uint32_t point : order->patch_point) streams[i].points.push_back(patch.points[point]);
+    if (options.patch_encoded) options.patch_encoded(cut.patches[i].size());
   });
   for (Status& status : statuses)
     if (!status.ok()) return std::move(status);

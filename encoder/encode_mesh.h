@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -40,6 +41,8 @@ struct EncodeOptions {
   PathDistance distance = PathDistance::kDijkstra;
   // A partition to take: the patch of each face that is not dropped, or empty for one of our own.
   std::span<const uint32_t> patch_of_face;
+  // Told the number of faces of each patch that is encoded, from any thread; changes nothing of the result.
+  std::function<void(size_t)> patch_encoded{};
 };
 
 struct EncodeStatistics {

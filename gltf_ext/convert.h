@@ -80,7 +80,7 @@ uint64_t default_patch_count(uint64_t faces, uint64_t min_faces = kMinFaces);
 // what stays whole by KHR_draco_mesh_compression. Left as they are, unless patches were asked for by number, by
 // size or by always_patches: stock Draco that would not become smaller, and plain geometry that is smaller than
 // its stream. On error the document is unusable. EXT_mesh_manifold, whose data refer to indices, is dropped
-// from the meshes of what is replaced.
+// from the meshes of what is replaced. `progress` is told of faces, patch by patch, from any thread.
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress = {});

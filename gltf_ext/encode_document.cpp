@@ -56,9 +56,17 @@ void decode_unverified(std::vector<Job>& jobs, const DecodeBackend& backend, con
 }
 
 void encode_jobs(std::vector<Job>& jobs, const ThreadPool& pool, const Progress& progress) {
+  size_t faces = 0;
+  for (const Job& job : jobs) faces += job.mesh.faces.size();
   std::atomic<size_t> done = 0;
   pool.for_each(jobs.size(), [&](size_t i) {
     Job& job = jobs[i];
+    std::atomic<size_t> done_of_job = 0;
+    if (progress)
+      job.options.patch_encoded = [&](size_t count) {
+        done_of_job += count;
+        progress(done += count, faces);
+      };
     size_t stride = 0;
     const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
     Expected<EncodedMesh> encoded = encode_mesh(job.mesh, job.codings, job.options, pool, extra, stride);
@@ -66,7 +74,9 @@ void encode_jobs(std::vector<Job>& jobs, const ThreadPool& pool, const Progress&
       job.encoded = std::move(*encoded);
     else
       job.status = encoded.status();
-    if (progress) progress(++done, jobs.size());
+    job.options.patch_encoded = {};
+    // Faces that are dropped or in no patch are done as well.
+    if (progress) progress(done += job.mesh.faces.size() - done_of_job, faces);
   });
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <mutex>
 
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/draco_file.h"
@@ -45,6 +46,28 @@ TEST(StorageChoice, DefaultPatchCountsKeepThreadsBusy) {
   for (const auto& [faces, patches] : counts) EXPECT_EQ(default_patch_count(faces), patches) << faces;
   EXPECT_EQ(default_patch_count(5000, 5000), 2u);
   EXPECT_EQ(default_patch_count(100000, 200000), 1u);
+}
+
+// One large primitive is told of patch by patch, and what no patch has is counted as well.
+TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
+  Mesh mesh = make_grid(40, 40);
+  mesh.faces.push_back({0, 0, 1});
+  Document document = document_from_mesh(mesh);
+  EncodeDocumentOptions options;
+  options.patches = 5;
+  std::mutex mutex;
+  std::vector<size_t> done;
+  const auto reports =
+      encode_document(document, options, cpu_backend(), test_pool(), [&](size_t faces, size_t total) {
+        const std::lock_guard lock(mutex);
+        EXPECT_EQ(total, mesh.faces.size());
+        done.push_back(faces);
+      });
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  std::ranges::sort(done);
+  EXPECT_EQ(done.size(), 6u);
+  EXPECT_EQ(done.back(), mesh.faces.size());
+  EXPECT_LT(done.front(), mesh.faces.size() / 4);
 }
 
 // A .drc file does not say its bounds, and glTF wants those of positions.

@@ -45,7 +45,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<std::vector<PrimitiveReport>> reports = [&] {
     ProgressBar bar("encoding", session.log);
-    return encode_document(*document, options, find_backend({}), session.pool, bar.callback("primitive"));
+    return encode_document(*document, options, find_backend({}), session.pool, bar.callback("face"));
   }();
   if (!reports) return reports.status().at({.file = arguments.input});
 
