@@ -59,6 +59,7 @@ void encode_jobs(std::vector<Job>& jobs, const ThreadPool& pool, const Progress&
   size_t faces = 0;
   for (const Job& job : jobs) faces += job.mesh.faces.size();
   std::atomic<size_t> done = 0;
+  if (progress) progress(0, faces);
   pool.for_each(jobs.size(), [&](size_t i) {
     Job& job = jobs[i];
     std::atomic<size_t> done_of_job = 0;
