@@ -1,4 +1,5 @@
-// Marks what shared libraries export: all else is hidden in them. PSPLIT_HIDDEN is for what lies in an exported class.
+// Marks what shared libraries export: all else is hidden in them. PSPLIT_HIDDEN is for what lies in an exported
+// class.
 #pragma once
 
 #if defined(_WIN32) && defined(PSPLIT_BUILDS_SHARED)

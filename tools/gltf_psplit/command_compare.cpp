@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
+#include "encoder/weld.h"
 #include "tools/gltf_psplit/commands.h"
 #include "tools/gltf_psplit/comparison.h"
 #include "tools/gltf_psplit/comparison_report.h"
@@ -56,7 +57,11 @@ Expected<std::vector<Mesh>> read_meshes(const Document& document, std::span<cons
   std::vector<Mesh> meshes;
   for (Expected<Mesh>& mesh : read_primitives(document, ids, find_backend({}), session.pool)) {
     if (!mesh) return mesh.status();
-    if (!mesh->faces.empty()) meshes.push_back(std::move(*mesh));
+    if (mesh->faces.empty()) continue;
+    // Stock Draco's own tools merge equal points before they encode, and so does `encode`: all rivals get the
+    // mesh that is left.
+    merge_duplicates(*mesh);
+    meshes.push_back(std::move(*mesh));
   }
   if (meshes.empty()) return unsupported("holds no triangles");
   return meshes;
