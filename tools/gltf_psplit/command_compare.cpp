@@ -30,8 +30,8 @@ struct Arguments {
   bool wide = false;
 };
 
-// Patches of `encode --profile speed`, and patches that are many enough for a GPU.
-constexpr uint64_t kSpeedPatchFaces = 4800, kGpuPatchFaces = 1200;
+// Patches that are many enough for a GPU.
+constexpr uint64_t kGpuPatchFaces = 1200;
 
 // The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
 Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, const Session& session) {

@@ -10,8 +10,6 @@
 namespace psplit {
 namespace {
 
-// One thread and many decode these fastest (docs/benchmarks.md).
-constexpr uint64_t kSpeedPatchFaces = 4800;
 // Work for four threads, at less than a third of what 16 cost.
 constexpr uint64_t kMostPatchesForSize = 4;
 // Patches of 440 faces take more than a third more bytes than one stream already (docs/benchmarks.md).

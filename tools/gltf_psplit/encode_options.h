@@ -12,6 +12,9 @@ class App;
 
 namespace psplit {
 
+// Faces of a patch with --profile speed: one thread and many decode these fastest (docs/benchmarks.md).
+inline constexpr uint64_t kSpeedPatchFaces = 4800;
+
 struct EncodeArguments {
   std::string profile, gpu, volume = "mesh", fallback = "none", compat = "none";
   EncodeDocumentOptions options;
