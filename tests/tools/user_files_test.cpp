@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "tests/support/test_folder.h"
-#include "tools/gltf_psplit/command_line.h"
+#include "tests/tools/run_command.h"
 
 namespace psplit {
 namespace {
@@ -37,15 +37,10 @@ class UserFiles : public testing::Test {
   Json json(const std::string& name) const { return Json::parse(text(name)); }
 
   int run(std::vector<std::string> words) {
-    words.insert(words.begin(), "gltf-psplit");
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int code = run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
-    out_ = testing::internal::GetCapturedStdout();
-    err_ = testing::internal::GetCapturedStderr();
-    return code;
+    CommandOutcome outcome = run_command(std::move(words));
+    out_ = std::move(outcome.out);
+    err_ = std::move(outcome.err);
+    return outcome.code;
   }
 
   // A .gltf in a folder of its own, with an image; the name of its .bin.
