@@ -12,7 +12,7 @@
 
 #include <new>
 
-#include "src/core/numbering.h"
+#include "src/core/stitch.h"
 #include "src/core/workspace.h"
 
 namespace psplit {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "src/core/stitch_numbers.h"
+#include "src/core/stitch_codes.h"
 
 namespace psplit {
 namespace {

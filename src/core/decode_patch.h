@@ -196,7 +196,7 @@ class PatchDecoder {
     }
     if (!any_seams) return start_attributes();
     if (!arena_.take(patch_.point_at, mesh_.table.vertex.size())) return Fault::kWorkspace;
-    patch_.point_count = number_points(mesh_, seam_tables_, patch_.on_seam, scratch, patch_.point_at);
+    patch_.point_count = split_into_points(mesh_, seam_tables_, patch_.on_seam, scratch, patch_.point_at);
     if (!arena_.take(patch_.corner_of_point, patch_.point_count)) return Fault::kWorkspace;
     for (uint32_t face = 0; face < patch_.face_count; ++face)
       for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner)
@@ -483,7 +483,7 @@ PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& 
     step(SymbolSteps<false>(sequence));
 }
 
-// Takes all pending steps of decoders that are at the same stop, those of kWays runs in turn.
+// Takes all pending steps of decoders that are at the same stop, those of kInStep runs in turn.
 template <typename Index>
 PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) {
   using Decoder = PatchDecoder<Index>;
@@ -495,10 +495,10 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
     case Stop::kSeams:
       for_runs<BitSteps>(
           decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
-          step_all<kWays, BitSteps, BitSteps>);
+          step_all<kInStep, BitSteps, BitSteps>);
       return;
     case Stop::kSymbolLists:
-      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kWays>);
+      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
       return;
     case Stop::kChains: {
       using Run = DepthFirstTraversal<Index>;
@@ -506,8 +506,8 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
       // One of each has nobody but the other to go with.
       if (count == 1 && traversals(*decoders[0]).size() == 1 && sequences(*decoders[0]).size() == 1)
         step_both(traversals(*decoders[0])[0], sequences(*decoders[0])[0]);
-      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kWays>);
-      for_runs<Run>(decoders, count, traversals, itself, step_all<kWays, Run, Run>);
+      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
+      for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
       return;
     }
     case Stop::kPrediction: {
@@ -516,13 +516,13 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
       using Normals = NormalSteps<Index>;
       for_runs<OfThree>(
           decoders, count, integers, [](Integers & of) -> auto& { return of.of_three(); },
-          step_all<kWays, OfThree, OfThree>);
+          step_all<kInStep, OfThree, OfThree>);
       for_runs<OfTwo>(
           decoders, count, integers, [](Integers & of) -> auto& { return of.of_two(); },
-          step_all<kWays, OfTwo, OfTwo>);
+          step_all<kInStep, OfTwo, OfTwo>);
       for_runs<Normals>(
           decoders, count, integers, [](Integers & of) -> auto& { return of.normals(); },
-          step_all<kWays, Normals, Normals>);
+          step_all<kInStep, Normals, Normals>);
       return;
     }
     case Stop::kDone: return;

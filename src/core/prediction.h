@@ -90,7 +90,7 @@ PSPLIT_HD inline Fault read_prediction_data(ByteReader& reader, uint32_t corner_
       if (const Fault fault = bits.start(reader); fault != Fault::kNone) return fault;
       flags[i] = BitSteps(bits, data.creases[i]);
     }
-    step_all<kWays, BitSteps>(runs, kMaxParallelograms);
+    step_all<kInStep, BitSteps>(runs, kMaxParallelograms);
   }
   if (data.scheme == Scheme::kTexCoords) {
     const uint32_t count = reader.u32();
@@ -309,13 +309,12 @@ class ParallelogramFinder {
       complete_at[face] = static_cast<Index>(select(mask(ab > c), ab, c));
     }
     // Equal parts of the sequence, a corner of each in turn.
-    constexpr uint32_t kParts = 3;
-    Fan fans[kParts];
+    Fan fans[kInStep];
     const Fans common{table, sequence.corner, complete_at, found_, across_};
     bool all = true;
-    for (uint32_t n = 0; n < kParts; ++n) {
-      fans[n].i = static_cast<uint32_t>(uint64_t{sequence.count} * n / kParts);
-      fans[n].end = static_cast<uint32_t>(uint64_t{sequence.count} * (n + 1) / kParts);
+    for (uint32_t n = 0; n < kInStep; ++n) {
+      fans[n].i = static_cast<uint32_t>(uint64_t{sequence.count} * n / kInStep);
+      fans[n].end = static_cast<uint32_t>(uint64_t{sequence.count} * (n + 1) / kInStep);
       if (fans[n].i < fans[n].end) fans[n].start = fans[n].corner = sequence.corner[fans[n].i];
       all &= fans[n].i < fans[n].end;
     }
@@ -576,7 +575,6 @@ class Predictor {
 
  private:
   static constexpr uint32_t kMaxComponents = kComponents != 0 ? kComponents : 255;
-  static constexpr uint32_t kLanes = value_stride(kMaxComponents);
 
   PSPLIT_HD const int32_t* correction(uint32_t i) const { return &corrections_[size_t{i} * components_]; }
   PSPLIT_HD int32_t* values_at(Index corner) const {

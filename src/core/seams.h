@@ -111,8 +111,8 @@ PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<c
 // Points: vertices, split wherever an attribute is. `point` is by corner; returns their number. `on_seam`: of
 // any attribute.
 template <typename Index>
-PSPLIT_HD uint32_t number_points(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
-                                 View<const bool> on_seam, View<Index> scratch, View<Index> point) {
+PSPLIT_HD uint32_t split_into_points(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
+                                     View<const bool> on_seam, View<Index> scratch, View<Index> point) {
   const auto differs = [&](Index a, Index b) {
     for (size_t i = 0; i < attributes.size(); ++i)
       if (attributes[i].has_seams && attributes[i].table.vertex[a] != attributes[i].table.vertex[b])

@@ -1,85 +1,109 @@
-// The border of a patch in walking order, from its corner table: what stitch maps count along.
-// src/container/stitch.h has the definition, which knows of faces and points only.
+// From the decoded points of a container's streams to the points of the mesh. The specification, "numbering"
+// and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches); src/container/stitch.h has the definition for whole
+// containers.
+//
+//   number_mesh_points   of each stream: its own points, which are references, and what repeats stand for
+//   resolve_references   when all are numbered: the points that the other references stand for
 #pragma once
 
-#include "src/core/decode_patch.h"
+#include "src/core/fault.h"
+#include "src/core/lanes.h"
+#include "src/core/stitch_reader.h"
 
 namespace psplit::core {
 
-inline constexpr size_t kNoWalk = ~size_t{0};
+inline constexpr uint32_t kNoPoint = 0xffffffffu;
 
-// The border's edges as successor[point]: a border edge runs from a point to its successor. Returns how many,
-// or kNoWalk where two leave one point.
-template <typename Index>
-PSPLIT_HD size_t link_border(const Patch<Index>& patch, View<Index> successor) {
-  const CornerTable<Index>& table = patch.mesh.table;
-  const View<Index> point_at = patch.point_at;
-  size_t edge_count = 0;
-  // The edge across from `corner`, which has nothing, or another point, on its other side. False where another
-  // border edge leaves its point.
-  const auto link = [&](uint32_t corner) {
-    const auto start = static_cast<Index>(next(corner));
-    const Index a = point_at[start], b = point_at[previous(corner)];
-    // A face elsewhere that has the edge the other way is among those around `a`, from here to the other end of
-    // the border; then it is not of the border.
-    Index at = start;
-    do {
-      if (point_at[previous(at)] == b) return true;
-      at = table.swing_left(at);
-    } while (at != kNone<Index> && at != start && point_at[at] == a);
-    if (successor[a] != kNone<Index>) return false;
-    successor[a] = b;
-    ++edge_count;
-    return true;
-  };
-  if (patch.corner_of_point.empty()) {
-    // Points are vertices, and one edge of the border enters each that is not closed.
-    for (uint32_t v = 0; v < patch.point_count; ++v)
-      if (PSPLIT_UNLIKELY(!patch.mesh.closed[v]) && !link(patch.mesh.border[v].corner())) return kNoWalk;
-    return edge_count;
+// Where `reader` is, the first pair of a row whose points are numbered is the first_pair-th reference.
+// Collective.
+template <Lanes L>
+PSPLIT_HD Fault resolve_repeats(L lanes, const StitchRow& row, StitchReader reader, uint32_t first_pair,
+                                View<const uint32_t> numbers, View<uint32_t> resolved) {
+  bool missing = false;
+  uint32_t reference = first_pair - row.first_reference;
+  for (StitchReader::Pair pair; reader.next_pair(pair) && pair.is_repeat; ++reference) {
+    if (lanes.rank() != reference % L::size()) continue;
+    const uint32_t number = numbers[pair.target];
+    missing |= number >= row.first_reference;
+    resolved[reference] = number;
   }
-  // Seams between points are borders too: look at each edge that leaves a vertex on one.
-  for (uint32_t v = 0; v < patch.mesh.vertex_count; ++v) {
-    if (PSPLIT_LIKELY(patch.mesh.closed[v] && !patch.on_seam[v])) continue;
-    const Index first = patch.mesh.first_corner(static_cast<Index>(v));
-    Index at = first;
-    do {
-      const Index corner = previous(at), across = table.opposite[corner];
-      const bool is_joined = across != kNone<Index> && point_at[previous(across)] == point_at[at] &&
-                             point_at[next(across)] == point_at[next(at)];
-      if (!is_joined && !link(corner)) return kNoWalk;
-      at = table.swing_right(at);
-    } while (at != kNone<Index> && at != first);
-  }
-  return edge_count;
+  lanes.sync();
+  return any(lanes, missing) ? Fault::kStitchOwner : Fault::kNone;
 }
 
-// `walk` has the points of the border one loop after the other, or is empty where there is none. Its arrays
-// stay in the arena.
-template <typename Index>
-PSPLIT_HD Fault walk_border(const Patch<Index>& patch, Arena& arena, View<Index>& walk) {
-  walk = {};
-  if (patch.mesh.table.opposite.empty()) return Fault::kNone;  // a sequential mesh
-  View<Index> successor, found;
-  if (!arena.take(successor, patch.point_count)) return Fault::kWorkspace;
-  fill(successor, kNone<Index>);
-  const size_t edge_count = link_border(patch, successor);
-  if (edge_count == kNoWalk) return Fault::kNone;
-  if (!arena.take(found, edge_count)) return Fault::kWorkspace;
-  size_t length = 0;
-  for (uint32_t start = 0; start < patch.point_count && length < edge_count; ++start) {
-    if (successor[start] == kNone<Index>) continue;
-    uint32_t at = start;
-    do {
-      const Index following = successor[at];
-      if (following == kNone<Index>) return Fault::kNone;
-      found[length++] = static_cast<Index>(at);
-      successor[at] = kNone<Index>;
-      at = following;
-    } while (at != start);
+// numbers[point] becomes the mesh's number of each point that the stream owns; of the n-th reference of its
+// stitch map, first_reference + n. `walk` has the points of its border. resolved[n] becomes the mesh's number
+// of the n-th reference where that is a repeat; there is one place a reference. Collective.
+template <Lanes L, typename Index>
+PSPLIT_HD Fault number_mesh_points(L lanes, const StitchRow& row, View<const Index> walk,
+                                   View<uint32_t> numbers, View<uint32_t> resolved) {
+  fill(lanes, numbers, kNoPoint);
+  StitchReader reader(row);
+  uint32_t reference = row.first_reference;
+  const uint32_t last = reference + row.reference_count;
+  bool out_of_place = false;
+  for (StitchReader::Run run; reader.next_run(run);) {
+    if (run.begin + run.length > walk.size() || run.length > last - reference) return Fault::kStitchRun;
+    const View<const Index> along(walk.data() + run.begin, run.length);
+    // A walk has no point twice.
+    for_each_lane_item(lanes, run.length, [&](uint32_t k) {
+      uint32_t& number = numbers[along[k]];
+      out_of_place |= number != kNoPoint;
+      number = reference + k;
+    });
+    reference += run.length;
+    lanes.sync();
   }
-  walk = found;
-  return Fault::kNone;
+  const StitchReader pairs = reader;
+  const uint32_t first_pair = reference;
+  bool has_repeats = false;
+  for (StitchReader::Pair pair; reader.next_pair(pair); ++reference) {
+    if (pair.point >= numbers.size() || reference == last) return Fault::kStitchPair;
+    has_repeats |= pair.is_repeat;
+    if (lanes.rank() != 0) continue;
+    uint32_t& number = numbers[static_cast<size_t>(pair.point)];
+    out_of_place |= number != kNoPoint;
+    number = reference;
+  }
+  lanes.sync();
+  if (reader.broken() || reference != last) return Fault::kStitchMap;
+  if (any(lanes, out_of_place)) return Fault::kStitchPair;
+  // The rest is its own.
+  const auto count = static_cast<uint32_t>(numbers.size());
+  uint32_t next = row.owned_base;
+  for (uint32_t chunk = 0; chunk < count; chunk += L::size()) {
+    const uint32_t point = chunk + lanes.rank();
+    const bool is_own = point < count && numbers[point] == kNoPoint;
+    const Scan<uint32_t> own = exclusive_scan(lanes, uint32_t{is_own});
+    if (is_own) numbers[point] = next + own.before;
+    next += own.total;
+  }
+  lanes.sync();
+  return has_repeats ? resolve_repeats(lanes, row, pairs, first_pair, numbers, resolved) : Fault::kNone;
+}
+
+// resolved[n] becomes the mesh's number of the n-th reference of a row that number_mesh_points took, which has
+// resolved the repeats. All streams up to this one are numbered: walk_of(stream, place) is the mesh's number of
+// the point at a place of its walk, kNoPoint where that is a reference or there is none; owned_of(stream, rank)
+// of the rank-th point that it owns, or kNoPoint. Collective.
+template <Lanes L, typename WalkOf, typename OwnedOf>
+PSPLIT_HD Fault resolve_references(L lanes, const StitchRow& row, WalkOf walk_of, OwnedOf owned_of,
+                                   View<uint32_t> resolved) {
+  StitchReader reader(row);
+  uint32_t reference = 0;
+  bool missing = false;
+  const auto resolve = [&](uint32_t at, uint32_t number) {
+    missing |= number == kNoPoint;
+    resolved[at] = number;
+  };
+  for (StitchReader::Run run; reader.next_run(run); reference += run.length)
+    for_each_lane_item(lanes, run.length,
+                       [&](uint32_t k) { resolve(reference + k, walk_of(run.owner, run.place(k))); });
+  for (StitchReader::Pair pair; reader.next_pair(pair); ++reference)
+    if (!pair.is_repeat && lanes.rank() == reference % L::size())
+      resolve(reference, owned_of(pair.owner, pair.target));
+  lanes.sync();
+  return any(lanes, missing) ? Fault::kStitchOwner : Fault::kNone;
 }
 
 }  // namespace psplit::core

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "src/core/byte_reader.h"
-#include "src/core/stitch_numbers.h"
+#include "src/core/stitch_codes.h"
 #include "src/core/view.h"
 
 namespace psplit::core {

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "src/core/bit_groups.h"
+#include "src/core/in_step.h"
 #include "src/core/rans.h"
 
 namespace psplit::core {
@@ -98,7 +99,7 @@ class SymbolSteps : public SymbolSequence {
 };
 
 // Steps through all sequences, several at a time.
-template <uint32_t kWays>
+template <uint32_t kRuns>
 PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
   constexpr uint32_t kMost = 16;
   SymbolSequence *direct[kMost] = {}, *wide[kMost] = {};
@@ -110,8 +111,8 @@ PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
       else
         wide[wide_count++] = sequences[i];
     }
-    step_all<kWays, SymbolSteps<true>>(direct, direct_count);
-    step_all<kWays, SymbolSteps<false>>(wide, wide_count);
+    step_all<kRuns, SymbolSteps<true>>(direct, direct_count);
+    step_all<kRuns, SymbolSteps<false>>(wide, wide_count);
   }
 }
 

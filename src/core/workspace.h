@@ -1,7 +1,7 @@
 // How much memory a stream decodes in.
 #pragma once
 
-#include "src/core/stitch.h"
+#include "src/core/border_walk.h"
 
 namespace psplit::core {
 

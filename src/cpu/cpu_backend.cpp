@@ -8,7 +8,7 @@
 
 #include "src/container/claims.h"
 #include "src/container/stitch.h"
-#include "src/core/numbering.h"
+#include "src/core/stitch.h"
 #include "src/core/workspace.h"
 #include "src/cpu/convert.h"
 #include "src/cpu/scratch.h"
@@ -18,6 +18,7 @@ namespace {
 
 using core::Arena;
 using core::Fault;
+using core::kInStep;
 
 ScratchPool& scratch_pool() {
   static ScratchPool pool;
@@ -46,8 +47,8 @@ Status with_decoded(std::span<const uint8_t> stream, const core::StreamHeader& h
   const uint64_t most = core::justified_bytes(stream.size());
   const auto decode = [&]<typename Index>(core::Patch<Index>& patch) -> Status {
     for (size_t size = likely_size<Index>(header, stream, points, requests);;
-         size = static_cast<size_t>(std::min<uint64_t>(2 * scratch.lanes[0].size, most))) {
-      Arena arena = scratch.lanes[0].arena(size);
+         size = static_cast<size_t>(std::min<uint64_t>(2 * scratch.streams[0].size, most))) {
+      Arena arena = scratch.streams[0].arena(size);
       patch = {};
       const Fault fault = core::decode_patch<Index>(header, arena, patch);
       if (fault == Fault::kNone) {
@@ -56,37 +57,37 @@ Status with_decoded(std::span<const uint8_t> stream, const core::StreamHeader& h
       } else if (fault != Fault::kWorkspace) {
         return status_of(fault);
       }
-      if (scratch.lanes[0].size >= most) return status_of(Fault::kWorkspace);
+      if (scratch.streams[0].size >= most) return status_of(Fault::kWorkspace);
     }
   };
-  return header.fits_16_bits() ? decode(scratch.lanes[0].patch) : decode(scratch.wide);
+  return header.fits_16_bits() ? decode(scratch.streams[0].patch) : decode(scratch.wide);
 }
 
-// Decodes as many streams as there are lanes in step, and calls use(n, patch, arena) for each. Those that did
+// Decodes kInStep streams in step, and calls use(n, patch, arena) for each. Those that did
 // not decode, or for which `use` wants more memory, are left for with_decoded: returns which. So are all where
 // one is too large for 16-bit numbers.
 template <typename Use>
-std::array<bool, kLanes> decode_in_lanes(const std::array<std::span<const uint8_t>, kLanes>& streams,
-                                         std::span<const core::StreamHeader, kLanes> headers,
-                                         const std::array<uint32_t, kLanes>& points,
+std::array<bool, kInStep> decode_in_step(const std::array<std::span<const uint8_t>, kInStep>& streams,
+                                         std::span<const core::StreamHeader, kInStep> headers,
+                                         const std::array<uint32_t, kInStep>& points,
                                          std::span<const AttributeRequest> requests, Scratch& scratch,
                                          Use use) {
-  std::array<bool, kLanes> left;
+  std::array<bool, kInStep> left;
   left.fill(true);
   for (const core::StreamHeader& header : headers)
     if (!header.fits_16_bits()) return left;
-  Arena arenas[kLanes];
-  core::PatchDecoder<uint16_t>* decoders[kLanes];
-  Fault faults[kLanes];
-  for (uint32_t n = 0; n < kLanes; ++n) {
-    Lane& lane = scratch.lanes[n];
-    arenas[n] = lane.arena(likely_size<uint16_t>(headers[n], streams[n], points[n], requests));
-    lane.patch = {};
-    decoders[n] = &lane.decoder.emplace(headers[n], arenas[n], lane.patch);
+  Arena arenas[kInStep];
+  core::PatchDecoder<uint16_t>* decoders[kInStep];
+  Fault faults[kInStep];
+  for (uint32_t n = 0; n < kInStep; ++n) {
+    StreamMemory& memory = scratch.streams[n];
+    arenas[n] = memory.arena(likely_size<uint16_t>(headers[n], streams[n], points[n], requests));
+    memory.patch = {};
+    decoders[n] = &memory.decoder.emplace(headers[n], arenas[n], memory.patch);
   }
   core::decode_in_step(decoders, faults);
-  for (uint32_t n = 0; n < kLanes; ++n)
-    left[n] = faults[n] != Fault::kNone || !use(n, scratch.lanes[n].patch, arenas[n]);
+  for (uint32_t n = 0; n < kInStep; ++n)
+    left[n] = faults[n] != Fault::kNone || !use(n, scratch.streams[n].patch, arenas[n]);
   return left;
 }
 
@@ -290,15 +291,16 @@ class ContainerDecoder {
   Status decode() {
     const auto count = static_cast<uint32_t>(patches_.size());
     // In step only where that leaves no thread without work.
-    const uint32_t in_step = count / kLanes >= static_cast<uint32_t>(pool_.thread_count()) ? count / kLanes : 0;
-    pool_.for_each(in_step + (count - in_step * kLanes), [&](size_t task) {
+    const uint32_t in_step =
+        count / kInStep >= static_cast<uint32_t>(pool_.thread_count()) ? count / kInStep : 0;
+    pool_.for_each(in_step + (count - in_step * kInStep), [&](size_t task) {
       if (steps_.stopped()) return;
       const auto i = static_cast<uint32_t>(task);
       if (i < in_step)
-        decode_patches(i * kLanes);
+        decode_patches(i * kInStep);
       else
-        decode_patch(in_step * (kLanes - 1) + i);
-      steps_.finish(i < in_step ? kLanes : 1);
+        decode_patch(in_step * (kInStep - 1) + i);
+      steps_.finish(i < in_step ? kInStep : 1);
     });
     if (steps_.stopped()) return cancelled();
     if (Status status = first_failure(); !status.ok()) return status;
@@ -339,25 +341,25 @@ class ContainerDecoder {
     patches_[i].status = std::move(status).at({.patch = i});
   }
 
-  // Patches [first, first + kLanes).
+  // Patches [first, first + kInStep).
   void decode_patches(uint32_t first) {
     const ScratchPool::Lease lease(scratch_pool());
     Scratch& scratch = *lease;
-    std::array<std::span<const uint8_t>, kLanes> streams;
-    std::array<uint32_t, kLanes> points;
-    for (uint32_t n = 0; n < kLanes; ++n) {
+    std::array<std::span<const uint8_t>, kInStep> streams;
+    std::array<uint32_t, kInStep> points;
+    for (uint32_t n = 0; n < kInStep; ++n) {
       streams[n] = container_.streams[first + n];
       points[n] = container_.entries[first + n].point_count;
     }
     const auto left =
-        decode_in_lanes(streams, std::span<const core::StreamHeader, kLanes>(&headers_[first], kLanes), points,
-                        requests_, scratch, [&](uint32_t n, const auto& patch, Arena& arena) {
-                          Status status = write_patch(first + n, patch, arena, scratch.numbers);
-                          const bool is_done = status.code() != StatusCode::kRuntimeFailure;
-                          patches_[first + n].status = std::move(status).at({.patch = first + n});
-                          return is_done;
-                        });
-    for (uint32_t n = 0; n < kLanes; ++n)
+        decode_in_step(streams, std::span<const core::StreamHeader, kInStep>(&headers_[first], kInStep), points,
+                       requests_, scratch, [&](uint32_t n, const auto& patch, Arena& arena) {
+                         Status status = write_patch(first + n, patch, arena, scratch.numbers);
+                         const bool is_done = status.code() != StatusCode::kRuntimeFailure;
+                         patches_[first + n].status = std::move(status).at({.patch = first + n});
+                         return is_done;
+                       });
+    for (uint32_t n = 0; n < kInStep; ++n)
       if (left[n]) decode_patch(first + n, scratch);
   }
 

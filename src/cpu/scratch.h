@@ -11,7 +11,7 @@
 namespace psplit {
 
 // Memory for one stream.
-struct Lane {
+struct StreamMemory {
   std::unique_ptr<uint8_t[]> memory;
   size_t size = 0;
   core::Patch<uint16_t> patch;
@@ -27,14 +27,10 @@ struct Lane {
   }
 };
 
-// Streams that one thread decodes in step. Three are enough to keep a processor busy, and their working sets
-// still fit its cache.
-inline constexpr uint32_t kLanes = 3;
-
 // Everything one thread needs to decode; some hundred kilobytes to start with.
 struct Scratch {
-  Lane lanes[kLanes];
-  core::Patch<uint32_t> wide;  // in the first lane's memory
+  StreamMemory streams[core::kInStep];  // one for each stream that a thread decodes in step
+  core::Patch<uint32_t> wide;           // in the memory of the first
   std::vector<uint32_t> numbers;
 };
 

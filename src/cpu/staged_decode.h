@@ -71,8 +71,8 @@ class StreamDecoder {
 // Streams that are decoded in step, as far as they stand at the same stop.
 template <typename Index>
 struct AtStop {
-  core::PatchDecoder<Index>* decoders[kLanes];
-  core::Fault* faults[kLanes];
+  core::PatchDecoder<Index>* decoders[core::kInStep];
+  core::Fault* faults[core::kInStep];
   uint32_t count = 0;
 
   void go_on() {
@@ -82,11 +82,11 @@ struct AtStop {
 };
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION core::Fault start_stage(std::span<const uint8_t> stream, StreamDecoder<Index>& lane,
+PSPLIT_OWN_FUNCTION core::Fault start_stage(std::span<const uint8_t> stream, StreamDecoder<Index>& decoder,
                                             StageTimes& times) {
   const Stopwatch watch(times.connectivity_ms);
-  const core::Fault fault = lane.open(stream);
-  return fault == core::Fault::kNone ? lane.decoder().start() : fault;
+  const core::Fault fault = decoder.open(stream);
+  return fault == core::Fault::kNone ? decoder.decoder().start() : fault;
 }
 
 template <typename Index>
@@ -157,7 +157,7 @@ struct StagedInput {
                       header.fits_16_bits();
     }
     if (!fits_16_bits) wide.emplace_back(container, requests);
-    for (uint32_t n = 0; n < kLanes && fits_16_bits; ++n) narrow.emplace_back(container, requests);
+    for (uint32_t n = 0; n < core::kInStep && fits_16_bits; ++n) narrow.emplace_back(container, requests);
   }
 
   Container container;
@@ -169,14 +169,14 @@ struct StagedInput {
 
 // `count` streams in step: core::decode_in_step with a watch.
 template <typename Index>
-core::Fault decode_streams(const std::span<const uint8_t>* streams, std::vector<StreamDecoder<Index>>& lanes,
+core::Fault decode_streams(const std::span<const uint8_t>* streams, std::vector<StreamDecoder<Index>>& decoders,
                            uint32_t count, StagedOutput& out, StageTimes& times) {
-  core::Fault faults[kLanes];
-  for (uint32_t n = 0; n < count; ++n) faults[n] = start_stage(streams[n], lanes[n], times);
+  core::Fault faults[core::kInStep];
+  for (uint32_t n = 0; n < count; ++n) faults[n] = start_stage(streams[n], decoders[n], times);
   for (;;) {
     AtStop<Index> at;
     for (uint32_t n = 0; n < count; ++n) {
-      core::PatchDecoder<Index>& decoder = lanes[n].decoder();
+      core::PatchDecoder<Index>& decoder = decoders[n].decoder();
       if (faults[n] != core::Fault::kNone || decoder.stop() == core::Stop::kDone) continue;
       if (at.count > 0 && decoder.stop() != at.decoders[0]->stop()) continue;
       at.decoders[at.count] = &decoder;
@@ -193,7 +193,7 @@ core::Fault decode_streams(const std::span<const uint8_t>* streams, std::vector<
   }
   for (uint32_t n = 0; n < count; ++n) {
     if (faults[n] != core::Fault::kNone) return faults[n];
-    output_stage(lanes[n].patch(), out, times);
+    output_stage(decoders[n].patch(), out, times);
   }
   return core::Fault::kNone;
 }
@@ -204,7 +204,7 @@ inline core::Fault decode_with_core(StagedInput& input, bool in_step, StageTimes
   StagedOutput out{input.faces.data(), input.values.data()};
   for (uint32_t i = 0; i < count;) {
     const std::span<const uint8_t>* streams = &input.container.streams[i];
-    const uint32_t together = in_step && i + kLanes <= count ? kLanes : 1;
+    const uint32_t together = in_step && i + core::kInStep <= count ? core::kInStep : 1;
     const core::Fault fault = !input.wide.empty() ? decode_streams(streams, input.wide, 1, out, times)
                                                   : decode_streams(streams, input.narrow, together, out, times);
     if (fault != core::Fault::kNone) return fault;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "src/core/stitch.h"
+#include "src/core/border_walk.h"
 
 namespace {
 

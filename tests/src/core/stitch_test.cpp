@@ -1,6 +1,6 @@
 // The core's numbering against that of the container, which knows faces and points only: the same numbers, and
 // the same refusals, by one lane and by warps.
-#include "src/core/numbering.h"
+#include "src/core/stitch.h"
 
 #include <gtest/gtest.h>
 
@@ -119,7 +119,7 @@ std::vector<std::vector<uint32_t>> number_by_core(const Container& container, Ru
   return numbers;
 }
 
-TEST(Numbering, OfTheCoreIsThatOfTheContainer) {
+TEST(Stitch, NumbersPointsAsTheContainerDoes) {
   std::mt19937 random(3);
   const ThreadPool pool(1);
   const std::vector<Face> faces = strip();

@@ -1,0 +1,65 @@
+// In step: one thread takes the steps of several independent runs in turn. Each step of a run waits for the one
+// before it, so a processor works on one run while another waits.
+#pragma once
+
+#include "src/core/platform.h"
+
+namespace psplit::core {
+
+// The number of runs, or of whole streams, that one thread takes in turn. Three keep a processor busy, and the
+// working sets of three streams still fit its cache.
+inline constexpr uint32_t kInStep = 3;
+
+// Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and running(). It may have
+// renew(), which is called once running() is false and returns whether the run goes on after all. Each run is
+// copied to a Run, whose state may be kept in registers, and assigned back at its end.
+template <uint32_t kRuns, typename Run, typename T>
+PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
+  if constexpr (kRuns > 1) {
+    if (count < kRuns) return step_all<kRuns - 1, Run>(runs, count);
+  } else if (count == 0) {
+    return;
+  }
+  T* at[kRuns];
+  Run local[kRuns];
+  for (uint32_t n = 0; n < kRuns; ++n) {
+    at[n] = runs[n];
+    local[n] = Run(*at[n]);
+  }
+  const auto goes_on = [](Run& run) {
+    if constexpr (requires { run.renew(); })
+      return run.running() || run.renew();
+    else
+      return run.running();
+  };
+  for (uint32_t next = kRuns, live = kRuns; live == kRuns;) {
+    bool all = true;
+    for (const Run& run : local) all &= run.running();
+    while (all) {
+      PSPLIT_UNROLL
+      for (Run& run : local) {
+        run.step();
+        all &= run.running();
+      }
+    }
+    // Others take the places of those that ended.
+    for (uint32_t n = 0; n < kRuns; ++n) {
+      while (!goes_on(local[n]) && next < count) {
+        *at[n] = local[n];
+        at[n] = runs[next++];
+        local[n] = Run(*at[n]);
+      }
+      live -= goes_on(local[n]) ? 0 : 1;
+    }
+  }
+  for (uint32_t n = 0; n < kRuns; ++n) *at[n] = local[n];
+  if constexpr (kRuns > 1) {
+    T* rest[kRuns];
+    uint32_t left = 0;
+    for (uint32_t n = 0; n < kRuns; ++n)
+      if (goes_on(local[n])) rest[left++] = at[n];
+    step_all<kRuns - 1, Run>(rest, left);
+  }
+}
+
+}  // namespace psplit::core
