@@ -6,7 +6,7 @@
 //
 // The package is npm's, which is WASM: its bytes are those of any build, but its times are WASM's, in Node.js, and are
 // not to be compared with native ones. It is installed below --modules where it is not there yet. Meshes are prepared
-// as tools/gltf_psplit/meshopt_rival.h says: quantized (14 bits, normals 8, texture coordinates 12, colours 8), equal
+// as tools/gltf_psplit/compare/meshopt_rival.h says: quantized (14 bits, normals 8, texture coordinates 12, colours 8), equal
 // points merged, triangles in strips, points in the order of use. zstd is at level 19: Node.js' own, or the command.
 // What was encoded is decoded and compared. What is no plain .glb is first made one, losslessly, by gltf-psplit.
 import { execFileSync, spawnSync } from 'node:child_process';

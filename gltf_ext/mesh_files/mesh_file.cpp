@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "gltf_ext/accessors.h"
+#include "gltf_ext/primitive/accessors.h"
 
 namespace psplit {
 namespace {

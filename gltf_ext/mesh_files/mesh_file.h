@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/document.h"
+#include "gltf_ext/document/document.h"
 #include "gltf_ext/mesh_files/triangulate.h"
 #include "src/mesh/mesh.h"
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "gltf_ext/files.h"
-#include "gltf_ext/uri.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/uri.h"
 
 namespace psplit {
 namespace {

@@ -5,15 +5,15 @@
 #include <new>
 #include <stdexcept>
 
-#include "gltf_ext/draco_file.h"
-#include "gltf_ext/files.h"
-#include "gltf_ext/glb.h"
+#include "gltf_ext/convert/draco_file.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/glb.h"
 #include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/mesh_files/off.h"
 #include "gltf_ext/mesh_files/ply.h"
 #include "gltf_ext/mesh_files/stl.h"
-#include "gltf_ext/normal_lengths.h"
-#include "gltf_ext/uri.h"
+#include "gltf_ext/primitive/normal_lengths.h"
 
 namespace psplit {
 namespace {

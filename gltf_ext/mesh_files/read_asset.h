@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/document.h"
+#include "gltf_ext/document/document.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "src/container/stream_description.h"
 
@@ -17,8 +17,8 @@ struct Asset {
 
 // Reads glTF, GLB, Draco, PLY, OBJ, STL and OFF, and each of them packed by gzip; "-" is stdin. Content tells
 // which it is; only where it does not (an OBJ of unusual lines, broken files) does the name. `describe`
-// describes a Draco stream (gltf_ext/draco_file.h). Mesh files are read in a window: the file itself is not
-// held in memory. Materials and textures of OBJ are looked for beside it. Errors: kIo, kInvalidInput,
+// describes a Draco stream (gltf_ext/convert/draco_file.h). Mesh files are read in a window: the file itself is
+// not held in memory. Materials and textures of OBJ are looked for beside it. Errors: kIo, kInvalidInput,
 // kUnsupported (another format, a point cloud).
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe);
 

@@ -3,9 +3,9 @@
 #include <filesystem>
 #include <string_view>
 
-#include "gltf_ext/glb.h"
-#include "gltf_ext/json_fields.h"
-#include "gltf_ext/json_text.h"
+#include "gltf_ext/json/glb.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json_text.h"
 #include "gltf_ext/tinygltf/model_geometry.h"
 
 namespace psplit {

@@ -5,7 +5,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
-#include "gltf_ext/convert.h"
+#include "gltf_ext/convert/convert.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/procedural_meshes.h"

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "encoder/draco/draco_backend.h"
-#include "gltf_ext/convert.h"
+#include "gltf_ext/convert/convert.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/procedural_meshes.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/gltf_psplit/command_line.h"
+#include "tools/gltf_psplit/commands/command_line.h"
 
 namespace psplit {
 

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "tools/gltf_psplit/vec3.h"
+#include "tools/gltf_psplit/shapes/vec3.h"
 
 namespace psplit {
 

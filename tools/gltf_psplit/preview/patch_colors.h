@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "tools/gltf_psplit/vec3.h"
+#include "tools/gltf_psplit/shapes/vec3.h"
 
 namespace psplit {
 

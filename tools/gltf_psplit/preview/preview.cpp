@@ -1,6 +1,6 @@
 #include "tools/gltf_psplit/preview/preview.h"
 
-#include "gltf_ext/json_fields.h"
+#include "gltf_ext/json/json_fields.h"
 #include "src/container/container.h"
 #include "src/container/stream_description.h"
 #include "src/cpu/convert.h"

@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "gltf_ext/json_fields.h"
+#include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
 namespace {

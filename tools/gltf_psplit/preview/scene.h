@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "gltf_ext/document.h"
-#include "tools/gltf_psplit/vec3.h"
+#include "gltf_ext/document/document.h"
+#include "tools/gltf_psplit/shapes/vec3.h"
 
 namespace psplit {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "tools/gltf_psplit/vec3.h"
+#include "tools/gltf_psplit/shapes/vec3.h"
 
 namespace psplit {
 

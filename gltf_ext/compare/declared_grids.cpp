@@ -1,0 +1,69 @@
+#include "gltf_ext/compare/declared_grids.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "encoder/verify.h"
+#include "src/container/container.h"
+
+namespace psplit {
+namespace {
+
+DeclaredGrid grid_of(const StreamAttribute& attribute) {
+  DeclaredGrid grid;
+  grid.identity = std::to_string(attribute.bits);
+  grid.direction = attribute.origin.empty();
+  if (grid.direction) {
+    grid.within = octahedral_bound(attribute.bits);
+    return grid;
+  }
+  for (const float origin : attribute.origin) {
+    const double bound = grid_bound(attribute.bits, origin, attribute.range);
+    if (std::isfinite(bound)) grid.within = std::max(grid.within, bound);
+    grid.identity.append(reinterpret_cast<const char*>(&origin), sizeof origin);
+  }
+  grid.identity.append(reinterpret_cast<const char*>(&attribute.range), sizeof attribute.range);
+  return grid;
+}
+
+}  // namespace
+
+Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& document, PrimitiveId id,
+                                                             const DescribeStream& describe,
+                                                             const ThreadPool& pool) {
+  std::map<std::string, DeclaredGrid> grids;
+  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+  if (!kind) return kind.status();
+  if (kind->storage == PrimitiveStorage::kPlain) return grids;
+  const bool patched = kind->storage == PrimitiveStorage::kPatches;
+  const auto stored = stored_primitive(document, id, patched ? kExtensionName : kStockExtensionName);
+  if (!stored) return stored.status();
+  std::vector<std::span<const uint8_t>> streams{stored->bytes};
+  if (patched) {
+    const Expected<Container> container = parse_container(stored->bytes);
+    if (!container) return container.status();
+    streams = container->streams;
+  }
+
+  // Patches of psplit share their grids; those of others may not.
+  std::vector<Expected<StreamDescription>> descriptions(streams.size(), StreamDescription{});
+  pool.for_each(streams.size(), [&](size_t i) { descriptions[i] = describe(streams[i]); });
+  for (size_t i = 0; i < streams.size(); ++i) {
+    if (!descriptions[i]) return descriptions[i].status().at({.patch = patched ? static_cast<int64_t>(i) : -1});
+    for (const AttributeRequest& request : stored->requests) {
+      const auto& attributes = descriptions[i]->attributes;
+      const auto found = std::ranges::find(attributes, request.unique_id, &StreamAttribute::unique_id);
+      if (found == attributes.end() || found->bits == 0) continue;
+      DeclaredGrid grid = grid_of(*found);
+      const auto [first, is_new] = grids.emplace(request.semantic, grid);
+      if (is_new) continue;
+      first->second.within = std::max(first->second.within, grid.within);
+      first->second.direction |= grid.direction;
+      if (first->second.identity != grid.identity) first->second.identity.clear();
+    }
+  }
+  return grids;
+}
+
+}  // namespace psplit

@@ -1,0 +1,200 @@
+#include "gltf_ext/document/document.h"
+
+#include "gltf_ext/document/meshopt.h"
+#include "gltf_ext/document/structure.h"
+#include "gltf_ext/document/unbacked_bytes.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/glb.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json_text.h"
+
+namespace psplit {
+namespace {
+
+// A buffer of bytes that only the decoder of an extension could make: it stays empty.
+bool has_no_bytes(const Json& buffer, const std::vector<uint8_t>& bytes) {
+  return bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0;
+}
+
+Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, Document& document) {
+  const std::string uri = *string_field(buffer, "uri");
+  if (is_data_uri(uri)) return decode_data_uri(uri);
+  const auto relative = relative_path_of_uri(uri);
+  if (!relative) return relative.status();
+  const std::filesystem::path path = document.source.parent_path() / *relative;
+  // Only files: a pipe or a device that an asset names could block or never end.
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return io_failure("no file " + path.string());
+  document.files.push_back(path);
+  return read_file(path, static_cast<uint64_t>(*integer_field(buffer, "byteLength")));
+}
+
+Status set_bytes(Document& document, size_t index, std::vector<uint8_t> bytes) {
+  Json& buffer = document.json["buffers"][index];
+  const auto byte_length = static_cast<uint64_t>(*integer_field(buffer, "byteLength"));
+  if (bytes.size() < byte_length) {
+    return invalid_input("buffer " + std::to_string(index) + " holds " + std::to_string(bytes.size()) +
+                         " bytes of " + std::to_string(byte_length));
+  }
+  bytes.resize(static_cast<size_t>(byte_length));
+  document.buffers[index] = std::move(bytes);
+  buffer.erase("uri");  // the bytes are here now, and where they came from says nothing about them
+  return {};
+}
+
+// Every buffer but those that only stand in for compressed ones.
+Status load_buffers(Document& document, std::optional<std::vector<uint8_t>> binary_chunk) {
+  const size_t count = array_size(document.json, "buffers");
+  document.buffers.resize(count);
+  for (size_t i = 0; i < count; ++i) {
+    Json& buffer = document.json["buffers"][i];
+    if (is_meshopt_fallback(buffer)) continue;
+    const std::string name = "buffer " + std::to_string(i);
+    Expected<std::vector<uint8_t>> bytes = std::vector<uint8_t>();
+    if (i == 0 && document.from_glb && field(buffer, "uri") == nullptr) {
+      if (!binary_chunk) return invalid_input(name + " has neither a uri nor a GLB chunk");
+      bytes = std::move(*binary_chunk);
+    } else if (field(buffer, "uri") != nullptr) {
+      bytes = load_uri_of(buffer, document);
+    } else {
+      continue;
+    }
+    if (!bytes) return {bytes.status().code(), name + ": " + bytes.status().to_string()};
+    if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
+  }
+  return {};
+}
+
+// What meshoptimizer's decoder left to its fallback, where that was shipped.
+Status load_fallbacks(Document& document) {
+  for (size_t i = 0; i < document.buffers.size(); ++i) {
+    const Json& buffer = document.json["buffers"][i];
+    if (!is_meshopt_fallback(buffer) || field(buffer, "uri") == nullptr) continue;
+    auto bytes = load_uri_of(buffer, document);
+    if (!bytes)
+      return {bytes.status().code(), "buffer " + std::to_string(i) + ": " + bytes.status().to_string()};
+    if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
+  }
+  return {};
+}
+
+// What is left of `file` once all before `part` and behind it is gone: the same memory.
+std::vector<uint8_t> cut_out(std::vector<uint8_t>&& file, std::span<const uint8_t> part) {
+  const auto begin = part.data() - file.data();
+  file.resize(static_cast<size_t>(begin) + part.size());
+  file.erase(file.begin(), file.begin() + begin);
+  return std::move(file);
+}
+
+Expected<Document> parse(std::vector<uint8_t>&& file, const std::filesystem::path& source) {
+  Document document;
+  document.source = source;
+  document.from_glb = is_glb(file);
+  if (!source.empty() && source != "-") document.files.push_back(source);
+  GlbChunks chunks{file, std::nullopt};
+  if (document.from_glb) {
+    auto parsed = parse_glb(file);
+    if (!parsed) return parsed.status();
+    chunks = *parsed;
+  }
+  auto json = parse_json({reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size()});
+  if (!json) return json.status();
+  document.json = std::move(*json);
+  if (!document.from_glb) std::vector<uint8_t>().swap(file);
+  if (Status status = check_structure(document.json); !status.ok()) return status;
+  std::optional<std::vector<uint8_t>> binary;
+  if (chunks.binary) binary = cut_out(std::move(file), *chunks.binary);
+  if (Status status = load_buffers(document, std::move(binary)); !status.ok()) return status;
+  if (Status status = decode_meshopt_views(document); !status.ok()) return status;
+  if (Status status = load_fallbacks(document); !status.ok()) return status;
+  if (Status status = check_unbacked_bytes(document); !status.ok()) return status;
+  return document;
+}
+
+Place place_of(const std::filesystem::path& source) {
+  return {.file = source == "-" ? "stdin" : source.string()};
+}
+
+// The index of a buffer that may grow.
+size_t growing_buffer(Document& document) {
+  Json& buffers = document.json["buffers"];
+  if (!buffers.is_array()) buffers = Json::array();
+  // The last one keeps appended bytes together; a fallback without bytes cannot hold any.
+  if (!buffers.empty() && buffers.size() == document.buffers.size() &&
+      !has_no_bytes(buffers.back(), document.buffers.back()))
+    return buffers.size() - 1;
+  buffers.push_back({{"byteLength", 0}});
+  document.buffers.resize(buffers.size());
+  return buffers.size() - 1;
+}
+
+}  // namespace
+
+Expected<Document> read_document(const std::filesystem::path& path) {
+  auto file = read_file(path);
+  if (!file) return file.status().at(place_of(path));
+  return parse_document(std::move(*file), path);
+}
+
+Expected<Document> parse_document(std::vector<uint8_t>&& file, const std::filesystem::path& source) {
+  auto document = parse(std::move(file), source);
+  if (!document) return document.status().at(place_of(source));
+  return document;
+}
+
+Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source) {
+  return parse_document(std::vector<uint8_t>(file.begin(), file.end()), source);
+}
+
+Document new_document() {
+  Document document;
+  document.json = Json::parse(R"({
+    "asset": {"version": "2.0", "generator": "psplit"},
+    "scene": 0,
+    "scenes": [{"nodes": [0]}],
+    "nodes": [{"mesh": 0}],
+    "meshes": [{"primitives": [{"attributes": {}}]}]
+  })");
+  return document;
+}
+
+Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index) {
+  const std::string name = "buffer view " + std::to_string(index);
+  const Json* view = top_level_object(document.json, "bufferViews", index);
+  if (view == nullptr) return invalid_input(name + " does not exist");
+  const auto buffer = integer_field(*view, "buffer");
+  const auto offset = integer_field_or(*view, "byteOffset", 0);
+  const auto length = integer_field(*view, "byteLength");
+  if (!buffer || !offset || !length || *buffer < 0 || *offset < 0 || *length < 0 ||
+      static_cast<uint64_t>(*buffer) >= document.buffers.size())
+    return invalid_input(name + " has no valid range");
+  const std::vector<uint8_t>& bytes = document.buffers[static_cast<size_t>(*buffer)];
+  const auto start = static_cast<uint64_t>(*offset);
+  const auto count = static_cast<uint64_t>(*length);
+  if (start > bytes.size() || count > bytes.size() - start) {
+    // Where a fallback has bytes they are read; where it has none there is nothing but the compressed form.
+    if (meshopt_extension(*view) != nullptr)
+      return unsupported(name + " is compressed by a newer meshoptimizer");
+    const Json* owner = top_level_object(document.json, "buffers", *buffer);
+    if (owner != nullptr && has_no_bytes(*owner, bytes))
+      return unsupported(name + " is in a buffer without a uri");
+    return invalid_input(name + " reaches past its buffer");
+  }
+  return std::span(bytes).subspan(static_cast<size_t>(start), static_cast<size_t>(count));
+}
+
+int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes) {
+  const size_t buffer = growing_buffer(document);
+  std::vector<uint8_t>& target = document.buffers[buffer];
+  const size_t offset = (target.size() + 3) / 4 * 4;
+  target.resize(offset);
+  target.insert(target.end(), bytes.begin(), bytes.end());
+  document.json["buffers"][buffer]["byteLength"] = target.size();
+  Json& views = document.json["bufferViews"];
+  if (!views.is_array()) views = Json::array();
+  views.push_back({{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", bytes.size()}});
+  return static_cast<int64_t>(views.size() - 1);
+}
+
+}  // namespace psplit

@@ -1,0 +1,212 @@
+// Sweeping: what nothing refers to any more goes, and what stays moves together.
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <set>
+
+#include "gltf_ext/document/byte_runs.h"
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/references.h"
+#include "gltf_ext/document/structure.h"
+
+namespace psplit {
+namespace {
+
+using IndexSet = std::set<int64_t>;
+using Flags = std::vector<bool>;
+
+// Extensions whose every reference to an accessor or a buffer view is known here, most because they have none.
+bool is_understood(std::string_view name) {
+  constexpr std::string_view kKnown[] = {"KHR_materials_*",
+                                         "KHR_texture_*",
+                                         "EXT_texture_*",
+                                         "MSFT_texture_*",
+                                         "MSFT_packing_*",
+                                         "MSFT_lod",
+                                         "EXT_materials_*",
+                                         "ADOBE_materials_*",
+                                         "KHR_lights_*",
+                                         "EXT_lights_*",
+                                         "KHR_mesh_quantization",
+                                         "KHR_xmp*",
+                                         "KHR_animation_pointer",
+                                         "KHR_node_*",
+                                         "KHR_techniques_webgl",
+                                         "KHR_meshopt_compression",
+                                         "EXT_meshopt_compression",
+                                         "KHR_draco_mesh_compression",
+                                         "PSPLIT_mesh_draco_patches",
+                                         "EXT_mesh_gpu_instancing",
+                                         "EXT_structural_metadata",
+                                         "EXT_mesh_features",
+                                         "EXT_instance_features",
+                                         "CESIUM_RTC",
+                                         "CESIUM_primitive_outline",
+                                         "AGI_articulations",
+                                         "AGI_stk_metadata",
+                                         "FB_ngon_encoding",
+                                         "VRM",
+                                         "VRMC_*",
+                                         "GODOT_single_root"};
+  return std::any_of(std::begin(kKnown), std::end(kKnown), [&](std::string_view known) {
+    if (!known.ends_with('*')) return name == known;
+    known.remove_suffix(1);
+    return name.starts_with(known);
+  });
+}
+
+void collect_integers(const Json& tree, IndexSet& found) {
+  if (const auto value = integer_value(tree)) found.insert(*value);
+  if (tree.is_structured())
+    for (const Json& member : tree) collect_integers(member, found);
+}
+
+// Every integer in an extension that is not understood may be an index. Returns whether there is one.
+bool collect_suspects(const Json& tree, IndexSet& found) {
+  if (!tree.is_structured()) return false;
+  bool any = false;
+  const bool is_object = tree.is_object();
+  for (auto member = tree.begin(); member != tree.end(); ++member) {
+    if (is_object && member.key() == "extras") continue;
+    if (is_object && member.key() == "extensions" && member->is_object()) {
+      for (auto extension = member->begin(); extension != member->end(); ++extension) {
+        if (is_understood(extension.key())) {
+          any |= collect_suspects(*extension, found);
+        } else {
+          any = true;
+          collect_integers(*extension, found);
+        }
+      }
+    } else {
+      any |= collect_suspects(*member, found);
+    }
+  }
+  return any;
+}
+
+void mark(Flags& flags, int64_t index) {
+  if (index >= 0 && static_cast<uint64_t>(index) < flags.size()) flags[static_cast<size_t>(index)] = true;
+}
+void mark(Flags& flags, const Json& index) { mark(flags, integer_value(index).value_or(-1)); }
+
+// Takes the elements that are not kept out of json[name]; returns the new index of each kept one.
+std::vector<int64_t> compact(Json& json, const char* name, const Flags& keep) {
+  std::vector<int64_t> new_index(keep.size(), -1);
+  Json* array = array_field(json, name);
+  if (array == nullptr) return new_index;
+  Json kept = Json::array();
+  for (size_t i = 0; i < keep.size(); ++i) {
+    if (!keep[i]) continue;
+    new_index[i] = static_cast<int64_t>(kept.size());
+    kept.push_back(std::move((*array)[i]));
+  }
+  *array = std::move(kept);
+  if (array->empty()) json.erase(name);  // glTF knows no empty arrays
+  return new_index;
+}
+
+void renumber(Json& index, const std::vector<int64_t>& new_index) {
+  const auto old = integer_value(index);
+  if (old && *old >= 0 && static_cast<uint64_t>(*old) < new_index.size())
+    index = new_index[static_cast<size_t>(*old)];
+}
+
+// Ranges of buffers: of every view, and of the compressed bytes behind it.
+template <typename Visit>
+void for_each_range(Json& json, Visit&& visit) {
+  for_each_element(json, "bufferViews", [&](Json& view) {
+    visit(view);
+    if (Json* meshopt = meshopt_extension(view)) visit(*meshopt);
+  });
+}
+
+// Closes the gaps that no view covers, and shortens the views' buffer.
+void pack_buffer(Document& document, size_t buffer) {
+  std::vector<uint8_t>& bytes = document.buffers[buffer];
+  if (bytes.empty()) return;
+  const auto range_of = [&](const Json& range) -> std::optional<std::pair<uint64_t, uint64_t>> {
+    if (integer_field(range, "buffer") != static_cast<int64_t>(buffer)) return std::nullopt;
+    const auto offset =
+        static_cast<uint64_t>(std::max<int64_t>(integer_field(range, "byteOffset").value_or(0), 0));
+    const auto length =
+        static_cast<uint64_t>(std::max<int64_t>(integer_field(range, "byteLength").value_or(0), 0));
+    if (offset > bytes.size() || length > bytes.size() - offset) return std::nullopt;
+    return std::pair(offset, length);
+  };
+  ByteRuns covered(bytes.size());
+  for_each_range(document.json, [&](Json& range) {
+    if (const auto found = range_of(range)) covered.keep(found->first, found->first + found->second);
+  });
+  covered.close();
+  for (const ByteRuns::Run& run : covered.runs())
+    std::memmove(bytes.data() + run.packed, bytes.data() + run.begin, static_cast<size_t>(run.end - run.begin));
+  for_each_range(document.json, [&](Json& range) {
+    const auto found = range_of(range);
+    if (!found || field(range, "byteOffset") == nullptr) return;
+    range["byteOffset"] = found->second == 0 ? 0 : covered.packed(found->first);
+  });
+  bytes.resize(static_cast<size_t>(covered.packed_bytes()));
+  bytes.shrink_to_fit();
+  document.json["buffers"][buffer]["byteLength"] = bytes.size();
+}
+
+// Views that start at 0 may leave byteOffset out; once bytes move it must be there to be changed.
+void spell_out_offsets(Json& json) {
+  for_each_range(json, [](Json& range) {
+    if (field(range, "byteOffset") == nullptr) range["byteOffset"] = 0;
+  });
+}
+
+}  // namespace
+
+void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors) {
+  Json& json = document.json;
+  IndexSet suspects;
+  const bool fixed_numbers = collect_suspects(json, suspects);
+
+  Flags keep_accessor(array_size(json, "accessors"), true);
+  for (const int64_t freed : freed_accessors)
+    if (freed >= 0 && static_cast<uint64_t>(freed) < keep_accessor.size())
+      keep_accessor[static_cast<size_t>(freed)] = suspects.contains(freed);
+  for_each_accessor_reference(json, [&](const Json& index) { mark(keep_accessor, index); });
+  // An accessor that must keep its number but not its data becomes one zero.
+  for (size_t i = 0; i < keep_accessor.size(); ++i)
+    if (!keep_accessor[i] && fixed_numbers)
+      json["accessors"][i] = {{"componentType", 5121}, {"count", 1}, {"type", "SCALAR"}};
+  if (!fixed_numbers) {
+    const auto new_index = compact(json, "accessors", keep_accessor);
+    for_each_accessor_reference(json, [&](Json& index) { renumber(index, new_index); });
+  }
+
+  Flags keep_view(array_size(json, "bufferViews"), false);
+  for (const int64_t suspect : suspects) mark(keep_view, suspect);
+  for_each_buffer_view_reference(json, [&](const Json& index) { mark(keep_view, index); });
+  for (size_t i = 0; i < keep_view.size(); ++i) {
+    if (keep_view[i] || !fixed_numbers) continue;
+    const auto buffer = integer_field(json["bufferViews"][i], "buffer").value_or(0);
+    const auto length = integer_field(json["bufferViews"][i], "byteLength").value_or(0);
+    json["bufferViews"][i] = {
+        {"buffer", buffer}, {"byteOffset", 0}, {"byteLength", std::min<int64_t>(length, 1)}};
+  }
+  if (!fixed_numbers) {
+    const auto new_index = compact(json, "bufferViews", keep_view);
+    for_each_buffer_view_reference(json, [&](Json& index) { renumber(index, new_index); });
+  }
+
+  Flags keep_buffer(array_size(json, "buffers"), fixed_numbers);
+  keep_buffer.resize(document.buffers.size(), fixed_numbers);
+  for_each_range(json, [&](Json& range) { mark(keep_buffer, integer_field(range, "buffer").value_or(-1)); });
+  const auto new_index = compact(json, "buffers", keep_buffer);
+  std::vector<std::vector<uint8_t>> kept;
+  for (size_t i = 0; i < document.buffers.size(); ++i)
+    if (keep_buffer[i]) kept.push_back(std::move(document.buffers[i]));
+  document.buffers = std::move(kept);
+  for_each_range(json, [&](Json& range) {
+    if (Json* buffer = field(range, "buffer")) renumber(*buffer, new_index);
+  });
+  spell_out_offsets(json);
+  for (size_t i = 0; i < document.buffers.size(); ++i)
+    if (!fixed_numbers || !suspects.contains(static_cast<int64_t>(i))) pack_buffer(document, i);
+}
+
+}  // namespace psplit

@@ -1,0 +1,17 @@
+// The names of extensions, and the lists of a document that say which it uses.
+#pragma once
+
+#include "gltf_ext/document/document.h"
+
+namespace psplit {
+
+inline constexpr const char* kExtensionName = "PSPLIT_mesh_draco_patches";
+inline constexpr const char* kStockExtensionName = "KHR_draco_mesh_compression";
+
+// Adds `name` to extensionsUsed. If `required` is true, also adds it to extensionsRequired.
+void list_extension(Document& document, const char* name, bool required);
+
+// Removes `name` from both lists if no object of the document has that extension.
+void unlist_unused_extension(Document& document, const char* name);
+
+}  // namespace psplit

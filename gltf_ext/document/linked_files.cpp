@@ -1,0 +1,78 @@
+#include "gltf_ext/document/linked_files.h"
+
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/json_fields.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+LinkedFile follow(const Document& document, std::string place, int64_t image, const std::string& uri) {
+  LinkedFile link{std::move(place), image, uri, LinkState::kUnknown, {}};
+  switch (kind_of_uri(uri)) {
+    case UriKind::kAbsolute: link.state = LinkState::kAbsolute; return link;
+    case UriKind::kWeb: link.state = LinkState::kWeb; return link;
+    case UriKind::kUnknown: return link;
+    case UriKind::kRelative: break;
+  }
+  const fs::path relative = path_of_uri(uri);
+  link.path = document.source.parent_path() / relative;
+  link.leaves_folder = leaves_folder(relative);
+  std::error_code error;
+  link.state = fs::is_regular_file(link.path, error) ? LinkState::kFound : LinkState::kMissing;
+  return link;
+}
+
+// Members called "uri" or "schemaUri" at any depth; `extras` belong to the application.
+template <typename Visit>
+void for_each_uri(const Json& tree, const std::string& place, const Visit& visit) {
+  if (!tree.is_structured()) return;
+  const bool is_object = tree.is_object();
+  size_t number = 0;
+  for (auto member = tree.begin(); member != tree.end(); ++member, ++number) {
+    const std::string name = is_object ? member.key() : "";
+    if (name == "extras") continue;
+    if ((name == "uri" || name == "schemaUri") && member->is_string()) {
+      visit(place, *member->get_ptr<const Json::string_t*>());
+    } else {
+      const std::string dot = place.empty() ? "" : ".";
+      for_each_uri(*member, is_object ? place + dot + name : place + "[" + std::to_string(number) + "]", visit);
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<LinkedFile> linked_files(const Document& document) {
+  std::vector<LinkedFile> links;
+  const auto add = [&](const std::string& place, int64_t image, const std::string& uri) {
+    if (!is_data_uri(uri)) links.push_back(follow(document, place, image, uri));
+  };
+  for (size_t i = 0; i < array_size(document.json, "images"); ++i) {
+    const Json& image = document.json["images"][i];
+    const std::string* uri = string_field(image, "uri");
+    if (uri != nullptr && field(image, "bufferView") == nullptr)
+      add("image " + std::to_string(i), static_cast<int64_t>(i), *uri);
+  }
+  for_each_uri(document.json, "", [&](const std::string& place, const std::string& uri) {
+    // A buffer's bytes are loaded, and the images are done.
+    const bool is_own = place.find('.') == std::string::npos;
+    if (!is_own || (!place.starts_with("buffers[") && !place.starts_with("images["))) add(place, -1, uri);
+  });
+  return links;
+}
+
+std::string describe_dangling(const LinkedFile& link) {
+  const std::string uri = "\"" + link.uri.substr(0, 200) + "\"";
+  switch (link.state) {
+    case LinkState::kFound:
+    case LinkState::kWeb: return "";
+    case LinkState::kMissing: return link.place + " names a file that is missing: " + uri;
+    case LinkState::kAbsolute: return link.place + " names a file by a path of one machine: " + uri;
+    case LinkState::kUnknown: return link.place + " has a URI that cannot be followed: " + uri;
+  }
+  return "";
+}
+
+}  // namespace psplit

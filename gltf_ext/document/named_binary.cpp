@@ -1,0 +1,82 @@
+#include "gltf_ext/document/named_binary.h"
+
+#include <string_view>
+
+#include "gltf_ext/document/references.h"
+#include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json_text.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kNameDigits = 16;
+
+// The digits of a name by content with the dot before them, or nothing for other names.
+std::string digits_of(const fs::path& binary) {
+  const std::string digits = binary.stem().extension().string();
+  const bool is_ours = binary.extension() == ".bin" && digits.size() == 1 + kNameDigits &&
+                       digits.find_first_not_of("0123456789abcdef", 1) == std::string::npos;
+  return is_ours ? digits : "";
+}
+
+// Made by binary_path for the .gltf, of what the file still holds.
+bool is_binary_of(const fs::path& binary, const fs::path& gltf) {
+  const std::string digits = digits_of(binary);
+  if (digits.empty() || binary.stem().stem() != gltf.stem()) return false;
+  std::error_code error;
+  if (fs::symlink_status(binary, error).type() != fs::file_type::regular) return false;
+  const auto bytes = read_file(binary);
+  if (!bytes) return false;
+  const std::span<const uint8_t> parts[] = {*bytes};
+  return digits == "." + content_digits(parts);
+}
+
+}  // namespace
+
+std::string content_digits(FileParts parts) {
+  ContentHash hash;
+  for (const std::span<const uint8_t> part : parts) hash.add(part);
+  return hash.hex().substr(0, kNameDigits);
+}
+
+fs::path binary_path(const fs::path& gltf, FileParts parts) {
+  fs::path binary = gltf;
+  return binary.replace_extension("." + content_digits(parts) + ".bin");
+}
+
+std::vector<fs::path> own_binaries(const fs::path& path) {
+  std::vector<fs::path> binaries;
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return binaries;
+  const auto bytes = read_file(path);
+  if (!bytes) return binaries;
+  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  if (!json) return binaries;
+  for_each_element(*json, "buffers", [&](const Json& buffer) {
+    const std::string* uri = string_field(buffer, "uri");
+    if (uri == nullptr || is_data_uri(*uri)) return;
+    const fs::path binary = path.parent_path() / percent_decode(*uri);
+    if (binary.parent_path() == path.parent_path() && is_binary_of(binary, path)) binaries.push_back(binary);
+  });
+  return binaries;
+}
+
+bool is_used(const fs::path& binary) {
+  const std::string digits = digits_of(binary);
+  const fs::path folder = binary.parent_path().empty() ? "." : binary.parent_path();
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (lower_extension(entry->path()) != ".gltf") continue;
+    const auto bytes = read_file(entry->path());
+    if (!bytes || std::string_view(reinterpret_cast<const char*>(bytes->data()), bytes->size()).find(digits) !=
+                      std::string_view::npos)
+      return true;
+  }
+  return static_cast<bool>(error);
+}
+
+}  // namespace psplit

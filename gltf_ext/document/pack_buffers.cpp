@@ -1,0 +1,233 @@
+#include "gltf_ext/document/pack_buffers.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <set>
+
+#include "gltf_ext/document/byte_runs.h"
+#include "gltf_ext/document/extensions.h"
+#include "gltf_ext/document/references.h"
+#include "gltf_ext/document/structure.h"
+
+namespace psplit {
+namespace {
+
+using Counts = std::map<int64_t, size_t>;
+
+// How often each accessor stands for data that an extension of the same primitive holds compressed.
+Counts compressed_uses(const Json& json) {
+  Counts uses;
+  const auto count = [&](const Json* index) {
+    if (index != nullptr) ++uses[integer_value(*index).value_or(-1)];
+  };
+  for_each_element(json, "meshes", [&](const Json& mesh) {
+    for_each_element(mesh, "primitives", [&](const Json& primitive) {
+      const Json* extension = extension_field(primitive, kExtensionName);
+      if (extension == nullptr) extension = extension_field(primitive, kStockExtensionName);
+      const Json* stored = extension == nullptr ? nullptr : object_field(*extension, "attributes");
+      const Json* attributes = object_field(primitive, "attributes");
+      if (stored == nullptr || attributes == nullptr) return;
+      for (const auto& [semantic, id] : stored->items()) count(field(*attributes, semantic.c_str()));
+      count(field(primitive, "indices"));
+    });
+  });
+  return uses;
+}
+
+// Views that only a fallback reads.
+std::set<int64_t> fallback_views(const Json& json) {
+  Counts accessor_uses, view_uses, fallback_uses;
+  for_each_accessor_reference(json,
+                              [&](const Json& index) { ++accessor_uses[integer_value(index).value_or(-1)]; });
+  for_each_buffer_view_reference(json,
+                                 [&](const Json& index) { ++view_uses[integer_value(index).value_or(-1)]; });
+  for (const auto& [index, uses] : compressed_uses(json)) {
+    const Json* accessor = top_level_object(json, "accessors", index);
+    const auto view = accessor == nullptr ? std::nullopt : integer_field(*accessor, "bufferView");
+    if (view && accessor_uses[index] == uses) ++fallback_uses[*view];
+  }
+  std::set<int64_t> views;
+  for (const auto& [view, uses] : fallback_uses) {
+    const Json* object = top_level_object(json, "bufferViews", view);
+    if (object != nullptr && view_uses[view] == uses && meshopt_extension(*object) == nullptr &&
+        integer_field(*object, "byteLength").value_or(0) > 0)
+      views.insert(view);
+  }
+  return views;
+}
+
+struct Range {
+  uint64_t buffer, begin, end;
+};
+
+std::optional<Range> range_of(const Json& object, const Document& document) {
+  const auto buffer = integer_field(object, "buffer");
+  const auto offset = integer_field_or(object, "byteOffset", 0), length = integer_field(object, "byteLength");
+  if (!buffer || !offset || !length || *buffer < 0 || *offset < 0 || *length < 0) return std::nullopt;
+  const Range range{static_cast<uint64_t>(*buffer), static_cast<uint64_t>(*offset),
+                    static_cast<uint64_t>(*offset) + static_cast<uint64_t>(*length)};
+  if (range.buffer >= document.buffers.size() || range.end > document.buffers[range.buffer].size())
+    return std::nullopt;
+  return range;
+}
+
+void move_to(Json& object, uint64_t buffer, uint64_t offset) {
+  object["buffer"] = buffer;
+  if (offset != 0 || field(object, "byteOffset") != nullptr) object["byteOffset"] = offset;
+}
+
+class Packer {
+ public:
+  Packer(const Document& document, bool fallback_apart) : document_(document) {
+    packed_.json = document.json;
+    if (fallback_apart) apart_ = fallback_views(document.json);
+    fallback_buffer_ = apart_.empty() ? 0 : 1;
+  }
+
+  PackedDocument run() {
+    add_fallback();
+    for (size_t i = 0; i < document_.buffers.size(); ++i) add_buffer(i);
+    Json* views = array_field(packed_.json, "bufferViews");
+    for (size_t i = 0; views != nullptr && i < views->size(); ++i) {
+      Json& view = (*views)[i];
+      if (!apart_.contains(static_cast<int64_t>(i))) move(view);
+      if (Json* meshopt = meshopt_extension(view)) move(*meshopt);
+    }
+    return std::move(packed_);
+  }
+
+ private:
+  void add_fallback() {
+    for (const int64_t index : apart_) {
+      Json& view = packed_.json["bufferViews"][static_cast<size_t>(index)];
+      const auto range = range_of(view, document_);
+      if (!range) continue;
+      const std::span<const uint8_t> bytes(document_.buffers[range->buffer]);
+      move_to(view, fallback_buffer_,
+              packed_.fallback.add(bytes.subspan(static_cast<size_t>(range->begin),
+                                                 static_cast<size_t>(range->end - range->begin))));
+    }
+  }
+
+  // The bytes of buffer `index` that stay with the first: all but what only views of the fallback cover.
+  ByteRuns bytes_that_stay(size_t index) const {
+    const uint64_t size = document_.buffers[index].size();
+    ByteRuns stays(size), leaves(size);
+    for (size_t i = 0; i < array_size(document_.json, "bufferViews"); ++i) {
+      const Json& view = document_.json["bufferViews"][i];
+      const Json* meshopt = meshopt_extension(view);
+      const bool is_apart = apart_.contains(static_cast<int64_t>(i));
+      if (const auto range = range_of(view, document_); range && range->buffer == index) {
+        if (is_apart) {
+          // Blocks that other views may share stay as well.
+          const uint64_t begin = (range->begin + ByteRuns::kBlock - 1) / ByteRuns::kBlock * ByteRuns::kBlock;
+          leaves.keep(begin, range->end / ByteRuns::kBlock * ByteRuns::kBlock);
+        } else {
+          stays.keep(range->begin, range->end);
+        }
+      }
+      if (meshopt == nullptr) continue;
+      if (const auto range = range_of(*meshopt, document_); range && range->buffer == index)
+        stays.keep(range->begin, range->end);
+    }
+    leaves.close();
+    uint64_t at = 0;
+    for (const ByteRuns::Run& run : leaves.runs()) {
+      stays.keep(at, run.begin);
+      at = run.end;
+    }
+    stays.keep(at, size);
+    stays.close();
+    return stays;
+  }
+
+  void add_buffer(size_t index) {
+    const Json& buffer = document_.json["buffers"][index];
+    const std::span<const uint8_t> bytes(document_.buffers[index]);
+    Placed placed{0, 0, ByteRuns(bytes.size())};
+    if (bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0) {
+      placed.buffer = 1 + fallback_buffer_ + packed_.without_bytes.size();
+      packed_.without_bytes.push_back(buffer);
+      placed_.push_back(std::move(placed));
+      return;
+    }
+    if (!any_) packed_.first = buffer;
+    if (any_) warn_of_loss(index, buffer);
+    any_ = true;
+    placed.runs = bytes_that_stay(index);
+    packed_.bytes.pad(PackedBuffer::kAlignment);
+    placed.base = packed_.bytes.size();
+    for (const ByteRuns::Run& run : placed.runs.runs())
+      packed_.bytes.add(
+          bytes.subspan(static_cast<size_t>(run.begin), static_cast<size_t>(run.end - run.begin)));
+    placed_.push_back(std::move(placed));
+  }
+
+  void warn_of_loss(size_t index, const Json& buffer) {
+    std::string members;
+    for (const auto& [name, value] : buffer.items())
+      if (name != "uri" && name != "byteLength" && meshopt_extension(buffer) == nullptr)
+        members += (members.empty() ? "" : ", ") + name;
+    if (!members.empty())
+      packed_.warnings.push_back("buffer " + std::to_string(index) +
+                                 " becomes a part of another one, and loses its " + members);
+  }
+
+  void move(Json& range) const {
+    const auto buffer = integer_field(range, "buffer");
+    if (!buffer || *buffer < 0 || static_cast<uint64_t>(*buffer) >= placed_.size()) return;
+    const Placed& placed = placed_[static_cast<size_t>(*buffer)];
+    const auto offset = static_cast<uint64_t>(integer_field(range, "byteOffset").value_or(0));
+    if (placed.buffer != 0) {
+      range["buffer"] = placed.buffer;
+    } else {
+      const bool is_empty = integer_field(range, "byteLength") == 0;
+      move_to(range, 0, placed.base + (is_empty ? 0 : placed.runs.packed(offset)));
+    }
+  }
+
+  struct Placed {
+    uint64_t buffer, base;
+    ByteRuns runs;
+  };
+
+  const Document& document_;
+  PackedDocument packed_;
+  std::set<int64_t> apart_;
+  uint64_t fallback_buffer_ = 0;  // its number, where there is one
+  std::vector<Placed> placed_;    // where each buffer of the document went
+  bool any_ = false;
+};
+
+}  // namespace
+
+PackedDocument pack_buffers(const Document& document, bool fallback_apart) {
+  return Packer(document, fallback_apart).run();
+}
+
+void list_buffers(PackedDocument& packed) {
+  packed.bytes.pad(4);
+  packed.fallback.pad(4);
+  Json& json = packed.json;
+  if (packed.bytes.size() == 0 && array_size(json, "bufferViews") > 0) {
+    static constexpr uint8_t kZeros[4] = {};
+    packed.bytes.add(std::span(kZeros));  // views of length 0
+  }
+  if (packed.bytes.size() == 0) {
+    json.erase("buffers");
+    return;
+  }
+  Json first = std::move(packed.first);
+  first.erase("uri");
+  // A fallback buffer that came with its bytes is an ordinary buffer once others share it.
+  if (meshopt_extension(first) != nullptr) erase_meshopt_extension(first);
+  first["byteLength"] = packed.bytes.size();
+  Json buffers = Json::array();
+  buffers.push_back(std::move(first));
+  if (packed.fallback.size() > 0) buffers.push_back({{"byteLength", packed.fallback.size()}});
+  for (Json& buffer : packed.without_bytes) buffers.push_back(std::move(buffer));
+  json["buffers"] = std::move(buffers);
+}
+
+}  // namespace psplit

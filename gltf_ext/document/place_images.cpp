@@ -1,0 +1,194 @@
+#include "gltf_ext/document/place_images.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string_view>
+
+#include "gltf_ext/document/linked_files.h"
+#include "gltf_ext/document/named_binary.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/image_type.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/json_fields.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_image_name(const fs::path& path) {
+  constexpr std::array<std::string_view, 12> kImages = {".png", ".jpg",   ".jpeg", ".webp", ".ktx2", ".ktx",
+                                                        ".dds", ".basis", ".avif", ".gif",  ".bmp",  ".tga"};
+  return std::find(kImages.begin(), kImages.end(), lower_extension(path)) != kImages.end();
+}
+
+// The image's own file, and what its first bytes say of it.
+struct Source {
+  fs::path path;
+  std::optional<ImageType> type;
+};
+
+// From `folder`, by names alone where that leads there, or else past links.
+fs::path path_from(const fs::path& folder, const fs::path& file) {
+  std::error_code error;
+  const fs::path relative = fs::absolute(file, error)
+                                .lexically_normal()
+                                .lexically_relative(fs::absolute(folder, error).lexically_normal());
+  if (!relative.empty() && fs::equivalent(folder / relative, file, error)) return relative;
+  return fs::relative(file, folder, error);
+}
+
+class ImagePlacer {
+ public:
+  ImagePlacer(const Document& document, const fs::path& output, ImagePlacement placement,
+              PackedDocument& packed, WriteReport& report)
+      : placement_(placement), packed_(packed), report_(report) {
+    if (output == "-") return;
+    std::error_code error;
+    output_ = fs::absolute(output, error).lexically_normal();
+    folder_ = output_.parent_path();
+    const fs::path from = document.source.parent_path();
+    stays_ = fs::equivalent(*folder_, from.empty() ? "." : from, error);
+  }
+
+  Status place(const LinkedFile& link) {
+    if (link.state != LinkState::kFound) {
+      if (const std::string text = describe_dangling(link); !text.empty()) warn(text);
+      return {};
+    }
+    const bool moves = !stays_;
+    if (link.image < 0) {
+      if (moves)
+        warn(link.place + " names \"" + link.uri + "\", which is not copied: its URI may lead nowhere");
+      return {};
+    }
+    if (!moves && placement_ != ImagePlacement::kEmbed) return {};
+    const auto head = read_file(link.path, kImageHeadBytes);
+    if (!head) return head.status();
+    const std::optional<ImageType> type = image_type(*head);
+    // An asset must not choose what else leaves its place.
+    if (!type && (link.leaves_folder || !is_image_name(link.path))) {
+      warn(link.place + " names \"" + link.uri + "\", which holds no image of a known kind: it is left alone");
+      return {};
+    }
+    const Source source{link.path, type};
+    if (placement_ == ImagePlacement::kEmbed && type) return embed(link, source);
+    if (placement_ == ImagePlacement::kEmbed)
+      warn(link.place + ", \"" + link.uri + "\", is of no known kind, and so it is not embedded");
+    if (!moves) return {};
+    if (!folder_) {
+      warn(link.place + " names \"" + link.uri + "\", which leads nowhere from stdout");
+      return {};
+    }
+    return placement_ == ImagePlacement::kReference ? refer(link) : copy(link, source);
+  }
+
+ private:
+  void warn(const std::string& text) { report_.warnings.push_back(text); }
+  Json& image_of(const LinkedFile& link) { return packed_.json["images"][static_cast<size_t>(link.image)]; }
+
+  // By what is the same file, however it is written.
+  fs::path key_of(const fs::path& path) const {
+    std::error_code error;
+    const fs::path key = fs::canonical(path, error);
+    return error ? path : key;
+  }
+
+  Status embed(const LinkedFile& link, const Source& source) {
+    const auto [found, is_new] = views_.try_emplace(key_of(source.path), 0);
+    if (is_new) {
+      auto bytes = read_file(source.path);
+      if (!bytes) return bytes.status();
+      Json& views = packed_.json["bufferViews"];
+      if (!views.is_array()) views = Json::array();
+      found->second = views.size();
+      report_.image_bytes += bytes->size();
+      const size_t length = bytes->size();
+      const uint64_t start = packed_.bytes.add(std::move(*bytes));
+      views.push_back({{"buffer", 0}, {"byteOffset", start}, {"byteLength", length}});
+    }
+    Json& image = image_of(link);
+    image.erase("uri");
+    image["bufferView"] = found->second;
+    image["mimeType"] = source.type->mime_type;
+    // Nothing else would tell any more which file it was.
+    if (field(image, "name") == nullptr) image["name"] = source.path.stem().string();
+    ++report_.embedded_images;
+    return {};
+  }
+
+  Status refer(const LinkedFile& link) {
+    image_of(link)["uri"] = uri_of_path(path_from(*folder_, link.path));
+    return {};
+  }
+
+  Status copy(const LinkedFile& link, const Source& source) {
+    const auto [found, is_new] = copies_.try_emplace(key_of(source.path));
+    if (is_new) {
+      const auto bytes = read_file(source.path);
+      if (!bytes) return bytes.status();
+      const fs::path wanted = link.leaves_folder ? link.path.filename() : path_of_uri(link.uri);
+      const Expected<fs::path> written = write_copy(wanted, source, *bytes);
+      if (!written) return written.status();
+      found->second = *written;
+      report_.image_bytes += bytes->size();
+      report_.files.push_back(*folder_ / *written);
+      if (*written != wanted)
+        report_.notes.push_back(link.place + ", \"" + link.uri + "\", is copied as " + written->string());
+    }
+    if (found->second != path_of_uri(link.uri)) image_of(link)["uri"] = uri_of_path(found->second);
+    ++report_.copied_images;
+    return {};
+  }
+
+  // Under the name that it has, or where another file has it, under one by its content. What stands there with
+  // the same bytes is the copy.
+  Expected<fs::path> write_copy(const fs::path& wanted, const Source& source, std::span<const uint8_t> bytes) {
+    std::error_code error;
+    const std::span<const uint8_t> parts[] = {bytes};
+    fs::path by_content = wanted;
+    by_content.replace_extension(
+        "." + content_digits(parts) +
+        (source.type && !is_image_name(wanted) ? source.type->extension : wanted.extension().string()));
+    fs::create_directories((*folder_ / wanted).parent_path(), error);  // where it fails, writing says so
+    for (const fs::path& name : {wanted, by_content}) {
+      const fs::path target = *folder_ / name;
+      if (!is_image_name(name) || target.lexically_normal() == output_) continue;
+      if (holds(target, bytes)) return name;
+      const Expected<bool> written = write_new_file(target, bytes);
+      if (!written) return written.status();
+      if (*written || holds(target, bytes)) return name;
+    }
+    return io_failure("cannot copy " + source.path.string() + ": " + (*folder_ / by_content).string() +
+                      " is another file");
+  }
+
+  static bool holds(const fs::path& path, std::span<const uint8_t> bytes) {
+    std::error_code error;
+    if (!fs::is_regular_file(path, error) || fs::file_size(path, error) != bytes.size()) return false;
+    const auto there = read_file(path);
+    return there && std::equal(there->begin(), there->end(), bytes.begin(), bytes.end());
+  }
+
+  fs::path output_;
+  ImagePlacement placement_;
+  PackedDocument& packed_;
+  WriteReport& report_;
+  std::optional<fs::path> folder_;  // of the output; nothing for stdout
+  bool stays_ = false;              // whether the output's URIs start where the input's do
+  std::map<fs::path, size_t> views_;
+  std::map<fs::path, fs::path> copies_;  // to their names from the output's folder
+};
+
+}  // namespace
+
+Status place_images(const Document& document, const fs::path& output, ImagePlacement placement,
+                    PackedDocument& packed, WriteReport& report) {
+  ImagePlacer placer(document, output, placement, packed, report);
+  for (const LinkedFile& link : linked_files(document))
+    if (Status status = placer.place(link); !status.ok()) return status;
+  return {};
+}
+
+}  // namespace psplit

@@ -1,0 +1,85 @@
+// Every place in a glTF tree that holds the index of an accessor or of a buffer view.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+#include "gltf_ext/json/json_fields.h"
+
+namespace psplit {
+
+// Calls visit(J& value) for all values of an object's member `name`, itself an object.
+template <AnyJson J, typename Visit>
+void for_each_member(J& object, const char* name, Visit&& visit) {
+  J* members = object_field(object, name);
+  if (members == nullptr) return;
+  for (auto& value : *members) visit(value);
+}
+
+template <AnyJson J, typename Visit>
+void for_each_element(J& object, const char* name, Visit&& visit) {
+  J* elements = array_field(object, name);
+  if (elements == nullptr) return;
+  for (auto& value : *elements) visit(value);
+}
+
+// Calls visit(J& index) for every accessor index.
+template <AnyJson J, typename Visit>
+void for_each_accessor_reference(J& json, Visit&& visit) {
+  const auto visit_field = [&](J& object, const char* name) {
+    if (J* found = field(object, name)) visit(*found);
+  };
+  for_each_element(json, "meshes", [&](J& mesh) {
+    for_each_element(mesh, "primitives", [&](J& primitive) {
+      for_each_member(primitive, "attributes", visit);
+      visit_field(primitive, "indices");
+      for_each_element(primitive, "targets", [&](J& target) {
+        if (!target.is_object()) return;
+        for (auto& value : target) visit(value);
+      });
+      if (J* outline = extension_field(primitive, "CESIUM_primitive_outline")) visit_field(*outline, "indices");
+    });
+  });
+  for_each_element(json, "animations", [&](J& animation) {
+    for_each_element(animation, "samplers", [&](J& sampler) {
+      visit_field(sampler, "input");
+      visit_field(sampler, "output");
+    });
+  });
+  for_each_element(json, "skins", [&](J& skin) { visit_field(skin, "inverseBindMatrices"); });
+  for_each_element(json, "nodes", [&](J& node) {
+    if (J* instances = extension_field(node, "EXT_mesh_gpu_instancing"))
+      for_each_member(*instances, "attributes", visit);
+  });
+}
+
+// Members called "bufferView" at any depth, whoever owns them; `extras` belong to the application.
+template <AnyJson J, typename Visit>
+void for_each_buffer_view_member(J& tree, Visit&& visit) {
+  if (!tree.is_structured()) return;
+  const bool is_object = tree.is_object();
+  for (auto member = tree.begin(); member != tree.end(); ++member) {
+    if (is_object && member.key() == "extras") continue;
+    if (is_object && member.key() == "bufferView") {
+      visit(*member);
+    } else {
+      for_each_buffer_view_member(*member, visit);
+    }
+  }
+}
+
+// Calls visit(J& index) for every buffer view index.
+template <AnyJson J, typename Visit>
+void for_each_buffer_view_reference(J& json, Visit&& visit) {
+  for_each_buffer_view_member(json, visit);
+  J* metadata = extension_field(json, "EXT_structural_metadata");
+  if (metadata == nullptr) return;
+  for_each_element(*metadata, "propertyTables", [&](J& table) {
+    for_each_member(table, "properties", [&](J& property) {
+      for (const char* name : {"values", "arrayOffsets", "stringOffsets"})
+        if (J* found = field(property, name)) visit(*found);
+    });
+  });
+}
+
+}  // namespace psplit

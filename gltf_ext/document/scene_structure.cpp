@@ -1,0 +1,131 @@
+#include "gltf_ext/document/scene_structure.h"
+
+#include <string_view>
+#include <utility>
+
+#include "gltf_ext/json/json_fields.h"
+
+namespace psplit {
+namespace {
+
+// Members that hold an index, and the top-level array that it is of. [] stands for every element.
+struct Reference {
+  std::string_view path;
+  const char* target;
+};
+constexpr Reference kReferences[] = {
+    {"scene", "scenes"},
+    {"scenes[].nodes[]", "nodes"},
+    {"nodes[].children[]", "nodes"},
+    {"nodes[].mesh", "meshes"},
+    {"nodes[].skin", "skins"},
+    {"nodes[].camera", "cameras"},
+    {"skins[].joints[]", "nodes"},
+    {"skins[].skeleton", "nodes"},
+    {"meshes[].primitives[].material", "materials"},
+    {"materials[].pbrMetallicRoughness.baseColorTexture.index", "textures"},
+    {"materials[].pbrMetallicRoughness.metallicRoughnessTexture.index", "textures"},
+    {"materials[].normalTexture.index", "textures"},
+    {"materials[].occlusionTexture.index", "textures"},
+    {"materials[].emissiveTexture.index", "textures"},
+    {"textures[].source", "images"},
+    {"textures[].sampler", "samplers"},
+    {"animations[].channels[].target.node", "nodes"},
+};
+
+// Of the values that `path` leads to from `tree`, the first for which is_good(value) does not hold: where it
+// is, as in nodes[3].children[0]. Empty where there is none.
+template <typename Check>
+std::string first_bad(const Json& tree, std::string_view path, const Check& is_good) {
+  if (path.empty()) return is_good(tree) ? "" : " ";
+  if (path.starts_with('[')) {
+    if (!tree.is_array()) return "";
+    for (size_t i = 0; i < tree.size(); ++i) {
+      const std::string place = first_bad(tree[i], path.substr(2), is_good);
+      if (!place.empty()) return "[" + std::to_string(i) + "]" + place;
+    }
+    return "";
+  }
+  if (path.starts_with('.')) path.remove_prefix(1);
+  const std::string name(path.substr(0, path.find_first_of(".[")));
+  const Json* member = field(tree, name.c_str());
+  if (member == nullptr) return "";
+  const std::string place = first_bad(*member, path.substr(name.size()), is_good);
+  return place.empty() ? "" : "." + name + place;
+}
+
+bool is_index(const Json& value, size_t count) {
+  const auto index = integer_value(value);
+  return index && *index >= 0 && static_cast<uint64_t>(*index) < count;
+}
+
+Status check_index(const Json& tree, const std::string& where, std::string_view path, const char* target,
+                   size_t count) {
+  std::string place = first_bad(tree, path, [&](const Json& value) { return is_index(value, count); });
+  if (place.empty()) return {};
+  place = where + place.substr(where.empty() ? 1 : 0, place.size() - (where.empty() ? 2 : 1));
+  return invalid_input(place + " names none of the " + std::to_string(count) + " " + target);
+}
+
+Status check_references(const Json& json) {
+  for (const auto& [path, target] : kReferences)
+    if (Status status = check_index(json, "", path, target, array_size(json, target)); !status.ok())
+      return status;
+  for (size_t i = 0; i < array_size(json, "animations"); ++i) {
+    const Json& animation = json["animations"][i];
+    Status status = check_index(animation, "animations[" + std::to_string(i) + "]", "channels[].sampler",
+                                "samplers of it", array_size(animation, "samplers"));
+    if (!status.ok()) return status;
+  }
+  return {};
+}
+
+// No node is below itself. One below two others is against the rules, yet found in the wild, and ends walks.
+Status check_nodes(const Json& json) {
+  const size_t count = array_size(json, "nodes");
+  enum class Walk : uint8_t { kNotYet, kUnderWay, kDone };
+  std::vector<Walk> walks(count, Walk::kNotYet);
+  std::vector<std::pair<size_t, size_t>> way;  // nodes from a start on down, and the next child of each
+  for (size_t start = 0; start < count; ++start) {
+    if (walks[start] == Walk::kNotYet) way.emplace_back(start, 0);
+    while (!way.empty()) {
+      auto& [node, next] = way.back();
+      walks[node] = Walk::kUnderWay;
+      if (next == array_size(json["nodes"][node], "children")) {
+        walks[node] = Walk::kDone;
+        way.pop_back();
+        continue;
+      }
+      const auto child = static_cast<size_t>(*integer_value(json["nodes"][node]["children"][next++]));
+      if (walks[child] == Walk::kUnderWay)
+        return invalid_input("node " + std::to_string(child) + " is below itself");
+      if (walks[child] == Walk::kNotYet) way.emplace_back(child, 0);
+    }
+  }
+  return {};
+}
+
+Status check_skins(const Json& json) {
+  for (size_t i = 0; i < array_size(json, "skins"); ++i) {
+    const Json& skin = json["skins"][i];
+    const Json* joints = array_field(skin, "joints");
+    const std::string name = "skin " + std::to_string(i);
+    if (joints == nullptr || joints->empty()) return invalid_input(name + " has no joints");
+    const Json* matrices =
+        top_level_object(json, "accessors", integer_field(skin, "inverseBindMatrices").value_or(-1));
+    if (matrices == nullptr) continue;
+    if (integer_field(*matrices, "count").value_or(0) < static_cast<int64_t>(joints->size()))
+      return invalid_input(name + " has fewer inverse bind matrices than joints");
+  }
+  return {};
+}
+
+}  // namespace
+
+Status check_scene(const Json& json) {
+  for (const auto check : {check_references, check_nodes, check_skins})
+    if (Status status = check(json); !status.ok()) return status;
+  return {};
+}
+
+}  // namespace psplit

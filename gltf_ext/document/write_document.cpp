@@ -1,0 +1,83 @@
+#include <algorithm>
+
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/named_binary.h"
+#include "gltf_ext/document/pack_buffers.h"
+#include "gltf_ext/document/place_images.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/glb.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string dump(const Json& json, int indent) {
+  return json.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
+}
+
+Status write_glb(const PackedDocument& packed, const fs::path& path, WriteReport& report) {
+  const auto head = glb_head(dump(packed.json, -1), packed.bytes.size());
+  if (!head) return head.status();
+  std::vector<std::span<const uint8_t>> parts{*head};
+  parts.insert(parts.end(), packed.bytes.parts().begin(), packed.bytes.parts().end());
+  report.files.push_back(path);
+  return write_file(path, FileParts(parts));
+}
+
+// The binaries first, under names of their own: whatever .gltf stands at `path` meanwhile is whole.
+Status write_gltf(const Document& document, PackedDocument& packed, const fs::path& path, WriteReport& report) {
+  std::error_code error;
+  // What was read stays: who names the input as the output asks for another asset, not for the loss of this
+  // one.
+  const bool is_input = std::any_of(document.files.begin(), document.files.end(),
+                                    [&](const fs::path& file) { return fs::equivalent(file, path, error); });
+  const std::vector<fs::path> before = is_input ? std::vector<fs::path>() : own_binaries(path);
+  size_t number = 0;
+  for (const PackedBuffer* buffer : {&packed.bytes, &packed.fallback}) {
+    if (buffer->size() == 0) continue;
+    const fs::path binary = binary_path(path, buffer->parts());
+    packed.json["buffers"][number++]["uri"] = percent_encode(binary.filename().string());
+    report.files.push_back(binary);
+    if (Status status = write_file(binary, FileParts(buffer->parts())); !status.ok()) return status;
+  }
+  const std::string text = dump(packed.json, 2) + "\n";
+  report.files.push_back(path);
+  Status status = write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
+  if (!status.ok()) return status;
+  for (const fs::path& binary : before)
+    if (!is_used(binary)) fs::remove(binary, error);
+  return {};
+}
+
+}  // namespace
+
+Status write_document(const Document& document, const fs::path& path, const WriteOptions& options,
+                      WriteReport* report) {
+  const bool to_stdout = path == "-";
+  std::error_code is_no_link;
+  if (!to_stdout && fs::is_symlink(path, is_no_link)) {  // what stands beside it stands beside its target
+    const fs::path target = fs::weakly_canonical(path, is_no_link);
+    if (!fs::is_symlink(target, is_no_link)) return write_document(document, target, options, report);
+  }
+  const bool glb = to_stdout || lower_extension(path) == ".glb";
+  const Place place{.file = to_stdout ? "stdout" : path.string()};
+  if (!glb && lower_extension(path) != ".gltf")
+    return Status(StatusCode::kUsage, "an output is named .glb or .gltf", place);
+
+  WriteReport unheard;
+  if (report == nullptr) report = &unheard;
+  *report = {};
+  PackedDocument packed = pack_buffers(document, /*fallback_apart=*/!glb);
+  report->warnings = packed.warnings;
+  const ImagePlacement images = options.images.value_or(glb ? ImagePlacement::kEmbed : ImagePlacement::kCopy);
+  if (to_stdout && images == ImagePlacement::kCopy)
+    return Status(StatusCode::kUsage, "images cannot be copied beside stdout", place);
+  if (Status status = place_images(document, path, images, packed, *report); !status.ok())
+    return std::move(status).at(place);
+  list_buffers(packed);
+  return (glb ? write_glb(packed, path, *report) : write_gltf(document, packed, path, *report)).at(place);
+}
+
+}  // namespace psplit

@@ -1,0 +1,109 @@
+#include "gltf_ext/files/files.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+
+#include "gltf_ext/files/temporary_file.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CloseFile {
+  void operator()(std::FILE* file) const {
+    if (file != stdin && file != stdout) std::fclose(file);
+  }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+Status failure(const char* what, const fs::path& path, int error) {
+  const Place place{.file = path == "-" ? "stdin" : path.string()};
+  return io_failure(std::string("cannot ") + what + ": " + std::strerror(error), place);
+}
+
+bool write_parts(std::FILE* file, FileParts parts) {
+  for (const auto part : parts)
+    if (!part.empty() && std::fwrite(part.data(), 1, part.size(), file) != part.size()) return false;
+  return std::fflush(file) == 0;
+}
+
+}  // namespace
+
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return extension;
+}
+
+Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
+  std::error_code error;
+  if (path != "-" && fs::is_directory(path, error)) return failure("read", path, EISDIR);
+  const File file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"));
+  if (file == nullptr) return failure("open", path, errno);
+
+  // Grows with what really arrives: a pipe has no size, and a limit may be a lie.
+  constexpr uint64_t kBlock = uint64_t{1} << 20;
+  const uint64_t expected = path == "-" ? 0 : fs::file_size(path, error);
+  std::vector<uint8_t> bytes;
+  if (!error && expected > 0) bytes.reserve(static_cast<size_t>(std::min(expected, limit)));
+  while (bytes.size() < limit) {
+    const uint64_t room = std::max<uint64_t>(bytes.capacity() - bytes.size(), 1);
+    const size_t wanted = static_cast<size_t>(std::min({std::max(room, kBlock), limit - bytes.size()}));
+    const size_t before = bytes.size();
+    bytes.resize(before + wanted);
+    const size_t got = std::fread(bytes.data() + before, 1, wanted, file.get());
+    bytes.resize(before + got);
+    if (got < wanted) break;
+  }
+  if (std::ferror(file.get()) != 0) return failure("read", path, errno);
+  return bytes;
+}
+
+Status write_file(const fs::path& path, std::initializer_list<std::span<const uint8_t>> parts) {
+  return write_file(path, FileParts(parts.begin(), parts.size()));
+}
+
+Status write_file(const fs::path& path, FileParts parts) {
+  if (path == "-") return write_parts(stdout, parts) ? Status() : failure("write", "stdout", errno);
+
+  std::error_code error;
+  const fs::file_type type = fs::status(path, error).type();
+  if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, not replaced
+    const File file(std::fopen(path.c_str(), "wb"));
+    return file != nullptr && write_parts(file.get(), parts) ? Status() : failure("write", path, errno);
+  }
+
+  fs::path target = path;
+  if (fs::is_symlink(path, error)) {  // written through, not replaced
+    target = fs::weakly_canonical(path, error);
+    if (error) return io_failure("cannot follow the link: " + error.message(), {.file = path.string()});
+  }
+  if (fs::is_directory(target, error)) return failure("write", path, EISDIR);
+
+  TemporaryFile temporary(target);
+  if (!temporary.is_open() || !write_parts(temporary.file(), parts)) return failure("write", path, errno);
+  if (const std::error_code renamed = temporary.rename_to(target); renamed)
+    return io_failure("cannot write: " + renamed.message(), {.file = path.string()});
+  return {};
+}
+
+Expected<bool> write_new_file(const fs::path& path, std::span<const uint8_t> bytes) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(path, error))) return false;
+  TemporaryFile temporary(path);
+  const std::span<const uint8_t> parts[] = {bytes};
+  if (!temporary.is_open() || !write_parts(temporary.file(), parts)) return failure("write", path, errno);
+  if (const std::error_code renamed = temporary.rename_to_new(path); renamed == std::errc::file_exists)
+    return false;
+  else if (renamed)
+    return io_failure("cannot write: " + renamed.message(), {.file = path.string()});
+  return true;
+}
+
+}  // namespace psplit

@@ -1,0 +1,108 @@
+#include "gltf_ext/files/temporary_file.h"
+
+#include <cerrno>
+#include <mutex>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/operating_system.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kMark = ".psplit-", kEnd = ".part";
+constexpr size_t kDigits = 8;  // random ones, and as many that check them
+
+// Of the file's name and its random digits.
+std::string check_digits(std::string_view name, std::string_view digits) {
+  ContentHash hash;
+  hash.add_framed(name);
+  hash.add_framed(digits);
+  return hash.hex().substr(0, kDigits);
+}
+
+fs::path temporary_path(const fs::path& target) {
+  std::random_device random;
+  std::string digits;
+  while (digits.size() < kDigits) digits += "0123456789abcdef"[random() % 16];
+  const std::string name = target.filename().string();
+  fs::path path = target;
+  return path += std::string(kMark) + digits + check_digits(name, digits) + std::string(kEnd);
+}
+
+// Folders are looked through once: a batch writes thousands of files into one.
+void remove_dead_temporaries_once(const fs::path& folder) {
+  static std::mutex mutex;
+  static std::set<fs::path> done;
+  std::error_code error;
+  const fs::path whole = fs::absolute(folder, error).lexically_normal();
+  {
+    const std::lock_guard lock(mutex);
+    if (!done.insert(whole).second) return;
+  }
+  remove_dead_temporaries(folder);
+}
+
+}  // namespace
+
+bool is_temporary_name(const fs::path& path) {
+  const std::string name = path.filename().string();
+  const size_t tail = kMark.size() + 2 * kDigits + kEnd.size();
+  if (name.size() <= tail || !name.ends_with(kEnd)) return false;
+  const size_t mark = name.size() - tail;
+  if (name.compare(mark, kMark.size(), kMark) != 0) return false;
+  const std::string digits = name.substr(mark + kMark.size(), kDigits);
+  return name.substr(mark + kMark.size() + kDigits, kDigits) == check_digits(name.substr(0, mark), digits);
+}
+
+void remove_dead_temporaries(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> found;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    if (is_temporary_name(entry->path()) && entry->symlink_status(error).type() == fs::file_type::regular)
+      found.push_back(entry->path());
+  for (const fs::path& path : found) remove_if_unlocked(path);
+}
+
+TemporaryFile::TemporaryFile(const fs::path& target) {
+  const fs::path folder = target.parent_path();
+  remove_dead_temporaries_once(folder.empty() ? "." : folder);
+  constexpr int kTries = 16;
+  for (int i = 0; i < kTries && file_ == nullptr; ++i) {
+    path_ = temporary_path(target);
+    file_ = create_locked(path_);
+    if (file_ == nullptr && errno != EEXIST) return;
+  }
+}
+
+TemporaryFile::~TemporaryFile() {
+  if (file_ == nullptr) return;
+  const int saved = errno;  // of what the caller is about to report
+  std::error_code ignored;
+  if (!path_.empty()) fs::remove(path_, ignored);
+  std::fclose(file_);
+  errno = saved;
+}
+
+std::error_code TemporaryFile::rename_to(const fs::path& target) {
+  std::error_code error;
+  fs::rename(path_, target, error);
+  if (!error) path_.clear();
+  return error;
+}
+
+std::error_code TemporaryFile::rename_to_new(const fs::path& target) {
+  std::error_code error;
+  fs::create_hard_link(path_, target, error);
+  if (!error || error == std::errc::file_exists) return error;  // the destructor takes the other name away
+  // Some file systems have no hard links.
+  if (fs::exists(fs::symlink_status(target, error))) return std::make_error_code(std::errc::file_exists);
+  return rename_to(target);
+}
+
+}  // namespace psplit

@@ -1,0 +1,253 @@
+#include "gltf_ext/primitive/accessors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "gltf_ext/document/structure.h"
+#include "gltf_ext/json/json_fields.h"
+
+namespace psplit {
+namespace {
+
+// What an accessor may say about zeros that no buffer view backs.
+
+// Elements as they lie in a buffer view.
+struct StoredElements {
+  std::span<const uint8_t> bytes;
+  uint64_t stride = 0;
+};
+
+Expected<StoredElements> stored_elements(const Document& document, const Json& part,
+                                         const ElementLayout& layout, uint64_t count, bool strided) {
+  const auto view_index = integer_field(part, "bufferView");
+  const auto offset = integer_field_or(part, "byteOffset", 0);
+  if (!view_index || !offset || *offset < 0) return invalid_input("no valid bufferView or byteOffset");
+  const auto bytes = buffer_view_bytes(document, *view_index);
+  if (!bytes) return bytes.status();
+  const Json* view = top_level_object(document.json, "bufferViews", *view_index);
+  const auto stated = strided ? integer_field_or(*view, "byteStride", 0) : 0;
+  if (!stated || *stated < 0) return invalid_input("an invalid byteStride");
+  const uint64_t stride = *stated == 0 ? layout.stored_bytes() : static_cast<uint64_t>(*stated);
+  if (stride < layout.last_bytes()) return invalid_input("elements longer than the stride");
+  const auto start = static_cast<uint64_t>(*offset);
+  if (!elements_fit(layout, start, stride, count, bytes->size()))
+    return invalid_input("elements past the buffer view");
+  return StoredElements{bytes->subspan(static_cast<size_t>(start)), stride};
+}
+
+void copy_element(const StoredElements& from, uint64_t index, const ElementLayout& layout, std::byte* to) {
+  const uint8_t* element = from.bytes.data() + index * from.stride;
+  for (size_t column = 0; column < layout.columns; ++column)
+    std::memcpy(to + column * layout.column_bytes(), element + column * layout.column_stride(),
+                layout.column_bytes());
+}
+
+uint32_t index_at(const StoredElements& from, uint64_t index, ComponentType type) {
+  uint32_t value = 0;  // little-endian, as glTF and every host of this library
+  std::memcpy(&value, from.bytes.data() + index * from.stride, component_bytes(type));
+  return value;
+}
+
+Status apply_sparse(const Document& document, const Json& sparse, const ElementLayout& layout,
+                    AccessorData& data) {
+  const auto count = integer_field(sparse, "count");
+  const Json* indices = object_field(sparse, "indices");
+  const Json* values = object_field(sparse, "values");
+  if (!count || *count < 0 || *count > data.count || indices == nullptr || values == nullptr)
+    return invalid_input("sparse without a valid count, indices or values");
+  const auto component = integer_field(*indices, "componentType");
+  if (!component || (*component != 5121 && *component != 5123 && *component != 5125))
+    return invalid_input("sparse with an invalid index type");
+  const ElementLayout index_layout{.component_type = static_cast<ComponentType>(*component)};
+  const auto sparse_count = static_cast<uint64_t>(*count);
+  if (sparse_count == 0) return {};
+  const auto from_indices = stored_elements(document, *indices, index_layout, sparse_count, false);
+  if (!from_indices) return from_indices.status();
+  const auto from_values = stored_elements(document, *values, layout, sparse_count, false);
+  if (!from_values) return from_values.status();
+  for (uint64_t i = 0; i < sparse_count; ++i) {
+    const uint32_t index = index_at(*from_indices, i, index_layout.component_type);
+    if (index >= data.count) return invalid_input("a sparse index past the accessor's end");
+    copy_element(*from_values, i, layout, data.values.data() + index * layout.packed_bytes());
+  }
+  return {};
+}
+
+Expected<AccessorData> read(const Document& document, const Json& accessor) {
+  const auto layout = element_layout(accessor);
+  if (!layout) return layout.status();
+  const auto count = integer_field(accessor, "count");
+  if (!count || *count < 0 || *count > std::numeric_limits<uint32_t>::max())
+    return invalid_input("no valid count");
+
+  AccessorData data;
+  data.component_type = layout->component_type;
+  data.component_count = layout->component_count();
+  data.normalized = bool_field_or(accessor, "normalized", false);
+  data.count = static_cast<uint32_t>(*count);
+  const uint64_t total = uint64_t{data.count} * layout->packed_bytes();
+  if (field(accessor, "bufferView") == nullptr) {
+    if (total > kMaxUnbackedBytes)
+      return invalid_input("more elements than a missing buffer view can stand for");
+    data.values.assign(static_cast<size_t>(total), std::byte{0});
+  } else {
+    const auto elements = stored_elements(document, accessor, *layout, data.count, true);
+    if (!elements) return elements.status();
+    data.values.resize(static_cast<size_t>(total));
+    for (uint64_t i = 0; i < data.count; ++i)
+      copy_element(*elements, i, *layout, data.values.data() + i * layout->packed_bytes());
+  }
+  if (const Json* sparse = field(accessor, "sparse"))
+    if (Status status = apply_sparse(document, *sparse, *layout, data); !status.ok()) return status;
+  return data;
+}
+
+const char* type_name(uint8_t component_count) {
+  switch (component_count) {
+    case 1: return "SCALAR";
+    case 2: return "VEC2";
+    case 3: return "VEC3";
+    case 4: return "VEC4";
+    case 9: return "MAT3";
+    case 16: return "MAT4";
+    default: return nullptr;
+  }
+}
+
+template <typename T>
+void bounds_of(const AccessorData& data, Json& least, Json& most) {
+  const size_t components = data.component_count;
+  for (size_t component = 0; component < components; ++component) {
+    T low = std::numeric_limits<T>::max();
+    T high = std::numeric_limits<T>::lowest();
+    for (size_t i = 0; i < data.count; ++i) {
+      T value;
+      std::memcpy(&value, data.values.data() + (i * components + component) * sizeof(T), sizeof(T));
+      if constexpr (std::is_floating_point_v<T>)
+        if (!std::isfinite(value)) continue;  // JSON has no word for it
+      low = std::min(low, value);
+      high = std::max(high, value);
+    }
+    if (low > high) low = high = T{};  // nothing finite
+    least.push_back(low);
+    most.push_back(high);
+  }
+}
+
+void set_bounds(Json& accessor, const AccessorData& data) {
+  Json least = Json::array(), most = Json::array();
+  switch (data.component_type) {
+    case ComponentType::kInt8: bounds_of<int8_t>(data, least, most); break;
+    case ComponentType::kUint8: bounds_of<uint8_t>(data, least, most); break;
+    case ComponentType::kInt16: bounds_of<int16_t>(data, least, most); break;
+    case ComponentType::kUint16: bounds_of<uint16_t>(data, least, most); break;
+    case ComponentType::kUint32: bounds_of<uint32_t>(data, least, most); break;
+    case ComponentType::kFloat32: bounds_of<float>(data, least, most); break;
+  }
+  accessor["min"] = std::move(least);
+  accessor["max"] = std::move(most);
+}
+
+// Vertex attributes start on 4-byte boundaries.
+size_t stride_in_view(const ElementLayout& layout, int target) {
+  constexpr int kArrayBuffer = 34962;
+  return target == kArrayBuffer ? (layout.stored_bytes() + 3) / 4 * 4 : layout.stored_bytes();
+}
+
+void store_element(const AccessorData& data, size_t index, const ElementLayout& layout, uint8_t* to) {
+  for (size_t column = 0; column < layout.columns; ++column)
+    std::memcpy(to + column * layout.column_stride(),
+                data.values.data() + index * layout.packed_bytes() + column * layout.column_bytes(),
+                layout.column_bytes());
+}
+
+bool is_zero(const AccessorData& data, size_t index, size_t element_bytes) {
+  const std::byte* element = data.values.data() + index * element_bytes;
+  return std::all_of(element, element + element_bytes, [](std::byte b) { return b == std::byte{0}; });
+}
+
+}  // namespace
+
+Expected<AccessorData> read_accessor(const Document& document, int64_t index) {
+  const std::string name = "accessor " + std::to_string(index);
+  const Json* accessor = top_level_object(document.json, "accessors", index);
+  if (accessor == nullptr) return invalid_input(name + " does not exist");
+  auto data = read(document, *accessor);
+  if (!data) return Status(data.status().code(), name + ": " + data.status().message());
+  return data;
+}
+
+Json describe_stored(const AccessorData& data) {
+  const char* type = type_name(data.component_count);
+  if (type == nullptr) return Json::object();
+  Json accessor = {{"componentType", static_cast<int>(data.component_type)}, {"count", data.count}};
+  if (data.normalized) accessor["normalized"] = true;
+  accessor["type"] = type;
+  return accessor;
+}
+
+void store_values(Document& document, Json& accessor, const AccessorData& data, int target) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  if (!layout) return;  // no glTF type has so many components
+  const size_t stride = stride_in_view(*layout, target);
+  std::vector<uint8_t> stored(data.count * stride);
+  for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, stored.data() + i * stride);
+
+  const int64_t view_index = append_buffer_view(document, stored);
+  Json& view = document.json["bufferViews"][static_cast<size_t>(view_index)];
+  if (stride != layout->stored_bytes()) view["byteStride"] = stride;
+  if (target != 0) view["target"] = target;
+  accessor["bufferView"] = view_index;
+}
+
+void store_values_sparse(Document& document, Json& accessor, const AccessorData& data, int target) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  if (!layout) return;
+  std::vector<uint32_t> kept;
+  for (uint32_t i = 0; i < data.count; ++i)
+    if (!is_zero(data, i, layout->packed_bytes())) kept.push_back(i);
+  if (kept.empty()) return;  // an accessor without a view is zero
+  const ComponentType index_type = kept.back() <= 0xff     ? ComponentType::kUint8
+                                   : kept.back() <= 0xffff ? ComponentType::kUint16
+                                                           : ComponentType::kUint32;
+  const size_t index_bytes = component_bytes(index_type), value_bytes = layout->stored_bytes();
+  if (kept.size() * (index_bytes + value_bytes) >= data.count * stride_in_view(*layout, target))
+    return store_values(document, accessor, data, target);
+
+  std::vector<uint8_t> stored_indices(kept.size() * index_bytes), stored_values(kept.size() * value_bytes);
+  for (size_t i = 0; i < kept.size(); ++i) {
+    std::memcpy(stored_indices.data() + i * index_bytes, &kept[i], index_bytes);  // little-endian
+    store_element(data, kept[i], *layout, stored_values.data() + i * value_bytes);
+  }
+  const int64_t index_view = append_buffer_view(document, stored_indices);
+  const int64_t value_view = append_buffer_view(document, stored_values);
+  accessor["sparse"] = {
+      {"count", kept.size()},
+      {"indices", {{"bufferView", index_view}, {"componentType", static_cast<int>(index_type)}}},
+      {"values", {{"bufferView", value_view}}}};
+}
+
+int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds) {
+  Json accessor = describe_stored(data);
+  if (accessor.empty()) return -1;
+  store_values(document, accessor, data, target);
+  if (with_bounds && data.count > 0) set_bounds(accessor, data);
+  Json& accessors = document.json["accessors"];
+  if (!accessors.is_array()) accessors = Json::array();
+  accessors.push_back(std::move(accessor));
+  return static_cast<int64_t>(accessors.size() - 1);
+}
+
+void describe_decoded(Json& accessor, const AccessorData& data, bool with_bounds) {
+  for (const char* name : {"bufferView", "byteOffset", "sparse"}) accessor.erase(name);
+  accessor["count"] = data.count;
+  if (with_bounds && data.count > 0) {
+    set_bounds(accessor, data);
+  } else {
+    for (const char* name : {"min", "max"}) accessor.erase(name);  // what they said held for other values
+  }
+}
+
+}  // namespace psplit

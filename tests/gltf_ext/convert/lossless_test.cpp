@@ -1,0 +1,103 @@
+// Lossless means the same bits: for floats of every kind, at every speed, through the whole document and with
+// both decoders.
+#include "encoder/draco/stock_stream.h"
+#include "gltf_ext/convert/validate.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/gltf_ext/asset.h"
+
+namespace psplit {
+namespace {
+
+// Which point of the mesh each is: what comes back is compared by it, whatever its order.
+Mesh labelled(Mesh mesh) {
+  std::vector<uint16_t> labels;
+  for (uint32_t point = 0; point < mesh.point_count; ++point) labels.push_back(static_cast<uint16_t>(point));
+  mesh.attributes.push_back(make_attribute("_FEATURE_ID_0", ComponentType::kUint16, 1, false, labels));
+  return mesh;
+}
+
+// How many components of all attributes are not the bits that they were; all of them where points are missing.
+size_t changed_components(const Mesh& before, const Mesh& after) {
+  const std::vector<uint16_t> labels = values_of<uint16_t>(*after.find("_FEATURE_ID_0"));
+  size_t changed = 0;
+  std::vector<uint8_t> seen(before.point_count, 0);
+  for (const uint16_t label : labels) ++seen.at(label);
+  for (const uint8_t times : seen) changed += times != 1;
+  for (const Attribute& wanted : before.attributes) {
+    const Attribute& got = *after.find(wanted.semantic);
+    const size_t stride = wanted.stride();
+    EXPECT_EQ(got.stride(), stride);
+    for (size_t point = 0; point < labels.size(); ++point)
+      for (size_t at = 0; at < stride; ++at)
+        changed += wanted.values[labels[point] * stride + at] != got.values[point * stride + at];
+  }
+  return changed;
+}
+
+TEST(Lossless, FloatsOfEveryKindComeBackAsTheSameBits) {
+  const Mesh mesh = labelled(floats_of_every_kind());
+  for (const int speed : {0, 5, 10})
+    for (const uint64_t patches : {1u, 2u, 9u}) {
+      SCOPED_TRACE("speed " + std::to_string(speed) + ", patches " + std::to_string(patches));
+      Document document = document_from_mesh(mesh);
+      EncodeDocumentOptions options;
+      options.lossless = true;
+      options.encode_speed = speed;
+      options.patches = patches;
+      const auto reports = encode(document, options);
+      ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+      EXPECT_EQ(reports->front().statistics.patch_count, patches);
+      for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
+        const Expected<Mesh> decoded = read_primitive(document, {0, 0}, backend, test_pool());
+        ASSERT_TRUE(decoded.ok()) << backend.name << ": " << decoded.status().to_string();
+        ASSERT_EQ(decoded->point_count, mesh.point_count);
+        EXPECT_EQ(changed_components(mesh, *decoded), 0u) << backend.name;
+        EXPECT_EQ(compare_meshes(mesh, *decoded), "") << backend.name;
+      }
+    }
+}
+
+TEST(Lossless, OneStockStreamIsTheSameBitsToo) {
+  const Mesh mesh = labelled(floats_of_every_kind());
+  const std::vector<AttributeCoding> codings(mesh.attributes.size());
+  const auto stock = encode_stock_stream(mesh, codings, 5);
+  ASSERT_TRUE(stock.ok()) << stock.status().to_string();
+  std::vector<AttributeRequest> requests;
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const Attribute& attribute = mesh.attributes[i];
+    requests.push_back({attribute.semantic, stock->unique_ids[i], attribute.component_type,
+                        attribute.component_count, attribute.normalized});
+  }
+  for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
+    const Expected<Mesh> decoded = backend.decode_stream(stock->bytes, requests);
+    ASSERT_TRUE(decoded.ok()) << backend.name << ": " << decoded.status().to_string();
+    EXPECT_EQ(changed_components(mesh, *decoded), 0u) << backend.name;
+  }
+}
+
+TEST(Lossless, DocumentsOfFloatsOfEveryKindAreValid) {
+  Mesh mesh = labelled(floats_of_every_kind());
+  // glTF has no infinities and NaNs.
+  std::erase_if(mesh.attributes, [](const Attribute& attribute) {
+    return attribute.semantic != "POSITION" && attribute.semantic != "_FEATURE_ID_0";
+  });
+  Document document = document_from_mesh(mesh);
+  EncodeDocumentOptions options;
+  options.lossless = true;
+  options.patches = 5;
+  options.fallback = Fallback::kUncompressed;
+  ASSERT_TRUE(encode(document, options).ok());
+  for (const DecodeBackend& backend : {cpu_backend(), draco_backend()})
+    for (const Finding& finding : validate_document(document, backend, test_pool()))
+      ADD_FAILURE() << backend.name << ": " << finding.message;
+}
+
+TEST(Lossless, TheTestWouldSeeOneBit) {
+  const Mesh mesh = labelled(floats_of_every_kind());
+  Mesh other = mesh;
+  other.attributes[0].values[1000] ^= std::byte{1};
+  EXPECT_EQ(changed_components(mesh, other), 1u);
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,331 @@
+// How each primitive is stored by default: split, as one Draco stream, or as it was.
+#include <algorithm>
+#include <array>
+#include <map>
+#include <mutex>
+
+#include "encoder/draco/stock_stream.h"
+#include "gltf_ext/convert/draco_file.h"
+#include "gltf_ext/convert/validate.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/gltf_ext/asset.h"
+
+namespace psplit {
+namespace {
+
+Expected<std::vector<PrimitiveReport>> encode_by_default(Document& document,
+                                                         const EncodeDocumentOptions& options = {}) {
+  return encode_document(document, options, cpu_backend(), test_pool());
+}
+
+// One mesh of two primitives, the second of more faces.
+Document small_and_large() {
+  Document document = document_from_mesh(make_grid(10, 10)), other = document_from_mesh(make_grid(60, 40));
+  const Expected<Mesh> large = read(other);
+  Json primitive = primitive_of(document);
+  primitive["attributes"]["POSITION"] = append_accessor(
+      document, make_data(ComponentType::kFloat32, 3, values_of<float>(large->attributes[0])), 34962, true);
+  std::vector<uint32_t> indices;
+  for (const auto& face : large->faces) indices.insert(indices.end(), face.begin(), face.end());
+  primitive["indices"] = append_accessor(document, make_data(ComponentType::kUint32, 1, indices), 34963, false);
+  document.json["meshes"][0]["primitives"].push_back(primitive);
+  return document;
+}
+
+std::string findings_of(const Document& document) {
+  std::string text;
+  for (const Finding& finding : validate_document(document, draco_backend(), test_pool()))
+    text += finding.rule + ": " + finding.message + "\n";
+  return text;
+}
+
+TEST(StorageChoice, DefaultPatchCountsKeepThreadsBusy) {
+  const std::map<uint64_t, uint64_t> counts = {{1, 1},       {19999, 1},   {20000, 2},   {84000, 2},
+                                               {86000, 4},   {169000, 4},  {170000, 8},  {339000, 8},
+                                               {340000, 16}, {719000, 16}, {871414, 32}, {10000000, 336}};
+  for (const auto& [faces, patches] : counts) EXPECT_EQ(default_patch_count(faces), patches) << faces;
+  EXPECT_EQ(default_patch_count(5000, 5000), 2u);
+  EXPECT_EQ(default_patch_count(100000, 200000), 1u);
+}
+
+// One large primitive is told of patch by patch, and what no patch has is counted as well.
+TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
+  Mesh mesh = make_grid(40, 40);
+  mesh.faces.push_back({0, 0, 1});
+  Document document = document_from_mesh(mesh);
+  EncodeDocumentOptions options;
+  options.patches = 5;
+  std::mutex mutex;
+  std::vector<size_t> done;
+  const auto reports =
+      encode_document(document, options, cpu_backend(), test_pool(), [&](size_t faces, size_t total) {
+        const std::lock_guard lock(mutex);
+        EXPECT_EQ(total, mesh.faces.size());
+        done.push_back(faces);
+      });
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  std::ranges::sort(done);
+  ASSERT_EQ(done.size(), 7u);
+  EXPECT_EQ(done[0], 0u);
+  EXPECT_LT(done[1], mesh.faces.size() / 4);
+  EXPECT_EQ(done.back(), mesh.faces.size());
+}
+
+// A .drc file does not say its bounds, and glTF wants those of positions.
+TEST(StorageChoice, ADracoFileThatStaysAsItIsGetsItsBounds) {
+  const Mesh mesh = make_grid(30, 20);
+  Expected<AttributeCoding> grid = fit_grid(mesh.attributes[0], 14);
+  ASSERT_TRUE(grid);
+  std::vector<AttributeCoding> codings(mesh.attributes.size());
+  codings[0] = *grid;
+  const Expected<StockStream> stream = encode_stock_stream(mesh, codings, 0);
+  ASSERT_TRUE(stream) << stream.status().to_string();
+  Expected<Document> document = document_from_draco(stream->bytes, describe_stream);
+  ASSERT_TRUE(document) << document.status().to_string();
+  const auto reports = encode_by_default(*document);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  ASSERT_NE((*reports)[0].skipped, "");
+  const Json accessor = accessor_of(*document, "POSITION");
+  ASSERT_TRUE(accessor.contains("min") && accessor.contains("max")) << accessor;
+  EXPECT_EQ(findings_of(*document), "");
+  ASSERT_TRUE(decode(*document).ok());
+  EXPECT_EQ(accessor_of(*document, "POSITION")["min"], accessor["min"]);
+  EXPECT_EQ(accessor_of(*document, "POSITION")["max"], accessor["max"]);
+}
+
+TEST(StorageChoice, WholePrimitivesAreStockDracoOfNoMoreBytes) {
+  const Mesh mesh = rich_mesh(30, 20);
+  Document document = document_from_mesh(mesh), stock = document;
+  const auto reports = encode_by_default(document);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
+  EXPECT_EQ((*reports)[0].streams.size(), 1u);
+  EXPECT_GT((*reports)[0].input_bytes, (*reports)[0].bytes);
+  EXPECT_EQ(document.json["extensionsUsed"], Json::array({kStockExtensionName}));
+  EXPECT_EQ(document.json["extensionsRequired"], Json::array({kStockExtensionName}));
+  EXPECT_EQ(count_in(document, kExtensionName), 0u);
+  EXPECT_EQ(document.json["bufferViews"].size(), 1u);
+  const auto by_draco = encode_document_stock(stock, {}, test_pool());
+  ASSERT_TRUE(by_draco);
+  EXPECT_EQ((*reports)[0].bytes, (*by_draco)[0].bytes);
+  EXPECT_EQ(compare_meshes(*read(stock), *read(document)), "");
+  ASSERT_TRUE(decode(document).ok());
+  EXPECT_EQ(compare_meshes(*read(stock), *read(document)), "");
+}
+
+TEST(StorageChoice, OneAssetMayHoldBothExtensions) {
+  for (const Fallback fallback : {Fallback::kNone, Fallback::kUncompressed}) {
+    Document document = small_and_large();
+    const Expected<Mesh> small = read(document), large = read(document, 0, 1);
+    EncodeDocumentOptions options;
+    options.patch_faces = 1000;
+    options.fallback = fallback;
+    options.lossless = true;
+    const auto reports = encode_by_default(document, options);
+    ASSERT_TRUE(reports) << reports.status().to_string();
+    EXPECT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
+    EXPECT_EQ((*reports)[1].stored_as, StoredAs::kPatches);
+    EXPECT_EQ((*reports)[1].statistics.patch_count, 5u);
+    const Json both = Json::array({kStockExtensionName, kExtensionName});
+    EXPECT_EQ(document.json["extensionsUsed"], both);
+    EXPECT_EQ(document.json.contains("extensionsRequired"), fallback == Fallback::kNone);
+    if (fallback == Fallback::kNone) {
+      EXPECT_EQ(document.json["extensionsRequired"], both);
+    }
+    EXPECT_EQ(findings_of(document), "");
+    EXPECT_EQ(compare_meshes(*small, *read(document)), "");
+    EXPECT_EQ(compare_meshes(*large, *read(document, 0, 1)), "");
+    Document loader = document;  // that knows neither
+    if (fallback == Fallback::kNone)
+      ASSERT_TRUE(decode(loader).ok());
+    else
+      for (size_t p = 0; p < 2; ++p) primitive_of(loader, 0, p).erase("extensions");
+    EXPECT_EQ(compare_meshes(*small, *read(loader)), "");
+    EXPECT_EQ(compare_meshes(*large, *read(loader, 0, 1)), "");
+  }
+}
+
+TEST(StorageChoice, MinFacesAndAlwaysPatches) {
+  const auto stored = [](EncodeDocumentOptions options) {
+    Document document = small_and_large();
+    const auto reports = encode_by_default(document, options);
+    EXPECT_TRUE(reports) << reports.status().to_string();
+    return std::array{(*reports)[0].stored_as, (*reports)[1].stored_as};
+  };
+  using enum StoredAs;
+  EXPECT_EQ(stored({}), (std::array{kDraco, kDraco}));
+  EXPECT_EQ(stored({.min_faces = 4000}), (std::array{kDraco, kPatches}));
+  EXPECT_EQ(stored({.always_patches = true}), (std::array{kPatches, kPatches}));
+  EXPECT_EQ(stored({.patch_faces = 1000, .min_faces = 5000}), (std::array{kDraco, kDraco}));
+  EXPECT_EQ(stored({.min_faces = 4000, .compat = Compat::kKhr}), (std::array{kDraco, kPatchPrimitives}));
+}
+
+// Points that Edgebreaker splits are there twice in a stock stream; what follows them follows both.
+TEST(StorageChoice, MorphTargetsFollowTheOneStream) {
+  Mesh mesh = make_grid(16, 12);
+  mesh.faces.erase(mesh.faces.begin() + 40, mesh.faces.begin() + 44);  // two fans at one point
+  Document document = document_from_mesh(mesh);
+  primitive_of(document)["targets"] = Json::array(
+      {{{"POSITION",
+         append_accessor(document, make_data(ComponentType::kFloat32, 3, values_of<float>(mesh.attributes[0])),
+                         34962, true)}}});
+  EncodeDocumentOptions options;
+  options.lossless = true;
+  const auto reports = encode_by_default(document, options);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  ASSERT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
+  const auto morphs = read_morph_targets(document, {0, 0});
+  ASSERT_TRUE(morphs && morphs->size() == 1);
+  EXPECT_EQ((*morphs)[0].data.values, read(document)->find("POSITION")->values);
+}
+
+TEST(StorageChoice, StockDracoThatWouldGrowStays) {
+  Document document = document_from_mesh(make_grid(60, 40));
+  EncodeDocumentOptions coarse;
+  coarse.position_bits = 8;
+  ASSERT_TRUE(encode_by_default(document, coarse));
+  const Document stock = document;
+  auto reports = encode_by_default(document);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kAsItWas);
+  EXPECT_TRUE((*reports)[0].skipped.starts_with("stock Draco that would take ")) << (*reports)[0].skipped;
+  EXPECT_EQ((*reports)[0].bytes, (*reports)[0].input_bytes);
+  EXPECT_EQ(document.json, stock.json);
+  // Who asks for patches gets them, and a warning.
+  reports = encode_by_default(document, {.patches = 4});
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kPatches);
+  ASSERT_EQ((*reports)[0].warnings.size(), 1u);
+  EXPECT_TRUE((*reports)[0].warnings[0].starts_with("grows: "));
+  EXPECT_GT((*reports)[0].bytes, (*reports)[0].input_bytes);
+  // Coarser than it was it does not grow.
+  document = stock;
+  coarse.position_bits = 6;
+  reports = encode_by_default(document, coarse);
+  ASSERT_TRUE(reports);
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
+  EXPECT_LT((*reports)[0].bytes, (*reports)[0].input_bytes);
+}
+
+TEST(StorageChoice, AGeometrySmallerThanItsStreamStays) {
+  const Document triangle = document_from_mesh(make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2}}));
+  Document document = triangle;
+  const auto reports = encode_by_default(document);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kAsItWas);
+  EXPECT_TRUE((*reports)[0].skipped.starts_with("Draco would take ")) << (*reports)[0].skipped;
+  EXPECT_EQ((*reports)[0].input_bytes, 42u);
+  EXPECT_EQ(document.json, triangle.json);
+  // Where others have a part of its data, its bytes would stay whatever became of it.
+  Document shared = triangle;
+  Json points = primitive_of(shared);
+  points["mode"] = 0;
+  points.erase("indices");
+  shared.json["meshes"][0]["primitives"].push_back(points);
+  const auto of_shared = encode_by_default(shared);
+  ASSERT_TRUE(of_shared);
+  EXPECT_EQ((*of_shared)[0].stored_as, StoredAs::kDraco);
+}
+
+TEST(StorageChoice, PartsThatTouchStayClosed) {
+  // Two halves of a surface that meet at x = 1, in two materials of one mesh.
+  const auto half = [](float begin, float width) {
+    Mesh mesh = make_grid(8, 30);
+    std::vector<float> positions = values_of<float>(mesh.attributes[0]);
+    for (size_t i = 0; i < positions.size(); i += 3) {
+      positions[i] = begin + positions[i] * width / 8;
+      positions[i + 1] = std::sqrt(positions[i + 1]);
+    }
+    return make_mesh(positions, mesh.faces);
+  };
+  const Mesh right = half(1, 0.7f);
+  Document document = document_from_mesh(half(0, 1));
+  Json primitive = primitive_of(document);
+  primitive["attributes"]["POSITION"] = append_accessor(
+      document, make_data(ComponentType::kFloat32, 3, values_of<float>(right.attributes[0])), 34962, true);
+  document.json["meshes"][0]["primitives"].push_back(primitive);
+  EncodeDocumentOptions options;
+  options.patch_faces = 300;
+  options.min_faces = 1;
+  ASSERT_TRUE(encode_by_default(document, options));
+  const auto border = [&](size_t p, bool high) {
+    const std::vector<float> values = values_of<float>(*read(document, 0, p)->find("POSITION"));
+    std::vector<std::array<float, 3>> points;
+    for (size_t i = 0; i < values.size(); i += 3)
+      if (high ? values[i] > 0.99f : values[i] < 1.01f)
+        points.push_back({values[i], values[i + 1], values[i + 2]});
+    std::sort(points.begin(), points.end());
+    return points;
+  };
+  EXPECT_EQ(border(0, true).size(), 31u);
+  EXPECT_EQ(border(0, true), border(1, false));
+}
+
+TEST(StorageChoice, WhatDrawsNothingGoesAndIsCounted) {
+  Mesh mesh = make_grid(20, 20);
+  std::vector<float> positions = values_of<float>(mesh.attributes[0]);
+  positions.insert(positions.end(), {50, 50, 50, 0, 0, 0});  // a point of no face, and one equal to point 0
+  mesh.faces.push_back({0, 0, 1});
+  mesh.faces.push_back({0, mesh.point_count + 1, 5});  // repeats a point once equal ones are one
+  mesh = make_mesh(positions, mesh.faces);
+  Document document = document_from_mesh(mesh);
+  const auto reports = encode_by_default(document);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
+  EXPECT_EQ((*reports)[0].statistics.dropped_faces, 2u);
+  EXPECT_EQ((*reports)[0].statistics.dropped_points, 1u);
+  EXPECT_EQ((*reports)[0].statistics.merged_points, 1u);
+  Document kept = document_from_mesh(mesh);
+  const auto of_kept = encode_by_default(kept, {.keep_degenerate = true, .keep_unused = true});
+  ASSERT_TRUE(of_kept) << of_kept.status().to_string();
+  EXPECT_EQ((*of_kept)[0].stored_as, StoredAs::kPatches);  // Edgebreaker has no place for them
+  EXPECT_EQ((*of_kept)[0].statistics.residue_faces, 2u);
+  EXPECT_EQ((*of_kept)[0].statistics.residue_points, 1u);
+  EXPECT_EQ(findings_of(kept), "");
+}
+
+TEST(StorageChoice, APrimitiveOfFacesThatEqualPointsMakeDegenerateStays) {
+  const Document before = document_from_mesh(make_mesh({0, 0, 0, 0, 0, 0, 0, 1, 0}, {{0, 1, 2}}));
+  Document document = before;
+  const auto reports = encode_by_default(document);
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].skipped, "no triangles but degenerate ones");
+  EXPECT_EQ(document.json, before.json);
+}
+
+// Two points of one position are one vertex, but a morph target moves them apart: their faces are drawn then.
+TEST(StorageChoice, FacesThatAMorphTargetOpensAreKept) {
+  Mesh mesh = make_grid(12, 12);
+  std::vector<float> positions = values_of<float>(mesh.attributes[0]);
+  std::vector<float> deltas(positions.size(), 0);
+  for (const uint32_t point : {20u, 21u, 22u}) {
+    const auto copy = static_cast<uint32_t>(positions.size() / 3);
+    for (size_t c = 0; c < 3; ++c) positions.push_back(positions[3 * point + c]);
+    deltas.insert(deltas.end(), {0, 0, 1});
+    mesh.faces.push_back({point, copy, point + 1});
+  }
+  mesh = make_mesh(positions, mesh.faces);
+  for (const bool whole : {true, false}) {
+    Document document = document_from_mesh(mesh);
+    primitive_of(document)["targets"] =
+        Json::array({{{"POSITION", append_accessor(document, make_data(ComponentType::kFloat32, 3, deltas),
+                                                   34962, true)}}});
+    EncodeDocumentOptions options;
+    options.lossless = true;
+    options.patches = whole ? 1 : 3;
+    const auto reports = encode_by_default(document, options);
+    ASSERT_TRUE(reports) << reports.status().to_string();
+    EXPECT_EQ((*reports)[0].stored_as, whole ? StoredAs::kDraco : StoredAs::kPatches);
+    EXPECT_EQ((*reports)[0].statistics.dropped_faces, 0u);
+    EXPECT_FALSE((*reports)[0].has_residue);
+    EXPECT_EQ(read(document)->faces.size(), mesh.faces.size());
+    const auto morphs = read_morph_targets(document, {0, 0});
+    ASSERT_TRUE(morphs);
+    const std::vector<float> moved =
+        values_of<float>(Attribute{"target", ComponentType::kFloat32, 3, false, (*morphs)[0].data.values});
+    EXPECT_GE(std::count(moved.begin(), moved.end(), 1.0f), 3);
+  }
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,347 @@
+// Every rule of the extension, broken once.
+#include "gltf_ext/convert/validate.h"
+
+#include <functional>
+
+#include "src/container/container.h"
+#include "tests/gltf_ext/asset.h"
+
+namespace psplit {
+namespace {
+
+std::vector<Finding> validate(const Document& document) {
+  return validate_document(document, draco_backend(), test_pool());
+}
+
+// Two meshes; mesh 1, primitive 1 is a wavy grid in four patches.
+Document patched(Fallback fallback = Fallback::kNone) {
+  Document document = document_from_mesh(rich_mesh());
+  const Json primitive = primitive_of(document);
+  Json points = primitive;
+  points["mode"] = 0;
+  document.json["meshes"] =
+      Json::array({{{"primitives", {points}}}, {{"primitives", Json::array({points, primitive})}}});
+  EncodeDocumentOptions options;
+  options.patches = 4;
+  options.fallback = fallback;
+  EXPECT_TRUE(encode(document, options).ok());
+  document.source = "asset.glb";
+  return document;
+}
+
+Json& the_primitive(Document& document) { return primitive_of(document, 1, 1); }
+Json& the_extension(Document& document) { return the_primitive(document)["extensions"][kExtensionName]; }
+Json& the_accessor(Document& document, const char* name) { return accessor_of(document, name, 1, 1); }
+
+std::span<const uint8_t> container_of(Document& document) {
+  return *buffer_view_bytes(document, the_extension(document)["bufferView"].get<int64_t>());
+}
+void set_container(Document& document, std::span<const uint8_t> bytes) {
+  the_extension(document)["bufferView"] = append_buffer_view(document, bytes);
+}
+
+// The findings after a change, one a line: rule, place, message.
+std::string broken(const std::function<void(Document&)>& change, Fallback fallback = Fallback::kNone) {
+  Document document = patched(fallback);
+  change(document);
+  std::string text;
+  for (const Finding& finding : validate(document))
+    text += finding.rule + (finding.error ? "" : " (warning)") + " " +
+            Status(StatusCode::kInvalidInput, finding.message, finding.place).to_string() + "\n";
+  return text;
+}
+
+constexpr const char* kPlace = "asset.glb: mesh 1, primitive 1";
+
+TEST(Validate, AcceptsWhatEncodeWrites) {
+  for (const Fallback fallback : {Fallback::kNone, Fallback::kUncompressed})
+    EXPECT_EQ(broken([](Document&) {}, fallback), "");
+  EXPECT_TRUE(validate(document_from_mesh(make_grid(2, 2))).empty());
+}
+
+TEST(Validate, ExtensionLists) {
+  EXPECT_EQ(broken([](Document& document) { document.json.erase("extensionsUsed"); }),
+            "extension-used asset.glb: extensionsUsed does not list the extension\n");
+  const std::string required =
+      "extension-required asset.glb: a primitive has no fallback, but "
+      "extensionsRequired does not list the extension\n";
+  EXPECT_EQ(broken([](Document& document) { document.json.erase("extensionsRequired"); }), required);
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "NORMAL").erase("bufferView"); },
+                   Fallback::kUncompressed),
+            required);
+  EXPECT_EQ(broken([](Document& document) { the_primitive(document).erase("extensions"); }),
+            "extension-unused (warning) asset.glb: the extension is listed, but nothing uses it\n");
+}
+
+TEST(Validate, Mode) {
+  EXPECT_EQ(broken([](Document& document) { the_primitive(document)["mode"] = 5; }),
+            std::string("mode ") + kPlace + ": patches are triangle lists: mode must be 4\n");
+  EXPECT_TRUE(
+      broken([](Document& document) { the_primitive(document)["mode"] = "four"; }).starts_with("mode "));
+}
+
+TEST(Validate, Members) {
+  const auto members = [](const char* cause, const std::function<void(Document&)>& change) {
+    EXPECT_EQ(broken(change), std::string("members ") + kPlace + ": " + cause + "\n");
+  };
+  members("PSPLIT_mesh_draco_patches is missing, or is no object",
+          [](Document& document) { the_extension(document) = Json::array(); });
+  members("the extension has no bufferView",
+          [](Document& document) { the_extension(document).erase("bufferView"); });
+  members("the extension has no bufferView",
+          [](Document& document) { the_extension(document)["bufferView"] = "0"; });
+  members("buffer view 99 does not exist",
+          [](Document& document) { the_extension(document)["bufferView"] = 99; });
+  members("the extension has no attributes",
+          [](Document& document) { the_extension(document).erase("attributes"); });
+  members("the extension has no attributes",
+          [](Document& document) { the_extension(document)["attributes"] = Json::object(); });
+  members("the extension's attribute NORMAL has no unique id",
+          [](Document& document) { the_extension(document)["attributes"]["NORMAL"] = -1; });
+  members("the extension's attribute _MISSING has no accessor",
+          [](Document& document) { the_extension(document)["attributes"]["_MISSING"] = 0; });
+  members("the primitive has no indices accessor",
+          [](Document& document) { the_primitive(document).erase("indices"); });
+}
+
+TEST(Validate, UnknownUniqueId) {
+  EXPECT_EQ(
+      broken([](Document& document) { the_extension(document)["attributes"]["NORMAL"] = 77; }),
+      std::string("decode ") + kPlace + ", patch 0: Draco stream: no attribute for NORMAL (unique id 77)\n");
+}
+
+TEST(Validate, EveryTruncation) {
+  Document document = patched();
+  const auto whole = container_of(document);
+  const std::vector<uint8_t> bytes(whole.begin(), whole.end());
+  for (size_t length = 0; length < bytes.size(); length += length < 200 ? 1 : 37) {
+    Document cut = document;
+    set_container(cut, std::span(bytes).first(length));
+    const std::vector<Finding> findings = validate(cut);
+    ASSERT_EQ(findings.size(), 1u) << length;
+    EXPECT_EQ(findings[0].rule, "container") << length;
+    EXPECT_EQ(findings[0].place.mesh, 1);
+    EXPECT_EQ(findings[0].place.primitive, 1);
+  }
+  std::vector<uint8_t> longer = bytes;
+  longer.push_back(0);
+  set_container(document, longer);
+  EXPECT_EQ(validate(document)[0].rule, "container");
+}
+
+// A flipped bit need not break a rule (a coordinate is as good as another), but what is found is found where it
+// is, and what is not found decodes.
+TEST(Validate, EveryFlippedByte) {
+  Document document = patched();
+  const auto whole = container_of(document);
+  std::vector<uint8_t> bytes(whole.begin(), whole.end());
+  set_container(document, bytes);
+  const auto& view = document.json["bufferViews"][the_extension(document)["bufferView"].get<size_t>()];
+  const auto offset = view["byteOffset"].get<size_t>();
+  const size_t stride = std::max<size_t>(1, bytes.size() / 700);
+  for (size_t i = 0; i < bytes.size(); i += i < 120 ? 1 : stride) {
+    uint8_t& byte = document.buffers[0][offset + i];
+    byte ^= 0x41;
+    const std::vector<Finding> findings = validate(document);
+    byte ^= 0x41;
+    for (const Finding& finding : findings) {
+      EXPECT_EQ(finding.place.mesh, 1) << i << " " << finding.message;
+      EXPECT_EQ(finding.place.primitive, 1);
+      EXPECT_FALSE(finding.message.empty());
+    }
+    if (i < 52) {
+      EXPECT_FALSE(findings.empty()) << "header byte " << i;
+    }
+  }
+}
+
+// Replaces the stitch map of patch 3 by the same number of bytes.
+void spoil_stitch_map(Document& document, const std::function<void(std::vector<uint8_t>&)>& change) {
+  const auto whole = container_of(document);
+  const std::vector<uint8_t> bytes(whole.begin(), whole.end());
+  const Expected<Container> container = parse_container(bytes);
+  ASSERT_TRUE(container.ok());
+  std::vector<std::vector<uint8_t>> stitch, streams;
+  for (const auto& part : container->stitch) stitch.emplace_back(part.begin(), part.end());
+  for (const auto& stream : container->streams) streams.emplace_back(stream.begin(), stream.end());
+  std::vector<StreamEntry> entries = container->entries;
+  change(stitch[3]);
+  entries[3].stitch_bytes = static_cast<uint32_t>(stitch[3].size());
+  set_container(document, write_container(entries, container->has_residue, stitch, streams));
+}
+
+TEST(Validate, BadStitchReferences) {
+  const auto bad = [](const std::function<void(std::vector<uint8_t>&)>& change) {
+    const std::string found = broken([&](Document& document) { spoil_stitch_map(document, change); });
+    EXPECT_TRUE(found.starts_with(std::string("decode ") + kPlace + ", patch 3: ")) << found;
+    EXPECT_EQ(std::count(found.begin(), found.end(), '\n'), 1) << found;
+  };
+  bad([](std::vector<uint8_t>& map) { map = {0x80}; });              // a number that does not end
+  bad([](std::vector<uint8_t>& map) { map = {0}; });                 // fewer references than the directory says
+  bad([](std::vector<uint8_t>& map) { map = {1, 0, 0, 9, 0}; });     // a patch before the first
+  bad([](std::vector<uint8_t>& map) { map = {1, 0, 0, 1, 0x7f}; });  // outside of the owner's walk
+  bad([](std::vector<uint8_t>& map) { map = {1, 0x7f, 0, 1, 0}; });  // outside of the own walk
+  bad([](std::vector<uint8_t>& map) { map = {0, 0x7f, 1, 0}; });     // a point that is not there
+  bad([](std::vector<uint8_t>& map) { map = {0, 0, 1, 0xff, 0x7f}; });  // a rank that is not there
+  bad([](std::vector<uint8_t>& map) { map.pop_back(); });
+}
+
+TEST(Validate, ADirectoryThatLies) {
+  const std::string found = broken([](Document& document) {
+    const auto whole = container_of(document);
+    const std::vector<uint8_t> bytes(whole.begin(), whole.end());
+    const Expected<Container> container = parse_container(bytes);
+    std::vector<std::vector<uint8_t>> stitch, streams;
+    for (const auto& part : container->stitch) stitch.emplace_back(part.begin(), part.end());
+    for (const auto& stream : container->streams) streams.emplace_back(stream.begin(), stream.end());
+    std::vector<StreamEntry> entries = container->entries;
+    --entries[2].face_count;
+    set_container(document, write_container(entries, container->has_residue, stitch, streams));
+  });
+  EXPECT_TRUE(found.starts_with(std::string("decode ") + kPlace + ", patch 2: the stream has ")) << found;
+}
+
+TEST(Validate, AccessorCounts) {
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "TEXCOORD_0")["count"] = 3; }),
+            std::string("accessor-count ") + kPlace + ": TEXCOORD_0 counts another number than 130\n");
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices").erase("count"); }),
+            std::string("accessor-count ") + kPlace +
+                ": the accessor of the indices counts another number than 648\n");
+}
+
+TEST(Validate, AccessorTypes) {
+  const std::string found =
+      broken([](Document& document) { the_accessor(document, "TEXCOORD_0")["type"] = "VEC3"; });
+  EXPECT_TRUE(found.starts_with(std::string("decode ") + kPlace + ", patch 0: Draco stream: TEXCOORD_0"))
+      << found;
+}
+
+TEST(Validate, AccessorBounds) {
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "POSITION").erase("max"); }),
+            std::string("accessor-bounds ") + kPlace + ": POSITION: max is not that of the decoded values\n");
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "POSITION")["min"][2] = -3; }),
+            std::string("accessor-bounds ") + kPlace + ": POSITION: min is not that of the decoded values\n");
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "POSITION")["min"][2] = "x"; }),
+            std::string("accessor-bounds ") + kPlace + ": POSITION: min is not that of the decoded values\n");
+  EXPECT_EQ(broken([](Document& document) {
+              the_accessor(document, "indices")["min"] = {0};
+              the_accessor(document, "indices")["max"] = {130};
+            }),
+            std::string("accessor-bounds ") + kPlace + ": indices: max is not that of the decoded values\n");
+  const std::string both = broken([](Document& document) { the_accessor(document, "COLOR_0")["min"] = {0}; });
+  EXPECT_EQ(std::count(both.begin(), both.end(), '\n'), 2) << both;
+}
+
+TEST(Validate, IndexTypes) {
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices")["componentType"] = 5126; }),
+            std::string("index-type ") + kPlace + ": 130 points do not fit the indices' component type\n");
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices")["componentType"] = 5121; }), "");
+}
+
+TEST(Validate, IndexShape) {
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices")["type"] = "VEC3"; }),
+            std::string("index-type ") + kPlace + ": indices are no scalars\n");
+}
+
+TEST(Validate, Exclusions) {
+  const auto exclusion = [](const char* cause, const std::function<void(Document&)>& change) {
+    EXPECT_EQ(broken(change), std::string("exclusion ") + kPlace + ": " + cause + "\n");
+  };
+  exclusion("the primitive has KHR_draco_mesh_compression as well", [](Document& document) {
+    the_primitive(document)["extensions"][kStockExtensionName] = the_extension(document);
+  });
+  exclusion("NORMAL is in the patches, but its accessor is sparse", [](Document& document) {
+    the_accessor(document, "NORMAL")["sparse"] = {{"count", 1}};
+  });
+  exclusion("indices is in the patches, but its accessor is sparse", [](Document& document) {
+    the_accessor(document, "indices")["sparse"] = {{"count", 1}};
+  });
+  exclusion("the container's buffer view is compressed", [](Document& document) {
+    Json& view = document.json["bufferViews"][the_extension(document)["bufferView"].get<size_t>()];
+    view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}};
+  });
+}
+
+// Small integers fit a byte, and decoders convert them; stored they are as 16 bits.
+TEST(Validate, TypesOfStoredAttributes) {
+  std::string wanted;
+  for (const char* patch : {"0", "1", "2", "3"})
+    wanted += std::string("attribute-type ") + kPlace + ", patch " + patch +
+              ": _FEATURE_ID_0 is stored in another type than its accessor's\n";
+  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "_FEATURE_ID_0")["componentType"] = 5121; }),
+            wanted);
+}
+
+// A patch on a grid of its own decodes as well as any, but its border is not where its neighbours have it.
+TEST(Validate, CopiesOfPoints) {
+  const std::string found = broken([](Document& document) {
+    Document coarse = document_from_mesh(rich_mesh());
+    EncodeDocumentOptions options;
+    options.patches = 4;
+    options.position_bits = 9;
+    ASSERT_TRUE(encode(coarse, options).ok());
+    const auto coarse_bytes = *buffer_view_bytes(
+        coarse, primitive_of(coarse)["extensions"][kExtensionName]["bufferView"].get<int64_t>());
+    const auto bytes = container_of(document);
+    const Expected<Container> fine = parse_container(bytes), other = parse_container(coarse_bytes);
+    ASSERT_TRUE(fine.ok() && other.ok());
+    std::vector<std::vector<uint8_t>> stitch, streams;
+    for (const auto& part : fine->stitch) stitch.emplace_back(part.begin(), part.end());
+    for (const auto& stream : fine->streams) streams.emplace_back(stream.begin(), stream.end());
+    std::vector<StreamEntry> entries = fine->entries;
+    streams[3].assign(other->streams[3].begin(), other->streams[3].end());
+    entries[3].stream_bytes = static_cast<uint32_t>(streams[3].size());
+    set_container(document, write_container(entries, fine->has_residue, stitch, streams));
+  });
+  EXPECT_TRUE(found.starts_with(std::string("copies ") + kPlace + ", patch 3: POSITION of decoded point "))
+      << found;
+}
+
+TEST(Validate, FallbackData) {
+  for (const char* name : {"NORMAL", "COLOR_1", "indices"}) {
+    const auto change = [&](Document& document) {
+      const Json& accessor = the_accessor(document, name);
+      const Json& view = document.json["bufferViews"][accessor["bufferView"].get<size_t>()];
+      document.buffers[view["buffer"].get<size_t>()][view["byteOffset"].get<size_t>()] ^= 1;
+    };
+    EXPECT_EQ(broken(change, Fallback::kUncompressed),
+              std::string("fallback ") + kPlace + ": " + name + " has other data than the patches decode to\n");
+  }
+}
+
+TEST(Validate, CountsBesideThePatches) {
+  const std::string extra = broken([](Document& document) {
+    the_extension(document)["attributes"].erase("COLOR_1");
+    the_accessor(document, "COLOR_1")["count"] = 4;
+  });
+  EXPECT_TRUE(
+      extra.ends_with(std::string("accessor-count ") + kPlace + ": COLOR_1 counts another number than 130\n"))
+      << extra;
+  const std::string morph = broken([](Document& document) {
+    the_primitive(document)["targets"] = Json::array({{{"POSITION", the_primitive(document)["indices"]}}});
+  });
+  EXPECT_EQ(morph, std::string("accessor-count ") + kPlace +
+                       ": morph target POSITION counts another number than 130\n");
+}
+
+// Without indices of its own it is none, and loaders look at none of it.
+TEST(Validate, WhatIsNoWholeFallbackIsAWarning) {
+  const std::string found = broken(
+      [](Document& document) {
+        the_accessor(document, "indices").erase("bufferView");
+        the_accessor(document, "POSITION")["bufferView"] = the_accessor(document, "NORMAL")["bufferView"];
+        document.json["extensionsRequired"] = Json::array({kExtensionName});
+      },
+      Fallback::kUncompressed);
+  EXPECT_EQ(found, std::string("fallback (warning) ") + kPlace +
+                       ": POSITION has other data than the patches decode to\n");
+}
+
+TEST(Validate, ExtraAttributes) {
+  EXPECT_EQ(broken([](Document& document) { the_extension(document)["attributes"].erase("COLOR_1"); }),
+            std::string("attribute-extra (warning) ") + kPlace +
+                ": COLOR_1 is not in the patches: its accessor must follow their order\n");
+}
+
+}  // namespace
+}  // namespace psplit

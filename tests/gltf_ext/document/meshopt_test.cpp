@@ -1,0 +1,241 @@
+// Buffer views that meshoptimizer compressed are plain once a document is read.
+#include "gltf_ext/document/meshopt.h"
+
+#include <meshoptimizer.h>
+
+#include <functional>
+
+#include "gltf_ext/json/json_fields.h"
+#include "tests/gltf_ext/asset.h"
+#include "tests/support/test_folder.h"
+
+namespace psplit {
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+template <typename T>
+Bytes bytes_of(const std::vector<T>& values) {
+  Bytes bytes(values.size() * sizeof(T));
+  std::memcpy(bytes.data(), values.data(), bytes.size());
+  return bytes;
+}
+
+Bytes compress_attributes(const Bytes& plain, size_t stride) {
+  const size_t count = plain.size() / stride;
+  Bytes packed(meshopt_encodeVertexBufferBound(count, stride));
+  packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), plain.data(), count, stride));
+  return packed;
+}
+
+Bytes compress_triangles(const std::vector<uint32_t>& indices) {
+  Bytes packed(meshopt_encodeIndexBufferBound(indices.size(), 70000));
+  packed.resize(meshopt_encodeIndexBuffer(packed.data(), packed.size(), indices.data(), indices.size()));
+  return packed;
+}
+
+Bytes compress_sequence(const std::vector<uint32_t>& indices) {
+  Bytes packed(meshopt_encodeIndexSequenceBound(indices.size(), 70000));
+  packed.resize(meshopt_encodeIndexSequence(packed.data(), packed.size(), indices.data(), indices.size()));
+  return packed;
+}
+
+// An asset whose buffer 0 holds compressed bytes and whose buffer 1 is a fallback.
+class CompressedAsset {
+ public:
+  explicit CompressedAsset(const char* extension = "EXT_meshopt_compression") : extension_(extension) {
+    json_ = Json::parse(R"({"asset":{"version":"2.0"},"buffers":[],"bufferViews":[],"accessors":[]})");
+    json_["extensionsUsed"] = Json::array({extension});
+    json_["extensionsRequired"] = json_["extensionsUsed"];
+  }
+
+  // Returns the buffer view, with an accessor of the same number.
+  size_t add(const Bytes& packed, size_t stride, size_t count, const char* mode, const char* filter,
+             const Json& accessor) {
+    Json meshopt = {{"buffer", 0},
+                    {"byteOffset", bytes_.size()},
+                    {"byteLength", packed.size()},
+                    {"byteStride", stride},
+                    {"count", count},
+                    {"mode", mode}};
+    if (filter != nullptr) meshopt["filter"] = filter;
+    Json view = {{"buffer", 1}, {"byteOffset", fallback_bytes_}, {"byteLength", stride * count}};
+    if (std::string(mode) == "ATTRIBUTES") view["byteStride"] = stride;
+    view["extensions"][extension_] = meshopt;
+    const size_t index = json_["bufferViews"].size();
+    json_["bufferViews"].push_back(view);
+    json_["accessors"].push_back(accessor);
+    json_["accessors"].back().update({{"bufferView", index}, {"count", count}});
+    bytes_.insert(bytes_.end(), packed.begin(), packed.end());
+    bytes_.resize((bytes_.size() + 3) / 4 * 4);
+    fallback_bytes_ += (stride * count + 3) / 4 * 4;
+    return index;
+  }
+
+  Json& json() { return json_; }
+
+  Expected<Document> read() const {
+    Json json = json_;
+    json["buffers"].push_back({{"byteLength", bytes_.size()}});
+    json["buffers"].push_back(
+        {{"byteLength", fallback_bytes_}, {"extensions", {{extension_, {{"fallback", true}}}}}});
+    const TestFolder folder;
+    Document document;
+    document.json = json;
+    document.buffers = {bytes_, {}};
+    if (Status status = write_document(document, folder / "asset.glb"); !status.ok()) return status;
+    return read_document(folder / "asset.glb");
+  }
+
+ private:
+  std::string extension_;
+  Json json_;
+  Bytes bytes_;
+  size_t fallback_bytes_ = 0;
+};
+
+const Json kPositions = {{"componentType", 5126}, {"type", "VEC3"}, {"min", {0, 0, 0}}, {"max", {1, 1, 1}}};
+const Json kIndices32 = {{"componentType", 5125}, {"type", "SCALAR"}};
+const Json kIndices16 = {{"componentType", 5123}, {"type", "SCALAR"}};
+
+TEST(Meshopt, EveryModeIsDecodedAndNothingOfItIsLeft) {
+  for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+    const Mesh mesh = make_grid(20, 15);
+    std::vector<uint32_t> indices;
+    for (const auto& face : mesh.faces) indices.insert(indices.end(), face.begin(), face.end());
+    CompressedAsset asset(extension);
+    asset.add(compress_attributes(bytes_of(values_of<float>(mesh.attributes[0])), 12), 12, mesh.point_count,
+              "ATTRIBUTES", nullptr, kPositions);
+    asset.add(compress_triangles(indices), 2, indices.size(), "TRIANGLES", "NONE", kIndices16);
+    asset.add(compress_sequence(indices), 4, indices.size(), "INDICES", nullptr, kIndices32);
+    asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1},
+                                                            {"attributes":{"POSITION":0},"indices":2}]}])");
+    Expected<Document> document = asset.read();
+    ASSERT_TRUE(document) << document.status().to_string();
+    EXPECT_EQ(count_in(*document, "meshopt"), 0u);
+    EXPECT_FALSE(document->json.contains("extensionsUsed"));
+    EXPECT_EQ(document->buffers.size(), 1u);  // neither the compressed bytes nor the fallback
+    for (const size_t primitive : {0u, 1u}) EXPECT_EQ(compare_meshes(mesh, *read(*document, 0, primitive)), "");
+    const auto reports = encode(*document);
+    ASSERT_TRUE(reports) << reports.status().to_string();
+    EXPECT_EQ((*reports)[0].skipped, "");
+  }
+}
+
+TEST(Meshopt, FiltersAreUndone) {
+  const size_t count = 50;
+  std::vector<float> normals, rotations, values;
+  for (size_t i = 0; i < count; ++i) {
+    const float a = 0.1f * static_cast<float>(i), b = 0.07f * static_cast<float>(i);
+    normals.insert(normals.end(), {std::cos(a) * std::cos(b), std::sin(a) * std::cos(b), std::sin(b), 0});
+    rotations.insert(rotations.end(), {std::sin(a) * 0.6f, std::sin(a) * 0.8f, 0, std::cos(a)});
+    values.insert(values.end(), {a * 1000, -b, 0.001f * b});
+  }
+  std::vector<int8_t> octahedral(count * 4);
+  meshopt_encodeFilterOct(octahedral.data(), count, 4, 8, normals.data());
+  std::vector<int16_t> quaternions(count * 4);
+  meshopt_encodeFilterQuat(quaternions.data(), count, 8, 16, rotations.data());
+  std::vector<uint32_t> exponential(count * 3);
+  meshopt_encodeFilterExp(exponential.data(), count, 12, 15, values.data());
+
+  CompressedAsset asset;
+  asset.add(compress_attributes(bytes_of(octahedral), 4), 4, count, "ATTRIBUTES", "OCTAHEDRAL",
+            {{"componentType", 5120}, {"type", "VEC3"}, {"normalized", true}});
+  asset.add(compress_attributes(bytes_of(quaternions), 8), 8, count, "ATTRIBUTES", "QUATERNION",
+            {{"componentType", 5122}, {"type", "VEC4"}, {"normalized", true}});
+  asset.add(compress_attributes(bytes_of(exponential), 12), 12, count, "ATTRIBUTES", "EXPONENTIAL",
+            {{"componentType", 5126}, {"type", "VEC3"}});
+  asset.json()["meshes"] =
+      Json::parse(R"([{"primitives":[{"attributes":{"NORMAL":0,"_Q":1,"_V":2},"mode":0}]}])");
+  const Expected<Document> document = asset.read();
+  ASSERT_TRUE(document) << document.status().to_string();
+  const auto normal = read_accessor(*document, 0), rotation = read_accessor(*document, 1),
+             value = read_accessor(*document, 2);
+  ASSERT_TRUE(normal && rotation && value);
+  for (size_t i = 0; i < count; ++i) {
+    for (size_t c = 0; c < 3; ++c) {
+      EXPECT_NEAR(static_cast<int8_t>(normal->values[3 * i + c]) / 127.0, double{normals[4 * i + c]}, 0.02);
+      float decoded = 0;
+      std::memcpy(&decoded, value->values.data() + (3 * i + c) * 4, 4);
+      // The components of an element share their exponent.
+      EXPECT_NEAR(decoded, values[3 * i + c], 1e-3 * std::fabs(values[3 * i]));
+    }
+    double dot = 0;  // q and -q are one rotation
+    for (size_t c = 0; c < 4; ++c) {
+      int16_t decoded = 0;
+      std::memcpy(&decoded, rotation->values.data() + (4 * i + c) * 2, 2);
+      dot += decoded / 32767.0 * double{rotations[4 * i + c]};
+    }
+    EXPECT_NEAR(std::fabs(dot), 1, 1e-3);
+  }
+}
+
+TEST(Meshopt, HostileViewsAreRefused) {
+  const Bytes packed = compress_attributes(Bytes(64 * 12, 7), 12);
+  const auto refusal = [&](const std::function<void(Json & meshopt, Json & view)>& change) {
+    CompressedAsset asset;
+    asset.add(packed, 12, 64, "ATTRIBUTES", nullptr, kPositions);
+    Json& view = asset.json()["bufferViews"][0];
+    change(view["extensions"]["EXT_meshopt_compression"], view);
+    const Expected<Document> document = asset.read();
+    if (document) return std::string("loads");
+    EXPECT_EQ(document.status().code(), StatusCode::kInvalidInput) << document.status().to_string();
+    EXPECT_NE(document.status().to_string().find("asset.glb: "), std::string::npos);
+    return document.status().message();
+  };
+  const auto has = [](const std::string& message, const char* text) {
+    return message.find(text) != std::string::npos ? "" : message;
+  };
+  EXPECT_EQ(has(refusal([](Json&, Json&) {}), "loads"), "");
+  for (size_t length = 0; length < packed.size(); ++length)
+    EXPECT_EQ(has(refusal([&](Json& meshopt, Json&) { meshopt["byteLength"] = length; }), "buffer view 0"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["count"] = 100000000; }), "more elements"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["count"] = 63; }), "fewer elements"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["count"] = -1; }), "lacks a valid"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["byteStride"] = 0; }), "lacks a valid"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["byteStride"] = 13; }), "no such mode"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["mode"] = "POINTS"; }), "no such mode"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["mode"] = "TRIANGLES"; }), "no such mode"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["filter"] = "OCTAHEDRAL"; }), "no such mode"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["filter"] = "ELSE"; }), "no such mode"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt.erase("mode"); }), "lacks a valid"), "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["byteLength"] = 1000000; }), "reaches past"), "");
+}
+
+TEST(Meshopt, ASmallFileDoesNotBecomeALargeOne) {
+  // Each view alone is honest; all of them share the same bytes.
+  CompressedAsset asset;
+  const size_t count = 4096;
+  asset.add(compress_attributes(Bytes(count * 4, 0), 4), 4, count, "ATTRIBUTES", nullptr,
+            {{"componentType", 5121}, {"type", "VEC4"}});
+  const Json view = asset.json()["bufferViews"][0];
+  for (int i = 0; i < 200; ++i) asset.json()["bufferViews"].push_back(view);
+  const Expected<Document> document = asset.read();
+  ASSERT_FALSE(document);
+  EXPECT_EQ(document.status().code(), StatusCode::kInvalidInput);
+  EXPECT_NE(document.status().message().find("shares its bytes"), std::string::npos);
+}
+
+TEST(Meshopt, AFallbackThatWasNotShippedIsNotMissed) {
+  CompressedAsset asset;
+  const Mesh mesh = make_grid(6, 6);
+  asset.add(compress_attributes(bytes_of(values_of<float>(mesh.attributes[0])), 12), 12, mesh.point_count,
+            "ATTRIBUTES", nullptr, kPositions);
+  asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0},"mode":0}]}])");
+  asset.json()["scenes"] = Json::parse(R"([{"extensions":{"ANY_thing":{"view":0}}}])");  // keeps every number
+  const Expected<Document> document = asset.read();
+  ASSERT_TRUE(document) << document.status().to_string();
+  EXPECT_EQ(document->json["accessors"].size(), 1u);
+  EXPECT_EQ(read_accessor(*document, 0)->values, mesh.attributes[0].values);
+  // And it can be written and read again.
+  const TestFolder folder;
+  const std::filesystem::path path = folder / "asset.glb";
+  ASSERT_TRUE(write_document(*document, path).ok());
+  const Expected<Document> again = read_document(path);
+  ASSERT_TRUE(again) << again.status().to_string();
+  EXPECT_EQ(read_accessor(*again, 0)->values, mesh.attributes[0].values);
+  EXPECT_EQ(count_in(*again, "meshopt"), 0u);
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,69 @@
+#include "gltf_ext/files/files.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/support/test_folder.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+ protected:
+  std::string text(const std::string& name) const {
+    const auto bytes = read_file(folder_ / name);
+    return bytes ? std::string(bytes->begin(), bytes->end()) : bytes.status().message();
+  }
+  std::ptrdiff_t file_count() const { return std::distance(fs::directory_iterator(folder_), {}); }
+
+  TestFolder folder_;
+  const std::vector<uint8_t> abc_ = {'a', 'b', 'c'}, de_ = {'d', 'e'};
+};
+
+TEST_F(Files, AppearWholeAndReplaceWhatWasThere) {
+  ASSERT_TRUE(write_file(folder_ / "a", {abc_, {}, de_}).ok());
+  EXPECT_EQ(text("a"), "abcde");
+  ASSERT_TRUE(write_file(folder_ / "a", {de_}).ok());
+  EXPECT_EQ(text("a"), "de");
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(Files, ReadUpToALimit) {
+  ASSERT_TRUE(write_file(folder_ / "a", {abc_}).ok());
+  EXPECT_EQ(read_file(folder_ / "a", 2)->size(), 2u);
+  EXPECT_EQ(read_file(folder_ / "a", 0)->size(), 0u);
+  EXPECT_EQ(read_file(folder_, 2).status().code(), StatusCode::kIo);
+  EXPECT_EQ(read_file(folder_ / "none").status().code(), StatusCode::kIo);
+}
+
+TEST_F(Files, FailWithoutATrace) {
+  EXPECT_EQ(write_file(folder_ / "none" / "a", {abc_}).code(), StatusCode::kIo);
+  fs::create_directory(folder_ / "taken");
+  EXPECT_EQ(write_file(folder_ / "taken", {abc_}).code(), StatusCode::kIo);
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(Files, LinksAreWrittenThrough) {
+  ASSERT_TRUE(write_file(folder_ / "a", {abc_}).ok());
+  fs::create_symlink("a", folder_ / "link");
+  ASSERT_TRUE(write_file(folder_ / "link", {de_}).ok());
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+  EXPECT_EQ(text("a"), "de");
+}
+
+// By links of the folder: whoever replaces a device replaces it for everybody.
+TEST_F(Files, DevicesAreWrittenToAndStayDevices) {
+  for (const char* device : {"null", "full"}) {
+    const fs::path path = fs::path("/dev") / device;
+    if (!fs::is_character_file(path)) GTEST_SKIP() << "no " << path;
+    fs::create_symlink(path, folder_ / device);
+    EXPECT_EQ(write_file(folder_ / device, {abc_}).ok(), path == "/dev/null");
+    EXPECT_TRUE(fs::is_character_file(path));
+  }
+}
+
+}  // namespace
+}  // namespace psplit

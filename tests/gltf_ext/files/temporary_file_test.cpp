@@ -1,0 +1,108 @@
+#include "gltf_ext/files/temporary_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
+#include "tests/support/test_folder.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Temporaries : public testing::Test {
+ protected:
+  std::ptrdiff_t file_count() const { return std::distance(fs::directory_iterator(folder_), {}); }
+  // In a process of its own; its exit code, or -1 where a signal ended it.
+  template <typename Act>
+  static int in_process(const Act& act) {
+    const pid_t child = fork();
+    if (child == 0) _exit(act());
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  TestFolder folder_;
+  const std::vector<uint8_t> bytes_ = std::vector<uint8_t>(100000, 7);
+};
+
+TEST_F(Temporaries, WhatADeadWriterLeftGoes) {
+  const fs::path target = folder_ / "x.glb";
+  in_process([&] {
+    const TemporaryFile file(target);
+    return std::fputs("half", file.file()) >= 0 && std::fflush(file.file()) == 0 ? (_exit(0), 0) : 1;
+  });
+  ASSERT_EQ(file_count(), 1);
+  EXPECT_TRUE(is_temporary_name(*fs::directory_iterator(folder_)));
+  ASSERT_TRUE(write_file(folder_ / "another.glb", {bytes_}).ok());
+  EXPECT_EQ(file_count(), 1);
+  EXPECT_TRUE(fs::exists(folder_ / "another.glb"));
+}
+
+TEST_F(Temporaries, WhatALiveWriterHasStays) {
+  TemporaryFile mine(folder_ / "x.glb");
+  ASSERT_TRUE(mine.is_open());
+  EXPECT_EQ(in_process([&] {
+              remove_dead_temporaries(folder_);
+              return fs::exists(mine.path()) ? 0 : 1;
+            }),
+            0);
+  remove_dead_temporaries(folder_);
+  EXPECT_TRUE(fs::exists(mine.path()));
+  EXPECT_FALSE(mine.rename_to(folder_ / "x.glb"));
+  EXPECT_EQ(file_count(), 1);
+}
+
+TEST_F(Temporaries, FilesOfOthersStay) {
+  fs::path real;
+  {
+    const TemporaryFile file(folder_ / "x.glb");
+    real = file.path();
+  }
+  std::string other_digit = real.string();
+  char& digit = other_digit[other_digit.size() - 6];
+  digit = digit == '0' ? '1' : '0';
+  const std::string names[] = {"x.glb.part123",
+                               "x.glb.part",
+                               "x.glb.psplit-0123456789abcdef.part",
+                               ".part",
+                               fs::path(other_digit).filename().string(),
+                               "other-" + real.filename().string()};
+  for (const std::string& name : names) std::ofstream(folder_ / name) << "theirs";
+  fs::create_symlink("x.glb.part", real);
+  remove_dead_temporaries(folder_);
+  EXPECT_EQ(file_count(), std::ssize(names) + 1);
+}
+
+TEST_F(Temporaries, NewFilesTakeNoNameThatIsTaken) {
+  EXPECT_EQ(*write_new_file(folder_ / "a", bytes_), true);
+  EXPECT_EQ(*write_new_file(folder_ / "a", bytes_), false);
+  fs::create_symlink("nowhere", folder_ / "link");
+  EXPECT_EQ(*write_new_file(folder_ / "link", bytes_), false);
+  TemporaryFile late(folder_ / "a");
+  EXPECT_EQ(late.rename_to_new(folder_ / "a"), std::errc::file_exists);
+  EXPECT_EQ(write_new_file(folder_ / "none" / "a", bytes_).status().code(), StatusCode::kIo);
+}
+
+TEST_F(Temporaries, TheLimitOnAFilesSizeIsAnErrorAndLeavesNothing) {
+  const int code = in_process([&] {
+    let_writes_past_size_limit_fail();
+    const rlimit limit{4096, 4096};
+    if (setrlimit(RLIMIT_FSIZE, &limit) != 0) return 1;
+    const Status status = write_file(folder_ / "x.glb", {bytes_});
+    return status.code() == StatusCode::kIo && status.message().find("too large") != std::string::npos ? 0 : 2;
+  });
+  EXPECT_EQ(code, 0);
+  EXPECT_EQ(file_count(), 0);
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,343 @@
+// gltf-psplit batch: which files, where to, what is up to date, and what a kill leaves behind.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <thread>
+
+#include "gltf_ext/convert/convert.h"
+#include "tests/support/test_folder.h"
+#include "tools/gltf_psplit/batch/batch_plan.h"
+#include "tools/gltf_psplit/batch/batch_record.h"
+#include "tools/gltf_psplit/commands/command_line.h"
+
+extern char** environ;
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read_text(const fs::path& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+class Batch : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  void write(const std::string& name, const std::string& text) const {
+    fs::create_directories((folder_ / name).parent_path());
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+  }
+
+  static int run(std::vector<std::string> words, std::string* err = nullptr) {
+    words.insert(words.begin(), "gltf-psplit");
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    testing::internal::CaptureStdout();
+    testing::internal::CaptureStderr();
+    const int code = run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
+    const std::string said = testing::internal::GetCapturedStderr();
+    testing::internal::GetCapturedStdout();
+    if (err != nullptr) *err = said;
+    return code;
+  }
+
+  void generate(const std::string& name, const std::string& faces = "500",
+                const std::string& seed = "1") const {
+    fs::create_directories((folder_ / name).parent_path());
+    ASSERT_EQ(run({"generate", path(name), "--shape", "terrain", "--faces", faces, "--seed", seed, "-q"}), 0);
+  }
+
+  // Runs a batch of everything in "in"; the report stays in report_.
+  int batch(std::vector<std::string> more = {}) {
+    std::vector<std::string> words = {"batch",     path("in") + "/**/*", "--out-dir",
+                                      path("out"), "--report",           path("report.json"),
+                                      "-q",        "--patch-faces",      "200"};
+    words.insert(words.end(), more.begin(), more.end());
+    fs::remove(path("report.json"));
+    const int code = run(words, &err_);
+    report_ = fs::exists(path("report.json")) ? Json::parse(read_text(path("report.json"))) : Json();
+    return code;
+  }
+  std::string status_of(const std::string& name) const {
+    for (const Json& asset : report_["assets"])
+      if (asset["output"] == path("out/" + name)) return asset["status"].get<std::string>();
+    return "not in the report";
+  }
+  std::array<int, 3> counts() const {
+    return {report_["encoded"].get<int>(), report_["up_to_date"].get<int>(), report_["failed"].get<int>()};
+  }
+  using Counts = std::array<int, 3>;
+
+  Expected<std::vector<BatchItem>> plan(const std::vector<std::string>& words,
+                                        const std::string& base = "") const {
+    return plan_batch({words, folder_ / "out", base.empty() ? "" : path(base), ".glb"});
+  }
+  std::string names(const std::vector<std::string>& words, const std::string& base = "") const {
+    const auto items = plan(words, base);
+    if (!items) return items.status().message();
+    std::string text;
+    for (const BatchItem& item : *items) text += item.name + " ";
+    return text;
+  }
+
+  TestFolder folder_;
+  Json report_;
+  std::string err_;
+};
+
+TEST_F(Batch, PatternsListsAndFilesKeepTheirRelativePaths) {
+  for (const char* name :
+       {"in/a.glb", "in/x/b.gltf", "in/x/y/c.PLY", "in/x/y/c.bin", "in/.hidden/d.glb", "out/x/b.glb"})
+    write(name, "");
+  write("list", path("in/a.glb") + "\n\r\n" + path("in/x") + "/*\r\n" + path("in/a.glb"));
+  EXPECT_EQ(names({path("in/**/*")}), "a.glb x/b.glb x/y/c.glb ");
+  EXPECT_EQ(names({path("in/*/*/c.???")}), "x/y/c.glb ");
+  EXPECT_EQ(names({path("in/[a-b].glb")}), "a.glb ");
+  EXPECT_EQ(names({"@" + path("list")}), "a.glb x/b.glb ");
+  EXPECT_EQ(names({path("in/x/b.gltf")}), "b.glb ");
+  EXPECT_EQ(names({path("in/x/b.gltf")}, "in"), "x/b.glb ");
+  EXPECT_EQ(names({path("in/x/b.gltf"), path("in/missing.glb")}), "missing.glb x/b.glb ");
+  // What was written is not read again.
+  EXPECT_EQ(names({path("**/*.glb")}), "in/a.glb ");
+}
+
+TEST_F(Batch, RefusesWhatCannotGoWellBeforeAnyWork) {
+  for (const char* name : {"in/a.glb", "in/a.gltf", "in/x/a.glb", "in/notes.txt"}) write(name, "");
+  const auto refusal = [&](const std::vector<std::string>& words, const std::string& base = "") {
+    const auto items = plan(words, base);
+    EXPECT_EQ(items.status().code(), StatusCode::kUsage);
+    return items.status().message();
+  };
+  EXPECT_NE(refusal({path("in/*")}).find("would both become"), std::string::npos);
+  EXPECT_NE(refusal({path("in/*.stl")}).find("no asset matches"), std::string::npos);
+  EXPECT_NE(refusal({path("in/*.txt")}).find("no asset matches"), std::string::npos);
+  EXPECT_NE(refusal({path("in")}).find("is a folder"), std::string::npos);
+  EXPECT_NE(refusal({path("in/a.glb")}, "in/x").find("is not below"), std::string::npos);
+  EXPECT_NE(refusal({"-"}).find("stdin"), std::string::npos);
+  const auto in_place = plan_batch({{path("in/a.glb")}, folder_ / "in", "", ".glb"});
+  EXPECT_EQ(in_place.status().code(), StatusCode::kUsage);
+  EXPECT_NE(in_place.status().message().find("would replace"), std::string::npos);
+  EXPECT_EQ(plan({"@" + path("none")}).status().code(), StatusCode::kIo);
+  EXPECT_EQ(batch(), 1);
+  EXPECT_FALSE(fs::exists(path("out")));
+}
+
+TEST_F(Batch, NeverReplacesWhatItReadsByAnyName) {
+  generate("in/a.glb");
+  const std::string before = read_text(path("in/a.glb"));
+  fs::create_directory_symlink("in", path("link"));
+  EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("link"), "-q"}), 1);
+  EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("out"), "--report", path("link/a.glb"), "-q"}),
+            1);
+  EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("out"), "--report", path("out/./a.glb"), "-q"}),
+            1);
+  EXPECT_EQ(read_text(path("in/a.glb")), before);
+}
+
+// Files of others are neither replaced nor removed, whatever their names.
+TEST_F(Batch, TouchesNoFilesOfOthers) {
+  generate("in/a.glb");
+  generate("in/b.glb");
+  const std::vector<std::string> theirs = {"out/a.glb", "out/b.glb.part", "out/b.glb.part123",
+                                           "out/b.glb.psplit-0123456789abcdef.part"};
+  for (const std::string& name : theirs) write(name, "theirs");
+  EXPECT_EQ(batch(), 1);
+  EXPECT_NE(err_.find("a.glb"), std::string::npos) << err_;
+  EXPECT_EQ(status_of("a.glb"), "failed");
+  EXPECT_EQ(status_of("b.glb"), "encoded");
+  for (const std::string& name : theirs) EXPECT_EQ(read_text(path(name)), "theirs") << name;
+  fs::remove(path("out/a.glb"));
+  EXPECT_EQ(batch(), 0) << err_;
+}
+
+TEST_F(Batch, WhatWasNotVerifiedIsNotUpToDateForOneWhoAsks) {
+  generate("in/a.glb");
+  ASSERT_EQ(batch({"--no-verify"}), 0) << err_;
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(status_of("a.glb"), "encoded");
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(status_of("a.glb"), "up to date");
+}
+
+TEST_F(Batch, NamesNeedNotBeUtf8) {
+  generate("in/\xff.glb");
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(report_["encoded"], 1);
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(report_["up_to_date"], 1);
+}
+
+TEST_F(Batch, EncodesOnlyWhatChanged) {
+  generate("in/a.glb");
+  generate("in/x/b.gltf");
+  generate("in/x/\xC3\xBC \xE6\xA8\xA1.glb");
+  ASSERT_EQ(batch(), 0) << err_;
+  EXPECT_EQ(counts(), (Counts{3, 0, 0}));
+  EXPECT_EQ(report_["total"]["input"]["faces"], 3 * report_["assets"][0]["total"]["input"]["faces"].get<int>());
+  for (const char* name : {"a.glb", "x/b.glb", "x/\xC3\xBC \xE6\xA8\xA1.glb"})
+    EXPECT_EQ(run({"validate", path("out/") + name, "-q"}), 0) << name;
+  // As encode writes it.
+  ASSERT_EQ(run({"encode", path("in/a.glb"), path("alone.glb"), "--patch-faces", "200", "-q"}), 0);
+  EXPECT_EQ(read_text(path("out/a.glb")), read_text(path("alone.glb")));
+
+  ASSERT_EQ(batch(), 0);
+  EXPECT_EQ(counts(), (Counts{0, 3, 0}));
+  // The content of an input.
+  generate("in/a.glb", "500", "2");
+  ASSERT_EQ(batch(), 0);
+  EXPECT_EQ(counts(), (Counts{1, 2, 0}));
+  EXPECT_EQ(status_of("a.glb"), "encoded");
+  // A buffer that an input refers to.
+  const Json gltf = Json::parse(read_text(path("in/x/b.gltf")));
+  const std::string binary = path("in/x/" + gltf["buffers"][0]["uri"].get<std::string>());
+  std::string bytes = read_text(binary);
+  bytes[1] = static_cast<char>(bytes[1] ^ 1);
+  std::ofstream(binary, std::ios::binary) << bytes;
+  ASSERT_EQ(batch(), 0);
+  EXPECT_EQ(counts(), (Counts{1, 2, 0}));
+  EXPECT_EQ(status_of("x/b.glb"), "encoded");
+  // The options, and what does not change the bytes.
+  ASSERT_EQ(batch({"--lossless"}), 0);
+  EXPECT_EQ(counts(), (Counts{3, 0, 0}));
+  ASSERT_EQ(batch({"--lossless", "-j", "1"}), 0);
+  EXPECT_EQ(counts(), (Counts{0, 3, 0}));
+  // An output that was changed, or is gone.
+  fs::remove(path("out/a.glb"));
+  std::string output = read_text(path("out/x/b.glb"));
+  output.back() = static_cast<char>(output.back() ^ 1);
+  std::ofstream(path("out/x/b.glb"), std::ios::binary) << output;
+  ASSERT_EQ(batch({"--lossless"}), 0);
+  EXPECT_EQ(counts(), (Counts{2, 1, 0}));
+}
+
+TEST_F(Batch, WritesGltfToo) {
+  generate("in/a.glb");
+  ASSERT_EQ(batch({"--as", "gltf"}), 0);
+  ASSERT_EQ(batch({"--as", "gltf"}), 0);
+  EXPECT_EQ(counts(), (Counts{0, 1, 0}));
+  EXPECT_EQ(run({"validate", path("out/a.gltf"), "-q"}), 0);
+}
+
+TEST_F(Batch, GoesOnAfterFailuresAndSaysWhich) {
+  generate("in/a.glb");
+  generate("in/b.glb");
+  write("in/bad.glb", "glTF");
+  write("in/worse.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"none.bin"}]})");
+  EXPECT_EQ(batch({"-j", "2"}), 3);
+  EXPECT_EQ(counts(), (Counts{2, 0, 2}));
+  EXPECT_EQ(status_of("a.glb"), "encoded");
+  EXPECT_EQ(status_of("bad.glb"), "failed");
+  EXPECT_FALSE(fs::exists(path("out/bad.glb")));
+  std::map<std::string, Json> errors;
+  for (const Json& asset : report_["assets"])
+    if (asset.contains("error")) errors[asset["input"].get<std::string>()] = asset["error"];
+  EXPECT_EQ(errors[path("in/bad.glb")]["code"], 3);
+  EXPECT_EQ(errors[path("in/worse.gltf")]["code"], 2);
+  EXPECT_NE(errors[path("in/worse.gltf")]["message"].get<std::string>().find("worse.gltf: "),
+            std::string::npos);
+  EXPECT_NE(err_.find("2 of 4 assets failed"), std::string::npos) << err_;
+  // What failed is tried again, the rest is not.
+  generate("in/bad.glb");
+  EXPECT_EQ(batch(), 2);
+  EXPECT_EQ(counts(), (Counts{1, 2, 1}));
+}
+
+TEST_F(Batch, OneAtATime) {
+  generate("in/a.glb");
+  BatchRecord other;
+  ASSERT_TRUE(other.open(folder_ / "out").ok());
+  EXPECT_EQ(batch(), 2);
+  EXPECT_NE(err_.find("another batch is at work"), std::string::npos) << err_;
+  EXPECT_FALSE(fs::exists(path("out/a.glb")));
+}
+
+TEST_F(Batch, ARecordThatWasCutShortCountsForNothing) {
+  {
+    BatchRecord record;
+    ASSERT_TRUE(record.open(folder_).ok());
+    ASSERT_TRUE(record.add("a", {"1", "2"}).ok());
+    ASSERT_TRUE(record.add("b", {"3", "4"}).ok());
+    ASSERT_TRUE(record.add("a", {"5", "6"}).ok());
+  }
+  const fs::path file = folder_ / ".gltf-psplit-batch.jsonl";
+  fs::resize_file(file, fs::file_size(file) - 3);
+  {
+    BatchRecord record;
+    ASSERT_TRUE(record.open(folder_).ok());
+    ASSERT_NE(record.find("a"), nullptr);
+    EXPECT_EQ(record.find("a")->made_from, "1");
+    EXPECT_EQ(record.find("b")->output, "4");
+    EXPECT_EQ(record.find("c"), nullptr);
+    ASSERT_TRUE(record.add("c", {"7", "8"}).ok());
+  }
+  BatchRecord record;
+  ASSERT_TRUE(record.open(folder_).ok());
+  ASSERT_NE(record.find("c"), nullptr);
+  EXPECT_EQ(record.find("c")->output, "8");
+}
+
+// Killed at several moments, then run again: every output that stands is whole at all times, and nothing is
+// left.
+TEST_F(Batch, SurvivesKills) {
+  constexpr int kAssets = 8;
+  for (int i = 0; i < kAssets; ++i) generate("in/" + std::to_string(i) + ".glb", "20000", std::to_string(i));
+  write("out/3.gltf.part12345", "half");
+  write("out/3.0123456789abcdef.bin.part1", "half");
+  write("out/someone's.part1", "else");
+  const auto whole_outputs = [&] {
+    int count = 0;
+    for (int i = 0; i < kAssets; ++i) {
+      const std::string output = path("out/" + std::to_string(i) + ".gltf");
+      if (!fs::exists(output)) continue;
+      ++count;
+      EXPECT_EQ(run({"validate", output, "-q"}), 0) << output;
+    }
+    return count;
+  };
+  bool killed = false;
+  for (const int wait_ms : {20, 60, 150, 300}) {
+    std::vector<std::string> words = {
+        PSPLIT_COMMAND, "batch",    path("in") + "/*.glb", "--out-dir", path("out"), "--as",
+        "gltf",         "--report", path("report.json"),   "-q",        "-j",        "2"};
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    pid_t child = 0;
+    ASSERT_EQ(posix_spawn(&child, PSPLIT_COMMAND, nullptr, nullptr, argv.data(), environ), 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    killed = killed || WIFSIGNALED(status);
+    whole_outputs();
+  }
+  EXPECT_TRUE(killed);
+  const int before = whole_outputs();
+  ASSERT_EQ(run({"batch", path("in") + "/*.glb", "--out-dir", path("out"), "--as", "gltf", "--report",
+                 path("report.json"), "-q"},
+                &err_),
+            0)
+      << err_;
+  report_ = Json::parse(read_text(path("report.json")));
+  // An output may stand whose line was not written any more: it is made again.
+  EXPECT_LE(report_["up_to_date"].get<int>(), before);
+  EXPECT_EQ(report_["up_to_date"].get<int>() + report_["encoded"].get<int>(), kAssets);
+  EXPECT_EQ(whole_outputs(), kAssets);
+  for (const auto& entry : fs::directory_iterator(path("out"))) {
+    const std::string name = entry.path().filename().string();
+    EXPECT_TRUE(!name.ends_with(".part")) << name;
+  }
+}
+
+}  // namespace
+}  // namespace psplit

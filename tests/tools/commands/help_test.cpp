@@ -1,0 +1,122 @@
+// What a newcomer types first: help, version, and options before or after the verb.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "tests/support/test_folder.h"
+#include "tests/tools/run_command.h"
+#include "tools/gltf_psplit/commands/help_text.h"
+#include "tools/gltf_psplit/commands/messages.h"
+
+namespace psplit {
+namespace {
+
+const char* const kVerbs[] = {"encode",  "batch",    "decode", "inspect", "validate",
+                              "compare", "generate", "help",   "version"};
+
+TEST(Help, WrapsWords) {
+  EXPECT_EQ(wrap_text("one two three", 7, 2), "one two\n  three");
+  EXPECT_EQ(wrap_text("one", 2, 2), "one");
+  EXPECT_EQ(wrap_text("a longest b", 3, 0), "a\nlongest\nb");
+  EXPECT_EQ(wrap_text("", 7, 2), "");
+}
+
+TEST(Help, FitsEightyColumns) {
+  std::vector<std::vector<std::string>> commands = {{"--help"}};
+  for (const char* verb : kVerbs) commands.push_back({verb, "--help"});
+  for (const auto& words : commands) {
+    const CommandOutcome outcome = run_command(words);
+    EXPECT_EQ(outcome.code, 0);
+    std::istringstream lines(outcome.out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+  }
+}
+
+TEST(Help, EndsWithExamplesAndExitCodes) {
+  for (const char* verb : kVerbs) {
+    if (verb == std::string("version")) continue;
+    const std::string help = run_command({verb, "--help"}).out;
+    EXPECT_TRUE(contains(help, "Examples:\n  gltf-psplit ")) << help;
+    for (const ExitCode& exit : exit_codes()) EXPECT_TRUE(contains(help, exit.meaning)) << verb;
+  }
+}
+
+TEST(Help, IsAVerbToo) {
+  EXPECT_EQ(run_command({"help"}).out, run_command({"--help"}).out);
+  EXPECT_EQ(run_command({"help", "encode"}).out, run_command({"encode", "--help"}).out);
+  for (const char* verb : kVerbs) EXPECT_TRUE(contains(run_command({"help"}).out, verb)) << verb;
+}
+
+TEST(Help, VersionIsAVerbAndAFlag) {
+  for (const char* word : {"version", "--version", "-V"}) {
+    const CommandOutcome outcome = run_command({word});
+    EXPECT_EQ(outcome.code, 0) << word;
+    EXPECT_EQ(outcome.out, "gltf-psplit 1.2.3\n") << word;
+    EXPECT_EQ(outcome.err, "") << word;
+  }
+}
+
+TEST(Help, CommonOptionsStandBeforeTheVerbOrAfterIt) {
+  const TestFolder folder;
+  const std::string out = (folder / "a.glb").string();
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"-q", "generate", out},
+                                                {"generate", "-q", out},
+                                                {"generate", out, "--quiet"}}) {
+    const CommandOutcome outcome = run_command(words);
+    EXPECT_EQ(outcome.code, 0);
+    EXPECT_EQ(outcome.err, "");
+  }
+  const CommandOutcome threads = run_command({"-j", "3", "encode", out, out, "--report", "-", "-q"});
+  EXPECT_TRUE(contains(threads.out, "\"threads\": 3")) << threads.out;
+  const CommandOutcome both = run_command({"-v", "generate", out, "-q"});
+  EXPECT_EQ(both.code, 1);
+  EXPECT_TRUE(contains(both.err, "--quiet excludes --verbose")) << both.err;
+}
+
+TEST(Help, OutputIsAWordOrAnOption) {
+  const TestFolder folder;
+  const std::string a = (folder / "a.glb").string(), b = (folder / "b.glb").string();
+  EXPECT_EQ(run_command({"generate", "-o", a, "--faces", "1k", "-q"}).code, 0);
+  EXPECT_EQ(run_command({"encode", "-o", b, a, "-q"}).code, 0);
+  EXPECT_EQ(run_command({"encode", a, "--output", b, "-q"}).code, 0);
+  EXPECT_EQ(run_command({"decode", b, "-o", a, "-q"}).code, 0);
+  for (const char* verb : {"inspect", "validate"}) {
+    const std::string text = (folder / verb).string();
+    const CommandOutcome outcome = run_command({verb, b, "-o", text});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    std::ostringstream written;
+    written << std::ifstream(text).rdbuf();
+    EXPECT_EQ(written.str(), run_command({verb, b}).out);
+  }
+  // Twice, or not at all, is neither.
+  EXPECT_EQ(run_command({"encode", a, b, "-o", b}).code, 1);
+  EXPECT_EQ(run_command({"encode", a}).code, 1);
+}
+
+TEST(Help, ExitCodesAreThoseOfStatusCodeAndOfTheReadme) {
+  // Every value that a command exits with, in the order of the enum; kCancelled is for callers of functions.
+  std::vector<StatusCode> codes = {
+      StatusCode::kOk,           StatusCode::kUsage,          StatusCode::kIo,
+      StatusCode::kInvalidInput, StatusCode::kRuntimeFailure, StatusCode::kUnsupported,
+      StatusCode::kDiffers};
+  std::vector<StatusCode> listed;
+  for (const ExitCode& exit : exit_codes()) listed.push_back(exit.code);
+  EXPECT_EQ(listed, codes);
+  // "exit codes are 0 ok, 1 usage, ...": the numbers, up to the full stop.
+  std::ostringstream readme;
+  readme << std::ifstream(PSPLIT_README).rdbuf();
+  const std::string text = readme.str();
+  const size_t begin = text.find("exit codes are ");
+  ASSERT_NE(begin, std::string::npos);
+  std::vector<int> numbers;
+  for (size_t at = begin; text[at] != '.'; ++at)
+    if (text[at] >= '0' && text[at] <= '9') numbers.push_back(text[at] - '0');
+  std::vector<int> expected;
+  for (const StatusCode code : codes) expected.push_back(static_cast<int>(code));
+  EXPECT_EQ(numbers, expected);
+}
+
+}  // namespace
+}  // namespace psplit

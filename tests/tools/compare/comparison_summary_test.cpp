@@ -1,0 +1,121 @@
+#include "tools/gltf_psplit/compare/comparison_summary.h"
+
+#include <gtest/gtest.h>
+
+namespace psplit {
+namespace {
+
+constexpr double kStockMs = 60;
+
+Timing steady(double ms) { return {ms, ms * 0.98, ms * 1.05, ms * 0.99, ms * 1.01}; }
+
+struct Measured {
+  uint64_t patches;
+  double overhead;
+  double one_thread_ms, two_threads_ms;
+};
+
+Comparison comparison_of(const std::vector<Measured>& list) {
+  Comparison comparison;
+  comparison.stock = {5, 1'000'000, 500, steady(kStockMs)};
+  comparison.stock_speeds = {comparison.stock};
+  comparison.meshopt.decode = comparison.meshopt_plain.decode = steady(10);
+  for (const Measured& measured : list) {
+    SplitRow& row = comparison.splits.emplace_back();
+    row.summary.patches = measured.patches;
+    row.summary.total_bytes = static_cast<uint64_t>(1e6 * (1 + measured.overhead));
+    row.overhead = measured.overhead;
+    for (const auto& [threads, ms] :
+         {std::pair(1, measured.one_thread_ms), std::pair(2, measured.two_threads_ms)})
+      row.decode.push_back({"cpu", threads, steady(ms), kStockMs / ms});
+    row.decode.push_back({"draco", 1, steady(1), kStockMs});  // however fast: it is not psplit's
+  }
+  return comparison;
+}
+
+TEST(ComparisonSummary, SaysInOneSentenceWhatIsGainedForWhat) {
+  const ComparisonSummary summary =
+      summarize_comparison(comparison_of({{45, 0.0197, 27, 16}}), "dragon.ply", 15);
+  EXPECT_TRUE(summary.has_recommendation);
+  EXPECT_EQ(summary.headline,
+            "In 45 patches, dragon.ply decodes 3.8 times as fast as stock Draco on 2 threads, for 2.0 % more "
+            "bytes; on one thread it is 2.2 times as fast.");
+  const auto headline = [](const Measured& measured) {
+    return summarize_comparison(comparison_of({measured}), "a", 15).headline;
+  };
+  EXPECT_EQ(headline({1, 0.0002, 30, 31}),
+            "In 1 patch, a decodes 2.0 times as fast as stock Draco on one thread, for as many bytes.");
+  EXPECT_EQ(headline({8, -0.0123, 120, 59}),
+            "In 8 patches, a decodes as fast as stock Draco on 2 threads, for 1.2 % fewer bytes; on one thread "
+            "it is only 0.5 times as fast.");
+}
+
+TEST(ComparisonSummary, RecommendsTheFastestThatIsAffordable) {
+  const ComparisonSummary summary = summarize_comparison(
+      comparison_of({{1, 0, 30, 30}, {45, 0.02, 27, 16}, {182, 0.07, 24, 14}, {726, 0.2, 26, 15}}), "a", 15);
+  EXPECT_EQ(summary.recommended_patches, 45u);
+  EXPECT_EQ(
+      summary.recommendation,
+      "Take 45 patches (--patches 45). If time counts for more than bytes, take 182 patches: 4.3 times as "
+      "fast as stock Draco on 2 threads, for 7.0 % more bytes.");
+  EXPECT_NE(summary.rule.find("3 % more bytes"), std::string::npos) << summary.rule;
+}
+
+TEST(ComparisonSummary, RecommendsTheFewestPatchesOfWhatIsAboutAsFast) {
+  // In any order.
+  const ComparisonSummary summary = summarize_comparison(
+      comparison_of({{90, 0.029, 24, 12.0}, {20, 0.01, 24, 12.5}, {4, 0.005, 28, 14}}), "a", 15);
+  EXPECT_EQ(summary.recommended_patches, 20u);
+  EXPECT_EQ(summary.recommendation, "Take 20 patches (--patches 20).");
+}
+
+TEST(ComparisonSummary, RecommendsTheFewestBytesWhereNothingIsAffordable) {
+  const ComparisonSummary summary =
+      summarize_comparison(comparison_of({{300, 0.3, 20, 10}, {30, 0.04, 24, 12}}), "a", 15);
+  EXPECT_EQ(summary.recommended_patches, 30u);
+  EXPECT_NE(summary.rule.find("the fewest bytes"), std::string::npos) << summary.rule;
+}
+
+TEST(ComparisonSummary, RecommendsNothingWithoutAChoice) {
+  const ComparisonSummary one = summarize_comparison(comparison_of({{9, 0.01, 24, 12}}), "a", 15);
+  EXPECT_NE(one.recommendation.find("nothing can be recommended"), std::string::npos);
+  EXPECT_EQ(one.rule, "");
+  const ComparisonSummary none = summarize_comparison(comparison_of({}), "a", 15);
+  EXPECT_FALSE(none.has_recommendation);
+  EXPECT_EQ(none.headline, "");
+}
+
+TEST(ComparisonSummary, TellsOfThreadsThatAreSlowerThanOne) {
+  const auto noise = [](const Measured& measured) {
+    return summarize_comparison(comparison_of({measured}), "a", 15).noise;
+  };
+  EXPECT_TRUE(noise({45, 0.02, 27, 16}).empty());
+  EXPECT_TRUE(noise({1, 0, 27, 28}).empty());  // one patch gives the second thread nothing to do
+  const std::vector<std::string> notes = noise({45, 0.02, 27, 28});
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_NE(notes[0].find("45 patches with cpu on 2 threads (28.0 ms, and on one 27.0 ms)"), std::string::npos)
+      << notes[0];
+  EXPECT_NE(notes[1].find("--repeat"), std::string::npos) << notes[1];
+}
+
+TEST(ComparisonSummary, TellsOfTimesThatSwing) {
+  Comparison comparison = comparison_of({{45, 0.02, 27, 16}, {90, 0.03, 27, 16}});
+  comparison.splits[0].decode[1].timing = {16, 15, 40, 15.5, 19};
+  std::vector<std::string> notes = summarize_comparison(comparison, "a", 15).noise;
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_NE(notes[0].find("20 % for 1 of 9 decoders"), std::string::npos) << notes[0];
+  EXPECT_NE(notes[0].find("45 patches with cpu on 2 threads (15.5 ms to 19.0 ms)"), std::string::npos);
+  // One slow round of many is no swing.
+  comparison.splits[0].decode[1].timing = {16, 15, 40, 15.5, 17};
+  EXPECT_TRUE(summarize_comparison(comparison, "a", 15).noise.empty());
+}
+
+TEST(ComparisonSummary, TellsOfTooFewRounds) {
+  const Comparison comparison = comparison_of({{45, 0.02, 27, 16}});
+  EXPECT_NE(summarize_comparison(comparison, "a", 1).noise.at(0).find("only once"), std::string::npos);
+  EXPECT_NE(summarize_comparison(comparison, "a", 4).noise.at(0).find("only 4 rounds"), std::string::npos);
+  EXPECT_TRUE(summarize_comparison(comparison, "a", 5).noise.empty());
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,158 @@
+#include "tools/gltf_psplit/batch/batch_plan.h"
+
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <string_view>
+
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/mesh_files/read_asset.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+Status usage(std::string message) { return {StatusCode::kUsage, std::move(message)}; }
+
+fs::path whole_path(const fs::path& path) {
+  fs::path whole = fs::absolute(path).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();  // without a slash at its end
+}
+
+bool is_below(const fs::path& path, const fs::path& folder) {
+  const auto [in_folder, in_path] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return in_folder == folder.end() && in_path != path.end();
+}
+
+bool is_pattern(std::string_view text) { return text.find_first_of("*?[") != std::string_view::npos; }
+
+std::vector<fs::path> sorted_entries(const fs::path& folder) {
+  std::vector<fs::path> entries;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, error), end; !error && entry != end;
+       entry.increment(error))
+    entries.push_back(folder / entry->path().filename());
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+// A pattern part by part; ** takes folders, but none that are hidden, and no links to folders: they may lead
+// around.
+void match(const fs::path& folder, fs::path::const_iterator part, fs::path::const_iterator end,
+           std::vector<fs::path>& found) {
+  std::error_code error;
+  if (part == end) return;
+  const bool is_last = std::next(part) == end;
+  if (*part == "**") {
+    match(folder, std::next(part), end, found);
+    for (const fs::path& entry : sorted_entries(folder))
+      if (!entry.filename().string().starts_with('.') && fs::is_directory(fs::symlink_status(entry, error)))
+        match(entry, part, end, found);
+    return;
+  }
+  const auto visit = [&](const fs::path& entry) {
+    if (is_last && fs::is_regular_file(entry, error)) found.push_back(entry);
+    if (!is_last && fs::is_directory(entry, error)) match(entry, std::next(part), end, found);
+  };
+  if (!is_pattern(part->string())) return visit(folder / *part);
+  for (const fs::path& entry : sorted_entries(folder))
+    if (fnmatch(part->c_str(), entry.filename().c_str(), FNM_PERIOD) == 0) visit(entry);
+}
+
+class Planner {
+ public:
+  explicit Planner(const BatchRequest& request) : request_(request), folder_(whole_path(request.folder)) {}
+
+  Expected<std::vector<BatchItem>> run() {
+    for (const std::string& word : request_.words) {
+      Status status = word.starts_with('@') ? add_list(word.substr(1)) : add_word(word);
+      if (!status.ok()) return status;
+    }
+    if (inputs_.empty()) return usage("there is nothing to do");
+    if (!request_.base.empty()) base_ = whole_path(request_.base);
+    std::vector<BatchItem> items;
+    std::map<fs::path, std::string> taken;
+    for (const auto& [whole, input] : inputs_) {
+      if (!is_below(whole, base_)) return usage(input + " is not below " + base_.string());
+      fs::path relative = whole.lexically_relative(base_);
+      relative = without_asset_extensions(relative);
+      relative += request_.extension;
+      const fs::path output = folder_ / relative;
+      const auto [other, is_new] = taken.emplace(output, input);
+      if (!is_new)
+        return usage(other->second + " and " + input + " would both become " +
+                     (request_.folder / relative).string());
+      items.push_back({input, request_.folder / relative, relative.generic_string()});
+    }
+    // Links may lead to one file by two names.
+    std::error_code error;
+    std::map<fs::path, std::string> files;
+    for (const auto& [whole, input] : inputs_) files.emplace(fs::weakly_canonical(whole, error), input);
+    for (const auto& [output, input] : taken)
+      if (const auto found = files.find(fs::weakly_canonical(output, error)); found != files.end())
+        return usage(input + " would replace the input " + found->second);
+    return items;
+  }
+
+ private:
+  Status add_list(const std::string& name) {
+    const auto bytes = read_file(name);
+    if (!bytes) return bytes.status();
+    const std::string text(bytes->begin(), bytes->end());
+    for (size_t at = 0; at < text.size();) {
+      const size_t end = std::min(text.find('\n', at), text.size());
+      std::string line = text.substr(at, end - at);
+      if (line.ends_with('\r')) line.pop_back();
+      at = end + 1;
+      if (line.empty()) continue;
+      if (Status status = add_word(line); !status.ok()) return status;
+    }
+    return {};
+  }
+
+  Status add_word(const std::string& word) {
+    std::error_code error;
+    if (fs::is_directory(word, error))
+      return usage(word + " is a folder; \"" + (fs::path(word) / "**" / "*.glb").string() + "\" are its files");
+    if (word == "-") return usage("batch does not read stdin");
+    if (!fs::exists(word, error) && is_pattern(word)) return add_pattern(word);
+    add(word, fs::path(word).parent_path());
+    return {};
+  }
+
+  Status add_pattern(const fs::path& pattern) {
+    fs::path fixed = pattern.root_path();
+    const fs::path parts = pattern.relative_path();
+    auto part = parts.begin();
+    for (; std::next(part) != parts.end() && !is_pattern(part->string()); ++part) fixed /= *part;
+    std::vector<fs::path> found;
+    match(fixed, part, parts.end(), found);
+    bool any = false;
+    for (const fs::path& file : found) {
+      if (!is_asset_name(file) || is_below(whole_path(file), folder_)) continue;
+      add(file.string(), fixed);
+      any = true;
+    }
+    return any ? Status() : usage("no asset matches " + pattern.string());
+  }
+
+  void add(const std::string& input, const fs::path& start) {
+    inputs_.emplace(whole_path(input), input);
+    const fs::path folder = whole_path(start.empty() ? "." : start);
+    if (base_.empty()) base_ = folder;
+    while (folder != base_ && !is_below(folder, base_)) base_ = base_.parent_path();
+  }
+
+  const BatchRequest& request_;
+  fs::path folder_, base_;
+  std::map<fs::path, std::string> inputs_;  // by absolute path, which is also their order
+};
+
+}  // namespace
+
+Expected<std::vector<BatchItem>> plan_batch(const BatchRequest& request) { return Planner(request).run(); }
+
+}  // namespace psplit

@@ -1,0 +1,236 @@
+// gltf-psplit compare: bytes and milliseconds of patches, of stock Draco and of meshoptimizer, in one run. Of
+// two assets, whether they hold the same meshes (sameness.h).
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "decoder_cuda/psplit_cuda.h"
+#include "encoder/weld.h"
+#include "tools/gltf_psplit/commands/commands.h"
+#include "tools/gltf_psplit/commands/encode_options.h"
+#include "tools/gltf_psplit/commands/help_text.h"
+#include "tools/gltf_psplit/commands/output_files.h"
+#include "tools/gltf_psplit/commands/output_place.h"
+#include "tools/gltf_psplit/commands/progress.h"
+#include "tools/gltf_psplit/compare/comparison.h"
+#include "tools/gltf_psplit/compare/comparison_report.h"
+#include "tools/gltf_psplit/compare/html_report.h"
+#include "tools/gltf_psplit/preview/preview.h"
+#include "tools/gltf_psplit/sameness/sameness.h"
+
+namespace psplit {
+namespace {
+
+struct Arguments {
+  std::string input, output = "-", format = "text";
+  BackendChoice backend;
+  ComparisonOptions options;
+  SamenessOptions sameness;
+  bool wide = false;
+};
+
+// Patches that are many enough for a GPU.
+constexpr uint64_t kGpuPatchFaces = 1200;
+
+// The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
+Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, const Session& session) {
+  std::vector<PrimitiveId> ids;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const Place place{.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
+    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+    if (!kind) return kind.status().at(place);
+    if (kind->storage != PrimitiveStorage::kPlain && !document.from_draco)
+      return unsupported(
+          "is compressed already: decode it first, and compare from the original if there is one", place);
+    if (!kind->triangles) {
+      session.log.note(describe_place(id.mesh, id.primitive) + " is left out: no triangles");
+      continue;
+    }
+    ids.push_back(id);
+  }
+  return ids;
+}
+
+Expected<std::vector<Mesh>> read_meshes(const Document& document, std::span<const PrimitiveId> ids,
+                                        const Session& session) {
+  std::vector<Mesh> meshes;
+  for (Expected<Mesh>& mesh : read_primitives(document, ids, find_backend({}), session.pool)) {
+    if (!mesh) return mesh.status();
+    if (mesh->faces.empty()) continue;
+    // Stock Draco's own tools merge equal points before they encode, and so does `encode`: all rivals get the
+    // mesh that is left.
+    merge_duplicates(*mesh);
+    meshes.push_back(std::move(*mesh));
+  }
+  if (meshes.empty()) return unsupported("holds no triangles");
+  return meshes;
+}
+
+uint64_t patch_count_of(uint64_t faces, uint64_t patch_faces) {
+  return std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
+}
+
+// As `encode` cuts by default.
+uint64_t usual_count(std::span<const Mesh> meshes) {
+  uint64_t count = 0;
+  for (const Mesh& mesh : meshes) count += default_patch_count(mesh.faces.size());
+  return count;
+}
+
+// One patch a primitive, as `encode` cuts by default and by its profile for speed, and smaller patches.
+std::vector<uint64_t> default_patch_counts(std::span<const Mesh> meshes) {
+  uint64_t faces = 0;
+  for (const Mesh& mesh : meshes) faces += mesh.faces.size();
+  std::vector<uint64_t> counts{1};
+  for (const uint64_t count :
+       {usual_count(meshes), patch_count_of(faces, kSpeedPatchFaces), patch_count_of(faces, kGpuPatchFaces)})
+    if (count > std::max<uint64_t>(counts.back(), meshes.size())) counts.push_back(count);
+  return counts;
+}
+
+// The number of patches to look at, of those that are measured: as `encode` cuts where that is more than one
+// each, or else the middle one.
+uint64_t pictured_count(std::span<const Mesh> meshes, std::vector<uint64_t> counts) {
+  std::ranges::sort(counts);
+  const uint64_t usual = usual_count(meshes);
+  const bool is_measured = std::ranges::find(counts, usual) != counts.end();
+  return usual > meshes.size() && is_measured ? usual : counts[counts.size() / 2];
+}
+
+// The asset in so many patches, cut as they are for the measurements.
+Expected<PatchPicture> draw_patches(Document& document, uint64_t patch_count, EncodeDocumentOptions coding,
+                                    const Session& session) {
+  coding.patches = patch_count;
+  coding.always_patches = true;
+  coding.verify = false;
+  const auto reports = encode_document(document, coding, find_backend({}), session.pool);
+  if (!reports) return reports.status();
+  const Expected<Image> image = draw_preview(document, ImageSize(), find_backend({}), session.pool);
+  if (!image) return image.status();
+  Expected<std::vector<uint8_t>> png = encode_png(*image);
+  if (!png) return png.status();
+  PatchSummary summary;
+  for (const PrimitiveReport& report : *reports)
+    if (report.skipped.empty()) summary += summarize_streams(report.streams, report.has_residue, report.bytes);
+  return PatchPicture{std::move(*png), summary.patches};
+}
+
+Status run_compare(Arguments arguments, const Session& session) {
+  ComparisonReport report;
+  ComparisonOptions& options = arguments.options;
+  Expected<std::vector<Mesh>> meshes = [&]() -> Expected<std::vector<Mesh>> {
+    const ProgressBar bar("reading", session.log);
+    Expected<Document> document = read_input(arguments.input, session.log);
+    if (!document) return document.status();
+    if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
+      return status;
+    const Expected<std::vector<PrimitiveId>> ids = find_triangles(*document, session);
+    if (!ids) return ids.status();
+    Expected<std::vector<Mesh>> read = read_meshes(*document, *ids, session);
+    if (!read) return read;
+    if (!document->from_draco) report.asset = measure_parts(*document, *ids);
+    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(*read);
+    if (arguments.format == "html") {
+      const uint64_t count = pictured_count(*read, options.patch_counts);
+      if (Expected<PatchPicture> picture = draw_patches(*document, count, options.coding, session))
+        report.picture = std::move(*picture);
+      else
+        session.log.warning("the page has no picture: " + picture.status().to_string());
+    }
+    return read;
+  }();
+  if (!meshes) return meshes.status().at({.file = arguments.input});
+  options.thread_counts = {1};
+  if (session.pool.thread_count() > 1) options.thread_counts.push_back(session.pool.thread_count());
+
+  // By default every decoder there is.
+  std::vector<DecodeBackend> backends;
+  for (const std::string name : {"cuda", "cpu", "draco"}) {
+    const bool is_there = name != "cuda" || cuda_available(nullptr);
+    if (arguments.backend.name == name || (arguments.backend.name == "auto" && is_there))
+      backends.push_back(find_backend({name, arguments.backend.gpu_memory}));
+  }
+  Expected<Comparison> comparison = [&] {
+    ProgressBar bar("comparing", session.log);
+    return compare_codecs(*meshes, options, backends, session.pool, bar.callback());
+  }();
+  if (!comparison) return comparison.status().at({.file = arguments.input});
+  report.input = arguments.input == "-" ? "stdin" : std::filesystem::path(arguments.input).filename().string();
+  report.options = options;
+  report.comparison = std::move(*comparison);
+  report.environment = describe_environment(session);
+  return write_text(arguments.output, arguments.format == "html"   ? to_html(report)
+                                      : arguments.format == "json" ? report_text(to_json(report))
+                                                                   : to_text(report, arguments.wide));
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand(
+      "compare",
+      "Measure patches, stock Draco and meshoptimizer on the same meshes; or, of two assets, "
+      "tell whether they hold the same meshes");
+  command
+      .add_option("IN", arguments->input,
+                  "An uncompressed .gltf or .glb file, or .drc, .ply, .obj, .stl, .off, packed by gzip or not; "
+                  "- is stdin")
+      ->required();
+  add_sameness_options(command, arguments->sameness);
+  command
+      .add_option(
+          "--patches", arguments->options.patch_counts,
+          "Patch counts, over all primitives; by default one a primitive, as `encode` cuts, and those of 4800 "
+          "and 1200 faces a patch")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
+      ->type_name("A,B,C");
+  command
+      .add_option("--repeat", arguments->options.repeat, "Timed rounds; each decodes with every decoder once")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str()
+      ->type_name("N");
+  command
+      .add_option(
+          "--stock-speeds", arguments->options.stock_speeds,
+          "Draco speeds of stock Draco; that of --encode-speed is there in any case, and is the base of "
+          "every ratio")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(0, 10))
+      ->capture_default_str()
+      ->type_name("A,B,C");
+  add_format_option(command, arguments->format, {"text", "json", "html"});
+  command.get_option("--format")
+      ->description("Form of the result; html is a page with charts, for one file and not for two");
+  add_text_output_option(command, arguments->output);
+  command.add_flag("--wide", arguments->wide, "All columns, and not only those that fit 100 columns");
+  add_backend_options(command, arguments->backend);
+  add_coding_options(command, arguments->options.coding);
+  add_partition_options(command, arguments->options.coding);
+  // What is for measuring has nothing to say of two assets.
+  for (const char* name : {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless",
+                           "--quantize-position", "--quantize-normal", "--quantize-texcoord",
+                           "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
+    command.get_option("B")->excludes(command.get_option(name));
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit compare dragon.ply", "bytes and times of patches, stock Draco and meshoptimizer"},
+       {"gltf-psplit compare dragon.ply --patches 1,45,182 --wide", "at these patch counts, with all columns"},
+       {"gltf-psplit compare dragon.ply --format html -o dragon.html", "as a page with charts"},
+       {"gltf-psplit compare dragon.ply dragon.glb", "do both hold the same mesh? exit code 7 if not"}});
+  command.callback([arguments, &action] {
+    action = [arguments](const Session& session) -> Status {
+      if (Status status = check_output_place(arguments->output); !status.ok()) return status;
+      if (arguments->sameness.second.empty()) return run_compare(*arguments, session);
+      return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output,
+                          arguments->backend, session);
+    };
+  });
+}
+
+}  // namespace psplit

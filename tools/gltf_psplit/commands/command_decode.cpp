@@ -1,0 +1,134 @@
+// gltf-psplit decode: patches, and stock Draco, back to plain glTF, or to stock Draco.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+
+#include "tools/gltf_psplit/commands/asset_bytes.h"
+#include "tools/gltf_psplit/commands/commands.h"
+#include "tools/gltf_psplit/commands/encode_options.h"
+#include "tools/gltf_psplit/commands/help_text.h"
+#include "tools/gltf_psplit/commands/output_files.h"
+#include "tools/gltf_psplit/commands/output_place.h"
+#include "tools/gltf_psplit/commands/progress.h"
+
+namespace psplit {
+namespace {
+
+struct Arguments {
+  std::string input, output, report, target = "gltf";
+  BackendChoice backend;
+  EncodeDocumentOptions options;
+  WriteOptions write;
+};
+
+// What became of the primitives.
+struct Decoded {
+  size_t primitives = 0;  // of the asset
+  size_t decoded = 0;     // of these, compressed ones
+  size_t encoded = 0;     // as stock Draco
+};
+
+std::string decode_summary(const Decoded& counts) {
+  if (counts.decoded + counts.encoded == 0) return "nothing was decoded: no primitive is compressed";
+  std::string text = counts.decoded == 0 ? "" : counted(counts.decoded, "primitive") + " decoded";
+  if (counts.encoded > 0)
+    text += (text.empty() ? "" : ", ") + counted(counts.encoded, "primitive") + " encoded as stock Draco";
+  return text;
+}
+
+Expected<Decoded> convert(Document& document, const Arguments& arguments, const Session& session) {
+  Decoded counts;
+  for (const PrimitiveId id : all_primitives(document)) {
+    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+    ++counts.primitives;
+    if (kind && kind->storage != PrimitiveStorage::kPlain) ++counts.decoded;
+  }
+  {
+    ProgressBar bar("decoding", session.log);
+    Status status =
+        decode_document(document, find_backend(arguments.backend), session.pool, bar.callback("patch"));
+    if (!status.ok()) return status;
+  }
+  if (arguments.target != "draco") return counts;
+  const auto reports = encode_document_stock(document, arguments.options, session.pool);
+  if (!reports) return reports.status();
+  log_reports(*reports, session.log);
+  for (const PrimitiveReport& report : *reports) counts.encoded += report.skipped.empty() ? 1 : 0;
+  return counts;
+}
+
+Status run_decode(const Arguments& arguments, const Session& session) {
+  if (Status status = check_output_path(arguments.output); !status.ok()) return status;
+  if (arguments.report == arguments.output)
+    return {StatusCode::kUsage, "--report and the output cannot share " + arguments.output};
+  if (!arguments.report.empty())
+    if (Status status = check_output_place(arguments.report); !status.ok()) return status;
+  const auto begin = std::chrono::steady_clock::now();
+  Expected<Document> document = read_input(arguments.input, session.log, arguments.backend.name);
+  if (!document) return document.status();
+  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
+  WriteReport written;
+  written.files = {arguments.output};
+  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+  AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
+  const Expected<Decoded> counts = convert(*document, arguments, session);
+  if (!counts) return counts.status().at({.file = arguments.input});
+  if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
+    return std::move(status).at({.file = arguments.output});
+  log_written(written, session.log);
+  sizes.output = bytes_on_disk(arguments.output);
+  const double wall_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+
+  if (!arguments.report.empty()) {
+    Json report{{"input", arguments.input},         {"output", arguments.output},
+                {"files", sizes_json(sizes)},       {"threads", session.pool.thread_count()},
+                {"primitives", counts->primitives}, {"decoded", counts->decoded},
+                {"encoded", counts->encoded},       {"wall_ms", wall_ms}};
+    append_written(report, written);
+    if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+    if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
+  }
+  const std::string bytes = sizes_text(sizes);
+  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
+                   (bytes.empty() ? "" : "; ") + decode_summary(*counts) + "; " + as_duration(wall_ms));
+  return {};
+}
+
+}  // namespace
+
+void add_decode_command(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command =
+      *app.add_subcommand("decode", "Decode patches and stock Draco into plain or stock Draco glTF");
+  command
+      .add_option("IN", arguments->input,
+                  "A .gltf, .glb, .drc, .ply, .obj, .stl or .off file, packed by gzip or not; - is stdin")
+      ->required();
+  add_output_option(command, arguments->output);
+  command
+      .add_option(
+          "--to", arguments->target,
+          "gltf: plain accessors; draco: KHR_draco_mesh_compression, one stream a primitive, coded with "
+          "the options below")
+      ->check(CLI::IsMember({"gltf", "draco"}))
+      ->capture_default_str()
+      ->type_name("FORM");
+  add_images_option(command, arguments->write);
+  command.add_option("--report", arguments->report, "Write what was done as JSON; - is stdout")
+      ->type_name("FILE");
+  add_backend_options(command, arguments->backend);
+  add_coding_options(command, arguments->options);
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, for any viewer"},
+       {"gltf-psplit decode dragon.glb draco.glb --to draco", "stock Draco, one stream a primitive"},
+       {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
+       {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB", "in parts, where the GPU is small"}});
+  command.callback([arguments, &action] {
+    action = [arguments](const Session& session) { return run_decode(*arguments, session); };
+  });
+}
+
+}  // namespace psplit

@@ -1,0 +1,116 @@
+// gltf-psplit encode: plain glTF, or a mesh file, to PSPLIT_mesh_draco_patches.
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <memory>
+
+#include "gltf_ext/convert/validate.h"
+#include "gltf_ext/files/operating_system.h"
+#include "tools/gltf_psplit/commands/commands.h"
+#include "tools/gltf_psplit/commands/encode_options.h"
+#include "tools/gltf_psplit/commands/encode_report.h"
+#include "tools/gltf_psplit/commands/help_text.h"
+#include "tools/gltf_psplit/commands/output_files.h"
+#include "tools/gltf_psplit/commands/output_place.h"
+#include "tools/gltf_psplit/commands/progress.h"
+
+namespace psplit {
+namespace {
+
+struct Arguments {
+  std::string input, output, report;
+  EncodeArguments encode;
+  WriteOptions write;
+};
+
+Status run_encode(const Arguments& arguments, const Session& session) {
+  // Large arrays come and go all the time. Where each goes back to the system, the next comes from there page
+  // by page, cleared first: a tenth of the time that meshes of millions of faces take.
+  keep_freed_memory();
+  if (Status status = check_output_path(arguments.output); !status.ok()) return status;
+  if (arguments.report == arguments.output)
+    return {StatusCode::kUsage, "--report and the output cannot share " + arguments.output};
+  if (!arguments.report.empty())
+    if (Status status = check_output_place(arguments.report); !status.ok()) return status;
+  const EncodeDocumentOptions& options = arguments.encode.options;
+
+  const auto begin = std::chrono::steady_clock::now();
+  Expected<Document> document = read_input(arguments.input, session.log);
+  if (!document) return document.status();
+  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
+  WriteReport written;
+  written.files = {arguments.output};
+  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+  if (Status status = check_patches(*document, find_backend({}), session.pool); !status.ok())
+    return std::move(status).at({.file = arguments.input});
+  AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
+  const Expected<std::vector<PrimitiveReport>> reports = [&] {
+    ProgressBar bar("encoding", session.log);
+    return encode_document(*document, options, find_backend({}), session.pool, bar.callback("face"));
+  }();
+  if (!reports) return reports.status().at({.file = arguments.input});
+
+  const EncodeResult result = collect_rows(*reports, session.log);
+  log_reports(*reports, session.log);
+  if (result.split_count + result.draco_count == 0)
+    session.log.warning("nothing to encode in " + arguments.input);
+  warn_of_growth(result, session.log, arguments.input);
+  if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
+    return std::move(status).at({.file = arguments.output});
+  log_written(written, session.log);
+  sizes.output = bytes_on_disk(arguments.output);
+  const double wall_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+
+  if (!arguments.report.empty()) {
+    Json total;
+    append_row(total, result.total);
+    total["wall_ms"] = wall_ms;
+    Json report{
+        {"input", arguments.input},
+        {"output", arguments.output},
+        {"verified", options.verify},
+        {"threads", session.pool.thread_count()},
+        {"files", sizes_json(sizes)},
+        {"geometry", {{"input_bytes", result.geometry.input}, {"output_bytes", result.geometry.output}}},
+        {"total", std::move(total)},
+        {"primitives", result.primitives}};
+    append_written(report, written);
+    if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+    if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
+  }
+  if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
+  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " +
+                   encode_summary(result, sizes) + "; " + as_duration(wall_ms) +
+                   (options.verify ? "" : ", not verified"));
+  return {};
+}
+
+}  // namespace
+
+void add_encode_command(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand("encode", "Split the meshes of an asset into Draco patches");
+  command
+      .add_option("IN", arguments->input,
+                  "A .gltf, .glb, .drc, .ply, .obj, .stl or .off file, packed by gzip or not; - is stdin")
+      ->required();
+  add_output_option(command, arguments->output);
+  const auto resolve = add_encode_options(command, arguments->encode);
+  add_images_option(command, arguments->write);
+  command.add_option("--report", arguments->report, "Write what was done as JSON; - is stdout")
+      ->type_name("FILE");
+  group_encode_options(command);
+  add_examples(
+      command,
+      {{"gltf-psplit encode dragon.ply dragon.glb", "large primitives in patches, small ones whole"},
+       {"gltf-psplit encode dragon.ply dragon.glb --profile speed", "more and smaller patches, for a GPU"},
+       {"gltf-psplit encode scan.obj -o scan.glb --lossless", "every float as it is"},
+       {"gltf-psplit encode a.glb b.glb --compat khr", "for viewers that do not know the extension"},
+       {"gltf-psplit encode a.glb b.glb --report - | jq .files", "how many bytes went in and out"}});
+  command.callback([arguments, resolve, &action] {
+    resolve();
+    action = [arguments](const Session& session) { return run_encode(*arguments, session); };
+  });
+}
+
+}  // namespace psplit

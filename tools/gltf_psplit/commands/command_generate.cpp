@@ -1,0 +1,125 @@
+// gltf-psplit generate: the built-in sample meshes.
+#include <CLI/CLI.hpp>
+#include <cstring>
+#include <map>
+#include <memory>
+
+#include "tools/gltf_psplit/commands/asset_bytes.h"
+#include "tools/gltf_psplit/commands/commands.h"
+#include "tools/gltf_psplit/commands/count_option.h"
+#include "tools/gltf_psplit/commands/help_text.h"
+#include "tools/gltf_psplit/commands/output_place.h"
+#include "tools/gltf_psplit/commands/progress.h"
+#include "tools/gltf_psplit/shapes/shapes.h"
+
+namespace psplit {
+namespace {
+
+struct Arguments {
+  std::string output, shape = "terrain";
+  ShapeOptions options;
+};
+
+const std::map<std::string, Shape> kShapes{
+    {"terrain", Shape::kTerrain}, {"blob", Shape::kBlob}, {"gyroid", Shape::kGyroid}, {"scene", Shape::kScene}};
+
+constexpr int kArrayBuffer = 34962;
+constexpr int kElementArrayBuffer = 34963;
+constexpr double kSpacing = 2.5;  // shapes are about two units wide
+
+AccessorData index_data(const Mesh& mesh) {
+  AccessorData data;
+  data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
+  // 65535 is glTF's primitive restart value for short indices.
+  data.component_type = mesh.point_count <= 65535 ? ComponentType::kUint16 : ComponentType::kUint32;
+  data.values.resize(data.count * component_bytes(data.component_type));
+  size_t offset = 0;
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) {
+      const auto short_point = static_cast<uint16_t>(point);
+      const size_t size = component_bytes(data.component_type);
+      std::memcpy(data.values.data() + offset, size == 2 ? static_cast<const void*>(&short_point) : &point,
+                  size);
+      offset += size;
+    }
+  return data;
+}
+
+// Another mesh on a node of its own, to the right of those before it.
+void append_mesh(Document& document, const Mesh& mesh) {
+  Json attributes = Json::object();
+  for (const Attribute& attribute : mesh.attributes) {
+    const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
+                            mesh.point_count, attribute.values};
+    attributes[attribute.semantic] =
+        append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
+  }
+  const int64_t indices = append_accessor(document, index_data(mesh), kElementArrayBuffer, false);
+  Json& json = document.json;
+  const size_t number = json["meshes"].size();
+  json["meshes"].push_back({{"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
+  json["scenes"][0]["nodes"].push_back(json["nodes"].size());
+  json["nodes"].push_back(
+      {{"mesh", number}, {"translation", Json::array({kSpacing * static_cast<double>(number), 0.0, 0.0})}});
+}
+
+Status run_generate(Arguments arguments, const Session& session) {
+  if (Status status = check_output_path(arguments.output); !status.ok()) return status;
+  arguments.options.shape = kShapes.at(arguments.shape);
+  const Expected<std::vector<Mesh>> meshes = [&] {
+    const ProgressBar bar("generating", session.log);
+    return generate_shape(arguments.options, session.pool);
+  }();
+  if (!meshes) return meshes.status();
+  if (meshes->empty()) return runtime_failure("the shape has no meshes");
+  Document document = document_from_mesh(meshes->front());
+  for (size_t i = 1; i < meshes->size(); ++i) append_mesh(document, (*meshes)[i]);
+  uint64_t faces = 0, points = 0;
+  for (size_t i = 0; i < meshes->size(); ++i) {
+    document.json["meshes"][i]["name"] =
+        meshes->size() == 1 ? arguments.shape : arguments.shape + " " + std::to_string(i + 1);
+    faces += (*meshes)[i].faces.size();
+    points += (*meshes)[i].point_count;
+  }
+  if (Status status = write_document(document, arguments.output); !status.ok())
+    return std::move(status).at({.file = arguments.output});
+  const std::string bytes = sizes_text({{}, bytes_on_disk(arguments.output)});
+  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
+                   (bytes.empty() ? "" : ", ") + arguments.shape + ", " + counted(faces, "face") + ", " +
+                   counted(points, "point"));
+  return {};
+}
+
+}  // namespace
+
+void add_generate_command(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  arguments->options.faces = 100000;
+  arguments->options.seed = 1;
+  CLI::App& command =
+      *app.add_subcommand("generate", "Make a sample mesh; the same options make the same mesh");
+  add_output_option(command, arguments->output);
+  command
+      .add_option(
+          "--shape", arguments->shape,
+          "terrain: an open sheet; blob: a bumpy ball; gyroid: a solid of high genus; scene: six objects "
+          "of different sizes")
+      ->check(CLI::IsMember({"terrain", "blob", "gyroid", "scene"}))
+      ->capture_default_str()
+      ->type_name("NAME");
+  add_count_option(command, "--faces", arguments->options.faces, "Faces, about; also as in 250k, 1.5M or 1e6");
+  command.add_option("--seed", arguments->options.seed, "Number of the sample")
+      ->capture_default_str()
+      ->type_name("S");
+  command.add_flag("--normals", arguments->options.normals, "With normals");
+  command.add_flag("--texcoords", arguments->options.texcoords,
+                   "With texture coordinates, in charts with seams");
+  add_examples(command,
+               {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a million faces"},
+                {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb", "no file between"}});
+  command.callback([arguments, &action] {
+    action = [arguments](const Session& session) { return run_generate(*arguments, session); };
+  });
+}
+
+}  // namespace psplit

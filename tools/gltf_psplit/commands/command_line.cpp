@@ -1,0 +1,198 @@
+#include "tools/gltf_psplit/commands/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <new>
+#include <span>
+#include <string_view>
+
+#include "gltf_ext/files/operating_system.h"
+#include "tools/gltf_psplit/commands/commands.h"
+#include "tools/gltf_psplit/commands/help_text.h"
+#include "tools/gltf_psplit/commands/suggestions.h"
+
+namespace psplit {
+namespace {
+
+struct CommonOptions {
+  bool quiet = false;
+  bool verbose = false;
+  int thread_count = 0;
+};
+
+// Before the verb and after it: the same options, so that `excludes` cannot tell of -q and -v.
+void add_common_options(CLI::App& command, CommonOptions& options) {
+  constexpr const char* kGroup = "Common options";
+  command.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
+  command.add_flag("-q,--quiet", options.quiet, "Print nothing on stderr but errors")->group(kGroup);
+  command.add_flag("-v,--verbose", options.verbose, "Print more on stderr")->group(kGroup);
+  command.add_option("-j,--threads", options.thread_count, "Threads to use; 0 is as many as the machine has")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str()
+      ->type_name("N")
+      ->group(kGroup);
+}
+
+// "dragon.ply" of "/home/someone/dragon.ply", "--output=page.html" of "--output=../page.html": where a file
+// lies is the user's own business, and reports are for others.
+std::string without_folder(const std::string& word) {
+  const size_t equals = word.starts_with("--") ? word.find('=') : std::string::npos;
+  const bool is_short_option = word.size() > 2 && word[0] == '-' && word[1] != '-';  // "-o../page.html"
+  const size_t begin = equals != std::string::npos ? equals + 1 : is_short_option ? 2 : 0;
+  const size_t last = word.find_last_not_of('/');
+  if (last == std::string::npos || last < begin) return word;
+  const size_t slash = word.rfind('/', last);
+  if (slash == std::string::npos || slash < begin) return word;
+  return word.substr(0, begin) + word.substr(slash + 1);
+}
+
+// Words as a shell takes them: in quotes where it would read more in them than letters.
+std::string shell_words(std::span<char* const> words) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,=:+@%";
+  std::string text;
+  for (const char* const word : words) {
+    std::string quoted = without_folder(word);
+    if (quoted.empty() || quoted.find_first_not_of(kPlain) != std::string::npos) {
+      for (size_t at = 0; (at = quoted.find('\'', at)) != std::string::npos; at += 4)
+        quoted.replace(at, 1, "'\\''");
+      quoted = "'" + quoted + "'";
+    }
+    text += " " + quoted;
+  }
+  return text;
+}
+
+std::vector<std::string> verbs_of(const CLI::App& app) {
+  std::vector<std::string> verbs;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    verbs.push_back(command->get_name());
+  return verbs;
+}
+
+std::vector<std::string> options_of(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+std::string no_such_verb(const CLI::App& app, const std::string& word) {
+  return "no such subcommand: " + word + suggestion(word, verbs_of(app));
+}
+
+// What is wrong with a command line. An option that is not known comes first: that others seem to be missing,
+// or too many, often follows from it.
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
+  const bool unknown_words = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
+                             error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
+  if (!unknown_words) return error.what();
+  const std::vector<CLI::App*> parsed = app.get_subcommands();
+  const CLI::App& command = parsed.empty() ? app : *parsed.front();
+  for (const std::string& word : app.remaining(/*recurse=*/true)) {
+    if (!word.starts_with('-') || word == "-" || word == "--") continue;
+    const std::string name = word.substr(0, word.find('='));
+    return "no such option: " + name + suggestion(name, options_of(command));
+  }
+  if (parsed.empty() && !app.remaining().empty()) return no_such_verb(app, app.remaining().front());
+  if (parsed.empty()) {
+    std::string verbs;
+    for (const std::string& verb : verbs_of(app)) verbs += (verbs.empty() ? "" : ", ") + verb;
+    return "no subcommand: name one of " + verbs;
+  }
+  return error.what();
+}
+
+void add_help_command(CLI::App& app, Action& action) {
+  auto verb = std::make_shared<std::string>();
+  CLI::App& command = *app.add_subcommand("help", "Print the help of a verb, or of all");
+  command.add_option("VERB", *verb, "One of the verbs; without it the list of them is printed");
+  add_examples(command, {{"gltf-psplit help encode", "all options of encode"}});
+  command.callback([verb, &app, &action] {
+    action = [verb, &app](const Session&) -> Status {
+      const std::vector<std::string> verbs = verbs_of(app);
+      // App::help() would print that of the verb that was parsed, which is this one.
+      if (verb->empty())
+        return write_text("-",
+                          app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
+      if (std::ranges::find(verbs, *verb) == verbs.end()) return {StatusCode::kUsage, no_such_verb(app, *verb)};
+      return write_text("-", app.get_subcommand(*verb)->help(app.get_name()));
+    };
+  });
+}
+
+void add_version_command(CLI::App& app, Action& action) {
+  CLI::App& command = *app.add_subcommand("version", "Print the version");
+  command.callback([&action] {
+    action = [](const Session& session) { return write_text("-", "gltf-psplit " + session.version + "\n"); };
+  });
+}
+
+void add_commands(CLI::App& app, Action& action) {
+  add_encode_command(app, action);
+  add_batch_command(app, action);
+  add_decode_command(app, action);
+  add_inspect_command(app, action);
+  add_validate_command(app, action);
+  add_compare_command(app, action);
+  add_generate_command(app, action);
+  add_help_command(app, action);
+  add_version_command(app, action);
+}
+
+int run(int argc, char** argv, const char* version) {
+  CLI::App app("Splits glTF meshes into Draco patches that decode in parallel, and joins them", "gltf-psplit");
+  app.formatter(help_formatter());
+  app.set_version_flag("-V,--version", std::string("gltf-psplit ") + version, "Print the version and exit")
+      ->group("Common options");
+  app.require_subcommand(1);
+  CommonOptions common;
+  add_common_options(app, common);
+  Action action;
+  add_commands(app, action);
+  for (CLI::App* command : app.get_subcommands({})) add_common_options(*command, common);
+  add_examples(app, {{"gltf-psplit encode dragon.ply dragon.glb", "split a mesh into patches"},
+                     {"gltf-psplit decode dragon.glb plain.glb", "join them again, as plain glTF"},
+                     {"gltf-psplit help encode", "the options of a verb"}});
+
+  try {
+    app.parse(argc, argv);
+    if (common.quiet && common.verbose) throw CLI::ExcludesError("--quiet", "--verbose");
+  } catch (const CLI::ParseError& error) {
+    // Help and version are "errors" of exit code 0; all others are usage errors, whatever CLI11 numbers them.
+    if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);
+    const Log log(Verbosity::kNormal);
+    log.error({StatusCode::kUsage, usage_message(app, error)});
+    const std::vector<CLI::App*> parsed = app.get_subcommands();
+    log.note("`gltf-psplit " + (parsed.empty() ? "--help`" : parsed.front()->get_name() + " --help`") +
+             " says what there is");
+    return static_cast<int>(StatusCode::kUsage);
+  }
+
+  const Verbosity verbosity = common.quiet     ? Verbosity::kQuiet
+                              : common.verbose ? Verbosity::kVerbose
+                                               : Verbosity::kNormal;
+  const Session session(verbosity, common.thread_count, version,
+                        "gltf-psplit" + shell_words({argv + 1, static_cast<size_t>(std::max(argc, 1) - 1)}));
+  const Status status = action(session);
+  if (!status.ok()) session.log.error(status);
+  return static_cast<int>(status.code());
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv, const char* version) {
+  let_writes_past_size_limit_fail();
+  const Log log(Verbosity::kNormal);
+  try {
+    return run(argc, argv, version);
+  } catch (const std::bad_alloc&) {
+    log.error(runtime_failure("out of memory"));
+  } catch (const std::exception& error) {
+    log.error(runtime_failure(error.what()));
+  }
+  return static_cast<int>(StatusCode::kRuntimeFailure);
+}
+
+}  // namespace psplit

@@ -1,0 +1,43 @@
+// What a patch container costs, in numbers: the rows of `inspect`, `encode --report` and `compare`.
+#pragma once
+
+#include "gltf_ext/primitive/primitives.h"
+#include "src/container/container.h"
+#include "src/container/stream_description.h"
+
+namespace psplit {
+
+struct PatchSummary {
+  uint64_t patches = 0;  // without the residue
+  uint64_t faces = 0, points = 0, references = 0;
+  uint64_t largest_patch_faces = 0, patch_faces = 0;  // the residue's faces are in no patch
+  uint64_t payload_bytes = 0, directory_bytes = 0, stitch_bytes = 0, total_bytes = 0;
+
+  // (sum over patches of their points) / points - 1
+  double replication() const {
+    return points == 0 ? 0 : static_cast<double>(references) / static_cast<double>(points);
+  }
+  // faces of the largest patch / mean faces
+  double balance() const {
+    return patch_faces == 0 ? 1
+                            : static_cast<double>(largest_patch_faces) * static_cast<double>(patches) /
+                                  static_cast<double>(patch_faces);
+  }
+  double bits_per_point() const {
+    return points == 0 ? 0 : 8 * static_cast<double>(total_bytes) / static_cast<double>(points);
+  }
+  // The summary of several primitives together.
+  PatchSummary& operator+=(const PatchSummary& other);
+};
+
+// Of the rows of a directory; what is neither stream nor stitch map in so many bytes is the directory.
+PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes);
+Expected<PatchSummary> summarize_container(std::span<const uint8_t> container);
+// Of a stock Draco stream of so many bytes: one patch, which is all there is.
+PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);
+
+// {"patches", "faces", "points", "references", "replication", "balance", "bytes": {"payload", "directory",
+// "stitch", "total"}, "bits_per_point"} appended to an object.
+void append_summary(Json& object, const PatchSummary& summary);
+
+}  // namespace psplit

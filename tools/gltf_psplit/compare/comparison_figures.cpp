@@ -1,0 +1,37 @@
+#include "tools/gltf_psplit/compare/comparison_figures.h"
+
+#include <algorithm>
+
+#include "tools/gltf_psplit/commands/messages.h"
+
+namespace psplit {
+namespace {
+
+constexpr double kLeastMs = 1e-6;  // what a clock that stood still is taken for
+
+}  // namespace
+
+double ComparisonFigures::bits_per_point(uint64_t bytes) const {
+  return comparison.points == 0 ? 0 : 8 * static_cast<double>(bytes) / static_cast<double>(comparison.points);
+}
+double ComparisonFigures::million_triangles_a_second(double ms) const {
+  return static_cast<double>(comparison.faces) / std::max(ms, kLeastMs) / 1000;
+}
+double ComparisonFigures::speedup(double ms) const { return base.decode.median_ms / std::max(ms, kLeastMs); }
+std::string ComparisonFigures::over_base(uint64_t bytes) const {
+  return as_percent(static_cast<double>(bytes) / static_cast<double>(std::max<uint64_t>(base.bytes, 1)) - 1);
+}
+std::string ComparisonFigures::stock_name(const StockRow& row) {
+  return "stock Draco, speed " + std::to_string(row.speed);
+}
+std::string ComparisonFigures::patches_name(const SplitRow& row) {
+  return counted(row.summary.patches, "patch");
+}
+std::string ComparisonFigures::decoder_name(const DecodeRow& row) {
+  return row.backend + ", " + counted(static_cast<uint64_t>(row.threads), "thread");
+}
+std::string ComparisonFigures::ms_text(double ms) {
+  return with_decimals(ms, ms < 0.1 ? 4 : ms < 1 ? 3 : ms < 100 ? 2 : 1);
+}
+
+}  // namespace psplit

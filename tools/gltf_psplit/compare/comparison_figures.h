@@ -1,0 +1,34 @@
+// Ratios, units and names of what a comparison measured: the same in tables, charts and text.
+#pragma once
+
+#include <string>
+
+#include "tools/gltf_psplit/compare/comparison_report.h"
+
+namespace psplit {
+
+// Refers to the report, which must outlive it.
+class ComparisonFigures {
+ public:
+  explicit ComparisonFigures(const ComparisonReport& its_report)
+      : report(its_report), comparison(its_report.comparison), base(its_report.comparison.stock) {}
+
+  double bits_per_point(uint64_t bytes) const;
+  double million_triangles_a_second(double ms) const;
+  double speedup(double ms) const;
+  std::string over_base(uint64_t bytes) const;  // "+2.0 %"
+  std::string base_name() const { return stock_name(base); }
+  // "meshoptimizer 0.18"
+  std::string meshopt_name() const { return "meshoptimizer " + report.environment.meshoptimizer; }
+
+  static std::string stock_name(const StockRow& row);     // "stock Draco, speed 5"
+  static std::string patches_name(const SplitRow& row);   // "45 patches"
+  static std::string decoder_name(const DecodeRow& row);  // "cpu, 2 threads"
+  static std::string ms_text(double ms);                  // to three digits or so
+
+  const ComparisonReport& report;
+  const Comparison& comparison;
+  const StockRow& base;  // what ratios refer to
+};
+
+}  // namespace psplit

@@ -1,0 +1,240 @@
+#include "tools/gltf_psplit/compare/comparison_report.h"
+
+#include <cmath>
+
+#include "tools/gltf_psplit/commands/help_text.h"
+#include "tools/gltf_psplit/commands/messages.h"
+#include "tools/gltf_psplit/compare/comparison_summary.h"
+
+namespace psplit {
+namespace {
+
+void append_timing(Json& object, const Timing& timing, const std::string& prefix) {
+  object[prefix.empty() ? "median_ms" : prefix + "_ms"] = timing.median_ms;
+  const std::string before = prefix.empty() ? "" : prefix + "_";
+  object[before + "min_ms"] = timing.min_ms;
+  object[before + "max_ms"] = timing.max_ms;
+  object[before + "lower_quartile_ms"] = timing.lower_quartile_ms;
+  object[before + "upper_quartile_ms"] = timing.upper_quartile_ms;
+}
+
+Json stock_json(const StockRow& row) {
+  Json object{{"speed", row.speed}, {"bytes", row.bytes}, {"encode_ms", row.encode_ms}};
+  append_timing(object, row.decode, "decode");
+  return object;
+}
+
+Json meshopt_json(const MeshoptRow& row, const Environment& environment) {
+  Json object{{"version", environment.meshoptimizer},
+              {"codec_version", environment.meshopt_codec},
+              {"bytes", row.bytes}};
+  append_timing(object, row.decode, "decode");
+  return object;
+}
+
+Json environment_json(const Environment& environment) {
+  return {{"cpu", environment.cpu},
+          {"threads", environment.threads},
+          {"gpu", environment.gpu.empty() ? Json() : Json(environment.gpu)},
+          {"psplit", environment.psplit},
+          {"draco", environment.draco},
+          {"meshoptimizer", environment.meshoptimizer},
+          {"meshoptimizer_codec", environment.meshopt_codec},
+          {"zstd", environment.zstd},
+          {"compiler", environment.compiler},
+          {"command_line", environment.command_line},
+          {"date", environment.date}};
+}
+
+ComparisonSummary summarize(const ComparisonReport& report) {
+  return summarize_comparison(report.comparison, report.input, report.options.repeat);
+}
+
+void append_summary(Json& object, const ComparisonSummary& summary) {
+  object["headline"] = summary.has_recommendation ? Json(summary.headline) : Json();
+  object["recommendation"] = Json();
+  if (summary.has_recommendation)
+    object["recommendation"] = {
+        {"patches", summary.recommended_patches}, {"text", summary.recommendation}, {"rule", summary.rule}};
+  object["noise"] = summary.noise;
+}
+
+Json asset_json(const ComparisonReport& report, const ComparisonSummary& summary) {
+  if (!report.asset) return nullptr;
+  const AssetParts& parts = *report.asset;
+  return {{"bytes", parts.total()},
+          {"mesh_bytes", parts.meshes},
+          {"texture_bytes", parts.textures},
+          {"other_bytes", parts.rest},
+          {"missing_images", parts.missing_images},
+          {"bytes_with_stock", parts.with_meshes(report.comparison.stock.bytes)},
+          {"bytes_with_patches",
+           summary.has_recommendation ? Json(parts.with_meshes(summary.recommended_bytes)) : Json()}};
+}
+
+std::string asset_text(const ComparisonReport& report, const ComparisonSummary& summary) {
+  if (!report.asset || !summary.has_recommendation) return "";
+  const AssetParts& parts = *report.asset;
+  return "The whole asset: " + with_separators(parts.total()) + " bytes as plain glTF, " +
+         with_separators(parts.with_meshes(report.comparison.stock.bytes)) + " with stock Draco, " +
+         with_separators(parts.with_meshes(summary.recommended_bytes)) + " in " +
+         counted(summary.recommended_patches, "patch") + "; " + with_separators(parts.textures) +
+         " of each are textures.";
+}
+
+std::string wrapped(const std::string& text) { return wrap_text(text, kTableWidth, 0) + "\n"; }
+
+std::string summary_text(const ComparisonReport& report) {
+  const ComparisonSummary summary = summarize(report);
+  std::string text;
+  if (summary.has_recommendation) text += wrapped(summary.headline) + wrapped(summary.recommendation);
+  if (const std::string asset = asset_text(report, summary); !asset.empty()) text += wrapped(asset);
+  for (const std::string& note : summary.noise) text += wrapped("note: " + note);
+  return text;
+}
+
+std::string stages_text(const Comparison& comparison) {
+  if (comparison.splits.empty()) return "";
+  std::vector<std::string> header{"patches"};
+  for (const StageRow& stage : comparison.splits.front().stages) header.push_back(stage.name + " ms");
+  TextTable table(header);
+  for (const SplitRow& row : comparison.splits) {
+    std::vector<std::string> cells{with_separators(row.summary.patches)};
+    for (const StageRow& stage : row.stages) cells.push_back(with_decimals(stage.timing.median_ms, 1));
+    table.add(std::move(cells));
+  }
+  return table.to_string();
+}
+
+}  // namespace
+
+Json to_json(const ComparisonReport& report) {
+  const Comparison& comparison = report.comparison;
+  const EncodeDocumentOptions& coding = report.options.coding;
+  Json result{{"input", report.input}, {"faces", comparison.faces}, {"points", comparison.points}};
+  const ComparisonSummary summary = summarize(report);
+  append_summary(result, summary);
+  result["asset"] = asset_json(report, summary);
+  result["environment"] = environment_json(report.environment);
+  result["settings"] = {{"encode_speed", coding.encode_speed}, {"position_bits", coding.position_bits},
+                        {"normal_bits", coding.normal_bits},   {"texcoord_bits", coding.texcoord_bits},
+                        {"color_bits", coding.color_bits},     {"generic_bits", coding.generic_bits},
+                        {"lossless", coding.lossless},         {"refine", coding.refine},
+                        {"repeat", report.options.repeat}};
+  result["stock"] = stock_json(comparison.stock);
+  result["stock_speeds"] = Json::array();
+  for (const StockRow& row : comparison.stock_speeds) result["stock_speeds"].push_back(stock_json(row));
+  result["meshopt"] = meshopt_json(comparison.meshopt, report.environment);
+  result["meshopt_plain"] = meshopt_json(comparison.meshopt_plain, report.environment);
+  result["splits"] = Json::array();
+  for (const SplitRow& row : comparison.splits) {
+    Json split{{"patches", row.summary.patches},
+               {"patch_faces", row.mean_patch_faces()},
+               {"bytes", row.summary.total_bytes},
+               {"overhead", row.overhead},
+               {"payload_bytes", row.summary.payload_bytes},
+               {"stitch_bytes", row.summary.stitch_bytes},
+               {"directory_bytes", row.summary.directory_bytes},
+               {"replication", row.summary.replication()},
+               {"balance", row.summary.balance()},
+               {"partition_ms", row.partition_ms},
+               {"encode_ms", row.encode_ms}};
+    split["decode"] = Json::array();
+    for (const DecodeRow& decode : row.decode) {
+      Json object{{"backend", decode.backend}, {"threads", decode.threads}};
+      append_timing(object, decode.timing, "");
+      object["speedup"] = decode.speedup;
+      split["decode"].push_back(std::move(object));
+    }
+    split["stages"] = Json::array();
+    for (const StageRow& stage : row.stages) {
+      Json object{{"stage", stage.name}};
+      append_timing(object, stage.timing, "");
+      split["stages"].push_back(std::move(object));
+    }
+    result["splits"].push_back(std::move(split));
+  }
+  return result;
+}
+
+std::string versions_text(const Environment& environment) {
+  return "psplit " + environment.psplit + " (" + environment.compiler + "), libdraco " + environment.draco +
+         ", meshoptimizer " + environment.meshoptimizer + ", zstd " + environment.zstd;
+}
+
+std::string to_text(const ComparisonReport& report, bool wide) {
+  const Comparison& comparison = report.comparison;
+  const auto per_point = [&](uint64_t bytes) {
+    return with_decimals(8 * static_cast<double>(bytes) / static_cast<double>(comparison.points), 2);
+  };
+  const auto over_stock = [&](uint64_t bytes) {
+    return as_percent(static_cast<double>(bytes) / static_cast<double>(comparison.stock.bytes) - 1);
+  };
+  // Cells of one decoder: name, threads, median, min, max, speed-up, million triangles a second.
+  const auto timing_cells = [&](const std::string& decoder, int threads, const Timing& timing) {
+    return std::vector<std::string>{
+        decoder,
+        std::to_string(threads),
+        with_decimals(timing.median_ms, 1),
+        with_decimals(timing.min_ms, 1),
+        with_decimals(timing.max_ms, 1),
+        with_decimals(comparison.stock.decode.median_ms / timing.median_ms, 2) + "x",
+        with_decimals(static_cast<double>(comparison.faces) / timing.median_ms / 1000, 1)};
+  };
+  const auto join = [](std::vector<std::string> left, const std::vector<std::string>& right) {
+    left.insert(left.end(), right.begin(), right.end());
+    return left;
+  };
+
+  TextTable table({"codec", "patches", "faces/patch", "bytes", "bits/point", "overhead", "replication",
+                   "balance", "partition ms", "encode ms", "decoder", "threads", "decode ms", "min", "max",
+                   "speed-up", "Mtri/s"});
+  for (const StockRow& row : comparison.stock_speeds)
+    table.add(join({"stock Draco, speed " + std::to_string(row.speed), "1", with_separators(comparison.faces),
+                    with_separators(row.bytes), per_point(row.bytes),
+                    row.speed == comparison.stock.speed ? "" : over_stock(row.bytes), "", "", "",
+                    with_decimals(row.encode_ms, 0)},
+                   timing_cells("draco", 1, row.decode)));
+  for (const auto& [name, row] :
+       {std::pair("", &comparison.meshopt_plain), std::pair(" + zstd", &comparison.meshopt)})
+    table.add(join({"meshopt " + report.environment.meshoptimizer + name, "", "", with_separators(row->bytes),
+                    per_point(row->bytes), over_stock(row->bytes), "", "", "", ""},
+                   timing_cells("meshopt", 1, row->decode)));
+  for (const SplitRow& row : comparison.splits) {
+    std::vector<std::string> head{"psplit",
+                                  with_separators(row.summary.patches),
+                                  with_separators(static_cast<uint64_t>(std::llround(row.mean_patch_faces()))),
+                                  with_separators(row.summary.total_bytes),
+                                  per_point(row.summary.total_bytes),
+                                  as_percent(row.overhead),
+                                  as_share(row.summary.replication()),
+                                  with_decimals(row.summary.balance(), 3),
+                                  with_decimals(row.partition_ms, 0),
+                                  with_decimals(row.encode_ms, 0)};
+    for (const DecodeRow& decode : row.decode) {
+      table.add(join(head, timing_cells(decode.backend, decode.threads, decode.timing)));
+      head.assign(head.size(), "");
+    }
+  }
+  if (!wide)
+    table.keep_columns(std::vector<std::string>{"codec", "patches", "bytes", "overhead", "decoder", "threads",
+                                                "decode ms", "speed-up", "Mtri/s"});
+  const EncodeDocumentOptions& coding = report.options.coding;
+  const Environment& environment = report.environment;
+  const std::string settings =
+      "Draco speed " + std::to_string(coding.encode_speed) + ", " +
+      (coding.lossless ? std::string("lossless")
+                       : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
+      (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
+      counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
+      "; stock Draco and meshopt use one thread; speed-up and overhead over stock Draco of speed " +
+      std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching";
+  const std::string machine =
+      environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
+      (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
+  return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
+         "\n" + summary_text(report) + "\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
+         wrapped(settings) + wrapped(machine);
+}
+
+}  // namespace psplit

@@ -1,0 +1,196 @@
+#include "tools/gltf_psplit/compare/comparison_summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+#include "tools/gltf_psplit/commands/messages.h"
+
+namespace psplit {
+namespace {
+
+bool is_own(const DecodeRow& row) { return row.backend != "draco"; }
+
+double best_ms(const SplitRow& row) { return fastest_decoder(row).timing.median_ms; }
+
+std::string patches_text(const SplitRow& row) { return counted(row.summary.patches, "patch"); }
+
+// "3.7 times as fast as"
+std::string speed_text(double speedup) {
+  const std::string times = with_decimals(speedup, 1);
+  if (times == "1.0") return "as fast as";
+  return (speedup < 1 ? "only " : "") + times + " times as fast as";
+}
+
+// "for 2.0 % more bytes"
+std::string bytes_text(double overhead) {
+  const std::string share = as_share(std::abs(overhead));
+  if (share == as_share(0)) return "for as many bytes";
+  return "for " + share + (overhead > 0 ? " more bytes" : " fewer bytes");
+}
+
+std::string threads_text(int threads) {
+  return threads == 1 ? "one thread" : counted(static_cast<uint64_t>(threads), "thread");
+}
+
+// "on the GPU", "on 2 threads"
+std::string where_text(const DecodeRow& row) {
+  return row.backend == "cuda" ? "on the GPU" : "on " + threads_text(row.threads);
+}
+
+const DecodeRow* on_one_thread(const SplitRow& row, const DecodeRow& like) {
+  for (const DecodeRow& decode : row.decode)
+    if (decode.backend == like.backend && decode.threads == 1) return &decode;
+  return nullptr;
+}
+
+// Of what takes at most that many more bytes: what is about as fast as the fastest with the fewest patches; the
+// number of splits where nothing does.
+size_t find_fast(const std::vector<SplitRow>& splits, double most_overhead) {
+  double fastest_ms = HUGE_VAL;
+  for (const SplitRow& row : splits)
+    if (row.overhead <= most_overhead) fastest_ms = std::min(fastest_ms, best_ms(row));
+  size_t chosen = splits.size();
+  for (size_t i = 0; i < splits.size(); ++i) {
+    if (splits[i].overhead > most_overhead || best_ms(splits[i]) > fastest_ms * (1 + kAboutAsFast)) continue;
+    if (chosen == splits.size() || splits[i].summary.patches < splits[chosen].summary.patches) chosen = i;
+  }
+  return chosen;
+}
+
+size_t find_recommended(const std::vector<SplitRow>& splits) {
+  const size_t fast = find_fast(splits, kAffordableOverhead);
+  if (fast < splits.size()) return fast;
+  const auto smallest =
+      std::ranges::min_element(splits, {}, [](const SplitRow& row) { return row.summary.total_bytes; });
+  return static_cast<size_t>(smallest - splits.begin());
+}
+
+std::string headline_text(const SplitRow& row, const std::string& name) {
+  const DecodeRow& best = fastest_decoder(row);
+  std::string text = "In " + patches_text(row) + ", " + name + " decodes " + speed_text(best.speedup) +
+                     " stock Draco " + where_text(best) + ", " + bytes_text(row.overhead);
+  const DecodeRow* one = on_one_thread(row, best);
+  if (one == nullptr || one == &best || best.backend == "cuda") return text + ".";
+  const std::string speed = speed_text(one->speedup);
+  return text + "; on one thread it is " + speed.substr(0, speed.rfind(" as")) + ".";
+}
+
+std::string recommendation_text(const std::vector<SplitRow>& splits, size_t recommended) {
+  const SplitRow& row = splits[recommended];
+  if (splits.size() == 1)
+    return "Only " + patches_text(row) + " " + (row.summary.patches == 1 ? "was" : "were") +
+           " measured, so nothing can be recommended: --patches takes several counts, as in --patches 1,8,64.";
+  std::string text = "Take " + patches_text(row) + " (--patches " + std::to_string(row.summary.patches) + ").";
+  const SplitRow& fastest = splits[find_fast(splits, HUGE_VAL)];
+  if (best_ms(row) <= best_ms(fastest) * (1 + kAboutAsFast)) return text;
+  const DecodeRow& decode = fastest_decoder(fastest);
+  return text + " If time counts for more than bytes, take " + patches_text(fastest) + ": " +
+         speed_text(decode.speedup) + " stock Draco " + where_text(decode) + ", " +
+         bytes_text(fastest.overhead) + ".";
+}
+
+std::string rule_text(const std::vector<SplitRow>& splits) {
+  const bool is_any_affordable =
+      std::ranges::any_of(splits, [](const SplitRow& row) { return row.overhead <= kAffordableOverhead; });
+  const std::string percent = with_decimals(100 * kAffordableOverhead, 0) + " %";
+  if (!is_any_affordable)
+    return "The rule: every count that was measured takes over " + percent +
+           " more bytes than stock Draco, so this is the one with the fewest bytes.";
+  return "The rule: of the counts that were measured and take at most " + percent +
+         " more bytes than stock Draco, the fastest; of those within " + with_decimals(100 * kAboutAsFast, 0) +
+         " % of its time, the one with the fewest patches.";
+}
+
+void note_wide_spreads(const Comparison& comparison, std::vector<std::string>& noise) {
+  std::vector<std::string> names;
+  size_t decoder_count = 0;
+  const auto look_at = [&](const std::string& name, const Timing& timing) {
+    ++decoder_count;
+    if (is_noisy(timing))
+      names.push_back(name + " (" + as_duration(timing.lower_quartile_ms) + " to " +
+                      as_duration(timing.upper_quartile_ms) + ")");
+  };
+  for (const StockRow& row : comparison.stock_speeds)
+    look_at("stock Draco at speed " + std::to_string(row.speed), row.decode);
+  look_at("meshoptimizer", comparison.meshopt_plain.decode);
+  look_at("meshoptimizer and zstd", comparison.meshopt.decode);
+  for (const SplitRow& row : comparison.splits)
+    for (const DecodeRow& decode : row.decode)
+      look_at(patches_text(row) + " with " + decoder_text(decode), decode.timing);
+  if (names.empty()) return;
+  constexpr size_t kNamed = 4;
+  std::string text = "Times swung by more than " + with_decimals(100 * kNoisySpread, 0) + " % for " +
+                     with_separators(names.size()) + " of " + counted(decoder_count, "decoder") +
+                     ". Half of the rounds lay between: ";
+  for (size_t i = 0; i < names.size() && i < kNamed; ++i) text += (i == 0 ? "" : "; ") + names[i];
+  if (names.size() > kNamed) text += "; and " + with_separators(names.size() - kNamed) + " more";
+  noise.push_back(text + ".");
+}
+
+// Of one patch there is nothing that a second thread could do.
+void note_useless_threads(const Comparison& comparison, std::vector<std::string>& noise) {
+  std::vector<std::string> names;
+  for (const SplitRow& row : comparison.splits)
+    for (const DecodeRow& decode : row.decode) {
+      const DecodeRow* one = on_one_thread(row, decode);
+      if (decode.threads == 1 || one == nullptr || row.summary.patches < 2) continue;
+      if (decode.timing.median_ms > one->timing.median_ms)
+        names.push_back(patches_text(row) + " with " + decoder_text(decode) + " (" +
+                        as_duration(decode.timing.median_ms) + ", and on one " +
+                        as_duration(one->timing.median_ms) + ")");
+    }
+  if (names.empty()) return;
+  std::string text = "More threads were slower than one: ";
+  for (size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : "; ") + names[i];
+  noise.push_back(text + ". Either the machine was busy, or the mesh is too small to share.");
+}
+
+std::vector<std::string> find_noise(const Comparison& comparison, int repeat) {
+  std::vector<std::string> noise;
+  note_useless_threads(comparison, noise);
+  if (repeat >= kFewestRounds)
+    note_wide_spreads(comparison, noise);
+  else
+    noise.push_back("Each decoder was timed " +
+                    (repeat == 1 ? std::string("only once")
+                                 : "in only " + counted(static_cast<uint64_t>(repeat), "round")) +
+                    ": too few to see how far times swing.");
+  if (!noise.empty())
+    noise.push_back(
+        "Before you quote times, measure again on a quiet machine, with --repeat 15. Bytes stay as they are.");
+  return noise;
+}
+
+}  // namespace
+
+const DecodeRow& fastest_decoder(const SplitRow& row) {
+  // One patch has nothing for a second thread: that it was a little faster there is chance.
+  const bool is_shared = row.summary.patches > 1;
+  const auto rank = [&](const DecodeRow& decode) {
+    return std::tuple(!is_own(decode), is_shared ? 0 : decode.threads, decode.timing.median_ms);
+  };
+  return *std::ranges::min_element(row.decode, {}, rank);
+}
+
+std::string decoder_text(const DecodeRow& row) { return row.backend + " on " + threads_text(row.threads); }
+
+bool is_noisy(const Timing& timing) {
+  return timing.upper_quartile_ms - timing.lower_quartile_ms > kNoisySpread * timing.median_ms;
+}
+
+ComparisonSummary summarize_comparison(const Comparison& comparison, const std::string& name, int repeat) {
+  ComparisonSummary summary;
+  summary.noise = find_noise(comparison, repeat);
+  if (comparison.splits.empty()) return summary;
+  summary.has_recommendation = true;
+  const size_t recommended = find_recommended(comparison.splits);
+  summary.recommended_patches = comparison.splits[recommended].summary.patches;
+  summary.recommended_bytes = comparison.splits[recommended].summary.total_bytes;
+  summary.headline = headline_text(comparison.splits[recommended], name);
+  summary.recommendation = recommendation_text(comparison.splits, recommended);
+  if (comparison.splits.size() > 1) summary.rule = rule_text(comparison.splits);
+  return summary;
+}
+
+}  // namespace psplit

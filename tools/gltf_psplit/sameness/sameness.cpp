@@ -1,0 +1,231 @@
+#include "tools/gltf_psplit/sameness/sameness.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include "gltf_ext/compare/compare_assets.h"
+#include "tools/gltf_psplit/commands/output_files.h"
+#include "tools/gltf_psplit/commands/progress.h"
+#include "tools/gltf_psplit/sameness/placed_meshes.h"
+
+namespace psplit {
+namespace {
+
+// "1e-4", or "NORMAL=0.01".
+struct StatedTolerance {
+  std::string attribute;
+  double share = 0;
+};
+std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
+  const size_t equals = text.rfind('=');
+  StatedTolerance tolerance;
+  if (equals != std::string::npos) tolerance.attribute = text.substr(0, equals);
+  const char* const begin = text.data() + (equals == std::string::npos ? 0 : equals + 1);
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(begin, end, tolerance.share);
+  const bool valid = read.ec == std::errc() && read.ptr == end && tolerance.share >= 0 && tolerance.share <= 1;
+  return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
+}
+
+// `output` must be neither the asset nor a file that it needs.
+Expected<AssetMeshes> read_meshes(const std::string& path, const std::string& output, bool scene,
+                                  const BackendChoice& backend, const Session& session) {
+  ProgressBar bar("reading", session.log);
+  const Expected<Document> document = read_input(path, session.log, backend.name);
+  if (!document) return document.status();
+  if (Status status = check_not_an_input(output, "--output", *document); !status.ok()) return status;
+  Expected<AssetMeshes> meshes = read_asset_meshes(*document, find_backend(backend),
+                                                   find_describer(backend.name), session.pool, bar.callback());
+  if (meshes && scene) meshes = place_meshes(*document, *meshes);
+  return meshes ? std::move(meshes) : meshes.status().at({.file = path});
+}
+
+std::string short_number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+std::string vector_text(const std::vector<double>& values) {
+  std::string text = "(";
+  for (const double value : values) {
+    char digits[40];
+    std::snprintf(digits, sizeof digits, text.size() > 1 ? " %.9g" : "%.9g", value);
+    text += digits;
+  }
+  return text + ")";
+}
+
+// "1,000 triangles and 20 lines"
+std::string elements_text(const AssetComparison::Counts& counts) {
+  std::string text;
+  const auto add = [&](uint64_t count, const char* noun) {
+    if (count > 0) text += (text.empty() ? "" : " and ") + counted(count, noun);
+  };
+  add(counts.triangles, "triangle");
+  add(counts.lines, "line");
+  add(counts.points, "point");
+  return text.empty() ? "nothing" : text;
+}
+
+std::string same_text(const AssetComparison& comparison) {
+  std::string text =
+      "same: " + elements_text(comparison.a) + " in " + counted(comparison.a.primitives, "primitive");
+  if (comparison.a.primitives != comparison.b.primitives)
+    text += " and " + with_separators(comparison.b.primitives);
+  std::string differences;
+  for (const AssetComparison::Values& values : comparison.values)
+    if (values.largest > 0)
+      differences += (differences.empty() ? "" : ", ") + values.attribute + " " + short_number(values.largest) +
+                     " (tolerance " + short_number(values.tolerance) + ")";
+  return text + (differences.empty() ? ", every value equal" : ", largest difference " + differences) + "\n";
+}
+
+std::string difference_text(const AssetDifference& difference, const std::string& whose,
+                            const std::string& other) {
+  if (difference.mesh < 0) return difference.what;
+  std::string text =
+      whose + ": " +
+      describe_place(static_cast<uint64_t>(difference.mesh), static_cast<uint64_t>(difference.primitive));
+  const std::string noun = difference.corner_count == 3   ? "face "
+                           : difference.corner_count == 2 ? "line "
+                                                          : "point ";
+  if (difference.element >= 0) text += ", " + noun + std::to_string(difference.element);
+  const std::string corner = "corner " + std::to_string(difference.corner);
+  if (!difference.other.empty())
+    return text + ", " + corner + ": " + difference.attribute + " is " + vector_text(difference.value) +
+           ", and " + vector_text(difference.other) + " in the nearest of " + other + ", " + noun +
+           std::to_string(difference.partner);
+  text += " " + difference.what;
+  if (!difference.value.empty())
+    text += "; " + corner + " has " + difference.attribute + " " + vector_text(difference.value);
+  if (difference.partner >= 0) text += "; nearest is " + noun + std::to_string(difference.partner);
+  return text;
+}
+
+std::string to_text(const AssetComparison& comparison, const std::string& first, const std::string& second) {
+  if (comparison.same()) return same_text(comparison);
+  const AssetDifference& difference = *comparison.first;
+  const auto share = [](const AssetComparison::Counts& counts, const std::string& file) {
+    return with_separators(counts.alone) + " of " + elements_text(counts) + " of " + file;
+  };
+  return "differs: " +
+         difference_text(difference, difference.in_b ? second : first, difference.in_b ? first : second) +
+         "\nwithout counterpart: " + share(comparison.a, first) + ", " + share(comparison.b, second) + "\n";
+}
+
+Json to_json(const AssetComparison::Counts& counts) {
+  return {{"triangles", counts.triangles},
+          {"lines", counts.lines},
+          {"points", counts.points},
+          {"primitives", counts.primitives},
+          {"without_counterpart", counts.alone},
+          {"degenerate_without_counterpart", counts.degenerate_alone},
+          {"unused_points", counts.unused_points}};
+}
+
+Json to_json(const AssetDifference& difference) {
+  const auto number = [](int64_t value) { return value < 0 ? Json(nullptr) : Json(value); };
+  Json object{{"in", difference.in_b ? "b" : "a"}, {"what", difference.what}};
+  object["mesh"] = number(difference.mesh);
+  object["primitive"] = number(difference.primitive);
+  object["element"] = number(difference.element);
+  object["corner"] = number(difference.corner);
+  object["counterpart"] = number(difference.partner);
+  object["attribute"] = difference.attribute.empty() ? Json(nullptr) : Json(difference.attribute);
+  object["value"] = difference.value.empty() ? Json(nullptr) : Json(difference.value);
+  object["other_value"] = difference.other.empty() ? Json(nullptr) : Json(difference.other);
+  return object;
+}
+
+Json to_json(const AssetComparison& comparison) {
+  Json result{{"same", comparison.same()}, {"a", to_json(comparison.a)}, {"b", to_json(comparison.b)}};
+  result["attributes"] = Json::array();
+  for (const AssetComparison::Values& values : comparison.values)
+    result["attributes"].push_back({{"semantic", values.attribute},
+                                    {"largest_difference", values.largest},
+                                    {"tolerance", values.tolerance}});
+  result["recut_meshes"] = comparison.recut_meshes;
+  result["first_difference"] = comparison.first ? to_json(*comparison.first) : Json(nullptr);
+  return result;
+}
+
+void log_what_is_not_compared(const AssetComparison& comparison, const std::string& first,
+                              const std::string& second, const Log& log) {
+  const auto note = [&](const AssetComparison::Counts& counts, const std::string& file) {
+    if (counts.degenerate_alone > 0)
+      log.note(file + ": " + counted(counts.degenerate_alone, "triangle") +
+               " without area without counterpart");
+  };
+  note(comparison.a, first);
+  note(comparison.b, second);
+  if (comparison.a.unused_points != comparison.b.unused_points)
+    log.note("points that nothing uses: " + with_separators(comparison.a.unused_points) + " of " + first +
+             ", " + with_separators(comparison.b.unused_points) + " of " + second);
+  if (comparison.recut_meshes > 0)
+    log.note(counted(comparison.recut_meshes, "mesh") + " cut into other primitives, compared as wholes");
+}
+
+}  // namespace
+
+void add_sameness_options(CLI::App& command, SamenessOptions& options) {
+  CLI::Option* second = command.add_option(
+      "B", options.second,
+      "A second asset, compressed or not, and so may the first be: whether both hold the same meshes, "
+      "up to order and quantization. Exit code 7 where they differ. Nodes count with --scene only");
+  command
+      .add_option("--tolerance", options.tolerances,
+                  "How far values may be apart, as a share of the attribute's extent; 0 is to the bit. By "
+                  "default as far "
+                  "as the grids of quantization allow that the files declare")
+      ->check([](const std::string& text) {
+        return std::string(parse_tolerance(text) ? "" : text + " is no number from 0 to 1, and no NAME=NUMBER");
+      })
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->needs(second)
+      ->type_name("[NAME=]SHARE,...");
+  command
+      .add_option("--attributes", options.attributes,
+                  "Compare only positions and these, as in NORMAL,TEXCOORD_0")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->needs(second)
+      ->type_name("NAME,...");
+  command
+      .add_flag("--scene", options.scene,
+                "Compare what the default scenes show, as a whole: meshes where their nodes put them, however "
+                "they are "
+                "divided, without morph targets. For tools that quantize positions and leave the rest to nodes")
+      ->needs(second);
+}
+
+Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
+                    const std::string& output, const BackendChoice& backend, const Session& session) {
+  CompareRules rules;
+  rules.attributes = options.attributes;
+  for (const std::string& text : options.tolerances)
+    if (const auto tolerance = parse_tolerance(text)) rules.tolerances[tolerance->attribute] = tolerance->share;
+  if (format == "html") return {StatusCode::kUsage, "two files are compared as text or json"};
+  if (first == "-" && options.second == "-")
+    return {StatusCode::kUsage, "only one of two files comes from stdin"};
+  const Expected<AssetMeshes> a = read_meshes(first, output, options.scene, backend, session);
+  if (!a) return a.status();
+  const Expected<AssetMeshes> b = read_meshes(options.second, output, options.scene, backend, session);
+  if (!b) return b.status();
+  const Expected<AssetComparison> comparison = [&] {
+    const ProgressBar bar("comparing", session.log);
+    return compare_assets(*a, *b, rules);
+  }();
+  if (!comparison) return comparison.status();
+  const std::string text =
+      format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, first, options.second);
+  if (Status status = write_text(output, text); !status.ok()) return status;
+  log_what_is_not_compared(*comparison, first, options.second, session.log);
+  if (comparison->same()) return {};
+  return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
+}
+
+}  // namespace psplit
