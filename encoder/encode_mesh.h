@@ -40,7 +40,7 @@ struct EncodeOptions {
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   // A partition to take: the patch of each face that is not dropped, or empty for one of our own.
-  std::span<const uint32_t> patch_of_face;
+  std::span<const uint32_t> patch_of_face{};
   // Told the number of faces of each patch that is encoded, from any thread; changes nothing of the result.
   std::function<void(size_t)> patch_encoded{};
 };

@@ -1,0 +1,94 @@
+// The bytes of some encoded documents, pinned as tests/encoder/container_bytes_test.cpp pins those of
+// containers: here the choice of codings, grids shared by meshes, the number of patches and the kind of storage
+// count too.
+#include <iomanip>
+
+#include "gltf_ext/primitive_edit.h"
+#include "tests/gltf_ext/asset.h"
+#include "tests/support/reproducible_meshes.h"
+
+namespace psplit {
+namespace {
+
+void add_mesh(Document& document, const Mesh& mesh) {
+  Json attributes = Json::object();
+  for (const Attribute& attribute : mesh.attributes)
+    attributes[attribute.semantic] = append_accessor(document,
+                                                     {attribute.component_type, attribute.component_count,
+                                                      attribute.normalized, mesh.point_count, attribute.values},
+                                                     34962, attribute.semantic == "POSITION");
+  AccessorData indices{ComponentType::kUint32, 1, false, static_cast<uint32_t>(3 * mesh.faces.size()), {}};
+  indices.values.resize(12 * mesh.faces.size());
+  std::memcpy(indices.values.data(), mesh.faces.data(), indices.values.size());
+  const Json primitive = {{"attributes", attributes},
+                          {"indices", append_accessor(document, indices, 34963, false)}};
+  document.json["meshes"].push_back({{"primitives", Json::array({primitive})}});
+}
+
+// Meshes of different extents, one with normals that are not of unit length and with feature ids.
+Document document_of_sheets() {
+  Document document = document_from_mesh(make_sheet(60, 50));
+  add_mesh(document, make_sheet_with_residue());
+  Mesh odd = make_sheet(20, 20);
+  for (size_t at = 0; at < odd.attributes[1].values.size(); at += 12) {
+    const std::array<float, 3> normal = {0, 0, 3};
+    std::memcpy(odd.attributes[1].values.data() + at, normal.data(), 12);
+  }
+  odd.attributes.back().semantic = "_FEATURE_ID_0";
+  add_mesh(document, odd);
+  return document;
+}
+
+struct Pinned {
+  const char* name;
+  EncodeDocumentOptions options;
+  size_t bytes;
+  uint64_t hash;
+};
+
+TEST(DocumentBytes, AreThoseOfTheReleaseBefore) {
+  EncodeDocumentOptions patches, small, speed, scene, lossless, khr, paper, all, fallback;
+  patches.patches = 12;
+  small.patch_faces = 300;
+  small.normal_bits = 12;
+  speed.patches = 9;
+  speed.encode_speed = 10;
+  scene.volume = QuantizationVolume::kScene;
+  lossless.lossless = true;
+  lossless.patches = 6;
+  khr.compat = Compat::kKhr;
+  khr.patches = 10;
+  paper.method = PartitionMethod::kPaper;
+  paper.patches = 8;
+  all.keep_degenerate = all.keep_unused = all.keep_duplicates = true;
+  all.patches = 5;
+  fallback.fallback = Fallback::kUncompressed;
+  const Pinned pins[] = {{"default", {}, 35842, 0x4449d909ec0f87d6u},
+                         {"12 patches", patches, 45066, 0x31f85f21d0197697u},
+                         {"patches of 300 faces", small, 63118, 0x46fcbe1ad3d3fd75u},
+                         {"speed 10", speed, 64956, 0x3dc62c12a3fe0a01u},
+                         {"one grid", scene, 35204, 0xf26931fa1f1742d9u},
+                         {"lossless", lossless, 267475, 0xc29a7e73102e38b7u},
+                         {"compat khr", khr, 42902, 0x6b0e52d7bd4a0730u},
+                         {"paper's method", paper, 42086, 0x0672448b2378f8a8u},
+                         {"all is kept", all, 39638, 0x4a04d3a25b45235cu},
+                         {"fallback", fallback, 383964, 0x90ac590802ea4659u}};
+  for (const Pinned& pinned : pins) {
+    Document document = document_of_sheets();
+    const auto reports = encode_document(document, pinned.options, draco_backend(), test_pool());
+    ASSERT_TRUE(reports.ok()) << pinned.name << ": " << reports.status().to_string();
+    size_t size = 0;
+    std::vector<uint8_t> bytes;
+    for (const std::vector<uint8_t>& buffer : document.buffers) {
+      size += buffer.size();
+      bytes.insert(bytes.end(), buffer.begin(), buffer.end());
+    }
+    const uint64_t hash = fnv1a(bytes);
+    EXPECT_TRUE(size == pinned.bytes && hash == pinned.hash)
+        << pinned.name << " is now " << size << ", 0x" << std::hex << std::setfill('0') << std::setw(16) << hash
+        << ", with libdraco " << draco_version();
+  }
+}
+
+}  // namespace
+}  // namespace psplit
