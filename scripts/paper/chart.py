@@ -1,4 +1,4 @@
-"""Figure 12 as an SVG: speed-ups by number of patches, a line for each model."""
+"""Figure 12 as an SVG: speed-ups over the number of patches, one line for each model."""
 from paper.models import kModels
 from paper.page import decode_of, decoder_name, decoders, kCodings, run_name
 
@@ -19,7 +19,7 @@ def lines_of(results, coding):
 
 def chart(results):
     most = max(value for coding in kCodings for *_, values in lines_of(results, coding) for value in values)
-    # Four steps or so, round ones.
+    # About four steps, which are round numbers.
     step = next(s * 10 ** e for e in range(-3, 6) for s in (1, 2, 5) if s * 10 ** e * 5 >= most)
     top = step * (int(most / step) + 1)
     parts = []

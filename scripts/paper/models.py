@@ -1,4 +1,4 @@
-"""The paper's models and figures, and where ours come from: files of a folder, or generated stand-ins."""
+"""The paper's models and figures, and where our models come from: files of a folder, or generated stand-ins."""
 import dataclasses, gzip, pathlib, shutil
 
 from paper.ply import to_little_endian
@@ -13,13 +13,13 @@ class Model:
     faces: float         # the paper's, in millions
     sequential: float    # MB of the paper's table 1
     parallel: tuple      # MB at kPatches; None where the table has no figure
-    shape: str           # of the stand-in, with the seed
+    shape: str           # of the stand-in, and its seed
     seed: int
-    files: tuple         # names that the real one goes by, the Stanford repository's first
-    unprocessed: tuple = ()  # MB at kPatches of the paper's row without refinement, where there is one
+    files: tuple         # names of the real model's file, the Stanford repository's first
+    unprocessed: tuple = ()  # MB at kPatches of the paper's row without refinement, if it has one
 
 
-# Zhao, Tang, Tong 2012, table 1. Of Happy Buddha it has two figures a row: at 512 and at 2,048 patches.
+# Zhao, Tang, Tong 2012, table 1. For Happy Buddha it has two figures a row, at 512 and at 2,048 patches.
 kModels = (
     Model("happy", "Happy Buddha", 1.1, 6.8, (7.0, 7.2, None), "blob", 1, ("happy_vrip.ply", "happy.ply"),
           unprocessed=(7.6, 8.5, None)),
@@ -33,7 +33,7 @@ kPaperSpeedups = {("dragon", 8192): 48.5}
 
 
 def find_file(folder, model):
-    """The real model's file in the folder or below it, or None. `.gz` beside the name is as good."""
+    """The real model's file in the folder or below it, or None. The name may end in `.gz` as well."""
     for name in model.files:
         for candidate in (name, name + ".gz"):
             found = sorted(folder.rglob(candidate))
@@ -43,7 +43,7 @@ def find_file(folder, model):
 
 
 def ready_file(path, work):
-    """A file that the command reads: unpacked, and in little-endian order, below `work` where it was not."""
+    """A file that the command can read: unpacked and little-endian. If `path` is not, that file is made in `work`."""
     name = path.name.removesuffix(".gz")
     ready = work / name
     if path.suffix == ".gz":

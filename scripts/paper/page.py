@@ -1,4 +1,4 @@
-"""The page that compares: table 1 and figure 12 of the paper, with ours beside them, as Markdown."""
+"""The page docs/paper.md: table 1 and figure 12 of the paper, with our figures beside the paper's, as Markdown."""
 import textwrap
 
 from paper.models import kModels, kPaperSpeedups, kPatches
@@ -8,7 +8,7 @@ kColumns = 120
 
 
 def table(header, rows):
-    """Columns as wide as their widest cell, so that the text reads as well as the page; all but the first to the right."""
+    """A table whose text is readable too: columns are as wide as their widest cell, and all except the first are aligned right."""
     widths = [max(len(row[i]) for row in [header, *rows]) for i in range(len(header))]
 
     def line(cells):
@@ -25,7 +25,7 @@ def percent(ratio):
 
 
 def megabytes(count, whole=None):
-    """`count` and `whole` in bytes; what it is more than the whole mesh as one stream."""
+    """`count` bytes in MB, and how much that is above `whole`, the bytes of the mesh as one stream."""
     digits = 1 if count >= 1e6 else 3
     return f"{count / 1e6:.{digits}f}" + ("" if whole is None else f" ({percent(count / whole)})")
 
@@ -56,7 +56,7 @@ def run_name(coding, refined):
 
 
 def decoders(results):
-    """What is timed: (backend, threads), the one that speed-ups are of last."""
+    """The timed decoders, (backend, threads). The last one is the one of trends and charts."""
     run = results["models"][kModels[0].name]["runs"]["lossless"]
     rows = [(row["backend"], row["threads"]) for row in run["splits"][0]["decode"] if row["backend"] != "draco"]
     cpu = sorted(row for row in rows if row[0] == "cpu")
@@ -127,7 +127,7 @@ def cut_table(results):
 
 
 def trend_lines(results):
-    """What the paper's text says of figure 12, and how it is with ours, of the decoder that speed-ups are of."""
+    """What the paper's text says about figure 12, and our result with the last decoder."""
     decoder = decoders(results)[-1]
 
     def speedups(model, name):
@@ -139,12 +139,14 @@ def trend_lines(results):
     for coding in kCodings:
         growing = [model.title for model in kModels
                    if speedups(model.name, coding) == sorted(speedups(model.name, coding))]
-        yield (f"The speed-up \"gets higher when there are more partitions\". {coding.capitalize()}, it grows from each "
+        yield (f"The paper: the speed-up \"gets higher when there are more partitions\". Ours, {coding}: it grows from each "
                f"number of patches to the next for {len(growing)} of {len(kModels)} models"
                + (f" ({', '.join(growing)})." if growing else "."))
-        yield (f"The unprocessed Happy Buddha's \"is much lower\". {coding.capitalize()}, unprocessed by processed: "
+        yield (f"The paper: the speed-up of the unprocessed Happy Buddha \"is much lower\". Ours, {coding}, unprocessed divided "
+               "by processed: "
                f"{ratios(speedups('happy', run_name(coding, False)), speedups('happy', coding))}.")
-        yield (f"The scene's \"is lower than the 3D models with similar size\". {coding.capitalize()}, scene by statue: "
+        yield (f"The paper: the scene's speed-up \"is lower than the 3D models with similar size\". Ours, {coding}, scene "
+               "divided by statue: "
                f"{ratios(speedups('scene', coding), speedups('statue', coding))}.")
 
 
@@ -159,23 +161,24 @@ def source_lines(results):
 
 def method_lines(results):
     machine = results["machine"]
-    yield ("**lossless**: every float of every position as it is, as in the paper. **quantized**: positions at 14 bits, "
+    yield ("**lossless**: every float of every position is unchanged, as in the paper. **quantized**: positions at 14 bits, "
            "psplit's default.")
-    yield ("**sequential**: stock Draco, the whole mesh as one Edgebreaker stream (the scene: one for each of its meshes), "
+    yield ("**sequential**: stock Draco. The whole mesh is one Edgebreaker stream (the scene: one for each of its meshes) "
            f"at speed 5, decoded by libdraco on one thread. {machine['draco']}")
-    yield ("**unprocessed**: the partition before refinement (`--no-refine`): patches of whole cells, with borders as "
-           "jagged as those are.")
-    yield ("The paper's coder is an Edgebreaker of its own, on a 2.8 GHz Phenom II and a GeForce GTX 580. Ours are Draco "
-           "streams: each has a header and entropy tables of its own, and all values of the points on its borders, where "
-           "the paper's patches refer to one array. So percentages compare, megabytes do not quite. Of Happy Buddha the "
-           "paper's table has two figures a row, taken as those of 512 and 2,048 patches.")
-    yield ("Speed-up is the sequential time by the patches' time. Each time is of a whole call, from bytes in the host's "
-           "memory to a stitched mesh in the host's memory, "
-           + ("newly allocated, transfers to and from the device included; the paper's is of the decompression on the GPU "
-              "alone." if machine["gpu"] else "newly allocated."))
+    yield ("**unprocessed**: the partition before refinement (`--no-refine`). Its patches consist of whole cells, and their "
+           "borders are as jagged as the cells'.")
+    yield ("The paper has its own Edgebreaker coder, and measured on a 2.8 GHz Phenom II and a GeForce GTX 580. Our patches "
+           "are Draco streams: each has its own header, its own entropy tables, and all values of the points on its "
+           "borders. The paper's patches refer to one shared array instead. So percentages can be compared, megabytes only "
+           "roughly. For Happy Buddha the paper's table has two figures a row; they are taken as those of 512 and 2,048 "
+           "patches.")
+    yield ("A speed-up is the sequential time divided by the patches' time. Each time is of a whole call, from bytes in the "
+           "host's memory to a stitched mesh in newly allocated memory of the host"
+           + (", including transfers to and from the device. The paper's time is of the decompression on the GPU alone."
+              if machine["gpu"] else "."))
     rounds = f"{results['repeat']} interleaved rounds" if results["repeat"] != 1 else "One interleaved round"
-    yield (f"{rounds} after one that warms up: each decodes with every decoder once, all in one process for each model and "
-           "coding; median, with the least and the most.")
+    yield (f"{rounds} after a warm-up round. In a round every decoder decodes once, all in one process for each model and "
+           "coding. The tables have the median, then the least and the greatest time.")
 
 
 def prose(words):
@@ -191,18 +194,19 @@ def page(results, chart=None):
     machine = results["machine"]
     gpu = machine["gpu"]
     whose = f"those of the GPU, {gpu}, beside the CPU backend's" if gpu else \
-        f"those of the CPU backend, on all {machine['threads']} threads and on one: no CUDA device was there"
+        f"those of the CPU backend, on all {machine['threads']} threads and on one, because there was no CUDA device"
     scaled = "" if results["faces_scale"] == 1 else (
         f"\n**Not the paper's sizes:** models and numbers of patches are {results['faces_scale']:g} times as large.\n")
     stand_ins = "" if all("stand-in" not in entry["source"] for entry in results["models"].values()) else "\n" + prose(
-        "Stand-ins are generated isosurfaces: manifold, closed but for the scene's terrain, without a scan's noise and "
-        "holes. So their bytes are not those of the paper's models.") + "\n"
-    picture = f"\n![Speed-ups by number of patches]({chart})\n\nDashed, with (*), as in the paper: unprocessed.\n" \
+        "Stand-ins are generated isosurfaces. They are manifold and, except for the scene's terrain, closed. They have no "
+        "noise and no holes of a scan, so their bytes are not those of the paper's models.") + "\n"
+    picture = f"\n![Speed-ups by number of patches]({chart})\n\nDashed lines with (*) are unprocessed, as in the paper.\n" \
         if chart else ""
     return f"""# The paper's measurements, and ours
 
-{prose("`scripts/reproduce-paper` writes this page. It makes table 1 and figure 12 of Zhao, Tang, Tong: *Connectivity-Based "
-       "Segmentation for GPU-Accelerated Mesh Decompression* (2012) again, with the paper's own figures beside ours. "
+{prose("`scripts/reproduce-paper` writes this page. It repeats the measurements of table 1 and figure 12 of Zhao, Tang, Tong: "
+       "*Connectivity-Based Segmentation for GPU-Accelerated Mesh Decompression* (2012), and shows the paper's own figures "
+       "beside ours. "
        f"Speed-ups are {whose}.")}
 {scaled}
 ```sh
@@ -220,24 +224,24 @@ def page(results, chart=None):
 
 ## Table 1: bytes
 
-MB are millions of bytes; in brackets what patches take more than one stream.
+MB are millions of bytes. In brackets: how much more the patches take than one stream.
 
 {size_table(results)}
 
 ## Figure 12: speed-ups of decoding
 
-The paper gives them in a picture; its text has one figure, up to 48.5x.
+The paper shows them in a picture; its text gives one figure, up to 48.5x.
 
 {speed_table(results)}
 {picture}
-What the paper says of its figure, and how it is with ours:
+What the paper says about its figure, and our result:
 
 {items(trend_lines(results))}
 
 ## Partition
 
-{prose('The paper: "We used several minutes to partition and compress these large 3D models." Ours, lossless; encoding in all '
-       f"includes the partition, and runs on {machine['threads']} threads, sequential encoding on one.")}
+{prose('The paper: "We used several minutes to partition and compress these large 3D models." Ours, lossless: "encoding in all" '
+       f"includes the partition and runs on {machine['threads']} threads, sequential encoding on one.")}
 
 {cut_table(results)}
 """

@@ -1,4 +1,4 @@
-"""Binary PLY files from big-endian to little-endian, which is all that libdraco's reader takes."""
+"""Converts binary PLY files from big-endian to little-endian, the only order that libdraco's reader takes."""
 
 kBytes = {"char": 1, "uchar": 1, "int8": 1, "uint8": 1, "short": 2, "ushort": 2, "int16": 2, "uint16": 2, "int": 4,
           "uint": 4, "int32": 4, "uint32": 4, "float": 4, "float32": 4, "double": 8, "float64": 8}
@@ -9,8 +9,8 @@ class PlyError(Exception):
 
 
 def parse_header(data):
-    """The length of the header, and of each element its name, count and properties: (bytes,) or, of a list, (bytes of
-    its length, bytes of an item)."""
+    """The length of the header, and for each element its name, count and properties. A property is (bytes,), or for a list
+    (bytes of its length, bytes of an item)."""
     end = data.find(b"end_header")
     if not data.startswith(b"ply") or end < 0:
         raise PlyError("not a PLY file")
@@ -31,7 +31,8 @@ def parse_header(data):
 
 
 def swap_records(body, at, count, fields):
-    """Swaps fields of so many bytes each in `count` records, in place; returns where these end."""
+    """Swaps the bytes of each field of `count` records in place, and returns where the records end. `fields` has the bytes of
+    each field of a record."""
     size = sum(fields)
     end = at + count * size
     if end > len(body):
@@ -46,8 +47,8 @@ def swap_records(body, at, count, fields):
 
 
 def to_little_endian(data):
-    """The same file in the other order. Lists must be the only property of their element, and all of the length of the
-    first: triangles."""
+    """The same file in little-endian order. A list must be the only property of its element, and all lists must be as long as
+    the first, as those of triangles are."""
     length, elements = parse_header(data)
     header = data[:length].replace(b"binary_big_endian", b"binary_little_endian")
     body = bytearray(data[length:])
