@@ -1,14 +1,14 @@
 #!/usr/bin/env node
-// The bytes that a current meshoptimizer makes of an asset, to be put beside those of `gltf-psplit compare`, which has
-// the meshoptimizer that its build found:
+// The bytes of an asset with a current meshoptimizer, to be compared with those of `gltf-psplit compare`, which uses the
+// meshoptimizer that its build found:
 //
 //   scripts/meshopt-current.mjs ASSET [--psplit build/release/gltf-psplit] [--modules build/meshopt] [--repeat 9] [--json]
 //
-// The package is npm's, which is WASM: its bytes are those of any build, but its times are WASM's, in Node.js, and are
-// not to be compared with native ones. It is installed below --modules where it is not there yet. Meshes are prepared
-// as tools/gltf_psplit/compare/meshopt_rival.h says: quantized (14 bits, normals 8, texture coordinates 12, colours 8), equal
-// points merged, triangles in strips, points in the order of use. zstd is at level 19: Node.js' own, or the command.
-// What was encoded is decoded and compared. What is no plain .glb is first made one, losslessly, by gltf-psplit.
+// The package is npm's, which is WASM. Its bytes are those of any build. Its times are those of WASM in Node.js and must not
+// be compared with native ones. The package is installed in --modules if it is not there yet. Meshes are prepared as
+// tools/gltf_psplit/compare/meshopt_rival.h says: quantized (14 bits, normals 8, texture coordinates 12, colours 8), equal points
+// merged, triangles in strips, points in the order of use. zstd is Node.js' own or the command, at level 19. The result is
+// decoded and compared. An asset that is not a plain .glb is first converted to one, losslessly, by gltf-psplit.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -56,7 +56,7 @@ async function load_package(folder) {
   return { version, encoder: MeshoptEncoder, decoder: MeshoptDecoder };
 }
 
-// A plain .glb of the same mesh: its JSON and its bytes.
+// The JSON and the bytes of a plain .glb of the same mesh.
 function read_asset(asset) {
   const scratch = mkdtempSync(path.join(tmpdir(), 'psplit-meshopt-'));
   try {
@@ -68,7 +68,7 @@ function read_asset(asset) {
       execFileSync(options.psplit, ['decode', '-q', patches, glb], { stdio: ['ignore', 'ignore', 'inherit'] });
     }
     const bytes = readFileSync(glb);
-    if (bytes.length < 20 || bytes.toString('latin1', 0, 4) !== 'glTF') fail(`${asset} is no GLB`);
+    if (bytes.length < 20 || bytes.toString('latin1', 0, 4) !== 'glTF') fail(`${asset} is not a GLB`);
     const json_bytes = bytes.readUInt32LE(12);
     return { json: JSON.parse(bytes.toString('utf8', 20, 20 + json_bytes)), bin: bytes.subarray(28 + json_bytes) };
   } finally {
@@ -79,7 +79,7 @@ function read_asset(asset) {
 const kComponents = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 const kArrays = { 5120: Int8Array, 5121: Uint8Array, 5122: Int16Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
 
-// The values of an accessor, one after the other.
+// The values of an accessor, tightly packed.
 function read_accessor({ json, bin }, index) {
   const accessor = json.accessors[index], view = json.bufferViews[accessor.bufferView];
   const components = kComponents[accessor.type], Values = kArrays[accessor.componentType];
@@ -92,7 +92,7 @@ function read_accessor({ json, bin }, index) {
   return { values: new Values(packed.buffer), components, count: accessor.count, is_float: accessor.componentType === 5126 };
 }
 
-// One grid for all components, on `bits` bits of 16-bit integers; a point takes a multiple of 4 bytes.
+// One grid for all components: `bits` bits, stored in 16-bit integers. The stride is a multiple of 4 bytes.
 function quantize_to_grid({ values, components, count }, bits) {
   const low = new Array(components).fill(Infinity), high = new Array(components).fill(-Infinity);
   values.forEach((value, i) => {
@@ -171,7 +171,7 @@ function zstd(bytes) {
   if (zlib.zstdCompressSync)
     return zlib.zstdCompressSync(bytes, { params: { [zlib.constants.ZSTD_c_compressionLevel]: kZstdLevel } });
   const run = spawnSync('zstd', [`-${kZstdLevel}`, '--no-check', '-c', '-q'], { input: bytes, maxBuffer: 2 ** 31 - 1 });
-  if (run.error || run.status !== 0) fail('there is no zstd: neither in this Node.js nor as a command');
+  if (run.error || run.status !== 0) fail('zstd is missing: neither this Node.js nor the system has it');
   return run.stdout;
 }
 
@@ -193,7 +193,7 @@ function decode(mesh, encoded, decoder, with_filters) {
   return { indices, streams };
 }
 
-// The codec may begin a triangle at another corner.
+// The codec may start a triangle at another corner.
 function same_triangles(a, b) {
   for (let i = 0; i < a.length; i += 3) {
     const turned = [0, 1, 2].some((k) => a[i] === b[i + k] && a[i + 1] === b[i + (k + 1) % 3] && a[i + 2] === b[i + (k + 2) % 3]);

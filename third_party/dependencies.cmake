@@ -1,8 +1,8 @@
-# Every dependency of psplit is found here and nowhere else. All come from packages (packages.txt lists
-# Debian's names, vcpkg.json those of other platforms); nothing is vendored or downloaded.
+# Every dependency of psplit is found here and nowhere else. All of them are installed packages (packages.txt lists
+# Debian's names, vcpkg.json those of other platforms); no dependency is vendored or downloaded.
 
 if(PSPLIT_BUILD_ENCODER)
-  # Draco 1.5.5: the reference codec. Encodes patches, decodes them as the oracle.
+  # Draco 1.5.5: encodes patches, and decodes them as the reference.
   # Debian's config file names its static library with a path relative to a build folder, so the library and
   # the headers are looked up by name.
   find_path(DRACO_INCLUDE_DIR draco/compression/encode.h REQUIRED)
@@ -12,8 +12,8 @@ if(PSPLIT_BUILD_ENCODER)
   target_link_libraries(psplit_draco_package INTERFACE ${DRACO_LIBRARY})
 endif()
 
-# nlohmann-json 3.11: glTF JSON, edited in place with its order kept. tinygltf: a loader with a plugin of ours, which is
-# left out where it is not there, and in tests another loader, to read what psplit writes.
+# nlohmann-json 3.11: glTF's JSON, edited in place with its order kept. tinygltf: the loader of our plugin, which is left
+# out without it; in tests also a second loader that reads what psplit writes.
 find_package(nlohmann_json 3.10 QUIET)
 find_package(TinyGLTF QUIET)
 set(PSPLIT_HAS_TINYGLTF OFF)
@@ -25,20 +25,20 @@ if(PSPLIT_BUILD_ENCODER)
   find_package(nlohmann_json 3.10 REQUIRED)
   # meshoptimizer: decodes buffer views that it compressed, and is a rival that `compare` measures.
   find_package(meshoptimizer REQUIRED)
-  # xxHash: names of files by their content, and what `batch` has made already.
+  # xxHash: file names made from content, and how `batch` recognizes what it made already.
   find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
   find_library(XXHASH_LIBRARY NAMES xxhash REQUIRED)
   add_library(psplit_xxhash_package INTERFACE)
   target_include_directories(psplit_xxhash_package SYSTEM INTERFACE ${XXHASH_INCLUDE_DIR})
   target_link_libraries(psplit_xxhash_package INTERFACE ${XXHASH_LIBRARY})
-  # zlib: mesh files that gzip packed.
+  # zlib: mesh files compressed by gzip.
   find_package(ZLIB REQUIRED)
 endif()
 # oneTBB: the pool of threads behind src/parallel.h.
 find_package(TBB REQUIRED)
 find_package(Threads REQUIRED)
 
-# CUDA 12 or newer, for decoder_cuda: AUTO takes a toolkit that is there, ON insists, OFF does not look.
+# CUDA 12 or newer, for decoder_cuda: AUTO uses a toolkit if one is installed, ON requires one, OFF does not look.
 set(PSPLIT_HAS_CUDA OFF)
 if(NOT PSPLIT_CUDA MATCHES "^(AUTO|ON|OFF)$")
   message(FATAL_ERROR "PSPLIT_CUDA is ${PSPLIT_CUDA}; it takes AUTO, ON or OFF")
@@ -49,7 +49,7 @@ if(NOT PSPLIT_CUDA STREQUAL "OFF")
     if(NOT CMAKE_CUDA_COMPILER)
       set(CMAKE_CUDA_COMPILER ${CUDAToolkit_NVCC_EXECUTABLE})
     endif()
-    # Code for what is common, and PTX for what is newer.
+    # Code for common architectures, and PTX for newer ones.
     if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES)
       set(CMAKE_CUDA_ARCHITECTURES 75-real 80-real 90)
     endif()
@@ -79,7 +79,7 @@ if(PSPLIT_BUILD_TOOLS)
 endif()
 
 if(PSPLIT_BUILD_TESTS)
-  # A GoogleTest that is installed has the standard library that it was built with.
+  # An installed GoogleTest works only with the standard library that it was built with.
   set(PSPLIT_GOOGLETEST "" CACHE PATH "GoogleTest's sources, to build it with this build's flags; empty for an installed one")
   if(PSPLIT_GOOGLETEST)
     set(INSTALL_GTEST OFF CACHE BOOL "" FORCE)

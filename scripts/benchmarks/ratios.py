@@ -1,17 +1,17 @@
-"""Ours by the rival's time of the same run, and what got slower since a baseline.
+"""Our time divided by the rival's of the same run, and what got slower than a baseline.
 
-Times say little of another day or machine; a ratio of two programs that ran in turn says more. Spreads are
-interquartile ranges by medians: half of all repetitions are within.
+A time means little on another day or machine; the ratio of two programs that ran in turn means more. A spread is the
+interquartile range divided by the median: half of all repetitions are inside that range.
 """
 import re, statistics
 
 kUnitsMs = {"ns": 1e-6, "us": 1e-3, "ms": 1.0, "s": 1e3}
-kThreshold = 0.05   # slower by less is nothing
-kMostSpread = 0.25  # where less than this cannot be told from noise, nothing can
+kThreshold = 0.05   # smaller changes are ignored
+kMostSpread = 0.25  # if the allowance is above this, "same" becomes "noisy"
 
 
 def rival_of(name):
-    """The benchmark that this one is measured against, or None where it is a rival or has none."""
+    """The benchmark that this one is compared with; None if it has no rival or is one."""
     for ours, rival in (("cpu", "draco"), ("core", "draco"), ("core_in_step", "draco")):
         replaced = re.sub(f"/{ours}(?=/|$)", f"/{rival}", name)
         if replaced != name:
@@ -28,7 +28,7 @@ def samples_of(*reports):
                 continue
             if entry.get("error_occurred"):
                 raise ValueError(f"{entry['name']}: {entry.get('error_message', 'failed')}")
-            # Google Benchmark puts how it was run behind the name.
+            # Google Benchmark appends how it ran to the name.
             name = re.sub(r"/(repeats:\d+|real_time|process_time|min_time:[\d.]+)", "", entry.get("run_name", entry["name"]))
             samples.setdefault(name, []).append(entry["real_time"] * kUnitsMs[entry["time_unit"]])
     return samples
@@ -42,7 +42,7 @@ def spread_of(samples):
 
 
 def summarize(samples):
-    """A row for each benchmark that has a rival which ran too."""
+    """A row for each benchmark whose rival ran too."""
     rows = []
     for name, ours in sorted(samples.items()):
         rival = rival_of(name)
@@ -56,14 +56,15 @@ def summarize(samples):
 
 
 def allowance(row, before, threshold=kThreshold):
-    """How much the ratio may grow: the threshold, or what the four spreads make of it together where that is more."""
+    """How much the ratio may grow: the threshold, or the four spreads added in quadrature if that is more."""
     spread = sum(each[key] ** 2 for each in (row, before) for key in ("spread", "rival_spread")) ** 0.5
     return max(threshold, spread)
 
 
 def compare(rows, baseline_rows, threshold=kThreshold):
-    """For each row what became of it: (row, its row of the baseline or None, change, allowance, verdict). Verdicts are
-    `slower`, `faster`, `same`, `noisy` (neither could be told) and `new`. And the names that only the baseline has."""
+    """Returns a list, and the names that only the baseline has. The list has for each row: (row, the baseline's row or None,
+    change, allowance, verdict). A verdict is `slower`, `faster`, `same`, `noisy` (the spreads are too wide to tell) or
+    `new` (not in the baseline)."""
     before_of = {row["name"]: row for row in baseline_rows}
     compared = []
     for row in rows:
