@@ -3,7 +3,7 @@
 // count too.
 #include <iomanip>
 
-#include "gltf_ext/primitive_edit.h"
+#include "gltf_ext/primitive/accessors.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/reproducible_meshes.h"
 
