@@ -54,6 +54,12 @@ PSPLIT_HD size_t link_border(const Patch<Index>& patch, View<Index> successor) {
   return edge_count;
 }
 
+// The memory that walk_border takes.
+template <typename Index>
+PSPLIT_HD size_t border_walk_bytes(uint64_t point_count) {
+  return 2 * Arena::bytes<Index>(point_count);
+}
+
 // `walk` has the points of the border one loop after the other, or is empty where there is none. Its arrays
 // stay in the arena.
 template <typename Index>

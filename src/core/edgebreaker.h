@@ -117,12 +117,25 @@ struct Connectivity {
   }
 
   PSPLIT_HD bool allocate(Arena& arena) {
-    const size_t corner_count = size_t{4} * counts.face_count;
-    // A symbol may go three vertices over the limit before that is noticed.
-    const size_t vertices = size_t{counts.vertex_limit} + 3;
-    return arena.take(table.opposite, corner_count) && arena.take(table.vertex, corner_count) &&
+    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
+    return arena.take(table.opposite, corners) && arena.take(table.vertex, corners) &&
            arena.take(border, vertices) && arena.take(closed, vertices) &&
            arena.take(merged, counts.symbol_count);
+  }
+  // The memory that allocate takes.
+  PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
+    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
+    return 2 * Arena::bytes<Index>(corners) + Arena::bytes<BorderEdge<Index>>(vertices) +
+           Arena::bytes<bool>(vertices) + Arena::bytes<Index>(counts.symbol_count);
+  }
+
+ private:
+  PSPLIT_HD static size_t corner_room(const ConnectivityCounts& counts) {
+    return size_t{4} * counts.face_count;
+  }
+  // The last symbol may bring three vertices more than the limit before the excess is found.
+  PSPLIT_HD static size_t vertex_room(const ConnectivityCounts& counts) {
+    return size_t{counts.vertex_limit} + 3;
   }
 };
 
@@ -178,6 +191,13 @@ class ValenceSymbols {
     return Fault::kNone;
   }
 
+  // The memory that `start` takes if the lists have `symbol_count` symbols together, without the sequences'
+  // tables.
+  PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
+    return Arena::bytes<Valence>(uint64_t{counts.vertex_limit} + 3) +
+           Arena::bytes<uint32_t>(counts.symbol_count) + (kLists - 1) * Arena::bytes<uint32_t>(0);
+  }
+
   PSPLIT_HD Fault finish(ByteReader& reader, View<SymbolSequence> sequences) {
     for (uint32_t i = 0; i < kLists; ++i) {
       if (const Fault fault = sequences[i].finish(SerialLanes(), reader); fault != Fault::kNone) return fault;
@@ -223,6 +243,12 @@ class ValenceSymbols {
   List lists_[kLists];
   View<Valence> valences_;
 };
+
+// The memory that decode_connectivity takes, and gives back.
+template <typename Index>
+PSPLIT_HD size_t connectivity_scratch_bytes(const ConnectivityCounts& counts) {
+  return (counts.split_count > 0 ? 2 : 1) * Arena::bytes<Index>(counts.symbol_count);
+}
 
 // Decodes all symbols and joins the components' first faces. On success every corner has its vertex, every pair
 // of opposite corners names each other, and each vertex that is not merged has one fan of faces.

@@ -19,6 +19,15 @@
 #define PSPLIT_UNLIKELY(x) (x)
 #endif
 
+// A step belongs in the loop that takes it, which keeps the state of its run in registers.
+#if defined(__CUDACC__)
+#define PSPLIT_INLINE __forceinline__
+#elif defined(__GNUC__) || defined(__clang__)
+#define PSPLIT_INLINE [[gnu::always_inline]]
+#else
+#define PSPLIT_INLINE
+#endif
+
 // Asks for memory that is needed soon.
 #if defined(__CUDA_ARCH__)
 #define PSPLIT_PREFETCH(address) ((void)0)

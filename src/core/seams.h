@@ -13,6 +13,16 @@ struct AttributeTable {
   View<bool> closed;  // by vertex of the table: no border, no seam
   uint32_t vertex_count = 0;
   bool has_seams = false;
+
+  // For a table with seams, which has arrays of its own.
+  PSPLIT_HD bool allocate(uint32_t face_count, Arena& arena) {
+    return arena.take(table.opposite, size_t{4} * face_count) &&
+           arena.take(table.vertex, size_t{4} * face_count) && arena.take(closed, size_t{3} * face_count);
+  }
+  // The memory that allocate takes.
+  PSPLIT_HD static size_t bytes(uint32_t face_count) {
+    return 2 * Arena::bytes<Index>(uint64_t{4} * face_count) + Arena::bytes<bool>(uint64_t{3} * face_count);
+  }
 };
 
 // The edges between two faces, each by a corner across from it in the first of its faces: what attributes have
@@ -41,9 +51,7 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
   const auto cut = [&](uint32_t corner) {
     if (!out.has_seams) {
       out.has_seams = true;
-      if (!arena.take(out.table.opposite, opposite.size()) || !arena.take(out.table.vertex, opposite.size()) ||
-          !arena.take(out.closed, size_t{3} * mesh.counts.face_count))
-        return false;
+      if (!out.allocate(mesh.counts.face_count, arena)) return false;
       for (size_t i = 0; i < opposite.size(); ++i) out.table.opposite[i] = opposite[i];
       fill(on_seam, false);
     }

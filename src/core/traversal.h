@@ -22,6 +22,10 @@ struct Sequence {
     corner[vertex_count] = 0;
     return true;
   }
+  // The memory that allocate takes.
+  PSPLIT_HD static size_t bytes(uint64_t vertex_count) {
+    return Arena::bytes<Index>(vertex_count + 1) + Arena::bytes<Index>(vertex_count);
+  }
 };
 
 // What a walk has seen. Its answers are 0 or 1, and numbers rather than truths, so that they do not become
@@ -33,16 +37,17 @@ class Walk {
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
     table_ = attribute.table;
     face_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
-    const uint32_t no_face = kNoFaceIsSmall ? kNone<Index> >> 2 : face_count_;
-    if (!arena.take(face_seen_, size_t{no_face} + 1)) return Fault::kWorkspace;
+    if (!arena.take(face_seen_, mark_count(face_count_))) return Fault::kWorkspace;
     fill(face_seen_.first(face_count_), false);
-    face_seen_[no_face] = true;
+    face_seen_[face_seen_.size() - 1] = true;
     met_ = out.corner;
     rank_ = out.rank;
     for (uint32_t v = 0; v < attribute.vertex_count; ++v)
       rank_[v] = static_cast<Index>(kUnseenOpen - static_cast<uint32_t>(attribute.closed[v]));
     return Fault::kNone;
   }
+  // The memory that `start` takes.
+  PSPLIT_HD static size_t bytes(uint32_t face_count) { return Arena::bytes<bool>(mark_count(face_count)); }
   // Every vertex has a corner, and every corner a face that the walk comes to.
   PSPLIT_HD Fault finish() const { return count_ == rank_.size() ? Fault::kNone : Fault::kConnectivity; }
 
@@ -57,6 +62,8 @@ class Walk {
     const uint32_t face = corner >> 2;
     return face_seen_[kNoFaceIsSmall || face < face_count_ ? face : face_count_];
   }
+  // Loads the neighbours of a face that is visited soon.
+  PSPLIT_HD void prefetch(uint32_t corner) const { PSPLIT_PREFETCH(&table_.opposite[corner]); }
   PSPLIT_HD void see_face(uint32_t corner) { face_seen_[corner >> 2] = true; }
   PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] < kUnseenClosed; }
 
@@ -74,6 +81,9 @@ class Walk {
  private:
   // The face that kNone names may have a mark like all others where that is not too far off.
   static constexpr bool kNoFaceIsSmall = sizeof(Index) == 2;
+  PSPLIT_HD static size_t mark_count(uint32_t face_count) {
+    return size_t{kNoFaceIsSmall ? kNone<Index> >> 2 : face_count} + 1;
+  }
   // Ranks of vertices not yet seen: one load says all.
   static constexpr uint32_t kUnseenOpen = kNone<Index>, kUnseenClosed = kUnseenOpen - 1;
 
@@ -93,11 +103,15 @@ class DepthFirstTraversal {
     running_ = begin_component();
     return Fault::kNone;
   }
+  // The memory that `start` takes.
+  PSPLIT_HD static size_t bytes(uint32_t face_count) {
+    return Walk<Index>::bytes(face_count) + Arena::bytes<Index>(uint64_t{face_count} + 1);
+  }
   PSPLIT_HD Fault finish() const { return walk_.finish(); }
   PSPLIT_HD bool running() const { return running_; }
 
   // One face. Where the walk goes next is as good as random, so but for dead ends there are no branches.
-  PSPLIT_HD void step() {
+  PSPLIT_HD PSPLIT_INLINE void step() {
     const uint32_t corner = corner_, right = walk_.right_of(corner), left = walk_.left_of(corner);
     walk_.see_face(corner);
     const uint32_t right_done = walk_.face_done(right), left_done = walk_.face_done(left);
@@ -133,74 +147,103 @@ class DepthFirstTraversal {
 };
 
 // By prediction degree: first to faces whose vertices are all seen, then to those whose new vertex other faces
-// can predict as well.
+// can predict as well, then to the others.
+template <typename Index>
+class PredictionDegreeTraversal {
+ public:
+  PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
+    if (const Fault fault = walk_.start(attribute, arena, out); fault != Fault::kNone) return fault;
+    if (!arena.take(degree_, attribute.vertex_count)) return Fault::kWorkspace;
+    fill(degree_, uint8_t{0});
+    // An edge waits at most once: when the first of its two faces is visited.
+    for (View<Index>& stack : waiting_)
+      if (!arena.take(stack, size_t{2} * walk_.face_count() + 1)) return Fault::kWorkspace;
+    running_ = begin_component();
+    return Fault::kNone;
+  }
+  // The memory that `start` takes.
+  PSPLIT_HD static size_t bytes(uint32_t face_count, uint64_t vertex_count) {
+    return Walk<Index>::bytes(face_count) + Arena::bytes<uint8_t>(vertex_count) +
+           kPriorities * Arena::bytes<Index>(uint64_t{2} * face_count + 1);
+  }
+  PSPLIT_HD Fault finish() const { return walk_.finish(); }
+  PSPLIT_HD bool running() const { return running_; }
+
+  // One face.
+  PSPLIT_HD void step() {
+    walk_.see_face(corner_);
+    walk_.see_vertex(corner_);
+    const uint32_t right = walk_.right_of(corner_), left = walk_.left_of(corner_);
+    const bool right_done = walk_.face_done(right) != 0;
+    if (walk_.face_done(left) == 0) {
+      const uint32_t priority = priority_of(left);
+      if (right_done && priority <= best_) {
+        corner_ = left;
+        return;
+      }
+      wait(left, priority);
+    }
+    if (!right_done) {
+      const uint32_t priority = priority_of(right);
+      if (priority <= best_) {
+        corner_ = right;
+        return;
+      }
+      wait(right, priority);
+    }
+    running_ = go_back();
+  }
+
+ private:
+  // Lower numbers come first.
+  static constexpr uint32_t kPriorities = 3;
+
+  PSPLIT_HD uint32_t priority_of(uint32_t corner) {
+    if (walk_.vertex_seen(corner)) return 0;
+    uint8_t& seen_from = degree_[walk_.vertex_at(corner)];
+    if (seen_from < 2) ++seen_from;
+    return seen_from > 1 ? 1 : 2;
+  }
+  PSPLIT_HD void wait(uint32_t corner, uint32_t priority) {
+    walk_.prefetch(corner);
+    waiting_[priority][waiting_count_[priority]++] = static_cast<Index>(corner);
+    if (priority < best_) best_ = priority;
+  }
+  PSPLIT_HD bool go_back() {
+    for (;;) {
+      while (best_ < kPriorities && waiting_count_[best_] == 0) ++best_;
+      if (best_ == kPriorities) return begin_component();
+      corner_ = waiting_[best_][--waiting_count_[best_]];
+      if (walk_.face_seen(corner_) == 0) return true;
+    }
+  }
+  PSPLIT_HD bool begin_component() {
+    while (start_ < walk_.face_count() && walk_.face_seen(4 * start_) != 0) ++start_;
+    if (start_ == walk_.face_count()) return false;
+    corner_ = 4 * start_;
+    walk_.see_vertex(next(corner_));
+    walk_.see_vertex(previous(corner_));
+    best_ = 0;
+    return true;
+  }
+
+  Walk<Index> walk_;
+  View<uint8_t> degree_;  // by vertex: the number of faces that can predict it, at most 2
+  View<Index> waiting_[kPriorities];
+  uint32_t waiting_count_[kPriorities] = {};
+  uint32_t best_ = 0;  // no corner waits with a better priority
+  uint32_t corner_ = 0, start_ = 0;
+  bool running_ = false;
+};
+
+// Makes the whole walk at once. The arena is as before afterwards.
 template <typename Index>
 PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attribute, Arena& arena,
                                               const Sequence<Index>& out) {
   const size_t mark = arena.mark();
-  Walk<Index> walk;
+  PredictionDegreeTraversal<Index> walk;
   if (const Fault fault = walk.start(attribute, arena, out); fault != Fault::kNone) return fault;
-  const uint32_t face_count = walk.face_count();
-  constexpr uint32_t kPriorities = 3;
-  View<uint8_t> degree;
-  // Every edge is put on a stack at most once, from its first side. Three stacks in one linked array.
-  View<Index> waiting[kPriorities];
-  uint32_t sizes[kPriorities] = {};
-  if (!arena.take(degree, attribute.vertex_count)) return Fault::kWorkspace;
-  for (View<Index>& stack : waiting)
-    if (!arena.take(stack, 2 * face_count + 1)) return Fault::kWorkspace;
-  fill(degree, uint8_t{0});
-  uint32_t best = 0;
-  const auto priority_of = [&](uint32_t corner) -> uint32_t {
-    if (walk.vertex_seen(corner)) return 0;
-    uint8_t& seen_from = degree[walk.vertex_at(corner)];
-    if (seen_from < 2) ++seen_from;
-    return seen_from > 1 ? 1 : 2;
-  };
-  const auto wait = [&](uint32_t corner, uint32_t priority) {
-    PSPLIT_PREFETCH(&attribute.table.opposite[corner]);
-    waiting[priority][sizes[priority]++] = static_cast<Index>(corner);
-    if (priority < best) best = priority;
-  };
-
-  for (uint32_t start = 0; start < face_count; ++start) {
-    uint32_t corner = 4 * start;
-    if (walk.face_seen(corner) != 0) continue;
-    walk.see_vertex(next(corner));
-    walk.see_vertex(previous(corner));
-    walk.see_vertex(corner);
-    wait(corner, 0);
-    best = 0;
-    for (;;) {
-      while (best < kPriorities && sizes[best] == 0) ++best;
-      if (best == kPriorities) break;
-      corner = waiting[best][--sizes[best]];
-      if (walk.face_seen(corner) != 0) continue;
-      for (;;) {
-        walk.see_face(corner);
-        walk.see_vertex(corner);
-        const uint32_t right = walk.right_of(corner), left = walk.left_of(corner);
-        const bool right_done = walk.face_done(right) != 0;
-        if (walk.face_done(left) == 0) {
-          const uint32_t priority = priority_of(left);
-          if (right_done && priority <= best) {
-            corner = left;
-            continue;
-          }
-          wait(left, priority);
-        }
-        if (!right_done) {
-          const uint32_t priority = priority_of(right);
-          if (priority <= best) {
-            corner = right;
-            continue;
-          }
-          wait(right, priority);
-        }
-        break;
-      }
-    }
-  }
+  while (walk.running()) walk.step();
   arena.release(mark);
   return walk.finish();
 }

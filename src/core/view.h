@@ -53,6 +53,12 @@ class Arena {
     return true;
   }
 
+  // Enough bytes for take(View<T>, count), wherever the array starts.
+  template <typename T>
+  PSPLIT_HD static constexpr size_t bytes(uint64_t count) {
+    return static_cast<size_t>(count) * sizeof(T) + kAlignment - 1;
+  }
+
   // Gives back all but the first `count` of what was taken last.
   template <typename T>
   PSPLIT_HD void trim(View<T>& last, size_t count) {
