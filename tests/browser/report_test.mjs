@@ -1,12 +1,12 @@
-// The page of `gltf-psplit compare --format html` in a browser without a network, in light and in dark:
+// Tests the page of `gltf-psplit compare --format html` in a browser without a network, in light and in dark mode:
 //
 //   node report_test.mjs GLTF_PSPLIT MODULES OUT
 //
-// It loads without a word on the console, asks for nothing but itself, has a mark for every number of its tables,
-// and nothing on it is clipped, overlaps or is hard to read: in wide windows, on phones, where what is too wide
-// scrolls and says so, and on paper, where every cell of every table is on a page and no heading is left behind.
-// Screenshots and PDFs stay in OUT. MODULES is the folder where npm installed tests/validator. Exits with 77, and
-// says why, where there is no Chromium, no pdftotext or no such folder.
+// The page prints nothing on the console, requests only itself, and has a mark for every number of its tables. Nothing is
+// clipped, overlaps or is hard to read: in wide windows, on phones (where wide content scrolls and says so), and on paper
+// (where every cell of every table is on a page, and every heading is on the page of its text). Screenshots and PDFs stay in
+// OUT. MODULES is the folder where npm installed tests/validator. Without Chromium, pdftotext or MODULES the test says so and
+// exits with 77.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -43,7 +43,8 @@ const scratch = mkdtempSync(path.join(tmpdir(), 'psplit-report-'));
 process.on('exit', () => rmSync(scratch, { recursive: true, force: true }));
 mkdirSync(out, { recursive: true });
 
-// A page of a mesh, and the number of its splits. Names of files may hold whatever HTML and shells read something in.
+// Makes the page of a mesh; also returns the number of its splits. A file name may contain characters that mean something to
+// HTML and shells.
 function make_report(name, shape, faces, counts, threads) {
   const mesh = path.join(scratch, `${name}.glb`), page = path.join(out, 'report.html');
   execFileSync(psplit, ['generate', mesh, '--shape', shape, '--faces', faces, '--seed', '1', '--normals', '-q']);
@@ -52,7 +53,7 @@ function make_report(name, shape, faces, counts, threads) {
   return { page, mesh, splits: counts.length };
 }
 
-// What the browser is asked about the page; runs there.
+// Collects the facts about the page; runs in the browser.
 function look() {
   const all = (selector, within = document) => [...within.querySelectorAll(selector)];
   const luminance = (color) => {
@@ -90,7 +91,7 @@ function look() {
   }
   for (const element of all('h1, h2, p, dt, dd, li, figcaption, th, td, caption'))
     if (contrast(getComputedStyle(element).color) < 4.5) problems.push(`"${element.textContent}" is hard to read`);
-  // What scrolls says so, unless all of it is there; what does not scroll is whole.
+  // A region that is wider than its box scrolls and says so; other content is not cut off.
   let scrolling = 0;
   for (const region of all('.scroll')) {
     const is_cut = region.scrollWidth > region.clientWidth + 1;
@@ -104,7 +105,7 @@ function look() {
     const box = box_of(element);
     if (box.width > 0 && (box.left < -1 || box.right > innerWidth + 1)) problems.push(`"${element.textContent}" leaves the window`);
   }
-  // Terms are explained, and before anything but the title and the result uses them.
+  // Terms are explained before they are used, except in the title and the result.
   const terms = all('dfn').map((term) => term.textContent);
   const words = document.querySelector('.words');
   for (const term of ['patch', 'point', 'stock Draco', 'speed', 'speed-up', 'overhead', 'replication', 'stitch map',
@@ -154,7 +155,7 @@ async function inspect(browser, report, scheme, width, screenshot) {
   check_equal(seen.picture, 1200, `${what}width of the picture`);
   check_equal(seen.cells, 0, `${what}cells that are no numbers`);
   const { splits } = report;
-  // Three speeds of stock Draco and two forms of meshoptimizer; decoders cpu and draco at least.
+  // Three speeds of stock Draco, two forms of meshoptimizer, and at least the decoders cpu and draco.
   check(seen.split_rows >= 2 * splits && seen.split_rows % splits === 0, `${what}${seen.split_rows} rows of splits`);
   check_equal(seen.rows.codecs, 3 + 2 + seen.split_rows, `${what}rows of codecs`);
   check_equal(seen.rows.sizes, 3 + splits, `${what}rows of sizes`);
@@ -164,7 +165,7 @@ async function inspect(browser, report, scheme, width, screenshot) {
     replication: splits, balance: splits,
   };
   check_equal(JSON.stringify(seen.marks), JSON.stringify(expected), `${what}marks`);
-  // Charts and tables are wider than a phone: the checks of what scrolls have seen something.
+  // Charts and tables are wider than a phone, so some regions must scroll.
   if (width < 480) check(seen.scrolling >= 7, `${what}only ${seen.scrolling} regions scroll`);
 }
 
@@ -183,7 +184,7 @@ function words_of(pdf) {
   });
 }
 
-// What the page says, for the look at its PDF; runs in the browser.
+// Reads the text that the PDF must contain; runs in the browser.
 function read_page() {
   const texts = (selector) => [...document.querySelectorAll(selector)].map((element) => element.textContent.trim());
   return {
@@ -219,7 +220,7 @@ async function print(browser, report, format) {
       check(inside, `${what}"${word.text}" is not on its page`);
       if (inside) counts.set(word.text, (counts.get(word.text) ?? 0) + 1);
     }
-  // Every word of every cell, as often as tables have it. A hyphen may end a line: "speed-up".
+  // The PDF has every word of every cell as often as the tables. Words with a hyphen ("speed-up") may be broken there.
   const expected = new Map();
   for (const word of said.cells.flatMap((cell) => cell.split(/\s+/)).filter((word) => /^[^-]+$|^[-+]/.test(word)))
     expected.set(word, (expected.get(word) ?? 0) + 1);
@@ -227,7 +228,7 @@ async function print(browser, report, format) {
   for (const [word, count] of expected)
     check((counts.get(word) ?? 0) >= count, `${what}"${word}" is there ${counts.get(word) ?? 0} times, not ${count}`);
 
-  // Titles share a page with what they are titles of.
+  // A title is on the same page as its chart, table or section.
   const texts = pages.map(({ words }) => squeeze(words.map((word) => word.text).join('')));
   const together = (parts, of) => check(texts.some((text) => parts.every((part) => text.includes(squeeze(part)))),
     `${what}"${parts[0]}" is not on the page of ${of}`);
@@ -239,7 +240,7 @@ async function print(browser, report, format) {
     check(!texts.some((text) => text.endsWith(squeeze(heading))), `${what}"${heading}" is the last of its page`);
 }
 
-// Chromium's own sandbox does not work for root.
+// Chromium's sandbox does not work for root.
 const args = process.getuid?.() === 0 ? ['--no-sandbox'] : [];
 const browser = await puppeteer.launch({
   executablePath: chromium, args: [...args, '--disable-dev-shm-usage', '--disable-gpu'],

@@ -1,29 +1,30 @@
-"""What gltf-psplit changed in an asset beside what is its own to change.
+"""Finds what gltf-psplit changed in an asset that it must not change.
 
-  differences(before, after)     two .gltf or .glb files, before and after `encode` without a fallback: a list of lines
+  differences(before, after)     takes two .gltf or .glb files, before and after `encode` without a fallback, and returns a
+                                 list of lines
   asset_difference.py BEFORE AFTER
 
 Everything in the JSON must be as before: values, order of arrays, order of members, extras, unknown members and
-extensions. This alone may differ:
+extensions. Only these may differ:
 
-  extensionsUsed, extensionsRequired   what primitives are encoded with at the end; stock Draco and meshoptimizer gone,
-                                       where nothing has them any more
-  buffers                              all that have bytes are the first: no uri, another byteLength, no mark of a
-                                       fallback, and of names and extras only those of the first; those without bytes
-                                       follow
-  bufferViews                          numbers; buffer and byteOffset; those that nothing names are gone, new ones stand
-                                       at the end. Bytes are the same. Those that meshoptimizer compressed are plain,
-                                       and as long as they were to be (the bytes are for other tests).
-  images                               in a GLB those that are files are embedded: the file's bytes in a buffer view, their
-                                       mimeType, a name where there was none; no uri any more
-  accessors                            numbers; those of encoded primitives as below, others not at all
-  an encoded primitive                 mode 4 for strips and fans; indices; the extension, or stock Draco of other bytes,
-                                       at the end of its extensions; stock Draco of the input gone
+  extensionsUsed, extensionsRequired   the extensions that primitives are encoded with are at the end; stock Draco and
+                                       meshoptimizer are gone if nothing uses them any more
+  buffers                              all buffers with bytes become the first one: it has no uri, another byteLength, no
+                                       mark of a fallback, and only the name and extras of the first; buffers without
+                                       bytes follow
+  bufferViews                          numbers, buffer and byteOffset. Unused views are gone, new ones are at the end.
+                                       Bytes are the same. Views compressed by meshoptimizer are plain, and as long as
+                                       they claimed to be (other tests check their bytes)
+  images                               in a GLB, image files are embedded: the file's bytes are in a buffer view, with a
+                                       mimeType, and a name if there was none; the uri is gone
+  accessors                            numbers. Those of encoded primitives change as below, others do not
+  an encoded primitive                 mode becomes 4 for strips and fans; indices may change; the extension, or stock
+                                       Draco of other bytes, is last in its extensions; stock Draco of the input is gone
     accessors of its attributes        count, min, max; bufferView, byteOffset and sparse are gone
     accessor of its indices            the same, and componentType
-    accessors of its morph targets     count, min, max, bufferView, sparse; byteOffset is gone. Sparse ones stay so
-                                       where that is smaller
-  a mesh of encoded primitives         EXT_mesh_manifold, which names indices, is gone, and so are its accessors
+    accessors of its morph targets     count, min, max, bufferView, sparse; byteOffset is gone. A sparse one stays sparse
+                                       if that is smaller
+  a mesh of encoded primitives         EXT_mesh_manifold, which refers to indices, is gone, and so are its accessors
 """
 import base64, json, pathlib, re, struct, sys, urllib.parse
 
@@ -41,7 +42,7 @@ kImage = re.compile(r"/images/\d+")
 kMimeTypes = {b"\x89PNG\r\n\x1a\n": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp",
               b"\xabKTX 20\xbb\r\n\x1a\n": "image/ktx2", b"DDS ": "image/vnd-ms.dds"}
 kApart = ("extensionsUsed", "extensionsRequired", "buffers", "bufferViews", "accessors")
-kFreed = {"componentType": 5121, "count": 1, "type": "SCALAR"}  # keeps a number that an unknown extension may hold
+kFreed = {"componentType": 5121, "count": 1, "type": "SCALAR"}  # keeps a number that an unknown extension may use
 
 
 class Asset:
@@ -73,7 +74,7 @@ class Asset:
 
 
 def accessor_names(tree, path=""):
-    """Every path at which an accessor is named, with its number."""
+    """Every path that refers to an accessor, with the accessor's number."""
     if kAccessor.fullmatch(path):
         yield path, tree
     elif isinstance(tree, (dict, list)):
@@ -86,7 +87,7 @@ class Comparison:
         self.before, self.after, self.found = before, after, []
         self.encoded, self.views = set(), {}  # views: from numbers before to numbers after
         self.names = []  # of the extensions that primitives are encoded with
-        self.dropped = set()  # accessors that only EXT_mesh_manifold named
+        self.dropped = set()  # accessors to which only EXT_mesh_manifold referred
 
     def say(self, path, what):
         self.found.append(f"{path or '/'}: {what}")
@@ -105,7 +106,7 @@ class Comparison:
         return self.found
 
     def encoding(self, old, new):
-        """The extension that a primitive was encoded with, or None where it is stored as it was."""
+        """The extension that a primitive was encoded with, or None if it is stored as it was."""
         extensions = new.get("extensions", {})
         if kName in extensions:
             return kName
@@ -141,7 +142,7 @@ class Comparison:
             self.compare_values(old, new, path)
 
     def file_of(self, image):
-        """The image's file, where it is one and the output embeds."""
+        """The image's file, or None if it is not a file or the output does not embed it."""
         uri = image.get("uri")
         if not self.after.is_glb or not isinstance(uri, str) or "bufferView" in image or re.match(r"\w+:", uri):
             return None
@@ -160,7 +161,7 @@ class Comparison:
             self.say(path, "holds other bytes than its file")
 
     def compare_values(self, old, new, path, free=(), gone=()):
-        """`free` members may be anything after, `gone` ones must not be there."""
+        """Members in `free` may have any value afterwards; those in `gone` must not exist."""
         if type(old) is not type(new):
             return self.say(path, f"was {old!r:.80}, is {new!r:.80}")
         if isinstance(old, dict):
@@ -181,7 +182,7 @@ class Comparison:
             if self.views.setdefault(old, new) != new:
                 self.say(path, "one view has become two")
         elif kAccessor.fullmatch(path):
-            pass  # compare_accessors
+            pass  # compare_accessors checks them
         elif old != new:
             self.say(path, f"was {old!r:.80}, is {new!r:.80}")
 
@@ -211,7 +212,7 @@ class Comparison:
             self.compare_accessor(old["indices"], indices, f"{path}, indices", (*shape, "componentType"),
                                   (*gone, "bufferView"))
         elif list(self.after.all("accessors")[indices]) != ["count", "componentType", "type"]:
-            self.say(path, "an accessor of new indices with more than it needs")
+            self.say(path, "an accessor of new indices with unneeded members")
         described = self.after.all("accessors")[indices]
         if described["componentType"] not in (5123, 5125) or described["type"] != "SCALAR":
             self.say(path, "indices of another type")
@@ -223,13 +224,13 @@ class Comparison:
                 if ("bufferView" in self.before.all("accessors")[target[semantic]] and "bufferView" not in data
                         and "sparse" not in data):
                     self.say(path, "a morph target without data")
-        new["indices"] = indices  # for compare_accessors
+        new["indices"] = indices  # compare_accessors needs it again
 
     def compare_accessor(self, old, new, path, free=(), gone=()):
         self.compare_values(self.before.all("accessors")[old], self.after.all("accessors")[new], path, free, gone)
 
     def compare_accessors(self):
-        """Those that only encoded primitives have are done; all others must be there, in order."""
+        """All accessors must still be there, in order, except those that only encoded primitives use."""
         def others(asset):
             by_encoded, by_others = set(), set()
             for path, index in accessor_names(asset.json):
@@ -250,7 +251,7 @@ class Comparison:
         for path, index in accessor_names(self.before.json):
             primitive = re.match(kPrimitive, path)
             if (primitive is None or primitive[0] not in self.encoded) and after.get(path) != new_number.get(index):
-                self.say(path, "names another accessor")
+                self.say(path, "refers to another accessor")
 
     def compare_views(self, old, new):
         path = f"/bufferViews/{old}"
@@ -299,7 +300,7 @@ class Comparison:
         kept = {holder["buffer"] for holder in held}
         full, empty = [], []
         if not any(name in view.get("extensions", {}) for view in views for name in kMeshopt):
-            kept |= {len(self.before.buffers) - 1}  # new bytes go to the last, or to one that is new
+            kept |= {len(self.before.buffers) - 1}  # new bytes go to the last buffer, or to a new one
         for i, (buffer, data) in enumerate(zip(self.before.all("buffers"), self.before.buffers)):
             if buffer["byteLength"] and not data:
                 empty.append(buffer)

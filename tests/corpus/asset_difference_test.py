@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""asset_difference.py finds what it must:  asset_difference_test.py GLTF_PSPLIT
+"""asset_difference.py finds every change that it must find:  asset_difference_test.py GLTF_PSPLIT
 
-An asset with something everywhere is encoded, and only what may change has changed. Then everything in the result is
-changed, one at a time: each change must be found, but those to the few values that encoding owns.
+An asset that uses many features is encoded; only what may change has changed. Then the test changes each value of the
+result, one at a time. Each change must be found, except those to the few values that encoding owns.
 """
 import copy, json, pathlib, re, struct, subprocess, sys, tempfile
 from asset_difference import Asset, Comparison, differences
 
 psplit = pathlib.Path(sys.argv[1]).resolve()
-# What encoding owns: another value in one of these is no difference (that is for `validate` to judge).
+# The values that encoding owns: another value there is not a difference (`validate` checks these).
 kOwned = re.compile(
     r"/buffers/0/byteLength|/accessors/\d+/(count|min/\d+|max/\d+)|/bufferViews/\d+/(buffer|byteOffset|byteLength)"
     r"|/bufferViews/7/target"  # of the morph target, which is new
@@ -17,7 +17,7 @@ kMorphData = "/accessors/2/bufferView"
 
 
 def rich_asset(folder):
-    """The asset: two meshes to encode, of which one has a morph target, and one with a primitive of points that shares an accessor."""
+    """Two meshes to encode: one has a morph target, the other also a primitive of points that shares an accessor."""
     subprocess.run([psplit, "generate", "-q", folder / "shape.gltf", "--shape", "blob", "--faces", "600"], check=True)
     json_before = json.loads((folder / "shape.gltf").read_text())
     asset, binary = json_before, bytearray((folder / json_before["buffers"][0]["uri"]).read_bytes())
@@ -68,7 +68,8 @@ def leaves(tree, path=""):
 
 
 def changes(tree):
-    """What, and the tree with one thing changed: every value, the name of every member, the order of every array."""
+    """Yields a description, the path, the kind of change and the changed tree: each value changed, each member removed, each
+    array reversed."""
     for path in leaves(tree):
         steps = [int(step) if step.isdigit() else step for step in path.split("/")[1:]]
         for kind in ("value", "member", "element"):
@@ -95,7 +96,7 @@ def found_in(before, after, changed):
     fresh.json = copy.deepcopy(before.json)
     try:
         return Comparison(fresh, other).run()
-    except (KeyError, IndexError, TypeError, AttributeError) as error:  # no longer glTF
+    except (KeyError, IndexError, TypeError, AttributeError) as error:  # it is no longer glTF
         return [repr(error)]
 
 

@@ -1,21 +1,22 @@
 #!/usr/bin/env python3
-"""Every file of a corpus through gltf-psplit:
+"""Runs gltf-psplit on every file of a corpus:
 
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
 
-Well-formed files must encode, validate, decode and compare equal (same_mesh), with the default options (but a grid for
-each primitive, which same_mesh wants) and split, lossless and whole (kSplit below), or be refused exactly as
-expected_refusals.txt says; the command itself (compare A B) must say so too. In the
-JSON of glTF, only what asset_difference.py lists may change. Files of the malformed folder must be refused, with exit
-code 2, 3 or 5 and a message that names them; those that expected_loads.txt lists must load. --validator names a folder
-with validate.mjs and its node_modules: outputs then pass the official validator, errors of the input (glTF's own, or
-those in expected_errors.txt) aside.
+A well-formed file must encode, validate, decode, and be the same mesh as before: same_mesh and the command itself
+(compare A B) must both say so. This is done twice: with the default options, except one grid per primitive, as same_mesh
+needs it; and split and lossless, with every face and point kept (kSplit below). Or the file must be refused exactly as
+expected_refusals.txt says. In glTF's JSON only what asset_difference.py lists may change.
 
-Well-formed .drc files and assets with stock KHR_draco_mesh_compression must inspect, and decode to the same bytes
-with --backend cpu and --backend draco; .drc files of bitstreams before 2.2, which only libdraco decodes, with
---backend auto and draco.
+A file of the malformed folder must be refused, with exit code 2, 3 or 5 and a message that names it, or must load if
+expected_loads.txt lists it. --validator names a folder with validate.mjs and its node_modules. Outputs then must pass the
+official validator, except for errors of the input (glTF's own, or those in expected_errors.txt).
 
-Exits 77 (skipped) where there is no corpus: it is not part of the project.
+Well-formed .drc files and assets with stock KHR_draco_mesh_compression must inspect, and decode to the same bytes with
+--backend cpu and --backend draco. Only libdraco decodes .drc files of bitstreams before 2.2; for these the backends are auto
+and draco.
+
+The corpus is not part of the project. Without it the exit code is 77 (skipped).
 """
 import argparse, concurrent.futures, fnmatch, gzip, json, pathlib, shutil, subprocess, sys, tempfile
 from asset_difference import differences
@@ -26,9 +27,9 @@ parser.add_argument("--psplit", type=pathlib.Path, required=True)
 parser.add_argument("--same-mesh", type=pathlib.Path, required=True)
 parser.add_argument("--corpus", type=pathlib.Path, required=True)
 parser.add_argument("--validator", type=pathlib.Path)
-parser.add_argument("--only", default="", help="only paths that contain this")
+parser.add_argument("--only", default="", help="only files whose paths contain this")
 parser.add_argument("--malformed", action="store_true", help="only the malformed files")
-parser.add_argument("--timeout", type=int, default=300, help="seconds that one command may take")
+parser.add_argument("--timeout", type=int, default=300, help="seconds for one command")
 options = parser.parse_args()
 kDefault = ["--quantization-volume", "primitive"]
 kSplit = ["--lossless", "--always-patches", "--patch-faces", 1200, "--keep-degenerate", "--keep-unused"]
@@ -40,7 +41,7 @@ class Failure(Exception):
 
 
 def read_expected(name):
-    """Lines of: code, path pattern, reason."""
+    """The (code, path pattern) of each line; a line also has a reason."""
     lines = (here / name).read_text().splitlines()
     fields = (line.split(None, 2) for line in lines if line and not line.startswith("#"))
     return [(code, pattern) for code, pattern, reason in fields]
@@ -51,7 +52,7 @@ def expected_codes(table, path):
 
 
 def run(what, *command):
-    """Exit code and all that was said; a signal or a time-out is a failure whatever was expected."""
+    """The exit code, and stdout and stderr together. A signal or a time-out is always a failure."""
     try:
         done = subprocess.run([str(part) for part in command], capture_output=True, timeout=options.timeout)
     except subprocess.TimeoutExpired:
@@ -70,7 +71,8 @@ def must(what, *command):
 
 
 def decode_stock(source, folder):
-    """What holds stock Draco streams (a key of stock_files, or None), and how many. Both backends decode them alike."""
+    """Checks that both backends decode stock Draco alike. Returns the kind of file (a key of stock_files; None without stock
+    Draco) and the number of its streams."""
     content = source.read_bytes()
     is_drc = source.suffix.lower() == ".drc"
     if not is_drc and b"KHR_draco_mesh_compression" not in content:
@@ -84,7 +86,7 @@ def decode_stock(source, folder):
         must(f"decode --backend {backend}", *decode, backend)
         decoded.append((folder / "stock.glb").read_bytes())
     if inspected[0] != inspected[1] or decoded[0] != decoded[1]:
-        raise Failure("the backends do not say the same of its streams, or decode them to other bytes")
+        raise Failure("the backends describe its streams differently, or decode them to different bytes")
     if older and (run("inspect", *inspect, "cpu")[0] != 5 or run("decode", *decode, "cpu")[0] != 5):
         raise Failure("--backend cpu does not refuse a bitstream before 2.2")
     count = sum(primitive["storage"] == "draco" for primitive in json.loads(inspected[0])["primitives"])
@@ -94,7 +96,7 @@ def decode_stock(source, folder):
 
 
 def round_trip(path, source, folder, malformed, lossless):
-    """What became of the file: "equal", "loaded" (malformed, so there is nothing to compare with) or "refused"."""
+    """The outcome: "equal", "loaded" (a malformed file has nothing to be compared with) or "refused"."""
     encoded, decoded = folder / "encoded.glb", folder / "decoded.glb"
     code, said = run("encode", options.psplit, "encode", "-q", "-j", 1, *(kSplit if lossless else kDefault), source, encoded)
     expected = expected_codes(refusals, path)
@@ -102,20 +104,20 @@ def round_trip(path, source, folder, malformed, lossless):
         if not said or code not in (2, 3, 5):
             raise Failure(f"encode exits with {code}: {said[-400:]}")
         if source.name not in said:
-            raise Failure(f"encode refuses it without its name: {said[-400:]}")
+            raise Failure(f"encode refuses it with a message that does not name it: {said[-400:]}")
         if encoded.exists():
-            raise Failure("encode refused the file, and left an output")
+            raise Failure("encode refused the file but left an output")
         if str(code) not in expected and (expected_codes(loads, path) or not malformed):
             raise Failure(f"encode refuses it with {code}: {said[-400:]}")
         return "refused"
     if expected:
-        raise Failure("is listed in expected_refusals.txt, and loads")
+        raise Failure("loads, but is listed in expected_refusals.txt")
     if malformed and not expected_codes(loads, path):
-        raise Failure("is malformed, is not listed in expected_loads.txt, and loads")
+        raise Failure("loads, but is malformed and not listed in expected_loads.txt")
     if source.suffix in (".glb", ".gltf") and not malformed:
         found = differences(source, encoded)
         if found:
-            raise Failure("encode changes what is not its own: " + "; ".join(found)[:400])
+            raise Failure("encode changes what it must not change: " + "; ".join(found)[:400])
     must("validate", options.psplit, "validate", "-q", "-j", 1, encoded)
     must("decode", options.psplit, "decode", "-q", "-j", 1, encoded, decoded)
     if malformed:
@@ -162,7 +164,7 @@ def check(file):
 
 
 if not options.corpus.is_dir():
-    print(f"corpus: skipped, there is none at {options.corpus}")
+    print(f"corpus: skipped, {options.corpus} does not exist")
     sys.exit(77)
 refusals, loads, errors = map(read_expected, ("expected_refusals.txt", "expected_loads.txt", "expected_errors.txt"))
 root = options.corpus / "malformed" if options.malformed else options.corpus

@@ -14,7 +14,7 @@ def help_of(*words):
 
 
 def missing(words, section):
-    """Options and arguments that the help has and the section has not, as tags of paragraphs."""
+    """The options and arguments of the help that are not tags of paragraphs in the section, and all those of the help."""
     tags = " ".join(re.findall(r'^\.B "(.*)"$', section, re.M))
     options = {option for line in words.splitlines() if re.match(r"  \S", line)
                for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", re.split(r"\s{2,}", line.strip())[0])}

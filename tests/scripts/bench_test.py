@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""scripts/bench, on measurements that are made up: nothing is timed here."""
+"""Tests scripts/bench on invented measurements. Nothing is timed here."""
 import json, os, pathlib, shutil, subprocess, sys, tempfile, unittest
 
 root = pathlib.Path(__file__).resolve().parent.parent.parent
@@ -11,7 +11,7 @@ kOurs, kRival = "positions/4800/speed5/cpu/threads:1", "positions/4800/speed5/dr
 
 
 def report(times, unit="ms"):
-    """Google Benchmark's JSON of these repetitions, aggregates included as it has them."""
+    """Google Benchmark's JSON for these repetitions, with aggregates as in its own."""
     benchmarks = []
     for name, samples in times.items():
         for i, sample in enumerate(samples):
@@ -39,13 +39,13 @@ class Ratios(unittest.TestCase):
         for name in (kRival, "partition/440/metis", "positions/whole/speed0/draco"):
             self.assertIsNone(rival_of(name))
 
-    def test_medians_of_repetitions_in_any_unit_and_no_aggregates(self):
+    def test_medians_are_of_repetitions_in_any_unit_without_aggregates(self):
         row, = rows_of([20, 22, 21], [80, 84, 400])
         self.assertEqual((row["name"], row["rival"]), (kOurs, kRival))
         self.assertEqual((row["median_ms"], row["rival_median_ms"], row["ratio"]), (21, 84, 0.25))
         self.assertEqual(samples_of(report({"a": [3e6]}, "ns"), report({"a": [4.0]}, "ms")), {"a": [3.0, 4.0]})
 
-    def test_what_ran_without_its_rival_is_no_row(self):
+    def test_a_benchmark_without_its_rival_has_no_row(self):
         self.assertEqual(summarize(samples_of(report({kOurs: [1]}))), [])
 
     def test_a_benchmark_that_failed_is_an_error(self):
@@ -54,7 +54,7 @@ class Ratios(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "it broke"):
             samples_of(broken)
 
-    def test_spread_is_the_middle_half_by_the_median(self):
+    def test_spread_is_the_interquartile_range_divided_by_the_median(self):
         self.assertEqual(spread_of([100] * 8 + [900]), 0)
         self.assertAlmostEqual(spread_of([90, 95, 100, 105, 110]), 0.1)
         self.assertEqual(spread_of([7]), 0)
@@ -63,7 +63,7 @@ class Ratios(unittest.TestCase):
 class Verdicts(unittest.TestCase):
     before = rows_of([20.0] * 9, [80.0] * 9)
 
-    def test_a_slower_machine_is_no_slower_ratio(self):
+    def test_a_slower_machine_does_not_change_the_ratio(self):
         self.assertEqual(verdicts(rows_of([60.0] * 9, [240.0] * 9), self.before), ["same"])
 
     def test_slower_and_faster_beyond_the_threshold_only(self):
@@ -78,10 +78,10 @@ class Verdicts(unittest.TestCase):
         self.assertEqual(verdicts(now, self.before), ["same"])
         self.assertAlmostEqual(allowance(now[0], self.before[0]), spread_of(noisy))
         self.assertEqual(verdicts(rows_of([22.5] * 9, [80.0] * 9), rows_of([20.0] * 9, [74.0, 80.0, 86.0] * 3)), ["same"])
-        # More than all spreads together is slower all the same.
+        # A change by more than all spreads together is slower nevertheless.
         self.assertEqual(verdicts(rows_of([2 * ms for ms in noisy], [80.0] * 9), self.before), ["slower"])
 
-    def test_what_cannot_be_told_is_said(self):
+    def test_noisy_if_the_spreads_are_too_wide(self):
         self.assertEqual(verdicts(rows_of([10.0, 20.0, 30.0] * 3, [80.0] * 9), self.before), ["noisy"])
 
     def test_new_and_missing_are_named(self):
@@ -96,7 +96,7 @@ class Script(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
-        # A tree of its own, where there is no baseline.
+        # A copy of the scripts in a tree without a baseline.
         shutil.copytree(root / "scripts", self.folder / "scripts")
         (self.folder / "bench").mkdir()
 

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""scripts/reproduce-paper on small stand-ins and files:  reproduce_paper_test.py GLTF_PSPLIT
+"""Tests scripts/reproduce-paper on small stand-ins and files:  reproduce_paper_test.py GLTF_PSPLIT
 
-Every row of the paper is there with ours beside it, and every figure of ours is what `compare` said. No time is judged.
+The page has every row of the paper with ours beside it, and every figure of ours is what `compare` measured. No time is
+judged.
 """
 import gzip, json, pathlib, re, struct, subprocess, sys, tempfile, unittest
 import xml.etree.ElementTree
@@ -18,7 +19,7 @@ kScale = 0.002
 
 
 def grid_ply(order, form, columns=12):
-    """A wavy sheet as PLY, in binary of either order (">" or "<") or as text (""), with a property more."""
+    """A wavy sheet as PLY with an extra property: binary in either byte order (">" or "<"), or text ("")."""
     points = [(x, y, 0.1 * ((x * y) % 3), 0.5) for y in range(columns + 1) for x in range(columns + 1)]
     faces = []
     for y in range(columns):
@@ -76,7 +77,7 @@ class Page(unittest.TestCase):
 
     def test_the_papers_own_figures(self):
         self.assertEqual([model.faces for model in kModels], [1.1, 3.6, 10.0, 8.4])
-        # As the paper sums up: about 20 % more with 8,192 patches.
+        # The paper's summary: about 20 % more with 8,192 patches.
         for model in kModels:
             if model.parallel[2]:
                 self.assertTrue(1.15 < model.parallel[2] / model.sequential < 1.25, model)
@@ -104,7 +105,7 @@ class Script(unittest.TestCase):
             self.assertEqual(list(entry["runs"]), wanted)
             for run in entry["runs"].values():
                 self.assertEqual(len(run["splits"]), len(kPatches))
-                # The scene has a patch for each of its meshes at least.
+                # The scene has at least one patch for each of its meshes.
                 if model.name != "scene":
                     self.assertEqual([split["patches"] for split in run["splits"]], patches)
             self.assertGreater(entry["runs"]["lossless"]["stock"]["bytes"], 12 * entry["points"])
@@ -122,7 +123,7 @@ class Script(unittest.TestCase):
         self.assertIn(["Happy Buddha, unprocessed", "paper", "1.1", "6.8", "7.6 (+11.8 %)", "8.5 (+25.0 %)", "–"], sizes)
         speeds = list(speed_rows(self.results))
         self.assertIn(["Dragon", "paper, GeForce GTX 580", "", "not in the text", "not in the text", "48.5x"], speeds)
-        # The text has no other figure, and none is made up.
+        # The text has no other figure, and the page invents none.
         self.assertEqual(sum(cell.endswith("x") for row in speeds if row[1].startswith("paper") for cell in row), 1)
 
     def test_ours_are_what_compare_measured(self):
@@ -138,7 +139,7 @@ class Script(unittest.TestCase):
         self.assertNotIn(str(self.folder), self.page)
         self.assertNotIn(str(root), self.page)
 
-    def test_with_a_gpu_speed_ups_are_its(self):
+    def test_with_a_gpu_speed_ups_are_those_of_the_gpu(self):
         results = json.loads(json.dumps(self.results))
         results["machine"]["gpu"] = "A GPU"
         for entry in results["models"].values():
@@ -174,7 +175,7 @@ class Script(unittest.TestCase):
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual((self.folder / "paper.md").read_text(), self.page)
 
-    def test_takes_real_models_where_there_are_some(self):
+    def test_uses_real_models_if_there_are_some(self):
         models = self.folder / "models"
         models.mkdir()
         (models / "happy_vrip.ply").write_bytes(grid_ply("", "ascii"))
@@ -183,7 +184,7 @@ class Script(unittest.TestCase):
         self.assertEqual(len(made), 2)
         done = reproduce(self.folder, "--faces-scale", kScale, "--models", models)
         self.assertEqual(done.returncode, 0, done.stderr)
-        # Stand-ins of the other two are there already.
+        # The stand-ins of the other two are not generated again.
         self.assertEqual(made, {path: path.stat().st_mtime_ns for path in (self.folder / "work").glob("s*.glb")})
         page = (self.folder / "paper.md").read_text()
         (self.folder / "paper.md").write_text(self.page)

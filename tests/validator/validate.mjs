@@ -1,12 +1,11 @@
-// The official glTF validator over whole files, external resources included:
+// Checks whole files, with their external resources, with the official glTF validator:
 //
 //   node validate.mjs [--like INPUT] [--allow CODE]... FILE...
 //
-// Prints every error and exits with 1 if there is one. With --like, errors of a code that INPUT itself has do
-// not count: what was wrong with an asset stays wrong when psplit passes it through. --allow says the same of
-// one code, for inputs that are not glTF.
+// Prints every error, and exits with 1 if there is one. With --like, errors whose code INPUT itself has do not count,
+// because psplit passes through what is wrong in an asset. --allow exempts one code, for inputs that are not glTF.
 //
-// gltf-validator is found in node_modules beside this file, or beside a copy of it below build/.
+// gltf-validator is in node_modules beside this file, or beside a copy of it in build/.
 import { readFile } from 'node:fs/promises';
 import path from 'node:path';
 import validator from 'gltf-validator';
@@ -31,7 +30,7 @@ let known = new Set();
 if (files[0] === '--like') {
   const input = files[1];
   files.splice(0, 2);
-  // An input that the validator cannot read at all excuses nothing.
+  // An input that the validator cannot read exempts no code.
   known = new Set((await errors_of(input).catch(() => [])).map((error) => error.code));
 }
 while (files[0] === '--allow') {

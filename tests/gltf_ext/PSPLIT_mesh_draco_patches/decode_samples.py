@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""decode_samples.py PROGRAM SAMPLES: what the decoder's library makes of the extension's samples is what
-SAMPLES/expected.json says, by SHA-256. PROGRAM is decode_samples.cpp's."""
+"""decode_samples.py PROGRAM SAMPLES: checks that the decoder's library decodes the extension's samples to what
+SAMPLES/expected.json says (SHA-256). PROGRAM is built from decode_samples.cpp."""
 import hashlib, json, pathlib, subprocess, sys, tempfile
 
 program, samples = sys.argv[1], pathlib.Path(sys.argv[2])
@@ -19,7 +19,7 @@ for asset, expected in json.loads((samples / "expected.json").read_text()).items
                 sys.exit(f"{asset}, primitive {number}: {len(values)} bytes of indices")
             arrays += 1
     if found:
-        sys.exit(f"{asset}: not expected are {', '.join(found)}")
+        sys.exit(f"{asset}: unexpected {', '.join(found)}")
 if arrays < 10:
     sys.exit(f"only {arrays} arrays")
 print(f"{arrays} arrays are as expected")

@@ -1,9 +1,9 @@
-// Is the specification sufficient? The decoder that was written from it (page_decoder.mjs) must decode what
-// gltf-psplit decodes, to the same bytes, and refuse what gltf-psplit refuses:
+// Is the specification sufficient? The decoder that was written from it (page_decoder.mjs) must decode to the same bytes as
+// gltf-psplit, and refuse what gltf-psplit refuses:
 //
 //   node decode_test.mjs GLTF_PSPLIT MODULES SAMPLES
 //
-// MODULES is the folder where npm installed tests/validator, SAMPLES that of the extension's samples.
+// MODULES is the folder where npm installed tests/validator, SAMPLES the folder of the extension's samples.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
@@ -37,7 +37,8 @@ const sha256 = (bytes) => createHash('sha256').update(bytes).digest('hex');
 const same = (a, b) => Buffer.compare(Buffer.from(a.buffer, a.byteOffset, a.byteLength),
   Buffer.from(b.buffer, b.byteOffset, b.byteLength)) === 0;
 
-// Every primitive of an asset by the page and by gltf-psplit. What of the format it uses is added to `uses`.
+// Decodes every primitive of an asset with the page's decoder and with gltf-psplit. The features of the format that it uses
+// are counted in `uses`.
 const uses = {};
 function compare(file, expected) {
   const name = path.basename(file), asset = load(file);
@@ -81,13 +82,13 @@ function compare(file, expected) {
 const expected = JSON.parse(readFileSync(path.join(samples, 'expected.json'), 'utf8'));
 for (const name of Object.keys(expected)) compare(path.join(samples, name), expected[name]);
 
-// The page's own example: the dump decodes to what the page says, and its tables have the bytes of the dump.
+// The page's own example: the dump decodes to the mesh on the page, and its tables explain the bytes of the dump.
 {
   const page = readFileSync(path.join(samples, '..', 'README.md'), 'utf8');
   const from_hex = (text) => Buffer.from(text.replace(/[^0-9a-f]/g, ''), 'hex');
   const dump = from_hex([...page.matchAll(/^[0-9a-f]{2}  ((?:[0-9a-f]{2} ?)+)$/gm)].map((line) => line[1]).join(''));
   const mesh = decode_container(draco, new Uint8Array(dump), [{ id: 0, componentType: 5126, components: 3 }]);
-  check(mesh.points === 6 && mesh.indices.join(' ') === '0 1 2 1 3 2 4 0 2 3 5 4', 'the example decodes otherwise');
+  check(mesh.points === 6 && mesh.indices.join(' ') === '0 1 2 1 3 2 4 0 2 3 5 4', 'the example decodes to another mesh');
   check(mesh.uses.runs === 1 && mesh.uses.repeats === 1 && mesh.uses.pairs === 1, 'the example has other references');
   check(!mesh.uses.unequal_copies, 'copies of a point differ in the example');
   let explained = 0;
@@ -112,12 +113,12 @@ ways.forEach((way, i) => {
   run('encode', '-q', '--always-patches', ...way, scene, encoded);
   compare(encoded);
 });
-// A test that misses a part of the format says nothing about it.
+// Every feature of the format must occur, or else it is not tested.
 for (const use of ['version_1', 'residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'own_points',
   'fallbacks'])
   check(uses[use] > 0, `no asset has ${use}`);
 
-// Containers with one or two bytes changed before the first stream: both decoders must say the same of them.
+// Containers with one or two bytes changed before the first stream: both decoders must agree on them.
 let random_state = 1;
 const random = (below) => {
   random_state = (Math.imul(random_state, 1664525) + 1013904223) >>> 0;
@@ -156,7 +157,7 @@ function change_bytes(name, mutants) {
   for (let mutant = 0; mutant < mutants; ++mutant) {
     const bytes = asset_bytes.slice();
     for (let edit = mutant % 2; edit >= 0; --edit) {
-      // Most bytes of the directory, and of version 1's stitch map, are small numbers: change them by little, too.
+      // Most bytes of the directory, and of version 1's stitch map, are small numbers, so small changes are tried as well.
       const at = container + random(streams);
       bytes[at] = random(2) === 0 ? random(256) : bytes[at] + 1 - 2 * random(2);
     }
@@ -165,7 +166,7 @@ function change_bytes(name, mutants) {
 }
 change_bytes('residue.glb', 400);
 change_bytes('version-1.glb', 200);
-// The flag of the residue is not free: the last stream is sequential, or it is not.
+// The residue's flag must agree with the last stream: set if that is sequential.
 run('generate', '-q', in_scratch('small.glb'), '--faces', 300);
 run('encode', '-q', '--patches', 1, '--always-patches', in_scratch('small.glb'), in_scratch('one.glb'));
 for (const file of [path.join(samples, 'residue.glb'), in_scratch('one.glb')]) {
@@ -174,7 +175,7 @@ for (const file of [path.join(samples, 'residue.glb'), in_scratch('one.glb')]) {
   const what = `${path.basename(file)} with the other flag`;
   check(both_say_the_same(bytes, what) === 'invalid', `${what} is valid`);
 }
-check(said.valid > 10 && said.invalid > 100, 'too few mutants of one kind');
+check(said.valid > 10 && said.invalid > 100, 'too few valid or invalid mutants');
 
 console.log(`page: ${checks - failures} of ${checks} checks hold`);
 console.log(`seen: ${JSON.stringify(uses)}; changed containers: ${JSON.stringify(said)}`);

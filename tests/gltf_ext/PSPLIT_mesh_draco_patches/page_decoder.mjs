@@ -1,5 +1,5 @@
-// A decoder of PSPLIT_mesh_draco_patches, written from its specification alone over a stock Draco decoder: for
-// reading, and to test that the page says enough. It knows nothing of the rest of the project, and must not.
+// A decoder of PSPLIT_mesh_draco_patches, written from its specification alone on top of a stock Draco decoder. It is an
+// example, and it tests that the specification's page is complete. It must not use anything else of the project.
 //
 // Names in the comments ("Columns", "Border walk" ...) are sections of the page.
 
@@ -32,7 +32,7 @@ function buffer_view(asset, index) {
   return asset.buffers[view.buffer].subarray(start, start + view.byteLength);
 }
 
-// Tightly packed bytes. No padded matrices and no sparse accessors: the test has none.
+// Tightly packed bytes. Padded matrices and sparse accessors are not supported, because the test has none.
 export function accessor_bytes(asset, index) {
   const accessor = asset.json.accessors[index];
   const bytes = buffer_view(asset, accessor.bufferView);
@@ -58,9 +58,9 @@ export function accessor_indices(asset, index) {
 
 // --- a stock Draco decoder -----------------------------------------------------------------------------------
 
-// The faces and points of one stream, and its values of each of `requests`.
+// The faces and points of one stream, and the values of each attribute in `requests`.
 function decode_stream(draco, stream, requests) {
-  // The bitstream's version and coding are in its header; the API does not tell.
+  // The bitstream's version and coding are read from its header, because the API does not return them.
   demand(stream.length > 8 && stream[5] === 2 && stream[6] === 2, 'not bitstream 2.2');
   const buffer = new draco.DecoderBuffer();
   const decoder = new draco.Decoder();
@@ -69,7 +69,7 @@ function decode_stream(draco, stream, requests) {
   const copy_out = (bytes, fill) => {
     const at = draco._malloc(Math.max(1, bytes));
     memory.push(at);
-    demand(fill(bytes, at), 'Draco does not give its data');
+    demand(fill(bytes, at), 'Draco returns no data');
     return draco.HEAPU8.slice(at, at + bytes);
   };
   try {
@@ -99,7 +99,7 @@ function decode_stream(draco, stream, requests) {
 
 // --- the container -------------------------------------------------------------------------------------------
 
-// "Parts", "Header" and "Columns". Sums are below 2^53, and so exact.
+// "Parts", "Header" and "Columns". All sums are below 2^53, so they are exact.
 export function parse_container(bytes) {
   demand(bytes.length >= 52, 'shorter than its header');
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
@@ -213,7 +213,7 @@ function bit_reader(part) {
   return { bits, number, signed, end };
 }
 
-// "Stitch map": runs, repeats and pairs of the part of stream p.
+// "Stitch map": runs, repeats and pairs in the part of stream p.
 function parse_stitch(row, p) {
   const runs = [], repeats = [], pairs = [];
   if (row.stitch.length === 0) return { runs, repeats, pairs };
@@ -256,7 +256,7 @@ function parse_stitch(row, p) {
   for (let r = 0; r < repeat_count; ++r) {
     const point = next + number(kinds.point_skip);
     distance = differences ? distance + signed(kinds.distance) : number(kinds.distance);
-    demand(distance >= 0 && distance < point, 'a repeat of a point that is not there');
+    demand(distance >= 0 && distance < point, 'a repeat of a point that does not exist');
     repeats.push({ point, target: point - 1 - distance });
     next = point + 1;
   }
@@ -282,7 +282,7 @@ function parse_stitch(row, p) {
   return { runs, repeats, pairs };
 }
 
-// "Version 1": runs and pairs of the part of stream p.
+// "Version 1": runs and pairs in the part of stream p.
 function parse_stitch_1(part, p) {
   let at = 0;
   const varint = () => {
@@ -317,7 +317,7 @@ function parse_stitch_1(part, p) {
   return { runs, repeats: [], pairs };
 }
 
-// The mesh of a container: indices, values of every request, tightly packed, and what of the format it uses.
+// The mesh of a container: indices, the tightly packed values of every request, and which features of the format it uses.
 export function decode_container(draco, bytes, requests) {
   const { version, rows, points, faces } = parse_container(bytes);
   const uses = { version_1: version === 1, streams: rows.length, residues: 0, dropped_faces: 0, runs: 0,
@@ -338,10 +338,10 @@ export function decode_container(draco, bytes, requests) {
     Object.assign(row, version === 1 ? parse_stitch_1(row.stitch, p) : parse_stitch(row, p));
   });
 
-  // "Border walk", where a run asks for it; "Stitch map": what is a reference.
+  // "Border walk", computed only for runs; "Stitch map": which points are references.
   const walk_of = (row) => (row.walk ??= row.is_residue ? [] : border_walk(row.corners, row.points));
   for (const row of rows) {
-    row.target = new Map(); // of a decoded point that is a reference: owner and its decoded point, or rank
+    row.target = new Map(); // from a point that is a reference to its owner, with the owner's decoded point or a rank
     const refer = (point, target) => {
       demand(!row.target.has(point), 'a point is a reference twice');
       row.target.set(point, target);
@@ -357,13 +357,13 @@ export function decode_container(draco, bytes, requests) {
       uses.forward_runs += run.step === 1 && run.length > 1 ? 1 : 0;
     }
     for (const { point, target } of row.repeats) {
-      demand(point < row.points, 'a repeat of a point that is not there');
+      demand(point < row.points, 'a repeat of a point that does not exist');
       refer(point, { owner: row, point: target });
       uses.repeats += 1;
     }
     for (const pair of row.pairs) {
       const owner = rows[pair.owner];
-      demand(pair.point < row.points, 'a pair of a point that is not there');
+      demand(pair.point < row.points, 'a pair of a point that does not exist');
       demand(pair.rank < owner.owned, 'a pair names a point that its owner does not own');
       refer(pair.point, { owner, rank: pair.rank });
       uses.pairs += 1;
@@ -394,8 +394,8 @@ export function decode_container(draco, bytes, requests) {
       for (let point = 0; point < row.points; ++point)
         if (!row.target.has(point))
           values[k].set(row.values[k].subarray(point * size, (point + 1) * size), row.number[point] * size);
-      // "Conformance": copies in patches decode to the same bits. Owners are this stream or before it, so their values
-      // are there.
+      // "Conformance": copies in patches decode to the same bits. An owner is this stream or an earlier one, so its values
+      // are decoded already.
       for (const point of row.is_residue ? [] : row.target.keys()) {
         const at = resolved[point] * size;
         for (let i = 0; i < size; ++i)
@@ -406,7 +406,7 @@ export function decode_container(draco, bytes, requests) {
   return { points, indices, values, uses };
 }
 
-// The decoded primitive: points, indices, and by semantic the bytes of every attribute that the container stores.
+// The decoded primitive: points, indices, and for each semantic that the container stores its bytes.
 export function decode_primitive(draco, asset, primitive) {
   const extension = primitive.extensions.PSPLIT_mesh_draco_patches;
   const semantics = Object.keys(extension.attributes);

@@ -1,10 +1,10 @@
-// The extension's JSON schema, with a validator of JSON Schema 2020-12:
+// Tests the extension's JSON schema with a validator of JSON Schema 2020-12:
 //
 //   node schema_test.mjs GLTF_PSPLIT MODULES SPECIFICATION
 //
-// The samples, what encode writes and the specification's own example conform; what is broken is refused, and by
-// `gltf-psplit validate` as well. MODULES is the folder where npm installed tests/validator, SPECIFICATION that of
-// the extension.
+// The samples, the output of encode and the specification's own example conform. Broken extension objects are refused, by
+// the schema and by `gltf-psplit validate`. MODULES is the folder where npm installed tests/validator, SPECIFICATION the
+// folder of the extension.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -25,7 +25,7 @@ function check(holds, what) {
   console.log(`FAILED  ${what}`);
 }
 
-// glTF's schema of every object: what it says that matters here.
+// The part of glTF's schema of every property that matters here.
 const gltf_property = {
   $schema: 'https://json-schema.org/draft/2020-12/schema',
   $id: 'glTFProperty.schema.json',
@@ -36,7 +36,7 @@ const schema = JSON.parse(
   readFileSync(path.join(specification, `schema/mesh.primitive.${kName}.schema.json`), 'utf8'));
 const ajv = new Ajv({ allErrors: true });
 ajv.addSchema(gltf_property);
-const conforms = ajv.compile(schema); // refuses what is no schema of 2020-12
+const conforms = ajv.compile(schema); // throws if it is not a schema of 2020-12
 check(schema.$schema === gltf_property.$schema && schema.$id === `mesh.primitive.${kName}.schema.json`, 'names');
 check(schema.title && Object.entries(schema.properties).every(([name, property]) =>
   name.startsWith('ext') || property.description), 'every property has a description');
@@ -73,7 +73,7 @@ for (const fallback of ['uncompressed', 'none']) {
   check_asset(json_of(encoded), `encode with fallback ${fallback}`);
 }
 
-// Changes to a sound extension object, and who must refuse the result: the schema, and gltf-psplit.
+// Changes to a valid extension object, and whether [the schema, gltf-psplit] must refuse the result.
 const both = [true, true], neither = [false, false];
 const changes = [
   ['extras', (e) => ({ ...e, extras: { anything: [1] } }), neither],
@@ -81,10 +81,10 @@ const changes = [
   ['an unknown member', (e) => ({ ...e, later: 1 }), neither],
   ['an integer written as a float',
     (e) => JSON.stringify(e).replace(/"bufferView":(\d+)/, '"bufferView":$1.0'), neither],
-  ['no object: array', (e) => [e], both],
-  ['no object: null', () => null, both],
-  ['no object: number', () => 0, both],
-  ['extensions that are no object', (e) => ({ ...e, extensions: 5 }), [true, false]],
+  ['not an object: array', (e) => [e], both],
+  ['not an object: null', () => null, both],
+  ['not an object: number', () => 0, both],
+  ['extensions that are not an object', (e) => ({ ...e, extensions: 5 }), [true, false]],
   ['no bufferView', ({ attributes }) => ({ attributes }), both],
   ['bufferView: string', (e) => ({ ...e, bufferView: String(e.bufferView) }), both],
   ['bufferView: null', (e) => ({ ...e, bufferView: null }), both],
