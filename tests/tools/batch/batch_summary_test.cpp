@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/gltf_psplit/commands/messages.h"
-
 namespace psplit {
 namespace {
 

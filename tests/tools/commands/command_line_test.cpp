@@ -13,7 +13,7 @@
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/stock_stream.h"
 #include "tests/support/test_folder.h"
-#include "tools/gltf_psplit/commands/messages.h"
+#include "tools/gltf_psplit/report/exit_codes.h"
 
 namespace psplit {
 namespace {

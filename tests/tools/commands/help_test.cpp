@@ -6,8 +6,8 @@
 
 #include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
-#include "tools/gltf_psplit/commands/help_text.h"
-#include "tools/gltf_psplit/commands/messages.h"
+#include "tools/gltf_psplit/report/exit_codes.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {

@@ -1,54 +1,15 @@
-// What each verb says in one line, and the same in JSON.
+// The one line that each subcommand logs, the same in JSON, and errors.
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
-#include "tools/gltf_psplit/commands/asset_bytes.h"
-#include "tools/gltf_psplit/commands/encode_report.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {
-
-TEST(Bytes, HaveThreeDigits) {
-  EXPECT_EQ(as_bytes(0), "0 bytes");
-  EXPECT_EQ(as_bytes(1), "1 byte");
-  EXPECT_EQ(as_bytes(999), "999 bytes");
-  EXPECT_EQ(as_bytes(1000), "1.00 kB");
-  EXPECT_EQ(as_bytes(1184000), "1.18 MB");
-  EXPECT_EQ(as_bytes(34100000), "34.1 MB");
-  EXPECT_EQ(as_bytes(341000000), "341 MB");
-  EXPECT_EQ(as_bytes(999499), "999 kB");
-  EXPECT_EQ(as_bytes(999600), "1.00 MB");
-  EXPECT_EQ(as_bytes(9996), "10.0 kB");
-  EXPECT_EQ(as_bytes(99960), "100 kB");
-  EXPECT_EQ(as_bytes(UINT64_MAX), "18.4 EB");
-}
-
-TEST(Summary, SizesNameTexturesApart) {
-  EXPECT_EQ(sizes_text({{34100000, 0}, {1180000, 0}}), "1.18 MB from 34.1 MB (3.5 %)");
-  EXPECT_EQ(sizes_text({{9800000, 7500000}, {7600000, 7500000}}),
-            "7.60 MB from 9.80 MB (77.6 %), of which textures 7.50 MB");
-  EXPECT_EQ(sizes_text({{9800000, 7500000}, {2300000, 0}}),
-            "2.30 MB from 9.80 MB (23.5 %), of which textures 0 bytes from 7.50 MB");
-  EXPECT_EQ(sizes_text({{0, 0}, {2300000, 0}}), "2.30 MB");  // from a pipe
-  EXPECT_EQ(sizes_text({{0, 0}, {2300000, 500000}}), "2.30 MB, of which textures 500 kB");
-  EXPECT_EQ(sizes_text({{1000, 0}, {6600, 0}}), "6.60 kB from 1.00 kB (6.6 times)");
-  EXPECT_EQ(sizes_text({{9800000, 0}, {0, 0}}), "");  // to stdout
-}
-
-TEST(Summary, ChangesAreCountedByKind) {
-  EncodeStatistics statistics;
-  EXPECT_EQ(changes_text(statistics), "");
-  statistics.merged_points = 12;
-  statistics.dropped_faces = 1;
-  statistics.dropped_points = 2000;
-  statistics.residue_faces = 3;
-  EXPECT_EQ(changes_text(statistics),
-            "merged 12 duplicate points, dropped 1 degenerate face, dropped 2,000 unused points, "
-            "kept 3 degenerate faces");
-}
 
 class SummaryOfFiles : public testing::Test {
  protected:

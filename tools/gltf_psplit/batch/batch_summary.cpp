@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "tools/gltf_psplit/commands/messages.h"
+#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {

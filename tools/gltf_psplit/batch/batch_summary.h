@@ -5,7 +5,7 @@
 #include <string>
 
 #include "src/status.h"
-#include "tools/gltf_psplit/commands/asset_bytes.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
 
 namespace psplit {
 

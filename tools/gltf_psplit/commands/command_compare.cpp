@@ -8,15 +8,21 @@
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/weld.h"
 #include "tools/gltf_psplit/commands/commands.h"
-#include "tools/gltf_psplit/commands/encode_options.h"
-#include "tools/gltf_psplit/commands/help_text.h"
-#include "tools/gltf_psplit/commands/output_files.h"
-#include "tools/gltf_psplit/commands/output_place.h"
-#include "tools/gltf_psplit/commands/progress.h"
 #include "tools/gltf_psplit/compare/comparison.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"
-#include "tools/gltf_psplit/compare/html_report.h"
+#include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/read_input.h"
+#include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/coding_options.h"
+#include "tools/gltf_psplit/options/encode_options.h"
+#include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/session.h"
+#include "tools/gltf_psplit/page/html_report.h"
 #include "tools/gltf_psplit/preview/preview.h"
+#include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/patch_summary.h"
+#include "tools/gltf_psplit/report/progress.h"
 #include "tools/gltf_psplit/sameness/sameness.h"
 
 namespace psplit {
@@ -159,7 +165,7 @@ Status run_compare(Arguments arguments, const Session& session) {
   report.input = arguments.input == "-" ? "stdin" : std::filesystem::path(arguments.input).filename().string();
   report.options = options;
   report.comparison = std::move(*comparison);
-  report.environment = describe_environment(session);
+  report.environment = describe_environment(session.version, session.command_line);
   return write_text(arguments.output, arguments.format == "html"   ? to_html(report)
                                       : arguments.format == "json" ? report_text(to_json(report))
                                                                    : to_text(report, arguments.wide));

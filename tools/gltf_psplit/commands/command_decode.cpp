@@ -3,13 +3,20 @@
 #include <chrono>
 #include <memory>
 
-#include "tools/gltf_psplit/commands/asset_bytes.h"
 #include "tools/gltf_psplit/commands/commands.h"
-#include "tools/gltf_psplit/commands/encode_options.h"
-#include "tools/gltf_psplit/commands/help_text.h"
-#include "tools/gltf_psplit/commands/output_files.h"
-#include "tools/gltf_psplit/commands/output_place.h"
-#include "tools/gltf_psplit/commands/progress.h"
+#include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/read_input.h"
+#include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/coding_options.h"
+#include "tools/gltf_psplit/options/encode_options.h"
+#include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/session.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/encode_report.h"
+#include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/progress.h"
 
 namespace psplit {
 namespace {

@@ -4,12 +4,15 @@
 #include <map>
 #include <memory>
 
-#include "tools/gltf_psplit/commands/asset_bytes.h"
 #include "tools/gltf_psplit/commands/commands.h"
-#include "tools/gltf_psplit/commands/count_option.h"
-#include "tools/gltf_psplit/commands/help_text.h"
-#include "tools/gltf_psplit/commands/output_place.h"
-#include "tools/gltf_psplit/commands/progress.h"
+#include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/options/count_option.h"
+#include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/session.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/progress.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {

@@ -9,8 +9,11 @@
 
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
-#include "tools/gltf_psplit/commands/help_text.h"
-#include "tools/gltf_psplit/commands/suggestions.h"
+#include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/session.h"
+#include "tools/gltf_psplit/options/suggestions.h"
+#include "tools/gltf_psplit/report/log.h"
 
 namespace psplit {
 namespace {

@@ -5,11 +5,14 @@
 
 #include "gltf_ext/convert/validate.h"
 #include "tools/gltf_psplit/commands/commands.h"
-#include "tools/gltf_psplit/commands/help_text.h"
-#include "tools/gltf_psplit/commands/many_files.h"
-#include "tools/gltf_psplit/commands/output_files.h"
-#include "tools/gltf_psplit/commands/output_place.h"
-#include "tools/gltf_psplit/commands/progress.h"
+#include "tools/gltf_psplit/files/many_files.h"
+#include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/session.h"
+#include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/progress.h"
 
 namespace psplit {
 namespace {

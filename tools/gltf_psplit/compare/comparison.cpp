@@ -7,8 +7,8 @@
 #include "encoder/draco/stock_stream.h"
 #include "encoder/partition/partition.h"
 #include "src/cpu/staged_decode.h"
-#include "tools/gltf_psplit/commands/messages.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
+#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "gltf_ext/convert/convert.h"
-#include "tools/gltf_psplit/commands/patch_summary.h"
 #include "tools/gltf_psplit/compare/measure.h"
+#include "tools/gltf_psplit/report/patch_summary.h"
 
 namespace psplit {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tools/gltf_psplit/commands/messages.h"
+#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {

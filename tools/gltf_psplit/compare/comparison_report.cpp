@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "tools/gltf_psplit/commands/help_text.h"
-#include "tools/gltf_psplit/commands/messages.h"
 #include "tools/gltf_psplit/compare/comparison_summary.h"
+#include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <tuple>
 
-#include "tools/gltf_psplit/commands/messages.h"
+#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {

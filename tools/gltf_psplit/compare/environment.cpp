@@ -52,17 +52,17 @@ std::string utc_now() {
 
 }  // namespace
 
-Environment describe_environment(const Session& session) {
+Environment describe_environment(const std::string& version, const std::string& command_line) {
   return {.cpu = cpu_model(),
           .threads = static_cast<int>(std::thread::hardware_concurrency()),
           .gpu = cuda_device_name(),
-          .psplit = session.version,
+          .psplit = version,
           .draco = draco_version(),
           .meshoptimizer = meshopt_version(),
           .zstd = zstd_version(),
           .meshopt_codec = meshopt_codec_version(),
           .compiler = compiler(),
-          .command_line = session.command_line,
+          .command_line = command_line,
           .date = utc_now()};
 }
 

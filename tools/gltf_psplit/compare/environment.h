@@ -3,8 +3,6 @@
 
 #include <string>
 
-#include "tools/gltf_psplit/commands/commands.h"
-
 namespace psplit {
 
 struct Environment {
@@ -18,6 +16,7 @@ struct Environment {
   std::string date;                                // UTC, as 2026-01-31 12:00
 };
 
-Environment describe_environment(const Session& session);
+// `version` and `command_line` are those of the command (Session).
+Environment describe_environment(const std::string& version, const std::string& command_line);
 
 }  // namespace psplit

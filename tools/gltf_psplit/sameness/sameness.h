@@ -4,7 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/gltf_psplit/commands/commands.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/session.h"
 
 namespace CLI {
 class App;

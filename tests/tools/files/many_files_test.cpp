@@ -1,0 +1,106 @@
+// validate and inspect take many files, work on all of them, and fail where one does.
+#include "tools/gltf_psplit/files/many_files.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/test_folder.h"
+#include "tests/tools/run_command.h"
+#include "tools/gltf_psplit/report/text_layout.h"
+
+namespace psplit {
+namespace {
+
+class ManyFiles : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(run_command({"generate", path("plain.glb"), "--faces", "2k", "-q"}).code, 0);
+    ASSERT_EQ(run_command({"encode", path("plain.glb"), path("split.glb"), "--patches", "2", "-q"}).code, 0);
+    std::ofstream(path("broken.gltf")) << "{";
+  }
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  TestFolder folder_;
+};
+
+TEST_F(ManyFiles, ValidateSaysALineAFile) {
+  const CommandOutcome outcome = run_command({"validate", path("plain.glb"), path("split.glb")});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, path("plain.glb") + ": valid\n" + path("split.glb") + ": valid\n");
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(ManyFiles, ValidateGoesOnAfterFailures) {
+  const CommandOutcome outcome =
+      run_command({"validate", path("broken.gltf"), path("none.glb"), path("split.glb")});
+  EXPECT_EQ(outcome.code, 3);  // of the first
+  EXPECT_TRUE(contains(outcome.out, path("broken.gltf") + ": invalid, 1 error\n")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, path("split.glb") + ": valid\n")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.err, "none.glb")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "2 of 3 files failed")) << outcome.err;
+  EXPECT_EQ(run_command({"validate", path("none.glb"), path("broken.gltf")}).code, 2);
+}
+
+TEST_F(ManyFiles, JsonIsAnArrayWhereThereAreSeveral) {
+  const CommandOutcome one = run_command({"validate", path("split.glb"), "--format", "json"});
+  const auto object = nlohmann::json::parse(one.out);
+  ASSERT_TRUE(object.is_object());
+  EXPECT_EQ(object.at("file"), path("split.glb"));
+  EXPECT_EQ(object.at("valid"), true);
+
+  for (const char* verb : {"validate", "inspect"}) {
+    const CommandOutcome several =
+        run_command({verb, path("split.glb"), path("none.glb"), path("plain.glb"), "--format", "json", "-q"});
+    EXPECT_EQ(several.code, 2);
+    const auto array = nlohmann::json::parse(several.out);
+    ASSERT_EQ(array.size(), 3u) << several.out;
+    EXPECT_EQ(array.at(0).at("file"), path("split.glb"));
+    EXPECT_EQ(array.at(1).at("error").at("code"), 2);
+    EXPECT_TRUE(contains(array.at(1).at("error").at("message"), "none.glb"));
+    EXPECT_EQ(array.at(2).at("file"), path("plain.glb"));
+  }
+}
+
+TEST_F(ManyFiles, InspectHasARowAFile) {
+  const CommandOutcome outcome =
+      run_command({"inspect", path("split.glb"), path("broken.gltf"), path("plain.glb"), "-q"});
+  EXPECT_EQ(outcome.code, 3);
+  std::istringstream lines(outcome.out);
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(lines, line);) rows.push_back(line);
+  ASSERT_EQ(rows.size(), 3u) << outcome.out;
+  EXPECT_TRUE(rows[0].ends_with("  file")) << rows[0];
+  EXPECT_TRUE(rows[1].ends_with("  " + path("split.glb"))) << rows[1];
+  EXPECT_TRUE(rows[2].ends_with("  " + path("plain.glb"))) << rows[2];
+  const auto width = [&](const std::string& row, const std::string& file) { return row.size() - file.size(); };
+  EXPECT_LE(width(rows[1], path("split.glb")), 80u);
+}
+
+TEST_F(ManyFiles, SomeThingsAreForOneFile) {
+  EXPECT_EQ(run_command({"validate", "-", "-"}).code, 1);
+  EXPECT_EQ(run_command({"inspect", "-", path("split.glb"), "-"}).code, 1);
+  const CommandOutcome preview =
+      run_command({"inspect", path("split.glb"), path("plain.glb"), "--preview", path("a.png")});
+  EXPECT_EQ(preview.code, 1);
+  EXPECT_TRUE(contains(preview.err, "--preview draws one asset, and there are 2 files")) << preview.err;
+}
+
+// 100 columns where nobody asks for all.
+TEST_F(ManyFiles, TablesFit) {
+  for (std::vector<std::string> words : {std::vector<std::string>{"inspect", path("split.glb")},
+                                         {"compare", path("plain.glb"), "--repeat", "1", "--patches", "1,2"}}) {
+    const std::string narrow = run_command(words).out;
+    std::istringstream lines(narrow);
+    std::string line;
+    std::getline(lines, line);  // the first has the file's name
+    while (std::getline(lines, line)) EXPECT_LE(line.size(), kTableWidth) << line;
+    EXPECT_FALSE(contains(narrow, "balance")) << narrow;
+    words.push_back("--wide");
+    const std::string wide = run_command(words).out;
+    EXPECT_TRUE(contains(wide, "balance")) << wide;
+  }
+}
+
+}  // namespace
+}  // namespace psplit

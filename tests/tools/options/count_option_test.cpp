@@ -1,0 +1,54 @@
+#include "tools/gltf_psplit/options/count_option.h"
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/test_folder.h"
+#include "tests/tools/run_command.h"
+
+namespace psplit {
+namespace {
+
+TEST(CountOption, ReadsCountsAsPeopleWriteThem) {
+  EXPECT_EQ(parse_count("0"), 0u);
+  EXPECT_EQ(parse_count("1000000"), 1000000u);
+  EXPECT_EQ(parse_count("1_000_000"), 1000000u);
+  EXPECT_EQ(parse_count("1,000,000"), 1000000u);
+  EXPECT_EQ(parse_count("1e6"), 1000000u);
+  EXPECT_EQ(parse_count("1E6"), 1000000u);
+  EXPECT_EQ(parse_count("2.5e5"), 250000u);
+  EXPECT_EQ(parse_count("1M"), 1000000u);
+  EXPECT_EQ(parse_count("1m"), 1000000u);
+  EXPECT_EQ(parse_count("250k"), 250000u);
+  EXPECT_EQ(parse_count("1.1M"), 1100000u);
+  EXPECT_EQ(parse_count("2G"), 2000000000u);
+  EXPECT_EQ(parse_count("18446744073709551615"), UINT64_MAX);
+}
+
+TEST(CountOption, RefusesWhatIsNoCount) {
+  for (const char* text : {"",     "k",    "-1",   "-1k",  "+1",  "1.5",   "1e-3",
+                           "1e6x", "1kk",  "many", "inf",  "nan", "1e300", "_1",
+                           "1_",   "1__0", "1,",   "0x10", " 1",  "1 ",    "18446744073709551616",
+                           "1e",   "1.2.3"})
+    EXPECT_EQ(parse_count(text), std::nullopt) << text;
+}
+
+TEST(CountOption, StandsInTheCommand) {
+  const TestFolder folder;
+  const std::string mesh = (folder / "a.glb").string(), out = (folder / "b.glb").string();
+  ASSERT_EQ(run_command({"generate", mesh, "--faces", "3e3", "-q"}).code, 0);
+  const auto patches = [&](const std::string& option, const std::string& count) {
+    const CommandOutcome outcome = run_command({"encode", mesh, out, option, count, "--report", "-", "-q"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out).at("total").at("patches").get<int>();
+  };
+  EXPECT_EQ(patches("--patch-faces", "1k"), 3);
+  EXPECT_EQ(patches("--patches", "0.5e1"), 5);
+  const CommandOutcome wrong = run_command({"generate", mesh, "--faces", "lots"});
+  EXPECT_EQ(wrong.code, 1);
+  EXPECT_TRUE(
+      contains(wrong.err, "--faces: lots is no count from 1 to 4294967295, such as 250000, 250k or 2.5e5"))
+      << wrong.err;
+}
+
+}  // namespace
+}  // namespace psplit

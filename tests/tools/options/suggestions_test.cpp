@@ -1,0 +1,54 @@
+#include "tools/gltf_psplit/options/suggestions.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/tools/run_command.h"
+
+namespace psplit {
+namespace {
+
+TEST(Suggestions, DistanceCountsLettersAndSwaps) {
+  EXPECT_EQ(edit_distance("", ""), 0u);
+  EXPECT_EQ(edit_distance("", "abc"), 3u);
+  EXPECT_EQ(edit_distance("encode", "encode"), 0u);
+  EXPECT_EQ(edit_distance("encde", "encode"), 1u);
+  EXPECT_EQ(edit_distance("encodee", "encode"), 1u);
+  EXPECT_EQ(edit_distance("enkode", "encode"), 1u);
+  EXPECT_EQ(edit_distance("ecnode", "encode"), 1u);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
+}
+
+TEST(Suggestions, OnlyWhatIsNearIsSuggested) {
+  const std::vector<std::string> words = {"encode", "decode", "validate", "version"};
+  EXPECT_EQ(nearest_word("encod", words), "encode");
+  EXPECT_EQ(nearest_word("deocde", words), "decode");
+  EXPECT_EQ(nearest_word("valid", words), "validate");  // its beginning
+  EXPECT_EQ(nearest_word("teapot", words), "");
+  EXPECT_EQ(nearest_word("x", words), "");
+  EXPECT_EQ(nearest_word("", words), "");
+  EXPECT_EQ(suggestion("encoed", words), "; did you mean encode?");
+  EXPECT_EQ(suggestion("teapot", words), "");
+}
+
+TEST(Suggestions, ComeWithUnknownVerbsAndOptions) {
+  const auto says = [](const std::vector<std::string>& words, const std::string& what) {
+    const CommandOutcome outcome = run_command(words);
+    EXPECT_EQ(outcome.code, 1) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_TRUE(contains(outcome.err, what)) << outcome.err;
+  };
+  says({"encod", "a.glb", "b.glb"}, "no such subcommand: encod; did you mean encode?");
+  says({"teapot"}, "no such subcommand: teapot\n");
+  says({"encode", "a.glb", "b.glb", "--patchs", "3"}, "no such option: --patchs; did you mean --patches?");
+  says({"encode", "--patchs=3", "a.glb", "b.glb"}, "no such option: --patchs; did you mean --patches?");
+  // An unknown option takes the word behind it for a file: that is not what is wrong.
+  says({"encode", "--losless", "a.glb"}, "no such option: --losless; did you mean --lossless?");
+  says({"generate", "a.glb", "--teapots"}, "no such option: --teapots\n");
+  says({"help", "encod"}, "no such subcommand: encod; did you mean encode?");
+  says({"--verson"}, "no such option: --verson; did you mean --version?");
+  // And where to look for more.
+  says({"encode", "a.glb", "b.glb", "--patchs", "3"}, "`gltf-psplit encode --help`");
+}
+
+}  // namespace
+}  // namespace psplit

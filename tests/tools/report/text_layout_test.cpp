@@ -1,0 +1,37 @@
+#include "tools/gltf_psplit/report/text_layout.h"
+
+#include <gtest/gtest.h>
+
+namespace psplit {
+namespace {
+
+TEST(TextTable, AlignsColumns) {
+  TextTable table({"codec", "bytes"});
+  table.add({"a", "12345"});
+  table.add({"longer", "1"});
+  EXPECT_EQ(table.to_string(),
+            "codec   bytes\n"
+            "a       12345\n"
+            "longer      1\n");
+}
+
+TEST(TextTable, KeepsNamedColumns) {
+  TextTable table({"codec", "patches", "bytes", "file"});
+  table.add({"a", "1", "12345", "x.glb"});
+  table.add({"longer", "20", "1", "longer.glb"});
+  table.align_last_left();
+  table.keep_columns(std::vector<std::string>{"codec", "bytes", "file"});
+  EXPECT_EQ(table.to_string(),
+            "codec   bytes  file\n"
+            "a       12345  x.glb\n"
+            "longer      1  longer.glb\n");
+}
+
+TEST(WrapText, BreaksBetweenWords) {
+  EXPECT_EQ(wrap_text("one two  three", 7, 2), "one two\n  three");
+  EXPECT_EQ(wrap_text("a-word-that-is-long b", 5, 0), "a-word-that-is-long\nb");
+  EXPECT_EQ(wrap_text("", 5, 2), "");
+}
+
+}  // namespace
+}  // namespace psplit

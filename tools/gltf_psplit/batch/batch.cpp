@@ -1,0 +1,256 @@
+#include "tools/gltf_psplit/batch/batch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <new>
+#include <thread>
+
+#include "gltf_ext/convert/validate.h"
+#include "gltf_ext/files/content_hash.h"
+#include "tools/gltf_psplit/batch/batch_record.h"
+#include "tools/gltf_psplit/batch/batch_summary.h"
+#include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/read_input.h"
+#include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/encode_report.h"
+#include "tools/gltf_psplit/report/log.h"
+#include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/progress.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What became of one asset.
+struct Outcome {
+  Status status;
+  bool up_to_date = false;
+  EncodeResult result;
+  WriteReport written;
+  AssetSizes sizes;
+  double wall_ms = 0;
+};
+
+class Batch {
+ public:
+  Batch(const BatchArguments& arguments, const Session& session) : arguments_(arguments), session_(session) {}
+
+  Status run() {
+    Expected<std::vector<BatchItem>> items = plan_batch(arguments_.request);
+    if (!items) return items.status();
+    items_ = std::move(*items);
+    std::error_code error;
+    const fs::path report_path = fs::weakly_canonical(arguments_.report, error);
+    for (const BatchItem& item : items_)
+      for (const fs::path& path : {item.output, fs::path(item.input)})
+        if (writes_report_file() && fs::weakly_canonical(path, error) == report_path)
+          return {StatusCode::kUsage, "--report cannot share " + arguments_.report + " with an asset"};
+    if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
+    // After the output folder is made: the report may lie there.
+    if (writes_report_file())
+      if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
+
+    const auto begin = std::chrono::steady_clock::now();
+    outcomes_.resize(items_.size());
+    {
+      ProgressBar bar("encoding", session_.log);
+      encode_all(bar);
+    }
+    const double wall_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    if (!spares_report_ && (!arguments_.report.empty() || !stdout_is_terminal())) {
+      const std::string& path = arguments_.report.empty() ? "-" : arguments_.report;
+      if (Status status = write_text(path, report_text(report(wall_ms))); !status.ok()) return status;
+    }
+    session_.log.block(summary(wall_ms));
+    for (const Outcome& outcome : outcomes_)
+      if (!outcome.status.ok())
+        return {outcome.status.code(),
+                std::to_string(count_failed()) + " of " + counted(items_.size(), "asset") + " failed"};
+    return {};
+  }
+
+ private:
+  bool writes_report_file() const { return !arguments_.report.empty() && arguments_.report != "-"; }
+
+  size_t count_failed() const {
+    return static_cast<size_t>(
+        std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return !o.status.ok(); }));
+  }
+  size_t count_up_to_date() const {
+    return static_cast<size_t>(
+        std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return o.up_to_date; }));
+  }
+
+  std::string summary(double wall_ms) const {
+    std::vector<BatchOutcome> list;
+    for (size_t i = 0; i < items_.size(); ++i)
+      list.push_back({items_[i].input, outcomes_[i].status, outcomes_[i].up_to_date, outcomes_[i].sizes,
+                      outcomes_[i].result.total.summary.patches, outcomes_[i].wall_ms});
+    return batch_summary(arguments_.folder, list, wall_ms);
+  }
+
+  // Assets side by side, as many as there are threads. Each takes the pool's threads for its own primitives and
+  // patches: a large one at the end does not leave them idle. Large files first, so that none is left alone.
+  void encode_all(ProgressBar& bar) {
+    std::vector<std::pair<uintmax_t, size_t>> order;
+    for (size_t i = 0; i < items_.size(); ++i) {
+      std::error_code error;
+      const uintmax_t bytes = fs::file_size(items_[i].input, error);
+      order.emplace_back(error ? 0 : bytes, i);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    std::atomic<size_t> next = 0, done = 0;
+    std::atomic<uint64_t> bytes_done = 0;
+    const auto work = [&] {
+      for (size_t n = next++; n < order.size(); n = next++) {
+        encode_item(order[n].second);
+        bytes_done += order[n].first;
+        ++done;
+        bar.show({.done = done,
+                  .total = order.size(),
+                  .noun = "asset",
+                  .stage = "",
+                  .amount = bytes_done,
+                  .amount_noun = "byte"});
+      }
+    };
+    std::vector<std::thread> others;
+    const size_t workers = std::min(items_.size(), static_cast<size_t>(session_.pool.thread_count()));
+    for (size_t i = 1; i < workers; ++i) others.emplace_back(work);
+    work();
+    for (std::thread& other : others) other.join();
+  }
+
+  void encode_item(size_t i) {
+    Outcome& outcome = outcomes_[i];
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      outcome.status = encode(items_[i], outcome);
+    } catch (const std::bad_alloc&) {
+      outcome.status = runtime_failure("out of memory");
+    } catch (const std::exception& error) {
+      outcome.status = runtime_failure(error.what());
+    }
+    outcome.status = std::move(outcome.status).at({.file = items_[i].input});
+    if (!outcome.status.ok()) session_.log.error(outcome.status);
+    outcome.wall_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  }
+
+  Status encode(const BatchItem& item, Outcome& outcome) {
+    Expected<Document> document = read_input(item.input, session_.log);
+    if (!document) return document.status();
+    if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
+      spares_report_ = true;
+      return status;
+    }
+    ContentHash hash;
+    hash.add_framed(session_.version);
+    hash.add_framed(describe_options(arguments_.encode.options));
+    hash.add_framed(describe_images(arguments_.write));
+    hash.add_framed(hash_asset(*document));
+    const std::string made_from = hash.hex();
+    if (is_up_to_date(item, made_from)) {
+      outcome.up_to_date = true;
+      session_.log.detail(item.output.string() + " is up to date");
+      return {};
+    }
+    if (Status status = check_output(item); !status.ok()) return status;
+    if (Status status = check_patches(*document, find_backend({}), session_.pool); !status.ok()) return status;
+    outcome.sizes.input = bytes_on_disk(document->source.string());
+    const auto reports = encode_document(*document, arguments_.encode.options, find_backend({}), session_.pool);
+    if (!reports) return reports.status();
+    outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
+    log_reports(*reports, session_.log, item.input + ": ");
+    warn_of_growth(outcome.result, session_.log, item.input);
+    std::error_code error;
+    fs::create_directories(item.output.parent_path(), error);  // where it fails, writing says so
+    if (Status status = record_.begin(item.name); !status.ok()) return status;
+    if (Status status = write_document(*document, item.output, arguments_.write, &outcome.written);
+        !status.ok())
+      return status;
+    log_written(outcome.written, session_.log, item.input + ": ");
+    outcome.sizes.output = bytes_on_disk(item.output.string());
+    const Expected<Document> written = read_document(item.output);
+    if (!written) return written.status();
+    session_.log.detail(item.output.string() + ": " + encode_summary(outcome.result, outcome.sizes));
+    return record_.add(item.name, {made_from, hash_asset(*written)});
+  }
+
+  // The files in the folder may be those of others.
+  Status check_output(const BatchItem& item) const {
+    std::error_code error;
+    if (record_.find(item.name) != nullptr || !fs::exists(fs::symlink_status(item.output, error))) return {};
+    return {
+        StatusCode::kUsage,
+        item.output.string() + " is there, and no batch made it: move it away, or choose another --out-dir"};
+  }
+
+  // Made from the same with the same options, and as it was when it was written.
+  bool is_up_to_date(const BatchItem& item, const std::string& made_from) const {
+    const BatchRecord::Entry* entry = record_.find(item.name);
+    if (entry == nullptr || entry->made_from != made_from) return false;
+    const Expected<Document> output = read_document(item.output);
+    return output && hash_asset(*output) == entry->output;
+  }
+
+  Json report(double wall_ms) const {
+    Json assets = Json::array();
+    EncodeRow total;
+    AssetSizes sizes;
+    for (size_t i = 0; i < items_.size(); ++i) {
+      const Outcome& outcome = outcomes_[i];
+      Json asset{{"input", items_[i].input}, {"output", items_[i].output.string()}};
+      asset["status"] = !outcome.status.ok() ? "failed" : outcome.up_to_date ? "up to date" : "encoded";
+      if (!outcome.status.ok()) {
+        asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
+                          {"message", outcome.status.to_string()}};
+      } else if (!outcome.up_to_date) {
+        asset["files"] = sizes_json(outcome.sizes);
+        asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
+                             {"output_bytes", outcome.result.geometry.output}};
+        append_row(asset["total"], outcome.result.total);
+        append_written(asset, outcome.written);
+        asset["primitives"] = outcome.result.primitives;
+        total += outcome.result.total;
+        sizes += outcome.sizes;
+      }
+      asset["wall_ms"] = outcome.wall_ms;
+      assets.push_back(std::move(asset));
+    }
+    const size_t failed = count_failed(), up_to_date = count_up_to_date();
+    Json result{{"folder", arguments_.folder},
+                {"verified", arguments_.encode.options.verify},
+                {"threads", session_.pool.thread_count()},
+                {"encoded", items_.size() - failed - up_to_date},
+                {"up_to_date", up_to_date},
+                {"failed", failed},
+                {"wall_ms", wall_ms},
+                {"files", sizes_json(sizes)}};
+    append_row(result["total"], total);
+    result["assets"] = std::move(assets);
+    return result;
+  }
+
+  const BatchArguments& arguments_;
+  const Session& session_;
+  std::vector<BatchItem> items_;
+  std::vector<Outcome> outcomes_;
+  BatchRecord record_;
+  std::atomic<bool> spares_report_ = false;  // an asset needs the file of its name
+};
+
+}  // namespace
+
+Status run_batch(const BatchArguments& arguments, const Session& session) {
+  return Batch(arguments, session).run();
+}
+
+}  // namespace psplit

@@ -1,0 +1,29 @@
+// The output of commands that write an asset.
+#pragma once
+
+#include <string>
+
+#include "gltf_ext/document/document.h"
+#include "tools/gltf_psplit/report/log.h"
+
+namespace CLI {
+class App;
+}
+
+namespace psplit {
+
+// The output's path: the word after the input, or -o. Add the input's option first. `path` must outlive the
+// parse.
+void add_output_option(CLI::App& command, std::string& path);
+
+// --images. `options` must outlive the parse.
+void add_images_option(CLI::App& command, WriteOptions& options);
+// The value of --images that `options` came from, or "default".
+std::string describe_images(const WriteOptions& options);
+
+// Logs which files are missing, and which were renamed. Each line begins with `prefix`.
+void log_written(const WriteReport& report, const Log& log, const std::string& prefix = "");
+// Appends the same as JSON: "images" and "warnings" of an asset.
+void append_written(Json& object, const WriteReport& report);
+
+}  // namespace psplit

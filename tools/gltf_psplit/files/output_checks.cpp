@@ -1,0 +1,83 @@
+#include "tools/gltf_psplit/files/output_checks.h"
+
+#include <filesystem>
+
+#include "gltf_ext/document/linked_files.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  return fs::equivalent(a, b, error) || fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error);
+}
+
+}  // namespace
+
+Status check_output_place(const std::string& path) {
+  if (path == "-") return {};
+  std::error_code error;
+  const fs::file_type type = fs::status(path, error).type();
+  if (type == fs::file_type::character || type == fs::file_type::fifo) return {};
+  const Place place{.file = path};
+  if (type == fs::file_type::directory) return io_failure("is a folder; name a file in it", place);
+  // Files are written beside and renamed: what must be writable is the folder, of the target where it is a
+  // link.
+  fs::path target = path;
+  if (fs::is_symlink(target, error)) {
+    target = fs::weakly_canonical(target, error);
+    if (error) return io_failure("a link that leads nowhere", place);
+  }
+  const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
+  const fs::file_type folder_type = fs::status(folder, error).type();
+  if (folder_type == fs::file_type::not_found)
+    return io_failure("there is no folder " + folder.string(), place);
+  if (folder_type != fs::file_type::directory) return io_failure(folder.string() + " is no folder", place);
+  if (!may_write_into(folder))
+    return io_failure("no permission to write into the folder " + folder.string(), place);
+  return {};
+}
+
+Status check_output_path(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  if (path != "-" && extension != ".glb" && extension != ".gltf")
+    return {StatusCode::kUsage,
+            "the output must end in .glb or .gltf, or be - for a GLB on stdout",
+            {.file = path}};
+  return check_output_place(path);
+}
+
+Status check_not_an_input(const std::string& path, const std::string& option, const Document& document) {
+  if (path.empty() || path == "-") return {};
+  const auto refuse = [&](const fs::path& file) {
+    return Status(StatusCode::kUsage, option + " would replace " + file.string() + ", which the input needs");
+  };
+  for (const fs::path& file : document.files)
+    if (is_same_file(path, file)) return refuse(file);
+  for (const LinkedFile& link : linked_files(document))
+    if (link.state == LinkState::kFound && is_same_file(path, link.path)) return refuse(link.path);
+  return {};
+}
+
+Status check_not_an_input(const std::string& path, const std::string& option,
+                          std::span<const std::string> inputs) {
+  Document named;
+  named.json = Json::object();
+  for (const std::string& input : inputs)
+    if (input != "-") named.files.emplace_back(input);
+  return check_not_an_input(path, option, named);
+}
+
+Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written) {
+  if (path.empty() || path == "-") return {};
+  for (const fs::path& file : written.files)
+    if (file != "-" && is_same_file(path, file))
+      return {StatusCode::kUsage, option + " and the output cannot share " + file.string()};
+  return {};
+}
+
+}  // namespace psplit

@@ -1,0 +1,27 @@
+// Whether an output may be written, checked before the work whose result it will hold.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "gltf_ext/document/document.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// kIo if `path` is a folder, or if its folder is missing or not writable. "-", devices and pipes pass.
+Status check_output_place(const std::string& path);
+
+// The same, and kUsage if write_document does not support the name: it must end in .glb or .gltf, or be "-".
+Status check_output_path(const std::string& path);
+
+// kUsage if writing `path`, which `option` named, would replace a file that the document was read from or
+// refers to (its images, and the files of its extensions), also through links.
+Status check_not_an_input(const std::string& path, const std::string& option, const Document& document);
+// The same for inputs that are not read yet, according to their names alone.
+Status check_not_an_input(const std::string& path, const std::string& option,
+                          std::span<const std::string> inputs);
+// The same for the files of an output.
+Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written);
+
+}  // namespace psplit

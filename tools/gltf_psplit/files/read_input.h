@@ -1,0 +1,15 @@
+// The input of a command.
+#pragma once
+
+#include <string>
+
+#include "gltf_ext/document/document.h"
+#include "tools/gltf_psplit/report/log.h"
+
+namespace psplit {
+
+// Reads any file that read_asset supports (gltf_ext/mesh_files/read_asset.h); "-" is stdin. Its warnings go to
+// the log. The document of a Draco file holds the file's stream, which the named backend described.
+Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend = "auto");
+
+}  // namespace psplit

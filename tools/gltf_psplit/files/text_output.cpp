@@ -1,0 +1,30 @@
+#include "tools/gltf_psplit/files/text_output.h"
+
+#include <CLI/CLI.hpp>
+
+#include "gltf_ext/files/files.h"
+
+namespace psplit {
+
+void add_text_output_option(CLI::App& command, std::string& path) {
+  command.add_option("-o,--output", path, "Where the result goes; - is stdout")
+      ->capture_default_str()
+      ->type_name("FILE");
+}
+
+void add_format_option(CLI::App& command, std::string& name, const std::vector<std::string>& forms) {
+  command.add_option("--format", name, "Form of the result")
+      ->check(CLI::IsMember(forms))
+      ->capture_default_str()
+      ->type_name("FORM");
+}
+
+Status write_text(const std::string& path, const std::string& text) {
+  return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
+}
+
+std::string report_text(const Json& report) {
+  return report.dump(2, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace psplit

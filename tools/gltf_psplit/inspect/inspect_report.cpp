@@ -1,0 +1,157 @@
+#include "tools/gltf_psplit/inspect/inspect_report.h"
+
+#include <algorithm>
+
+#include "src/container/container.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/patch_summary.h"
+#include "tools/gltf_psplit/report/text_layout.h"
+
+namespace psplit {
+namespace {
+
+const char* storage_name(PrimitiveStorage storage) {
+  switch (storage) {
+    case PrimitiveStorage::kPlain: return "plain";
+    case PrimitiveStorage::kPatches: return "patches";
+    case PrimitiveStorage::kStockDraco: return "draco";
+  }
+  return "";
+}
+
+Json to_json(const InspectedPrimitive& primitive) {
+  Json object{{"mesh", primitive.id.mesh},
+              {"primitive", primitive.id.primitive},
+              {"storage", storage_name(primitive.storage)}};
+  if (primitive.storage == PrimitiveStorage::kPlain) return object;
+  object["container_version"] =
+      primitive.container_version ? Json(*primitive.container_version) : Json(nullptr);
+  object["coding"] = primitive.coding ? Json(coding_name(*primitive.coding)) : Json(nullptr);
+  append_summary(object, primitive.summary);
+  Json attributes = Json::array();
+  for (size_t i = 0; i < primitive.attributes.size(); ++i) {
+    const AttributeRequest& request = primitive.attributes[i];
+    Json attribute{{"semantic", request.semantic}, {"componentType", static_cast<int>(request.component_type)}};
+    attribute["bits"] = primitive.bits[i] == 0 ? Json(nullptr) : Json(primitive.bits[i]);
+    attributes.push_back(std::move(attribute));
+  }
+  object["attributes"] = std::move(attributes);
+  return object;
+}
+
+// Mentions the version only if it is an old one, which is rare.
+std::string storage_text(const InspectedPrimitive& primitive) {
+  const uint32_t version = primitive.container_version.value_or(kContainerVersion);
+  return storage_name(primitive.storage) +
+         (version == kContainerVersion ? std::string() : " (version " + std::to_string(version) + ")");
+}
+
+std::string attributes_text(const InspectedPrimitive& primitive) {
+  std::string text;
+  for (size_t i = 0; i < primitive.attributes.size(); ++i) {
+    text += (i == 0 ? "" : ", ") + primitive.attributes[i].semantic + " ";
+    text += primitive.bits[i] == 0 ? "exact" : counted(static_cast<uint64_t>(primitive.bits[i]), "bit");
+  }
+  return text;
+}
+
+// Each set of attributes once, with the number of primitives that have it.
+std::string attribute_sets_text(const InspectedAsset& asset) {
+  std::vector<std::pair<std::string, uint64_t>> sets;
+  for (const InspectedPrimitive& primitive : asset.compressed) {
+    const std::string text = attributes_text(primitive);
+    const auto found = std::ranges::find(sets, text, &std::pair<std::string, uint64_t>::first);
+    if (found == sets.end())
+      sets.emplace_back(text, 1);
+    else
+      ++found->second;
+  }
+  std::string lines;
+  for (const auto& [text, count] : sets)
+    lines += counted(count, "primitive") + ": " + wrap_text(text, kTableWidth - 16, 4) + "\n";
+  return lines;
+}
+
+void add_row(TextTable& table, const std::vector<std::string>& names, const PatchSummary& summary,
+             const std::string& attributes) {
+  std::vector<std::string> row = names;
+  for (const std::string& cell :
+       {with_separators(summary.patches), with_separators(summary.faces), with_separators(summary.points),
+        with_separators(summary.references), as_share(summary.replication()),
+        with_decimals(summary.balance(), 3), with_separators(summary.payload_bytes),
+        with_separators(summary.directory_bytes), with_separators(summary.stitch_bytes),
+        with_separators(summary.total_bytes), with_decimals(summary.bits_per_point(), 2), attributes})
+    row.push_back(cell);
+  table.add(std::move(row));
+}
+
+std::string primitives_table(const InspectedAsset& asset, bool wide) {
+  if (asset.compressed.empty()) return "";
+  TextTable table(
+      {"mesh", "primitive", "storage", "coding", "patches", "faces", "points", "references", "replication",
+       "balance", "payload", "directory", "stitch", "total bytes", "bits/point", "attributes"},
+      0);
+  table.align_last_left();
+  for (const InspectedPrimitive& primitive : asset.compressed)
+    add_row(table,
+            {std::to_string(primitive.id.mesh), std::to_string(primitive.id.primitive), storage_text(primitive),
+             primitive.coding ? coding_name(*primitive.coding) : ""},
+            primitive.summary, attributes_text(primitive));
+  if (asset.compressed.size() > 1) add_row(table, {"all", "", "", ""}, asset.sum(), "");
+  if (wide) return table.to_string();
+  table.keep_columns(std::vector<std::string>{"mesh", "primitive", "storage", "coding", "patches", "faces",
+                                              "points", "replication", "total bytes", "bits/point"});
+  return table.to_string() + attribute_sets_text(asset);
+}
+
+}  // namespace
+
+Json to_json(const InspectedAsset& asset) {
+  Json result{{"file", asset.file}, {"bytes", asset.bytes.files}, {"texture_bytes", asset.bytes.textures}};
+  for (const auto& [name, primitives] :
+       {std::pair("primitives", &asset.compressed), {"others", &asset.plain}}) {
+    result[name] = Json::array();
+    for (const InspectedPrimitive& primitive : *primitives) result[name].push_back(to_json(primitive));
+  }
+  result["warnings"] = asset.warnings;
+  return result;
+}
+
+std::string to_text(const InspectedAsset& asset, bool wide) {
+  std::string text = primitives_table(asset, wide);
+  for (const InspectedPrimitive& primitive : asset.plain)
+    text += describe_place(primitive.id.mesh, primitive.id.primitive) + ": plain, not split\n";
+  return text;
+}
+
+std::string summary_text(const InspectedAsset& asset) {
+  const std::string bytes = sizes_text({{0, 0}, asset.bytes});
+  const PatchSummary sum = asset.sum();
+  return asset.file + ": " + bytes + (bytes.empty() ? "" : ", ") + "mesh data " + as_bytes(sum.total_bytes) +
+         " in " + counted(asset.compressed.size(), "primitive") + " and " + counted(sum.patches, "patch");
+}
+
+std::string to_text(std::span<const InspectedAsset> assets, bool wide) {
+  TextTable table({"bytes", "textures", "primitives", "in patches", "draco", "plain", "patches", "faces",
+                   "points", "references", "mesh bytes", "bits/point", "file"},
+                  0);
+  table.align_last_left();
+  for (const InspectedAsset& asset : assets) {
+    const PatchSummary sum = asset.sum();
+    const auto split = static_cast<size_t>(
+        std::ranges::count(asset.compressed, PrimitiveStorage::kPatches, &InspectedPrimitive::storage));
+    table.add({with_separators(asset.bytes.files), with_separators(asset.bytes.textures),
+               with_separators(asset.compressed.size() + asset.plain.size()), with_separators(split),
+               with_separators(asset.compressed.size() - split), with_separators(asset.plain.size()),
+               with_separators(sum.patches), with_separators(sum.faces), with_separators(sum.points),
+               with_separators(sum.references), with_separators(sum.total_bytes),
+               with_decimals(sum.bits_per_point(), 2), asset.file});
+  }
+  if (!wide)
+    table.keep_columns(std::vector<std::string>{"bytes", "textures", "in patches", "draco", "plain", "patches",
+                                                "faces", "mesh bytes", "file"});
+  return table.to_string();
+}
+
+}  // namespace psplit

@@ -1,0 +1,83 @@
+#include "tools/gltf_psplit/inspect/inspected_asset.h"
+
+#include <algorithm>
+
+#include "src/container/container.h"
+
+namespace psplit {
+namespace {
+
+// Adds the stream's coding, and the bits of each requested attribute.
+Status add_coding(const StreamDescription& stream, InspectedPrimitive& primitive) {
+  primitive.coding = stream.coding;
+  primitive.bits.clear();
+  for (const AttributeRequest& request : primitive.attributes) {
+    const auto found = std::ranges::find(stream.attributes, request.unique_id, &StreamAttribute::unique_id);
+    if (found == stream.attributes.end())
+      return invalid_input("Draco stream: no attribute for " + request.semantic + " (unique id " +
+                           std::to_string(request.unique_id) + ")");
+    primitive.bits.push_back(found->bits);
+  }
+  return {};
+}
+
+Status inspect_patches(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+  const Expected<StoredPrimitive> patched = stored_primitive(document, out.id, kExtensionName);
+  if (!patched) return patched.status();
+  const Expected<Container> container = parse_container(patched->bytes);
+  if (!container) return container.status();
+  const Expected<PatchSummary> summary = summarize_container(patched->bytes);
+  if (!summary) return summary.status();
+  out.summary = *summary;
+  out.container_version = container->version;
+  out.attributes = patched->requests;
+  out.bits.assign(out.attributes.size(), 0);
+  if (container->streams.empty()) return {};
+  // All streams of a container are coded alike, except the last if it holds the residue.
+  const Expected<StreamDescription> stream = describe(container->streams[0]);
+  return (stream ? add_coding(*stream, out) : stream.status()).at({.patch = 0});
+}
+
+Status inspect_stock(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+  const Expected<StoredPrimitive> stock = stored_primitive(document, out.id, kStockExtensionName);
+  if (!stock) return stock.status();
+  const Expected<StreamDescription> stream = describe(stock->bytes);
+  if (!stream) return stream.status();
+  out.summary = summarize_stream(*stream, stock->bytes.size());
+  out.attributes = stock->requests;
+  return add_coding(*stream, out);
+}
+
+// For a plain primitive only the storage is set.
+Status inspect_primitive(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+  const Expected<PrimitiveKind> kind = primitive_kind(document, out.id);
+  if (!kind) return kind.status();
+  out.storage = kind->storage;
+  switch (kind->storage) {
+    case PrimitiveStorage::kPatches: return inspect_patches(document, describe, out);
+    case PrimitiveStorage::kStockDraco: return inspect_stock(document, describe, out);
+    case PrimitiveStorage::kPlain: break;
+  }
+  return {};
+}
+
+}  // namespace
+
+Status inspect_primitives(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
+                          InspectedAsset& asset) {
+  std::vector<InspectedPrimitive> all;
+  for (const PrimitiveId id : all_primitives(document)) all.emplace_back().id = id;
+  std::vector<Status> statuses(all.size());
+  pool.for_each(all.size(), [&](size_t i) { statuses[i] = inspect_primitive(document, describe, all[i]); });
+  for (size_t i = 0; i < all.size(); ++i) {
+    const auto [mesh, primitive] = all[i].id;
+    if (!statuses[i].ok())
+      return std::move(statuses[i])
+          .at({.mesh = static_cast<int64_t>(mesh), .primitive = static_cast<int64_t>(primitive)});
+    const bool plain = all[i].storage == PrimitiveStorage::kPlain;
+    (plain ? asset.plain : asset.compressed).push_back(std::move(all[i]));
+  }
+  return {};
+}
+
+}  // namespace psplit

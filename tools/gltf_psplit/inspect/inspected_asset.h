@@ -1,0 +1,44 @@
+// What `inspect` finds in an asset: how each primitive is stored, and what that costs.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gltf_ext/primitive/primitives.h"
+#include "src/container/stream_description.h"
+#include "src/parallel.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/patch_summary.h"
+
+namespace psplit {
+
+struct InspectedPrimitive {
+  PrimitiveId id;
+  PrimitiveStorage storage = PrimitiveStorage::kPlain;
+  PatchSummary summary;
+  std::optional<uint32_t> container_version;  // only for patches
+  std::optional<StreamCoding> coding;         // nothing if there is no stream
+  std::vector<AttributeRequest> attributes;
+  std::vector<int> bits;  // one for each attribute; 0 if it is stored exactly
+};
+
+struct InspectedAsset {
+  std::string file;
+  AssetBytes bytes;
+  std::vector<InspectedPrimitive> compressed, plain;
+  std::vector<std::string> warnings;
+
+  PatchSummary sum() const {
+    PatchSummary sum;
+    for (const InspectedPrimitive& primitive : compressed) sum += primitive.summary;
+    return sum;
+  }
+};
+
+// Adds all primitives of the document to `asset`. An error names the primitive.
+Status inspect_primitives(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
+                          InspectedAsset& asset);
+
+}  // namespace psplit

@@ -1,0 +1,101 @@
+#include "tools/gltf_psplit/options/backend_choice.h"
+
+#include <CLI/CLI.hpp>
+#include <mutex>
+#include <optional>
+
+#include "decoder_cuda/psplit_cuda.h"
+#include "encoder/draco/draco_backend.h"
+#include "src/container/container.h"
+#include "src/cpu/cpu_backend.h"
+
+namespace psplit {
+namespace {
+
+// CUDA where there is a device and enough for it to do, the CPU for what that does not take, and libdraco for
+// what both do not: streams of versions before 2.2. A device is looked for when first there is enough to do.
+DecodeBackend fastest_backend(uint64_t gpu_memory) {
+  struct Cuda {
+    std::once_flag looked_for;
+    std::optional<DecodeBackend> backend;
+  };
+  return {"auto", [cuda = std::make_shared<Cuda>(), gpu_memory, cpu = cpu_backend(), draco = draco_backend()](
+                      std::span<const DecodeTask> tasks, const ThreadPool& pool, const Progress& progress) {
+            std::vector<const DecodeBackend*> backends{&cpu, &draco};
+            if (is_worth_a_gpu(tasks)) {
+              std::call_once(cuda->looked_for, [&] {
+                if (cuda_available(nullptr)) cuda->backend = cuda_backend(gpu_memory);
+              });
+              if (cuda->backend) backends.insert(backends.begin(), &*cuda->backend);
+            }
+            std::vector<Expected<Mesh>> meshes = backends[0]->decode(tasks, pool, progress);
+            for (size_t next = 1; next < backends.size(); ++next) {
+              std::vector<size_t> left;
+              std::vector<DecodeTask> tasks_left;
+              for (size_t i = 0; i < tasks.size(); ++i) {
+                // A device may run out of memory where the host does not.
+                const StatusCode code = meshes[i].status().code();
+                if (code != StatusCode::kUnsupported && code != StatusCode::kRuntimeFailure) continue;
+                left.push_back(i);
+                tasks_left.push_back(tasks[i]);
+              }
+              if (left.empty()) break;
+              std::vector<Expected<Mesh>> decoded = backends[next]->decode(tasks_left, pool, {});
+              for (size_t n = 0; n < left.size(); ++n) meshes[left[n]] = std::move(decoded[n]);
+            }
+            return meshes;
+          }};
+}
+
+}  // namespace
+
+// Not measured yet: a device decodes a stream more slowly than a core does, and starting it takes longer than
+// some hundred kilobytes take a CPU.
+bool is_worth_a_gpu(std::span<const DecodeTask> tasks) {
+  constexpr size_t kFewestStreams = 64, kFewestBytes = size_t{256} << 10;
+  size_t bytes = 0, streams = 0;
+  for (const DecodeTask& task : tasks) bytes += task.bytes.size();
+  if (bytes < kFewestBytes) return false;
+  for (size_t i = 0; i < tasks.size() && streams < kFewestStreams; ++i) {
+    if (tasks[i].is_stream)
+      ++streams;
+    else if (const Expected<Container> container = parse_container(tasks[i].bytes))
+      streams += container->entries.size();
+  }
+  return streams >= kFewestStreams;
+}
+
+void add_backend_options(CLI::App& command, BackendChoice& choice) {
+  command
+      .add_option("--backend", choice.name, "Decoder: auto takes the fastest there is; draco is stock libdraco")
+      ->check(CLI::IsMember({"auto", "cuda", "cpu", "draco"}))
+      ->capture_default_str()
+      ->type_name("NAME");
+  command
+      .add_option(
+          "--gpu-memory", choice.gpu_memory,
+          "What the CUDA decoder may take of its device, as in 512MB or 4GB; more comes in parts, with the "
+          "same result. By default what is free")
+      ->check(
+          [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("SIZE");
+}
+
+DecodeBackend find_backend(const BackendChoice& choice) {
+  if (choice.name == "cuda") return cuda_backend(choice.gpu_memory);
+  if (choice.name == "cpu") return cpu_backend();
+  return choice.name == "draco" ? draco_backend() : fastest_backend(choice.gpu_memory);
+}
+
+DescribeStream find_describer(const std::string& name) {
+  if (name == "cpu") return describe_stream;
+  if (name == "draco") return describe_draco_stream;
+  return [](std::span<const uint8_t> stream) {
+    Expected<StreamDescription> description = describe_stream(stream);
+    if (description || description.status().code() != StatusCode::kUnsupported) return description;
+    return describe_draco_stream(stream);
+  };
+}
+
+}  // namespace psplit

@@ -1,0 +1,35 @@
+// --backend and --gpu-memory: which decoder a command uses.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "src/container/decode_backend.h"
+#include "src/container/stream_description.h"
+
+namespace CLI {
+class App;
+}
+
+namespace psplit {
+
+struct BackendChoice {
+  std::string name = "auto";
+  uint64_t gpu_memory = 0;  // bytes of device memory that the CUDA decoder may take; 0: all that is free
+};
+
+// Adds --backend and --gpu-memory. `choice` must outlive the parse.
+void add_backend_options(CLI::App& command, BackendChoice& choice);
+
+// `choice.name` is one of the names that add_backend_options accepts.
+DecodeBackend find_backend(const BackendChoice& choice);
+
+// Whether there are enough streams to keep a device busy, and enough bytes to be worth its start. If not,
+// `auto` uses the CPU.
+bool is_worth_a_gpu(std::span<const DecodeTask> tasks);
+
+// Describes streams with the decoder of the named backend. `auto` falls back to libdraco for streams that the
+// core does not support.
+DescribeStream find_describer(const std::string& name);
+
+}  // namespace psplit

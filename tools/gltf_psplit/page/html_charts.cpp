@@ -1,0 +1,155 @@
+#include "tools/gltf_psplit/page/html_charts.h"
+
+#include <algorithm>
+
+#include "tools/gltf_psplit/page/svg_chart.h"
+#include "tools/gltf_psplit/report/number_text.h"
+
+namespace psplit {
+namespace {
+
+constexpr size_t kStockStyle = 0, kMeshoptStyle = 1, kFirstSplitStyle = 2;
+
+// One mark of the chart of size and speed.
+ChartPoint speed_point(const ComparisonFigures& figures, const std::string& name, const std::string& tag,
+                       uint64_t bytes, const Timing& timing) {
+  const double bits = figures.bits_per_point(bytes);
+  return {figures.million_triangles_a_second(timing.median_ms), bits, tag,
+          name + ": " + with_separators(bytes) + " bytes, " + figures.ms_text(timing.median_ms) + " ms (" +
+              figures.ms_text(timing.min_ms) + " to " + figures.ms_text(timing.max_ms) + ")",
+          ChartPoint::Spread{figures.million_triangles_a_second(timing.max_ms),
+                             figures.million_triangles_a_second(timing.min_ms), bits, bits}};
+}
+
+XyChart size_against_speed(const ComparisonFigures& figures) {
+  XyChart chart{"size-speed",
+                "Size against decoding speed",
+                "Right is faster, down is smaller; numbers beside marks are patches. Pale lines are the "
+                "fastest and the slowest round.",
+                {"million triangles a second", true},
+                {"bits a point"},
+                {}};
+  ChartSeries stock{"stock Draco by speed, 1 thread", kStockStyle, true, {}};
+  for (const StockRow& row : figures.comparison.stock_speeds)
+    stock.points.push_back(speed_point(figures, figures.stock_name(row), "speed " + std::to_string(row.speed),
+                                       row.bytes, row.decode));
+  ChartSeries meshopt{figures.meshopt_name() + ", 1 thread", kMeshoptStyle, true, {}};
+  meshopt.points.push_back(speed_point(figures, figures.meshopt_name(), "plain",
+                                       figures.comparison.meshopt_plain.bytes,
+                                       figures.comparison.meshopt_plain.decode));
+  meshopt.points.push_back(speed_point(figures, figures.meshopt_name() + " and zstd", "zstd",
+                                       figures.comparison.meshopt.bytes, figures.comparison.meshopt.decode));
+  chart.series = {std::move(stock), std::move(meshopt)};
+  for (const SplitRow& row : figures.comparison.splits)
+    for (size_t i = 0; i < row.decode.size(); ++i) {
+      const DecodeRow& decode = row.decode[i];
+      if (chart.series.size() <= i + 2)
+        chart.series.push_back({"psplit " + figures.decoder_name(decode), kFirstSplitStyle + i, true, {}});
+      chart.series[i + 2].points.push_back(
+          speed_point(figures, figures.patches_name(row) + ", " + figures.decoder_name(decode),
+                      with_separators(row.summary.patches), row.summary.total_bytes, decode.timing));
+    }
+  return chart;
+}
+
+XyChart speedup_by_patches(const ComparisonFigures& figures) {
+  XyChart chart{"speed-up",
+                "Speed-up by number of patches",
+                "How many times as fast as stock Draco; the dashed line is stock Draco.",
+                {"patches", true, 0, true},
+                {"times " + figures.base_name()},
+                {},
+                ChartReference{1, figures.base_name()}};
+  for (const SplitRow& row : figures.comparison.splits)
+    for (size_t i = 0; i < row.decode.size(); ++i) {
+      const DecodeRow& decode = row.decode[i];
+      if (chart.series.size() <= i)
+        chart.series.push_back({figures.decoder_name(decode), kFirstSplitStyle + i, true, {}});
+      const auto patches = static_cast<double>(row.summary.patches);
+      chart.series[i].points.push_back(
+          {patches, decode.speedup, with_decimals(decode.speedup, 1),
+           figures.patches_name(row) + ", " + figures.decoder_name(decode) + ": " +
+               with_decimals(decode.speedup, 2) + " times",
+           ChartPoint::Spread{patches, patches, figures.speedup(decode.timing.max_ms),
+                              figures.speedup(decode.timing.min_ms)}});
+    }
+  return chart;
+}
+
+BarChart size_by_patches(const ComparisonFigures& figures) {
+  uint64_t largest = figures.base.bytes;
+  for (const SplitRow& row : figures.comparison.splits) largest = std::max(largest, row.summary.total_bytes);
+  const auto [unit, scale] = largest >= 10'000'000 ? std::pair("MB", 1e6)
+                             : largest >= 10'000   ? std::pair("kB", 1e3)
+                                                   : std::pair("bytes", 1.0);
+  const auto scaled = [&, by = scale](uint64_t bytes) { return static_cast<double>(bytes) / by; };
+  BarChart chart{"size",
+                 "Size by number of patches",
+                 "The percentages say how much more that is than stock Draco's bytes.",
+                 unit,
+                 unit,
+                 {"Draco streams", "stitch map", "directory"},
+                 {},
+                 ChartReference{scaled(figures.base.bytes), figures.base_name()}};
+  chart.bars.push_back({figures.base_name(), {scaled(figures.base.bytes)}, ""});
+  for (const SplitRow& row : figures.comparison.splits)
+    chart.bars.push_back({figures.patches_name(row),
+                          {scaled(row.summary.payload_bytes), scaled(row.summary.stitch_bytes),
+                           scaled(row.summary.directory_bytes)},
+                          as_percent(row.overhead)});
+  return chart;
+}
+
+BarChart stages(const ComparisonFigures& figures) {
+  BarChart chart{"stages",
+                 "Decoding time by stage, one thread",
+                 "Where the time goes in psplit's own decoder, without stitching the patches together.",
+                 "ms",
+                 "ms",
+                 {},
+                 {}};
+  for (const SplitRow& row : figures.comparison.splits) {
+    BarChart::Bar bar{figures.patches_name(row), {}, ""};
+    double sum = 0;
+    for (const StageRow& stage : row.stages) {
+      if (chart.bars.empty()) chart.parts.push_back(stage.name);
+      bar.values.push_back(stage.timing.median_ms);
+      sum += stage.timing.median_ms;
+    }
+    bar.total = figures.ms_text(sum) + " ms";
+    chart.bars.push_back(std::move(bar));
+  }
+  return chart;
+}
+
+XyChart by_patches(const ComparisonFigures& figures, const std::string& id, const std::string& title,
+                   const std::string& note, const ChartAxis& axis, double (*value)(const SplitRow&),
+                   std::string (*text)(double)) {
+  XyChart chart{id, title, note, {"patches", true, 0, true}, axis, {}};
+  ChartSeries series{"psplit", kFirstSplitStyle, true, {}};
+  for (const SplitRow& row : figures.comparison.splits)
+    series.points.push_back({static_cast<double>(row.summary.patches), value(row), text(value(row)),
+                             figures.patches_name(row) + ": " + text(value(row))});
+  chart.series.push_back(std::move(series));
+  return chart;
+}
+
+}  // namespace
+
+std::string comparison_charts(const ComparisonFigures& figures) {
+  return draw_chart(size_against_speed(figures)) + draw_chart(speedup_by_patches(figures)) +
+         draw_chart(size_by_patches(figures)) + draw_chart(stages(figures)) +
+         draw_chart(by_patches(
+             figures, "replication", "Replication by number of patches",
+             "Points on borders are stored in every patch that they touch: how many more that makes than the "
+             "mesh has.",
+             {"percent"}, [](const SplitRow& row) { return 100 * row.summary.replication(); },
+             [](double percent) { return as_share(percent / 100); })) +
+         draw_chart(by_patches(
+             figures, "balance", "Balance by number of patches",
+             "Triangles of the largest patch by the mean of all: at 1 all threads have the same work.",
+             {"largest / mean", false, 1}, [](const SplitRow& row) { return row.summary.balance(); },
+             [](double balance) { return with_decimals(balance, 3); }));
+}
+
+}  // namespace psplit

@@ -1,0 +1,185 @@
+#include "tools/gltf_psplit/page/html_report.h"
+
+#include <algorithm>
+
+#include "tools/gltf_psplit/compare/comparison_summary.h"
+#include "tools/gltf_psplit/page/html_charts.h"
+#include "tools/gltf_psplit/page/html_style.h"
+#include "tools/gltf_psplit/page/html_tables.h"
+#include "tools/gltf_psplit/page/html_text.h"
+#include "tools/gltf_psplit/report/number_text.h"
+
+namespace psplit {
+namespace {
+
+std::string paragraph(const std::string& text, const std::string& attributes = "") {
+  return html_element("p", text, attributes) + "\n";
+}
+
+std::string result(const ComparisonSummary& summary) {
+  if (!summary.has_recommendation) return "";
+  std::string html = "<section id=\"result\">\n" + paragraph(summary.headline, "class=\"headline\"") +
+                     paragraph(summary.recommendation);
+  if (!summary.rule.empty()) html += paragraph(summary.rule, "class=\"rule\"");
+  if (!summary.noise.empty()) {
+    html += "<div class=\"noise\">\n<h2>The times are not certain</h2>\n";
+    for (const std::string& note : summary.noise) html += paragraph(note);
+    html += "</div>\n";
+  }
+  return html + "</section>\n";
+}
+
+bool has_cuda(const ComparisonFigures& figures) {
+  return std::ranges::any_of(figures.comparison.splits, [](const SplitRow& row) {
+    return std::ranges::find(row.decode, "cuda", &DecodeRow::backend) != row.decode.end();
+  });
+}
+
+// Every term of the page, before it is used for anything but the result.
+std::string words(const ComparisonFigures& figures) {
+  const std::string base = figures.base_name();
+  const std::pair<const char*, std::string> kWords[] = {
+      {"patch", "A piece of a mesh that is compressed on its own, so that several decode at the same time."},
+      {"point", "A vertex as glTF stores it: a position with its normal, texture coordinates and so on."},
+      {"stock Draco",
+       "Google's Draco library as it is: a mesh is one stream, which one thread decodes from its beginning to "
+       "its end."},
+      {"speed",
+       "A setting of Draco, from 0 for the smallest files to 10 for the fastest decoding. Patches and the "
+       "stream "
+       "that they are compared with use the same."},
+      {"decoder",
+       "cpu is psplit's own" + std::string(has_cuda(figures) ? ", cuda its own on the GPU" : "") +
+           "; draco is Draco's library, run on the patches. Stock Draco and meshoptimizer use one thread."},
+      {"speed-up", "How many times as fast something decodes as " + base + "."},
+      {"overhead", "How many bytes something takes beyond those of " + base + "."},
+      {"replication",
+       "Points on the border of two patches are stored in both: how many more points that makes than the mesh "
+       "has. It is most of what patches cost."},
+      {"stitch map",
+       "The table that says which points of several patches are one, so that the decoded mesh has no cracks "
+       "and no "
+       "point twice."},
+      {"directory", "The table that says where each patch begins and how large it is."},
+      {"balance", "Triangles of the largest patch by the mean of all: the largest takes longest to decode."},
+  };
+  std::string list;
+  for (const auto& [word, meaning] : kWords)
+    list += "<dt><dfn>" + escape_html(word) + "</dfn></dt>" + html_element("dd", meaning) + "\n";
+  return "<section>\n<h2>Words</h2>\n<dl class=\"words\">" + list + "</dl>\n</section>\n";
+}
+
+std::string whole_asset(const ComparisonFigures& figures, const ComparisonSummary& summary) {
+  if (!figures.report.asset || !summary.has_recommendation) return "";
+  const AssetParts& parts = *figures.report.asset;
+  std::string html = "<section>\n<h2>The whole asset</h2>\n";
+  const uint64_t with_patches = parts.with_meshes(summary.recommended_bytes);
+  const uint64_t with_stock = parts.with_meshes(figures.base.bytes);
+  if (parts.textures > 0)
+    html += paragraph("Textures are " +
+                      as_share(static_cast<double>(parts.textures) / static_cast<double>(with_patches)) +
+                      " of the compressed asset. With them, patches change its size by " +
+                      as_percent(static_cast<double>(with_patches) / static_cast<double>(with_stock) - 1) +
+                      " against stock Draco.");
+  if (parts.missing_images > 0)
+    html += paragraph(counted(parts.missing_images, "image") + (parts.missing_images == 1 ? " is" : " are") +
+                      " not where the asset says, and not counted.");
+  return html + asset_table(parts, figures, summary) + "</section>\n";
+}
+
+// What was measured, and where; with a picture.
+std::string opening(const ComparisonReport& report) {
+  const Environment& environment = report.environment;
+  const EncodeDocumentOptions& coding = report.options.coding;
+  std::string list = "<dl>";
+  const auto add = [&](const char* what, const std::string& text, const char* tag = "span") {
+    list += html_element("dt", what) + "<dd>" + html_element(tag, text) + "</dd>\n";
+  };
+  add("Input", report.input);
+  add("Command", environment.command_line, "code");
+  add("Date", environment.date + " UTC");
+  add("CPU", environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread"));
+  add("GPU", environment.gpu.empty() ? "none that this build can use" : environment.gpu);
+  add("psplit", environment.psplit + ", built with " + environment.compiler);
+  add("libdraco", environment.draco);
+  add("meshoptimizer",
+      environment.meshoptimizer + ", version " + std::to_string(environment.meshopt_codec) + " of its codec");
+  add("zstd", environment.zstd);
+  add("Draco speed",
+      std::to_string(coding.encode_speed) + " for patches, and for the stock stream that ratios refer to");
+  add("Bits", coding.lossless ? "all: lossless"
+                              : "positions " + std::to_string(coding.position_bits) + ", normals " +
+                                    std::to_string(coding.normal_bits) + ", texture coordinates " +
+                                    std::to_string(coding.texcoord_bits) + ", colours " +
+                                    std::to_string(coding.color_bits) + ", other floats " +
+                                    std::to_string(coding.generic_bits));
+  if (!coding.refine) add("Borders", "not refined");
+  add("Rounds", std::to_string(report.options.repeat) + ", after one that is not timed");
+  list += "</dl>\n";
+  std::string picture;
+  if (!report.picture.png.empty()) {
+    const std::string what = "The input in " + counted(report.picture.patches, "patch");
+    picture = "<figure class=\"picture\"><img alt=\"" + what + "\" src=\"data:image/png;base64," +
+              base64(report.picture.png) + "\" width=\"1200\" height=\"900\"><figcaption>" + what +
+              (report.picture.patches == 1 ? "" : ", each in a colour of its own") + "</figcaption></figure>\n";
+  }
+  return "<section>\n<h2>What was measured, and where</h2>\n<div class=\"pair\">\n" + list + picture +
+         "</div>\n</section>\n";
+}
+
+std::string method(const ComparisonFigures& figures) {
+  return "<section>\n<h2>How</h2>\n<div class=\"method\">\n" +
+         paragraph(
+             "All decoders ran in one process and took turns: in each round each of them decoded everything "
+             "once. Times are medians of the rounds; the fastest and the slowest are in the tables, and are "
+             "pale "
+             "lines through the marks of the charts, cut off at a chart's edge. They are from bytes in the "
+             "host's "
+             "memory to indices and attributes there: reading files is not in them" +
+             std::string(has_cuda(figures) ? ", copying to the GPU and back is." : ".")) +
+         paragraph(
+             "Stock Draco is one stream for each primitive, decoded on one thread: it has no use for more. "
+             "Its library is the installed libdraco " +
+             figures.report.environment.draco +
+             ", linked as it is: psplit neither builds nor changes it. The decoder named draco is the same "
+             "library "
+             "on patches; cpu is psplit's own" +
+             (has_cuda(figures) ? ", and cuda its own on the GPU." : ".")) +
+         paragraph(
+             "Meshoptimizer gets its meshes as its documentation recommends for small files: points merged, "
+             "triangles ordered in strips and points for vertex fetch, quantized (normals and tangents to 8 "
+             "bits), indices in version 1 of its codec and attributes in version " +
+             std::to_string(figures.report.environment.meshopt_codec) +
+             (figures.report.environment.meshopt_codec == 0 ? ", the newest that this release has" : "") +
+             "; zstd is at level 19. It runs on one thread. What it "
+             "decodes to stays quantized, as GPUs take it; the others decode to floats where the input has "
+             "them.") +
+         paragraph("Encoding ran once, patches on all threads. Overhead and speed-up refer to " +
+                   figures.base_name() + ".") +
+         "</div>\n</section>\n";
+}
+
+}  // namespace
+
+std::string to_html(const ComparisonReport& report) {
+  const ComparisonFigures figures(report);
+  const ComparisonSummary summary =
+      summarize_comparison(report.comparison, report.input, report.options.repeat);
+  const std::string title = report.input + ": size and decoding speed";
+  const std::string lead = counted(report.comparison.faces, "triangle") + ", " +
+                           counted(report.comparison.points, "point") +
+                           ": psplit beside stock Draco and meshoptimizer.";
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+         "'unsafe-inline'; img-src data:\">\n"
+         "<link rel=\"icon\" href=\"data:,\">\n" +
+         html_element("title", title) + "\n<style>" + kPageStyle + "</style>\n</head>\n<body>\n<header>\n" +
+         html_element("h1", title) + "\n" + paragraph(lead, "class=\"lead\"") + "</header>\n<main>\n" +
+         result(summary) + words(figures) + whole_asset(figures, summary) + opening(report) + method(figures) +
+         "<section>\n<h2>Charts</h2>\n<div class=\"pair\">\n" + comparison_charts(figures) +
+         "</div>\n</section>\n<section id=\"numbers\">\n<h2>Numbers</h2>\n" + comparison_tables(figures) +
+         "</section>\n</main>\n</body>\n</html>\n";
+}
+
+}  // namespace psplit

@@ -1,0 +1,123 @@
+#include "tools/gltf_psplit/report/encode_report.h"
+
+#include <algorithm>
+
+#include "tools/gltf_psplit/report/number_text.h"
+
+namespace psplit {
+namespace {
+
+const char* name_of(StoredAs storage) {
+  switch (storage) {
+    case StoredAs::kAsItWas: return "as it was";
+    case StoredAs::kPatches: return "patches";
+    case StoredAs::kDraco: return "draco";
+    case StoredAs::kPatchPrimitives: return "patch primitives";
+  }
+  return "";
+}
+
+}  // namespace
+
+void append_row(Json& object, const EncodeRow& row) {
+  object["input"] = {{"faces", row.input_faces}, {"points", row.input_points}, {"bytes", row.input_bytes}};
+  append_summary(object, row.summary);
+  object["merged_points"] = row.statistics.merged_points;
+  object["dropped_faces"] = row.statistics.dropped_faces;
+  object["dropped_points"] = row.statistics.dropped_points;
+  object["residue_faces"] = row.statistics.residue_faces;
+  object["residue_points"] = row.statistics.residue_points;
+  object["partition_ms"] = row.statistics.partition_ms;
+  object["encode_ms"] = row.statistics.encode_ms;
+  object["verify_ms"] = row.statistics.verify_ms;
+}
+
+std::string row_text(const EncodeRow& row) {
+  const PatchSummary& summary = row.summary;
+  const uint64_t map_bytes = summary.directory_bytes + summary.stitch_bytes;
+  const double map_share =
+      summary.total_bytes == 0 ? 0 : static_cast<double>(map_bytes) / static_cast<double>(summary.total_bytes);
+  return counted(summary.patches, "patch") + ", " + counted(summary.faces, "face") + ", " +
+         counted(summary.points, "point") + ", " + counted(summary.total_bytes, "byte") + " (" +
+         with_decimals(summary.bits_per_point(), 2) + " bits a point; overhead: replication " +
+         as_share(summary.replication()) + ", directory and stitch map " + as_share(map_share) +
+         "); partition " + as_duration(row.statistics.partition_ms) + ", all of encoding " +
+         as_duration(row.statistics.encode_ms) + ", verification " + as_duration(row.statistics.verify_ms);
+}
+
+EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log) {
+  EncodeResult result;
+  for (const PrimitiveReport& report : reports) {
+    Json object{
+        {"mesh", report.id.mesh}, {"primitive", report.id.primitive}, {"stored_as", name_of(report.stored_as)}};
+    if (report.repeated) object["repeated"] = true;
+    result.geometry.input += report.input_bytes;
+    if (!report.repeated) result.geometry.output += report.bytes;
+    if (report.stored_as == StoredAs::kAsItWas) {
+      object["skipped"] = report.skipped;
+      object["input"] = {{"faces", report.faces}, {"points", report.points}, {"bytes", report.input_bytes}};
+      ++result.unchanged_count;
+    } else {
+      const EncodeRow row{report.faces, report.points, report.input_bytes,
+                          summarize_streams(report.streams, report.has_residue, report.bytes),
+                          report.statistics};
+      append_row(object, row);
+      if (!report.repeated) result.total += row;
+      ++(report.stored_as == StoredAs::kDraco ? result.draco_count : result.split_count);
+      if (report.stored_as == StoredAs::kDraco && !report.repeated) ++result.unsplit_streams;
+      log.detail(describe_place(report.id.mesh, report.id.primitive) + ": " + row_text(row));
+    }
+    if (!report.warnings.empty()) object["warnings"] = report.warnings;
+    result.primitives.push_back(std::move(object));
+  }
+  return result;
+}
+
+void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix) {
+  for (const PrimitiveReport& report : reports) {
+    const std::string place = prefix + describe_place(report.id.mesh, report.id.primitive);
+    if (!report.skipped.empty()) log.note(place + " is left as it is: " + report.skipped);
+    for (const std::string& warning : report.warnings) log.warning(place + ": " + warning);
+  }
+}
+
+void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file) {
+  if (result.geometry.output <= result.geometry.input) return;
+  log.warning(file + ": the meshes take " + with_separators(result.geometry.output) + " bytes, more than the " +
+              with_separators(result.geometry.input) + " of the input");
+}
+
+std::string changes_text(const EncodeStatistics& statistics) {
+  std::string text;
+  const auto add = [&](const char* verb, uint64_t count, const char* noun) {
+    if (count == 0) return;
+    text += (text.empty() ? "" : ", ") + std::string(verb) + " " + counted(count, noun);
+  };
+  add("merged", statistics.merged_points, "duplicate point");
+  add("dropped", statistics.dropped_faces, "degenerate face");
+  add("dropped", statistics.dropped_points, "unused point");
+  add("kept", statistics.residue_faces, "degenerate face");
+  return text;
+}
+
+std::string encode_summary(const EncodeResult& result, const AssetSizes& sizes) {
+  std::string text = sizes_text(sizes);
+  const auto add = [&text](const char* separator, const std::string& part) {
+    if (!part.empty()) text += (text.empty() ? "" : separator) + part;
+  };
+  if (result.split_count + result.draco_count == 0) {
+    add("; ", "nothing was encoded");
+    return text;
+  }
+  // The sum counts a stream that was not split as a patch.
+  const uint64_t streams = result.total.summary.patches;
+  const uint64_t patches = streams - std::min(streams, result.unsplit_streams);
+  std::string stored = patches > 0 ? counted(patches, "patch") : "";
+  if (result.unsplit_streams > 0)
+    stored += (stored.empty() ? "" : " and ") + counted(result.unsplit_streams, "unsplit primitive");
+  add(", ", "mesh data " + as_bytes(result.total.summary.total_bytes) + " in " + stored);
+  add("; ", changes_text(result.total.statistics));
+  return text;
+}
+
+}  // namespace psplit

@@ -1,0 +1,71 @@
+// What became of an asset, as `encode` and `batch` say it: rows of JSON, and lines of the log.
+#pragma once
+
+#include <span>
+
+#include "gltf_ext/convert/convert.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+#include "tools/gltf_psplit/report/log.h"
+#include "tools/gltf_psplit/report/patch_summary.h"
+
+namespace psplit {
+
+// One primitive's row of the report, or the sum of all rows.
+struct EncodeRow {
+  uint64_t input_faces = 0, input_points = 0;
+  uint64_t input_bytes = 0;
+  PatchSummary summary;
+  EncodeStatistics statistics;
+
+  EncodeRow& operator+=(const EncodeRow& other) {
+    input_faces += other.input_faces;
+    input_points += other.input_points;
+    input_bytes += other.input_bytes;
+    summary += other.summary;
+    statistics.merged_points += other.statistics.merged_points;
+    statistics.dropped_faces += other.statistics.dropped_faces;
+    statistics.dropped_points += other.statistics.dropped_points;
+    statistics.residue_faces += other.statistics.residue_faces;
+    statistics.residue_points += other.statistics.residue_points;
+    statistics.partition_ms += other.statistics.partition_ms;
+    statistics.encode_ms += other.statistics.encode_ms;
+    statistics.verify_ms += other.statistics.verify_ms;
+    return *this;
+  }
+};
+
+void append_row(Json& object, const EncodeRow& row);
+std::string row_text(const EncodeRow& row);
+
+// The bytes of all geometry before and after, what was left as it is included.
+struct GeometryBytes {
+  uint64_t input = 0, output = 0;
+};
+
+// An asset: the sum of the primitives that were encoded, a row of JSON for each primitive, and how many there
+// are of each kind.
+struct EncodeResult {
+  EncodeRow total;
+  GeometryBytes geometry;
+  Json primitives = Json::array();
+  size_t split_count = 0;        // in patches: more than one, or the extension
+  size_t draco_count = 0;        // in one stream of KHR_draco_mesh_compression
+  size_t unchanged_count = 0;    // as they were
+  uint64_t unsplit_streams = 0;  // of draco_count, those whose geometry no primitive before them has
+};
+EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log);
+
+// Logs which primitives were left as they were, and what the others lost. Each line begins with `prefix`.
+void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix = "");
+
+// A warning where the geometry takes more bytes than before.
+void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file);
+
+// What the meshes lost or gained on the way: "merged 12 duplicate points, dropped 3 degenerate faces", or
+// nothing.
+std::string changes_text(const EncodeStatistics& statistics);
+
+// One line: "1.18 MB from 34.1 MB (3.4 %), mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces".
+std::string encode_summary(const EncodeResult& result, const AssetSizes& sizes);
+
+}  // namespace psplit

@@ -1,0 +1,29 @@
+#include "tools/gltf_psplit/report/exit_codes.h"
+
+#include <array>
+
+namespace psplit {
+namespace {
+
+constexpr std::array<ExitCode, 7> kExitCodes{{
+    {StatusCode::kOk, "success"},
+    {StatusCode::kUsage, "the command line is wrong"},
+    {StatusCode::kIo, "a file cannot be read or written"},
+    {StatusCode::kInvalidInput, "an input is malformed, or breaks the extension's rules"},
+    {StatusCode::kRuntimeFailure, "something failed that should not, such as memory or verification"},
+    {StatusCode::kUnsupported, "an input uses what gltf-psplit does not support"},
+    {StatusCode::kDiffers, "two meshes that should be the same differ"},
+}};
+
+}  // namespace
+
+std::span<const ExitCode> exit_codes() { return kExitCodes; }
+
+std::string exit_codes_help() {
+  std::string text = "Exit codes:\n";
+  for (const ExitCode& exit : kExitCodes)
+    text += "  " + std::to_string(static_cast<int>(exit.code)) + "  " + exit.meaning + "\n";
+  return text;
+}
+
+}  // namespace psplit

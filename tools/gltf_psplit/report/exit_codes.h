@@ -1,0 +1,20 @@
+// The exit codes of gltf-psplit. Each is a StatusCode.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "src/status.h"
+
+namespace psplit {
+
+struct ExitCode {
+  StatusCode code;
+  const char* meaning;
+};
+// All exit codes, in ascending order.
+std::span<const ExitCode> exit_codes();
+// All exit codes as --help prints them, under a heading.
+std::string exit_codes_help();
+
+}  // namespace psplit

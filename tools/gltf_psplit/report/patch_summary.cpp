@@ -1,0 +1,69 @@
+#include "tools/gltf_psplit/report/patch_summary.h"
+
+#include <algorithm>
+
+namespace psplit {
+
+PatchSummary& PatchSummary::operator+=(const PatchSummary& other) {
+  patches += other.patches;
+  faces += other.faces;
+  points += other.points;
+  references += other.references;
+  largest_patch_faces = std::max(largest_patch_faces, other.largest_patch_faces);
+  patch_faces += other.patch_faces;
+  payload_bytes += other.payload_bytes;
+  directory_bytes += other.directory_bytes;
+  stitch_bytes += other.stitch_bytes;
+  total_bytes += other.total_bytes;
+  return *this;
+}
+
+PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes) {
+  PatchSummary summary;
+  summary.patches = streams.size() - (has_residue ? 1 : 0);
+  for (size_t i = 0; i < streams.size(); ++i) {
+    const StreamEntry& stream = streams[i];
+    summary.faces += stream.face_count;
+    summary.points += stream.point_count - stream.reference_count;
+    summary.references += stream.reference_count;
+    summary.payload_bytes += stream.stream_bytes;
+    summary.stitch_bytes += stream.stitch_bytes;
+    if (i >= summary.patches) continue;
+    summary.largest_patch_faces = std::max<uint64_t>(summary.largest_patch_faces, stream.face_count);
+    summary.patch_faces += stream.face_count;
+  }
+  summary.directory_bytes = total_bytes - summary.payload_bytes - summary.stitch_bytes;
+  summary.total_bytes = total_bytes;
+  return summary;
+}
+
+Expected<PatchSummary> summarize_container(std::span<const uint8_t> container) {
+  const Expected<Container> parsed = parse_container(container);
+  if (!parsed) return parsed.status();
+  return summarize_streams(parsed->entries, parsed->has_residue, container.size());
+}
+
+PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes) {
+  PatchSummary summary;
+  summary.patches = 1;
+  summary.faces = summary.largest_patch_faces = summary.patch_faces = description.face_count;
+  summary.points = description.point_count;
+  summary.payload_bytes = summary.total_bytes = stream_bytes;
+  return summary;
+}
+
+void append_summary(Json& object, const PatchSummary& summary) {
+  object["patches"] = summary.patches;
+  object["faces"] = summary.faces;
+  object["points"] = summary.points;
+  object["references"] = summary.references;
+  object["replication"] = summary.replication();
+  object["balance"] = summary.balance();
+  object["bytes"] = {{"payload", summary.payload_bytes},
+                     {"directory", summary.directory_bytes},
+                     {"stitch", summary.stitch_bytes},
+                     {"total", summary.total_bytes}};
+  object["bits_per_point"] = summary.bits_per_point();
+}
+
+}  // namespace psplit
