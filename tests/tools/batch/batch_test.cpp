@@ -12,10 +12,9 @@
 #include <thread>
 
 #include "gltf_ext/convert/convert.h"
-#include "tests/support/test_folder.h"
+#include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
-#include "tools/gltf_psplit/commands/command_line.h"
 
 extern char** environ;
 
@@ -24,35 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string read_text(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-class Batch : public testing::Test {
+class Batch : public CommandTest {
  protected:
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  void write(const std::string& name, const std::string& text) const {
-    fs::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
-
-  static int run(std::vector<std::string> words, std::string* err = nullptr) {
-    words.insert(words.begin(), "gltf-psplit");
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int code = run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
-    const std::string said = testing::internal::GetCapturedStderr();
-    testing::internal::GetCapturedStdout();
-    if (err != nullptr) *err = said;
-    return code;
-  }
-
-  void generate(const std::string& name, const std::string& faces = "500",
-                const std::string& seed = "1") const {
+  void generate(const std::string& name, const std::string& faces = "500", const std::string& seed = "1") {
     fs::create_directories((folder_ / name).parent_path());
     ASSERT_EQ(run({"generate", path(name), "--shape", "terrain", "--faces", faces, "--seed", seed, "-q"}), 0);
   }
@@ -64,8 +37,8 @@ class Batch : public testing::Test {
                                       "-q",        "--patch-faces",      "200"};
     words.insert(words.end(), more.begin(), more.end());
     fs::remove(path("report.json"));
-    const int code = run(words, &err_);
-    report_ = fs::exists(path("report.json")) ? Json::parse(read_text(path("report.json"))) : Json();
+    const int code = run(words);
+    report_ = fs::exists(path("report.json")) ? Json::parse(read_bytes(path("report.json"))) : Json();
     return code;
   }
   std::string status_of(const std::string& name) const {
@@ -90,9 +63,7 @@ class Batch : public testing::Test {
     return text;
   }
 
-  TestFolder folder_;
   Json report_;
-  std::string err_;
 };
 
 TEST_F(Batch, PatternsListsAndFilesKeepTheirRelativePaths) {
@@ -134,14 +105,14 @@ TEST_F(Batch, RefusesWhatCannotGoWellBeforeAnyWork) {
 
 TEST_F(Batch, NeverReplacesWhatItReadsByAnyName) {
   generate("in/a.glb");
-  const std::string before = read_text(path("in/a.glb"));
+  const std::string before = read_bytes(path("in/a.glb"));
   fs::create_directory_symlink("in", path("link"));
   EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("link"), "-q"}), 1);
   EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("out"), "--report", path("link/a.glb"), "-q"}),
             1);
   EXPECT_EQ(run({"batch", path("in/*.glb"), "--out-dir", path("out"), "--report", path("out/./a.glb"), "-q"}),
             1);
-  EXPECT_EQ(read_text(path("in/a.glb")), before);
+  EXPECT_EQ(read_bytes(path("in/a.glb")), before);
 }
 
 // Files of others are neither replaced nor removed, whatever their names.
@@ -155,7 +126,7 @@ TEST_F(Batch, TouchesNoFilesOfOthers) {
   EXPECT_NE(err_.find("a.glb"), std::string::npos) << err_;
   EXPECT_EQ(status_of("a.glb"), "failed");
   EXPECT_EQ(status_of("b.glb"), "encoded");
-  for (const std::string& name : theirs) EXPECT_EQ(read_text(path(name)), "theirs") << name;
+  for (const std::string& name : theirs) EXPECT_EQ(read_bytes(path(name)), "theirs") << name;
   fs::remove(path("out/a.glb"));
   EXPECT_EQ(batch(), 0) << err_;
 }
@@ -188,7 +159,7 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
     EXPECT_EQ(run({"validate", path("out/") + name, "-q"}), 0) << name;
   // As encode writes it.
   ASSERT_EQ(run({"encode", path("in/a.glb"), path("alone.glb"), "--patch-faces", "200", "-q"}), 0);
-  EXPECT_EQ(read_text(path("out/a.glb")), read_text(path("alone.glb")));
+  EXPECT_EQ(read_bytes(path("out/a.glb")), read_bytes(path("alone.glb")));
 
   ASSERT_EQ(batch(), 0);
   EXPECT_EQ(counts(), (Counts{0, 3, 0}));
@@ -198,9 +169,9 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
   EXPECT_EQ(counts(), (Counts{1, 2, 0}));
   EXPECT_EQ(status_of("a.glb"), "encoded");
   // A buffer that an input refers to.
-  const Json gltf = Json::parse(read_text(path("in/x/b.gltf")));
+  const Json gltf = Json::parse(read_bytes(path("in/x/b.gltf")));
   const std::string binary = path("in/x/" + gltf["buffers"][0]["uri"].get<std::string>());
-  std::string bytes = read_text(binary);
+  std::string bytes = read_bytes(binary);
   bytes[1] = static_cast<char>(bytes[1] ^ 1);
   std::ofstream(binary, std::ios::binary) << bytes;
   ASSERT_EQ(batch(), 0);
@@ -213,7 +184,7 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
   EXPECT_EQ(counts(), (Counts{0, 3, 0}));
   // An output that was changed, or is gone.
   fs::remove(path("out/a.glb"));
-  std::string output = read_text(path("out/x/b.glb"));
+  std::string output = read_bytes(path("out/x/b.glb"));
   output.back() = static_cast<char>(output.back() ^ 1);
   std::ofstream(path("out/x/b.glb"), std::ios::binary) << output;
   ASSERT_EQ(batch({"--lossless"}), 0);
@@ -324,11 +295,10 @@ TEST_F(Batch, SurvivesKills) {
   EXPECT_TRUE(killed);
   const int before = whole_outputs();
   ASSERT_EQ(run({"batch", path("in") + "/*.glb", "--out-dir", path("out"), "--as", "gltf", "--report",
-                 path("report.json"), "-q"},
-                &err_),
+                 path("report.json"), "-q"}),
             0)
       << err_;
-  report_ = Json::parse(read_text(path("report.json")));
+  report_ = Json::parse(read_bytes(path("report.json")));
   // An output may stand whose line was not written any more: it is made again.
   EXPECT_LE(report_["up_to_date"].get<int>(), before);
   EXPECT_EQ(report_["up_to_date"].get<int>() + report_["encoded"].get<int>(), kAssets);

@@ -7,20 +7,12 @@
 #include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
-#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
 
 const char* const kVerbs[] = {"encode",  "batch",    "decode", "inspect", "validate",
                               "compare", "generate", "help",   "version"};
-
-TEST(Help, WrapsWords) {
-  EXPECT_EQ(wrap_text("one two three", 7, 2), "one two\n  three");
-  EXPECT_EQ(wrap_text("one", 2, 2), "one");
-  EXPECT_EQ(wrap_text("a longest b", 3, 0), "a\nlongest\nb");
-  EXPECT_EQ(wrap_text("", 7, 2), "");
-}
 
 TEST(Help, FitsEightyColumns) {
   std::vector<std::vector<std::string>> commands = {{"--help"}};

@@ -1,18 +1,10 @@
 // Mesh files through the command: by content, from stdin and from gzip, with every subcommand that reads
 // assets.
-#include <gtest/gtest.h>
 #include <zlib.h>
 
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <vector>
 
-#include "tests/support/test_folder.h"
-#include "tools/gltf_psplit/commands/command_line.h"
+#include "tests/tools/run_command.h"
 
 namespace psplit {
 namespace {
@@ -27,38 +19,14 @@ const std::string kStl =
     "solid\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     "facet normal 0 0 0\nouter loop\nvertex 1 0 0\nvertex 1 1 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
 
-class MeshFiles : public testing::Test {
+class MeshFiles : public CommandTest {
  protected:
-  struct Outcome {
-    int code = -1;
-    std::string out, err;
-  };
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
   void write_gzip(const std::string& name, const std::string& text) const {
     const gzFile file = gzopen(path(name).c_str(), "wb");
     ASSERT_NE(file, nullptr);
     EXPECT_EQ(gzwrite(file, text.data(), static_cast<unsigned>(text.size())), static_cast<int>(text.size()));
     EXPECT_EQ(gzclose(file), Z_OK);
   }
-
-  static Outcome run(std::vector<std::string> words) {
-    words.insert(words.begin(), "gltf-psplit");
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    Outcome outcome;
-    outcome.code = run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
-    outcome.out = testing::internal::GetCapturedStdout();
-    outcome.err = testing::internal::GetCapturedStderr();
-    return outcome;
-  }
-
-  TestFolder folder_;
 };
 
 TEST_F(MeshFiles, EveryFormatIsReadFromFilesPipesAndGzip) {
@@ -66,32 +34,30 @@ TEST_F(MeshFiles, EveryFormatIsReadFromFilesPipesAndGzip) {
     write("plain.txt", file);
     write_gzip("packed.bin", file);
     for (const char* name : {"plain.txt", "packed.bin"}) {
-      Outcome outcome = run({"encode", path(name), path("out.glb"), "--always-patches", "--report", "-", "-q"});
+      CommandOutcome outcome =
+          run_command({"encode", path(name), path("out.glb"), "--always-patches", "--report", "-", "-q"});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
       EXPECT_EQ(nlohmann::json::parse(outcome.out).at("total").at("faces"), 2);
-      EXPECT_EQ(run({"validate", path("out.glb"), "-q"}).code, 0);
-      EXPECT_EQ(run({"compare", path(name), path("out.glb"), "-q"}).code, 0);
-      outcome = run({"inspect", path(name)});
+      EXPECT_EQ(run_command({"validate", path("out.glb"), "-q"}).code, 0);
+      EXPECT_EQ(run_command({"compare", path(name), path("out.glb"), "-q"}).code, 0);
+      outcome = run_command({"inspect", path(name)});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
-      EXPECT_NE(outcome.out.find("mesh 0, primitive 0: plain"), std::string::npos) << outcome.out;
-      EXPECT_NE(std::freopen(path(name).c_str(), "rb", stdin), nullptr);
-      outcome = run({"encode", "-", path("piped.glb"), "-q"});
+      EXPECT_TRUE(contains(outcome.out, "mesh 0, primitive 0: plain")) << outcome.out;
+      outcome = run_command_on(path(name), {"encode", "-", path("piped.glb"), "-q"});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
-      EXPECT_NE(std::freopen("/dev/null", "rb", stdin), nullptr);
-      EXPECT_EQ(run({"compare", path("piped.glb"), path("out.glb"), "-q", "--tolerance", "0"}).code, 0);
+      EXPECT_EQ(run_command({"compare", path("piped.glb"), path("out.glb"), "-q", "--tolerance", "0"}).code, 0);
     }
   }
 }
 
 TEST_F(MeshFiles, BatchTakesEveryName) {
-  std::filesystem::create_directories(folder_ / "in");
   write("in/a.obj", kObj);
   write("in/b.off", kOff);
   write_gzip("in/c.ply.gz", kPly);
   write_gzip("in/d.STL.GZ", kStl);
   write("in/notes.gz", "no asset");
-  const Outcome outcome =
-      run({"batch", path("in/*"), "--out-dir", path("out"), "--report", path("report.json"), "-q"});
+  const CommandOutcome outcome =
+      run_command({"batch", path("in/*"), "--out-dir", path("out"), "--report", path("report.json"), "-q"});
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   for (const char* name : {"out/a.glb", "out/b.glb", "out/c.glb", "out/d.glb"})
     EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
@@ -106,9 +72,9 @@ TEST_F(MeshFiles, WhatIsLostIsSaidByEveryCommand) {
         {"inspect", path("loss.obj")},
         {"compare", path("loss.obj"), path("a.glb")},
         {"batch", path("loss.obj"), "--out-dir", path("out"), "--report", path("report.json")}}) {
-    const Outcome outcome = run(words);
+    const CommandOutcome outcome = run_command(words);
     EXPECT_EQ(outcome.code, 0) << words[0] << outcome.err;
-    EXPECT_NE(outcome.err.find(said), std::string::npos) << words[0] << ": " << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, said)) << words[0] << ": " << outcome.err;
   }
 }
 
@@ -120,7 +86,7 @@ TEST_F(MeshFiles, BrokenFilesAreNamedOnceAndLeaveNothing) {
        {std::pair{"cut.ply", "line 15: the file ends inside its element \"face\""},
         {"far.obj", "line 7: a face names vertex 9, and there are 4"},
         {"empty.stl", "the file is empty"}}) {
-    const Outcome outcome = run({"encode", path(name), path("out.glb")});
+    const CommandOutcome outcome = run_command({"encode", path(name), path("out.glb")});
     EXPECT_EQ(outcome.code, 3);
     EXPECT_EQ(outcome.err, "gltf-psplit: error: " + path(name) + ": " + message + "\n");
     EXPECT_FALSE(std::filesystem::exists(path("out.glb")));

@@ -3,7 +3,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -11,9 +10,8 @@
 namespace psplit {
 namespace {
 
-class SummaryOfFiles : public testing::Test {
+class SummaryOfFiles : public CommandTest {
  protected:
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
   std::string plain() const {
     const CommandOutcome outcome = run_command({"generate", path("plain.glb"), "--faces", "4k"});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
@@ -24,8 +22,6 @@ class SummaryOfFiles : public testing::Test {
   static nlohmann::json parse_file(const std::string& name) {
     return nlohmann::json::parse(std::ifstream(name, std::ios::binary));
   }
-
-  TestFolder folder_;
 };
 
 TEST_F(SummaryOfFiles, EncodeAndDecodeSayBytesInAndOut) {

@@ -10,7 +10,6 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
@@ -22,26 +21,10 @@ using namespace std::string_literals;
 
 const std::string kPng = "\x89PNG\r\n\x1a\n"s + "pixels";
 
-class UserFiles : public testing::Test {
+class UserFiles : public CommandTest {
  protected:
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  void write(const std::string& name, const std::string& text) const {
-    fs::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name, std::ios::binary) << text;
-  }
-  std::string text(const std::string& name) const {
-    std::ostringstream out;
-    out << std::ifstream(folder_ / name, std::ios::binary).rdbuf();
-    return out.str();
-  }
+  std::string text(const std::string& name) const { return read_bytes(path(name)); }
   Json json(const std::string& name) const { return Json::parse(text(name)); }
-
-  int run(std::vector<std::string> words) {
-    CommandOutcome outcome = run_command(std::move(words));
-    out_ = std::move(outcome.out);
-    err_ = std::move(outcome.err);
-    return outcome.code;
-  }
 
   // A .gltf in a folder of its own, with an image; the name of its .bin.
   std::string sample(const std::string& folder = "in", const std::string& pixels = kPng) {
@@ -53,9 +36,6 @@ class UserFiles : public testing::Test {
     write(folder + "/x.png", pixels);
     return folder + "/" + asset["buffers"][0]["uri"].get<std::string>();
   }
-
-  TestFolder folder_;
-  std::string out_, err_;
 };
 
 TEST_F(UserFiles, ImagesOfTwoAssetsStandSideBySide) {

@@ -5,23 +5,19 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
 
-class ManyFiles : public testing::Test {
+class ManyFiles : public CommandTest {
  protected:
   void SetUp() override {
     ASSERT_EQ(run_command({"generate", path("plain.glb"), "--faces", "2k", "-q"}).code, 0);
     ASSERT_EQ(run_command({"encode", path("plain.glb"), path("split.glb"), "--patches", "2", "-q"}).code, 0);
     std::ofstream(path("broken.gltf")) << "{";
   }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  TestFolder folder_;
 };
 
 TEST_F(ManyFiles, ValidateSaysALineAFile) {

@@ -29,8 +29,9 @@ TEST(TextTable, KeepsNamedColumns) {
 
 TEST(WrapText, BreaksBetweenWords) {
   EXPECT_EQ(wrap_text("one two  three", 7, 2), "one two\n  three");
-  EXPECT_EQ(wrap_text("a-word-that-is-long b", 5, 0), "a-word-that-is-long\nb");
-  EXPECT_EQ(wrap_text("", 5, 2), "");
+  EXPECT_EQ(wrap_text("one", 2, 2), "one");
+  EXPECT_EQ(wrap_text("a longest b", 3, 0), "a\nlongest\nb");
+  EXPECT_EQ(wrap_text("", 7, 2), "");
 }
 
 }  // namespace

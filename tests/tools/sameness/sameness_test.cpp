@@ -9,27 +9,13 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/convert.h"
-#include "tests/support/test_folder.h"
-#include "tools/gltf_psplit/commands/command_line.h"
+#include "tests/tools/run_command.h"
 
 namespace psplit {
 namespace {
 
-class Sameness : public testing::Test {
+class Sameness : public CommandTest {
  protected:
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
-  int run(std::vector<std::string> words) {
-    words.insert(words.begin(), "gltf-psplit");
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    testing::internal::CaptureStdout();
-    testing::internal::CaptureStderr();
-    const int code = run_command_line(static_cast<int>(argv.size()), argv.data(), "1.2.3");
-    out_ = testing::internal::GetCapturedStdout();
-    err_ = testing::internal::GetCapturedStderr();
-    return code;
-  }
   int compare(const std::string& a, const std::string& b, const std::vector<std::string>& more = {}) {
     std::vector<std::string> words{"compare", path(a), path(b)};
     words.insert(words.end(), more.begin(), more.end());
@@ -60,8 +46,6 @@ class Sameness : public testing::Test {
     ASSERT_TRUE(write_document(document_from_mesh(*mesh), path(name)).ok());
   }
 
-  TestFolder folder_;
-  std::string out_, err_;
   ptrdiff_t around_ = 0;
 };
 

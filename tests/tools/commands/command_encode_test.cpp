@@ -1,0 +1,141 @@
+// gltf-psplit encode: options, the report, and what is left as it is.
+#include <algorithm>
+
+#include "tests/tools/commands/sample_assets.h"
+
+namespace psplit {
+namespace {
+
+class EncodeCommand : public CommandOnSamples {};
+
+TEST_F(EncodeCommand, SaysInOneLineWhatItDid) {
+  const std::string input = sample();
+  const CommandOutcome loud = run_command({"encode", input, path("a.glb"), "--patches", "4"});
+  EXPECT_EQ(loud.code, 0) << loud.err;
+  EXPECT_EQ(loud.out, "");
+  EXPECT_TRUE(contains(loud.err, "4 patches")) << loud.err;
+  EXPECT_EQ(std::ranges::count(loud.err, '\n'), 1) << loud.err;
+  const CommandOutcome quiet = run_command({"encode", input, path("b.glb"), "--patches", "4", "-q", "-j", "7"});
+  EXPECT_EQ(quiet.code, 0);
+  EXPECT_EQ(quiet.err, "");
+  EXPECT_EQ(read_bytes(path("a.glb")), read_bytes(path("b.glb")));
+  EXPECT_GT(run_command({"encode", input, path("b.glb"), "-v"}).err.size(), loud.err.size());
+}
+
+TEST_F(EncodeCommand, ReportsAsJson) {
+  const CommandOutcome outcome = run_command({"encode", sample("scene", "6000"), path("out.glb"),
+                                              "--patch-faces", "500", "--report", path("report.json")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto report = nlohmann::json::parse(read_bytes(path("report.json")));
+  EXPECT_TRUE(report.at("verified").get<bool>());
+  EXPECT_EQ(report.at("primitives").size(), 6u);
+  uint64_t patches = 0, bytes = 0;
+  for (const auto& primitive : report.at("primitives")) {
+    patches += primitive.at("patches").get<uint64_t>();
+    bytes += primitive.at("bytes").at("total").get<uint64_t>();
+    EXPECT_EQ(primitive.at("input").at("faces"), primitive.at("faces"));
+  }
+  EXPECT_EQ(report.at("total").at("patches"), patches);
+  EXPECT_EQ(report.at("total").at("bytes").at("total"), bytes);
+  for (const char* key : {"replication", "balance", "partition_ms", "encode_ms", "verify_ms", "wall_ms"})
+    EXPECT_TRUE(report.at("total").at(key).is_number()) << key;
+}
+
+TEST_F(EncodeCommand, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
+  const std::string input = sample("blob", "12000");
+  const auto patches = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"encode", input, path("out.glb"), "--report", "-", "-q"});
+    return nlohmann::json::parse(run_command(options).out).at("total").at("patches").get<int>();
+  };
+  EXPECT_EQ(patches({"--profile", "speed"}), 3);
+  EXPECT_EQ(patches({"--profile", "speed", "--gpu", "h100"}), 27);  // of 440 faces at least
+  EXPECT_EQ(patches({"--profile", "speed", "--gpu", "1", "--patch-faces", "6000"}), 2);
+  EXPECT_EQ(patches({"--profile", "balanced"}), patches({}));
+  EXPECT_EQ(patches({}), 1);
+  EXPECT_EQ(patches({"--min-faces", "5000"}), 2);
+  EXPECT_EQ(patches({"--profile", "speed", "--patches", "3"}), 3);
+  EXPECT_EQ(patches({"--patches", "3", "--min-faces", "50000"}), 1);
+  EXPECT_EQ(patches({"--profile", "size", "--patch-faces", "2000"}), 6);
+}
+
+TEST_F(EncodeCommand, DistanceTakesThePapersMethod) {
+  const std::string input = sample("blob", "12000");
+  const auto encoded = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"encode", input, path("out.glb"), "--patches", "10", "-q"});
+    const CommandOutcome outcome = run_command(options);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(run_command({"validate", path("out.glb")}).code, 0);
+    return read_bytes(path("out.glb"));
+  };
+  const std::string levels = encoded({}), dijkstra = encoded({"--distance", "dijkstra"});
+  const std::string geodesic = encoded({"--distance", "geodesic"});
+  EXPECT_NE(levels, dijkstra);
+  EXPECT_NE(levels, geodesic);
+  EXPECT_NE(dijkstra, geodesic);
+  EXPECT_EQ(geodesic, encoded({"--distance", "geodesic", "-j", "3"}));
+  EXPECT_NE(levels, encoded({"--no-refine"}));
+}
+
+TEST_F(EncodeCommand, CompatKhrWritesStockDracoPrimitives) {
+  const CommandOutcome outcome = run_command({"encode", sample(), path("khr.glb"), "--patches", "4", "--compat",
+                                              "khr", "--report", path("report.json"), "-q"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto total = nlohmann::json::parse(read_bytes(path("report.json"))).at("total");
+  EXPECT_EQ(total.at("patches"), 4);
+  EXPECT_GT(total.at("replication"), 0.0);
+  EXPECT_EQ(total.at("bytes").at("total"), total.at("bytes").at("payload"));
+  const CommandOutcome inspected = run_command({"inspect", path("khr.glb"), "--format", "json"});
+  ASSERT_EQ(inspected.code, 0) << inspected.err;
+  const auto primitives = nlohmann::json::parse(inspected.out).at("primitives");
+  ASSERT_EQ(primitives.size(), 4u);
+  for (const auto& primitive : primitives) EXPECT_EQ(primitive.at("storage"), "draco");
+  EXPECT_EQ(run_command({"decode", path("khr.glb"), path("plain.glb"), "-q"}).code, 0);
+}
+
+TEST_F(EncodeCommand, ReportsWhatItLeavesAndDrops) {
+  write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\nf 1 1 2\n");
+  const auto total = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> words = {"encode", path("mesh.obj"), path("out.glb"), "--report", "-", "-q"};
+    words.insert(words.end(), options.begin(), options.end());
+    const CommandOutcome outcome = run_command(words);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const auto report = nlohmann::json::parse(outcome.out);
+    EXPECT_EQ(report.at("input"), path("mesh.obj"));
+    EXPECT_EQ(report.at("output"), path("out.glb"));
+    EXPECT_EQ(report.at("primitives").at(0).at("mesh"), 0);
+    return report;
+  };
+  const auto kept = total({"--always-patches", "--keep-degenerate"});
+  EXPECT_EQ(kept.at("total").at("input"), nlohmann::json::parse(R"({"faces":3,"points":4,"bytes":66})"));
+  EXPECT_EQ(kept.at("total").at("faces"), 3);
+  EXPECT_EQ(kept.at("total").at("residue_faces"), 1);
+  EXPECT_EQ(kept.at("total").at("dropped_faces"), 0);
+  const auto dropped = total({"--always-patches", "--no-verify", "-j", "2"});
+  EXPECT_EQ(dropped.at("total").at("faces"), 2);
+  EXPECT_EQ(dropped.at("total").at("dropped_faces"), 1);
+  EXPECT_FALSE(dropped.at("verified").get<bool>());
+  EXPECT_EQ(dropped.at("threads"), 2);
+
+  const CommandOutcome again =
+      run_command({"encode", path("out.glb"), path("again.glb"), "--report", path("report.json")});
+  EXPECT_EQ(again.code, 0);
+  EXPECT_TRUE(contains(again.err, "mesh 0, primitive 0 is left as it is: already in patches"));
+  EXPECT_TRUE(contains(again.err, "warning: nothing to encode"));
+  const auto report = nlohmann::json::parse(read_bytes(path("report.json")));
+  EXPECT_EQ(report.at("primitives").at(0).at("skipped"), "already in patches");
+}
+
+TEST_F(EncodeCommand, FallbackAndVolumeReachTheFile) {
+  const std::string input = sample("scene", "3000");
+  ASSERT_EQ(run_command({"encode", input, path("out.gltf"), "--fallback", "uncompressed",
+                         "--quantization-volume", "scene"})
+                .code,
+            0);
+  const auto json = nlohmann::json::parse(read_bytes(path("out.gltf")));
+  EXPECT_FALSE(json.contains("extensionsRequired"));
+  for (const auto& accessor : json.at("accessors")) EXPECT_TRUE(accessor.contains("bufferView"));
+  EXPECT_EQ(run_command({"validate", path("out.gltf")}).code, 0);
+}
+
+}  // namespace
+}  // namespace psplit

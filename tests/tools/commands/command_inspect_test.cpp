@@ -1,0 +1,173 @@
+// gltf-psplit inspect: the shape of its JSON, what its table says, and the preview.
+#include "encoder/draco/stock_stream.h"
+#include "tests/tools/commands/sample_assets.h"
+
+namespace psplit {
+namespace {
+
+class InspectCommand : public CommandOnSamples {};
+
+TEST_F(InspectCommand, JsonHasTheDocumentedKeys) {
+  const std::string input = split_sample();
+  const CommandOutcome outcome = run_command({"inspect", input, "--format", "json"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  ASSERT_EQ(json.at("primitives").size(), 1u);
+  const auto& primitive = json.at("primitives").at(0);
+  EXPECT_EQ(primitive.at("mesh"), 0);
+  EXPECT_EQ(primitive.at("primitive"), 0);
+  EXPECT_EQ(primitive.at("patches"), 4);
+  EXPECT_EQ(primitive.at("container_version"), 2);
+  const double points = primitive.at("points").get<double>();
+  EXPECT_NEAR(primitive.at("replication").get<double>(), primitive.at("references").get<double>() / points,
+              1e-12);
+  EXPECT_GE(primitive.at("balance").get<double>(), 1.0);
+  const auto& bytes = primitive.at("bytes");
+  EXPECT_EQ(bytes.at("payload").get<int>() + bytes.at("directory").get<int>() + bytes.at("stitch").get<int>(),
+            bytes.at("total").get<int>());
+  EXPECT_NEAR(primitive.at("bits_per_point").get<double>(), 8 * bytes.at("total").get<double>() / points, 1e-9);
+  const auto& position = primitive.at("attributes").at(0);
+  EXPECT_EQ(position.at("semantic"), "POSITION");
+  EXPECT_EQ(position.at("componentType"), 5126);
+  EXPECT_EQ(position.at("bits"), 14);
+
+  const CommandOutcome text = run_command({"inspect", input});
+  EXPECT_EQ(text.code, 0);
+  EXPECT_TRUE(contains(text.out, "POSITION 14 bits")) << text.out;
+}
+
+TEST_F(InspectCommand, APlainAssetHasNoPatches) {
+  const CommandOutcome outcome = run_command({"inspect", sample(), "--format", "json", "-q"});
+  EXPECT_EQ(outcome.code, 0);
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_TRUE(json.at("primitives").empty());
+  EXPECT_EQ(json.at("others").at(0).at("storage"), "plain");
+}
+
+TEST_F(InspectCommand, DrawsAPreviewBesideItsTable) {
+  const std::string split = split_sample();
+  const auto draw = [&](const std::string& input, const char* size, const char* threads) {
+    const CommandOutcome outcome =
+        run_command({"inspect", input, "--preview", path("a.png"), "--preview-size", size, "-j", threads});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, run_command({"inspect", input}).out);
+    EXPECT_TRUE(contains(outcome.err, "a.png: ")) << outcome.err;
+    const std::string png = read_bytes(path("a.png"));
+    EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
+    return png;
+  };
+  // Width and height follow the name of the first chunk.
+  const std::string png = draw(split, "300x200", "1");
+  EXPECT_EQ(png.substr(12, 12), std::string("IHDR\0\0\x01\x2c\0\0\0\xc8", 12));
+  EXPECT_TRUE(draw(split, "300x200", "3") == png);
+  EXPECT_EQ(draw(split, "64", "2").substr(16, 8), std::string("\0\0\0\x40\0\0\0\x40", 8));
+  // Not only patches: plain and stock Draco, glTF and not.
+  for (const std::string& input : {sample(), draco_sample(), stock_sample()}) draw(input, "64", "2");
+}
+
+TEST_F(InspectCommand, PreviewsThatCannotBeDrawnOrWrittenSayWhy) {
+  const std::string input = split_sample();
+  const CommandOutcome unwritable = run_command({"inspect", input, "--preview", path("no/such/folder/a.png")});
+  EXPECT_EQ(unwritable.code, 2);
+  EXPECT_TRUE(contains(unwritable.err, "no/such/folder/a.png")) << unwritable.err;
+  EXPECT_EQ(unwritable.out, "");
+  write("empty.gltf", R"({"asset": {"version": "2.0"}})");
+  const CommandOutcome empty = run_command({"inspect", path("empty.gltf"), "--preview", path("a.png")});
+  EXPECT_EQ(empty.code, 5);
+  EXPECT_TRUE(contains(empty.err, "empty.gltf: nothing to draw: ")) << empty.err;
+  std::string bytes = read_bytes(input);
+  bytes[bytes.rfind("DRACO")] = 'X';
+  write("damaged.glb", bytes);
+  const CommandOutcome damaged = run_command({"inspect", path("damaged.glb"), "--preview", path("a.png")});
+  EXPECT_EQ(damaged.code, 3);
+  EXPECT_TRUE(contains(damaged.err, "damaged.glb: mesh 0, primitive 0, patch 3: ")) << damaged.err;
+  EXPECT_FALSE(std::filesystem::exists(path("a.png")));
+}
+
+TEST_F(InspectCommand, ShowsAStockDracoStreamAsOnePatch) {
+  const std::string drc = draco_sample(), stock = path("stock.gltf");
+  ASSERT_EQ(run_command({"decode", drc, path("plain.gltf"), "-q"}).code, 0);
+  const auto plain = nlohmann::json::parse(read_bytes(path("plain.gltf")));
+  const auto& accessors = plain.at("accessors");
+  const auto& geometry = plain.at("meshes").at(0).at("primitives").at(0);
+  const auto count_of = [&](const nlohmann::json& accessor) {
+    return accessors.at(accessor.get<size_t>()).at("count").get<int>();
+  };
+  for (const std::string& input : {drc, stock}) {
+    const CommandOutcome outcome = run_command({"inspect", input, "--format", "json"});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_FALSE(contains(outcome.err, "warning")) << outcome.err;
+    const auto json = nlohmann::json::parse(outcome.out);
+    EXPECT_TRUE(json.at("others").empty());
+    ASSERT_EQ(json.at("primitives").size(), 1u);
+    const auto& primitive = json.at("primitives").at(0);
+    EXPECT_EQ(primitive.at("storage"), "draco");
+    EXPECT_EQ(primitive.at("coding"), "edgebreaker");
+    EXPECT_EQ(primitive.at("patches"), 1);
+    EXPECT_EQ(primitive.at("faces").get<int>() * 3, count_of(geometry.at("indices")));
+    EXPECT_EQ(primitive.at("points").get<int>(), count_of(geometry.at("attributes").at("POSITION")));
+    EXPECT_EQ(primitive.at("references"), 0);
+    EXPECT_EQ(primitive.at("balance"), 1.0);
+    EXPECT_EQ(primitive.at("bytes"), nlohmann::json({{"payload", std::filesystem::file_size(drc)},
+                                                     {"directory", 0},
+                                                     {"stitch", 0},
+                                                     {"total", std::filesystem::file_size(drc)}}));
+    EXPECT_NEAR(primitive.at("bits_per_point").get<double>(),
+                8 * static_cast<double>(std::filesystem::file_size(drc)) / primitive.at("points").get<double>(),
+                1e-9);
+    ASSERT_EQ(primitive.at("attributes").size(), 1u);
+    EXPECT_EQ(primitive.at("attributes").at(0),
+              nlohmann::json({{"semantic", "POSITION"}, {"componentType", 5126}, {"bits", 14}}));
+    const CommandOutcome text = run_command({"inspect", input});
+    EXPECT_EQ(text.code, 0);
+    EXPECT_TRUE(contains(text.out, "POSITION 14 bits")) << text.out;
+    EXPECT_TRUE(contains(text.out, "edgebreaker")) << text.out;
+  }
+  EXPECT_EQ(run_command_on(drc, {"inspect", "-"}).out, run_command({"inspect", drc}).out);
+  for (const std::string& input : {drc, stock, split_sample()})
+    EXPECT_EQ(run_command({"inspect", input, "--backend", "cpu"}).out,
+              run_command({"inspect", input, "--backend", "draco"}).out);
+}
+
+TEST_F(InspectCommand, TellsCodingsAndStoragesApart) {
+  const auto first_of = [&](const std::string& input) {
+    const CommandOutcome outcome = run_command({"inspect", input, "--format", "json"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out).at("primitives").at(0);
+  };
+  const auto split = first_of(split_sample());
+  EXPECT_EQ(split.at("storage"), "patches");
+  EXPECT_EQ(split.at("coding"), "edgebreaker");
+  const std::string out = path("valence.glb");
+  ASSERT_EQ(
+      run_command({"decode", path("terrain.glb"), out, "--to", "draco", "--encode-speed", "0", "-q"}).code, 0);
+  EXPECT_EQ(first_of(out).at("coding"), "edgebreaker-valence");
+  // Nothing but degenerate faces: Edgebreaker cannot hold them.
+  Mesh flat;
+  flat.point_count = 2;
+  flat.faces = {{0, 0, 1}, {1, 1, 0}};
+  flat.attributes.push_back({"POSITION", ComponentType::kFloat32, 3, false, Array<std::byte>(24)});
+  const Expected<StockStream> stream = encode_stock_stream(flat, std::vector<AttributeCoding>(1), 5);
+  ASSERT_TRUE(stream.ok()) << stream.status().to_string();
+  write("flat.drc", std::string(stream->bytes.begin(), stream->bytes.end()));
+  EXPECT_EQ(first_of(path("flat.drc")).at("coding"), "sequential");
+}
+
+TEST_F(InspectCommand, NamesTheBrokenStream) {
+  std::string bytes = read_bytes(draco_sample());
+  write("short.drc", bytes.substr(0, bytes.size() - 20));
+  const CommandOutcome shortened = run_command({"inspect", path("short.drc")});
+  EXPECT_EQ(shortened.code, 3);
+  EXPECT_EQ(shortened.out, "");
+  EXPECT_TRUE(contains(shortened.err, "short.drc: Draco stream: ")) << shortened.err;
+  std::string binary = read_bytes(path(binary_of("stock.gltf")));
+  binary[binary.find("DRACO")] = 'X';
+  write(binary_of("stock.gltf"), binary);
+  const CommandOutcome broken = run_command({"inspect", path("stock.gltf")});
+  EXPECT_EQ(broken.code, 3);
+  EXPECT_TRUE(contains(broken.err, "stock.gltf: mesh 0, primitive 0: Draco stream: not a Draco mesh"))
+      << broken.err;
+}
+
+}  // namespace
+}  // namespace psplit
