@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "bench/sample_meshes.h"
+#include "encoder/coding/quantization.h"
 #include "encoder/encode_mesh.h"
 #include "src/container/decode_backend.h"
 

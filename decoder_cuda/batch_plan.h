@@ -8,7 +8,7 @@
 
 #include "decoder_cuda/batch.h"
 #include "src/container/claims.h"
-#include "src/container/stitch.h"
+#include "src/container/stitch_row.h"
 
 namespace psplit {
 

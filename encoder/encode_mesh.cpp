@@ -4,12 +4,12 @@
 #include <chrono>
 #include <cstring>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
-#include "encoder/quantization.h"
-#include "encoder/stitch_runs.h"
+#include "encoder/stitching/build_stitching.h"
 #include "encoder/verify.h"
-#include "encoder/weld.h"
+#include "encoder/welding/weld.h"
 
 namespace psplit {
 namespace {

@@ -9,23 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "encoder/coding/attribute_coding.h"
 #include "encoder/partition/partition.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
 
 namespace psplit {
-
-// How one attribute is stored. bits == 0 keeps the values exactly as they are.
-struct AttributeCoding {
-  int bits = 0;             // 1 to 30; only for kFloat32 attributes
-  bool octahedral = false;  // NORMAL: unit vectors on an octahedral grid of `bits` (2 to 30)
-  // The grid of every other quantized attribute: value = origin + i * range / (2^bits - 1), one origin per
-  // component. The same for all meshes that must fit together. Made by fit_grid and merge_grids, which see to
-  // it that libdraco reproduces it to the bit.
-  std::vector<float> origin;
-  float range = 0;
-};
 
 struct EncodeOptions {
   uint32_t patch_count = 1;
@@ -78,10 +68,5 @@ struct EncodedMesh {
 Expected<EncodedMesh> encode_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                   const EncodeOptions& options, const ThreadPool& pool,
                                   std::span<const std::byte> extra_point_data = {}, size_t extra_stride = 0);
-
-// The grid that holds all values of the attribute. Fails on NaN and infinity.
-Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
-// The smallest grid of the same bits that holds both.
-AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b);
 
 }  // namespace psplit

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "encoder/coding/quantization.h"
+
 namespace psplit {
 namespace {
 
@@ -49,17 +51,6 @@ bool within_octahedral_step(const Attribute& wanted, const Attribute& got, size_
 }
 
 }  // namespace
-
-double grid_bound(int bits, float origin, float range) {
-  const double step = double{range} / (std::ldexp(1.0, bits) - 1.0);
-  // The rest is float rounding, in libdraco, of the offset, the division by the step, and the sum.
-  return 0.5 * step + 4e-7 * (std::fabs(double{origin}) + double{range});
-}
-
-// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid of c = 2^(bits-1) - 1 steps an axis: up
-// to 1/2c off in two components, 1/c in the third, and, where the rounded sum exceeds 1, another 1/c in one of
-// them: less than 1.7/c in all. Back on the sphere lengths grow by at most sqrt(3).
-double octahedral_bound(int bits) { return 3.0 / (std::ldexp(1.0, bits - 1) - 1.0) + 1e-6; }
 
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                       std::span<const uint32_t> source_point) {

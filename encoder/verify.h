@@ -1,7 +1,11 @@
 // Proves that a container holds the mesh it was made from.
 #pragma once
 
-#include "encoder/encode_mesh.h"
+#include <span>
+
+#include "encoder/coding/attribute_coding.h"
+#include "src/mesh/mesh.h"
+#include "src/status.h"
 
 namespace psplit {
 
@@ -10,10 +14,5 @@ namespace psplit {
 // the same orientation, exact attributes the same bits, and quantized ones within half a step of their grid.
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                       std::span<const uint32_t> source_point);
-
-// How far what libdraco decodes may be from what it was given: a component on a grid, and the chord between
-// unit vectors on an octahedron.
-double grid_bound(int bits, float origin, float range);
-double octahedral_bound(int bits);
 
 }  // namespace psplit

@@ -13,8 +13,8 @@
 #include <stdexcept>
 
 #include "encoder/draco/describe_attribute.h"
+#include "encoder/stitching/stitch_map.h"
 #include "src/container/claims.h"
-#include "src/container/stitch.h"
 #include "src/core/stream_header.h"
 
 namespace psplit {

@@ -9,7 +9,7 @@
 #include <memory>
 #include <numeric>
 
-#include "encoder/quantization.h"
+#include "encoder/coding/quantization.h"
 
 namespace psplit {
 namespace {

@@ -6,17 +6,11 @@
 #include <span>
 #include <vector>
 
-#include "encoder/encode_mesh.h"
+#include "encoder/coding/attribute_coding.h"
+#include "encoder/welding/welded_mesh.h"
+#include "src/status.h"
 
 namespace psplit {
-
-// Points of a mesh and the values they use. Two points share a value of an attribute where value_of_point says
-// so: shared positions make a vertex, differing values around a vertex make a seam.
-struct WeldedMesh {
-  const Mesh* mesh = nullptr;
-  // Per attribute of the mesh, for each point the lowest point that holds the same value.
-  std::vector<std::vector<uint32_t>> value_of_point;
-};
 
 // A part of a welded mesh with points of its own, numbered from 0.
 struct PatchMesh {

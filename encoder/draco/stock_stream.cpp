@@ -4,7 +4,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
-#include "encoder/weld.h"
+#include "encoder/welding/weld.h"
 
 namespace psplit {
 

@@ -2,7 +2,13 @@
 // measured against.
 #pragma once
 
-#include "encoder/encode_mesh.h"
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "encoder/coding/attribute_coding.h"
+#include "src/mesh/mesh.h"
+#include "src/status.h"
 
 namespace psplit {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "encoder/verify.h"
+#include "encoder/coding/quantization.h"
 #include "src/container/container.h"
 
 namespace psplit {

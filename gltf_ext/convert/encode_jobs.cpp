@@ -8,8 +8,8 @@
 #include <numeric>
 #include <set>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/partition/partition.h"
-#include "encoder/quantization.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/document/structure.h"
 #include "gltf_ext/json/json_fields.h"

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "src/container/stitch.h"
+#include "encoder/stitching/stitch_map.h"
 
 namespace psplit {
 namespace {

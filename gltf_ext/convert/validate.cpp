@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cstring>
 
+#include "encoder/stitching/stitch_map.h"
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/document/structure.h"
 #include "gltf_ext/json/json_fields.h"
 #include "src/container/container.h"
-#include "src/container/stitch.h"
 #include "src/cpu/cpu_backend.h"
 
 namespace psplit {

@@ -5,7 +5,7 @@
 //   header      magic "PSPL", version, flags, stream count, five column descriptors
 //   columns     per stream: stream bytes, faces, points, references, stitch bytes; each column is stored as
 //               a base and 0, 1, 2 or 4 bytes a value
-//   stitch map  per stream, concatenated (src/container/stitch.h)
+//   stitch map  per stream, concatenated
 //   streams     per stream, concatenated: Draco 2.2 meshes
 //
 // Streams are the patches in order; with kResidue set the last is the residue: a sequential Draco mesh with

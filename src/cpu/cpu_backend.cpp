@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "src/container/claims.h"
-#include "src/container/stitch.h"
+#include "src/container/stitch_row.h"
 #include "src/core/stitch.h"
 #include "src/core/workspace.h"
 #include "src/cpu/convert.h"

@@ -10,6 +10,7 @@
 #include <map>
 #include <string_view>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
 #include "gltf_ext/mesh_files/read_asset.h"

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "decoder_cuda/host_decoder.h"
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/decoder_cuda/emulated_device.h"

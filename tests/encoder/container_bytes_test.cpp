@@ -10,6 +10,7 @@
 #include <functional>
 #include <iomanip>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
 #include "tests/support/procedural_meshes.h"

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <random>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "src/container/container.h"

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "encoder/coding/quantization.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/version_1.h"
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "encoder/stitching/stitch_map.h"
 #include "src/container/decode_backend.h"
-#include "src/container/stitch.h"
 
 namespace psplit {
 

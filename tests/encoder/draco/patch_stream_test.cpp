@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "encoder/draco/draco_backend.h"
-#include "encoder/weld.h"
+#include "encoder/welding/weld.h"
 
 namespace psplit {
 namespace {

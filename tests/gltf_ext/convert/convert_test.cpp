@@ -6,7 +6,7 @@
 #include <map>
 #include <set>
 
-#include "encoder/quantization.h"
+#include "encoder/coding/quantization.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

@@ -4,6 +4,7 @@
 #include <map>
 #include <mutex>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/convert/draco_file.h"
 #include "gltf_ext/convert/validate.h"

@@ -6,7 +6,8 @@
 
 #include <random>
 
-#include "src/container/stitch.h"
+#include "encoder/stitching/stitch_map.h"
+#include "src/container/stitch_row.h"
 #include "tests/support/emulated_warp.h"
 #include "tests/support/version_1.h"
 

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
-#include "encoder/weld.h"
+#include "encoder/welding/weld.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/compare/comparison.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/partition/partition.h"

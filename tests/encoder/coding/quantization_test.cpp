@@ -1,4 +1,4 @@
-#include "encoder/quantization.h"
+#include "encoder/coding/quantization.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "encoder/stitch_runs.h"
+#include "encoder/stitching/build_stitching.h"
 
 #include <algorithm>
 #include <array>

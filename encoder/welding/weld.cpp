@@ -1,4 +1,4 @@
-#include "encoder/weld.h"
+#include "encoder/welding/weld.h"
 
 #include <bit>
 #include <cstring>

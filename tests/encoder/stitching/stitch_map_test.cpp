@@ -1,4 +1,4 @@
-#include "src/container/stitch.h"
+#include "encoder/stitching/stitch_map.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,4 @@
-// Quantization grids: encode_mesh.h says what they are.
-#include "encoder/quantization.h"
+#include "encoder/coding/quantization.h"
 
 #include <algorithm>
 #include <cmath>
@@ -179,5 +178,16 @@ void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings) {
       set_float(*parts[k].attribute, index(parts[k]), static_cast<float>(weights[k]) * step);
   }
 }
+
+double grid_bound(int bits, float origin, float range) {
+  const double step = double{range} / (std::ldexp(1.0, bits) - 1.0);
+  // The rest is float rounding, in libdraco, of the offset, the division by the step, and the sum.
+  return 0.5 * step + 4e-7 * (std::fabs(double{origin}) + double{range});
+}
+
+// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid of c = 2^(bits-1) - 1 steps an axis: up
+// to 1/2c off in two components, 1/c in the third, and, where the rounded sum exceeds 1, another 1/c in one of
+// them: less than 1.7/c in all. Back on the sphere lengths grow by at most sqrt(3).
+double octahedral_bound(int bits) { return 3.0 / (std::ldexp(1.0, bits - 1) - 1.0) + 1e-6; }
 
 }  // namespace psplit

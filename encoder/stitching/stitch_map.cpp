@@ -1,8 +1,9 @@
-#include "src/container/stitch.h"
+#include "encoder/stitching/stitch_map.h"
 
 #include <algorithm>
 #include <bit>
 
+#include "src/container/stitch_row.h"
 #include "src/core/stitch_codes.h"
 
 namespace psplit {
@@ -180,13 +181,6 @@ std::vector<uint32_t> border_walk(std::span<const Face> faces, uint32_t point_co
     } while (at != start);
   }
   return walk;
-}
-
-core::StitchRow stitch_row(const Container& container, uint32_t patch) {
-  const std::span<const uint8_t> bytes = container.stitch[patch];
-  const StreamEntry& entry = container.entries[patch];
-  return {{bytes.data(), bytes.size()}, container.version,      patch, entry.point_count, entry.reference_count,
-          container.owned_base[patch],  container.point_count()};
 }
 
 std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch, uint32_t point_count) {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "encoder/draco/patch_stream.h"
+#include "encoder/welding/welded_mesh.h"
 #include "src/parallel.h"
 
 namespace psplit {

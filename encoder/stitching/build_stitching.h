@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "src/container/stitch.h"
+#include "encoder/stitching/stitch_map.h"
 #include "src/parallel.h"
 
 namespace psplit {

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "src/container/container.h"
-#include "src/core/stitch_reader.h"
 #include "src/parallel.h"
 
 namespace psplit {
@@ -68,9 +67,6 @@ std::vector<uint32_t> border_walk(std::span<const Face> faces, uint32_t point_co
 // In the format of version 2. Nobody but the patch itself owns what repeats stand for, and another patch what
 // pairs do. `point_count` is the patch's number of decoded points.
 std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch, uint32_t point_count);
-
-// For the core's readers.
-core::StitchRow stitch_row(const Container& container, uint32_t patch);
 
 // Every number is checked against the directory; errors are kInvalidInput with the patch as their place.
 Expected<StitchMap> parse_stitch_map(const Container& container, uint32_t patch);
