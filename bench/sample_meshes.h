@@ -12,7 +12,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "gltf_ext/mesh_files/read_asset.h"
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {

@@ -7,7 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "gltf_ext/compare/compare_assets.h"
+#include "gltf_ext/compare/asset_comparison.h"
+#include "gltf_ext/compare/read_asset_meshes.h"
 
 namespace psplit {
 

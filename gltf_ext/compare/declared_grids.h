@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "src/container/stream_description.h"
 
 namespace psplit {

@@ -1,4 +1,5 @@
-#include "gltf_ext/compare/compare_assets.h"
+#include "gltf_ext/compare/read_asset_meshes.h"
+
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {

@@ -1,4 +1,5 @@
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/decode_document.h"
+
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"

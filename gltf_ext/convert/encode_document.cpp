@@ -1,51 +1,28 @@
-#include <atomic>
-#include <map>
-#include <set>
+#include "gltf_ext/convert/encode_document.h"
 
-#include "encoder/draco/draco_backend.h"
-#include "encoder/draco/stock_stream.h"
-#include "gltf_ext/convert/convert.h"
-#include "gltf_ext/convert/encode_jobs.h"
+#include <atomic>
+
+#include "gltf_ext/convert/draco_extension.h"
+#include "gltf_ext/convert/drop_manifolds.h"
+#include "gltf_ext/convert/encode_reports.h"
+#include "gltf_ext/convert/patch_counts.h"
 #include "gltf_ext/convert/patch_primitives.h"
+#include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
 
 namespace psplit {
 namespace {
 
-Json unique_id_map(const Mesh& mesh, const std::vector<uint32_t>& unique_ids) {
-  Json map = Json::object();
-  for (size_t i = 0; i < mesh.attributes.size(); ++i) map[mesh.attributes[i].semantic] = unique_ids[i];
-  return map;
-}
-
-std::vector<AttributeRequest> requests_of(const Mesh& mesh, const std::vector<uint32_t>& unique_ids) {
-  std::vector<AttributeRequest> requests;
-  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
-    const Attribute& a = mesh.attributes[i];
-    requests.push_back({a.semantic, unique_ids[i], a.component_type, a.component_count, a.normalized});
-  }
-  return requests;
-}
-
-void set_extension(Document& document, const PrimitiveGroup& group, const char* name, const Json& extension) {
-  for (const PrimitiveId id : group.ids) {
-    Json& primitive = primitive_json(document, id);
-    if (Json* extensions = object_field(primitive, "extensions"))
-      for (const char* other : {kExtensionName, kStockExtensionName}) extensions->erase(other);
-    primitive["extensions"][name] = extension;
-  }
-}
-
 // The accessors' bounds are those of decoded values: what encode_mesh did not decode to verify it is decoded
 // now.
-void decode_unverified(std::vector<Job>& jobs, const DecodeBackend& backend, const ThreadPool& pool) {
-  std::vector<Job*> left;
-  for (Job& job : jobs)
+void decode_unverified(std::vector<EncodeJob>& jobs, const DecodeBackend& backend, const ThreadPool& pool) {
+  std::vector<EncodeJob*> left;
+  for (EncodeJob& job : jobs)
     if (job.status.ok() && !job.encoded.decoded) left.push_back(&job);
   if (left.empty()) return;
   std::vector<std::vector<AttributeRequest>> requests;
-  for (const Job* job : left) requests.push_back(requests_of(job->mesh, job->encoded.unique_ids));
+  for (const EncodeJob* job : left) requests.push_back(requests_of(job->mesh, job->encoded.unique_ids));
   std::vector<DecodeTask> tasks;
   for (size_t i = 0; i < left.size(); ++i) tasks.push_back({left[i]->encoded.container, false, requests[i]});
   std::vector<Expected<Mesh>> meshes = backend.decode(tasks, pool, {});
@@ -55,13 +32,13 @@ void decode_unverified(std::vector<Job>& jobs, const DecodeBackend& backend, con
   }
 }
 
-void encode_jobs(std::vector<Job>& jobs, const ThreadPool& pool, const Progress& progress) {
+void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Progress& progress) {
   size_t faces = 0;
-  for (const Job& job : jobs) faces += job.mesh.faces.size();
+  for (const EncodeJob& job : jobs) faces += job.mesh.faces.size();
   std::atomic<size_t> done = 0;
   if (progress) progress(0, faces);
   pool.for_each(jobs.size(), [&](size_t i) {
-    Job& job = jobs[i];
+    EncodeJob& job = jobs[i];
     std::atomic<size_t> done_of_job = 0;
     if (progress)
       job.options.patch_encoded = [&](size_t count) {
@@ -81,39 +58,8 @@ void encode_jobs(std::vector<Job>& jobs, const ThreadPool& pool, const Progress&
   });
 }
 
-// What became of every primitive, in their order.
-class Reports {
- public:
-  Reports(const Document& input, const Jobs& read) {
-    for (const auto& [id, bytes] : geometry_bytes(input)) {
-      PrimitiveReport& report = reports_[id];
-      report.id = {id.first, id.second};
-      report.input_bytes = report.bytes = bytes;
-    }
-    for (const auto& [id, reason] : read.skipped) reports_.at(id).skipped = reason;
-    for (const Job& job : read.jobs)
-      for (size_t i = 0; i < job.group.ids.size(); ++i) {
-        PrimitiveReport& report = (*this)[job.group.ids[i]];
-        report.repeated = i > 0;
-        report.faces = job.mesh.faces.size();
-        report.points = job.mesh.point_count;
-      }
-  }
-
-  PrimitiveReport& operator[](PrimitiveId id) { return reports_.at({id.mesh, id.primitive}); }
-
-  std::vector<PrimitiveReport> list() && {
-    std::vector<PrimitiveReport> list;
-    for (auto& [id, report] : reports_) list.push_back(std::move(report));
-    return list;
-  }
-
- private:
-  std::map<std::pair<size_t, size_t>, PrimitiveReport> reports_;
-};
-
-Status report_streams(const std::vector<Job>& jobs, Reports& reports) {
-  for (const Job& job : jobs) {
+Status report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) {
+  for (const EncodeJob& job : jobs) {
     Expected<Container> container = parse_container(job.encoded.container);
     if (!container) return container.status();
     if (job.stored_as != StoredAs::kPatches)
@@ -130,29 +76,6 @@ Status report_streams(const std::vector<Job>& jobs, Reports& reports) {
   return {};
 }
 
-// EXT_mesh_manifold says by indices which points of a mesh are one; they are others now.
-void drop_manifolds(Document& document, const std::vector<Job>& jobs, PrimitiveEditor& editor,
-                    Reports& reports) {
-  constexpr const char* kManifold = "EXT_mesh_manifold";
-  std::set<size_t> dropped;
-  for (const Job& job : jobs)
-    for (const PrimitiveId id : job.group.ids) {
-      Json& mesh = document.json["meshes"][id.mesh];
-      if (const Json* manifold = extension_field(mesh, kManifold)) {
-        for (const char* name : {"mergeIndices", "mergeValues"})
-          if (const auto accessor = integer_field(*manifold, name)) editor.release(*accessor);
-        if (const Json* primitive = object_field(*manifold, "manifoldPrimitive"))
-          if (const auto accessor = integer_field(*primitive, "indices")) editor.release(*accessor);
-        mesh["extensions"].erase(kManifold);
-        if (mesh["extensions"].empty()) mesh.erase("extensions");
-        dropped.insert(id.mesh);
-      }
-      if (dropped.contains(id.mesh))
-        reports[id].warnings.push_back(std::string(kManifold) + " is dropped: its data refer to indices");
-    }
-  if (!dropped.empty()) unlist_unused_extension(document, kManifold);
-}
-
 // One run of bytes, and the geometry that it stands for.
 struct StoredPart {
   std::span<const uint8_t> bytes;
@@ -162,9 +85,9 @@ struct StoredPart {
 
 // A container as the primitive's extension, or each Draco stream as a primitive of its own: `patches` holds
 // those of each job, none where it is a container.
-void write_geometry(Document& document, const std::vector<Job>& jobs,
+void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
                     const std::vector<std::vector<PatchPrimitive>>& patches, bool with_fallback,
-                    Reports& reports) {
+                    EncodeReports& reports) {
   std::vector<PrimitiveGroup> groups;
   std::vector<size_t> counts;
   for (size_t i = 0; i < jobs.size(); ++i) {
@@ -174,14 +97,13 @@ void write_geometry(Document& document, const std::vector<Job>& jobs,
   const auto repeated = repeat_primitives(document, groups, counts);
   PrimitiveEditor editor(document);
   for (size_t i = 0; i < jobs.size(); ++i) {
-    const Job& job = jobs[i];
+    const EncodeJob& job = jobs[i];
     const char* extension = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
     const auto store = [&](const PrimitiveGroup& group, const StoredPart& part) {
       const int64_t view = append_buffer_view(document, part.bytes);
       editor.set_geometry(group, part.mesh, reorder(job.morphs, part.source_point),
                           with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere);
-      set_extension(document, group, extension,
-                    {{"bufferView", view}, {"attributes", unique_id_map(job.mesh, job.encoded.unique_ids)}});
+      set_draco_extension(document, group, extension, view, job.mesh, job.encoded.unique_ids);
     };
     if (job.stored_as == StoredAs::kPatches)
       store(repeated[i][0], {job.encoded.container, *job.encoded.decoded, job.encoded.source_point});
@@ -193,7 +115,7 @@ void write_geometry(Document& document, const std::vector<Job>& jobs,
   editor.finish();
 }
 
-void choose_storage(Job& job, const EncodeDocumentOptions& options) {
+void choose_storage(EncodeJob& job, const EncodeDocumentOptions& options) {
   const EncodeStatistics& statistics = job.encoded.statistics;
   const bool is_whole =
       statistics.patch_count == 1 && statistics.residue_faces == 0 && statistics.residue_points == 0;
@@ -207,7 +129,7 @@ void choose_storage(Job& job, const EncodeDocumentOptions& options) {
 }
 
 // glTF wants the bounds of positions. A .drc file does not say them; they are known once it was decoded.
-void set_position_bounds(Document& document, const Job& job) {
+void set_position_bounds(Document& document, const EncodeJob& job) {
   const Attribute* position = job.mesh.find("POSITION");
   const PrimitiveId id = job.group.ids.front();
   const auto index = integer_field(primitive_json(document, id)["attributes"], "POSITION");
@@ -221,12 +143,12 @@ void set_position_bounds(Document& document, const Job& job) {
 
 // Takes out the geometry that stays as it is, because it cannot be encoded or would only grow, and says why.
 // What grows because the user wants patches gets a warning.
-Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options, std::vector<Job>& jobs,
-                             Reports& reports) {
+Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options,
+                             std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   const bool is_wanted = options.always_patches || options.patches > 0 || options.patch_faces > 0;
   const GeometryOwners owners(document);
-  std::vector<Job> kept;
-  for (Job& job : jobs) {
+  std::vector<EncodeJob> kept;
+  for (EncodeJob& job : jobs) {
     if (!job.status.ok() && job.status.code() != StatusCode::kUnsupported)
       return std::move(job.status).at(job.place(document));
     std::string reason = job.status.ok() ? "" : job.status.message(), warning;
@@ -263,11 +185,14 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress) {
-  Expected<Jobs> read = read_jobs(document, options, backend, pool);
+  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool);
   if (!read) return read.status();
-  Reports reports(document, *read);
-  std::vector<Job>& jobs = read->jobs;
-  choose_patch_counts(jobs, options);
+  EncodeReports reports(document, *read);
+  std::vector<EncodeJob>& jobs = read->jobs;
+  std::vector<uint64_t> faces;
+  for (const EncodeJob& job : jobs) faces.push_back(job.mesh.faces.size());
+  const std::vector<uint32_t> counts = patch_counts(faces, options);
+  for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
   encode_jobs(jobs, pool, progress);
   decode_unverified(jobs, backend, pool);
   if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
@@ -283,68 +208,6 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   }
   write_geometry(document, jobs, patches, options.fallback == Fallback::kUncompressed, reports);
   return std::move(reports).list();
-}
-
-Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
-                                                             const EncodeDocumentOptions& options,
-                                                             const ThreadPool& pool) {
-  const DecodeBackend backend = draco_backend();
-  Expected<Jobs> read = read_jobs(document, options, backend, pool);
-  if (!read) return read.status();
-  Reports reports(document, *read);
-  std::vector<Job>& jobs = read->jobs;
-  std::vector<StockStream> streams(jobs.size());
-  std::vector<Mesh> decoded(jobs.size());
-  pool.for_each(jobs.size(), [&](size_t i) {
-    // Draco does not say which point became which, and morph targets need to know.
-    Expected<StockStream> stream =
-        encode_stock_stream(jobs[i].mesh, jobs[i].codings, options.encode_speed, !jobs[i].morphs.empty());
-    if (!stream) {
-      jobs[i].status = stream.status();
-      return;
-    }
-    Expected<Mesh> mesh = backend.decode_stream(stream->bytes, requests_of(jobs[i].mesh, stream->unique_ids));
-    if (!mesh) {
-      jobs[i].status = mesh.status();
-      return;
-    }
-    if (!jobs[i].morphs.empty() && stream->source_point.size() != mesh->point_count)
-      jobs[i].status = runtime_failure("libdraco decodes other points than it should");
-    streams[i] = std::move(*stream);
-    decoded[i] = std::move(*mesh);
-  });
-
-  PrimitiveEditor editor(document);
-  for (size_t i = 0; i < jobs.size(); ++i) {
-    if (!jobs[i].status.ok()) return std::move(jobs[i].status).at(jobs[i].place(document));
-    const int64_t view = append_buffer_view(document, streams[i].bytes);
-    editor.set_geometry(jobs[i].group, decoded[i], reorder(jobs[i].morphs, streams[i].source_point),
-                        GeometryData::kStoredElsewhere);
-    set_extension(document, jobs[i].group, kStockExtensionName,
-                  {{"bufferView", view}, {"attributes", unique_id_map(jobs[i].mesh, streams[i].unique_ids)}});
-    for (const PrimitiveId id : jobs[i].group.ids) {
-      reports[id].stored_as = StoredAs::kDraco;
-      reports[id].bytes = streams[i].bytes.size();
-    }
-  }
-  if (!jobs.empty()) list_extension(document, kStockExtensionName, true);
-  drop_manifolds(document, jobs, editor, reports);
-  editor.finish();
-  return std::move(reports).list();
-}
-
-Document document_from_mesh(const Mesh& mesh) {
-  Document document = new_document();
-  Json attributes = Json::object();
-  for (const Attribute& attribute : mesh.attributes) {
-    const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
-                            mesh.point_count, attribute.values};
-    attributes[attribute.semantic] = append_accessor(document, data, 34962, attribute.semantic == "POSITION");
-  }
-  const Json primitive = {{"attributes", attributes}};
-  document.json["meshes"] = Json::array({Json{{"primitives", Json::array({primitive})}}});
-  PrimitiveEditor(document).set_geometry({{{0, 0}}}, mesh, {}, GeometryData::kInBufferViews, {"indices only"});
-  return document;
 }
 
 }  // namespace psplit

@@ -5,7 +5,7 @@
 
 #include "encoder/stitching/stitch_map.h"
 #include "gltf_ext/document/linked_files.h"
-#include "gltf_ext/document/structure.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/json/json_fields.h"
 #include "src/container/container.h"
 #include "src/cpu/cpu_backend.h"

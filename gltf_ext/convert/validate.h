@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
 

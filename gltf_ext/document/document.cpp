@@ -1,7 +1,8 @@
 #include "gltf_ext/document/document.h"
 
-#include "gltf_ext/document/meshopt.h"
-#include "gltf_ext/document/structure.h"
+#include "gltf_ext/document/check_structure.h"
+#include "gltf_ext/document/decode_meshopt.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/unbacked_bytes.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/uri.h"

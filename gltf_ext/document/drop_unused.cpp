@@ -1,13 +1,13 @@
-// Sweeping: what nothing refers to any more goes, and what stays moves together.
+#include "gltf_ext/document/drop_unused.h"
+
 #include <algorithm>
 #include <cstring>
 #include <optional>
 #include <set>
 
 #include "gltf_ext/document/byte_runs.h"
-#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
-#include "gltf_ext/document/structure.h"
 
 namespace psplit {
 namespace {

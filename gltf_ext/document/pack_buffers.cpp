@@ -7,8 +7,8 @@
 
 #include "gltf_ext/document/byte_runs.h"
 #include "gltf_ext/document/extensions.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
-#include "gltf_ext/document/structure.h"
 
 namespace psplit {
 namespace {

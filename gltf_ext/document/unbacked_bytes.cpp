@@ -1,8 +1,8 @@
 #include "gltf_ext/document/unbacked_bytes.h"
 
+#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/primitive_id.h"
-#include "gltf_ext/document/structure.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-#include "gltf_ext/document/structure.h"
+#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {

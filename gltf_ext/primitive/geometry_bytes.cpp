@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <set>
 
+#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/document/references.h"
-#include "gltf_ext/document/structure.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {

@@ -6,7 +6,7 @@
 
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/accessors.h"
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
 

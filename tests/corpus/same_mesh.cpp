@@ -14,7 +14,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
 #include "gltf_ext/mesh_files/read_asset.h"
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "tests/support/compare_meshes.h"
 
 namespace psplit {

@@ -1,6 +1,8 @@
 // Any bytes as a .glb or a .gltf: read, validated, swept, decoded.
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/document/drop_unused.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

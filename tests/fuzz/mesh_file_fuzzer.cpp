@@ -1,7 +1,7 @@
 // Any bytes as PLY, OBJ, STL, OFF or gzip of them: the first byte chooses the name, which decides where the
 // content does not.
 #include "gltf_ext/mesh_files/read_asset.h"
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

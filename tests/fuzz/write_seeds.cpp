@@ -5,7 +5,11 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/document/write_document.h"
+#include "gltf_ext/primitive/accessors.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/procedural_meshes.h"

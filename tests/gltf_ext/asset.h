@@ -7,7 +7,9 @@
 #include <cstring>
 
 #include "encoder/draco/draco_backend.h"
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/decode_document.h"
+#include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/procedural_meshes.h"
 

@@ -1,5 +1,4 @@
 // Whole documents there and back: what must be the same is, and what psplit does not own is not touched.
-#include "gltf_ext/convert/convert.h"
 
 #include <algorithm>
 #include <functional>
@@ -7,6 +6,9 @@
 #include <set>
 
 #include "encoder/coding/quantization.h"
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {

@@ -1,6 +1,7 @@
 // Lossless means the same bits: for floats of every kind, at every speed, through the whole document and with
 // both decoders.
 #include "encoder/draco/stock_stream.h"
+#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/validate.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"

@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tests/gltf_ext/asset.h"
 

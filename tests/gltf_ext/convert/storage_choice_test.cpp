@@ -6,7 +6,10 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/stock_stream.h"
+#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/draco_file.h"
+#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/convert/patch_counts.h"
 #include "gltf_ext/convert/validate.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"

@@ -3,7 +3,11 @@
 #include <tiny_gltf.h>
 
 #include "encoder/draco/draco_backend.h"
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/decode_document.h"
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/document/write_document.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/test_folder.h"
 

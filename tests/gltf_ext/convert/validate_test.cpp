@@ -3,6 +3,7 @@
 
 #include <functional>
 
+#include "gltf_ext/convert/document_from_mesh.h"
 #include "src/container/container.h"
 #include "tests/gltf_ext/asset.h"
 

@@ -4,6 +4,8 @@
 
 #include <fstream>
 
+#include "gltf_ext/document/drop_unused.h"
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"

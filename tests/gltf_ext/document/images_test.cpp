@@ -6,6 +6,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/linked_files.h"
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/image_type.h"
 #include "tests/support/test_folder.h"

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/byte_runs.h"
+#include "gltf_ext/document/write_document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

@@ -1,6 +1,8 @@
 // Files that end early, and streams that are broken, are refused by name: file, mesh, primitive, patch.
 #include <fstream>
 
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/document/write_document.h"
 #include "src/container/container.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"

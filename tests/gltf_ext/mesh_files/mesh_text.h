@@ -8,7 +8,7 @@
 #include <string>
 
 #include "gltf_ext/mesh_files/read_asset.h"
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
 
 namespace psplit {

@@ -5,7 +5,8 @@
 
 #include <fstream>
 
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/document/write_document.h"
 #include "tests/gltf_ext/mesh_files/mesh_text.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/test_folder.h"

@@ -5,6 +5,9 @@
 #include <atomic>
 #include <fstream>
 
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/document/write_document.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 

@@ -11,7 +11,6 @@
 #include <sstream>
 #include <thread>
 
-#include "gltf_ext/convert/convert.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/batch/batch_record.h"

@@ -9,7 +9,8 @@
 #include <map>
 #include <set>
 
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document.h"
 #include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/preview/picture.h"
 #include "tools/gltf_psplit/preview/visibility.h"

@@ -6,8 +6,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/compare/elements.h"
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/document_from_mesh.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/procedural_meshes.h"
 

@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "encoder/draco/draco_backend.h"
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/document/write_document.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {

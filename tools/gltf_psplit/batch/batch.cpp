@@ -6,6 +6,7 @@
 #include <new>
 #include <thread>
 
+#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/content_hash.h"
 #include "tools/gltf_psplit/batch/batch_record.h"

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/document/write_document.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/options/encode_options.h"
 #include "tools/gltf_psplit/options/session.h"

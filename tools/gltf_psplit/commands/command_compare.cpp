@@ -7,6 +7,8 @@
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/welding/weld.h"
+#include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/convert/patch_counts.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/compare/comparison.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"

@@ -3,6 +3,8 @@
 #include <chrono>
 #include <memory>
 
+#include "gltf_ext/convert/decode_document.h"
+#include "gltf_ext/convert/encode_document_stock.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <memory>
 
+#include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"

@@ -4,6 +4,8 @@
 #include <map>
 #include <memory>
 
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/primitive/accessors.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"

@@ -5,7 +5,7 @@
 #include <optional>
 #include <set>
 
-#include "gltf_ext/document/structure.h"
+#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
 

@@ -6,6 +6,7 @@
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
+#include "encoder/encode_mesh.h"
 #include "encoder/partition/partition.h"
 #include "src/cpu/staged_decode.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/encode_document_options.h"
 #include "tools/gltf_psplit/compare/measure.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/convert/convert.h"
+#include "src/container/decode_backend.h"
 
 namespace psplit {
 

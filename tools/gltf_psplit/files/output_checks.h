@@ -5,6 +5,7 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/document/write_report.h"
 #include "src/status.h"
 
 namespace psplit {

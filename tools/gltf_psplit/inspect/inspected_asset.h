@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "src/container/stream_description.h"
 #include "src/parallel.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "gltf_ext/json/json.h"
 #include "src/container/container.h"
 #include "tools/gltf_psplit/options/coding_options.h"
 #include "tools/gltf_psplit/options/count_option.h"

@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/encode_document_options.h"
 
 namespace CLI {
 class App;

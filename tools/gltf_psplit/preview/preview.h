@@ -1,7 +1,7 @@
 // A glTF asset as a picture, every patch in its own colour.
 #pragma once
 
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "tools/gltf_psplit/preview/png.h"
 
 namespace psplit {

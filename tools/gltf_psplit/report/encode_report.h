@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "gltf_ext/convert/convert.h"
+#include "gltf_ext/convert/primitive_report.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/patch_summary.h"

@@ -1,7 +1,7 @@
 // What a patch container costs, in numbers: the rows of `inspect`, `encode --report` and `compare`.
 #pragma once
 
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "src/container/container.h"
 #include "src/container/stream_description.h"
 

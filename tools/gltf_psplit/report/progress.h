@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "gltf_ext/convert/convert.h"
+#include "src/container/decode_backend.h"
 #include "tools/gltf_psplit/report/log.h"
 
 namespace psplit {

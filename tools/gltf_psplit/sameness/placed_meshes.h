@@ -1,8 +1,8 @@
 // The meshes of an asset where its scene puts them: for tools that move what a mesh holds to its node, as
 // quantizing ones do.
-#pragma once
 
-#include "gltf_ext/compare/compare_assets.h"
+#include "gltf_ext/compare/read_asset_meshes.h"
+#pragma once
 
 namespace psplit {
 

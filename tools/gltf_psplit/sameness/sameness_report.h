@@ -3,7 +3,8 @@
 
 #include <string>
 
-#include "gltf_ext/compare/compare_assets.h"
+#include "gltf_ext/compare/asset_comparison.h"
+#include "gltf_ext/json/json.h"
 
 namespace psplit {
 

@@ -1,12 +1,13 @@
-#include "gltf_ext/document/meshopt.h"
+#include "gltf_ext/document/decode_meshopt.h"
 
 #include <meshoptimizer.h>
 
 #include <set>
 
+#include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/extensions.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
-#include "gltf_ext/document/structure.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -84,11 +85,6 @@ bool decode(const Compressed& view, uint8_t* to) {
 }
 
 }  // namespace
-
-bool is_meshopt_fallback(const Json& buffer) {
-  const Json* extension = meshopt_extension(buffer);
-  return extension != nullptr && bool_field_or(*extension, "fallback", false);
-}
 
 Status decode_meshopt_views(Document& document) {
   uint64_t compressed_bytes = 0;

@@ -1,6 +1,8 @@
 // Primitives as glTF allows them, read as triangles over points.
-#include "gltf_ext/primitive/primitives.h"
 
+#include "gltf_ext/primitive/read_primitives.h"
+
+#include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "tests/gltf_ext/asset.h"
 

@@ -1,8 +1,8 @@
-#include "gltf_ext/primitive/primitives.h"
+#include "gltf_ext/primitive/read_primitives.h"
 
 #include <cstring>
 
-#include "gltf_ext/document/structure.h"
+#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {

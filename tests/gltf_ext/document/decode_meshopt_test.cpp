@@ -1,10 +1,10 @@
 // Buffer views that meshoptimizer compressed are plain once a document is read.
-#include "gltf_ext/document/meshopt.h"
 
 #include <meshoptimizer.h>
 
 #include <functional>
 
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"

@@ -1,17 +1,15 @@
-#include "gltf_ext/convert/encode_jobs.h"
+#include "gltf_ext/convert/read_jobs.h"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 #include <set>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/partition/partition.h"
+#include "gltf_ext/convert/shared_points.h"
+#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/document/references.h"
-#include "gltf_ext/document/structure.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -72,13 +70,13 @@ AttributeCoding coding_of(const Attribute& attribute, const ExactAttributes& exa
 
 // For every mesh the lowest one that it shares a geometry with, be it over others: the geometry is stored once,
 // so all of them are quantized as one.
-std::map<size_t, size_t> joined_meshes(const std::vector<Job>& jobs) {
+std::map<size_t, size_t> joined_meshes(const std::vector<EncodeJob>& jobs) {
   std::map<size_t, size_t> lowest;
   const auto root = [&](size_t mesh) {
     while (lowest.try_emplace(mesh, mesh).first->second != mesh) mesh = lowest.at(mesh);
     return mesh;
   };
-  for (const Job& job : jobs)
+  for (const EncodeJob& job : jobs)
     for (const PrimitiveId id : job.group.ids) {
       const auto [low, high] = std::minmax({root(job.group.ids.front().mesh), root(id.mesh)});
       lowest[high] = low;
@@ -88,12 +86,12 @@ std::map<size_t, size_t> joined_meshes(const std::vector<Job>& jobs) {
 }
 
 // Meshes that must fit together get one grid per semantic.
-void share_grids(std::vector<Job>& jobs, QuantizationVolume volume) {
+void share_grids(std::vector<EncodeJob>& jobs, QuantizationVolume volume) {
   if (volume == QuantizationVolume::kPrimitive) return;
   const std::map<size_t, size_t> joined = joined_meshes(jobs);
   std::map<std::tuple<size_t, std::string, size_t>, AttributeCoding> grids;
   const auto visit = [&](const auto& act) {
-    for (Job& job : jobs)
+    for (EncodeJob& job : jobs)
       for (size_t i = 0; i < job.codings.size(); ++i) {
         const Attribute& attribute = job.mesh.attributes[i];
         if (job.codings[i].bits == 0 || job.codings[i].octahedral) continue;
@@ -154,7 +152,7 @@ bool all_degenerate(const Mesh& mesh) {
   });
 }
 
-Status read_job(const Document& document, Expected<Mesh> mesh, Job& job, std::string& skipped) {
+Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, std::string& skipped) {
   const PrimitiveId id = job.group.ids.front();
   if (!mesh && mesh.status().code() == StatusCode::kUnsupported) {
     skipped = mesh.status().message();
@@ -181,80 +179,11 @@ Status read_job(const Document& document, Expected<Mesh> mesh, Job& job, std::st
   return {};
 }
 
-std::vector<bool> used_points(const Mesh& mesh) {
-  std::vector<bool> used(mesh.point_count, false);
-  for (const auto& face : mesh.faces)
-    for (const uint32_t point : face) used[point] = true;
-  return used;
-}
-
-// Drops the other points, none of which a face uses.
-void keep_points(Job& job, const std::vector<bool>& keep) {
-  std::vector<uint32_t> kept, number(keep.size(), 0);
-  for (uint32_t point = 0; point < keep.size(); ++point) {
-    if (!keep[point]) continue;
-    number[point] = static_cast<uint32_t>(kept.size());
-    kept.push_back(point);
-  }
-  for (std::vector<Attribute>* attributes : {&job.mesh.attributes, &job.unrounded})
-    for (Attribute& attribute : *attributes) {
-      const size_t stride = attribute.stride();
-      Array<std::byte> values(stride * kept.size());
-      for (size_t i = 0; i < kept.size(); ++i)
-        std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
-      attribute.values = std::move(values);
-    }
-  for (auto& face : job.mesh.faces)
-    for (uint32_t& point : face) point = number[point];
-  job.mesh.point_count = static_cast<uint32_t>(kept.size());
-  job.morphs = reorder(job.morphs, kept);
-}
-
-// Exporters write a surface of several materials as primitives with the same attributes and indices of their
-// own. Each is stored with the points that its faces use, and the first of them also with those that no face
-// uses. Grids are fitted before, to all of the points: so the borders between the primitives stay closed.
-class SharedPoints {
- public:
-  void divide(const Document& document, std::vector<Job>& jobs) {
-    Job& job = jobs.back();
-    const PrimitiveId id = job.group.ids.front();
-    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-    for (const char* name : {kExtensionName, kStockExtensionName})
-      if (extension_field(primitive, name) != nullptr) return;
-    const Json* targets = field(primitive, "targets");
-    const std::string key = primitive["attributes"].dump() + (targets == nullptr ? "" : targets->dump());
-    const auto [found, is_first] = sets_.try_emplace(key, Set{jobs.size() - 1, {}});
-    if (is_first) return;
-    std::vector<bool>& used_by_others = found->second.used_by_others;
-    const std::vector<bool> used = used_points(job.mesh);
-    used_by_others.resize(used.size(), false);
-    for (size_t i = 0; i < used.size(); ++i)
-      if (used[i]) used_by_others[i] = true;
-    keep_points(job, used);
-  }
-
-  void finish(std::vector<Job>& jobs) const {
-    for (const auto& [key, set] : sets_) {
-      if (set.used_by_others.empty()) continue;
-      std::vector<bool> keep = used_points(jobs[set.first].mesh);
-      for (size_t i = 0; i < keep.size(); ++i) keep[i] = keep[i] || !set.used_by_others[i];
-      keep_points(jobs[set.first], keep);
-    }
-  }
-
- private:
-  struct Set {
-    size_t first = 0;  // of the jobs
-    std::vector<bool> used_by_others;
-  };
-  std::map<std::string, Set> sets_;
-};
-
 }  // namespace
 
-Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
-                         const DecodeBackend& backend, const ThreadPool& pool) {
-  Jobs result;
+Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
+                               const DecodeBackend& backend, const ThreadPool& pool) {
+  EncodeJobs result;
   const ExactAttributes exact(document.json);
   SharedPoints shared_points;
   std::vector<PrimitiveId> wanted;
@@ -278,7 +207,7 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
   std::vector<Expected<Mesh>> decoded = read_primitives(document, compressed, backend, pool);
   auto next_decoded = decoded.begin();
   for (PrimitiveGroup& group : groups) {
-    Job job;
+    EncodeJob job;
     job.group = std::move(group);
     Expected<Mesh> mesh = is_compressed(job.group)
                               ? std::move(*next_decoded++)
@@ -311,80 +240,13 @@ Expected<Jobs> read_jobs(const Document& document, const EncodeDocumentOptions& 
   }
   shared_points.finish(result.jobs);
   share_grids(result.jobs, options.volume);
-  for (Job& job : result.jobs) {
+  for (EncodeJob& job : result.jobs) {
     for (size_t i = 0; i < job.codings.size(); ++i)
       if (job.mesh.attributes[i].semantic.starts_with("WEIGHTS_") && job.codings[i].bits > 0)
         job.unrounded.push_back(job.mesh.attributes[i]);
     round_weights(job.mesh, job.codings);
   }
   return result;
-}
-
-uint64_t default_patch_count(uint64_t faces, uint64_t min_faces) {
-  constexpr double kPatchFaces = 30000;
-  if (faces < min_faces) return 1;
-  const double patches = static_cast<double>(faces) / kPatchFaces;
-  if (patches < 24)
-    return std::clamp<uint64_t>(std::bit_ceil(static_cast<uint64_t>(patches / std::sqrt(2.0)) + 1), 2, 16);
-  return 16 * static_cast<uint64_t>(std::lround(patches / 16));
-}
-
-void choose_patch_counts(std::vector<Job>& jobs, const EncodeDocumentOptions& options) {
-  std::vector<uint64_t> faces;
-  for (const Job& job : jobs) faces.push_back(job.mesh.faces.size());
-  std::vector<uint32_t> distributed;
-  if (options.patches > 0) {
-    const uint64_t total = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
-    const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, options.least_patch_faces));
-    distributed = distribute_patches(faces, std::min(options.patches, most));
-  }
-  const uint64_t size = options.patch_faces;
-  const uint64_t most = options.most_patches > 0         ? options.most_patches
-                        : options.compat == Compat::kKhr ? kMostPatchPrimitives
-                                                         : UINT64_MAX;
-  const auto count_of = [&](size_t i) -> uint64_t {
-    if (faces[i] < options.min_faces) return 1;
-    if (options.patches > 0) return distributed[i];
-    if (size > 0) return std::max<uint64_t>(1, (faces[i] + size / 2) / size);
-    return std::min(most, default_patch_count(faces[i], options.min_faces > 0 ? options.min_faces : kMinFaces));
-  };
-  for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = static_cast<uint32_t>(count_of(i));
-}
-
-std::vector<std::byte> distinguishing_bytes(const Job& job, size_t& stride) {
-  std::vector<std::pair<const Array<std::byte>*, size_t>> sources;
-  for (const MorphAttribute& morph : job.morphs)
-    sources.emplace_back(&morph.data.values, morph.data.values.size() / std::max(1u, morph.data.count));
-  for (const Attribute& attribute : job.unrounded) sources.emplace_back(&attribute.values, attribute.stride());
-  stride = 0;
-  for (const auto& [values, width] : sources) stride += width;
-  std::vector<std::byte> bytes(stride * job.mesh.point_count);
-  size_t offset = 0;
-  for (const auto& [values, width] : sources) {
-    for (size_t i = 0; i < job.mesh.point_count; ++i)
-      std::memcpy(bytes.data() + i * stride + offset, values->data() + i * width, width);
-    offset += width;
-  }
-  return bytes;
-}
-
-std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,
-                                    const std::vector<uint32_t>& source_point) {
-  std::vector<MorphAttribute> ordered;
-  for (const MorphAttribute& morph : morphs) {
-    MorphAttribute& copy = ordered.emplace_back(MorphAttribute{morph.target, morph.semantic, {}, morph.sparse});
-    copy.data = {morph.data.component_type,
-                 morph.data.component_count,
-                 morph.data.normalized,
-                 static_cast<uint32_t>(source_point.size()),
-                 {}};
-    const size_t width = component_bytes(morph.data.component_type) * morph.data.component_count;
-    copy.data.values.resize(width * source_point.size());
-    for (size_t i = 0; i < source_point.size(); ++i)
-      std::memcpy(copy.data.values.data() + i * width, morph.data.values.data() + source_point[i] * width,
-                  width);
-  }
-  return ordered;
 }
 
 }  // namespace psplit

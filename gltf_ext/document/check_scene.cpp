@@ -1,4 +1,4 @@
-#include "gltf_ext/document/scene_structure.h"
+#include "gltf_ext/document/check_scene.h"
 
 #include <string_view>
 #include <utility>

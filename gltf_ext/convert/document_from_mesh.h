@@ -1,0 +1,12 @@
+// A mesh as a document.
+#pragma once
+
+#include "gltf_ext/document/document.h"
+#include "src/mesh/mesh.h"
+
+namespace psplit {
+
+// One scene, one node, one mesh, one plain primitive.
+Document document_from_mesh(const Mesh& mesh);
+
+}  // namespace psplit

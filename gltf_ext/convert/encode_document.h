@@ -1,0 +1,23 @@
+// A glTF document to PSPLIT_mesh_draco_patches.
+#pragma once
+
+#include <vector>
+
+#include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/convert/primitive_report.h"
+#include "gltf_ext/document/document.h"
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+// Replaces the geometry of every triangle primitive in place: primitives that are split become
+// PSPLIT_mesh_draco_patches, and primitives that stay whole become KHR_draco_mesh_compression. Two kinds are
+// left as they are, unless patches were asked for by number, by size or by always_patches: stock Draco that
+// would not become smaller, and plain geometry that is smaller than its stream. EXT_mesh_manifold is dropped
+// from the meshes of replaced primitives, because its data refer to indices. After an error the document is
+// unusable. `progress` counts faces, patch by patch, and is called from any thread.
+Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
+                                                       const DecodeBackend& backend, const ThreadPool& pool,
+                                                       const Progress& progress = {});
+
+}  // namespace psplit

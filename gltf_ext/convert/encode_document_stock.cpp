@@ -1,0 +1,60 @@
+#include "gltf_ext/convert/encode_document_stock.h"
+
+#include "encoder/draco/draco_backend.h"
+#include "encoder/draco/stock_stream.h"
+#include "gltf_ext/convert/draco_extension.h"
+#include "gltf_ext/convert/drop_manifolds.h"
+#include "gltf_ext/convert/encode_reports.h"
+#include "gltf_ext/convert/read_jobs.h"
+
+namespace psplit {
+
+Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
+                                                             const EncodeDocumentOptions& options,
+                                                             const ThreadPool& pool) {
+  const DecodeBackend backend = draco_backend();
+  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool);
+  if (!read) return read.status();
+  EncodeReports reports(document, *read);
+  std::vector<EncodeJob>& jobs = read->jobs;
+  std::vector<StockStream> streams(jobs.size());
+  std::vector<Mesh> decoded(jobs.size());
+  pool.for_each(jobs.size(), [&](size_t i) {
+    // Draco does not say which point became which, and morph targets need to know.
+    Expected<StockStream> stream =
+        encode_stock_stream(jobs[i].mesh, jobs[i].codings, options.encode_speed, !jobs[i].morphs.empty());
+    if (!stream) {
+      jobs[i].status = stream.status();
+      return;
+    }
+    Expected<Mesh> mesh = backend.decode_stream(stream->bytes, requests_of(jobs[i].mesh, stream->unique_ids));
+    if (!mesh) {
+      jobs[i].status = mesh.status();
+      return;
+    }
+    if (!jobs[i].morphs.empty() && stream->source_point.size() != mesh->point_count)
+      jobs[i].status = runtime_failure("libdraco decodes other points than it should");
+    streams[i] = std::move(*stream);
+    decoded[i] = std::move(*mesh);
+  });
+
+  PrimitiveEditor editor(document);
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    if (!jobs[i].status.ok()) return std::move(jobs[i].status).at(jobs[i].place(document));
+    const int64_t view = append_buffer_view(document, streams[i].bytes);
+    editor.set_geometry(jobs[i].group, decoded[i], reorder(jobs[i].morphs, streams[i].source_point),
+                        GeometryData::kStoredElsewhere);
+    set_draco_extension(document, jobs[i].group, kStockExtensionName, view, jobs[i].mesh,
+                        streams[i].unique_ids);
+    for (const PrimitiveId id : jobs[i].group.ids) {
+      reports[id].stored_as = StoredAs::kDraco;
+      reports[id].bytes = streams[i].bytes.size();
+    }
+  }
+  if (!jobs.empty()) list_extension(document, kStockExtensionName, true);
+  drop_manifolds(document, jobs, editor, reports);
+  editor.finish();
+  return std::move(reports).list();
+}
+
+}  // namespace psplit

@@ -1,0 +1,19 @@
+// A plain glTF document to stock KHR_draco_mesh_compression, as the baseline that patches are compared with.
+#pragma once
+
+#include <vector>
+
+#include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/convert/primitive_report.h"
+#include "gltf_ext/document/document.h"
+#include "src/parallel.h"
+
+namespace psplit {
+
+// Stores every plain triangle primitive as one stream of KHR_draco_mesh_compression, in place. The reports'
+// statistics are those of a mesh without patches.
+Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
+                                                             const EncodeDocumentOptions& options,
+                                                             const ThreadPool& pool);
+
+}  // namespace psplit

@@ -1,0 +1,44 @@
+#include "gltf_ext/convert/encode_job.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace psplit {
+
+std::vector<std::byte> distinguishing_bytes(const EncodeJob& job, size_t& stride) {
+  std::vector<std::pair<const Array<std::byte>*, size_t>> sources;
+  for (const MorphAttribute& morph : job.morphs)
+    sources.emplace_back(&morph.data.values, morph.data.values.size() / std::max(1u, morph.data.count));
+  for (const Attribute& attribute : job.unrounded) sources.emplace_back(&attribute.values, attribute.stride());
+  stride = 0;
+  for (const auto& [values, width] : sources) stride += width;
+  std::vector<std::byte> bytes(stride * job.mesh.point_count);
+  size_t offset = 0;
+  for (const auto& [values, width] : sources) {
+    for (size_t i = 0; i < job.mesh.point_count; ++i)
+      std::memcpy(bytes.data() + i * stride + offset, values->data() + i * width, width);
+    offset += width;
+  }
+  return bytes;
+}
+
+std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,
+                                    const std::vector<uint32_t>& source_point) {
+  std::vector<MorphAttribute> ordered;
+  for (const MorphAttribute& morph : morphs) {
+    MorphAttribute& copy = ordered.emplace_back(MorphAttribute{morph.target, morph.semantic, {}, morph.sparse});
+    copy.data = {morph.data.component_type,
+                 morph.data.component_count,
+                 morph.data.normalized,
+                 static_cast<uint32_t>(source_point.size()),
+                 {}};
+    const size_t width = component_bytes(morph.data.component_type) * morph.data.component_count;
+    copy.data.values.resize(width * source_point.size());
+    for (size_t i = 0; i < source_point.size(); ++i)
+      std::memcpy(copy.data.values.data() + i * width, morph.data.values.data() + source_point[i] * width,
+                  width);
+  }
+  return ordered;
+}
+
+}  // namespace psplit

@@ -1,0 +1,37 @@
+// What encoding a document did to each primitive.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "encoder/encode_mesh.h"
+#include "gltf_ext/document/primitive_id.h"
+#include "src/container/container.h"
+
+namespace psplit {
+
+// How the output stores a primitive.
+enum class StoredAs {
+  kAsItWas,
+  kPatches,         // PSPLIT_mesh_draco_patches
+  kDraco,           // KHR_draco_mesh_compression, one stream
+  kPatchPrimitives  // several primitives in KHR_draco_mesh_compression
+};
+
+struct PrimitiveReport {
+  PrimitiveId id;       // in the input: with Compat::kKhr a primitive becomes several
+  std::string skipped;  // why it was left as it is ("points or lines", "already in patches"), or empty
+  std::vector<std::string> warnings;  // what it lost
+  StoredAs stored_as = StoredAs::kAsItWas;
+  // An earlier primitive has the same geometry, which is stored once: sums leave this primitive's bytes out.
+  bool repeated = false;
+  uint64_t faces = 0, points = 0;  // of the input; 0 if it was not read
+  uint64_t input_bytes = 0;        // gltf_ext/primitive/geometry_bytes.h
+  // Of the output's container or streams, without a fallback; input_bytes for kAsItWas.
+  uint64_t bytes = 0;
+  std::vector<StreamEntry> streams;  // the container's directory
+  bool has_residue = false;
+  EncodeStatistics statistics;
+};
+
+}  // namespace psplit

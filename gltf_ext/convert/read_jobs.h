@@ -1,0 +1,23 @@
+// The geometry of a document, read for the encoder.
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/convert/encode_job.h"
+
+namespace psplit {
+
+struct EncodeJobs {
+  std::vector<EncodeJob> jobs;
+  std::map<std::pair<size_t, size_t>, std::string> skipped;  // the reason, by mesh and primitive
+};
+
+// Reads every primitive that can be encoded, equal ones once, and chooses how its attributes are coded.
+Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
+                               const DecodeBackend& backend, const ThreadPool& pool);
+
+}  // namespace psplit

@@ -1,0 +1,15 @@
+// What must hold for the parts of a glTF tree that psplit itself only passes through, so that loaders can
+// follow them.
+#pragma once
+
+#include "gltf_ext/json/json.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// Checks that every index of a node, mesh, skin, camera, material, texture, image, sampler or scene names one
+// that exists, that no node is its own descendant, and that every skin has joints, with as many inverse bind
+// matrices. Unknown members are allowed. Errors: kInvalidInput.
+Status check_scene(const Json& json);
+
+}  // namespace psplit
