@@ -1,386 +1,236 @@
-// Edgebreaker connectivity: a string of C, L, E, R, S to a corner table, backwards, one face a symbol.
+// Edgebreaker: decodes a string of C, L, E, R, S to a corner table, backwards, one face for each symbol.
 //
 // J. Rossignac: Edgebreaker, 1999; M. Isenburg, J. Snoeyink: Spirale Reversi, 1999; Draco bitstream
-// specification 2.2. What is decoded so far has open borders, loops of directed edges. One edge is active, and
-// each symbol adds the face on its far side:
+// specification 2.2.
 //
-//        .-------.            .-------.            .-------.             b-------a           (a new
-//       / \b   a/ \          / \a   .              .  a/ \              / \     / \           component)
-//      /   \   /   \        /   \  .                .  /   \           /   \   /   \            n
-//     *-----x-----*        x-----*                  *-----x           *-----p,n-----*          / \   .
-//      .  c . .             .r. .                    . .l.             .    /x\    .          /c  \  .
-//         C                   R                        L                   S                 n --- n   E
+// The part of the mesh that is decoded has a border: loops of directed edges, with the mesh on their right. One
+// edge of it is active. Each symbol adds the face (v0, v1, v2) with corners 0, 1, 2 on its far side, here from
+// above:
 //
-// C closes vertex x between the active edge a and the border's next one, b. R and L bring a new vertex. S joins
-// the active border b with the one below it on a stack, a, merging vertices p and n. E starts a new component.
-// The new active edge is always the one opposite the new face's corner 0.
+//           C                    L                      R                      S                      E
+//
+//   from ======= v1      from ======= x           x ======= to         from ======= v1        x+2 ======= x+1
+//      \ 2   1 /            \ 2   1 /             \ 2   1 /               \ 2   1 /               \ 2   1 /
+//  active\   / b        active\   /                 \   / active       active\   / b                \   /
+//         \0/                  \0/                   \0/                      \0/                    \0/
+//   ------ to ------     ------ to ------     ------ from ------       ------ n,p ------              x
+//
+// C closes vertex `to` between the active edge and the next border edge, b. L and R bring a new vertex x. S
+// joins the active edge to an edge b elsewhere on the border, which starts at vertex p; vertex n = `to` becomes
+// part of p. E starts a component of three new vertices. The new active edge (=) always lies across from corner
+// 0, from v2 to v1.
+//
+//      v0   v1                 v2     active meets  b meets  the border gets border[v2] = {c0, v1} and
+//   C  to   border[to].beyond  from   c1            c2       -
+//   L  to   x                  from   c1            -        border[x] = {c2, to}
+//   R  from to                 x      c2            -        border[from] = {c1, x}
+//   S  p    the end of b       from   c1            c2       border[p] = border[n]
+//   E  x    x+1                x+2    -             -        border[v0] = {c1, v2}, border[v1] = {c2, v0}
 #pragma once
 
-#include "src/core/corner_table.h"
+#include "src/core/edgebreaker_symbols.h"
 #include "src/core/fault.h"
 #include "src/core/rans.h"
-#include "src/core/symbols.h"
 
 namespace psplit::core {
 
-// As the standard traversal writes them: C in one bit, the others in three.
-enum Clers : uint32_t { kC = 0, kS = 1, kL = 3, kR = 5, kE = 7 };
-PSPLIT_HD constexpr bool is_clr(uint32_t symbol) { return (0b00101001u >> symbol & 1) != 0; }
-
-struct ConnectivityCounts {
-  uint32_t face_count = 0;
-  uint32_t vertex_limit = 0;  // encoded vertices, and one for each S
-  uint32_t symbol_count = 0;
-  uint32_t split_count = 0;
-};
-
-template <size_t kBytes>
-struct WordOf {
-  using Type = uint32_t;
-};
-template <>
-struct WordOf<8> {
-  using Type = uint64_t;
-};
-
-// Where a vertex's corners start, clockwise, and the border's edge that leaves it: the border runs on from
-// `corner`'s edge to vertex `beyond`. For a closed vertex: what they were before it closed.
-//
-// Both in one word: what one step stores the next may load, and a load that spans two stores waits for both.
+// The edges that wait for an S to be joined: active edges of components whose decoding is interrupted, in a
+// stack, and edges that split events set aside.
 template <typename Index>
-class BorderEdge {
+class WaitingEdges {
  public:
-  BorderEdge() = default;
-  PSPLIT_HD BorderEdge(uint32_t corner, uint32_t beyond) : word_(corner | static_cast<Word>(beyond) << kBits) {}
-  PSPLIT_HD Index corner() const { return static_cast<Index>(word_); }
-  PSPLIT_HD Index beyond() const { return static_cast<Index>(word_ >> kBits); }
-
- private:
-  static constexpr int kBits = 8 * sizeof(Index);
-  using Word = typename WordOf<2 * sizeof(Index)>::Type;
-  Word word_;
-};
-
-template <typename Index>
-struct Connectivity {
-  ConnectivityCounts counts;
-  CornerTable<Index> table;
-  View<BorderEdge<Index>> border;  // by vertex; corner is kNone for a vertex that S merged into another
-  View<bool> closed;               // by vertex: lies on no border
-  View<Index> merged;              // vertices that S merged into others, in order
-  uint32_t vertex_count = 0;       // with merged ones, until they are dropped
-  uint32_t merged_count = 0;
-
-  // The first corner around a vertex, from which swinging right meets all.
-  PSPLIT_HD Index first_corner(Index vertex) const {
-    const Index corner = border[vertex].corner();
-    return corner == kNone<Index> ? corner : previous(corner);
-  }
-
-  // Afterwards every vertex has corners. The last vertices take the numbers of merged ones, in the order of
-  // merging; or all move up, where the order of vertices must not change.
-  PSPLIT_HD void drop_merged_vertices(bool keep_order) {
-    if (merged_count == 0) return;
-    if (keep_order) {
-      // border[v].beyond is spent once the borders are: it holds the new numbers.
-      uint32_t count = 0;
-      for (uint32_t v = 0; v < vertex_count; ++v) {
-        const Index corner = border[v].corner();
-        if (corner != kNone<Index>) {
-          border[count] = {corner, border[count].beyond()};
-          closed[count] = closed[v];
-        }
-        border[v] = {border[v].corner(), static_cast<Index>(count)};
-        count += corner != kNone<Index> ? 1 : 0;
-      }
-      for (size_t corner = 0; corner < table.vertex.size(); corner += 4)
-        for (size_t k = corner; k < corner + 3; ++k) table.vertex[k] = border[table.vertex[k]].beyond();
-      vertex_count = count;
-      return;
-    }
-    for (uint32_t i = 0; i < merged_count; ++i) {
-      const Index hole = merged[i];
-      while (border[vertex_count - 1].corner() == kNone<Index>) --vertex_count;
-      const auto last = static_cast<Index>(vertex_count - 1);
-      if (last < hole) continue;
-      const Index start = first_corner(last);
-      Index corner = start;
-      do {
-        table.vertex[corner] = hole;
-        corner = table.swing_right(corner);
-      } while (corner != kNone<Index> && corner != start);
-      border[hole] = border[last];
-      closed[hole] = closed[last];
-      border[last] = {kNone<Index>, 0};
-      --vertex_count;
-    }
-  }
-
-  PSPLIT_HD bool allocate(Arena& arena) {
-    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
-    return arena.take(table.opposite, corners) && arena.take(table.vertex, corners) &&
-           arena.take(border, vertices) && arena.take(closed, vertices) &&
-           arena.take(merged, counts.symbol_count);
-  }
-  // The memory that allocate takes.
-  PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
-    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
-    return 2 * Arena::bytes<Index>(corners) + Arena::bytes<BorderEdge<Index>>(vertices) +
-           Arena::bytes<bool>(vertices) + Arena::bytes<Index>(counts.symbol_count);
-  }
-
- private:
-  PSPLIT_HD static size_t corner_room(const ConnectivityCounts& counts) {
-    return size_t{4} * counts.face_count;
-  }
-  // The last symbol may bring three vertices more than the limit before the excess is found.
-  PSPLIT_HD static size_t vertex_room(const ConnectivityCounts& counts) {
-    return size_t{counts.vertex_limit} + 3;
-  }
-};
-
-// Handles: while the symbol `source` was decoded, an edge of its face was set aside for the S at `split`.
-struct SplitEvent {
-  uint32_t source = 0;  // both count in the order of decoding
-  uint32_t split = 0;
-  uint32_t right_edge = 0;
-};
-
-// Symbols of the standard traversal.
-class StandardSymbols {
- public:
-  PSPLIT_HD explicit StandardSymbols(BitReader bits) : bits_(bits) {}
-  PSPLIT_HD uint32_t next(uint32_t) {
-    const auto ahead = static_cast<uint32_t>(bits_.peek(3));
-    const uint32_t is_long = ahead & 1;
-    bits_.take(static_cast<int>(1 + 2 * is_long));
-    return ahead & 7 & (0 - is_long);
-  }
-  PSPLIT_HD void added(uint32_t, uint32_t, uint32_t, uint32_t) {}
-  PSPLIT_HD void merged(uint32_t, uint32_t) {}
-
- private:
-  BitReader bits_;
-};
-
-// Symbols of the valence traversal: one list for each valence, so far, of the vertex that a C would close.
-template <typename Valence>
-class ValenceSymbols {
- public:
-  static constexpr uint32_t kLowest = 2, kHighest = 7, kLists = kHighest - kLowest + 1;
-
-  // Starts a sequence for each list, which are to be decoded before finish.
-  PSPLIT_HD Fault start(ByteReader& reader, const ConnectivityCounts& counts, Arena& arena,
-                        View<SymbolSequence> sequences) {
-    if (!arena.take(valences_, size_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
-    fill(valences_, Valence{0});
-    for (uint32_t i = 0; i < kLists; ++i) {
-      List& list = lists_[i];
-      list.left = reader.varint();
-      if (reader.truncated()) return Fault::kTruncated;
-      if (list.left > counts.face_count) return Fault::kCounts;
-      if (!arena.take(list.decoded, list.left)) return Fault::kWorkspace;
-      sequences[i] = {};
-      Fault fault = sequences[i].start(reader, list.left, 1, arena, list.decoded);
-      if (fault == Fault::kNone && sequences[i].is_tagged()) {
-        fault = sequences[i].finish(SerialLanes(), reader);  // the next list begins behind its last bit
-        sequences[i] = {};
-      }
-      if (fault != Fault::kNone) return fault;
-    }
+  // The sources of `events` descend, as streams have them.
+  PSPLIT_HD Fault start(View<const SplitEvent> events, uint32_t symbol_count, Arena& arena) {
+    if (!arena.take(stack_, symbol_count)) return Fault::kWorkspace;
+    events_ = events;
+    if (events.empty()) return Fault::kNone;
+    if (!arena.take(set_aside_, symbol_count)) return Fault::kWorkspace;
+    fill(set_aside_, kNone<Index>);
+    find_source();
     return Fault::kNone;
   }
-
-  // The memory that `start` takes if the lists have `symbol_count` symbols together, without the sequences'
-  // tables.
+  // The memory that `start` takes.
   PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
-    return Arena::bytes<Valence>(uint64_t{counts.vertex_limit} + 3) +
-           Arena::bytes<uint32_t>(counts.symbol_count) + (kLists - 1) * Arena::bytes<uint32_t>(0);
+    return (counts.split_count > 0 ? 2 : 1) * Arena::bytes<Index>(counts.symbol_count);
   }
 
-  PSPLIT_HD Fault finish(ByteReader& reader, View<SymbolSequence> sequences) {
-    for (uint32_t i = 0; i < kLists; ++i) {
-      if (const Fault fault = sequences[i].finish(SerialLanes(), reader); fault != Fault::kNone) return fault;
-      // A byte each, in place.
-      constexpr uint8_t kClersOfSymbol[8] = {kC, kS, kL, kR, kE, kBroken, kBroken, kBroken};
-      List& list = lists_[i];
-      list.symbols = reinterpret_cast<uint8_t*>(list.decoded.data());
-      for (uint32_t k = 0; k < list.left; ++k) {
-        const uint32_t symbol = list.decoded[k];
-        list.symbols[k] = symbol < 8 ? kClersOfSymbol[symbol] : kBroken;
-      }
+  PSPLIT_HD void push(uint32_t edge) { stack_[stack_size_++] = static_cast<Index>(edge); }
+  // kNone from an empty stack.
+  PSPLIT_HD uint32_t pop() { return stack_size_ > 0 ? stack_[--stack_size_] : kNone<Index>; }
+  // The edge for the S that is symbol i.
+  PSPLIT_HD uint32_t take(uint32_t i) {
+    const uint32_t edge = set_aside_.empty() ? kNone<Index> : set_aside_[i];
+    return edge != kNone<Index> ? edge : pop();
+  }
+
+  PSPLIT_HD bool is_source(uint32_t i) const { return i == source_; }
+  // Symbol i is a source: sets edges of its face aside.
+  PSPLIT_HD void set_aside(uint32_t i) {
+    for (; !events_.empty() && events_[events_.size() - 1].source == i;
+         events_ = events_.first(events_.size() - 1)) {
+      const SplitEvent& event = events_[events_.size() - 1];
+      if (event.split > i)
+        set_aside_[event.split] = static_cast<Index>(4 * i + (event.right_edge != 0 ? 1 : 2));
     }
-    return Fault::kNone;
+    find_source();
   }
-
-  // `active` is the vertex that a C would close.
-  PSPLIT_HD uint32_t next(uint32_t active) {
-    if (active == kNone<Valence>) return kE;  // nothing is decoded yet
-    const uint32_t valence = valences_[active];
-    List& list = lists_[(valence < kLowest ? kLowest : valence > kHighest ? kHighest : valence) - kLowest];
-    return list.left > 0 ? list.symbols[--list.left] : uint32_t{kBroken};
-  }
-
-  // The face that a symbol added, by its vertices.
-  PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
-    grow(v0, symbol == kE ? 2 : symbol == kL || symbol == kR ? 1 : 0);
-    grow(v1, symbol == kE || symbol == kL ? 2 : 1);
-    grow(v2, symbol == kE || symbol == kR ? 2 : 1);
-  }
-  PSPLIT_HD void merged(uint32_t into, uint32_t vertex) { grow(into, valences_[vertex]); }
+  PSPLIT_HD bool events_left() const { return !events_.empty(); }
 
  private:
-  static constexpr uint8_t kBroken = 6;
-  struct List {
-    View<uint32_t> decoded;
-    uint8_t* symbols = nullptr;
-    uint32_t left = 0;
-  };
-  PSPLIT_HD void grow(uint32_t vertex, uint32_t by) {
-    valences_[vertex] = static_cast<Valence>(valences_[vertex] + by);
-  }
+  PSPLIT_HD void find_source() { source_ = events_.empty() ? ~0u : events_[events_.size() - 1].source; }
 
-  List lists_[kLists];
-  View<Valence> valences_;
+  View<Index> stack_;
+  uint32_t stack_size_ = 0;
+  View<const SplitEvent> events_;  // those to come, the next one last
+  uint32_t source_ = ~0u;          // of the next event
+  View<Index> set_aside_;          // by symbol; empty without events
 };
 
-// The memory that decode_connectivity takes, and gives back.
+// Links the corners on both sides of an edge.
 template <typename Index>
-PSPLIT_HD size_t connectivity_scratch_bytes(const ConnectivityCounts& counts) {
-  return (counts.split_count > 0 ? 2 : 1) * Arena::bytes<Index>(counts.symbol_count);
+PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
+  opposite[a] = static_cast<Index>(b);
+  opposite[b] = static_cast<Index>(a);
 }
 
-// Decodes all symbols and joins the components' first faces. On success every corner has its vertex, every pair
-// of opposite corners names each other, and each vertex that is not merged has one fan of faces.
+// Adds a face for each symbol. The function is long because its state has to stay in registers.
+//
+// The symbols may be anything, and yet loads and stores need no checks. Before symbol i:
+//   - Faces 0 to i - 1 are there. Their vertices are below vertex_count, which does not exceed the limit, and
+//   the
+//     arrays have room for three more.
+//   - The border edges are the corners without an opposite corner. One of them leaves each vertex v of the
+//   border,
+//     border[v], and one enters it. Swinging left from the one to the other meets all corners of v.
+//   - The active edge is one of them: border[from] is {active, to}.
+// Each row of the table preserves this:
+//   - C takes `to` off the border. Only the active edge entered it. C also writes border[x], though it has no
+//   vertex x;
+//     the symbol that brings vertex x overwrites that.
+//   - S takes n off the border. Only the active edge entered n, so no other border edge leads there. In
+//   particular v1,
+//     where b ends, is not n. The corners of n are a chain that ends at the border, so relabelling them ends.
+//   - If v1 = v2, the new active edge is a loop of its own. Such a string is invalid. C, L and R still find
+//   their border
+//     edges, so the loop goes on without a branch for this case, and refuses the string at its end. But a C
+//     here links one edge to two corners, so that the corners of a vertex may be no chain any more. Only S
+//     follows chains, and refuses the string at once.
 template <typename Index, typename Symbols>
-PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, RansBits& start_faces,
-                                    Arena& arena, Connectivity<Index>& mesh) {
+PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connectivity<Index>& mesh) {
   const ConnectivityCounts counts = mesh.counts;
-  if (counts.symbol_count == 0) return counts.face_count == 0 ? Fault::kNone : Fault::kCounts;
   const View<Index> opposite = mesh.table.opposite, vertex = mesh.table.vertex;
   const View<BorderEdge<Index>> border = mesh.border;
-  const auto link = [&](uint32_t a, uint32_t b) {
-    opposite[a] = static_cast<Index>(b);
-    opposite[b] = static_cast<Index>(a);
-  };
-  fill(opposite, kNone<Index>);
-  View<Index> stack, set_aside;
-  const size_t mark = arena.mark();
-  if (!arena.take(stack, counts.symbol_count)) return Fault::kWorkspace;
-  if (!events.empty()) {
-    if (!arena.take(set_aside, counts.symbol_count)) return Fault::kWorkspace;
-    fill(set_aside, kNone<Index>);
-  }
-  size_t next_event = events.size();  // the last event is the first to come
-  uint32_t event_symbol = next_event > 0 ? events[next_event - 1].source : ~0u;
-  uint32_t vertex_count = 0, stack_size = 0;
-  // The active edge lies opposite `active`, the newest face's corner 0, and runs from vertex `from` to vertex
-  // `to`.
-  uint32_t active = 0, from = 0, to = kNone<Index>;
+  uint32_t active = 0, from = 0, to = kNone<Index>, vertex_count = 0;
   bool degenerate = false;
-
   for (uint32_t i = 0; i < counts.symbol_count; ++i) {
     const uint32_t symbol = symbols.next(to);
-    const uint32_t c0 = 4 * i, c1 = c0 + 1, c2 = c0 + 2;
-    uint32_t v0, v1, v2;  // the new face; its corner 0 sees the next active edge, from v2 to v1
+    const uint32_t c0 = 4 * i, c1 = c0 + 1, c2 = c0 + 2, x = vertex_count;
+    uint32_t v0, v1, v2;
     if (PSPLIT_LIKELY(is_clr(symbol))) {
-      // Which of the three comes next is as good as random: all three in one, with masks for branches. R is L
-      // with sides exchanged; C is L with the border's next vertex in place of a new one, and its edge b across
-      // corner 2.
+      // Which of the three comes is unpredictable: masks choose between the rows of the table.
       if (PSPLIT_UNLIKELY(i == 0)) return Fault::kConnectivity;
-      const uint32_t if_c = (symbol & 1) - 1, if_r = 0 - (symbol >> 2), fresh = vertex_count;
-      // The next step waits for v1, which waits for this load: the rest is chosen before it comes.
+      const uint32_t if_c = (symbol & 1) - 1, if_r = 0 - (symbol >> 2);
+      // The next symbol waits for v1, which waits for this load. All else is chosen before it comes.
       const BorderEdge<Index> b = border[to];
-      const uint32_t unless_c = select(if_r, to, fresh) & ~if_c;
-      v0 = select(if_r, from, to), v2 = select(if_r, fresh, from);
-      v1 = (b.beyond() & if_c) | unless_c;
-      link(active, c1 - if_r);
-      // What is no C links the face's unused fourth corner, which nobody reads.
+      const uint32_t v1_of_lr = select(if_r, to, x) & ~if_c;
+      v0 = select(if_r, from, to), v2 = select(if_r, x, from);
+      v1 = (b.beyond() & if_c) | v1_of_lr;
+      link(opposite, active, c1 - if_r);
+      // For L and R in place of b and c2: the unused fourth corner of the face, twice.
       const uint32_t unused = c0 + 3, across = select(if_c, b.corner(), unused);
       opposite[across] = static_cast<Index>(c2);
       opposite[select(if_c, c2, unused)] = static_cast<Index>(across);
-      border[fresh] = {c2 + 2 * if_r, to};
-      border[from] = {c0 - if_r, select(if_r, fresh, v1)};
+      border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
       vertex_count += 1 + if_c;
     } else if (symbol == kS) {
-      // b is the active edge; a comes from the stack, or was set aside for this very symbol.
-      if (i == 0) return Fault::kConnectivity;
-      uint32_t a = set_aside.empty() ? kNone<Index> : set_aside[i];
-      if (a == kNone<Index>) {
-        if (stack_size == 0) return Fault::kConnectivity;
-        a = stack[--stack_size];
-      }
-      const uint32_t p = vertex[previous(a)], n = to;
-      if (a == active || opposite[a] != kNone<Index> || p == n) return Fault::kConnectivity;
-      v0 = p, v1 = vertex[next(a)], v2 = from;
+      if (i == 0 || degenerate) return Fault::kConnectivity;
+      const uint32_t b = waiting.take(i);
+      if (b == kNone<Index> || b == active || opposite[b] != kNone<Index>) return Fault::kConnectivity;
+      const uint32_t p = vertex[previous(b)], n = to;
+      if (p == n) return Fault::kConnectivity;
+      v0 = p, v1 = vertex[next(b)], v2 = from;
       symbols.merged(p, n);
-      for (Index at = static_cast<Index>(next(active)); at != kNone<Index>; at = mesh.table.swing_left(at)) {
-        if (vertex[at] == p) return Fault::kConnectivity;
-        vertex[at] = static_cast<Index>(p);
-      }
-      link(a, c2);
-      link(active, c1);
-      border[p] = border[n];
-      border[n] = {kNone<Index>, 0};
-      mesh.merged[mesh.merged_count++] = static_cast<Index>(n);
-      border[from] = {c0, v1};
+      mesh.merge(n, p, next(active));
+      link(opposite, active, c1);
+      link(opposite, b, c2);
     } else if (symbol == kE) {
-      if (i > 0) stack[stack_size++] = static_cast<Index>(active);
-      v0 = vertex_count, v1 = v0 + 1, v2 = v0 + 2;
+      if (i > 0) waiting.push(active);
+      v0 = x, v1 = x + 1, v2 = x + 2;
       vertex_count += 3;
       border[v0] = {c1, v2};
       border[v1] = {c2, v0};
-      border[v2] = {c0, v1};
     } else {
       return Fault::kConnectivity;
     }
     if (PSPLIT_UNLIKELY(vertex_count > counts.vertex_limit)) return Fault::kCounts;
-    degenerate |= v1 == v2;
-    vertex[c0] = static_cast<Index>(v0), vertex[c1] = static_cast<Index>(v1),
+    vertex[c0] = static_cast<Index>(v0);
+    vertex[c1] = static_cast<Index>(v1);
     vertex[c2] = static_cast<Index>(v2);
-    active = c0, from = v2, to = v1;
+    border[v2] = {c0, v1};
     symbols.added(symbol, v0, v1, v2);
-    if (PSPLIT_UNLIKELY(i == event_symbol)) {
+    active = c0, from = v2, to = v1;
+    degenerate |= v1 == v2;
+    if (PSPLIT_UNLIKELY(waiting.is_source(i))) {
       // Only symbols that bring a vertex have events.
       if (symbol == kC || symbol == kS) return Fault::kSplitEvent;
-      for (; next_event > 0 && events[next_event - 1].source == i; --next_event) {
-        const SplitEvent& event = events[next_event - 1];
-        if (event.split > i) set_aside[event.split] = static_cast<Index>(event.right_edge != 0 ? c1 : c2);
-      }
-      event_symbol = next_event > 0 ? events[next_event - 1].source : ~0u;
-      if (event_symbol <= i) return Fault::kSplitEvent;
+      waiting.set_aside(i);
     }
   }
-  if (next_event > 0) return Fault::kSplitEvent;
+  if (waiting.events_left()) return Fault::kSplitEvent;
   if (degenerate) return Fault::kConnectivity;
-
-  // Every border that is left was one of an encoded component's: either open, or a hole in the shape of a face.
-  stack[stack_size++] = static_cast<Index>(active);
-  uint32_t face_count = counts.symbol_count;
-  while (stack_size > 0) {
-    const uint32_t a = stack[--stack_size];
-    if (!start_faces.next()) continue;
-    if (face_count == counts.face_count) return Fault::kCounts;
-    const uint32_t n = vertex[next(a)], b = border[n].corner();
-    if (opposite[a] != kNone<Index> || b == kNone<Index> || b == a || opposite[b] != kNone<Index>)
-      return Fault::kConnectivity;
-    const uint32_t x = vertex[next(b)], c = border[x].corner();
-    if (c == kNone<Index> || c == a || c == b || opposite[c] != kNone<Index>) return Fault::kConnectivity;
-    const uint32_t p = vertex[next(c)], c0 = 4 * face_count;
-    if (p != vertex[previous(a)]) return Fault::kConnectivity;
-    link(a, c0);
-    link(b, c0 + 1);
-    link(c, c0 + 2);
-    vertex[c0] = static_cast<Index>(x), vertex[c0 + 1] = static_cast<Index>(p),
-    vertex[c0 + 2] = static_cast<Index>(n);
-    ++face_count;
-  }
-  if (face_count != counts.face_count) return Fault::kCounts;
+  waiting.push(active);
   mesh.vertex_count = vertex_count;
-  for (uint32_t v = 0; v < vertex_count; ++v) {
-    const uint32_t corner = border[v].corner();
-    mesh.closed[v] = corner != kNone<Index> && opposite[corner] != kNone<Index>;
+  return Fault::kNone;
+}
+
+// Every component leaves a border where its encoding began: an open one, or a hole in the shape of one more
+// face. The faces come behind those of symbols; a bit for each edge that waits says whether there is one.
+template <typename Index>
+PSPLIT_HD Fault add_start_faces(RansBits& start_faces, WaitingEdges<Index>& waiting,
+                                Connectivity<Index>& mesh) {
+  const View<Index> opposite = mesh.table.opposite, vertex = mesh.table.vertex;
+  uint32_t face_count = mesh.counts.symbol_count;
+  for (uint32_t a = waiting.pop(); a != kNone<Index>; a = waiting.pop()) {
+    if (!start_faces.next()) continue;
+    if (face_count == mesh.counts.face_count) return Fault::kCounts;
+    // The hole has the border edges a, b and c, from p to n to x and back to p.
+    if (opposite[a] != kNone<Index>) return Fault::kConnectivity;
+    const uint32_t p = vertex[previous(a)], n = vertex[next(a)];
+    const uint32_t b = mesh.border[n].corner(), x = vertex[next(b)], c = mesh.border[x].corner();
+    if (b == a || vertex[next(c)] != p) return Fault::kConnectivity;
+    const uint32_t c0 = 4 * face_count++;
+    link(opposite, a, c0);
+    link(opposite, b, c0 + 1);
+    link(opposite, c, c0 + 2);
+    vertex[c0] = static_cast<Index>(x);
+    vertex[c0 + 1] = static_cast<Index>(p);
+    vertex[c0 + 2] = static_cast<Index>(n);
   }
+  return face_count == mesh.counts.face_count ? Fault::kNone : Fault::kCounts;
+}
+
+// The memory that decode_connectivity takes, and gives back.
+template <typename Index>
+PSPLIT_HD size_t connectivity_scratch_bytes(const ConnectivityCounts& counts) {
+  return WaitingEdges<Index>::bytes(counts);
+}
+
+// Decodes all symbols, which may be anything, and adds the components' start faces. `mesh` has its counts and
+// its memory; the arena is as before afterwards. On success every corner has its vertex, every pair of opposite
+// corners names each other, and each vertex that is not merged has one fan of faces.
+template <typename Index, typename Symbols>
+PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, RansBits& start_faces,
+                                    Arena& arena, Connectivity<Index>& mesh) {
+  const ConnectivityCounts& counts = mesh.counts;
+  if (counts.symbol_count == 0) return counts.face_count == 0 ? Fault::kNone : Fault::kCounts;
+  fill(mesh.table.opposite, kNone<Index>);
+  const size_t mark = arena.mark();
+  WaitingEdges<Index> waiting;
+  Fault fault = waiting.start(events, counts.symbol_count, arena);
+  if (fault == Fault::kNone) fault = add_faces(symbols, waiting, mesh);
+  if (fault == Fault::kNone) fault = add_start_faces(start_faces, waiting, mesh);
+  if (fault != Fault::kNone) return fault;
+  mesh.find_closed_vertices();
   arena.release(mark);
   return Fault::kNone;
 }

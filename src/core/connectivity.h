@@ -1,0 +1,152 @@
+// The mesh that Edgebreaker decodes (edgebreaker.h): a corner table, and its border.
+#pragma once
+
+#include "src/core/corner_table.h"
+
+namespace psplit::core {
+
+// From the header of a stream.
+struct ConnectivityCounts {
+  uint32_t face_count = 0;
+  uint32_t vertex_limit = 0;  // encoded vertices, and one for each S
+  uint32_t symbol_count = 0;  // at most face_count
+  uint32_t split_count = 0;
+};
+
+template <typename Index>
+struct TwiceAsWide;
+template <>
+struct TwiceAsWide<uint16_t> {
+  using Type = uint32_t;
+};
+template <>
+struct TwiceAsWide<uint32_t> {
+  using Type = uint64_t;
+};
+
+// A border edge: the edge across from `corner`, which has no face on its other side. It leaves one vertex and
+// runs to the next vertex of the border, `beyond`, with the mesh on its right.
+//
+// Both numbers share one word. A step often loads the edge that the step before stored, and a load that spans
+// two stores has to wait for both.
+template <typename Index>
+class BorderEdge {
+ public:
+  BorderEdge() = default;
+  PSPLIT_HD BorderEdge(uint32_t corner, uint32_t beyond) : word_(corner | static_cast<Word>(beyond) << kBits) {}
+  PSPLIT_HD Index corner() const { return static_cast<Index>(word_); }
+  PSPLIT_HD Index beyond() const { return static_cast<Index>(word_ >> kBits); }
+
+ private:
+  static constexpr int kBits = 8 * sizeof(Index);
+  using Word = typename TwiceAsWide<Index>::Type;
+  Word word_;
+};
+
+template <typename Index>
+struct Connectivity {
+  ConnectivityCounts counts;
+  CornerTable<Index> table;
+  // The border edge that leaves each vertex. A closed vertex keeps the edge that it had before it closed. A
+  // vertex that was merged into another has corner kNone.
+  View<BorderEdge<Index>> border;
+  View<bool> closed;          // by vertex: it is not on the border
+  View<Index> merged;         // the merged vertices, in order of merging
+  uint32_t vertex_count = 0;  // includes merged vertices until they are dropped
+  uint32_t merged_count = 0;
+
+  // Swinging right from this corner meets all corners of the vertex. kNone for a merged vertex.
+  PSPLIT_HD Index first_corner(Index vertex) const {
+    const Index corner = border[vertex].corner();
+    return corner == kNone<Index> ? corner : previous(corner);
+  }
+
+  // Makes vertex n part of vertex p. Swinging left from `first` meets all corners of n, and ends at the border.
+  PSPLIT_HD void merge(uint32_t n, uint32_t p, uint32_t first) {
+    for (Index at = static_cast<Index>(first); at != kNone<Index>; at = table.swing_left(at)) {
+      PSPLIT_CORE_CHECK(table.vertex[at] == n);
+      table.vertex[at] = static_cast<Index>(p);
+    }
+    border[p] = border[n];
+    border[n] = {kNone<Index>, 0};
+    merged[merged_count++] = static_cast<Index>(n);
+  }
+
+  // To be called when all faces are there.
+  PSPLIT_HD void find_closed_vertices() {
+    for (uint32_t v = 0; v < vertex_count; ++v) {
+      const Index corner = border[v].corner();
+      closed[v] = corner != kNone<Index> && table.opposite[corner] != kNone<Index>;
+    }
+  }
+
+  // Renumbers the vertices, so that each has corners. Either all keep their order, or the last vertices take
+  // the numbers of merged ones, in order of merging. Ends the use of BorderEdge::beyond.
+  PSPLIT_HD void drop_merged_vertices(bool keep_order) {
+    if (merged_count == 0) return;
+    if (keep_order)
+      move_up();
+    else
+      fill_holes();
+  }
+
+  PSPLIT_HD bool allocate(Arena& arena) {
+    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
+    return arena.take(table.opposite, corners) && arena.take(table.vertex, corners) &&
+           arena.take(border, vertices) && arena.take(closed, vertices) &&
+           arena.take(merged, counts.symbol_count);
+  }
+  // The memory that allocate takes.
+  PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
+    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
+    return 2 * Arena::bytes<Index>(corners) + Arena::bytes<BorderEdge<Index>>(vertices) +
+           Arena::bytes<bool>(vertices) + Arena::bytes<Index>(counts.symbol_count);
+  }
+
+ private:
+  PSPLIT_HD static size_t corner_room(const ConnectivityCounts& counts) {
+    return size_t{4} * counts.face_count;
+  }
+  // The last symbol may bring three vertices more than the limit before the excess is found.
+  PSPLIT_HD static size_t vertex_room(const ConnectivityCounts& counts) {
+    return size_t{counts.vertex_limit} + 3;
+  }
+
+  PSPLIT_HD void move_up() {
+    // border[v].beyond holds the new number of v.
+    uint32_t count = 0;
+    for (uint32_t v = 0; v < vertex_count; ++v) {
+      const Index corner = border[v].corner();
+      if (corner != kNone<Index>) {
+        border[count] = {corner, border[count].beyond()};
+        closed[count] = closed[v];
+      }
+      border[v] = {border[v].corner(), static_cast<Index>(count)};
+      count += corner != kNone<Index> ? 1 : 0;
+    }
+    for (size_t corner = 0; corner < table.vertex.size(); corner += 4)
+      for (size_t k = corner; k < corner + 3; ++k) table.vertex[k] = border[table.vertex[k]].beyond();
+    vertex_count = count;
+  }
+
+  PSPLIT_HD void fill_holes() {
+    for (uint32_t i = 0; i < merged_count; ++i) {
+      const Index hole = merged[i];
+      while (border[vertex_count - 1].corner() == kNone<Index>) --vertex_count;
+      const auto last = static_cast<Index>(vertex_count - 1);
+      if (last < hole) continue;
+      const Index start = first_corner(last);
+      Index corner = start;
+      do {
+        table.vertex[corner] = hole;
+        corner = table.swing_right(corner);
+      } while (corner != kNone<Index> && corner != start);
+      border[hole] = border[last];
+      closed[hole] = closed[last];
+      border[last] = {kNone<Index>, 0};
+      --vertex_count;
+    }
+  }
+};
+
+}  // namespace psplit::core

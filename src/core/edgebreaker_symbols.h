@@ -1,0 +1,121 @@
+// What Edgebreaker reads: its symbols, as one of two traversals stores them, and its split events. Draco
+// bitstream specification 2.2, "edgebreaker traversal" and "edgebreaker traversal valence".
+#pragma once
+
+#include "src/core/connectivity.h"
+#include "src/core/symbols.h"
+
+namespace psplit::core {
+
+// The codes of the standard traversal: C takes one bit, the others three.
+enum Clers : uint32_t { kC = 0, kS = 1, kL = 3, kR = 5, kE = 7 };
+PSPLIT_HD constexpr bool is_clr(uint32_t symbol) { return (0b00101001u >> symbol & 1) != 0; }
+
+// A handle: an edge of the face that symbol `source` adds is set aside for the S that is symbol `split`. Both
+// count in order of decoding.
+struct SplitEvent {
+  uint32_t source = 0;
+  uint32_t split = 0;
+  uint32_t right_edge = 0;
+};
+
+// The standard traversal: one string of bits.
+class StandardSymbols {
+ public:
+  PSPLIT_HD explicit StandardSymbols(BitReader bits) : bits_(bits) {}
+  PSPLIT_HD uint32_t next(uint32_t) {
+    const auto ahead = static_cast<uint32_t>(bits_.peek(3));
+    const uint32_t is_long = ahead & 1;
+    bits_.take(static_cast<int>(1 + 2 * is_long));
+    return ahead & 7 & (0 - is_long);
+  }
+  PSPLIT_HD void added(uint32_t, uint32_t, uint32_t, uint32_t) {}
+  PSPLIT_HD void merged(uint32_t, uint32_t) {}
+
+ private:
+  BitReader bits_;
+};
+
+// The valence traversal: a list of symbols for each valence. The valence of the vertex that a C would close, as
+// far as it is known, says which list has the next symbol.
+template <typename Valence>
+class ValenceSymbols {
+ public:
+  static constexpr uint32_t kLowest = 2, kHighest = 7, kLists = kHighest - kLowest + 1;
+
+  // Starts a sequence for each list. All of them are to be decoded before `finish`.
+  PSPLIT_HD Fault start(ByteReader& reader, const ConnectivityCounts& counts, Arena& arena,
+                        View<SymbolSequence> sequences) {
+    if (!arena.take(valences_, size_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
+    fill(valences_, Valence{0});
+    for (uint32_t i = 0; i < kLists; ++i) {
+      List& list = lists_[i];
+      list.left = reader.varint();
+      if (reader.truncated()) return Fault::kTruncated;
+      if (list.left > counts.face_count) return Fault::kCounts;
+      if (!arena.take(list.decoded, list.left)) return Fault::kWorkspace;
+      sequences[i] = {};
+      Fault fault = sequences[i].start(reader, list.left, 1, arena, list.decoded);
+      if (fault == Fault::kNone && sequences[i].is_tagged()) {
+        fault = sequences[i].finish(SerialLanes(), reader);  // the next list begins behind its last bit
+        sequences[i] = {};
+      }
+      if (fault != Fault::kNone) return fault;
+    }
+    return Fault::kNone;
+  }
+  // The memory that `start` takes, without the sequences' tables, if the lists have no more symbols than the
+  // stream.
+  PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
+    return Arena::bytes<Valence>(uint64_t{counts.vertex_limit} + 3) +
+           Arena::bytes<uint32_t>(counts.symbol_count) + (kLists - 1) * Arena::bytes<uint32_t>(0);
+  }
+
+  PSPLIT_HD Fault finish(ByteReader& reader, View<SymbolSequence> sequences) {
+    for (uint32_t i = 0; i < kLists; ++i) {
+      if (const Fault fault = sequences[i].finish(SerialLanes(), reader); fault != Fault::kNone) return fault;
+      // The list becomes one of bytes, in place.
+      constexpr uint8_t kClersOfSymbol[8] = {kC, kS, kL, kR, kE, kInvalid, kInvalid, kInvalid};
+      List& list = lists_[i];
+      list.symbols = reinterpret_cast<uint8_t*>(list.decoded.data());
+      for (uint32_t k = 0; k < list.left; ++k) {
+        const uint32_t symbol = list.decoded[k];
+        list.symbols[k] = symbol < 8 ? kClersOfSymbol[symbol] : kInvalid;
+      }
+    }
+    return Fault::kNone;
+  }
+
+  // `to` is the vertex that a C would close, kNone before the first symbol, which is always E.
+  PSPLIT_HD uint32_t next(uint32_t to) {
+    if (to == kNone<Valence>) return kE;
+    const uint32_t valence = valences_[to];
+    List& list = lists_[(valence < kLowest ? kLowest : valence > kHighest ? kHighest : valence) - kLowest];
+    return list.left > 0 ? list.symbols[--list.left] : uint32_t{kInvalid};
+  }
+
+  // The symbol added the face with these vertices.
+  PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
+    grow(v0, symbol == kE ? 2 : symbol == kL || symbol == kR ? 1 : 0);
+    grow(v1, symbol == kE || symbol == kL ? 2 : 1);
+    grow(v2, symbol == kE || symbol == kR ? 2 : 1);
+  }
+  // An S made vertex n part of vertex p.
+  PSPLIT_HD void merged(uint32_t p, uint32_t n) { grow(p, valences_[n]); }
+
+ private:
+  static constexpr uint8_t kInvalid = 6;
+  struct List {
+    View<uint32_t> decoded;
+    uint8_t* symbols = nullptr;
+    uint32_t left = 0;
+  };
+  PSPLIT_HD void grow(uint32_t vertex, uint32_t by) {
+    valences_[vertex] = static_cast<Valence>(valences_[vertex] + by);
+  }
+
+  List lists_[kLists];
+  View<Valence> valences_;
+};
+
+}  // namespace psplit::core
