@@ -20,7 +20,7 @@ void BandCut::end_node(int32_t from_source, int32_t to_sink) {
   nodes_.push_back(node);
 }
 
-// Links between the same two nodes are joined in their order.
+// The two entries of a link are joined in order.
 void BandCut::join_ends() {
   for (uint32_t node = 0; node < size(); ++node)
     for (uint32_t k = nodes_[node].first; k < nodes_[node].end; ++k) {
@@ -61,7 +61,7 @@ int64_t BandCut::run() {
   return flow_;
 }
 
-// Until the trees meet: the arc between them, from the source's to the sink's.
+// Grows the trees until they meet. Returns the arc between them, from the source's tree to the sink's.
 uint32_t BandCut::grow() {
   while (next_active_ < active_.size()) {
     const uint32_t here = active_[next_active_];
@@ -79,7 +79,7 @@ uint32_t BandCut::grow() {
         } else if (other.side != node.side) {
           return node.side == Side::kSource ? k : arcs_[k].back;
         } else if (other.stamp <= node.stamp && other.distance > node.distance + 1) {
-          // Shorter paths make shorter trees.
+          // Shorter paths keep the trees shallow.
           other.parent = arcs_[k].back;
           other.stamp = node.stamp;
           other.distance = node.distance + 1;
@@ -94,7 +94,7 @@ uint32_t BandCut::grow() {
 
 void BandCut::augment(uint32_t bridge) {
   const uint32_t source_end = arcs_[arcs_[bridge].back].to, sink_end = arcs_[bridge].to;
-  // Between a node and its parent, as the flow goes.
+  // The arc between a node and its parent, in the direction of the flow.
   const auto flow_arc = [&](uint32_t node) {
     const uint32_t parent = nodes_[node].parent;
     return nodes_[node].side == Side::kSource ? arcs_[parent].back : parent;
@@ -117,7 +117,7 @@ void BandCut::augment(uint32_t bridge) {
     nodes_[node].parent = kNone;
     orphans_.push_back(node);
   };
-  // A branch that breaks is walked on before it is cut off.
+  // A node is orphaned only after its parent was read, because the walk goes on there.
   const auto send_along = [&](uint32_t node) {
     while (nodes_[node].parent != kTerminal) {
       const uint32_t above = arcs_[nodes_[node].parent].to;
@@ -138,7 +138,7 @@ void BandCut::adopt() {
   orphans_.clear();
 }
 
-// Whether a path leads up from a node to its terminal, and how long it is.
+// Whether a path leads from a node up to its terminal; sets `distance` to the length of that path.
 bool BandCut::is_rooted(uint32_t node, uint32_t& distance) {
   uint32_t steps = 0, at = node;
   for (;; ++steps) {
@@ -165,7 +165,7 @@ bool BandCut::is_rooted(uint32_t node, uint32_t& distance) {
 
 void BandCut::adopt(uint32_t here) {
   Node& node = nodes_[here];
-  // The nearest to the terminal.
+  // The new parent is the one nearest to the terminal.
   uint32_t nearest = kNone;
   for (uint32_t k = node.first; k < node.end; ++k) {
     const uint32_t other = arcs_[k].to;
@@ -190,7 +190,7 @@ void BandCut::adopt(uint32_t here) {
     }
   }
   node.side = Side::kFree;
-  // is_active stays: it may be waiting, and is passed over while it is free.
+  // is_active is not changed: the node may be in the queue, which skips it while it is free.
 }
 
 }  // namespace psplit

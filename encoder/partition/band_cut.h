@@ -1,4 +1,4 @@
-// The least cut of a small graph between a source and a sink.
+// The minimum cut of a small graph between a source and a sink.
 #pragma once
 
 #include <cstddef>
@@ -7,21 +7,23 @@
 
 namespace psplit {
 
-// Boykov and Kolmogorov: An Experimental Comparison of Min-Cut/Max-Flow Algorithms for Energy Minimization in
-// Vision, 2004: a tree grows from either side, and where they meet is a path to send flow along; broken
-// branches look for a new parent before they are given up. Made for reuse: memory is kept.
+// Source: Boykov and Kolmogorov: An Experimental Comparison of Min-Cut/Max-Flow Algorithms for Energy
+// Minimization in Vision, 2004. A tree grows from each terminal. When the trees meet, flow is sent along the
+// path between the terminals. Branches that this breaks look for a new parent before they are given up. The
+// object keeps its memory for reuse.
 class BandCut {
  public:
   enum class Side : uint8_t { kFree, kSource, kSink };
 
   void clear();
-  // Nodes come in order, each with its links to others: to which, and how much may flow either way. Both ends
-  // name a link. What may come from the source and go to the sink is the node's own.
+  // Nodes are added in order: first the links of a node, each with its other end and its capacity in either
+  // direction, then end_node with the node's capacities from the source and to the sink. Both ends of a link
+  // must add it.
   void add_link(uint32_t to, int32_t capacity) { arcs_.push_back({to, kNone, capacity}); }
   void end_node(int32_t from_source, int32_t to_sink);
 
-  // The least cut. Afterwards nodes are on the source's side in every least cut, or on the sink's, or free: on
-  // either, all alike.
+  // Returns the value of the minimum cut. Afterwards each node is on the source's side in every minimum cut, or
+  // on the sink's side in every one, or free. All free nodes may be on the same side, either one.
   int64_t run();
   uint32_t size() const { return static_cast<uint32_t>(nodes_.size()); }
   Side side(uint32_t node) const { return nodes_[node].side; }
@@ -34,15 +36,15 @@ class BandCut {
   };
   struct Node {
     uint32_t first = 0, end = 0;       // arcs
-    int32_t terminal = 0;              // what may still come from the source, or less than 0, go to the sink
-    uint32_t parent = kNone;           // the arc to it; kNone of orphans
+    int32_t terminal = 0;              // the capacity left from the source; if negative, to the sink
+    uint32_t parent = kNone;           // the arc to the parent; kNone for orphans
     uint32_t stamp = 0, distance = 0;  // from the terminal, as known at the time of the stamp
     Side side = Side::kFree;
     bool is_active = false;
   };
 
   void join_ends();
-  // What may flow through an arc away from the source's tree, or towards the sink's.
+  // The capacity of an arc away from the source's tree, or towards the sink's tree.
   int32_t capacity_from(Side side, uint32_t arc) const {
     return side == Side::kSource ? arcs_[arc].capacity : arcs_[arcs_[arc].back].capacity;
   }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kGrain = 1 << 14;
 
-// Numbers of items by key, counted in counts[key + 1], become where the items of each key begin.
+// counts[key + 1] is the number of items of a key. A prefix sum makes counts[key] the place of its first item.
 std::vector<uint32_t> accumulate(std::vector<uint32_t>& counts) {
   std::partial_sum(counts.begin(), counts.end(), counts.begin());
   return {counts.begin(), counts.end() - 1};
@@ -58,7 +58,8 @@ CellGraph contract_cells(const Graph& graph, const Coarsening& coarsening, const
 
 FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool) {
-  // Sides of faces by the lower vertex of their edge, then by the upper: sides of one edge meet.
+  // Sides are sorted by the lower vertex of their edge, then by the upper, so the sides of one edge are
+  // adjacent.
   struct Side {
     uint32_t upper, face;
   };
@@ -78,9 +79,9 @@ FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
   });
   FaceGraph graph;
   graph.neighbours.assign(faces.size(), {kNoCell, kNoCell, kNoCell});
-  // Puts a link across a side that has none yet; whether there is one.
+  // Sets a link across a side that has none yet. Returns false if there is no such side.
   const auto link = [&](uint32_t face, uint32_t lower, uint32_t upper, uint32_t other) {
-    // A face of two equal vertices has an edge twice.
+    // A face with two equal vertices has an edge twice.
     for (size_t c = 0; c < 3; ++c) {
       const auto [a, b] = std::minmax(faces[face][c], faces[face][(c + 1) % 3]);
       if (a != lower || b != upper || graph.neighbours[face][c] != kNoCell) continue;

@@ -1,4 +1,4 @@
-// The topology model (paper, section 3.3): positions dropped, only who borders on whom.
+// The topology model (paper, section 3.3): which faces and cells are neighbours, without positions.
 #pragma once
 
 #include <algorithm>
@@ -14,23 +14,24 @@ namespace psplit {
 
 inline constexpr uint32_t kNoCell = 0xffffffffu;
 
-// The cell of the next coarser graph that each cell is in, and how many of those there are.
+// The cell of the next coarser graph for each cell, and the number of coarser cells.
 struct Coarsening {
   std::vector<uint32_t> coarse_of;
   uint32_t count = 0;
 };
 
-// Every face a cell. Where an edge has more than two faces, each is linked to the next only, so that a fan of n
+// Every face is a cell. If an edge has more than two faces, each is linked only to the next, so a fan of n
 // faces makes n - 1 links.
 struct FaceGraph {
   struct Extra {
     uint32_t face, other;
     auto operator<=>(const Extra&) const = default;
   };
-  std::vector<std::array<uint32_t, 3>> neighbours;  // across each side, kNoCell where there is none
-  // Links of edges of more than two faces that found no place there, both ways, sorted; which faces have any.
+  std::vector<std::array<uint32_t, 3>> neighbours;  // across each side; kNoCell if there is none
+  // Links across edges of more than two faces that do not fit in `neighbours`: both ways, sorted. has_extra
+  // says which faces have such links.
   std::vector<Extra> extra;
-  std::vector<uint8_t> has_extra;  // empty where there are none
+  std::vector<uint8_t> has_extra;  // empty if there are no such links
 
   uint32_t cell_count() const { return static_cast<uint32_t>(neighbours.size()); }
   uint32_t face_count(uint32_t) const { return 1; }
@@ -45,17 +46,17 @@ struct FaceGraph {
       visit(at->other, 1u);
   }
 
-  // Both ways, in any order.
+  // `links` has each link both ways, in any order.
   void set_extra(std::vector<Extra> links);
 };
 
 FaceGraph face_graph(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const ThreadPool& pool);
 
-// The same faces in another order: face i of the result is face order[i].
+// The graph with its faces in another order: face i of the result is face order[i].
 FaceGraph reorder(const FaceGraph& graph, std::span<const uint32_t> order, const ThreadPool& pool);
 
-// Cells are connected sets of faces; links say how many mesh edges two cells share.
+// Cells are connected sets of faces. A link has the number of mesh edges that two cells share.
 struct CellGraph {
   struct Link {
     uint32_t cell = 0;
@@ -81,15 +82,15 @@ struct CellGraph {
   }
 };
 
-// Joins cells of equal number. A number may be without cells.
+// Joins cells with equal numbers. A number may have no cells.
 CellGraph contract(const FaceGraph& graph, const Coarsening& coarsening, const ThreadPool& pool);
 CellGraph contract(const CellGraph& graph, const Coarsening& coarsening, const ThreadPool& pool);
 
-// How far it is from the middle of each cell to its border, in eighths of what it is in a face: a step from
-// cell to cell is as long as their two radii.
+// The distance from the middle of each cell to its border, in eighths of that distance in a face. A step from
+// cell to cell is as long as their two radii together.
 std::vector<uint32_t> radii(const CellGraph& graph);
 
-// Members of groups: those of group g are members[first[g], first[g + 1]), in ascending order.
+// The members of group g are members[first[g], first[g + 1]), in ascending order.
 struct Groups {
   std::vector<uint32_t> first, members;
 

@@ -7,10 +7,10 @@ namespace psplit {
 namespace {
 
 constexpr uint32_t kStretch = 1 << 16;
-// Where there are more than this many times as many cells as asked for, stretches have cut them off.
+// With more than this many times the wanted cells, the ends of the stretches have cut too many cells off.
 constexpr double kCutOff = 1.5;
 
-// Grows cells among [begin, end) only; they are numbered from 0 on. Returns how many there are.
+// Grows cells only from [begin, end), numbers them from 0 on, and returns their number.
 template <typename Graph>
 uint32_t grow_within(const Graph& graph, uint32_t begin, uint32_t end, uint32_t members, uint32_t face_limit,
                      std::vector<uint32_t>& number) {
@@ -49,7 +49,7 @@ uint32_t grow_within(const Graph& graph, uint32_t begin, uint32_t end, uint32_t 
       around[best] = around.back();
       around.pop_back();
     }
-    // What is left between others joins one of them.
+    // A single cell that is left between others joins one of them.
     if (count == 1 && members > 1) {
       around.clear();
       graph.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
@@ -79,7 +79,7 @@ template <typename Graph>
 Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
   const uint32_t cell_count = graph.cell_count();
   Coarsening grown{std::vector<uint32_t>(cell_count, kNoCell), 0};
-  std::vector<uint32_t> first(cell_count / kStretch + 2, 0);  // number, of each stretch
+  std::vector<uint32_t> first(cell_count / kStretch + 2, 0);  // the first number of each stretch
   pool.for_ranges(cell_count, kStretch, [&](size_t begin, size_t end) {
     first[begin / kStretch + 1] = grow_within(graph, static_cast<uint32_t>(begin), static_cast<uint32_t>(end),
                                               members, face_limit, grown.coarse_of);

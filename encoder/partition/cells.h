@@ -1,13 +1,14 @@
-// Cells of faces that patches are put together from: what is small enough to be decided later.
+// Groups faces into small cells, from which patches are made.
 #pragma once
 
 #include "encoder/partition/cell_graph.h"
 
 namespace psplit {
 
-// Joins neighbours to cells of about `members` and at most `face_limit` faces: each starts with the first cell
-// that is left, and takes the neighbour that it shares most edges with, time and again. Stretches of the order
-// of cells are done at once, each for itself, unless its neighbours are all over the place.
+// Joins neighbours to larger cells of about `members` cells and at most `face_limit` faces. Each starts with
+// the first cell that is left, and repeatedly takes the neighbour with which it shares most edges. Stretches of
+// consecutive cells are processed in parallel and independently, unless that leaves too many cells because
+// their neighbours are far apart.
 Coarsening grow_cells(const FaceGraph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool);
 Coarsening grow_cells(const CellGraph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool);
 

@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint32_t kUnreached = 0xffffffffu;
 
-// Sets have no cell and no patch in common: threads may cut different sets at once.
+// Two sets share neither cells nor patches, so threads may cut different sets at the same time.
 class Halving {
  public:
   Halving(const CellGraph& graph, std::vector<uint32_t>& patch_of)
@@ -21,15 +21,15 @@ class Halving {
         from_near_(graph.cell_count()),
         from_far_(graph.cell_count()) {}
 
-  // Until they are cut, the cells of a set are in its first patch. Leaves the near half in `set` and returns
-  // the far one.
+  // Before a set is cut, its cells are in its first patch. Leaves the near half in `set` and returns the far
+  // half.
   PatchSet cut(PatchSet& set) {
     std::vector<uint32_t>& cells = set.cells;
     const uint32_t near_end = measure(cells, measure(cells, cells.front(), from_near_), from_near_);
     const uint32_t far_end = measure(cells, near_end, from_near_);
     measure(cells, far_end, from_far_);
-    // The cells of a shortest path towards the near end come in the order of the path. So however many are
-    // taken, what is taken is connected; and the far end, being farthest, is last.
+    // In this order the cells of a shortest path to the near end come in the order of the path. So any first
+    // part of the order is connected. The far end is the farthest cell, so it is last.
     std::sort(cells.begin(), cells.end(), [&](uint32_t a, uint32_t b) {
       const int64_t at_a = int64_t{from_near_[a]} - from_far_[a], at_b = int64_t{from_near_[b]} - from_far_[b];
       if (at_a != at_b) return at_a < at_b;
@@ -48,7 +48,7 @@ class Halving {
     PatchSet far{{}, set.first_patch + near_patches, set.patch_count - near_patches};
     const auto rest = std::span(cells).subspan(near_count);
     for (const uint32_t c : rest) store_shared(patch_of_[c], far.first_patch);
-    // Islands of the far half are surrounded by the near one.
+    // Cells of the far half that the near half cuts off from it become part of the near half.
     measure(rest, far_end, from_far_);
     const auto is_near = [&](uint32_t c) { return from_far_[c] == kUnreached; };
     for (const uint32_t c : rest)
@@ -61,8 +61,8 @@ class Halving {
   }
 
  private:
-  // Distances from a cell to those of its set that are among `cells`, which are all that it may reach; returns
-  // the farthest.
+  // Computes the distances from a cell to the cells of its patch, and returns the farthest. `cells` must have
+  // all cells that it can reach.
   uint32_t measure(std::span<const uint32_t> cells, uint32_t start, std::vector<uint32_t>& distance) {
     for (const uint32_t c : cells) distance[c] = kUnreached;
     distance[start] = 0;

@@ -1,4 +1,4 @@
-// Sets of cells cut in two, and again, until each set is a patch.
+// Cuts sets of cells in two, recursively, until each set is a patch.
 #pragma once
 
 #include "encoder/partition/cell_graph.h"
@@ -13,10 +13,10 @@ struct PatchSet {
   uint32_t patch_count = 1;
 };
 
-// Writes the patch of every cell of the sets. A set is cut across the longest way through it, between two
-// farthest points, where the sizes are in proportion to the patches on either side; so all patches are of
-// nearly one size, up to that of a cell, and connected. A set with no more cells than patches gives each cell a
-// patch, and leaves patches empty.
+// Writes the patch of every cell of the sets. A set is cut across the longest path through it, between two
+// farthest cells. The sizes of the two parts are in proportion to their patches. So all patches are connected,
+// and their sizes differ by about a cell. If a set has no more cells than patches, each cell is a patch, and
+// the other patches are empty.
 void halve_sets(const CellGraph& graph, std::vector<PatchSet> sets, std::vector<uint32_t>& patch_of,
                 const ThreadPool& pool);
 

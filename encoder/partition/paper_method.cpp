@@ -10,21 +10,21 @@
 namespace psplit {
 namespace {
 
-// Rounds of k-means over cells, and then of starts alone over faces. Refinement does what is left to be done.
+// Rounds of k-means over cells, then rounds over faces that change only the starts. Refinement does the rest.
 constexpr int kCellRounds = 16;
 constexpr int kFaceRounds = 3;
-// How much of the way to its right size a patch is sent in a round. Its neighbours move as well: with much more
-// than this patches take each other's places, and some vanish.
+// The share of its error that a start is corrected by in a round. The neighbours of a patch change too; with a
+// much larger share patches take each other's places, and some vanish.
 constexpr double kHaste = 0.3;
 
-// In shapes so long that it takes more than these, and more than there are faces, several distances share a
-// shelf.
+// The number of shelves is limited by this or by the number of faces, whichever is more. In longer shapes
+// several distances share a shelf.
 constexpr uint32_t kShelves = 1 << 20;
 
-// Cells that are tried for a centre in a round: a bound for those that a cell of very many neighbours has.
+// Cells that are tried as a centre in a round. This bounds the time at a cell with very many neighbours.
 constexpr int kTries = 50;
 
-// What grows from a centre.
+// A patch grows from a centre.
 struct Patch {
   uint32_t number = 0;
   uint32_t centre = 0;  // a cell
@@ -33,8 +33,9 @@ struct Patch {
 
   void correct_start(uint64_t face_count) {
     const double excess = std::min(static_cast<double>(face_count) / share, 2.0) - 1.0;
-    // Of a disc of the area of so many triangles. Starts within it do not put a centre behind the next; a patch
-    // that is shut in would else start ever earlier, and once out swallow all around it.
+    // The radius of a disc with the area of `share` triangles. A start within it is not so late that a
+    // neighbour's front passes the centre first. Without this limit a patch that is enclosed by others would
+    // start earlier and earlier, and swallow everything around it once it gets out.
     const double radius = std::sqrt(share * 0.137832) * kEdgeLength;
     start = std::lround(std::clamp(static_cast<double>(start) + kHaste * excess * radius, -radius, radius));
   }
@@ -68,7 +69,7 @@ class Grouping {
   using Entry = std::pair<int64_t, uint32_t>;  // distance, cell
   static constexpr int64_t kFar = std::numeric_limits<int64_t>::max();
 
-  // Every cell to the nearest centre. A centre stays with its patch, however late that starts.
+  // Assigns every cell to the nearest centre. A centre stays in its patch, however late that starts.
   void grow(std::span<const Patch> patches) {
     std::fill(distance_.begin(), distance_.end(), kFar);
     for (uint32_t i = 0; i < patches.size(); ++i) {
@@ -79,7 +80,7 @@ class Grouping {
     spread(false);
   }
 
-  // The cell of the least variance, found downhill.
+  // The cell with the least variance, found by descent from neighbour to neighbour.
   uint32_t middle(std::span<const uint32_t> members, uint32_t centre) {
     const auto variance = [&](uint32_t cell) {
       for (const uint32_t c : members) distance_[c] = kFar;
@@ -131,7 +132,7 @@ class Grouping {
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front_;
 };
 
-// From sample to sample of neighbouring cells, where the way between them is shortest: one length per link.
+// One length per link: the shortest distance between the samples of two neighbouring cells.
 std::vector<uint32_t> link_lengths(const DistanceMap& map, const FaceGraph& faces,
                                    std::span<const uint32_t> cell_of, const CellGraph& cells) {
   const Groups members(cell_of, cells.cell_count());
@@ -151,8 +152,8 @@ std::vector<uint32_t> link_lengths(const DistanceMap& map, const FaceGraph& face
   return lengths;
 }
 
-// The number of the nearest source of every face; of a neighbour, where the face is cut off from that one;
-// kNoCell in components without a source.
+// The number of the nearest source for every face, or of a neighbour's source if the face is cut off from the
+// nearest. kNoCell in components without a source.
 std::vector<uint32_t> flood(const DistanceMap& map, const FaceGraph& faces, std::span<const Source> sources) {
   std::vector<uint32_t> number(faces.cell_count(), kNoCell), queue;
   queue.reserve(faces.cell_count());
@@ -170,7 +171,7 @@ std::vector<uint32_t> flood(const DistanceMap& map, const FaceGraph& faces, std:
   return number;
 }
 
-// Every face to the nearest centre, after rounds of starts that bring patches to one size.
+// Assigns every face to the nearest centre, after rounds that change the starts to make patches equally large.
 std::vector<uint32_t> grow_faces(DistanceMap& map, const FaceGraph& faces, std::span<const uint32_t> centres,
                                  std::span<Patch> patches, const std::vector<Source>& others) {
   for (int round = 0;; ++round) {
@@ -206,8 +207,8 @@ std::vector<uint32_t> sample_faces(DistanceMap& map, uint32_t face_count, uint32
   uint32_t farthest = 0;
   for (uint32_t face = 0; face < face_count; ++face) farthest = std::max(farthest, map.distance(face));
 
-  // Distances only fall: a face waits on the shelf of a distance that it once had, and moves when its turn
-  // comes.
+  // Distances only decrease. A face waits on the shelf of a former distance, and moves to the right one when
+  // its shelf is reached.
   int shift = 0;
   while (farthest >> shift > std::max(face_count, kShelves)) ++shift;
   std::vector<uint32_t> first((farthest >> shift) + 1, kNoCell), next(face_count);

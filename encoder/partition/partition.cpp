@@ -16,27 +16,28 @@
 namespace psplit {
 namespace {
 
-// The first cells have about so many faces, those after them so many of those before.
+// A first cell has about kFirstMembers faces. A cell of a later level has about kMembers cells of the level
+// before.
 constexpr uint32_t kFirstMembers = 8, kMembers = 2;
-// Patches are put together from about this many cells.
+// Coarsening ends at about this many cells per patch.
 constexpr uint32_t kCellsPerPatch = 20;
-// Borders are drawn anew where patches have up to this many cells, at the first cells, and at faces: wide bands
-// where there are few cells, narrower ones where there are many. Patches of fewer faces have less room to
-// spare, and borders take more rounds.
+// Borders are cut anew at three kinds of levels: `coarse`, if a patch has up to kCoarseCells cells; `middle`,
+// at the first cells; `fine`, at faces. Bands are wide at levels with few cells, and narrow at levels with
+// many. Patches of less than kSmallPatch faces have less spare room, so their borders take more rounds.
 constexpr uint32_t kCoarseCells = 80;
 struct Recuts {
   RecutOptions coarse, middle, fine;
 };
 constexpr double kSmallPatch = 800;
 constexpr Recuts kRecuts{{3, 4}, {1, 2}, {2, 2}}, kSmallRecuts{{3, 4}, {2, 2}, {3, 2}};
-// No cell has more than this much of a patch.
+// No cell has more than this share of a patch's faces.
 constexpr double kLargestCell = 0.15;
-// Faces of the largest patch by those of the mean. A tighter limit leaves less room for shorter borders.
+// The faces of the largest patch divided by the mean. A tighter limit leaves less room for shorter borders.
 constexpr double kBalance = 1.05;
-// No patch starts with more than this many shares of the faces; a share is the faces by the patches wanted.
+// No patch starts with more than this many shares. A share is the number of faces divided by that of patches.
 constexpr double kLargestStart = 1.1;
 
-// Cells of faces, of ever more; coarse_of[i] says which cell of graphs[i + 1] each of graphs[i] is in.
+// Graphs of larger and larger cells. coarse_of[i] has for each cell of graphs[i] its cell in graphs[i + 1].
 struct Levels {
   std::vector<CellGraph> graphs;
   std::vector<std::vector<uint32_t>> coarse_of;
@@ -48,7 +49,7 @@ Levels coarsen(CellGraph cells, uint32_t patch_count, uint32_t face_limit, const
   while (levels.graphs.back().cell_count() > uint64_t{kCellsPerPatch} * patch_count) {
     const uint32_t cell_count = levels.graphs.back().cell_count();
     Coarsening coarsening = grow_cells(levels.graphs.back(), kMembers, face_limit, pool);
-    if (coarsening.count > cell_count - cell_count / 20) break;  // what is left has no partners
+    if (coarsening.count > cell_count - cell_count / 20) break;  // few cells find a partner
     levels.graphs.push_back(contract(levels.graphs.back(), coarsening, pool));
     levels.coarse_of.push_back(std::move(coarsening.coarse_of));
   }
@@ -60,7 +61,7 @@ struct Component {
   uint64_t face_count = 0;
 };
 
-// The largest first, else in order.
+// The largest component first; components of equal size in the order of their first cells.
 std::vector<Component> connected_components(const CellGraph& graph) {
   std::vector<Component> components;
   std::vector<uint8_t> seen(graph.cell_count(), 0);
@@ -78,12 +79,12 @@ std::vector<Component> connected_components(const CellGraph& graph) {
   return components;
 }
 
-// Components of more than a patch get patches by their share of the faces; the others are packed, each into the
-// fullest patch that has room.
+// A component larger than a patch gets patches in proportion to its faces. The other components are packed,
+// each into the fullest patch that has room.
 std::vector<PatchSet> share_out(const CellGraph& graph, double share) {
   const auto largest = static_cast<uint64_t>(std::max(kLargestStart * share, 1.0));
   std::vector<PatchSet> sets;
-  std::multimap<uint64_t, size_t> packed;  // faces, to the set
+  std::multimap<uint64_t, size_t> packed;  // from the faces of a set to its number
   uint32_t next_patch = 0;
   for (Component& component : connected_components(graph)) {
     if (component.face_count > largest) {
@@ -108,7 +109,7 @@ std::vector<PatchSet> share_out(const CellGraph& graph, double share) {
   return sets;
 }
 
-// What refinement lets each patch grow to.
+// The number of faces up to which refinement may let each patch grow.
 std::vector<uint32_t> face_limits(const CellGraph& graph, std::span<const PatchSet> sets) {
   std::vector<uint32_t> limits;
   for (const PatchSet& set : sets) {
@@ -119,8 +120,8 @@ std::vector<uint32_t> face_limits(const CellGraph& graph, std::span<const PatchS
   return limits;
 }
 
-// Numbers patches along a walk over their neighbours, so that neighbours get near numbers; none stays empty.
-// Returns how many there are.
+// Numbers patches breadth-first over their neighbours, so that neighbours have similar numbers. Empty patches
+// get no number. Returns the number of patches.
 uint32_t renumber(const FaceGraph& faces, uint32_t upper, std::vector<uint32_t>& patch_of) {
   std::vector<std::pair<uint32_t, uint32_t>> borders;
   for (uint32_t face = 0; face < faces.cell_count(); ++face)
@@ -150,7 +151,7 @@ uint32_t renumber(const FaceGraph& faces, uint32_t upper, std::vector<uint32_t>&
   return count;
 }
 
-// What each cell of a level is in when its coarser one is in that.
+// The patch of each cell of a level, from the patches of the next coarser level.
 std::vector<uint32_t> project(std::span<const uint32_t> coarse_of, std::span<const uint32_t> patch_of) {
   std::vector<uint32_t> finer;
   finer.reserve(coarse_of.size());
@@ -158,12 +159,12 @@ std::vector<uint32_t> project(std::span<const uint32_t> coarse_of, std::span<con
   return finer;
 }
 
-// What borders are drawn anew in.
+// The patches before their borders are refined.
 struct Start {
   Coarsening first_cells;
   Levels levels;
   std::vector<uint32_t> face_limits;  // of each patch
-  std::vector<uint32_t> patch_of;     // of the largest cells
+  std::vector<uint32_t> patch_of;     // of each cell of the coarsest level
 };
 
 Start start_in_levels(const FaceGraph& graph, uint32_t patch_count, const ThreadPool& pool) {
@@ -180,7 +181,7 @@ Start start_in_levels(const FaceGraph& graph, uint32_t patch_count, const Thread
   return start;
 }
 
-// The patches of faces are taken apart to cells again, for borders to be drawn in larger steps first.
+// The paper's patches are divided into cells again, so that borders are first refined in larger steps.
 Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count,
                      const FaceGraph& graph, uint32_t patch_count, const PartitionOptions& options,
                      const ThreadPool& pool) {
@@ -244,7 +245,7 @@ Partition partition_faces(std::span<const std::array<uint32_t, 3>> faces, uint32
     if (level == 0) break;
     patch_of = project(levels.coarse_of[level - 1], patch_of);
   }
-  // Faces of a patch side by side: they are looked at together.
+  // The faces of a patch are made adjacent in memory, because they are used together.
   const Groups cells(patch_of, static_cast<uint32_t>(limits.size()));
   const Groups cell_faces(start.first_cells.coarse_of, start.first_cells.count);
   std::vector<uint32_t> order, patch_of_place;

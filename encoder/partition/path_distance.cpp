@@ -1,4 +1,4 @@
-// Kimmel, Sethian: Computing Geodesic Paths on Manifolds, 1998, in triangles that are all equilateral.
+// Source: Kimmel, Sethian: Computing Geodesic Paths on Manifolds, 1998; here all triangles are equilateral.
 #include "encoder/partition/path_distance.h"
 
 #include <algorithm>
@@ -8,13 +8,13 @@
 namespace psplit {
 namespace {
 
-constexpr uint32_t kFarthest = kUnreached - 1;  // what longer paths count as: faces beyond are reached, too
+constexpr uint32_t kFarthest = kUnreached - 1;  // the length of all longer paths: their faces are reached
 constexpr uint32_t kSteepest = kEdgeLength / 2;
 
-// A straight front that passes two vertices at u and u + d passes the third at u + kCrossing[d], unless it
-// comes from beyond the first: in a triangle of sides 1 that is (d + sqrt(3 (1 - d^2))) / 2, up to d = 1/2. A
-// front that comes later to either comes no sooner to the third, which is always the last. Hence distances
-// depend on sources only, and not on the order in which they were added.
+// A straight front that reaches two vertices at u and u + d reaches the third at u + kCrossing[d], unless it
+// comes from beyond the first vertex. In a triangle with sides 1 this is (d + sqrt(3 (1 - d^2))) / 2, up to d =
+// 1/2. A front that reaches one of the two later does not reach the third earlier, and the third is always the
+// last. So distances depend only on the sources, not on the order in which they were added.
 constexpr std::array<uint32_t, kSteepest + 1> kCrossing = [] {
   std::array<uint32_t, kSteepest + 1> crossing{};
   for (uint32_t d = 0; d <= kSteepest; ++d) {
@@ -63,7 +63,7 @@ void DistanceMap::add(std::span<const Source> sources) {
     std::vector<uint32_t>& bucket = buckets_[here % kBuckets];
     for (size_t i = 0; i < bucket.size(); ++i) {
       const uint32_t node = bucket[i];
-      if (reaches_[node].distance != here) continue;  // it has come nearer since
+      if (reaches_[node].distance != here) continue;  // a shorter path was found since
       if (node >= vertex_count_)
         expand_face(node - vertex_count_);
       else if (kind_ == PathDistance::kDijkstra)
@@ -81,7 +81,7 @@ uint32_t DistanceMap::distance(uint32_t face) const {
   if (kind_ == PathDistance::kDijkstra) return at_centre;
   uint64_t sum = 0;
   for (const uint32_t v : faces_[face]) sum += reaches_[v].distance;
-  return std::min(at_centre, static_cast<uint32_t>(sum / 3));  // as a straight front passes it
+  return std::min(at_centre, static_cast<uint32_t>(sum / 3));  // when a straight front passes the centre
 }
 
 uint32_t DistanceMap::nearest(uint32_t face) const {

@@ -1,5 +1,5 @@
-// Distances between faces on the topology model (paper, sections 3.3 and 4.5): every edge has length 1, so that
-// every face is an equilateral triangle, and its centre is what it is measured from.
+// Distances between faces on the topology model (paper, sections 3.3 and 4.5). Every edge has length 1, so
+// every face is an equilateral triangle. Distances are measured between the centres of faces.
 #pragma once
 
 #include <array>
@@ -12,35 +12,35 @@
 
 namespace psplit {
 
-// Distances are whole numbers, so that every machine has the same. 97 / 56 is the square root of 3 to four
+// Distances are integers, so that they are the same on every machine. 97 / 56 is the square root of 3 to four
 // decimals.
 inline constexpr uint32_t kEdgeLength = 97;
 inline constexpr uint32_t kSpokeLength = 56;  // from a centre to its vertices, and to the next centre
 inline constexpr uint32_t kUnreached = 0xffffffffu;
 
-// A face that distances are counted from, and what at.
+// A face from which distances are measured, and the distance at that face.
 struct Source {
   uint32_t face = 0;
   uint32_t number = 0;
   uint32_t start = 0;
 };
 
-// How far each face is from its nearest source. Faces and graph outlive it. For one thread at a time.
+// The distance of each face to its nearest source. The faces and the graph must outlive it. Not thread-safe.
 class DistanceMap {
  public:
-  // `graph` is what face_graph makes of the faces.
+  // `graph` must be face_graph of the faces.
   DistanceMap(std::span<const std::array<uint32_t, 3>> faces, uint32_t vertex_count, const FaceGraph& graph,
               PathDistance kind);
 
-  // Adds sources, which come in the order of their starts. What lies nearer to them than to all others is
-  // visited, and little else; the distances are those of a map made anew, whatever the order of calls.
+  // Adds sources, sorted by their starts. Visits little more than the faces that are nearer to them than to all
+  // other sources. The distances are those of a new map with all sources, in whatever order they were added.
   void add(std::span<const Source> sources);
-  // Takes all sources away.
+  // Removes all sources.
   void clear();
 
-  // kUnreached where no source is connected to the face, be it by a vertex alone.
+  // kUnreached if no source is connected to the face, not even by a vertex.
   uint32_t distance(uint32_t face) const;
-  // The number of a source as near as any, or nearly so, of a face that is reached.
+  // The number of the nearest source, or of one nearly as near, for a face that is reached.
   uint32_t nearest(uint32_t face) const;
 
  private:
@@ -52,10 +52,10 @@ class DistanceMap {
   struct Corner {
     uint32_t face, left, right;
   };
-  // More than the longest step, so that distances in the front have buckets of their own.
+  // More than the longest step, so that each distance in the front has its own bucket.
   static constexpr uint32_t kBuckets = 128;
 
-  // Nodes are vertices, then centres of faces. In fast marching only sources use their centres.
+  // Nodes are the vertices, then the centres of faces. Fast marching uses only the centres of sources.
   void reach(uint32_t node, uint64_t distance, uint32_t number);
   void expand_face(uint32_t face);
   void expand_vertex(uint32_t vertex);

@@ -14,23 +14,25 @@ namespace psplit {
 namespace {
 
 constexpr size_t kGrain = 1 << 14;
-// Patches that are full can take this share of their limit for the time being: others may come back for it.
+// A full patch counts as if it had this share of its limit as room: a cut may exchange faces.
 constexpr double kLeastRoom = 0.024;
-// A band whose least cut is out of balance is tried again, so much narrower, and so often.
+// If the minimum cut of a band is out of balance, narrower bands are tried: by this factor, and up to kTries
+// bands.
 constexpr double kNarrower = 0.4;
 constexpr int kTries = 3;
 
-// More rounds for patches that are above their limit.
+// Additional rounds for patches above their limit.
 constexpr int kBalancingRounds = 10;
 
-// Cells on the border of two patches, of either.
+// The cells of two patches that are on their common border.
 struct BorderPair {
   uint32_t a = 0, b = 0;
   std::vector<uint32_t> cells;
 };
 
-// What all threads share. Sizes and cells of a patch belong to the thread that has a pair of it; others may
-// look at its cells meanwhile, and find that they are in neither patch of their own pair.
+// Shared by all threads. The size and the cells of a patch belong to the thread that works on a pair with that
+// patch. Other threads may read the patch of its cells meanwhile: they only see that it is not in their own
+// pair.
 template <typename Graph>
 struct Division {
   const Graph& graph;
@@ -48,8 +50,8 @@ class Recutter {
         ring_mark_(reached_),
         place_(division.graph.cell_count(), kOutside) {}
 
-  // Whether anything has changed. Bands begin elsewhere along the border every round: they may be too small for
-  // all of it.
+  // Returns whether anything has changed. Each round starts the band at another place of the border, because
+  // the band may be too small for the whole border.
   bool recut(const BorderPair& pair, double band, size_t round) {
     first_ = round * pair.cells.size() / 3;
     for (int i = 0; i < kTries; ++i, band *= kNarrower) {
@@ -60,8 +62,8 @@ class Recutter {
     return false;
   }
 
-  // Sends up to so many faces of one patch of a pair to the other, whatever that does to the border; those stay
-  // without which their patch would come apart. Returns how many went.
+  // Moves up to `faces` faces from one patch of a pair to the other, without regard to the length of the
+  // border. A face stays if its patch would not be connected without it. Returns the number of moved faces.
   int64_t push(const BorderPair& pair, uint32_t from, int64_t faces) {
     const uint32_t to = pair.a == from ? pair.b : pair.a;
     cells_.clear();
@@ -93,11 +95,12 @@ class Recutter {
  private:
   enum class Outcome { kUnchanged, kChanged, kUnbalanced };
   static constexpr uint32_t kOutside = 0xffffffffu;
-  static constexpr int32_t kForced = 1 << 28;  // more edges than a cell has
+  static constexpr int32_t kForced = 1 << 28;  // more than the edges of any cell
   static constexpr int64_t kTriedFaces = 50;
 
-  // Takes cells of a patch, the nearest to the other first. Of a patch above its limit, returns how many of
-  // them must go to the other: all that are too many, or until both are as far above.
+  // Adds cells of patch `own` to the band, those nearest to patch `other` first. If `own` is above its limit,
+  // returns how many of these cells must move: the whole surplus, or so many that both patches are equally far
+  // above their limits.
   size_t widen(const BorderPair& pair, uint32_t own, uint32_t other, double band) {
     const auto room = static_cast<double>(d_.limits[other] - d_.sizes[other]);
     const double least = kLeastRoom * d_.limits[other];
@@ -111,7 +114,7 @@ class Recutter {
     return leaving;
   }
 
-  // visit(faces so far, faces of the cell)
+  // Calls visit(faces so far, faces of the cell) for each cell.
   template <typename Visit>
   void take_nearest(const BorderPair& pair, uint32_t own, uint32_t other, int64_t most, Visit visit) {
     const size_t begin = cells_.size();
@@ -147,8 +150,8 @@ class Recutter {
 
     cut_.clear();
     ++ring_;
-    uint32_t ring_of_a = 0, ring_of_b = 0;      // cells around the band
-    uint32_t of_a = kOutside, of_b = kOutside;  // one of each, of the band or around it
+    uint32_t ring_of_a = 0, ring_of_b = 0;      // the number of cells around the band
+    uint32_t of_a = kOutside, of_b = kOutside;  // one cell of each patch, in the band or around it
     int64_t edges_now = 0;
     for (size_t i = 0; i < cells_.size(); ++i) {
       const bool is_in_a = i < count_a;
@@ -174,7 +177,8 @@ class Recutter {
     }
     const int64_t edges_least = cut_.run();
 
-    // Patch a can have what is on its side in every least cut, or what is not on b's side in every one.
+    // There are two choices for patch a: the cells on its side in every minimum cut, or those plus the free
+    // cells.
     int64_t least_a = d_.sizes[pair.a], most_a = least_a;
     for (uint32_t i = 0; i < cells_.size(); ++i) {
       const int64_t faces = d_.graph.face_count(cells_[i]);
@@ -193,10 +197,10 @@ class Recutter {
     };
     const int64_t now = d_.sizes[pair.a];
     const int64_t then = lean(least_a) <= lean(most_a) ? least_a : most_a;
-    // Fewer cells may do where a shorter border is as far above the limit on the other side.
+    // A narrower band may balance better if this cut exceeds the limits as much as now.
     if (excess(then) > excess(now) || (excess(now) > 0 && excess(then) == excess(now)))
       return Outcome::kUnbalanced;
-    // What is left either sheds faces, or has none to shed.
+    // Here the cut reduces the excess, or there is no excess.
     if (excess(now) == 0 && (edges_least > edges_now || (edges_least == edges_now && lean(then) >= lean(now))))
       return Outcome::kUnchanged;
     uint32_t count_then = 0;
@@ -219,22 +223,22 @@ class Recutter {
     return Outcome::kChanged;
   }
 
-  // Whether a patch, connected before, still is: it is if its cells in the band and around it are, `nearby` of
-  // them; else all of its faces are looked for.
+  // Whether a patch that was connected still is. It is, if its `nearby` cells in the band and around it are
+  // connected. Otherwise the whole patch is searched.
   bool is_connected(uint32_t start, uint32_t patch, uint32_t nearby, int64_t faces) {
     if (start == kOutside) return false;
     walk(start, patch, [&](uint32_t next) { return place_[next] != kOutside || ring_mark_[next] == ring_; });
     return queue_.size() == nearby || is_whole(start, patch, faces);
   }
 
-  // Whether so many faces of a patch are connected to one of its cells.
+  // Whether `faces` faces of a patch, its own size, are connected to one of its cells.
   bool is_whole(uint32_t start, uint32_t patch, int64_t faces) {
     walk(start, patch, [](uint32_t) { return true; });
     for (const uint32_t cell : queue_) faces -= d_.graph.face_count(cell);
     return faces == 0;
   }
 
-  // Collects cells of a patch in queue_, of those that are allowed.
+  // Collects in queue_ the cells of a patch that are reached from `start` over allowed cells.
   template <typename IsAllowed>
   void walk(uint32_t start, uint32_t patch, IsAllowed is_allowed) {
     queue_.assign(1, start);
@@ -249,13 +253,13 @@ class Recutter {
   Division<Graph>& d_;
   std::vector<uint32_t> queue_, reached_, ring_mark_;
   uint32_t walk_ = 0, ring_ = 0;
-  std::vector<uint32_t> place_;  // of each cell in the band
-  std::vector<uint32_t> cells_;  // the band: of patch a, then of patch b
-  size_t first_ = 0;             // of the border's cells
+  std::vector<uint32_t> place_;  // the place of each cell in the band, or kOutside
+  std::vector<uint32_t> cells_;  // the band: the cells of patch a, then those of patch b
+  size_t first_ = 0;             // where along the border the band starts
   BandCut cut_;
 };
 
-// The borders of patches that are active, in the order of their patches.
+// The borders of active patches, in the order of their patches.
 template <typename Graph>
 std::vector<BorderPair> find_borders(const Graph& graph, std::span<const uint32_t> patch_of,
                                      const std::vector<bool>& is_active, const ThreadPool& pool) {
@@ -299,10 +303,10 @@ std::vector<BorderPair> find_borders(const Graph& graph, std::span<const uint32_
   return pairs;
 }
 
-// Pairs of one group have no patch in common.
+// Groups of pairs. The pairs of one group share no patch.
 std::vector<std::vector<const BorderPair*>> independent(const std::vector<BorderPair>& pairs,
                                                         size_t patch_count) {
-  constexpr uint32_t kLast = 63;  // what no other group takes is left for another round
+  constexpr uint32_t kLast = 63;  // pairs that fit in no group wait for another round
   std::vector<uint64_t> taken(patch_count, 0);
   std::vector<std::vector<const BorderPair*>> groups;
   for (const BorderPair& pair : pairs) {
@@ -319,11 +323,11 @@ std::vector<std::vector<const BorderPair*>> independent(const std::vector<Border
 struct Step {
   const BorderPair* pair;
   uint32_t from;
-  size_t number;  // of the pair
+  size_t number;  // the number of the pair
 };
 
-// The fewest steps from a patch above its limit to one with room for all that is too much, the last one first;
-// none where there is no such patch.
+// The shortest sequence of steps from a patch above its limit to one with room for its whole surplus, the last
+// step first. Empty if there is no such patch.
 std::vector<Step> way_to_room(const Division<FaceGraph>& division, uint32_t start,
                               std::span<const BorderPair> pairs, std::span<const std::vector<size_t>> pairs_of,
                               const std::vector<bool>& is_blocked) {
@@ -345,8 +349,8 @@ std::vector<Step> way_to_room(const Division<FaceGraph>& division, uint32_t star
   return {};
 }
 
-// Where neighbours are as full as a patch above its limit, what is too much goes from patch to patch to the
-// nearest that has room.
+// If the neighbours of a patch above its limit are full as well, its surplus moves from patch to patch to the
+// nearest one with room.
 void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const ThreadPool& pool) {
   const auto patch_count = static_cast<uint32_t>(division.sizes.size());
   const auto above = [&](uint32_t patch) { return division.sizes[patch] - division.limits[patch]; };
@@ -362,13 +366,13 @@ void drain(Division<FaceGraph>& division, Recutter<FaceGraph>& recutter, const T
       pairs_of[pairs[i].a].push_back(i);
       pairs_of[pairs[i].b].push_back(i);
     }
-    std::vector<bool> is_blocked(pairs.size(), false);  // one patch has nothing to give to the other
+    std::vector<bool> is_blocked(pairs.size(), false);  // no face can move across this border
     bool has_changed = false;
     for (const uint32_t start : full)
       while (above(start) > 0) {
         const std::vector<Step> way = way_to_room(division, start, pairs, pairs_of, is_blocked);
         if (way.empty()) break;
-        // Room is made from its end on back.
+        // The last patch of the way takes faces first, which makes room in the one before it.
         int64_t faces = above(start);
         for (const Step& step : way) {
           faces = recutter.push(*step.pair, step.from, faces);
@@ -426,7 +430,7 @@ void recut(const Graph& graph, std::span<const uint32_t> face_limits, const Recu
       if (has_changed[i] != 0) is_active[pairs[i].a] = is_active[pairs[i].b] = true;
   }
   if constexpr (std::is_same_v<Graph, FaceGraph>)
-    if (!idle.empty()) drain(division, *idle.front(), pool);  // else there are no borders
+    if (!idle.empty()) drain(division, *idle.front(), pool);  // without a recutter there are no borders
 }
 
 }  // namespace
