@@ -1,6 +1,6 @@
-// Primitives are compared by their numbers. Where that fails, or there are not as many, all elements of the
-// mesh that have the same attributes and material are one bag: a mesh that was cut into primitives equals the
-// whole.
+// Primitives are first compared by their numbers. If that fails, or if the numbers of primitives differ, all
+// elements of a mesh with the same attributes and material form one bag: so a mesh that was cut into primitives
+// equals the whole.
 #include "gltf_ext/compare/compare_assets.h"
 
 #include <algorithm>

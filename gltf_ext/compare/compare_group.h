@@ -1,5 +1,5 @@
-// The elements of some primitives of one asset against those of some primitives of another: a step of
-// compare_assets.h.
+// Compares the elements of some primitives of one asset with those of some primitives of another. This is a
+// step of compare_assets.h.
 #pragma once
 
 #include <span>
@@ -12,12 +12,12 @@
 
 namespace psplit {
 
-// What of a primitive is compared: semantics and numbers of components, POSITION first, then by name.
+// The compared attributes of a primitive: semantics and numbers of components, POSITION first, then by name.
 std::vector<std::pair<std::string, int>> compared_attributes(const AssetPrimitive& primitive,
                                                              const CompareRules& rules);
 
-// Primitives of one side have the same attributes and the same kind of elements; those of the other may differ,
-// and one of the sides may be empty. Fills in alone, degenerate_alone, values and first.
+// The primitives of each side must have the same attributes and the same kind of elements. The two sides may
+// differ, and one of them may be empty. Fills in alone, degenerate_alone, values and first.
 Expected<AssetComparison> compare_group(std::span<const AssetPrimitive* const> a,
                                         std::span<const AssetPrimitive* const> b, bool with_materials,
                                         const CompareRules& rules);

@@ -46,7 +46,7 @@ Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& doc
     streams = container->streams;
   }
 
-  // Patches of psplit share their grids; those of others may not.
+  // The patches that psplit writes share their grids. Those of other encoders may not.
   std::vector<Expected<StreamDescription>> descriptions(streams.size(), StreamDescription{});
   pool.for_each(streams.size(), [&](size_t i) { descriptions[i] = describe(streams[i]); });
   for (size_t i = 0; i < streams.size(); ++i) {

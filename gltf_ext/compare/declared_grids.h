@@ -1,4 +1,4 @@
-// What a file says of how far its values are from those that they were made of.
+// The quantization grids that a file declares: how far its values may be from the original values.
 #pragma once
 
 #include <map>
@@ -10,13 +10,13 @@
 namespace psplit {
 
 struct DeclaredGrid {
-  double within = 0;       // of a component; of directions, the chord between unit vectors
-  bool direction = false;  // on an octahedron
-  std::string identity;    // the same for the same grid; empty where the streams have several
+  double within = 0;  // the largest error of a component; for directions, of the chord between unit vectors
+  bool direction = false;  // quantized on an octahedron
+  std::string identity;    // equal for equal grids; empty if the streams have several grids
 };
 
-// Those of a compressed primitive's quantized attributes, by semantic: its streams know them. None of a plain
-// primitive. Errors: those of `describe`, kInvalidInput.
+// The grids of the quantized attributes of a compressed primitive, by semantic, as its streams state them.
+// Empty for a plain primitive. Errors: those of `describe`, kInvalidInput.
 Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& document, PrimitiveId id,
                                                              const DescribeStream& describe,
                                                              const ThreadPool& pool);

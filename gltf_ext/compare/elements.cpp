@@ -27,7 +27,7 @@ double number_difference(double a, double b) {
   return std::isnan(difference) ? kInfinity : difference;
 }
 
-// A vector of no length has no direction: what an encoder makes of it is as good as any.
+// A vector of length 0 has no direction: every result of an encoder is right.
 double chord(const std::array<double, 3>& a, const std::array<double, 3>& b) {
   const double length_a = std::hypot(a[0], a[1], a[2]), length_b = std::hypot(b[0], b[1], b[2]);
   if (length_a == 0 || length_b == 0) return 0;

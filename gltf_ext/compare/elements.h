@@ -1,5 +1,5 @@
-// Triangles, segments and points of two assets side by side, as what stands at their corners: how far apart two
-// of them are, and how far they may be.
+// Triangles, segments and points of two assets, as the values at their corners: how far two elements are apart,
+// and how far apart they may be.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@
 
 namespace psplit {
 
-// How far the values of a column may be from those that they stand for.
+// How far the values of a column may be from the original values.
 struct ColumnLimit {
-  double within = 0;  // of a component; of directions, the chord between unit vectors
-  int32_t grid = -1;  // values of parts on the same grid must be equal; -1 is none
+  double within = 0;  // for a component; for directions, for the chord between unit vectors
+  int32_t grid = -1;  // values of two parts on the same grid must be equal; -1 means no grid
 };
 
-// Elements of one primitive. What it refers to is the caller's.
+// Elements of one primitive. The caller owns the data that it points to.
 struct ElementPart {
-  std::span<const std::array<uint32_t, 3>> elements;  // points, of which the bag's corner_count count
+  std::span<const std::array<uint32_t, 3>> elements;  // points; the first corner_count of each element count
   std::vector<const Attribute*> columns;              // the first is POSITION
   std::vector<ColumnLimit> limits;                    // one for each column
 };
 
-// Elements of several primitives, numbered through.
+// Elements of several primitives with consecutive numbers.
 class ElementBag {
  public:
   // 3 for triangles, 2 for segments, 1 for points.
@@ -41,7 +41,7 @@ class ElementBag {
   int corner_count() const { return corner_count_; }
   const std::vector<ElementPart>& parts() const { return parts_; }
 
-  // Whether two corners of a triangle stand at the same position.
+  // Whether two corners of a triangle have the same position.
   bool is_degenerate(uint32_t element) const;
 
  private:
@@ -50,14 +50,14 @@ class ElementBag {
   std::vector<uint32_t> first_{0};
 };
 
-// One component as the number that it means: of normalized integers, a fraction.
+// The number that a component means: a fraction for normalized integers.
 double number_at(const Attribute& attribute, size_t point, size_t component);
 
-// Two bags of the same columns, whose attributes have as many components in every part.
+// Two bags with the same columns. An attribute has the same number of components in every part.
 class ElementPair {
  public:
-  // directions[i]: whether the first three components of column i are a direction, of any length, where values
-  // may differ.
+  // directions[i]: whether the first three components of column i are a direction of any length. Directions are
+  // compared so unless their values must be equal.
   ElementPair(const ElementBag& a, const ElementBag& b, std::vector<bool> directions)
       : a_(&a), b_(&b), directions_(std::move(directions)) {}
 
@@ -66,16 +66,16 @@ class ElementPair {
   size_t column_count() const { return directions_.size(); }
   bool is_direction(size_t column) const { return directions_[column]; }
 
-  // How far values of the column may be apart in these parts.
+  // How far apart two values of the column may be in these parts.
   double limit(size_t column, size_t part_a, size_t part_b) const;
-  // The most that this is for any parts.
+  // The largest limit for any two parts.
   double largest_limit(size_t column) const;
 
-  // How far two corners are apart in a column: the largest difference of a component, or a chord; infinite
-  // where one of them is no number. `turn`: corner 0 of `a` stands beside corner `turn` of `b`.
+  // How far apart two corners are in a column: the largest difference of a component, or a chord. Infinite if
+  // one value is NaN. `turn`: corner 0 of `a` is compared with corner `turn` of `b`.
   double difference(size_t column, const ElementBag::Located& a, const ElementBag::Located& b, int corner,
                     int turn) const;
-  // Nothing where a value is beyond its limit, or else how well the elements fit: less is better, 0 is equal.
+  // How well the elements fit: 0 means equal, and less is better. Nothing if a value exceeds its limit.
   std::optional<double> fit(const ElementBag::Located& a, const ElementBag::Located& b, int turn) const;
 
  private:

@@ -9,8 +9,8 @@ namespace psplit {
 namespace {
 
 constexpr size_t kMostDimensions = 5;
-constexpr size_t kEnoughFits = 16;  // among which the best is taken
-constexpr double kCrowded = 16;     // elements in a cell
+constexpr size_t kEnoughFits = 16;  // the best of them is taken
+constexpr double kCrowded = 16;     // average number of elements in a cell
 constexpr double kFarAway = 1e15;   // in cells
 
 uint64_t mix(uint64_t hash, uint64_t value) {
@@ -18,9 +18,9 @@ uint64_t mix(uint64_t hash, uint64_t value) {
   return hash ^ (hash >> 29);
 }
 
-uint64_t bits_of(double value) { return std::bit_cast<uint64_t>(value + 0.0); }  // of -0 those of 0
+uint64_t bits_of(double value) { return std::bit_cast<uint64_t>(value + 0.0); }  // the same for -0 and 0
 
-// What elements are looked up by.
+// The keys by which elements are looked up.
 class Cells {
  public:
   explicit Cells(const ElementPair& pair) : corner_count_(pair.a().corner_count()) {
@@ -36,15 +36,15 @@ class Cells {
     }
   }
 
-  // What is looked at around a value is two limits wide, and mostly in one cell of eight. Where that holds too
-  // many, it is better to look into several.
+  // The neighbourhood of a value is two limits wide. A cell is eight limits wide, so that one cell mostly
+  // contains it. If cells hold too many elements, narrow cells, of which several are searched, are faster.
   void narrow() { width_ = 2.5; }
 
-  // The cells where elements may be that fit this one; where `own`, only that where it is itself.
+  // The cells of elements that may fit this one; if `own` is true, only its own cell.
   void find(const ElementBag& bag, uint32_t element, bool own, std::vector<uint64_t>& keys) const {
     const ElementBag::Located located = bag.locate(element);
     const ElementPart& part = bag.parts()[located.part];
-    uint64_t sum = 0;  // the same from any corner on
+    uint64_t sum = 0;  // the same for every turn
     for (int corner = 0; corner < corner_count_; ++corner) {
       uint64_t hash = 0;
       for (const size_t column : exact_)
@@ -94,7 +94,7 @@ class Matcher {
     partner_of_b_.assign(count_b, kNoElement);
     seen_.assign(count_b, 0);
     fill_buckets(count_b);
-    double tests = 0;  // for each of `b`, if all were looked up
+    double tests = 0;  // expected tests for each element of `b`
     for (const Bucket& bucket : buckets_) tests += std::pow(bucket.end - bucket.begin, 2.0) / count_b;
     if (tests > kCrowded) {
       cells_.narrow();
@@ -104,7 +104,7 @@ class Matcher {
     for (uint32_t i = 0; i < buckets_.size(); ++i) slots_[slot_of(buckets_[i].key)] = i;
   }
 
-  // Degenerate triangles come last: whoever has a partner keeps one.
+  // Degenerate triangles are matched last: elements that have a partner then keep one.
   bool run() {
     for (const bool degenerate : {false, true}) {
       std::vector<uint32_t> left;
@@ -133,7 +133,7 @@ class Matcher {
     return best;
   }
 
-  // Whether `a` has one partner only, in one way only.
+  // Whether `a` fits exactly one element, in exactly one turn.
   bool has_one_choice(uint32_t a) {
     const ElementBag::Located in_a = pair_.a().locate(a);
     int ways = 0;
@@ -151,7 +151,7 @@ class Matcher {
   }
 
  private:
-  // A cell of `b`: order_[begin, end), of which [begin, free_end) have no partner.
+  // A cell of `b`: order_[begin, end). Those in [begin, free_end) have no partner yet.
   struct Bucket {
     uint64_t key;
     uint32_t begin, end, free_end;
@@ -174,7 +174,7 @@ class Matcher {
     }
   }
 
-  // Where the key is, or would be.
+  // The slot of the key, or the free slot where it would go.
   size_t slot_of(uint64_t key) const {
     size_t slot = mix(key, 0) & (slots_.size() - 1);
     while (slots_[slot] != kNoElement && buckets_[slots_[slot]].key != key)
@@ -221,7 +221,7 @@ class Matcher {
         std::optional<double> score = fit(in_a, order_[i]);
         if (!score) continue;
         ++fits;
-        // One that is no partner for those that need one.
+        // A last resort: it should stay free for elements of its own kind.
         if (pair_.b().is_degenerate(order_[i]) != degenerate) *score += 1e3;
         if (best_bucket != nullptr && *score >= least) continue;
         best_bucket = bucket;
@@ -237,10 +237,11 @@ class Matcher {
     return true;
   }
 
-  // A shortest augmenting path. What a search in vain has seen, none will need again: it stays seen.
+  // Finds a shortest augmenting path and applies it. If there is none, the elements that the search saw stay
+  // marked: no later path can lead through them.
   void reassign(uint32_t start) {
     std::vector<uint32_t> queue{start}, seen;
-    std::unordered_map<uint32_t, uint32_t> wanted_by;  // element of b -> that of a
+    std::unordered_map<uint32_t, uint32_t> wanted_by;  // element of b -> element of a
     for (size_t next = 0; next < queue.size(); ++next) {
       const uint32_t a = queue[next];
       const ElementBag::Located in_a = pair_.a().locate(a);
@@ -278,15 +279,15 @@ class Matcher {
   const ElementPair& pair_;
   Cells cells_;
   std::vector<uint32_t> partner_of_a_, partner_of_b_;
-  std::vector<uint32_t> order_;  // elements of b by cell
+  std::vector<uint32_t> order_;  // elements of b, sorted by cell
   std::vector<Bucket> buckets_;
-  std::vector<uint32_t> slots_;  // a hash table of places in buckets_
-  std::vector<uint8_t> seen_;    // elements of b
+  std::vector<uint32_t> slots_;  // a hash table of indices into buckets_
+  std::vector<uint8_t> seen_;    // one flag for each element of b
   std::vector<uint64_t> keys_;
   uint64_t tests_left_ = 0;
 };
 
-// The same number for points at the same position, of all parts.
+// A number for each point of each part. Points at the same position have the same number.
 std::vector<std::vector<uint32_t>> number_positions(const ElementBag& bag, size_t& count) {
   struct Hash {
     size_t operator()(const std::array<uint64_t, 3>& position) const {
@@ -309,7 +310,7 @@ std::vector<std::vector<uint32_t>> number_positions(const ElementBag& bag, size_
   return of_parts;
 }
 
-// One position of one bag that is two in the other, by pairs that have no choice.
+// Finds a position of one bag that is two positions in the other, among pairs that cannot be exchanged.
 class TearFinder {
  public:
   TearFinder(const ElementPair& pair, Matcher& matcher) : pair_(pair), matcher_(matcher) {
@@ -320,7 +321,7 @@ class TearFinder {
   std::optional<Tear> find(bool in_b) {
     struct First {
       uint32_t position = 0, element = kNoElement;
-      std::pair<int32_t, size_t> grid;  // of parts that name none, each has one
+      std::pair<int32_t, size_t> grid;  // a part without a stated grid counts as a grid
       int corner = 0;
     };
     std::vector<First> firsts(counts_[in_b ? 0 : 1]);
@@ -340,7 +341,7 @@ class TearFinder {
         }
         First& first = firsts[whole];
         if (first.element == kNoElement) first = First{torn, a, grid, corner};
-        // What lies on two grids may come apart.
+        // Positions on two grids may differ.
         if (first.position == torn || first.grid != grid) continue;
         if (matcher_.has_one_choice(a) && matcher_.has_one_choice(first.element))
           return Tear{in_b, {first.element, a}, {first.corner, corner}};
@@ -374,7 +375,7 @@ std::optional<Tear> find_tear(const ElementPair& pair, TearSearch tears, Matcher
 Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears, uint64_t spare_tests) {
   Matcher matcher(pair, spare_tests);
   const Status too_many =
-      runtime_failure("too many elements lie within the tolerance of each other to be told apart");
+      runtime_failure("too many elements are within the tolerance of each other to be told apart");
   if (!matcher.run()) return too_many;
   ElementMatch match;
   match.partner = matcher.partner_of_a();

@@ -1,4 +1,4 @@
-// Which bytes of a buffer stay, and where they stand once those between them are gone.
+// The bytes of a buffer that stay, and their new offsets when the bytes between them are removed.
 #pragma once
 
 #include <algorithm>
@@ -9,24 +9,24 @@ namespace psplit {
 
 class ByteRuns {
  public:
-  // Bytes move in blocks, so that every element stays as aligned as it was.
+  // Bytes move in blocks, so that every element keeps its alignment.
   static constexpr uint64_t kBlock = 8;
 
   struct Run {
-    uint64_t begin, end;  // whole blocks, but for the end of the buffer
-    uint64_t packed;      // where `begin` comes to stand
+    uint64_t begin, end;  // whole blocks, except at the end of the buffer
+    uint64_t packed;      // the new offset of `begin`
   };
 
   explicit ByteRuns(uint64_t buffer_bytes) : buffer_bytes_(buffer_bytes) {}
 
-  // In any order; ranges may overlap.
+  // Ranges may overlap and come in any order.
   void keep(uint64_t begin, uint64_t end) {
     if (begin >= end) return;
     end = std::min((end + kBlock - 1) / kBlock * kBlock, buffer_bytes_);
     runs_.push_back({begin / kBlock * kBlock, end, 0});
   }
 
-  // Once all ranges are known: sorted, joined, and placed.
+  // Call when all ranges are known: sorts, joins and places them.
   void close() {
     std::sort(runs_.begin(), runs_.end(), [](const Run& a, const Run& b) { return a.begin < b.begin; });
     std::vector<Run> joined;
@@ -40,11 +40,11 @@ class ByteRuns {
     packed_bytes_ = 0;
     for (Run& run : runs_) {
       run.packed = packed_bytes_;
-      packed_bytes_ += run.end - run.begin;  // only the very last block is shorter
+      packed_bytes_ += run.end - run.begin;  // only the last block of the buffer may be shorter
     }
   }
 
-  // Where a byte that stays comes to stand; 0 for one that goes.
+  // The new offset of a byte that stays; 0 for a byte that is removed.
   uint64_t packed(uint64_t offset) const {
     const auto after = std::upper_bound(runs_.begin(), runs_.end(), offset,
                                         [](uint64_t at, const Run& run) { return at < run.begin; });

@@ -8,7 +8,7 @@
 namespace psplit {
 namespace {
 
-// Members that hold an index, and the top-level array that it is of. [] stands for every element.
+// A member that holds an index, and the top-level array that it indexes. [] means every element.
 struct Reference {
   std::string_view path;
   const char* target;
@@ -33,8 +33,8 @@ constexpr Reference kReferences[] = {
     {"animations[].channels[].target.node", "nodes"},
 };
 
-// Of the values that `path` leads to from `tree`, the first for which is_good(value) does not hold: where it
-// is, as in nodes[3].children[0]. Empty where there is none.
+// Finds the values that `path` leads to from `tree`. Returns the place of the first value for which
+// is_good(value) is false, as in nodes[3].children[0], or an empty string.
 template <typename Check>
 std::string first_bad(const Json& tree, std::string_view path, const Check& is_good) {
   if (path.empty()) return is_good(tree) ? "" : " ";
@@ -64,7 +64,7 @@ Status check_index(const Json& tree, const std::string& where, std::string_view 
   std::string place = first_bad(tree, path, [&](const Json& value) { return is_index(value, count); });
   if (place.empty()) return {};
   place = where + place.substr(where.empty() ? 1 : 0, place.size() - (where.empty() ? 2 : 1));
-  return invalid_input(place + " names none of the " + std::to_string(count) + " " + target);
+  return invalid_input(place + " is not the index of one of the " + std::to_string(count) + " " + target);
 }
 
 Status check_references(const Json& json) {
@@ -74,18 +74,19 @@ Status check_references(const Json& json) {
   for (size_t i = 0; i < array_size(json, "animations"); ++i) {
     const Json& animation = json["animations"][i];
     Status status = check_index(animation, "animations[" + std::to_string(i) + "]", "channels[].sampler",
-                                "samplers of it", array_size(animation, "samplers"));
+                                "samplers of the animation", array_size(animation, "samplers"));
     if (!status.ok()) return status;
   }
   return {};
 }
 
-// No node is below itself. One below two others is against the rules, yet found in the wild, and ends walks.
+// Checks that no node is its own descendant. A node with two parents is against the rules too, but occurs in
+// practice and lets every walk end: it is allowed.
 Status check_nodes(const Json& json) {
   const size_t count = array_size(json, "nodes");
   enum class Walk : uint8_t { kNotYet, kUnderWay, kDone };
   std::vector<Walk> walks(count, Walk::kNotYet);
-  std::vector<std::pair<size_t, size_t>> way;  // nodes from a start on down, and the next child of each
+  std::vector<std::pair<size_t, size_t>> way;  // the nodes from the start downwards, and the next child of each
   for (size_t start = 0; start < count; ++start) {
     if (walks[start] == Walk::kNotYet) way.emplace_back(start, 0);
     while (!way.empty()) {
@@ -98,7 +99,7 @@ Status check_nodes(const Json& json) {
       }
       const auto child = static_cast<size_t>(*integer_value(json["nodes"][node]["children"][next++]));
       if (walks[child] == Walk::kUnderWay)
-        return invalid_input("node " + std::to_string(child) + " is below itself");
+        return invalid_input("node " + std::to_string(child) + " is its own descendant");
       if (walks[child] == Walk::kNotYet) way.emplace_back(child, 0);
     }
   }

@@ -15,7 +15,7 @@ namespace {
 
 std::string numbered(const char* what, size_t index) { return std::string(what) + " " + std::to_string(index); }
 
-// A byte count or offset; 2^53 keeps every sum of two far from overflow.
+// A byte count or offset. It is at most 2^53, so that no sum of two overflows.
 std::optional<uint64_t> size_field(const Json& object, const char* name, int64_t fallback) {
   const auto value = integer_field_or(object, name, fallback);
   constexpr int64_t kMost = int64_t{1} << 53;
@@ -32,7 +32,7 @@ Status check_version(const Json& json) {
   const Json* asset = object_field(json, "asset");
   if (asset == nullptr) return invalid_input("the JSON has no asset object: not glTF 2.0");
   const std::string* version = string_field(*asset, "version");
-  if (version == nullptr) return invalid_input("asset.version is missing or no string");
+  if (version == nullptr) return invalid_input("asset.version is missing or not a string");
   const std::string* least = string_field(*asset, "minVersion");
   if (least != nullptr && *least != "2.0")
     return unsupported("glTF " + *least + " is needed; 2.0 is supported");
@@ -45,23 +45,24 @@ Status check_arrays(const Json& json) {
                            "materials", "meshes", "nodes", "samplers", "scenes", "skins", "textures"}) {
     const Json* array = field(json, name);
     if (array == nullptr) continue;
-    if (!array->is_array()) return invalid_input(std::string(name) + " is no array");
+    if (!array->is_array()) return invalid_input(std::string(name) + " is not an array");
     for (size_t i = 0; i < array->size(); ++i)
       if (!(*array)[i].is_object())
-        return invalid_input(std::string(name) + "[" + std::to_string(i) + "] is no object");
+        return invalid_input(std::string(name) + "[" + std::to_string(i) + "] is not an object");
   }
   for (const char* name : {"extensionsUsed", "extensionsRequired"}) {
     const Json* array = field(json, name);
     if (array == nullptr) continue;
-    if (!array->is_array()) return invalid_input(std::string(name) + " is no array");
+    if (!array->is_array()) return invalid_input(std::string(name) + " is not an array");
     for (const Json& extension : *array)
-      if (!extension.is_string()) return invalid_input(std::string(name) + " holds something that is no name");
+      if (!extension.is_string())
+        return invalid_input(std::string(name) + " has an element that is not a string");
   }
   return {};
 }
 
-// Where an "extensions" that is no object stands, as in ".meshes[0]"; nothing where none is. What extensions
-// and the application hold is theirs.
+// The place of an "extensions" that is not an object, as in ".meshes[0]", or nothing. The content of extensions
+// and of extras is not checked.
 std::optional<std::string> bad_extensions(const Json& tree) {
   if (!tree.is_structured()) return std::nullopt;
   const bool is_object = tree.is_object();
@@ -80,14 +81,14 @@ std::optional<std::string> bad_extensions(const Json& tree) {
 Status check_extensions(const Json& json) {
   const auto place = bad_extensions(json);
   if (!place) return {};
-  return invalid_input((place->empty() ? "" : place->substr(1) + ": ") + "extensions is no object");
+  return invalid_input((place->empty() ? "" : place->substr(1) + ": ") + "extensions is not an object");
 }
 
-// A range of a buffer: of a view, or of the compressed bytes behind it.
+// A range of a buffer: that of a view, or of the compressed bytes of a view.
 Status check_buffer_range(const Json& json, const Json& range, const std::string& name) {
   const Json* index = field(range, "buffer");
   if (index == nullptr || !in_range(*index, array_size(json, "buffers")))
-    return invalid_input(name + " names no buffer that exists");
+    return invalid_input(name + " names a buffer that does not exist");
   const auto buffer_bytes =
       size_field(json["buffers"][static_cast<size_t>(*integer_value(*index))], "byteLength", -1);
   const auto offset = size_field(range, "byteOffset", 0);
@@ -104,7 +105,7 @@ Status check_buffers_and_views(const Json& json) {
     if (!size_field(buffer, "byteLength", -1))
       return invalid_input(numbered("buffer", i) + " has no valid byteLength");
     if (field(buffer, "uri") != nullptr && string_field(buffer, "uri") == nullptr)
-      return invalid_input(numbered("buffer", i) + " has a uri that is no string");
+      return invalid_input(numbered("buffer", i) + " has a uri that is not a string");
   }
   for (size_t i = 0; i < array_size(json, "bufferViews"); ++i) {
     const Json& view = json["bufferViews"][i];
@@ -124,7 +125,7 @@ Status check_buffers_and_views(const Json& json) {
 Status check_elements(const Json& json, const Json& view_index, const ElementLayout& layout, uint64_t offset,
                       uint64_t count, bool strided, const std::string& name) {
   if (!in_range(view_index, array_size(json, "bufferViews")))
-    return invalid_input(name + " names no buffer view that exists");
+    return invalid_input(name + " names a buffer view that does not exist");
   const Json& view = json["bufferViews"][static_cast<size_t>(*integer_value(view_index))];
   uint64_t stride = strided ? size_field(view, "byteStride", 0).value_or(0) : 0;
   if (stride == 0) stride = layout.stored_bytes();
@@ -141,7 +142,7 @@ Status check_sparse(const Json& json, const Json& sparse, const ElementLayout& l
   const Json* indices = object_field(sparse, "indices");
   const Json* values = object_field(sparse, "values");
   if (!sparse_count || *sparse_count > count || indices == nullptr || values == nullptr)
-    return invalid_input(name + " lacks a valid count, indices or values");
+    return invalid_input(name + " has no valid count, indices or values");
   Json index_accessor = {{"type", "SCALAR"}};
   if (const Json* type = field(*indices, "componentType")) index_accessor["componentType"] = *type;
   const auto index_layout = element_layout(index_accessor);
@@ -149,7 +150,7 @@ Status check_sparse(const Json& json, const Json& sparse, const ElementLayout& l
   for (const auto& [part, part_layout] : {std::pair(indices, *index_layout), std::pair(values, layout)}) {
     const Json* view = field(*part, "bufferView");
     const auto offset = size_field(*part, "byteOffset", 0);
-    if (view == nullptr || !offset) return invalid_input(name + " lacks a buffer view or a valid byteOffset");
+    if (view == nullptr || !offset) return invalid_input(name + " has no buffer view or no valid byteOffset");
     Status status = check_elements(json, *view, part_layout, *offset, *sparse_count, false, name);
     if (!status.ok()) return status;
   }
@@ -178,8 +179,8 @@ Status check_accessors(const Json& json) {
   return {};
 }
 
-// The types that attributes of glTF's own names have. Their components are of more types than glTF's, by
-// extensions, and so are let be.
+// The types of attributes whose names glTF defines. Component types are not checked, because extensions allow
+// more of them than glTF.
 Status check_attribute_types(const Json& json, const Json& attributes) {
   struct Type {
     std::string_view prefix;
@@ -188,7 +189,7 @@ Status check_attribute_types(const Json& json, const Json& attributes) {
   static const Type kTypes[] = {{"POSITION", {"VEC3"}},  {"NORMAL", {"VEC3"}},         {"TANGENT", {"VEC4"}},
                                 {"TEXCOORD_", {"VEC2"}}, {"COLOR_", {"VEC3", "VEC4"}}, {"JOINTS_", {"VEC4"}},
                                 {"WEIGHTS_", {"VEC4"}}};
-  int sets = 0;  // of joints, less those of weights
+  int sets = 0;  // sets of joints minus sets of weights
   for (const auto& [semantic, index] : attributes.items()) {
     sets += (semantic.starts_with("JOINTS_") ? 1 : 0) - (semantic.starts_with("WEIGHTS_") ? 1 : 0);
     const Json* accessor = top_level_object(json, "accessors", integer_value(index).value_or(-1));
@@ -198,7 +199,7 @@ Status check_attribute_types(const Json& json, const Json& attributes) {
       if (semantic.starts_with(prefix) && std::find(types.begin(), types.end(), *type) == types.end())
         return invalid_input(semantic + " is of type " + *type);
   }
-  if (sets != 0) return invalid_input("as many JOINTS as WEIGHTS are needed");
+  if (sets != 0) return invalid_input("the numbers of JOINTS and WEIGHTS attributes differ");
   return {};
 }
 
@@ -206,9 +207,9 @@ Status check_primitive(const Json& json, const Json& primitive) {
   const Json* attributes = object_field(primitive, "attributes");
   if (attributes == nullptr) return invalid_input("no attributes");
   const Json* targets = field(primitive, "targets");
-  if (targets != nullptr && !targets->is_array()) return invalid_input("targets is no array");
+  if (targets != nullptr && !targets->is_array()) return invalid_input("targets is not an array");
   for (size_t t = 0; targets != nullptr && t < targets->size(); ++t)
-    if (!(*targets)[t].is_object()) return invalid_input("targets is no array of objects");
+    if (!(*targets)[t].is_object()) return invalid_input("targets is not an array of objects");
   return check_attribute_types(json, *attributes);
 }
 
@@ -224,8 +225,8 @@ Status check_meshes(const Json& json) {
       const size_t targets = array_size((*primitives)[p], "targets"),
                    first = array_size((*primitives)[0], "targets");
       if (targets != first)
-        return invalid_input(std::to_string(targets) + " morph targets, and " + std::to_string(first) +
-                                 " of the mesh's first primitive",
+        return invalid_input(std::to_string(targets) + " morph targets, but the mesh's first primitive has " +
+                                 std::to_string(first),
                              place);
     }
   }

@@ -13,10 +13,11 @@
 namespace psplit {
 namespace {
 
-// Sixteen zeros take two bits in the codec of attributes, a triangle or an index of the others at least a byte.
+// The codec for attributes stores sixteen zeros in two bits. The other codecs take at least a byte for a
+// triangle or an index.
 constexpr uint64_t kMostBytesOfAByte = 64;
 
-// What the extension says of one view.
+// The extension of one view.
 struct Compressed {
   std::span<const uint8_t> bytes;
   std::string mode, filter;
@@ -34,7 +35,7 @@ Expected<Compressed> parse(const Document& document, const Json& view) {
   const std::string* filter = string_field(extension, "filter");
   if (!buffer || !length || !offset || !stride || !count || mode == nullptr || *stride < 1 || *stride > 256 ||
       *count < 0 || *count > 0xffffffffLL)
-    return invalid_input("lacks a valid buffer, byteLength, byteStride, count or mode");
+    return invalid_input("has no valid buffer, byteLength, byteStride, count or mode");
   const std::vector<uint8_t>& bytes = document.buffers[static_cast<size_t>(*buffer)];
   if (static_cast<uint64_t>(*offset) > bytes.size() ||
       static_cast<uint64_t>(*length) > bytes.size() - static_cast<uint64_t>(*offset))
@@ -49,7 +50,7 @@ Expected<Compressed> parse(const Document& document, const Json& view) {
   return compressed;
 }
 
-// What meshoptimizer takes for granted, or asserts.
+// The preconditions of meshoptimizer's decoders, some of which it only asserts.
 bool is_legal(const Compressed& view) {
   const size_t stride = view.stride;
   if (view.mode != "ATTRIBUTES") {
@@ -62,7 +63,7 @@ bool is_legal(const Compressed& view) {
   return view.filter == "NONE" || view.filter == "EXPONENTIAL";
 }
 
-// The first byte has the codec in its upper half, and the version of its bitstream in its lower.
+// The upper half of the first byte is the codec, the lower half is the version of its bitstream.
 bool is_newer(const Compressed& view) {
   if (view.filter == "COLOR") return true;
   if (view.bytes.empty()) return false;
@@ -99,11 +100,12 @@ Status decode_meshopt_views(Document& document) {
     const Expected<Compressed> compressed = parse(document, view);
     if (!compressed) return invalid_input(name + compressed.status().message());
     if (is_newer(*compressed)) continue;
-    if (!is_legal(*compressed)) return invalid_input(name + "has no such mode, filter or byteStride");
+    if (!is_legal(*compressed))
+      return invalid_input(name + "has an illegal combination of mode, filter and byteStride");
     const size_t start = (decoded.size() + 7) / 8 * 8;
-    // Views may share their bytes, but not so often that a small file becomes a large one.
+    // Views may share their bytes, but not so often that a small file becomes huge.
     if (start + compressed->decoded_bytes() > kMostBytesOfAByte * compressed_bytes + 8 * (i + 1))
-      return invalid_input(name + "shares its bytes with too many others");
+      return invalid_input(name + "shares its bytes with too many other views");
     decoded.resize(start + compressed->decoded_bytes());
     if (!decode(*compressed, decoded.data() + start)) return invalid_input(name + "cannot be decoded");
     view["buffer"] = target;
@@ -115,7 +117,7 @@ Status decode_meshopt_views(Document& document) {
   document.json["buffers"].push_back({{"byteLength", decoded.size()}});
   document.buffers.push_back(std::move(decoded));
   drop_unused(document, {});
-  // Extensions that are not understood may keep a fallback buffer in its place.
+  // An unknown extension may keep a fallback buffer in its place.
   std::set<int64_t> referred;
   for_each_element(document.json, "bufferViews",
                    [&](const Json& view) { referred.insert(integer_field(view, "buffer").value_or(-1)); });

@@ -13,7 +13,7 @@
 namespace psplit {
 namespace {
 
-// A buffer of bytes that only the decoder of an extension could make: it stays empty.
+// Whether the buffer has no bytes because an extension that is unknown here would supply them.
 bool has_no_bytes(const Json& buffer, const std::vector<uint8_t>& bytes) {
   return bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0;
 }
@@ -24,7 +24,7 @@ Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, Document& documen
   const auto relative = relative_path_of_uri(uri);
   if (!relative) return relative.status();
   const std::filesystem::path path = document.source.parent_path() / *relative;
-  // Only files: a pipe or a device that an asset names could block or never end.
+  // Regular files only: a pipe or a device named by an asset could block or never end.
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return io_failure("no file " + path.string());
   document.files.push_back(path);
@@ -40,11 +40,11 @@ Status set_bytes(Document& document, size_t index, std::vector<uint8_t> bytes) {
   }
   bytes.resize(static_cast<size_t>(byte_length));
   document.buffers[index] = std::move(bytes);
-  buffer.erase("uri");  // the bytes are here now, and where they came from says nothing about them
+  buffer.erase("uri");  // the bytes are in memory now
   return {};
 }
 
-// Every buffer but those that only stand in for compressed ones.
+// Loads every buffer except the placeholders for meshoptimizer's decoded data.
 Status load_buffers(Document& document, std::optional<std::vector<uint8_t>> binary_chunk) {
   const size_t count = array_size(document.json, "buffers");
   document.buffers.resize(count);
@@ -67,7 +67,7 @@ Status load_buffers(Document& document, std::optional<std::vector<uint8_t>> bina
   return {};
 }
 
-// What meshoptimizer's decoder left to its fallback, where that was shipped.
+// Loads fallback buffers that exist, for the views that meshoptimizer's decoder could not decode.
 Status load_fallbacks(Document& document) {
   for (size_t i = 0; i < document.buffers.size(); ++i) {
     const Json& buffer = document.json["buffers"][i];
@@ -80,7 +80,7 @@ Status load_fallbacks(Document& document) {
   return {};
 }
 
-// What is left of `file` once all before `part` and behind it is gone: the same memory.
+// The bytes of `part`, in the memory of `file`: everything before and after it is removed.
 std::vector<uint8_t> cut_out(std::vector<uint8_t>&& file, std::span<const uint8_t> part) {
   const auto begin = part.data() - file.data();
   file.resize(static_cast<size_t>(begin) + part.size());
@@ -121,7 +121,7 @@ Place place_of(const std::filesystem::path& source) {
 size_t growing_buffer(Document& document) {
   Json& buffers = document.json["buffers"];
   if (!buffers.is_array()) buffers = Json::array();
-  // The last one keeps appended bytes together; a fallback without bytes cannot hold any.
+  // The last buffer, so that appended bytes are together, unless it is a placeholder without bytes.
   if (!buffers.empty() && buffers.size() == document.buffers.size() &&
       !has_no_bytes(buffers.back(), document.buffers.back()))
     return buffers.size() - 1;
@@ -174,7 +174,7 @@ Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, i
   const auto start = static_cast<uint64_t>(*offset);
   const auto count = static_cast<uint64_t>(*length);
   if (start > bytes.size() || count > bytes.size() - start) {
-    // Where a fallback has bytes they are read; where it has none there is nothing but the compressed form.
+    // The view has no bytes: it is compressed in an unknown way, or a placeholder of an unknown extension.
     if (meshopt_extension(*view) != nullptr)
       return unsupported(name + " is compressed by a newer meshoptimizer");
     const Json* owner = top_level_object(document.json, "buffers", *buffer);

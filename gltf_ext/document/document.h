@@ -1,4 +1,5 @@
-// A glTF asset as JSON and bytes, edited in place: what psplit does not own passes through untouched.
+// A glTF asset as JSON and bytes. It is edited in place: all data that psplit does not own passes through
+// unchanged.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +12,8 @@
 
 namespace psplit {
 
-// `json` always stays a valid glTF tree with its member order kept. Buffer bytes live beside it, one entry per
-// json["buffers"], whatever they came from (GLB chunk, data URI, file).
+// `json` always stays a valid glTF tree and keeps the order of its members. `buffers` has one entry for each of
+// json["buffers"], whether its bytes came from a GLB chunk, a data URI or a file.
 struct Document {
   Json json;
   std::vector<std::vector<uint8_t>> buffers;  // resolved bytes, at least byteLength each
@@ -23,23 +24,22 @@ struct Document {
   bool from_draco = false;  // a .drc file (gltf_ext/convert/draco_file.h)
 };
 
-// Reads .gltf or .glb (told apart by content, not by name); "-" reads a GLB or glTF from stdin. Loads every
-// buffer: GLB chunk, data URI, or a file under the asset's folder (a URI that escapes it is refused; percent
-// encoding is decoded). Buffer views that meshoptimizer compressed are decoded (decode_meshopt.h).
-// Images stay as they are. Validates structure enough that later code can index accessors, buffer views and
-// buffers safely: every function here returns kInvalidInput rather than read out of bounds. Errors: kIo,
-// kInvalidInput, kUnsupported.
+// Reads a .gltf or .glb, told apart by content, not by name; "-" is stdin. Loads every buffer: GLB chunk, data
+// URI, or a file in the asset's folder. URIs are percent-decoded; a URI that leaves the folder is an error.
+// Buffer views that meshoptimizer compressed are decoded (decode_meshopt.h). Images stay as they are. The
+// structure is checked (check_structure.h), so that later code can index accessors, buffer views and buffers
+// safely. Errors: kIo, kInvalidInput, kUnsupported.
 Expected<Document> read_document(const std::filesystem::path& path);
 
-// The same of a file whose bytes are at hand. Those of a GLB become the buffer's, where they are given away.
+// The same for a file in memory. If the bytes are moved in, those of a GLB become the buffer without a copy.
 Expected<Document> parse_document(std::vector<uint8_t>&& file, const std::filesystem::path& source);
 Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source);
 
-// A new document of one mesh, one node, one scene; used for PLY and its like, and by `generate`.
+// A new document with one mesh, one node and one scene.
 Document new_document();
 
-// The bytes of a buffer view. Errors: kInvalidInput where index or range are wrong, kUnsupported where the view
-// is compressed by a meshoptimizer newer than the one at hand.
+// The bytes of a buffer view. Errors: kInvalidInput if the index or the range is invalid; kUnsupported if the
+// view was compressed by a newer meshoptimizer than the linked one, or if its buffer has no bytes.
 Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
 
 // Appends bytes as a new buffer view (4-byte aligned) and returns its index.

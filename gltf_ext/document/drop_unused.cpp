@@ -15,7 +15,7 @@ namespace {
 using IndexSet = std::set<int64_t>;
 using Flags = std::vector<bool>;
 
-// Extensions whose every reference to an accessor or a buffer view is known here, most because they have none.
+// Whether all references of an extension to accessors and buffer views are known here. Most have none.
 bool is_understood(std::string_view name) {
   constexpr std::string_view kKnown[] = {"KHR_materials_*",
                                          "KHR_texture_*",
@@ -61,7 +61,8 @@ void collect_integers(const Json& tree, IndexSet& found) {
     for (const Json& member : tree) collect_integers(member, found);
 }
 
-// Every integer in an extension that is not understood may be an index. Returns whether there is one.
+// Collects every integer of extensions that are not understood: it may be an index. Returns whether there is
+// such an extension.
 bool collect_suspects(const Json& tree, IndexSet& found) {
   if (!tree.is_structured()) return false;
   bool any = false;
@@ -89,7 +90,7 @@ void mark(Flags& flags, int64_t index) {
 }
 void mark(Flags& flags, const Json& index) { mark(flags, integer_value(index).value_or(-1)); }
 
-// Takes the elements that are not kept out of json[name]; returns the new index of each kept one.
+// Removes the elements that are not kept from json[name]; returns the new index of each kept one.
 std::vector<int64_t> compact(Json& json, const char* name, const Flags& keep) {
   std::vector<int64_t> new_index(keep.size(), -1);
   Json* array = array_field(json, name);
@@ -101,7 +102,7 @@ std::vector<int64_t> compact(Json& json, const char* name, const Flags& keep) {
     kept.push_back(std::move((*array)[i]));
   }
   *array = std::move(kept);
-  if (array->empty()) json.erase(name);  // glTF knows no empty arrays
+  if (array->empty()) json.erase(name);  // glTF forbids empty arrays
   return new_index;
 }
 
@@ -111,7 +112,7 @@ void renumber(Json& index, const std::vector<int64_t>& new_index) {
     index = new_index[static_cast<size_t>(*old)];
 }
 
-// Ranges of buffers: of every view, and of the compressed bytes behind it.
+// Visits all ranges of buffers: those of views, and those of the compressed bytes of views.
 template <typename Visit>
 void for_each_range(Json& json, Visit&& visit) {
   for_each_element(json, "bufferViews", [&](Json& view) {
@@ -120,7 +121,7 @@ void for_each_range(Json& json, Visit&& visit) {
   });
 }
 
-// Closes the gaps that no view covers, and shortens the views' buffer.
+// Closes the gaps that no view covers, and shortens the buffer.
 void pack_buffer(Document& document, size_t buffer) {
   std::vector<uint8_t>& bytes = document.buffers[buffer];
   if (bytes.empty()) return;
@@ -150,7 +151,7 @@ void pack_buffer(Document& document, size_t buffer) {
   document.json["buffers"][buffer]["byteLength"] = bytes.size();
 }
 
-// Views that start at 0 may leave byteOffset out; once bytes move it must be there to be changed.
+// Views that start at 0 may omit byteOffset. It is needed before bytes move, so that it can be changed.
 void spell_out_offsets(Json& json) {
   for_each_range(json, [](Json& range) {
     if (field(range, "byteOffset") == nullptr) range["byteOffset"] = 0;
@@ -169,7 +170,7 @@ void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors
     if (freed >= 0 && static_cast<uint64_t>(freed) < keep_accessor.size())
       keep_accessor[static_cast<size_t>(freed)] = suspects.contains(freed);
   for_each_accessor_reference(json, [&](const Json& index) { mark(keep_accessor, index); });
-  // An accessor that must keep its number but not its data becomes one zero.
+  // An accessor that must keep its index but not its data becomes a single zero.
   for (size_t i = 0; i < keep_accessor.size(); ++i)
     if (!keep_accessor[i] && fixed_numbers)
       json["accessors"][i] = {{"componentType", 5121}, {"count", 1}, {"type", "SCALAR"}};

@@ -7,9 +7,9 @@
 
 namespace psplit {
 
-// Drops accessors and buffer views in `freed_accessors` and those buffer views that nothing refers to any
-// more, renumbers what refers to the rest (known extensions included), and drops the bytes. Keeps a view when
-// an unknown extension might refer to it.
+// Drops the accessors `freed_accessors` that nothing refers to, and all buffer views that nothing refers to,
+// with their bytes. Renumbers the references to the rest, including those of known extensions. If an unknown
+// extension might refer to an accessor or a view, it is kept.
 void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors);
 
 }  // namespace psplit

@@ -1,4 +1,4 @@
-// The names of extensions, and the lists of a document that say which it uses.
+// The names of the two Draco extensions, and the lists of extensions that a document uses.
 #pragma once
 
 #include "gltf_ext/document/document.h"

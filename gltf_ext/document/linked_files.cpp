@@ -24,7 +24,7 @@ LinkedFile follow(const Document& document, std::string place, int64_t image, co
   return link;
 }
 
-// Members called "uri" or "schemaUri" at any depth; `extras` belong to the application.
+// Visits members called "uri" or "schemaUri" at any depth, except in `extras`, which belong to the application.
 template <typename Visit>
 void for_each_uri(const Json& tree, const std::string& place, const Visit& visit) {
   if (!tree.is_structured()) return;
@@ -56,7 +56,7 @@ std::vector<LinkedFile> linked_files(const Document& document) {
       add("image " + std::to_string(i), static_cast<int64_t>(i), *uri);
   }
   for_each_uri(document.json, "", [&](const std::string& place, const std::string& uri) {
-    // A buffer's bytes are loaded, and the images are done.
+    // Buffers are loaded already, and the images are listed.
     const bool is_own = place.find('.') == std::string::npos;
     if (!is_own || (!place.starts_with("buffers[") && !place.starts_with("images["))) add(place, -1, uri);
   });
@@ -69,7 +69,7 @@ std::string describe_dangling(const LinkedFile& link) {
     case LinkState::kFound:
     case LinkState::kWeb: return "";
     case LinkState::kMissing: return link.place + " names a file that is missing: " + uri;
-    case LinkState::kAbsolute: return link.place + " names a file by a path of one machine: " + uri;
+    case LinkState::kAbsolute: return link.place + " names a file by an absolute path: " + uri;
     case LinkState::kUnknown: return link.place + " has a URI that cannot be followed: " + uri;
   }
   return "";

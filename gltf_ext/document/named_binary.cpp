@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kNameDigits = 16;
 
-// The digits of a name by content with the dot before them, or nothing for other names.
+// The digits of a name that binary_path made, with the dot before them; empty for other names.
 std::string digits_of(const fs::path& binary) {
   const std::string digits = binary.stem().extension().string();
   const bool is_ours = binary.extension() == ".bin" && digits.size() == 1 + kNameDigits &&
@@ -23,7 +23,7 @@ std::string digits_of(const fs::path& binary) {
   return is_ours ? digits : "";
 }
 
-// Made by binary_path for the .gltf, of what the file still holds.
+// Whether binary_path made the name for the .gltf, from the content that the file still has.
 bool is_binary_of(const fs::path& binary, const fs::path& gltf) {
   const std::string digits = digits_of(binary);
   if (digits.empty() || binary.stem().stem() != gltf.stem()) return false;

@@ -1,5 +1,5 @@
-// The .bin files of a .gltf, named after their content: "name.0123456789abcdef.bin". Such a name never replaces
-// what a .gltf that still stands refers to.
+// The .bin files of a .gltf, named after their content: "name.0123456789abcdef.bin". A new file with such a
+// name never replaces other bytes that an existing .gltf refers to.
 #pragma once
 
 #include <filesystem>
@@ -10,16 +10,16 @@
 
 namespace psplit {
 
-// Hexadecimal digits of a hash of the bytes, as names by content have them.
+// The hexadecimal digits of a hash of the bytes, for names after the content.
 std::string content_digits(FileParts parts);
 
 std::filesystem::path binary_path(const std::filesystem::path& gltf, FileParts parts);
 
-// The binaries of the .gltf that stands at `path`, which nothing needs once it is replaced: named as
-// binary_path does, with just the content that the name says.
+// The binaries of the existing .gltf at `path` that nothing needs once it is replaced: their names are those of
+// binary_path, and match their content.
 std::vector<std::filesystem::path> own_binaries(const std::filesystem::path& path);
 
-// Whether a .gltf of the folder has the binary's digits in it, or cannot be read.
+// Whether a .gltf in the binary's folder contains its digits, or cannot be read.
 bool is_used(const std::filesystem::path& binary);
 
 }  // namespace psplit

@@ -15,7 +15,7 @@ namespace {
 
 using Counts = std::map<int64_t, size_t>;
 
-// How often each accessor stands for data that an extension of the same primitive holds compressed.
+// How often each accessor describes data that an extension of the same primitive stores compressed.
 Counts compressed_uses(const Json& json) {
   Counts uses;
   const auto count = [&](const Json* index) {
@@ -35,7 +35,7 @@ Counts compressed_uses(const Json& json) {
   return uses;
 }
 
-// Views that only a fallback reads.
+// The views that only a fallback reads.
 std::set<int64_t> fallback_views(const Json& json) {
   Counts accessor_uses, view_uses, fallback_uses;
   for_each_accessor_reference(json,
@@ -110,7 +110,7 @@ class Packer {
     }
   }
 
-  // The bytes of buffer `index` that stay with the first: all but what only views of the fallback cover.
+  // The bytes of buffer `index` that go into the first buffer: all except those that only fallback views cover.
   ByteRuns bytes_that_stay(size_t index) const {
     const uint64_t size = document_.buffers[index].size();
     ByteRuns stays(size), leaves(size);
@@ -120,7 +120,7 @@ class Packer {
       const bool is_apart = apart_.contains(static_cast<int64_t>(i));
       if (const auto range = range_of(view, document_); range && range->buffer == index) {
         if (is_apart) {
-          // Blocks that other views may share stay as well.
+          // Blocks that other views may share stay too.
           const uint64_t begin = (range->begin + ByteRuns::kBlock - 1) / ByteRuns::kBlock * ByteRuns::kBlock;
           leaves.keep(begin, range->end / ByteRuns::kBlock * ByteRuns::kBlock);
         } else {
@@ -171,7 +171,7 @@ class Packer {
         members += (members.empty() ? "" : ", ") + name;
     if (!members.empty())
       packed_.warnings.push_back("buffer " + std::to_string(index) +
-                                 " becomes a part of another one, and loses its " + members);
+                                 " becomes a part of another buffer and loses its " + members);
   }
 
   void move(Json& range) const {
@@ -195,8 +195,8 @@ class Packer {
   const Document& document_;
   PackedDocument packed_;
   std::set<int64_t> apart_;
-  uint64_t fallback_buffer_ = 0;  // its number, where there is one
-  std::vector<Placed> placed_;    // where each buffer of the document went
+  uint64_t fallback_buffer_ = 0;  // its index, if it exists
+  std::vector<Placed> placed_;    // the new place of each buffer of the document
   bool any_ = false;
 };
 
@@ -212,7 +212,7 @@ void list_buffers(PackedDocument& packed) {
   Json& json = packed.json;
   if (packed.bytes.size() == 0 && array_size(json, "bufferViews") > 0) {
     static constexpr uint8_t kZeros[4] = {};
-    packed.bytes.add(std::span(kZeros));  // views of length 0
+    packed.bytes.add(std::span(kZeros));  // for views of length 0
   }
   if (packed.bytes.size() == 0) {
     json.erase("buffers");
@@ -220,7 +220,7 @@ void list_buffers(PackedDocument& packed) {
   }
   Json first = std::move(packed.first);
   first.erase("uri");
-  // A fallback buffer that came with its bytes is an ordinary buffer once others share it.
+  // A fallback buffer that has its bytes becomes an ordinary buffer when other data joins it.
   if (meshopt_extension(first) != nullptr) erase_meshopt_extension(first);
   first["byteLength"] = packed.bytes.size();
   Json buffers = Json::array();

@@ -1,4 +1,4 @@
-// All bytes of a document in as few buffers as its file has.
+// All bytes of a document, gathered into the few buffers that its file has.
 #pragma once
 
 #include <string>
@@ -10,21 +10,21 @@
 namespace psplit {
 
 struct PackedDocument {
-  Json json;           // its "buffers" are the document's until list_buffers
+  Json json;           // its "buffers" are the document's until list_buffers is called
   PackedBuffer bytes;  // buffer 0
-  // Buffer 1: what a loader that decodes compressed primitives never reads. Empty where it is not kept apart.
+  // Buffer 1: data that a loader of compressed primitives never reads. Empty if it is not stored apart.
   PackedBuffer fallback;
-  // What the JSON says of buffer 0, and of buffers that have no bytes (meshoptimizer's extension stands in for
-  // them), which come last.
+  // The JSON of buffer 0, and of the buffers without bytes, which come last: meshoptimizer's extension supplies
+  // their data.
   Json first = Json::object(), without_bytes = Json::array();
   std::vector<std::string> warnings;
 };
 
-// The parts of the buffers point into `document`. `fallback_apart` puts the uncompressed data of compressed
-// primitives into a buffer of its own.
+// The parts of the result's buffers point into `document`. If `fallback_apart` is true, the uncompressed data
+// of compressed primitives goes into a buffer of its own.
 PackedDocument pack_buffers(const Document& document, bool fallback_apart);
 
-// Writes json["buffers"] once all bytes are in. Where there are no bytes, there are no buffers.
+// Writes json["buffers"], after all bytes were added. If there are no bytes, there are no buffers.
 void list_buffers(PackedDocument& packed);
 
 }  // namespace psplit

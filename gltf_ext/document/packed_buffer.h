@@ -1,4 +1,4 @@
-// A buffer of a file to be written, put together of bytes that lie elsewhere: nothing is held twice.
+// A buffer of a file to be written, composed of bytes that are elsewhere in memory: nothing is copied.
 #pragma once
 
 #include <cstdint>
@@ -9,10 +9,10 @@ namespace psplit {
 
 class PackedBuffer {
  public:
-  // glTF asks for 4; property tables of EXT_structural_metadata hold 8-byte values.
+  // glTF requires 4; property tables of EXT_structural_metadata have 8-byte values.
   static constexpr uint64_t kAlignment = 8;
 
-  // Returns where the bytes start, at a multiple of kAlignment. They must outlive the buffer.
+  // Returns the offset of the bytes, a multiple of kAlignment. The bytes must outlive the buffer.
   uint64_t add(std::span<const uint8_t> bytes) {
     pad(kAlignment);
     const uint64_t start = size_;
@@ -24,7 +24,7 @@ class PackedBuffer {
     return add(std::span<const uint8_t>(owned_.back()));
   }
 
-  // Zeros up to a multiple of `alignment`, at most kAlignment.
+  // Appends zeros up to a multiple of `alignment`, which is at most kAlignment.
   void pad(uint64_t alignment) {
     static constexpr uint8_t kZeros[kAlignment] = {};
     append(std::span(kZeros).first(static_cast<size_t>((alignment - size_ % alignment) % alignment)));

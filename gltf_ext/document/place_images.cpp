@@ -23,13 +23,13 @@ bool is_image_name(const fs::path& path) {
   return std::find(kImages.begin(), kImages.end(), lower_extension(path)) != kImages.end();
 }
 
-// The image's own file, and what its first bytes say of it.
+// An image's file, and the kind of image that its first bytes show.
 struct Source {
   fs::path path;
   std::optional<ImageType> type;
 };
 
-// From `folder`, by names alone where that leads there, or else past links.
+// The path of `file` from `folder`: by names alone if that leads to the file, otherwise with links resolved.
 fs::path path_from(const fs::path& folder, const fs::path& file) {
   std::error_code error;
   const fs::path relative = fs::absolute(file, error)
@@ -59,26 +59,25 @@ class ImagePlacer {
     }
     const bool moves = !stays_;
     if (link.image < 0) {
-      if (moves)
-        warn(link.place + " names \"" + link.uri + "\", which is not copied: its URI may lead nowhere");
+      if (moves) warn(link.place + " names \"" + link.uri + "\", which is not copied: its URI may dangle");
       return {};
     }
     if (!moves && placement_ != ImagePlacement::kEmbed) return {};
     const auto head = read_file(link.path, kImageHeadBytes);
     if (!head) return head.status();
     const std::optional<ImageType> type = image_type(*head);
-    // An asset must not choose what else leaves its place.
+    // An asset must not make us copy files that are not images.
     if (!type && (link.leaves_folder || !is_image_name(link.path))) {
-      warn(link.place + " names \"" + link.uri + "\", which holds no image of a known kind: it is left alone");
+      warn(link.place + " names \"" + link.uri + "\", which is not an image of a known kind: it is not copied");
       return {};
     }
     const Source source{link.path, type};
     if (placement_ == ImagePlacement::kEmbed && type) return embed(link, source);
     if (placement_ == ImagePlacement::kEmbed)
-      warn(link.place + ", \"" + link.uri + "\", is of no known kind, and so it is not embedded");
+      warn(link.place + ", \"" + link.uri + "\", is of an unknown kind: it is not embedded");
     if (!moves) return {};
     if (!folder_) {
-      warn(link.place + " names \"" + link.uri + "\", which leads nowhere from stdout");
+      warn(link.place + " names \"" + link.uri + "\", which cannot be found from stdout");
       return {};
     }
     return placement_ == ImagePlacement::kReference ? refer(link) : copy(link, source);
@@ -88,7 +87,7 @@ class ImagePlacer {
   void warn(const std::string& text) { report_.warnings.push_back(text); }
   Json& image_of(const LinkedFile& link) { return packed_.json["images"][static_cast<size_t>(link.image)]; }
 
-  // By what is the same file, however it is written.
+  // Paths to the same file, however they are written, are one key.
   fs::path key_of(const fs::path& path) const {
     std::error_code error;
     const fs::path key = fs::canonical(path, error);
@@ -112,7 +111,7 @@ class ImagePlacer {
     image.erase("uri");
     image["bufferView"] = found->second;
     image["mimeType"] = source.type->mime_type;
-    // Nothing else would tell any more which file it was.
+    // Without a name nothing would tell any more which file the image was.
     if (field(image, "name") == nullptr) image["name"] = source.path.stem().string();
     ++report_.embedded_images;
     return {};
@@ -142,8 +141,8 @@ class ImagePlacer {
     return {};
   }
 
-  // Under the name that it has, or where another file has it, under one by its content. What stands there with
-  // the same bytes is the copy.
+  // Copies the file under its own name, or under a name after its content if another file has that name. An
+  // existing file with the same bytes serves as the copy.
   Expected<fs::path> write_copy(const fs::path& wanted, const Source& source, std::span<const uint8_t> bytes) {
     std::error_code error;
     const std::span<const uint8_t> parts[] = {bytes};
@@ -151,7 +150,7 @@ class ImagePlacer {
     by_content.replace_extension(
         "." + content_digits(parts) +
         (source.type && !is_image_name(wanted) ? source.type->extension : wanted.extension().string()));
-    fs::create_directories((*folder_ / wanted).parent_path(), error);  // where it fails, writing says so
+    fs::create_directories((*folder_ / wanted).parent_path(), error);  // if it fails, writing reports it
     for (const fs::path& name : {wanted, by_content}) {
       const fs::path target = *folder_ / name;
       if (!is_image_name(name) || target.lexically_normal() == output_) continue;
@@ -175,10 +174,10 @@ class ImagePlacer {
   ImagePlacement placement_;
   PackedDocument& packed_;
   WriteReport& report_;
-  std::optional<fs::path> folder_;  // of the output; nothing for stdout
-  bool stays_ = false;              // whether the output's URIs start where the input's do
+  std::optional<fs::path> folder_;  // the output's folder; nothing for stdout
+  bool stays_ = false;              // whether URIs of output and input start from the same folder
   std::map<fs::path, size_t> views_;
-  std::map<fs::path, fs::path> copies_;  // to their names from the output's folder
+  std::map<fs::path, fs::path> copies_;  // the copies' paths from the output's folder
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The primitives of a document, each by its mesh and its place in that mesh.
+// A primitive of a document, by the index of its mesh and its index in that mesh.
 #pragma once
 
 #include <vector>
@@ -12,7 +12,7 @@ struct PrimitiveId {
   size_t primitive = 0;
 };
 
-// All primitives, mesh by mesh. Skips what is not an array.
+// All primitives, mesh by mesh. Skips members that are not arrays.
 std::vector<PrimitiveId> all_primitives(const Document& document);
 
 }  // namespace psplit

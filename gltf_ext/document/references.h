@@ -8,7 +8,7 @@
 
 namespace psplit {
 
-// Calls visit(J& value) for all values of an object's member `name`, itself an object.
+// Calls visit(J& value) for all values of the member `name`, if it is an object.
 template <AnyJson J, typename Visit>
 void for_each_member(J& object, const char* name, Visit&& visit) {
   J* members = object_field(object, name);
@@ -53,7 +53,8 @@ void for_each_accessor_reference(J& json, Visit&& visit) {
   });
 }
 
-// Members called "bufferView" at any depth, whoever owns them; `extras` belong to the application.
+// Calls visit(J& index) for members called "bufferView" at any depth, in every extension too, except in
+// `extras`, which belong to the application.
 template <AnyJson J, typename Visit>
 void for_each_buffer_view_member(J& tree, Visit&& visit) {
   if (!tree.is_structured()) return;

@@ -39,7 +39,7 @@ Status check_unbacked_bytes(const Document& document) {
     if (claimed > allowed)
       return invalid_input(
           "accessors without a buffer view claim " + std::to_string(claimed) +
-              " bytes; the buffers' own justify " + std::to_string(allowed),
+              " bytes, but the bytes of the buffers justify " + std::to_string(allowed),
           {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)});
   }
   return {};

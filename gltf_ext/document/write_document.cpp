@@ -26,11 +26,10 @@ Status write_glb(const PackedDocument& packed, const fs::path& path, WriteReport
   return write_file(path, FileParts(parts));
 }
 
-// The binaries first, under names of their own: whatever .gltf stands at `path` meanwhile is whole.
+// Writes the binaries first, under new names: an older .gltf at `path` stays whole until it is replaced.
 Status write_gltf(const Document& document, PackedDocument& packed, const fs::path& path, WriteReport& report) {
   std::error_code error;
-  // What was read stays: who names the input as the output asks for another asset, not for the loss of this
-  // one.
+  // Files that were read stay: a user who names the input as the output wants a new asset, not to lose files.
   const bool is_input = std::any_of(document.files.begin(), document.files.end(),
                                     [&](const fs::path& file) { return fs::equivalent(file, path, error); });
   const std::vector<fs::path> before = is_input ? std::vector<fs::path>() : own_binaries(path);
@@ -57,14 +56,14 @@ Status write_document(const Document& document, const fs::path& path, const Writ
                       WriteReport* report) {
   const bool to_stdout = path == "-";
   std::error_code is_no_link;
-  if (!to_stdout && fs::is_symlink(path, is_no_link)) {  // what stands beside it stands beside its target
+  if (!to_stdout && fs::is_symlink(path, is_no_link)) {  // its other files are beside its target
     const fs::path target = fs::weakly_canonical(path, is_no_link);
     if (!fs::is_symlink(target, is_no_link)) return write_document(document, target, options, report);
   }
   const bool glb = to_stdout || lower_extension(path) == ".glb";
   const Place place{.file = to_stdout ? "stdout" : path.string()};
   if (!glb && lower_extension(path) != ".gltf")
-    return Status(StatusCode::kUsage, "an output is named .glb or .gltf", place);
+    return Status(StatusCode::kUsage, "the name of an output must end in .glb or .gltf", place);
 
   WriteReport unheard;
   if (report == nullptr) report = &unheard;
@@ -73,7 +72,7 @@ Status write_document(const Document& document, const fs::path& path, const Writ
   report->warnings = packed.warnings;
   const ImagePlacement images = options.images.value_or(glb ? ImagePlacement::kEmbed : ImagePlacement::kCopy);
   if (to_stdout && images == ImagePlacement::kCopy)
-    return Status(StatusCode::kUsage, "images cannot be copied beside stdout", place);
+    return Status(StatusCode::kUsage, "stdout has no folder to copy images to", place);
   if (Status status = place_images(document, path, images, packed, *report); !status.ok())
     return std::move(status).at(place);
   list_buffers(packed);

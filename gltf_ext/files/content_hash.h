@@ -1,5 +1,5 @@
-// XXH3 of 128 bits: names for content, and whether it is still the same. Not for those who want two contents of
-// one hash.
+// A 128-bit hash (XXH3) that names content and shows whether it changed. It does not resist an attacker who
+// wants two contents with one hash.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +16,10 @@ class ContentHash {
  public:
   ContentHash();
   void add(std::span<const uint8_t> bytes);
-  // The length before the bytes: what is added this way cannot run into what follows.
+  // Adds the length before the bytes, so that two different sequences of parts cannot add the same bytes.
   void add_framed(std::span<const uint8_t> bytes);
   void add_framed(std::string_view text);
-  // 32 hexadecimal digits, of all that was added so far.
+  // 32 hexadecimal digits of everything added so far.
   std::string hex() const;
 
  private:

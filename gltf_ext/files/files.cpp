@@ -47,7 +47,7 @@ Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
   const File file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"));
   if (file == nullptr) return failure("open", path, errno);
 
-  // Grows with what really arrives: a pipe has no size, and a limit may be a lie.
+  // The array grows with the bytes that arrive: a pipe has no size, and a stated limit may be wrong.
   constexpr uint64_t kBlock = uint64_t{1} << 20;
   const uint64_t expected = path == "-" ? 0 : fs::file_size(path, error);
   std::vector<uint8_t> bytes;
@@ -74,13 +74,13 @@ Status write_file(const fs::path& path, FileParts parts) {
 
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
-  if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, not replaced
+  if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, never replaced
     const File file(std::fopen(path.c_str(), "wb"));
     return file != nullptr && write_parts(file.get(), parts) ? Status() : failure("write", path, errno);
   }
 
   fs::path target = path;
-  if (fs::is_symlink(path, error)) {  // written through, not replaced
+  if (fs::is_symlink(path, error)) {  // its target is written, and the link stays
     target = fs::weakly_canonical(path, error);
     if (error) return io_failure("cannot follow the link: " + error.message(), {.file = path.string()});
   }

@@ -1,4 +1,4 @@
-// Whole files in and out; "-" is stdin or stdout.
+// Reading and writing whole files; "-" is stdin or stdout.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 
 namespace psplit {
 
-// ".glb" of both a.glb and b.GLB.
+// ".glb" for both a.glb and b.GLB.
 std::string lower_extension(const std::filesystem::path& path);
 
-// The first `limit` bytes of a file, or all of a shorter one.
+// The first `limit` bytes of a file, or all bytes if it is shorter.
 Expected<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint64_t limit = UINT64_MAX);
 
-// Writes the parts one after the other beside `path` and renames: the file appears whole or not at all.
-// Pipes and devices are written to where they are.
+// Writes the parts one after the other to a temporary file beside `path` and renames it, so that the file
+// appears whole or not at all. Pipes and devices are written directly.
 using FileParts = std::span<const std::span<const uint8_t>>;
 Status write_file(const std::filesystem::path& path, FileParts parts);
 Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts);
 
-// The same where nothing has the name yet; false, and nothing is written, where something has.
+// The same for a new file. Returns false and writes nothing if the name is taken.
 Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
 
 }  // namespace psplit

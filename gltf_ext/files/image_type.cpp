@@ -16,7 +16,7 @@ bool has_at(std::span<const uint8_t> head, size_t at, std::string_view text) {
 
 bool is_webp(std::span<const uint8_t> head) { return has_at(head, 0, "RIFF") && has_at(head, 8, "WEBP"); }
 
-// A box "ftyp" of ISO media files, whose brand, or one of those that it is compatible with, is AVIF's.
+// A box "ftyp" of an ISO media file whose major brand or a compatible brand is that of AVIF.
 bool is_avif(std::span<const uint8_t> head) {
   if (!has_at(head, 4, "ftyp")) return false;
   const size_t box_bytes = size_t{head[2]} << 8 | head[3];
@@ -28,7 +28,7 @@ bool is_avif(std::span<const uint8_t> head) {
 // Signature, version, and the size of the header, which is always 77.
 bool is_basis(std::span<const uint8_t> head) { return has_at(head, 0, "sB") && has_at(head, 4, "\x4d\0"sv); }
 
-// "BM" alone begins many texts; the size of the second header is one of seven.
+// Many texts begin with "BM" too, so the size of the second header is checked: it has seven legal values.
 bool is_bmp(std::span<const uint8_t> head) {
   constexpr uint8_t kSizes[] = {12, 40, 52, 56, 64, 108, 124};
   return has_at(head, 0, "BM") && has_at(head, 15, "\0\0\0"sv) &&

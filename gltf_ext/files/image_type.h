@@ -1,4 +1,4 @@
-// What kind of image a file holds, by its first bytes: names lie.
+// The kind of image in a file, by its first bytes: file names may be wrong.
 #pragma once
 
 #include <cstdint>
@@ -8,14 +8,14 @@
 namespace psplit {
 
 struct ImageType {
-  const char* mime_type;  // as glTF's and its extensions' images name it
+  const char* mime_type;  // as the images of glTF and of its extensions state it
   const char* extension;  // of file names, with the dot
 };
 
-// Bytes of a file that image_type looks at, at most.
+// The most bytes of a file that image_type looks at.
 inline constexpr size_t kImageHeadBytes = 64;
 
-// PNG, JPEG, WebP, KTX, KTX 2, Basis, DDS, AVIF, GIF and BMP; nothing for all else.
+// PNG, JPEG, WebP, KTX, KTX 2, Basis, DDS, AVIF, GIF and BMP; nothing for other content.
 std::optional<ImageType> image_type(std::span<const uint8_t> head);
 
 }  // namespace psplit

@@ -24,7 +24,7 @@ Status failure(const std::filesystem::path& path) {
 std::FILE* create_locked(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   if (descriptor < 0) return nullptr;
-  // Where a file system has no locks, nobody can take one to remove the file either.
+  // A file system without locks is fine: no other process can take a lock to remove the file either.
   const bool is_taken = ::flock(descriptor, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
   struct stat status {};
   const bool is_removed = ::fstat(descriptor, &status) == 0 && status.st_nlink == 0;

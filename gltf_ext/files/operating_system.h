@@ -1,5 +1,6 @@
-// What the standard library lacks: locks on files, terminals, signals, the heap's settings. All calls of POSIX
-// and of glibc are in operating_system.cpp (scripts/check-includes), for who ports psplit to another system.
+// Services that the standard library lacks: file locks, terminals, signals, settings of the heap. All calls of
+// POSIX and glibc are in operating_system.cpp (scripts/check-includes): a port to another system changes only
+// it.
 #pragma once
 
 #include <cstdio>
@@ -10,17 +11,18 @@
 
 namespace psplit {
 
-// A new file, open for writing and locked until it is closed or its process ends, however it ends. Null where
-// that fails: errno is EEXIST where something has the name, or lost it to remove_if_unlocked meanwhile.
+// A new file, open for writing. It stays locked until it is closed or its process ends, even by a signal. Null
+// if this fails. errno is then EEXIST if the name is taken, or if remove_if_unlocked removed the file
+// meanwhile.
 std::FILE* create_locked(const std::filesystem::path& path);
 
-// Removes a file that no process holds locked. One that cannot be locked stays.
+// Removes a file that no process has locked. The file stays if it cannot be locked.
 void remove_if_unlocked(const std::filesystem::path& path);
 
-// Writing past the limit on a file's size (ulimit -f) fails from now on, and no longer ends the process.
+// From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.
 void let_writes_past_size_limit_fail();
 
-// A file that grows by whole lines, and that one process at a time has until it is destroyed.
+// A file that grows by whole lines. One process at a time owns it, until the object is destroyed.
 class LockedLog {
  public:
   LockedLog() = default;
@@ -28,9 +30,9 @@ class LockedLog {
   LockedLog(const LockedLog&) = delete;
   LockedLog& operator=(const LockedLog&) = delete;
 
-  // Makes the file where there is none. False where another process has it. Errors: kIo.
+  // Creates the file if it does not exist. False if another process owns it. Errors: kIo.
   Expected<bool> open(const std::filesystem::path& path);
-  // In one call, so that a kill cuts no more than the last line. Errors: kIo.
+  // Writes in one call, so that a kill damages the last line at most. Errors: kIo.
   Status append(std::string_view text) const;
 
  private:
@@ -38,13 +40,13 @@ class LockedLog {
   int descriptor_ = -1;
 };
 
-// Whether this process has the permission to make files in a folder.
+// Whether this process may create files in a folder.
 bool may_write_into(const std::filesystem::path& folder);
 
 bool is_terminal(std::FILE* stream);
 
-// Keeps memory that large arrays give back, instead of returning it to the system and asking for it again. Does
-// nothing where the C library has no such setting.
+// Keeps the memory of freed large arrays for later use instead of returning it to the system. Does nothing if
+// the C library has no such setting.
 void keep_freed_memory();
 
 }  // namespace psplit

@@ -16,9 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMark = ".psplit-", kEnd = ".part";
-constexpr size_t kDigits = 8;  // random ones, and as many that check them
+constexpr size_t kDigits = 8;  // random digits, followed by as many check digits
 
-// Of the file's name and its random digits.
+// The check digits: a hash of the target's name and the random digits.
 std::string check_digits(std::string_view name, std::string_view digits) {
   ContentHash hash;
   hash.add_framed(name);
@@ -35,7 +35,7 @@ fs::path temporary_path(const fs::path& target) {
   return path += std::string(kMark) + digits + check_digits(name, digits) + std::string(kEnd);
 }
 
-// Folders are looked through once: a batch writes thousands of files into one.
+// Each folder is searched once per process: a batch writes thousands of files into one folder.
 void remove_dead_temporaries_once(const fs::path& folder) {
   static std::mutex mutex;
   static std::set<fs::path> done;
@@ -82,7 +82,7 @@ TemporaryFile::TemporaryFile(const fs::path& target) {
 
 TemporaryFile::~TemporaryFile() {
   if (file_ == nullptr) return;
-  const int saved = errno;  // of what the caller is about to report
+  const int saved = errno;  // the caller reports it
   std::error_code ignored;
   if (!path_.empty()) fs::remove(path_, ignored);
   std::fclose(file_);
@@ -99,7 +99,7 @@ std::error_code TemporaryFile::rename_to(const fs::path& target) {
 std::error_code TemporaryFile::rename_to_new(const fs::path& target) {
   std::error_code error;
   fs::create_hard_link(path_, target, error);
-  if (!error || error == std::errc::file_exists) return error;  // the destructor takes the other name away
+  if (!error || error == std::errc::file_exists) return error;  // the destructor removes the other name
   // Some file systems have no hard links.
   if (fs::exists(fs::symlink_status(target, error))) return std::make_error_code(std::errc::file_exists);
   return rename_to(target);

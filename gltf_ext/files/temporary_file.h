@@ -1,4 +1,5 @@
-// A file that is written beside the one that it is to become, and what is left of those whose writers died.
+// A file that is written under a temporary name beside its target, and the removal of such files whose writer
+// died.
 #pragma once
 
 #include <cstdio>
@@ -8,8 +9,8 @@
 namespace psplit {
 
 // "x.glb.psplit-<16 hex digits>.part" beside `target`, locked (gltf_ext/files/operating_system.h) while it is
-// open. Closed and removed with the object, unless it was renamed. What dead writers left in the folder is
-// removed first, once a process and folder.
+// open. The destructor closes and removes it, unless it was renamed. The constructor first removes the files of
+// dead writers from the folder, once per process and folder.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target);
@@ -17,13 +18,13 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  bool is_open() const { return file_ != nullptr; }  // otherwise errno says why
+  bool is_open() const { return file_ != nullptr; }  // otherwise errno has the cause
   std::FILE* file() const { return file_; }
   const std::filesystem::path& path() const { return path_; }
 
-  // The file is flushed already.
+  // The file must have been flushed.
   std::error_code rename_to(const std::filesystem::path& target);
-  // The same, and file_exists where something has the name.
+  // The same, but fails with file_exists if the name is taken.
   std::error_code rename_to_new(const std::filesystem::path& target);
 
  private:
@@ -31,10 +32,10 @@ class TemporaryFile {
   std::FILE* file_ = nullptr;
 };
 
-// Whether a name is of a TemporaryFile: half of its digits are a hash of all else, which no other file has.
+// Whether a file name is that of a TemporaryFile: half of its digits are a hash of the rest of the name.
 bool is_temporary_name(const std::filesystem::path& path);
 
-// Removes the folder's temporary files that nobody holds a lock on.
+// Removes the folder's temporary files that no process has locked.
 void remove_dead_temporaries(const std::filesystem::path& folder);
 
 }  // namespace psplit

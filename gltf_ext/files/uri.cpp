@@ -21,7 +21,7 @@ bool starts_with_folded(std::string_view text, std::string_view prefix) {
          std::equal(prefix.begin(), prefix.end(), text.begin(), [](char a, char b) { return a == lower(b); });
 }
 
-// "http:", and drive letters along with it: neither names a file under the asset's folder.
+// "http:" and also "C:": neither names a file in the asset's folder.
 bool has_scheme(std::string_view uri) {
   if (uri.empty() || !is_letter(uri[0])) return false;
   for (const char c : uri) {
@@ -126,7 +126,7 @@ UriKind kind_of_uri(std::string_view uri) {
   for (const std::string_view text : {uri, std::string_view(decoded)}) {
     if (text.starts_with('/') || text.starts_with('\\')) return UriKind::kAbsolute;
     if (!has_scheme(text)) continue;
-    return text[1] == ':' ? UriKind::kAbsolute : UriKind::kUnknown;  // a drive's letter, or a scheme
+    return text[1] == ':' ? UriKind::kAbsolute : UriKind::kUnknown;  // a drive letter, or a scheme
   }
   if (decoded.empty() || decoded.find('\0') != std::string::npos) return UriKind::kUnknown;
   return UriKind::kRelative;
@@ -134,7 +134,7 @@ UriKind kind_of_uri(std::string_view uri) {
 
 std::filesystem::path path_of_uri(std::string_view uri) {
   std::string decoded = percent_decode(uri);
-  // Exporters on Windows write backslashes, and "..\" must not slip past checks.
+  // Exporters on Windows write backslashes, and "..\" must not bypass the checks.
   std::replace(decoded.begin(), decoded.end(), '\\', '/');
   return std::filesystem::path(decoded).lexically_normal();
 }

@@ -1,4 +1,4 @@
-// URIs of buffers and images: data URIs, and files under the asset's folder.
+// URIs of buffers and images: data URIs, and files in the asset's folder.
 #pragma once
 
 #include <cstdint>
@@ -16,28 +16,28 @@ bool is_data_uri(std::string_view uri);
 // The bytes of a data URI, base64 or percent-encoded.
 Expected<std::vector<uint8_t>> decode_data_uri(std::string_view uri);
 
-// "%20" and its like as bytes; a percent sign that starts no escape stays.
+// Escapes like "%20" become bytes; a percent sign that does not start an escape stays.
 std::string percent_decode(std::string_view text);
 std::string percent_encode(std::string_view text);
 
-// A path as a URI: every part of it percent-encoded, slashes between them.
+// A path as a URI: its parts are percent-encoded, with slashes between them.
 std::string uri_of_path(const std::filesystem::path& path);
 
-// What a URI that is not data leads to.
+// The target of a URI that is not a data URI.
 enum class UriKind {
   kRelative,  // a path that starts from the asset's folder
-  kAbsolute,  // a path of one machine: /x, file:, a drive's letter
+  kAbsolute,  // a path of one machine: /x, file:, a drive letter
   kWeb,       // http: and https:
-  kUnknown,   // any other scheme, or no name at all
+  kUnknown,   // another scheme, or empty
 };
 UriKind kind_of_uri(std::string_view uri);
 
-// The path that a relative URI names, which may leave the folder it starts from.
+// The path of a relative URI. It may leave the folder that it starts from.
 std::filesystem::path path_of_uri(std::string_view uri);
 bool leaves_folder(const std::filesystem::path& relative);
 
-// The same of a file that must be in the folder. kInvalidInput where it leaves the folder, kUnsupported where
-// it has a scheme.
+// The same for a file that must be in the folder. Errors: kInvalidInput if it leaves the folder, kUnsupported
+// if the URI is not a relative path.
 Expected<std::filesystem::path> relative_path_of_uri(std::string_view uri);
 
 }  // namespace psplit

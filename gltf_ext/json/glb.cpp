@@ -28,11 +28,11 @@ Expected<GlbChunks> parse_glb(std::span<const uint8_t> file) {
   if (!is_glb(file)) return invalid_input("not a GLB file");
   if (file.size() < kHeaderBytes) return invalid_input("the GLB header ends early");
   const uint32_t version = read_u32(file, 4);
-  if (version != 2) return unsupported("GLB version " + std::to_string(version) + "; only 2 is known");
+  if (version != 2) return unsupported("GLB version " + std::to_string(version) + "; only 2 is supported");
   const uint32_t length = read_u32(file, 8);
   if (length < kHeaderBytes) return invalid_input("the GLB header states an impossible length");
   if (length > file.size()) {
-    return invalid_input("the GLB states " + std::to_string(length) + " bytes and holds " +
+    return invalid_input("the GLB states " + std::to_string(length) + " bytes, but holds " +
                          std::to_string(file.size()));
   }
   file = file.first(length);
@@ -51,12 +51,12 @@ Expected<GlbChunks> parse_glb(std::span<const uint8_t> file) {
     if (number > 0 && type == kJson) return invalid_input("the GLB holds two JSON chunks");
     if (type == kBinary) {
       if (chunks.binary) return invalid_input("the GLB holds two binary chunks");
-      if (number != 1) return invalid_input("the GLB's binary chunk is not the second");
+      if (number != 1) return invalid_input("the GLB's binary chunk is not its second chunk");
       chunks.binary = content;
     }
     ++number;
     at += chunk_bytes;
-    if (chunk_bytes % 4 != 0) return invalid_input("a GLB chunk's length is no multiple of 4");
+    if (chunk_bytes % 4 != 0) return invalid_input("a GLB chunk's length is not a multiple of 4");
   }
   if (number == 0) return invalid_input("the GLB holds no JSON chunk");
   return chunks;
@@ -67,7 +67,7 @@ Expected<std::vector<uint8_t>> glb_head(std::string json, uint64_t binary_bytes)
   const uint64_t binary_chunk = binary_bytes == 0 ? 0 : kChunkHeaderBytes + binary_bytes;
   const uint64_t total = kHeaderBytes + kChunkHeaderBytes + json.size() + binary_chunk;
   if (total > std::numeric_limits<uint32_t>::max())
-    return unsupported("a GLB holds at most 4 GB, and this takes " + std::to_string(total) +
+    return unsupported("a GLB holds at most 4 GB, but this one takes " + std::to_string(total) +
                        " bytes; write a .gltf");
   std::vector<uint8_t> head;
   head.reserve(kHeaderBytes + 2 * kChunkHeaderBytes + json.size());

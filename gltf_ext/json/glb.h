@@ -18,11 +18,11 @@ struct GlbChunks {
 
 bool is_glb(std::span<const uint8_t> file);
 
-// The spans point into `file`. Unknown chunks and bytes past the stated length are passed over.
+// The spans point into `file`. Unknown chunks and bytes past the stated length are skipped.
 Expected<GlbChunks> parse_glb(std::span<const uint8_t> file);
 
-// Everything that stands before the binary chunk's bytes, which the caller has padded to a multiple of 4.
-// Zero bytes make no binary chunk. kUnsupported where the file would pass 4 GB, the most that GLB can say.
+// Everything before the bytes of the binary chunk, whose length must be a multiple of 4. A length of 0 makes no
+// binary chunk. kUnsupported if the file would exceed 4 GB, the limit of GLB.
 Expected<std::vector<uint8_t>> glb_head(std::string json, uint64_t binary_bytes);
 
 }  // namespace psplit

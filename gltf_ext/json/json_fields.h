@@ -1,4 +1,4 @@
-// Members of hostile JSON: each may be missing or of any type, and no question asked here throws.
+// Access to members of hostile JSON: each may be missing or of any type. No function here throws.
 #pragma once
 
 #include <cmath>
@@ -12,11 +12,11 @@
 
 namespace psplit {
 
-// `J` is Json or const Json: what comes back is as mutable as what went in.
+// `J` is Json or const Json: a result is as mutable as its argument.
 template <typename J>
 concept AnyJson = std::is_same_v<std::remove_const_t<J>, Json>;
 
-// The member, or null where `object` is no object or has none.
+// The member, or null if `object` is not an object or has no such member.
 template <AnyJson J>
 J* field(J& object, const char* name) {
   if (!object.is_object()) return nullptr;
@@ -24,7 +24,7 @@ J* field(J& object, const char* name) {
   return found == object.end() ? nullptr : &*found;
 }
 
-// The member where it is an object (an array), otherwise null.
+// The member if it is an object (an array), otherwise null.
 template <AnyJson J>
 J* object_field(J& object, const char* name) {
   J* found = field(object, name);
@@ -36,21 +36,21 @@ J* array_field(J& object, const char* name) {
   return found != nullptr && found->is_array() ? found : nullptr;
 }
 
-// object["extensions"][name] where it is an object, otherwise null.
+// object["extensions"][name] if it is an object, otherwise null.
 template <AnyJson J>
 J* extension_field(J& object, const char* name) {
   J* extensions = object_field(object, "extensions");
   return extensions == nullptr ? nullptr : object_field(*extensions, name);
 }
 
-// The element of an array, or null where `array` is none or the index is out of range.
+// The element of an array, or null if `array` is not an array or the index is out of range.
 template <AnyJson J>
 J* element(J& array, int64_t index) {
   if (!array.is_array() || index < 0 || static_cast<uint64_t>(index) >= array.size()) return nullptr;
   return &array[static_cast<size_t>(index)];
 }
 
-// document.json[name][index] where it is an object, otherwise null: accessors, meshes, images ...
+// json[name][index] if it is an object, otherwise null; for accessors, meshes, images ...
 template <AnyJson J>
 J* top_level_object(J& json, const char* name, int64_t index) {
   J* array = array_field(json, name);
@@ -58,13 +58,13 @@ J* top_level_object(J& json, const char* name, int64_t index) {
   return found != nullptr && found->is_object() ? found : nullptr;
 }
 
-// Elements of the array member, 0 where there is none.
+// The number of elements of an array member, or 0 if there is no such array.
 inline size_t array_size(const Json& object, const char* name) {
   const Json* array = array_field(object, name);
   return array == nullptr ? 0 : array->size();
 }
 
-// The value as an integer; writers that know floats only write 3.0 for 3, and that counts.
+// The value as an integer. 3.0 counts as 3, because some writers know only floats.
 inline std::optional<int64_t> integer_value(const Json& value) {
   if (value.is_number_unsigned()) {
     const uint64_t number = *value.get_ptr<const Json::number_unsigned_t*>();
@@ -88,13 +88,13 @@ inline std::optional<double> number_value(const Json& value) {
   return std::nullopt;
 }
 
-// Nothing where the member is missing or is no integer.
+// Nothing if the member is missing or is not an integer.
 inline std::optional<int64_t> integer_field(const Json& object, const char* name) {
   const Json* found = field(object, name);
   return found == nullptr ? std::nullopt : integer_value(*found);
 }
 
-// `fallback` where the member is missing, nothing where it is there but no integer.
+// `fallback` if the member is missing, nothing if it is not an integer.
 inline std::optional<int64_t> integer_field_or(const Json& object, const char* name, int64_t fallback) {
   const Json* found = field(object, name);
   return found == nullptr ? std::optional<int64_t>(fallback) : integer_value(*found);
@@ -105,7 +105,7 @@ inline std::optional<double> number_field(const Json& object, const char* name) 
   return found == nullptr ? std::nullopt : number_value(*found);
 }
 
-// Null where the member is missing or is no string.
+// Null if the member is missing or is not a string.
 inline const std::string* string_field(const Json& object, const char* name) {
   const Json* found = field(object, name);
   return found == nullptr ? nullptr : found->get_ptr<const Json::string_t*>();

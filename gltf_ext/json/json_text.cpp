@@ -7,9 +7,9 @@ namespace {
 
 constexpr size_t kMaxMembers = 16384;
 
-// Looks at brackets and colons only; whether the rest is JSON is the parser's business.
+// Looks at brackets and colons only. The parser checks the rest.
 Status check_limits(std::string_view text) {
-  std::vector<size_t> members;  // of every open array and object
+  std::vector<size_t> members;  // of each open array or object
   bool in_string = false;
   for (size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];

@@ -1,4 +1,4 @@
-// JSON text that may be hostile to a tree that is safe to walk.
+// Hostile JSON text to a tree that is safe to walk.
 #pragma once
 
 #include <string_view>
@@ -8,11 +8,11 @@
 
 namespace psplit {
 
-// Levels of arrays and objects: code that walks the tree may recurse.
+// The most nested levels of arrays and objects, so that code that walks the tree may recurse.
 inline constexpr int kMaxJsonDepth = 256;
 
-// Tolerates a UTF-8 byte order mark. Refuses text that is no JSON or no UTF-8, that nests deeper than
-// kMaxJsonDepth, and objects of more members than any asset has (their look-up is linear).
+// Skips a UTF-8 byte order mark. kInvalidInput if the text is not JSON or not UTF-8, if it nests deeper than
+// kMaxJsonDepth, or if an object has more members than any asset needs (their look-up is linear).
 Expected<Json> parse_json(std::string_view text);
 
 }  // namespace psplit

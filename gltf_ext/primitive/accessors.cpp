@@ -11,9 +11,7 @@
 namespace psplit {
 namespace {
 
-// What an accessor may say about zeros that no buffer view backs.
-
-// Elements as they lie in a buffer view.
+// Elements as a buffer view stores them.
 struct StoredElements {
   std::span<const uint8_t> bytes;
   uint64_t stride = 0;
@@ -30,10 +28,10 @@ Expected<StoredElements> stored_elements(const Document& document, const Json& p
   const auto stated = strided ? integer_field_or(*view, "byteStride", 0) : 0;
   if (!stated || *stated < 0) return invalid_input("an invalid byteStride");
   const uint64_t stride = *stated == 0 ? layout.stored_bytes() : static_cast<uint64_t>(*stated);
-  if (stride < layout.last_bytes()) return invalid_input("elements longer than the stride");
+  if (stride < layout.last_bytes()) return invalid_input("elements are longer than the stride");
   const auto start = static_cast<uint64_t>(*offset);
   if (!elements_fit(layout, start, stride, count, bytes->size()))
-    return invalid_input("elements past the buffer view");
+    return invalid_input("elements reach past the buffer view");
   return StoredElements{bytes->subspan(static_cast<size_t>(start)), stride};
 }
 
@@ -89,8 +87,7 @@ Expected<AccessorData> read(const Document& document, const Json& accessor) {
   data.count = static_cast<uint32_t>(*count);
   const uint64_t total = uint64_t{data.count} * layout->packed_bytes();
   if (field(accessor, "bufferView") == nullptr) {
-    if (total > kMaxUnbackedBytes)
-      return invalid_input("more elements than a missing buffer view can stand for");
+    if (total > kMaxUnbackedBytes) return invalid_input("more zeros without a buffer view than are allowed");
     data.values.assign(static_cast<size_t>(total), std::byte{0});
   } else {
     const auto elements = stored_elements(document, accessor, *layout, data.count, true);
@@ -126,11 +123,11 @@ void bounds_of(const AccessorData& data, Json& least, Json& most) {
       T value;
       std::memcpy(&value, data.values.data() + (i * components + component) * sizeof(T), sizeof(T));
       if constexpr (std::is_floating_point_v<T>)
-        if (!std::isfinite(value)) continue;  // JSON has no word for it
+        if (!std::isfinite(value)) continue;  // JSON cannot express it
       low = std::min(low, value);
       high = std::max(high, value);
     }
-    if (low > high) low = high = T{};  // nothing finite
+    if (low > high) low = high = T{};  // no finite value
     least.push_back(low);
     most.push_back(high);
   }
@@ -190,7 +187,7 @@ Json describe_stored(const AccessorData& data) {
 
 void store_values(Document& document, Json& accessor, const AccessorData& data, int target) {
   const Expected<ElementLayout> layout = element_layout(describe_stored(data));
-  if (!layout) return;  // no glTF type has so many components
+  if (!layout) return;  // no glTF type has this number of components
   const size_t stride = stride_in_view(*layout, target);
   std::vector<uint8_t> stored(data.count * stride);
   for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, stored.data() + i * stride);
@@ -246,7 +243,7 @@ void describe_decoded(Json& accessor, const AccessorData& data, bool with_bounds
   if (with_bounds && data.count > 0) {
     set_bounds(accessor, data);
   } else {
-    for (const char* name : {"min", "max"}) accessor.erase(name);  // what they said held for other values
+    for (const char* name : {"min", "max"}) accessor.erase(name);  // they described other values
   }
 }
 

@@ -11,31 +11,31 @@ struct AccessorData {
   uint8_t component_count = 1;
   bool normalized = false;
   uint32_t count = 0;
-  Array<std::byte> values;  // tightly packed: strides, matrix padding, sparse and missing views resolved
+  Array<std::byte> values;  // tightly packed, without strides or matrix padding; sparse values applied
 };
 
-// What accessors without a buffer view, all zeros but for sparse values, may stand for.
+// The most bytes of an accessor without a buffer view, which is all zeros except for sparse values.
 inline constexpr uint64_t kMaxUnbackedBytes = uint64_t{1} << 30;
 
 Expected<AccessorData> read_accessor(const Document& document, int64_t index);
 
-// Appends buffer view and accessor (count, type, min and max of float and integer data) and returns the
-// accessor's index. `target` is 34962, 34963 or 0.
+// Appends a buffer view and its accessor, with min and max if `with_bounds` is true. Returns the accessor's
+// index, or -1 if no glTF type has this number of components. `target` is 34962, 34963 or 0.
 int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);
 
-// Appends the data's values and makes `accessor` refer to them; its other members are the caller's.
+// Appends the values as a buffer view and makes `accessor` refer to it. The caller sets its other members.
 void store_values(Document& document, Json& accessor, const AccessorData& data, int target);
 
-// The same with the elements that are not zero only, as a sparse accessor, where that takes fewer bytes.
-// Nothing is stored of data that is all zero.
+// The same, but as a sparse accessor of the elements that are not zero, if that takes fewer bytes. If all
+// elements are zero, nothing is stored.
 void store_values_sparse(Document& document, Json& accessor, const AccessorData& data, int target);
 
-// An accessor of such data, which an extension supplies: no bufferView, no bounds. The data's values may be
-// left out. An empty object where no glTF type has so many components.
+// An accessor that describes data without bufferView and bounds, for example because an extension supplies it.
+// `data.values` is not used. Returns an empty object if no glTF type has this number of components.
 Json describe_stored(const AccessorData& data);
 
-// Writes count, min, max of decoded data onto an accessor that keeps its other members, and takes its
-// bufferView, byteOffset and sparse away: an accessor whose data an extension supplies.
+// Makes `accessor` describe decoded data that an extension supplies: sets count, min and max, and removes
+// bufferView, byteOffset and sparse. Its other members stay.
 void describe_decoded(Json& accessor, const AccessorData& data, bool with_bounds);
 
 }  // namespace psplit

@@ -14,7 +14,7 @@ uint64_t positive_field(const Json& object, const char* name) {
   return static_cast<uint64_t>(std::max<int64_t>(integer_field(object, name).value_or(0), 0));
 }
 
-// Without the bytes of a buffer view that is missing.
+// The bytes that an accessor stores: none if it has no buffer view, except for sparse values.
 uint64_t accessor_bytes(const Json& accessor) {
   const auto layout = element_layout(accessor);
   if (!layout) return 0;
@@ -31,7 +31,7 @@ uint64_t accessor_bytes(const Json& accessor) {
   return bytes + positive_field(*sparse, "count") * (index_bytes + layout->stored_bytes());
 }
 
-// Counts every accessor and buffer view once.
+// Counts each accessor and each buffer view once.
 class ByteCounter {
  public:
   explicit ByteCounter(const Json& json) : json_(json) {}
@@ -100,7 +100,7 @@ std::optional<uint64_t> GeometryOwners::bytes_of(const PrimitiveGroup& group) co
       for_each_buffer_view_member(*accessor,
                                   [&](const Json& index) { ++views[integer_value(index).value_or(-1)]; });
     for (const auto& [view, count] : views) view_uses[view] += count;
-    // An accessor without data may have any users.
+    // Other objects may share an accessor without data.
     use = views.empty() ? accessor_uses.erase(use) : std::next(use);
   }
   if (has_others(accessor_uses, accessor_users_) || has_others(view_uses, view_users_)) return std::nullopt;

@@ -1,4 +1,4 @@
-// How many bytes the geometry of primitives takes in a document.
+// The bytes that a document stores for the geometry of its primitives.
 #pragma once
 
 #include <map>
@@ -9,20 +9,20 @@
 
 namespace psplit {
 
-// For each mesh and primitive the bytes of its attributes and indices as the document stores them: the stream
-// or container of compressed ones, and accessors without gaps between their elements. Morph targets are left
-// out, because they are never compressed, and so are accessors that only describe what a stream holds. Data
-// that several primitives have in common count for the first of them.
+// For each mesh and primitive, the bytes that the document stores for its attributes and indices: the stream or
+// container of a compressed primitive, and the elements of accessors, without gaps between them. Morph targets
+// do not count, because they are never compressed. Accessors that only describe the data of a stream do not
+// count either. Data that several primitives share count for the first of them.
 std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& document);
 
-// Which bytes a document would lose with a geometry.
+// The bytes that a document would lose with a geometry.
 class GeometryOwners {
  public:
-  // Counts who uses each accessor and buffer view; the document outlives it.
+  // Counts the users of each accessor and buffer view. The document must outlive the object.
   explicit GeometryOwners(const Document& document);
 
-  // The geometry's bytes, or nothing where other objects use one of its accessors or buffer views: then bytes
-  // remain when it goes.
+  // The geometry's bytes, or nothing if other objects use one of its accessors or buffer views, so that some of
+  // these bytes would stay.
   std::optional<uint64_t> bytes_of(const PrimitiveGroup& group) const;
 
  private:

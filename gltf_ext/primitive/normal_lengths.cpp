@@ -23,7 +23,7 @@ uint64_t count_odd_normals(const Document& document) {
     if (accessor == nullptr || field(*accessor, "bufferView") == nullptr) continue;
     const Expected<AccessorData> data = read_accessor(document, index);
     if (!data || data->component_type != ComponentType::kFloat32 || data->component_count != 3) continue;
-    constexpr double kUnit = 0.01;  // more than what encoders with few bits are off by
+    constexpr double kUnit = 0.01;  // more than the error of encoders with few bits
     for (size_t i = 0; i < data->count; ++i) {
       std::array<float, 3> v;
       std::memcpy(v.data(), data->values.data() + i * sizeof(v), sizeof(v));

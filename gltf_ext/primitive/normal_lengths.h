@@ -1,11 +1,11 @@
-// Normals that glTF does not allow, and that pass through as they are.
+// Normals that are not unit vectors. glTF forbids them; they pass through unchanged.
 #pragma once
 
 #include "gltf_ext/document/document.h"
 
 namespace psplit {
 
-// How many vectors of the accessors that plain primitives have as NORMAL, floats, are not of unit length.
+// The number of such vectors in the float NORMAL accessors of plain primitives.
 uint64_t count_odd_normals(const Document& document);
 
 }  // namespace psplit

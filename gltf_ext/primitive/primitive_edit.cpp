@@ -16,7 +16,7 @@ AccessorData accessor_data(const Attribute& attribute, uint32_t count) {
 
 AccessorData index_data(const Mesh& mesh) {
   AccessorData data;
-  // 65535 and up are for restarts, or do not fit.
+  // 16 bits hold indices up to 65534: 65535 restarts primitives.
   const bool narrow = mesh.point_count <= 65535;
   data.component_type = narrow ? ComponentType::kUint16 : ComponentType::kUint32;
   data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
@@ -65,8 +65,8 @@ PrimitiveEditor::PrimitiveEditor(Document& document) : document_(document) {
   });
 }
 
-// The accessor that may hold the group's data for a role, for which each primitive names it `uses` times: the
-// current one where nobody else uses it, otherwise a copy of it.
+// The accessor that may hold the group's data for a role. Each primitive names it `uses` times. Returns the
+// current accessor if nothing else uses it, otherwise a copy of it.
 int64_t PrimitiveEditor::accessor_to_edit(const PrimitiveGroup& group, const std::string& role,
                                           const Json* current, size_t uses) {
   const size_t users = group.ids.size() * uses;

@@ -1,5 +1,5 @@
-// Editing primitives in place: accessors that only the edited primitives use are changed where they are, shared
-// ones are left to their other users.
+// Editing primitives in place. An accessor that only the edited primitives use is changed; an accessor with
+// other users is copied first.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@
 
 namespace psplit {
 
-// Primitives that say the same: one geometry, stored once.
+// Primitives with the same geometry, which is stored once.
 struct PrimitiveGroup {
   std::vector<PrimitiveId> ids;
 };
@@ -19,24 +19,25 @@ std::vector<PrimitiveGroup> group_equal_primitives(const Document& document,
 
 Json& primitive_json(Document& document, PrimitiveId id);
 
-// How decoded geometry is described in JSON.
+// Where the values of a geometry are stored.
 enum class GeometryData { kStoredElsewhere, kInBufferViews, kSparse };
 
 class PrimitiveEditor {
  public:
-  // Counts who uses each accessor before anything is changed.
+  // Counts the users of each accessor before anything is changed.
   explicit PrimitiveEditor(Document& document);
 
-  // Makes the primitives' accessors describe (and, in buffer views, hold) `mesh`. `morphs` follow its points,
-  // and those that were sparse stay so where that is smaller; targets that shared an accessor still do. With
-  // `only` not empty, attributes it does not name are left alone.
+  // Makes the accessors of the primitives describe `mesh`, and with kInBufferViews hold it. `morphs` are in the
+  // order of its points. A sparse morph target stays sparse if that is smaller, and targets that shared an
+  // accessor still do. If `only` is not empty, attributes that it does not name stay as they are.
   void set_geometry(const PrimitiveGroup& group, const Mesh& mesh, const std::vector<MorphAttribute>& morphs,
                     GeometryData data, const std::vector<std::string>& only = {});
 
-  // An accessor that something had which is gone; it goes too where nothing else uses it.
+  // Marks an accessor whose user was removed: finish() drops it if nothing else uses it.
   void release(int64_t accessor) { freed_.push_back(accessor); }
 
-  // Drops accessors and views that the edits left without users, and extensions that nothing uses any more.
+  // Drops the accessors and views that the edits left without users, and the Draco extensions from the lists of
+  // used extensions if no primitive has them any more.
   void finish();
 
  private:
@@ -47,7 +48,7 @@ class PrimitiveEditor {
 
   Document& document_;
   std::map<int64_t, size_t> users_;
-  std::map<int64_t, std::string> taken_;  // accessors edited for a role
+  std::map<int64_t, std::string> taken_;  // the edited accessors, and the role of each
   std::vector<int64_t> freed_;
 };
 

@@ -20,7 +20,7 @@ const Json* find_primitive(const Document& document, PrimitiveId id) {
   return primitive != nullptr && primitive->is_object() ? primitive : nullptr;
 }
 
-// What an extension that stores Draco attributes asks a decoder for: types come from the accessors.
+// The attributes that a Draco extension stores, with the types of their accessors.
 Expected<std::vector<AttributeRequest>> requests_of(const Document& document, const Json& primitive,
                                                     const Json& extension) {
   const Json* ids = object_field(extension, "attributes");
@@ -57,7 +57,7 @@ Expected<Attribute> read_attribute(const Document& document, const std::string& 
                    std::move(data->values)};
 }
 
-// Before memory is taken for it.
+// Checks an attribute before memory is allocated for it.
 Status check_count(const Document& document, const std::string& semantic, const Json& index,
                    uint32_t point_count) {
   const Json* accessor = top_level_object(document.json, "accessors", integer_value(index).value_or(-1));
@@ -67,7 +67,7 @@ Status check_count(const Document& document, const std::string& semantic, const 
                        " elements, others have " + std::to_string(point_count));
 }
 
-// Attributes of the primitive that the mesh does not have yet, from their accessors.
+// Reads the attributes that the mesh does not have yet from their accessors.
 Status read_plain_attributes(const Document& document, const Json& primitive, Mesh& mesh) {
   const Json* attributes = object_field(primitive, "attributes");
   if (attributes == nullptr) return invalid_input("no attributes");
@@ -96,7 +96,7 @@ Expected<std::vector<uint32_t>> read_indices(const Document& document, const Jso
     return indices;
   }
   const auto number = integer_field(primitive, "indices");
-  if (!number) return invalid_input("indices is no accessor");
+  if (!number) return invalid_input("indices is not an accessor");
   const Expected<AccessorData> data = read_accessor(document, *number);
   if (!data) return data.status();
   const size_t width = component_bytes(data->component_type);
@@ -118,12 +118,12 @@ Expected<std::vector<uint32_t>> read_indices(const Document& document, const Jso
   return indices;
 }
 
-// Lists, strips and fans as triangles, with the orientation that glTF gives them.
+// Triangles of a list, strip or fan, with the orientation that glTF defines.
 Expected<Array<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& indices, int64_t mode) {
   Array<std::array<uint32_t, 3>> faces;
   if (mode == 4) {
     if (indices.size() % 3 != 0)
-      return invalid_input("a triangle list of " + std::to_string(indices.size()) + " indices");
+      return invalid_input("a triangle list has " + std::to_string(indices.size()) + " indices");
     for (size_t i = 0; i < indices.size(); i += 3)
       faces.push_back({indices[i], indices[i + 1], indices[i + 2]});
     return faces;
@@ -139,7 +139,7 @@ Expected<Array<std::array<uint32_t, 3>>> triangles(const std::vector<uint32_t>& 
   return faces;
 }
 
-// What there is beside the attributes that an extension stores, which `mesh` holds.
+// Completes `mesh`, which holds the attributes that an extension stores, with the plain data of the primitive.
 Expected<Mesh> read_plain(const Document& document, PrimitiveId id, PrimitiveStorage storage, Mesh mesh) {
   const Json& primitive = *find_primitive(document, id);
   if (Status status = read_plain_attributes(document, primitive, mesh); !status.ok()) return status;
@@ -147,7 +147,7 @@ Expected<Mesh> read_plain(const Document& document, PrimitiveId id, PrimitiveSto
     const auto index = integer_field(primitive, "indices");
     const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
     const std::string* type = accessor == nullptr ? nullptr : string_field(*accessor, "type");
-    if (type != nullptr && *type != "SCALAR") return invalid_input("indices are no scalars");
+    if (type != nullptr && *type != "SCALAR") return invalid_input("indices are not scalars");
   }
   if (storage != PrimitiveStorage::kPlain) return mesh;
   const auto indices = read_indices(document, primitive, mesh.point_count);
@@ -158,7 +158,7 @@ Expected<Mesh> read_plain(const Document& document, PrimitiveId id, PrimitiveSto
   return mesh;
 }
 
-// Everything that must be known of a primitive before it is decoded.
+// Checks that the primitive has triangles. Returns how they are stored.
 Expected<PrimitiveStorage> triangle_storage(const Document& document, PrimitiveId id) {
   const Expected<PrimitiveKind> kind = primitive_kind(document, id);
   if (!kind) return kind.status();
@@ -178,7 +178,7 @@ Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id)
     const Json* extensions = object_field(*primitive, "extensions");
     const Json* extension = extensions == nullptr ? nullptr : field(*extensions, name);
     if (extension != nullptr && !extension->is_object())
-      return invalid_input(std::string(name) + " is no object", place_of(id));
+      return invalid_input(std::string(name) + " is not an object", place_of(id));
   }
   PrimitiveKind kind;
   kind.triangles = *mode >= 4;
@@ -200,7 +200,7 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
   std::vector<Expected<Mesh>> meshes(ids.size(), Mesh());
   std::vector<PrimitiveStorage> storages(ids.size(), PrimitiveStorage::kPlain);
   std::vector<StoredPrimitive> stored;
-  std::vector<size_t> decoded;  // which of `ids` are
+  std::vector<size_t> decoded;  // indices into `ids`
   stored.reserve(ids.size());
   for (size_t i = 0; i < ids.size(); ++i) {
     const Expected<PrimitiveStorage> storage = triangle_storage(document, ids[i]);
@@ -237,7 +237,7 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
 Expected<LinesOrPoints> read_lines_or_points(const Document& document, PrimitiveId id) {
   const Json* primitive = find_primitive(document, id);
   const auto mode = primitive == nullptr ? std::nullopt : integer_field_or(*primitive, "mode", 4);
-  if (!mode || *mode < 0 || *mode > 3) return unsupported("has no lines and no points", place_of(id));
+  if (!mode || *mode < 0 || *mode > 3) return unsupported("has neither lines nor points", place_of(id));
   LinesOrPoints result;
   result.corner_count = *mode == 0 ? 1 : 2;
   if (Status status = read_plain_attributes(document, *primitive, result.mesh); !status.ok())
@@ -262,13 +262,13 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
   std::vector<MorphAttribute> morphs;
   uint64_t unbacked_bytes = 0;
   for (size_t t = 0; targets != nullptr && t < targets->size(); ++t) {
-    if (!(*targets)[t].is_object()) return invalid_input("a morph target is no object", place_of(id));
+    if (!(*targets)[t].is_object()) return invalid_input("a morph target is not an object", place_of(id));
     for (const auto& [semantic, index] : (*targets)[t].items()) {
       const auto number = integer_value(index);
       if (!number) return invalid_input("morph target " + semantic + " has no accessor", place_of(id));
       const Json* stated = top_level_object(document.json, "accessors", *number);
       const auto count = stated == nullptr ? std::nullopt : integer_field(*stated, "count");
-      if (point_count && count != *point_count)  // before memory is taken for it
+      if (point_count && count != *point_count)  // before memory is allocated for it
         return invalid_input("morph target " + semantic + " has " + std::to_string(count.value_or(0)) +
                                  " elements for " + std::to_string(*point_count) + " points",
                              place_of(id));
@@ -277,7 +277,7 @@ Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& documen
       const Json& accessor = *stated;
       if (field(accessor, "bufferView") == nullptr &&
           (unbacked_bytes += data->values.size()) > kMaxUnbackedBytes)
-        return invalid_input("morph targets without data are too large", place_of(id));
+        return invalid_input("morph targets without a buffer view are too large", place_of(id));
       const bool sparse = field(accessor, "sparse") != nullptr || field(accessor, "bufferView") == nullptr;
       morphs.push_back({t, semantic, std::move(*data), sparse});
     }
@@ -290,7 +290,7 @@ Expected<StoredPrimitive> stored_primitive(const Document& document, PrimitiveId
   const Json* primitive = find_primitive(document, id);
   const Json* extension = primitive == nullptr ? nullptr : extension_field(*primitive, extension_name);
   if (extension == nullptr)
-    return invalid_input(std::string(extension_name) + " is missing, or is no object", place_of(id));
+    return invalid_input(std::string(extension_name) + " is missing or not an object", place_of(id));
   const auto bytes = extension_bytes(document, *extension);
   if (!bytes) return bytes.status().at(place_of(id));
   auto requests = requests_of(document, *primitive, *extension);

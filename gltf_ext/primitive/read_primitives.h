@@ -1,4 +1,4 @@
-// A glTF triangle primitive to a psplit mesh and back.
+// The geometry of glTF primitives, as meshes.
 #pragma once
 
 #include <functional>
@@ -12,47 +12,49 @@ namespace psplit {
 
 enum class PrimitiveStorage { kPlain, kPatches, kStockDraco };
 
-// What a primitive is, before any of its data is read.
+// The kind of a primitive, known before any of its data is read.
 struct PrimitiveKind {
   PrimitiveStorage storage = PrimitiveStorage::kPlain;
-  bool triangles = false;  // mode 4, 5 or 6 (strips and fans become lists)
+  bool triangles = false;  // mode 4, 5 or 6; strips and fans become lists
 };
 Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id);
 
-// Reads attributes and indices into a mesh, decoding PSPLIT_mesh_draco_patches and KHR_draco_mesh_compression
-// with `backend`. Non-indexed primitives get indices 0, 1, 2 ... Strips and fans become lists. Attributes whose
-// accessors differ in count are kInvalidInput, as is an index out of range.
+// Reads the attributes and indices of a triangle primitive. `backend` decodes PSPLIT_mesh_draco_patches and
+// KHR_draco_mesh_compression. Primitives without indices get 0, 1, 2 ... Strips and fans become lists. Errors:
+// kInvalidInput (counts of attributes that differ, an index out of range, and others), kUnsupported (no
+// triangles, no POSITION), those of the backend.
 Expected<Mesh> read_primitive(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                               const ThreadPool& pool);
 
-// Many at once, for backends that decode many at once. A mesh or an error for each of `ids`.
+// Reads many primitives, which the backend decodes together. Returns a mesh or an error for each of `ids`.
 std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<const PrimitiveId> ids,
                                             const DecodeBackend& backend, const ThreadPool& pool,
                                             const Progress& progress = {});
 
-// Lines and points, which the extension has nothing to do with: of each element its points, of which the first
-// two or the first one count. Strips and loops become lists.
+// Lines or points, which the extension never stores. Each face of `mesh` is an element; its first two points
+// (its first point) count. Strips and loops become lists.
 struct LinesOrPoints {
   int corner_count = 1;
   Mesh mesh;
 };
 Expected<LinesOrPoints> read_lines_or_points(const Document& document, PrimitiveId id);
 
-// One array per morph target and semantic, in the order of the primitive's `targets`: each entry is the
-// accessor that holds it and its data. Empty without morph targets.
+// The data of one attribute of one morph target.
 struct MorphAttribute {
   size_t target = 0;
   std::string semantic;
   AccessorData data;
-  bool sparse = false;  // its accessor is sparse, or all zero for want of a buffer view
+  bool sparse = false;  // its accessor is sparse, or has no buffer view
 };
+// All attributes of all morph targets, in the order of the primitive's `targets`. If `point_count` is given,
+// another count is kInvalidInput.
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
                                                          std::optional<uint32_t> point_count = {});
 
-// What one of the two extensions stores of a primitive, for inspection and validation. The document keeps the
-// bytes. Errors: kInvalidInput.
+// The data of a primitive in one of the two Draco extensions. The document owns the bytes. Errors:
+// kInvalidInput.
 struct StoredPrimitive {
-  std::span<const uint8_t> bytes;  // a container, or the one stream of stock Draco
+  std::span<const uint8_t> bytes;  // a container, or the single stream of stock Draco
   std::vector<AttributeRequest> requests;
 };
 Expected<StoredPrimitive> stored_primitive(const Document& document, PrimitiveId id,

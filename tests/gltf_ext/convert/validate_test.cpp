@@ -85,7 +85,7 @@ TEST(Validate, Members) {
   const auto members = [](const char* cause, const std::function<void(Document&)>& change) {
     EXPECT_EQ(broken(change), std::string("members ") + kPlace + ": " + cause + "\n");
   };
-  members("PSPLIT_mesh_draco_patches is missing, or is no object",
+  members("PSPLIT_mesh_draco_patches is missing or not an object",
           [](Document& document) { the_extension(document) = Json::array(); });
   members("the extension has no bufferView",
           [](Document& document) { the_extension(document).erase("bufferView"); });

@@ -93,8 +93,8 @@ TEST_F(DocumentTest, RefusesWrongGlbChunks) {
   const std::string other("\4\0\0\0XYZWabcd", 12);
   ASSERT_LT(whole.size() + other.size(), 256u);
   EXPECT_EQ(with_chunks("", other), "");
-  EXPECT_EQ(with_chunks(other, ""), "the GLB's binary chunk is not the second");
-  EXPECT_EQ(with_chunks("", std::string("\3\0\0\0XYZWabc", 11)), "a GLB chunk's length is no multiple of 4");
+  EXPECT_EQ(with_chunks(other, ""), "the GLB's binary chunk is not its second chunk");
+  EXPECT_EQ(with_chunks("", std::string("\3\0\0\0XYZWabc", 11)), "a GLB chunk's length is not a multiple of 4");
 }
 
 TEST_F(DocumentTest, ToleratesAByteOrderMarkAndFloatsForIntegers) {
@@ -150,23 +150,26 @@ TEST_F(DocumentTest, RefusesIndicesOfWhatDoesNotExistAndNodesBelowThemselves) {
   ASSERT_TRUE(
       read(asset(R"("scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"children":[2]},{"children":[2]},{}])")));
   for (const auto& [members, message] : std::vector<std::pair<std::string, std::string>>{
-           {R"("scene":0)", "scene names none of the 0 scenes"},
-           {R"("scenes":[{"nodes":[0]}])", "scenes[0].nodes[0] names none of the 0 nodes"},
-           {R"("nodes":[{},{"children":[0,2]}])", "nodes[1].children[1] names none of the 2 nodes"},
-           {R"("nodes":[{"mesh":-1}])", "nodes[0].mesh names none of the 0 meshes"},
-           {R"("nodes":[{"camera":"a"}],"cameras":[{}])", "nodes[0].camera names none of the 1 cameras"},
+           {R"("scene":0)", "scene is not the index of one of the 0 scenes"},
+           {R"("scenes":[{"nodes":[0]}])", "scenes[0].nodes[0] is not the index of one of the 0 nodes"},
+           {R"("nodes":[{},{"children":[0,2]}])",
+            "nodes[1].children[1] is not the index of one of the 2 nodes"},
+           {R"("nodes":[{"mesh":-1}])", "nodes[0].mesh is not the index of one of the 0 meshes"},
+           {R"("nodes":[{"camera":"a"}],"cameras":[{}])",
+            "nodes[0].camera is not the index of one of the 1 cameras"},
            {R"("materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
-            "materials[0].pbrMetallicRoughness.baseColorTexture.index names none of the 0 textures"},
-           {R"("textures":[{"sampler":0}])", "textures[0].sampler names none of the 0 samplers"},
+            "materials[0].pbrMetallicRoughness.baseColorTexture.index is not the index of one of the 0 "
+            "textures"},
+           {R"("textures":[{"sampler":0}])", "textures[0].sampler is not the index of one of the 0 samplers"},
            {R"("animations":[{},{"samplers":[],"channels":[{"sampler":0}]}])",
-            "animations[1].channels[0].sampler names none of the 0 samplers of it"},
+            "animations[1].channels[0].sampler is not the index of one of the 0 samplers of the animation"},
            {R"("meshes":[{"primitives":[{"attributes":{},"material":1}]}],"materials":[{}])",
-            "meshes[0].primitives[0].material names none of the 1 materials"},
-           {R"("nodes":[{"children":[1]},{"children":[2]},{"children":[1]}])", "node 1 is below itself"},
-           {R"("nodes":[{"children":[0]}])", "node 0 is below itself"},
+            "meshes[0].primitives[0].material is not the index of one of the 1 materials"},
+           {R"("nodes":[{"children":[1]},{"children":[2]},{"children":[1]}])", "node 1 is its own descendant"},
+           {R"("nodes":[{"children":[0]}])", "node 0 is its own descendant"},
            {R"("skins":[{"joints":[]}])", "skin 0 has no joints"},
            {R"("nodes":[{}],"skins":[{"joints":[0]},{"joints":[0,1]}])",
-            "skins[1].joints[1] names none of the 1 nodes"},
+            "skins[1].joints[1] is not the index of one of the 1 nodes"},
            {R"("nodes":[{}],"skins":[{"joints":[0,0],"inverseBindMatrices":0}],)"
             R"("accessors":[{"componentType":5126,"type":"MAT4","count":1}])",
             "skin 0 has fewer inverse bind matrices than joints"}}) {
@@ -190,9 +193,9 @@ TEST_F(DocumentTest, RefusesAttributesOfOtherTypes) {
   EXPECT_EQ(message(R"({"attributes":{}},{"attributes":{"TEXCOORD_1":1}})"),
             ": mesh 0, primitive 1: TEXCOORD_1 is of type VEC3");
   EXPECT_EQ(message(R"({"attributes":{"JOINTS_0":2}})"),
-            ": mesh 0, primitive 0: as many JOINTS as WEIGHTS are needed");
+            ": mesh 0, primitive 0: the numbers of JOINTS and WEIGHTS attributes differ");
   EXPECT_EQ(message(R"({"attributes":{},"targets":[{}]},{"attributes":{},"targets":[{},{}]})"),
-            ": mesh 0, primitive 1: 2 morph targets, and 1 of the mesh's first primitive");
+            ": mesh 0, primitive 1: 2 morph targets, but the mesh's first primitive has 1");
 }
 
 TEST_F(DocumentTest, LoadsUris) {

@@ -98,7 +98,7 @@ TEST(PackBuffers, NamesThatAreLostAreSaid) {
   list_buffers(packed);
   EXPECT_EQ(packed.json["buffers"][0]["name"], "first");
   ASSERT_EQ(packed.warnings.size(), 1u);
-  EXPECT_EQ(packed.warnings[0], "buffer 1 becomes a part of another one, and loses its name, extras");
+  EXPECT_EQ(packed.warnings[0], "buffer 1 becomes a part of another buffer and loses its name, extras");
   const TestFolder folder;
   expect_same_views(document, again(document, folder));
 }

@@ -128,12 +128,12 @@ TEST(ReadPrimitive, SaysWhereAndWhatIsWrong) {
     primitive["indices"] =
         append_accessor(document, make_data<uint8_t>(ComponentType::kUint8, 1, {0, 1}), 34963, false);
   });
-  EXPECT_TRUE(names(pair, "a triangle list of 2 indices")) << pair;
+  EXPECT_TRUE(names(pair, "a triangle list has 2 indices")) << pair;
   const std::string floats =
       with([](Document&, Json& primitive) { primitive["indices"] = primitive["attributes"]["POSITION"]; });
   EXPECT_TRUE(names(floats, "indices are not unsigned scalars")) << floats;
   const std::string text = with([](Document&, Json& primitive) { primitive["indices"] = "0"; });
-  EXPECT_TRUE(names(text, "indices is no accessor")) << text;
+  EXPECT_TRUE(names(text, "indices is not an accessor")) << text;
   const std::string shorter = with([](Document& document, Json& primitive) {
     primitive["attributes"]["_A"] =
         append_accessor(document, make_data<float>(ComponentType::kFloat32, 1, {1, 2}), 34962, false);
@@ -143,7 +143,7 @@ TEST(ReadPrimitive, SaysWhereAndWhatIsWrong) {
   EXPECT_TRUE(names(mode, "unknown mode")) << mode;
   const std::string number =
       with([](Document&, Json& primitive) { primitive["extensions"][kExtensionName] = 3; });
-  EXPECT_TRUE(names(number, "is no object")) << number;
+  EXPECT_TRUE(names(number, "is not an object")) << number;
   const std::string nothing =
       with([](Document&, Json& primitive) { primitive["attributes"] = Json::object(); });
   EXPECT_TRUE(names(nothing, "no POSITION")) << nothing;
