@@ -90,7 +90,7 @@ class GzipStream : public ByteStream {
  public:
   explicit GzipStream(std::unique_ptr<ByteStream> packed) : packed_(std::move(packed)) {
     constexpr int kGzipOnly = 16 + MAX_WBITS;
-    if (inflateInit2(&state_, kGzipOnly) != Z_OK) failure_ = runtime_failure("zlib does not start");
+    if (inflateInit2(&state_, kGzipOnly) != Z_OK) failure_ = runtime_failure("zlib cannot be initialized");
   }
   GzipStream(const GzipStream&) = delete;
   GzipStream& operator=(const GzipStream&) = delete;
@@ -112,7 +112,7 @@ class GzipStream : public ByteStream {
  private:
   static constexpr uint64_t kMostRatio = 100, kFreeBytes = uint64_t{64} << 20;
 
-  // Has more packed bytes, or there are none.
+  // Provides more packed bytes, unless there are none.
   bool refill() {
     if (state_.avail_in > 0) return true;
     const size_t got = packed_->read(buffer_);
@@ -134,7 +134,7 @@ class GzipStream : public ByteStream {
       failure_ = invalid_input(std::string("gzip: ") + (state_.msg == nullptr ? "broken data" : state_.msg));
   }
 
-  // Another member may follow; zeros that fill a block of a tape do not matter.
+  // Another member may follow. Zeros that pad the file are ignored.
   void finish_member() {
     while (refill() && *state_.next_in == 0) {
       ++state_.next_in;

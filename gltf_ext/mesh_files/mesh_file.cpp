@@ -25,7 +25,7 @@ void store(Attribute& attribute, size_t index, const T& value) {
 
 double squared_length(const std::array<double, 3>& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
 
-// For each of `points`, flagged, the sum of the area vectors of its faces.
+// For each point whose flag in `points` is set, the sum of the area vectors of its faces.
 std::vector<std::array<double, 3>> normals_of_faces(const Mesh& mesh, const Attribute& positions,
                                                     const std::vector<uint32_t>& slot_of_point,
                                                     size_t slot_count) {
@@ -52,9 +52,9 @@ Vector unit(const std::array<double, 3>& v, double square) {
   return {static_cast<float>(v[0] * scale), static_cast<float>(v[1] * scale), static_cast<float>(v[2] * scale)};
 }
 
-// Returns whether any normal says something.
+// Returns whether any normal has a direction.
 bool repair_normals(Mesh& mesh, Attribute& normals, const Attribute& positions, Losses& losses) {
-  constexpr double kUnit = 2e-3;  // what numbers of three decimals are off by
+  constexpr double kUnit = 2e-3;  // more than the rounding error of numbers with three decimals
   std::vector<uint32_t> zeros, slot_of_point;
   uint64_t changed = 0;
   for (uint32_t i = 0; i < mesh.point_count; ++i) {
@@ -112,7 +112,7 @@ AccessorData accessor_data_of(Attribute attribute, uint32_t count) {
 }
 
 AccessorData indices_of(Array<std::array<uint32_t, 3>> faces, uint32_t point_count) {
-  constexpr uint32_t kMostShortPoints = 0xffff;  // the largest index would restart a strip
+  constexpr uint32_t kMostShortPoints = 0xffff;  // index 65535 would restart a strip
   AccessorData data{ComponentType::kUint32, 1, false, static_cast<uint32_t>(faces.size() * 3), {}};
   if (point_count > kMostShortPoints) {
     data.values.resize(faces.size() * sizeof(faces[0]));
@@ -156,7 +156,7 @@ Json primitive_of(Document& document, MeshFilePart& part) {
   return primitive;
 }
 
-// Whether UTF-8's rules hold, as JSON must have them.
+// Whether the text is valid UTF-8, which JSON requires.
 bool is_utf8(const std::string& text) {
   try {
     (void)Json(text).dump();
@@ -234,7 +234,8 @@ Expected<Document> document_from_mesh_file(MeshFile file) {
   if (file.objects.empty()) return unsupported("a point cloud: only triangles can be split");
   for (const MeshFileObject& object : file.objects)
     for (const MeshFilePart& part : object.parts)
-      if (part.mesh.faces.size() > UINT32_MAX / 3) return unsupported("more faces than glTF can count");
+      if (part.mesh.faces.size() > UINT32_MAX / 3)
+        return unsupported("more faces than a glTF accessor can count");
 
   Document document = new_document();
   Json& json = document.json;

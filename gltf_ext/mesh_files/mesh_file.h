@@ -1,4 +1,4 @@
-// What a mesh file of any format holds, and the glTF that it becomes.
+// The content of a mesh file of any format, and its conversion to glTF.
 #pragma once
 
 #include <map>
@@ -11,24 +11,24 @@
 
 namespace psplit {
 
-// The faces of one material: a primitive.
+// The faces of one material: they become a primitive.
 struct MeshFilePart {
   Mesh mesh;
-  int64_t material = -1;  // of MeshFile::materials, or none
+  int64_t material = -1;  // index into MeshFile::materials, or -1
 };
 
-// A named object of the file: a mesh with a node of its own.
+// A named object of the file: it becomes a mesh with a node.
 struct MeshFileObject {
   std::string name;
   std::vector<MeshFilePart> parts;
 };
 
-// What was left out of a file or changed, counted by its words.
+// The data of a file that is left out or changed, as sentences with counts.
 class Losses {
  public:
-  // "12 faces of fewer than 3 corners are left out": `noun` follows the count, in the singular and the plural.
+  // "12 faces of fewer than 3 corners are left out": the text that follows the count, for one and for several.
   void add(const std::string& singular, const std::string& plural, uint64_t count = 1);
-  // A sentence of its own, said once.
+  // A sentence without a count. It appears once.
   void say(const std::string& sentence) { add(sentence, "", 0); }
   std::vector<std::string> sentences() const;
 
@@ -39,20 +39,20 @@ class Losses {
 
 struct MeshFile {
   std::vector<MeshFileObject> objects;
-  Json materials = Json::array(), textures = Json::array(), images = Json::array();  // as glTF has them
+  Json materials = Json::array(), textures = Json::array(), images = Json::array();  // JSON of glTF
   Losses losses;
 };
 
-// Polygons to faces of a mesh.
+// Converts polygons to faces of a mesh.
 class PolygonReader {
  public:
   explicit PolygonReader(Losses& losses) : losses_(losses) {}
 
-  // Appends the triangles of a polygon whose corners are `points`, at `positions`. Fewer than 3 corners are a
-  // loss.
+  // Appends the triangles of the polygon with the corners `points` at `positions`. A polygon of fewer than 3
+  // corners is a loss.
   void add(std::span<const uint32_t> points, std::span<const Position> positions,
            Array<std::array<uint32_t, 3>>& faces);
-  // Counts polygons that cross themselves as losses.
+  // Adds a loss for polygons that cross themselves. Call it after the last add().
   void finish();
 
  private:
@@ -60,19 +60,19 @@ class PolygonReader {
   Triangulator triangulator_;
 };
 
-// The position of a point; `positions` are the values of a POSITION of floats.
+// The position of a point; `positions` must be a POSITION of floats.
 Position position_at(const Attribute& positions, uint32_t point);
 
-// Makes of the values of every part what glTF wants of them, and counts what that changes: normals become unit
-// vectors, those of no length are made from the faces around (NORMAL goes where all are so), colours are
-// clamped to [0, 1], and numbers that are not finite become 0. Positions are finite already.
+// Changes the values of every part to what glTF requires, and counts the changes as losses. Normals become unit
+// vectors. A normal of length 0 is replaced by one of the surrounding faces; if all have length 0, NORMAL is
+// left out. Colours are clamped to [0, 1]. Numbers that are not finite become 0. Positions must be finite.
 void repair_values(MeshFile& file);
 
-// One mesh and one node an object. Takes the values away from `file` as they go into the document. Errors:
-// kUnsupported where there are no faces.
+// One mesh and one node for each object. The values are moved from `file` into the document one after the
+// other. Errors: kUnsupported if there are no faces.
 Expected<Document> document_from_mesh_file(MeshFile file);
 
-// Text as UTF-8: what is not is read as Latin-1.
+// The text as UTF-8. Text that is not valid UTF-8 is read as Latin-1.
 std::string as_utf8(const std::string& text);
 
 }  // namespace psplit

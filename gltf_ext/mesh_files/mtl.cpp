@@ -10,7 +10,7 @@
 namespace psplit {
 namespace {
 
-// What a material says, line by line.
+// The statements of a material, collected line by line.
 struct Settings {
   std::array<float, 3> color{1, 1, 1}, emission{0, 0, 0};
   float alpha = 1, metalness = 0;
@@ -22,7 +22,7 @@ Json json_of(const std::string& name, const Settings& settings) {
   Json json{{"name", as_utf8(name)}};
   const auto& [red, green, blue] = settings.color;
   const float alpha = clamped(settings.alpha);
-  // Phong's exponent as the roughness whose highlight has about the same width.
+  // The roughness whose highlight is about as wide as that of the Phong exponent.
   const float shininess = std::max(0.0f, settings.shininess.value_or(0));
   const float roughness = settings.roughness.value_or(std::sqrt(2 / (shininess + 2)));
   json["pbrMetallicRoughness"] = {{"baseColorFactor", {clamped(red), clamped(green), clamped(blue), alpha}},
@@ -34,7 +34,7 @@ Json json_of(const std::string& name, const Settings& settings) {
   return json;
 }
 
-// The name of a texture's file behind options like "-s 1 1 1" and "-bm 0.5"; whether there were any.
+// The name of a texture's file after options like "-s 1 1 1" and "-bm 0.5", and whether there were options.
 std::pair<std::string, bool> without_options(std::string text) {
   constexpr std::string_view kBlanks = " \t";
   bool has_options = false;
@@ -57,7 +57,7 @@ std::pair<std::string, bool> without_options(std::string text) {
   return {text, has_options};
 }
 
-// glTF has images of these two kinds only.
+// glTF allows only these two kinds of images.
 bool is_image_of_gltf(const std::string& path) {
   const std::string extension = lower_extension(path);
   return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
@@ -89,12 +89,12 @@ void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
   const auto numbers = [&](std::span<float> values) {
     for (size_t i = 0; i < values.size(); ++i) {
       const std::string_view word = scanner.word();
-      if (word.empty() && i == 1) {  // a grey
+      if (word.empty() && i == 1) {  // a single number is a grey
         values[1] = values[2] = values[0];
         return;
       }
       const std::optional<float> number = parse_float(word);
-      if (!number) {  // spectral curves and CIE colours, too
+      if (!number) {  // also spectral curves and CIE colours
         losses.add("line of the materials is not understood: left out",
                    "lines of the materials are not understood: left out");
         return;
@@ -107,7 +107,7 @@ void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
     if (has_options) losses.say("scales and other options of textures are left out");
     if (uri_of_path(path).empty() || !is_image_of_gltf(path))
       losses.say("the texture " + in_quotes(path) +
-                 " is left out: glTF takes relative paths of .png and .jpg files");
+                 " is left out: glTF allows relative paths of .png and .jpg files");
     else
       material->textures[member] = path;
   };
@@ -145,11 +145,12 @@ void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
       texture("normalTexture");
     } else if (keyword.starts_with("map_") || keyword == "bump" || keyword == "disp" || keyword == "decal" ||
                keyword == "refl") {
-      losses.say("textures of " + in_quotes(keyword) + " are left out: glTF has none of that kind");
+      losses.say("textures of " + in_quotes(keyword) + " are left out: glTF has no such textures");
     }
   }
   finish();
-  if (!scanner.failure().ok()) losses.say("the materials are read in part: " + scanner.failure().message());
+  if (!scanner.failure().ok())
+    losses.say("only a part of the materials was read: " + scanner.failure().message());
 }
 
 int64_t MaterialLibrary::texture_of(const std::string& path, MeshFile& file) {
@@ -159,7 +160,7 @@ int64_t MaterialLibrary::texture_of(const std::string& path, MeshFile& file) {
   const auto index = image - file.images.begin();
   if (image == file.images.end()) {
     file.images.push_back({{"uri", uri}});
-    file.textures.push_back({{"source", index}});  // one texture an image
+    file.textures.push_back({{"source", index}});  // one texture for each image
   }
   return index;
 }
@@ -169,8 +170,8 @@ int64_t MaterialLibrary::use(const std::string& name, MeshFile& file) {
   if (!is_new) return known->second;
   const auto found = materials_.find(name);
   if (found == materials_.end()) {
-    file.losses.add("material is in no library: it has a name only",
-                    "materials are in no library: they have names only");
+    file.losses.add("material is in no library: it gets only its name",
+                    "materials are in no library: they get only their names");
     file.materials.push_back(json_of(name, {}));
     return known->second;
   }
@@ -181,7 +182,7 @@ int64_t MaterialLibrary::use(const std::string& name, MeshFile& file) {
       json["pbrMetallicRoughness"][member] = texture;
     } else {
       json[member] = texture;
-      // Exporters leave the colour that the texture is multiplied by at black.
+      // Exporters often write black as the colour that the texture is multiplied by.
       if (member == "emissiveTexture" && !json.contains("emissiveFactor")) json["emissiveFactor"] = {1, 1, 1};
     }
   }

@@ -12,12 +12,12 @@ namespace {
 
 constexpr uint32_t kNone = UINT32_MAX;
 
-// What a corner of a face names, counted from 0.
+// The indices of a corner of a face, counted from 0.
 struct Corner {
   uint32_t position = kNone, texcoord = kNone, normal = kNone;
 };
 
-// A point of a part: parts share nothing.
+// A point of a part. Parts share no points.
 struct Point {
   uint32_t part = 0;
   Corner corner;
@@ -27,10 +27,10 @@ struct Point {
   }
 };
 
-// The points of all parts, found by what they name through a table of at least twice their number of slots.
+// The points of all parts, found by their indices through a hash table with at least twice as many slots.
 class PointTable {
  public:
-  // The index of the point among all of them, and whether it is new.
+  // The index of the point, and whether it is new.
   std::pair<uint32_t, bool> find_or_add(const Point& point, uint32_t number_in_part) {
     if (slots_.size() < 2 * (points_.size() + 1)) grow();
     const size_t mask = slots_.size() - 1;
@@ -69,7 +69,7 @@ class PointTable {
   std::vector<uint32_t> numbers_, slots_;
 };
 
-// Corner numbers of one kind, which faces may name before they are there: the largest, and where it was named.
+// The largest index of one kind that a face names, and its line: the vertex may follow later in the file.
 struct Named {
   uint64_t most = 0, line = 0;
 };
@@ -87,7 +87,7 @@ class ObjReader {
     polygons_.finish();
     if (named_.most > positions_.size())
       return error_at_line(named_.line, "a face names vertex " + std::to_string(named_.most) +
-                                            ", and there are " + std::to_string(positions_.size()));
+                                            ", but there are " + std::to_string(positions_.size()));
     if (positions_.empty()) return invalid_input("OBJ: no vertices");
     finish();
     return std::move(file_);
@@ -108,7 +108,7 @@ class ObjReader {
     return false;
   }
 
-  // The next word of this line, or of the next where a backslash ends this one.
+  // The next word of this line, or of the next line if a backslash ends this one.
   std::string_view word() {
     for (;;) {
       const std::string_view found = scanner_.word();
@@ -140,16 +140,17 @@ class ObjReader {
       file_.losses.add("line or point is left out", "lines and points are left out");
     } else if (keyword != "g" && keyword != "s" && keyword != "vp") {
       const std::string name = in_quotes(keyword);
-      // A letter, as all statements of OBJ begin with one, or else this is no OBJ.
-      if (!std::isalpha(static_cast<unsigned char>(keyword[0]))) return fail(name + " is no statement of OBJ");
+      // All statements of OBJ begin with a letter; otherwise the file is not OBJ.
+      if (!std::isalpha(static_cast<unsigned char>(keyword[0])))
+        return fail(name + " is not a statement of OBJ");
       if (++unknown_count_ <= kMostUnknown) file_.losses.say("lines that begin with " + name + " are left out");
     }
-    while (!word().empty()) {  // which may go on in the next line
+    while (!word().empty()) {  // the statement may continue in the next line
     }
     return true;
   }
 
-  // As many numbers as there are, at most values.size(); false where one is no number.
+  // Reads numbers to the end of the line, at most values.size(). False if a word is not a number.
   bool read_numbers(std::span<float> values, size_t& count) {
     for (count = 0;; ++count) {
       const std::string_view found = word();
@@ -170,7 +171,7 @@ class ObjReader {
     for (size_t i = 0; i < 3; ++i)
       if (!std::isfinite(values[i])) return fail("a position that is not finite");
     positions_.push_back({values[0], values[1], values[2]});
-    // Colours are all or nothing.
+    // Either all vertices have colours, or colours are left out.
     if (count == 6 && colors_.size() + 1 == positions_.size())
       colors_.push_back({values[3], values[4], values[5]});
     else if (count == 6 || !colors_.empty())
@@ -198,13 +199,13 @@ class ObjReader {
     return true;
   }
 
-  // A number of a corner: from 1, or from the end where it is negative.
+  // An index of a corner: counted from 1, or from the end if it is negative.
   bool parse_index(std::string_view text, size_t count, uint32_t& index) {
     const std::optional<int64_t> number = parse_integer(text);
-    if (!number) return fail(in_quotes(text) + " is no number of a vertex");
-    if (*number == 0) return fail("a face names vertex 0, and they are counted from 1");
+    if (!number) return fail(in_quotes(text) + " is not a vertex number");
+    if (*number == 0) return fail("a face names vertex 0, but vertices are counted from 1");
     if (*number < 0 && static_cast<uint64_t>(-(*number + 1)) >= count)
-      return fail("a face names vertex " + std::to_string(*number) + ", and there are " +
+      return fail("a face names vertex " + std::to_string(*number) + ", but there are " +
                   std::to_string(count) + " before it");
     const int64_t found = *number < 0 ? static_cast<int64_t>(count) + *number : *number - 1;
     if (found >= int64_t{kNone}) return fail("a face names vertex " + std::to_string(*number));
@@ -237,7 +238,7 @@ class ObjReader {
       corners_.push_back(corner);
     }
     if (known) return add_face(corners_, object_, material_);
-    // A face may stand before its vertices: it waits for the end of the file.
+    // A face may come before its vertices: it is then processed at the end of the file.
     pending_.push_back({corners_, object_, material_});
     return true;
   }
@@ -273,13 +274,13 @@ class ObjReader {
   bool add_pending() {
     for (Pending& face : pending_) {
       for (const Corner& corner : face.corners)
-        if (corner.position >= positions_.size()) return true;  // named_ says so
+        if (corner.position >= positions_.size()) return true;  // named_ reports it
       if (!add_face(face.corners, face.object, face.material)) return false;
     }
     return true;
   }
 
-  // Parts are few bytes of OBJ and many of JSON.
+  // A part takes few bytes of OBJ but many bytes of JSON.
   Part* part_of(size_t object, int64_t material, bool texcoords, bool normals) {
     Part wanted{object, material, texcoords, normals, 0, {}};
     if (last_part_ < parts_.size() && parts_[last_part_].key() == wanted.key()) return &parts_[last_part_];
@@ -299,7 +300,7 @@ class ObjReader {
   bool begin_object() {
     const std::optional<std::string> name = scanner_.rest_of_line();
     if (!name) return fail("a name that is too long");
-    // A name that comes again goes on with its object; the first names what had none and no faces.
+    // A repeated name continues its object. The first name also names the unnamed object, if that has no faces.
     const auto [found, is_new] = object_numbers_.try_emplace(*name, object_names_.size());
     if (is_new) object_names_.push_back(*name);
     object_ = found->second;
@@ -316,7 +317,8 @@ class ObjReader {
     return true;
   }
 
-  // The line names one file, whose name may have spaces, or several. A library that is there is read once.
+  // The line names one file, whose name may contain spaces, or several files. Each existing library is read
+  // once.
   bool read_library() {
     const std::optional<std::string> line = scanner_.rest_of_line();
     if (!line || line->empty()) return fail("a library without a name, or with one that is too long");
@@ -331,7 +333,7 @@ class ObjReader {
     return true;
   }
 
-  // Whether there is such a file.
+  // Returns whether the file exists.
   bool add_library(const std::string& name) {
     constexpr size_t kMostLibraries = 64;
     if (libraries_.contains(name)) return true;
@@ -355,7 +357,7 @@ class ObjReader {
     return attribute;
   }
 
-  // What each part's points name, attribute by attribute.
+  // Gathers the attributes of each part's points.
   Mesh mesh_of(Part& part, const std::vector<uint32_t>& points) const {
     Mesh mesh;
     mesh.point_count = part.point_count;
@@ -384,11 +386,10 @@ class ObjReader {
     Losses& losses = file_.losses;
     if (unknown_count_ > kMostUnknown) losses.say("lines that begin with other words are left out");
     if (some_lack_colors_) losses.say("some vertices have no colours: all colours are left out");
-    losses.add("corner names texture coordinates that are not there: its face has none",
-               "corners name texture coordinates that are not there: their faces have none",
-               missing_texcoords_);
-    losses.add("corner names a normal that is not there: its face has none",
-               "corners name normals that are not there: their faces have none", missing_normals_);
+    losses.add("corner names texture coordinates that do not exist: its face gets none",
+               "corners name texture coordinates that do not exist: their faces get none", missing_texcoords_);
+    losses.add("corner names a normal that does not exist: its face gets none",
+               "corners name normals that do not exist: their faces get none", missing_normals_);
     std::vector<std::vector<uint32_t>> points_of_part(parts_.size());
     for (uint32_t i = 0; i < points_.points().size(); ++i)
       points_of_part[points_.points()[i].part].push_back(i);
@@ -438,7 +439,7 @@ class ObjReader {
   Named named_;
   uint64_t missing_texcoords_ = 0, missing_normals_ = 0, unknown_count_ = 0;
 
-  std::vector<Corner> corners_;  // of one face
+  std::vector<Corner> corners_;  // the corners of one face
   std::vector<uint32_t> numbers_;
   std::vector<Position> corner_positions_;
 };

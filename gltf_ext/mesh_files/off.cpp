@@ -47,7 +47,7 @@ class OffReader {
     return false;
   }
 
-  // The next word that is no comment; empty at the end of the file.
+  // The next word, skipping comments; empty at the end of the file.
   std::string_view next_word() {
     for (;;) {
       const std::string_view word = scanner_.next_word();
@@ -56,7 +56,7 @@ class OffReader {
     }
   }
 
-  // The next word of this line, but for comments; empty at its end.
+  // The next word of this line, without comments; empty at its end.
   std::string_view word_of_line() {
     const std::string_view word = scanner_.word();
     if (!word.starts_with('#')) return word;
@@ -68,7 +68,7 @@ class OffReader {
     const std::string_view word = next_word();
     const std::optional<OffForm> form = form_of(word);
     if (!form) {
-      first_ = word;  // a number of vertices, where the keyword is missing
+      first_ = word;  // the number of vertices, if the keyword is missing
       return true;
     }
     form_ = *form;
@@ -88,12 +88,12 @@ class OffReader {
   bool parse_count(std::string_view word, uint64_t& count) {
     const std::optional<int64_t> number = parse_integer(word);
     if (word.empty()) return fail("the file ends inside its header");
-    if (!number || *number < 0) return fail(in_quotes(word) + " is no number of vertices, faces or edges");
+    if (!number || *number < 0) return fail(in_quotes(word) + " is not a number of vertices, faces or edges");
     count = static_cast<uint64_t>(*number);
     return true;
   }
 
-  // Vertices, faces, and edges, which nobody needs and some leave out.
+  // The numbers of vertices, faces and edges. Edges are not used, and some files omit their number.
   bool read_counts() {
     uint64_t edge_count = 0;
     if (!parse_count(first_, vertex_count_) || !parse_count(next_word(), face_count_)) return false;
@@ -101,7 +101,7 @@ class OffReader {
       return false;
     const std::optional<uint64_t> left = scanner_.bytes_left();
     const bool countable = vertex_count_ < UINT32_MAX && face_count_ < UINT32_MAX;
-    if (!countable || (left && 6 * vertex_count_ + 2 * face_count_ > *left + 2))  // digits and spaces
+    if (!countable || (left && 6 * vertex_count_ + 2 * face_count_ > *left + 2))  // bytes of digits and spaces
       return fail("the header claims " + std::to_string(vertex_count_) + " vertices and " +
                   std::to_string(face_count_) + " faces, and " +
                   (left ? std::to_string(*left) + " bytes" : "less") + " follow");
@@ -132,7 +132,7 @@ class OffReader {
     std::memcpy(values.data() + at, &value, sizeof(value));
   }
 
-  // Colours have three numbers or four: what is left of the first line says.
+  // Colours have three or four numbers: the length of the first line decides.
   bool append_color(Array<std::byte>& values, uint64_t vertex) {
     std::vector<float> numbers;
     const size_t behind = form_.texcoords ? 2 : 0;
@@ -168,7 +168,7 @@ class OffReader {
       if (form_.normals && !append(normals_, 3)) return false;
       if (form_.colors && !append_color(colors_, i)) return false;
       if (!form_.colors && form_.texcoords && !append(texcoords_, 2)) return false;
-      // Some write colours without saying so.
+      // Some files have colours although their keyword states none.
       if (const std::string_view word = word_of_line(); !word.empty()) {
         ++with_more_;
         scanner_.next_line();
@@ -181,8 +181,8 @@ class OffReader {
     add_attribute("NORMAL", 3, normals_);
     add_attribute("COLOR_0", static_cast<uint8_t>(color_count_), colors_);
     add_attribute("TEXCOORD_0", 2, texcoords_);
-    file_.losses.add("vertex has more numbers than the header says, which are left out",
-                     "vertices have more numbers than the header says, which are left out", with_more_);
+    file_.losses.add("vertex has more numbers than the header states, which are left out",
+                     "vertices have more numbers than the header states, which are left out", with_more_);
     return true;
   }
 
@@ -196,7 +196,7 @@ class OffReader {
     }
   }
 
-  // OFF counts from the bottom of the image, glTF from the top.
+  // OFF counts v from the bottom of the image, glTF from the top.
   void flip_texcoords() {
     for (size_t at = sizeof(float); at < texcoords_.size(); at += 2 * sizeof(float)) {
       float value = 0;
@@ -215,9 +215,9 @@ class OffReader {
     const std::string_view word = next_word();
     if (word.empty()) return fail("the file ends early");
     const std::optional<int64_t> number = parse_integer(word);
-    if (!number) return fail(in_quotes(word) + " is no number of a vertex");
+    if (!number) return fail(in_quotes(word) + " is not a vertex number");
     if (*number < 0 || *number >= mesh_.point_count)
-      return fail("a face names vertex " + std::to_string(*number) + ", and there are " +
+      return fail("a face names vertex " + std::to_string(*number) + ", but there are " +
                   std::to_string(mesh_.point_count));
     corner = static_cast<uint32_t>(*number);
     return true;
@@ -233,7 +233,7 @@ class OffReader {
         return fail("the file ends after " + std::to_string(n) + " of " + std::to_string(face_count_) +
                     " faces");
       const std::optional<int64_t> length = parse_integer(word);
-      if (!length || *length < 0) return fail(in_quotes(word) + " is no number of corners");
+      if (!length || *length < 0) return fail(in_quotes(word) + " is not a number of corners");
       corners.clear();
       corner_positions.clear();
       for (int64_t i = 0; i < *length; ++i) {
@@ -255,7 +255,7 @@ class OffReader {
 
   bool read_trailer() {
     const std::string_view word = next_word();
-    return word.empty() || fail(in_quotes(word) + " is more than the header says");
+    return word.empty() || fail(in_quotes(word) + " is more than the header states");
   }
 
   Scanner& scanner_;
@@ -264,7 +264,7 @@ class OffReader {
   Mesh mesh_;
   Status error_;
   OffForm form_;
-  std::string first_;  // the word behind the keyword
+  std::string first_;  // the word after the keyword
   uint64_t vertex_count_ = 0, face_count_ = 0, with_more_ = 0;
   Array<std::byte> positions_, normals_, colors_, texcoords_;
   size_t color_count_ = 3;

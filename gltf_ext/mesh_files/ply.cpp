@@ -13,9 +13,9 @@ namespace {
 
 constexpr size_t kNoAttribute = SIZE_MAX;
 
-// Where a property of a vertex goes.
+// The destination of a property of a vertex.
 struct Target {
-  size_t attribute = kNoAttribute;  // none: it is left out
+  size_t attribute = kNoAttribute;  // kNoAttribute: it is left out
   size_t component = 0;
 };
 
@@ -29,12 +29,12 @@ ComponentType stored_type_of(PlyType type) {
   }
 }
 
-// Which attributes a vertex has, and what goes where.
+// The attributes of a vertex, and the destination of each property.
 class VertexLayout {
  public:
   explicit VertexLayout(const PlyElement& element) : element_(element), targets_(element.properties.size()) {}
 
-  // False where there are no positions.
+  // False if there are no positions.
   bool plan(Losses& losses) {
     if (!take("POSITION", {"x", "y", "z"}, ComponentType::kFloat32, false)) return false;
     take("NORMAL", {"nx", "ny", "nz"}, ComponentType::kFloat32, false);
@@ -105,7 +105,7 @@ class VertexLayout {
     }
   }
 
-  // "_QUALITY"; a second one of that name, which another case had, gets a number.
+  // "_QUALITY". If two properties differ only in case, the second gets a number.
   std::string name_of(const std::string& property) const {
     std::string name = "_";
     for (const char c : as_utf8(property)) name += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
@@ -157,7 +157,7 @@ std::pair<double, double> range_of(PlyType type) {
   }
 }
 
-// Values one after the other, of text or of a binary file. The first error stays.
+// Reads values one after the other from text or binary data. Keeps the first error.
 class Values {
  public:
   Values(Scanner& scanner, PlyEncoding encoding)
@@ -169,7 +169,7 @@ class Values {
   bool swaps() const { return swap_; }
   Scanner& scanner() { return scanner_; }
 
-  // Floats come as floats: a number of text is not rounded twice.
+  // Reads a float directly as a float, so that a number in text is not rounded twice.
   bool next(PlyType type, double& value) {
     if (text_) return next_of_text(type, value);
     const std::string_view bytes = scanner_.peek(ply_type_bytes(type));
@@ -179,14 +179,14 @@ class Values {
     return true;
   }
 
-  // An element of text ends with its line.
+  // In text, an element ends with its line.
   bool end_element() {
     if (!text_) return true;
     const std::string_view word = scanner_.word();
-    return word.empty() || fail(in_quotes(word) + " is more than the header says");
+    return word.empty() || fail(in_quotes(word) + " is more than the header states");
   }
 
-  // Keeps an error at this place; false.
+  // Sets the error, with this place, and returns false.
   bool fail(const std::string& what) {
     if (error_.ok())
       error_ = text_ ? error_at_line(scanner_.line(), what) : error_at_byte(scanner_.offset(), what);
@@ -263,7 +263,7 @@ class PlyReader {
     return nullptr;
   }
 
-  // The fewest bytes that an element takes.
+  // The fewest bytes that an element can take.
   static uint64_t least_bytes(const PlyElement& element, bool text) {
     uint64_t bytes = 0;
     for (const PlyProperty& property : element.properties)
@@ -271,13 +271,13 @@ class PlyReader {
     return bytes;
   }
 
-  // Fails where what is left of the file cannot hold the elements. What is known of the file's size is what
-  // arrays may be sized by: the count that is returned is at most that of the elements.
+  // Fails if the rest of the file cannot hold the elements. Returns how many elements arrays may be sized for
+  // before they are read: at most their number, and only what the file's known size justifies.
   bool justify(const PlyElement& element, size_t& count) {
     constexpr uint64_t kBlind = 1 << 16;
     const std::optional<uint64_t> left = values_.scanner().bytes_left();
     const uint64_t each = std::max<uint64_t>(1, least_bytes(element, values_.is_text()));
-    // The last number of a text needs no space behind it.
+    // The last number of a text needs no space after it.
     const uint64_t most = left ? (*left + 1) / each : kBlind;
     if (left && element.count > most && !element.properties.empty())
       return values_.fail("the header claims " + std::to_string(element.count) + " elements " +
@@ -297,7 +297,7 @@ class PlyReader {
       case ComponentType::kUint16: return put(static_cast<uint16_t>(value));
       default: break;
     }
-    // A float cannot hold every double: beyond its range lies infinity.
+    // A double beyond the range of floats becomes infinite.
     const bool fits = !(std::fabs(value) > double{std::numeric_limits<float>::max()});
     put(fits ? static_cast<float>(value)
              : std::copysign(HUGE_VALF, static_cast<float>(std::copysign(1.0, value))));
@@ -311,7 +311,7 @@ class PlyReader {
     if (!justify(element, reserved)) return false;
     std::vector<Attribute>& attributes = layout.attributes();
     for (Attribute& attribute : attributes) attribute.values.reserve(reserved * attribute.stride());
-    constexpr size_t kBlock = 1024;  // points that arrays grow by
+    constexpr size_t kBlock = 1024;  // arrays grow by this number of points
     for (size_t point = 0; point < element.count; ++point) {
       if (point % kBlock == 0)
         for (Attribute& attribute : attributes)
@@ -406,7 +406,7 @@ class PlyReader {
     if (!values_.next(type, value)) return false;
     if (!(value >= 0 && value < mesh_.point_count && std::floor(value) == value)) {
       const std::string name = parse_integer_text(value);
-      return values_.fail("a face names vertex " + name + ", and there are " +
+      return values_.fail("a face names vertex " + name + ", but there are " +
                           std::to_string(mesh_.point_count));
     }
     corner = static_cast<uint32_t>(value);
@@ -432,8 +432,8 @@ class PlyReader {
     return true;
   }
 
-  // Every corner makes a triangle with the two before it, which turn the other way every second time; -1 begins
-  // a new strip.
+  // Every corner makes a triangle with the two corners before it, with alternating orientation. -1 begins a new
+  // strip.
   bool read_strips(const PlyProperty& property) {
     uint64_t length = 0;
     if (!read_length(property, length)) return false;
@@ -447,19 +447,19 @@ class PlyReader {
         continue;
       }
       if (!(value >= 0 && value < mesh_.point_count && std::floor(value) == value))
-        return values_.fail("a strip names vertex " + parse_integer_text(value) + ", and there are " +
+        return values_.fail("a strip names vertex " + parse_integer_text(value) + ", but there are " +
                             std::to_string(mesh_.point_count));
       last = {last[1], last[2], static_cast<uint32_t>(value)};
       if (++count < 3) continue;
       const auto [a, b, c] = last;
-      // Strips that turn a corner repeat an index: triangles that draw nothing.
+      // Strips that turn repeat an index: such triangles draw nothing and are skipped.
       if (a == b || b == c || c == a) continue;
       mesh_.faces.push_back(count % 2 == 1 ? std::array{a, b, c} : std::array{b, a, c});
     }
     return true;
   }
 
-  // Text that follows is more than the header says; binary files end in all kinds of filling.
+  // Text after the last element is an error. Binary files may end with any padding.
   bool read_trailer() {
     Scanner& scanner = values_.scanner();
     if (!values_.is_text()) {
@@ -468,7 +468,7 @@ class PlyReader {
       return true;
     }
     if (const std::string_view word = scanner.next_word(); !word.empty())
-      return values_.fail(in_quotes(word) + " is more than the header says");
+      return values_.fail(in_quotes(word) + " is more than the header states");
     return true;
   }
 

@@ -38,8 +38,8 @@ class HeaderReader {
 
   Expected<PlyHeader> read() {
     if (scanner_.word() != "ply") return error("it does not begin with \"ply\"");
-    // A binary file may begin with the byte of a line's end, so end_header's line must end as the first one
-    // does.
+    // The first byte of binary data may look like the end of a line. So the line of end_header must end as the
+    // first line does.
     const std::string_view end = scanner_.peek(2);
     const bool two_bytes = end == "\r\n", lone_return = !two_bytes && end.starts_with('\r');
     bool has_format = false;
@@ -56,7 +56,7 @@ class HeaderReader {
       } else if (keyword == "property") {
         status = read_property();
       } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
-        status = error(in_quotes(keyword) + " is no keyword of PLY");
+        status = error(in_quotes(keyword) + " is not a keyword of PLY");
       }
       if (!status.ok()) return status;
     }
@@ -80,7 +80,7 @@ class HeaderReader {
     else if (name == "binary_big_endian")
       header_.encoding = PlyEncoding::kBigEndian;
     else
-      return error(in_quotes(name) + " is no format of PLY");
+      return error(in_quotes(name) + " is not a format of PLY");
     const std::string_view version = scanner_.word();
     return version == "1.0" ? Status() : error("PLY " + in_quotes(version) + " is not version 1.0");
   }
@@ -91,7 +91,7 @@ class HeaderReader {
     const std::string_view word = scanner_.word();
     const std::optional<int64_t> count = parse_integer(word);
     if (element.name.empty() || !count || *count < 0)
-      return error(in_quotes(word) + " is no number of elements");
+      return error(in_quotes(word) + " is not a number of elements");
     element.count = static_cast<uint64_t>(*count);
     for (const PlyElement& other : header_.elements)
       if (other.name == element.name) return error("a second element " + in_quotes(element.name));
@@ -108,12 +108,13 @@ class HeaderReader {
     if (property.is_list) {
       word = scanner_.word();
       const std::optional<PlyType> type = type_of(word);
-      if (!type || *type >= PlyType::kFloat32) return error(in_quotes(word) + " is no type of a list's length");
+      if (!type || *type >= PlyType::kFloat32)
+        return error(in_quotes(word) + " is not a type for the length of a list");
       property.count_type = *type;
       word = scanner_.word();
     }
     const std::optional<PlyType> type = type_of(word);
-    if (!type) return error(in_quotes(word) + " is no type of PLY");
+    if (!type) return error(in_quotes(word) + " is not a type of PLY");
     property.type = *type;
     property.name = scanner_.word();
     if (property.name.empty()) return error("a property without a name");

@@ -1,4 +1,4 @@
-// The header of a PLY file: which elements of which properties follow.
+// The header of a PLY file: its elements and their properties.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ size_t ply_type_bytes(PlyType type);
 
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::kFloat32;  // of a list: of its values
+  PlyType type = PlyType::kFloat32;  // of a list: the type of its values
   bool is_list = false;
   PlyType count_type = PlyType::kUint8;  // of a list
 };

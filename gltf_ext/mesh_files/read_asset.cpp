@@ -44,7 +44,7 @@ std::optional<Format> format_of_name(const fs::path& path) {
   return found == kExtensions.end() ? std::nullopt : std::optional(found->format);
 }
 
-// The first word of the first line that is no comment, of those that are in the window.
+// The first word of the first line in the window that is not a comment.
 std::string_view first_word(std::string_view text) {
   constexpr std::string_view kBlanks = " \t\r\n\v\f";
   for (size_t at = 0; at < text.size();) {
@@ -109,13 +109,13 @@ Expected<Asset> read_whole_file(Scanner& scanner, Format format, const fs::path&
   return Asset{std::move(*document), std::move(warnings)};
 }
 
-// Remembers in `files` what it opened.
+// Adds the files that it opens to `files`.
 OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& files) {
   return [&source, &files](const std::string& name) -> Expected<std::unique_ptr<ByteStream>> {
     const auto relative = relative_path_of_uri(uri_of_path(name));
     if (!relative) return relative.status();
     const fs::path path = source.parent_path() / *relative;
-    // Only files: a pipe or a device that a file names could block or never end.
+    // Regular files only: a pipe or a device could block or never end.
     std::error_code error;
     if (source == "-" || !fs::is_regular_file(path, error)) return io_failure("no file " + path.string());
     files.push_back(path);
@@ -132,7 +132,7 @@ Expected<Asset> read_mesh_file(Scanner& scanner, Format format, const fs::path& 
                             : format == Format::kStl ? read_stl(scanner)
                             : format == Format::kOff ? read_off(scanner)
                                                      : read_obj(scanner, libraries_beside(source, libraries));
-  // What a stream failed with is why the rest is not there.
+  // A failure of the stream is the reason why the rest of the file is missing.
   if (Status status = scanner.failure(); !status.ok()) return status;
   if (!file) return file.status();
   repair_values(*file);

@@ -1,4 +1,4 @@
-// Any file that psplit reads, told by its content.
+// Reads a file of any supported format, recognized by its content.
 #pragma once
 
 #include <string>
@@ -12,25 +12,25 @@ namespace psplit {
 
 struct Asset {
   Document document;
-  std::vector<std::string> warnings;  // what was left out of the file or changed, a sentence each
+  std::vector<std::string> warnings;  // sentences about data that was left out or changed
 };
 
-// Reads glTF, GLB, Draco, PLY, OBJ, STL and OFF, and each of them packed by gzip; "-" is stdin. Content tells
-// which it is; only where it does not (an OBJ of unusual lines, broken files) does the name. `describe`
-// describes a Draco stream (gltf_ext/convert/draco_file.h). Mesh files are read in a window: the file itself is
-// not held in memory. Materials and textures of OBJ are looked for beside it. Errors: kIo, kInvalidInput,
-// kUnsupported (another format, a point cloud).
+// Reads glTF, GLB, Draco, PLY, OBJ, STL and OFF, each of them plain or packed by gzip; "-" is stdin. The
+// content decides the format. If it does not show one (an OBJ with unusual lines, broken files), the name
+// decides. `describe` describes a Draco stream (gltf_ext/convert/draco_file.h). Mesh files are read through a
+// window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
+// Errors: kIo, kInvalidInput, kUnsupported (another format, a point cloud).
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe);
 
-// The same of a stream that came from `source`.
+// The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
                            const DescribeStream& describe);
 
-// Whether a name is one of those formats': ".ply" and ".ply.gz" among others, in any case.
+// Whether the extension of a name is one of these formats, in any case: ".ply" and ".ply.gz", for example.
 bool is_asset_name(const std::filesystem::path& path);
-// The name without ".gz", and without what is before it where that names a format: "a.ply.gz" becomes "a".
+// The name without ".gz" and without the extension of a format before it: "a.ply.gz" becomes "a".
 std::filesystem::path without_asset_extensions(const std::filesystem::path& path);
-// "A .gltf, .glb, ... file", for helps and messages: ".gltf, .glb, .drc, .ply, .obj, .stl or .off".
+// ".gltf, .glb, .drc, .ply, .obj, .stl or .off", for help texts and messages.
 std::string asset_extensions_text();
 
 }  // namespace psplit

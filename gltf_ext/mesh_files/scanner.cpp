@@ -12,7 +12,7 @@ constexpr size_t kWindow = size_t{1} << 18;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; }
 bool is_line_end(char c) { return c == '\n' || c == '\r'; }
-// Control characters before the space are rare, so that one comparison settles most.
+// Control characters are rare, so one comparison with the space settles most characters.
 bool is_space(char c) { return static_cast<unsigned char>(c) <= ' ' && (is_blank(c) || is_line_end(c)); }
 
 template <typename T>
@@ -24,7 +24,7 @@ std::optional<T> parse_number(std::string_view word) {
   if (stop != end || word.empty() || error == std::errc::invalid_argument) return std::nullopt;
   if (error == std::errc()) return value;
   if constexpr (std::is_floating_point_v<T>) {
-    // Out of range: too large, or so small that it is zero.
+    // Out of range: too large, or so small that it becomes zero.
     if constexpr (std::is_same_v<T, float>)
       if (const std::optional<double> wide = parse_number<double>(word); wide && std::fabs(*wide) < 1)
         return static_cast<float>(*wide);
@@ -79,7 +79,7 @@ std::string_view Scanner::next_word() {
   for (;;) {
     const std::string_view found = word();
     if (!found.empty()) return found;
-    if (at_ == end_) return {};  // word() has looked for more
+    if (at_ == end_) return {};  // word() has tried to read more
     end_line();
   }
 }

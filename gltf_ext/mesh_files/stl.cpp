@@ -23,16 +23,16 @@ uint32_t facet_count_of(std::string_view header) {
   return count;
 }
 
-// A normal and three positions, as binary files hold them.
+// A normal and three positions, as binary files store them.
 struct Facet {
   std::array<float, 3> normal;
   std::array<Position, 3> corners;
 };
 
-// Points of equal position and normal are one, found through a table of twice their number of slots.
+// Merges points with equal position and normal, found through a hash table with twice as many slots.
 class SoupBuilder {
  public:
-  // False where a position is not finite.
+  // False if a position is not finite.
   bool add(const Facet& facet) {
     std::array<uint32_t, 3> face;
     for (size_t i = 0; i < 3; ++i) {
@@ -123,7 +123,7 @@ class TextReader {
       } else if (is_word(word, "endsolid") && inside_) {
         end_solid();
         scanner_.next_line();
-      } else if (is_word(word, "color") && inside_) {  // of a solid, which some programs add
+      } else if (is_word(word, "color") && inside_) {  // a statement that some programs add
         file_.losses.say("colours of solids are left out");
         scanner_.next_line();
       } else {
@@ -136,7 +136,7 @@ class TextReader {
   }
 
  private:
-  // A solid that begins inside another: the end of the first is missing.
+  // A solid begins inside another: the end of the first is missing.
   Status begin_solid() {
     if (inside_) return error_at_line(scanner_.line(), "\"solid\" where \"facet\" or \"endsolid\" is expected");
     inside_ = true;
@@ -149,7 +149,7 @@ class TextReader {
   void end_solid() {
     inside_ = false;
     if (soup_.face_count() == 0) return;
-    // Thousands of solids of a facet or two would cost more memory than their bytes justify.
+    // Thousands of solids with one or two facets would take more memory than their bytes justify.
     constexpr size_t kFewSolids = 1024, kBytesOfSolid = 512;
     if (file_.objects.size() < kFewSolids + scanner_.offset() / kBytesOfSolid)
       file_.objects.push_back({name_, {{soup_.take(), -1}}});
@@ -207,7 +207,7 @@ Expected<MeshFile> read_binary(Scanner& scanner) {
   const uint32_t count = facet_count_of(header);
   scanner.skip(kHeaderBytes);
   const auto ends_early = [&](uint64_t there) {
-    return invalid_input("STL: claims " + std::to_string(count) + " facets, and ends after " +
+    return invalid_input("STL: the file claims " + std::to_string(count) + " facets but ends after " +
                          std::to_string(there));
   };
   if (const auto left = scanner.bytes_left(); left && *left / kFacetBytes < count)
@@ -251,7 +251,7 @@ bool is_text_stl(Scanner& scanner) {
   const size_t begin = text.find_first_not_of(kSpaces);
   if (begin == std::string_view::npos || text.size() - begin < 5 || !is_word(text.substr(begin, 5), "solid"))
     return false;
-  // Names may be in any encoding, but no text holds a zero, and few files of floats do not.
+  // Names may be in any encoding. But no text contains a zero byte, and nearly every file of floats does.
   return text.find('\0') == std::string_view::npos;
 }
 

@@ -1,4 +1,4 @@
-// STL, in text and in binary.
+// STL, in text and binary.
 #pragma once
 
 #include "gltf_ext/mesh_files/mesh_file.h"
@@ -6,16 +6,16 @@
 
 namespace psplit {
 
-// Whether the file is STL in text. The word "solid" does not tell: many programs begin the header of a binary
-// file with it. A file is binary where its size is what its count of facets makes it, and text where "solid" is
-// followed by nothing but text.
+// Whether the file is STL in text. The word "solid" is not enough, because many programs begin the header of a
+// binary file with it. A file is binary if its size matches its count of facets, and text if only text follows
+// "solid".
 bool is_text_stl(Scanner& scanner);
-// Whether the size is what the count of facets makes it; false where the size is unknown.
+// Whether the size of the file matches its count of facets. False if the size is unknown.
 bool has_size_of_binary_stl(Scanner& scanner);
 
-// One object a solid, with the facets' normals. Points of equal position and normal are one point. Errors:
-// kInvalidInput with the line or byte: facets that are not there, words that are no numbers, positions that are
-// not finite.
+// One object for each solid, with the normals of the facets. Points with equal position and normal are one
+// point. Errors: kInvalidInput with the line or byte (missing facets, words that are not numbers, positions
+// that are not finite).
 Expected<MeshFile> read_stl(Scanner& scanner);
 
 }  // namespace psplit

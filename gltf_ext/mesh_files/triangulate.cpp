@@ -23,7 +23,8 @@ std::span<const Triangle> Triangulator::triangulate(std::span<const Position> po
 }
 
 // The plane is that of Newell's normal: the sum of the cross products of neighbouring corners, which is twice
-// the area vector. Dropping the axis along which the normal is longest keeps who is left of whom.
+// the area vector. The axis along which the normal is longest is dropped, which keeps the orientation of
+// triangles.
 bool Triangulator::project(std::span<const Position> polygon) {
   std::array<double, 3> normal{};
   const Position& origin = polygon[0];
@@ -51,7 +52,8 @@ double Triangulator::turn(uint32_t a, uint32_t b, uint32_t c) const {
   return (q.x - p.x) * (r.y - p.y) - (q.y - p.y) * (r.x - p.x);
 }
 
-// All corners turn left, and the outline goes around once: it changes between left and right twice.
+// Convex: all corners turn left, and the outline goes around once, so its direction changes between leftwards
+// and rightwards twice.
 bool Triangulator::is_strictly_convex() const {
   const auto count = static_cast<uint32_t>(points_.size());
   int changes = 0;
@@ -70,7 +72,7 @@ void Triangulator::fan(size_t corner_count) {
   for (uint32_t i = 1; i + 1 < corner_count; ++i) triangles_.push_back({0, i, i + 1});
 }
 
-// The diagonal from corner 0, unless only the other one stays inside.
+// The diagonal from corner 0, unless only the other diagonal is inside.
 void Triangulator::cut_quad() {
   const double kept = std::min(turn(0, 1, 2), turn(0, 2, 3)), other = std::min(turn(1, 2, 3), turn(1, 3, 0));
   if (kept <= 0 && other > kept)
@@ -116,7 +118,7 @@ void Triangulator::sort_reflex_corners() {
   cell_corners_.resize(reflex_count);
   for (uint32_t i = count; i-- > 0;)
     if (is_reflex_[i]) cell_corners_[--cell_begin_[cell_of(i) + 1]] = i;
-  // Filling from behind has moved each cell's end to its begin.
+  // Filling backwards has moved each cell's end to its begin.
   cell_begin_.erase(cell_begin_.begin());
   cell_begin_.push_back(reflex_count);
 }
@@ -125,7 +127,7 @@ void Triangulator::update_reflex(uint32_t corner) {
   if (is_reflex_[corner]) is_reflex_[corner] = turn(previous_[corner], corner, next_[corner]) <= 0;
 }
 
-// Outlines of regions with holes go along a bridge twice, so that corners may lie on each other.
+// The outline of a region with holes follows a bridge twice, so corners may coincide.
 bool Triangulator::holds(uint32_t a, uint32_t b, uint32_t c, uint32_t corner) const {
   if (corner == a || corner == b || corner == c) return false;
   const Point& p = points_[corner];
@@ -148,9 +150,9 @@ bool Triangulator::is_empty(uint32_t a, uint32_t b, uint32_t c) {
   return true;
 }
 
-// A triangle at a corner that turns left, and that holds no other corner, is cut off, until three corners are
-// left. Only reflex corners can lie in it first. Where there is none, the polygon crosses itself or has corners
-// without area: then any corner goes, best one that turns left.
+// Ear clipping: a triangle at a corner that turns left and that contains no other corner is cut off, until
+// three corners are left. It is enough to test reflex corners. If there is no such triangle, the polygon
+// crosses itself or has corners without area: then any corner is cut off, preferably one that turns left.
 void Triangulator::cut_ears() {
   const auto count = static_cast<uint32_t>(points_.size());
   previous_.resize(count);
@@ -189,7 +191,7 @@ void Triangulator::cut_ears() {
     --left;
     tried = 0;
     choice = steps_left_ > 0 ? kEar : kLeftTurn;
-    corner = next_[after];  // not the next one, or all triangles would meet in one corner
+    corner = next_[after];  // not the next corner, or all triangles would meet in one corner
   }
   triangles_.push_back({previous_[corner], corner, next_[corner]});
   irregular_count_ += irregular;

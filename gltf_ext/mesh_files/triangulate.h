@@ -1,4 +1,4 @@
-// Polygons of any size as triangles.
+// Polygons of any size to triangles.
 #pragma once
 
 #include <array>
@@ -11,24 +11,25 @@ namespace psplit {
 using Position = std::array<float, 3>;
 using Triangle = std::array<uint32_t, 3>;
 
-// Keeps its memory from one polygon to the next.
+// Its memory is reused from one polygon to the next.
 class Triangulator {
  public:
-  // Cuts a polygon of n corners, 3 or more, into n - 2 triangles of corner numbers, which turn as the polygon
-  // does and use every corner. They cover the polygon exactly where it is flat, or nearly so, and does not
-  // cross itself; it may be concave and may have corners on straight edges. Convex polygons become fans around
-  // corner 0. Positions are finite. The triangles are valid until the next call. Time grows with n, also for
-  // hostile polygons.
+  // Cuts a polygon of n >= 3 corners into n - 2 triangles of corner numbers. They have the orientation of the
+  // polygon and use every corner. They cover the polygon exactly if it is flat, or nearly flat, and does not
+  // cross itself. It may be concave and may have corners on straight edges. Convex polygons become fans around
+  // corner 0. Positions must be finite. The triangles are valid until the next call. Time grows with n, also
+  // for hostile polygons.
   std::span<const Triangle> triangulate(std::span<const Position> polygon);
 
-  // The polygons so far that could not be covered: they cross themselves, or have no area.
+  // The number of polygons so far that could not be covered, because they cross themselves or have no area.
   uint64_t irregular_count() const { return irregular_count_; }
 
  private:
   struct Point {
     double x, y;
   };
-  // Whether there is a plane to look at the polygon in: points_ are the corners there, counterclockwise.
+  // Projects the polygon to a plane: points_ are its corners there, counterclockwise. False if there is no
+  // plane.
   bool project(std::span<const Position> polygon);
   bool is_strictly_convex() const;
   double turn(uint32_t a, uint32_t b, uint32_t c) const;  // twice the area of a triangle of points_
@@ -37,7 +38,7 @@ class Triangulator {
   void cut_ears();
   void sort_reflex_corners();
   void update_reflex(uint32_t corner);
-  bool is_empty(uint32_t a, uint32_t b, uint32_t c);  // no reflex corner in the triangle
+  bool is_empty(uint32_t a, uint32_t b, uint32_t c);  // whether no reflex corner is in the triangle
   bool holds(uint32_t a, uint32_t b, uint32_t c, uint32_t corner) const;
   size_t column(double x) const;
   size_t row(double y) const;
@@ -46,7 +47,7 @@ class Triangulator {
   std::vector<Point> points_;
   std::vector<uint32_t> previous_, next_;
   std::vector<uint8_t> is_reflex_;
-  // The reflex corners, by cells of a grid over the polygon.
+  // The reflex corners, by the cells of a grid over the polygon.
   std::vector<uint32_t> cell_begin_, cell_corners_;
   size_t cells_ = 1;  // along each axis
   Point origin_{}, cells_per_unit_{};

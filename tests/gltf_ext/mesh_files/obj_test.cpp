@@ -123,8 +123,9 @@ TEST(Obj, LibrariesStayBesideTheFile) {
         << "mtllib " << library << "\nusemtl m\n" + kSquare + "f 1 2 3\n";
     const Expected<Asset> asset = read_asset(folder / "inner" / "asset.obj", describe_stream);
     ASSERT_TRUE(asset.ok());
-    EXPECT_EQ(warnings_of(asset), "the library of materials \"" + std::string(library) +
-                                      "\" cannot be read\n1 material is in no library: it has a name only\n");
+    EXPECT_EQ(warnings_of(asset),
+              "the library of materials \"" + std::string(library) +
+                  "\" cannot be read\n1 material is in no library: it gets only its name\n");
     EXPECT_EQ(asset->document.json["materials"][0]["name"], "m");
   }
 }
@@ -155,17 +156,18 @@ TEST(Obj, WhatIsLeftOutIsSaid) {
 }
 
 TEST(Obj, ErrorsSayWhere) {
-  EXPECT_EQ(message_of(kSquare + "f 1 2 5\n"), "line 5: a face names vertex 5, and there are 4");
-  EXPECT_EQ(message_of(kSquare + "f 1 2 0\n"), "line 5: a face names vertex 0, and they are counted from 1");
-  EXPECT_EQ(message_of(kSquare + "f 1 2 -5\n"), "line 5: a face names vertex -5, and there are 4 before it");
-  EXPECT_EQ(message_of(kSquare + "f 1 2 x\n"), "line 5: \"x\" is no number of a vertex");
+  EXPECT_EQ(message_of(kSquare + "f 1 2 5\n"), "line 5: a face names vertex 5, but there are 4");
+  EXPECT_EQ(message_of(kSquare + "f 1 2 0\n"),
+            "line 5: a face names vertex 0, but vertices are counted from 1");
+  EXPECT_EQ(message_of(kSquare + "f 1 2 -5\n"), "line 5: a face names vertex -5, but there are 4 before it");
+  EXPECT_EQ(message_of(kSquare + "f 1 2 x\n"), "line 5: \"x\" is not a vertex number");
   EXPECT_EQ(message_of(kSquare + "f 1 2 99999999999999999999\n"),
-            "line 5: \"99999999999999999999\" is no number of a vertex");
+            "line 5: \"99999999999999999999\" is not a vertex number");
   EXPECT_EQ(message_of(kSquare + "f 1 2 -9223372036854775808\n").substr(0, 20), "line 5: a face names");
   EXPECT_EQ(message_of("v 1 2\n"), "line 1: a vertex of fewer than 3 numbers");
   EXPECT_EQ(message_of("v 1 2 3,5\n"), "line 1: \"3,5\" is not a number");
   EXPECT_EQ(message_of("v 1 2 inf\n"), "line 1: a position that is not finite");
-  EXPECT_EQ(message_of("v 1 2 3\n\x01\x02\n"), "line 2: \"??\" is no statement of OBJ");
+  EXPECT_EQ(message_of("v 1 2 3\n\x01\x02\n"), "line 2: \"??\" is not a statement of OBJ");
   EXPECT_EQ(message_of(kSquare, "a.obj", StatusCode::kUnsupported),
             "a point cloud: only triangles can be split");
 }

@@ -37,7 +37,7 @@ TEST(Off, VariantsHaveTheirAttributes) {
   EXPECT_EQ(floats_of(all, "TEXCOORD_0")[0], 0.5f);
   std::string warnings;
   EXPECT_EQ(mesh("OFF", " 255 0 0", &warnings).attributes.size(), 1u);
-  EXPECT_EQ(warnings, "3 vertices have more numbers than the header says, which are left out\n");
+  EXPECT_EQ(warnings, "3 vertices have more numbers than the header states, which are left out\n");
 }
 
 TEST(Off, PolygonsAndTheirColoursAreRead) {
@@ -52,17 +52,18 @@ TEST(Off, PolygonsAndTheirColoursAreRead) {
 
 TEST(Off, ErrorsSayWhere) {
   const std::string three = "0 0 0\n1 0 0\n0 1 0\n";
-  EXPECT_EQ(message_of("OFF\n3 1 0\n" + three + "3 0 1 3\n"), "line 6: a face names vertex 3, and there are 3");
+  EXPECT_EQ(message_of("OFF\n3 1 0\n" + three + "3 0 1 3\n"), "line 6: a face names vertex 3, but there are 3");
   EXPECT_EQ(message_of("OFF\n3 1 0\n" + three + "3 0 1 -1\n"),
-            "line 6: a face names vertex -1, and there are 3");
+            "line 6: a face names vertex -1, but there are 3");
   EXPECT_EQ(message_of("OFF\n3 1 0\n0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"),
             "line 4: the position of vertex 1 is not finite");
-  EXPECT_EQ(message_of("OFF\n3 1 0\n" + three + "3 0 1 2\n7\n"), "line 7: \"7\" is more than the header says");
+  EXPECT_EQ(message_of("OFF\n3 1 0\n" + three + "3 0 1 2\n7\n"),
+            "line 7: \"7\" is more than the header states");
   EXPECT_EQ(message_of("OFF\n353535235358 6 0\n" + three),
             "line 2: the header claims 353535235358 vertices and 6 faces, and 19 bytes follow");
   EXPECT_EQ(message_of("OFF\n9223372036854775807 9223372036854775807 0\n").substr(0, 25),
             "line 2: the header claims");
-  EXPECT_EQ(message_of("OFF\nx 6 0\n"), "line 2: \"x\" is no number of vertices, faces or edges");
+  EXPECT_EQ(message_of("OFF\nx 6 0\n"), "line 2: \"x\" is not a number of vertices, faces or edges");
   EXPECT_EQ(message_of("OFF BINARY\n", "a.off", StatusCode::kUnsupported), "OFF: binary files are not read");
   EXPECT_EQ(message_of("4OFF\n", "a.off", StatusCode::kUnsupported),
             "OFF: only vertices of three dimensions are read");

@@ -163,19 +163,19 @@ TEST(Ply, ErrorsSayWhere) {
   const auto text = [&](const std::string& body, int faces = 1) {
     return header("ascii", 3, kXyz, faces) + body;
   };
-  EXPECT_EQ(message_of(text(three + "3 0 1 3\n")), "line 14: a face names vertex 3, and there are 3");
-  EXPECT_EQ(message_of(text(three + "3 0 1 -1\n")), "line 14: a face names vertex -1, and there are 3");
+  EXPECT_EQ(message_of(text(three + "3 0 1 3\n")), "line 14: a face names vertex 3, but there are 3");
+  EXPECT_EQ(message_of(text(three + "3 0 1 -1\n")), "line 14: a face names vertex -1, but there are 3");
   EXPECT_EQ(message_of(text("0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n")),
             "line 12: the position of vertex 1 is not finite");
   EXPECT_EQ(message_of(text("0 0 0\n1 0 1e99\n0 1 0\n3 0 1 2\n")), "line 12: \"1e99\" is not a number");
-  EXPECT_EQ(message_of(text("0 0 0\n1 0\n0 1 0\n3 0 1 2\n")), "line 13: \"1\" is more than the header says");
-  EXPECT_EQ(message_of(text(three + "3 0 1 2 7\n")), "line 14: \"7\" is more than the header says");
-  EXPECT_EQ(message_of(text(three + "3 0 1 2\n3 0 1 2\n")), "line 15: \"3\" is more than the header says");
+  EXPECT_EQ(message_of(text("0 0 0\n1 0\n0 1 0\n3 0 1 2\n")), "line 13: \"1\" is more than the header states");
+  EXPECT_EQ(message_of(text(three + "3 0 1 2 7\n")), "line 14: \"7\" is more than the header states");
+  EXPECT_EQ(message_of(text(three + "3 0 1 2\n3 0 1 2\n")), "line 15: \"3\" is more than the header states");
   EXPECT_EQ(message_of(text(three + "300 0 1 2\n")), "line 14: \"300\" is out of its type's range");
   EXPECT_EQ(message_of(text(three + "3 0 1 x\n")), "line 14: \"x\" is not a number");
   EXPECT_EQ(message_of(text(three + "3 0 1 1.5\n")), "line 14: \"1.5\" is not a whole number");
   EXPECT_EQ(message_of("ply\nformat ascii 2.0\nend_header\n"), "line 2: PLY \"2.0\" is not version 1.0");
-  EXPECT_EQ(message_of("ply\nelement vertex 1\nproperty what x\n"), "line 3: \"what\" is no type of PLY");
+  EXPECT_EQ(message_of("ply\nelement vertex 1\nproperty what x\n"), "line 3: \"what\" is not a type of PLY");
   EXPECT_EQ(message_of("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nend_header\n1\n2\n3\n"),
             "line 6: vertices without x, y and z");
   // More than the bytes can hold is refused before anything is read or allocated.

@@ -85,7 +85,8 @@ TEST(Stl, WhatIsLeftOutIsSaid) {
 }
 
 TEST(Stl, ErrorsSayWhere) {
-  EXPECT_EQ(message_of(binary("liar", 40000000, 2), "a.stl"), "STL: claims 40000000 facets, and ends after 2");
+  EXPECT_EQ(message_of(binary("liar", 40000000, 2), "a.stl"),
+            "STL: the file claims 40000000 facets but ends after 2");
   EXPECT_EQ(message_of(binary("none", 0, 0)), "STL: no facets");
   EXPECT_EQ(message_of("solid a\nendsolid a\n"), "STL: no facets");
   EXPECT_EQ(message_of("solid a\nfacet normal 0 0 x\n"), "line 2: \"x\" is not a number");

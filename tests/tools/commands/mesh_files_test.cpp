@@ -84,7 +84,7 @@ TEST_F(MeshFiles, BrokenFilesAreNamedOnceAndLeaveNothing) {
   write("empty.stl", "");
   for (const auto& [name, message] :
        {std::pair{"cut.ply", "line 15: the file ends inside its element \"face\""},
-        {"far.obj", "line 7: a face names vertex 9, and there are 4"},
+        {"far.obj", "line 7: a face names vertex 9, but there are 4"},
         {"empty.stl", "the file is empty"}}) {
     const CommandOutcome outcome = run_command({"encode", path(name), path("out.glb")});
     EXPECT_EQ(outcome.code, 3);
