@@ -44,6 +44,8 @@ class LockedLog {
 bool may_write_into(const std::filesystem::path& folder);
 
 bool is_terminal(std::FILE* stream);
+// The width of the terminal. 0 if the stream is not a terminal, or if the width is unknown.
+size_t terminal_columns(std::FILE* stream);
 
 // Keeps the memory of freed large arrays for later use instead of returning it to the system. Does nothing if
 // the C library has no such setting.

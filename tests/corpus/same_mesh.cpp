@@ -1,6 +1,6 @@
-// same_mesh [--lossless] INPUT DECODED: whether two files hold the same meshes, within the grids of
-// `gltf-psplit encode` and its default bits. Exit code 0: yes; 7: no, and why on stdout; 3: a file does not
-// read.
+// same_mesh [--lossless] INPUT DECODED: tells whether two files hold the same meshes, within the grids of
+// `gltf-psplit encode` with its default bits. Exit codes: 0: they do; 7: they do not, with the reason on
+// stdout; 3: a file cannot be read.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -20,7 +20,7 @@
 namespace psplit {
 namespace {
 
-// A primitive with its morph targets as further attributes: they belong to the same points.
+// A primitive with its morph targets as further attributes, because they belong to the same points.
 Expected<Mesh> read_with_morphs(const Document& document, PrimitiveId id, const ThreadPool& pool) {
   Expected<Mesh> mesh = read_primitive(document, id, draco_backend(), pool);
   if (!mesh) return mesh;
@@ -35,8 +35,8 @@ Expected<Mesh> read_with_morphs(const Document& document, PrimitiveId id, const 
   return mesh;
 }
 
-// Every primitive of a file, in order: one without triangles is an empty mesh, one in a storage that psplit
-// leaves alone (meshoptimizer's compression, say) the status that says so.
+// All primitives of a file, in order. A primitive without triangles is an empty mesh. A primitive in a storage
+// that psplit does not change, such as meshoptimizer's compression, is a status.
 Expected<std::vector<Expected<Mesh>>> read_meshes(const std::string& path, const ThreadPool& pool) {
   std::vector<Expected<Mesh>> meshes;
   const Expected<Asset> asset = read_asset(path, describe_draco_stream);
@@ -52,7 +52,7 @@ Expected<std::vector<Expected<Mesh>>> read_meshes(const std::string& path, const
   return meshes;
 }
 
-// What encode does to points that are equal in everything, done here in another way.
+// Merges points that are equal in all attributes, as `encode` does, with independent code.
 Mesh merge_duplicates(const Mesh& mesh) {
   Mesh merged;
   for (const Attribute& attribute : mesh.attributes) {
@@ -92,7 +92,7 @@ bool has_unit_length(const float* v) {
   return std::fabs(std::sqrt(square) - 1.0) <= 1e-2;
 }
 
-// The grid must be that of the values: one much wider would forgive everything.
+// The grid must fit the values: a much wider grid would accept any difference.
 bool fits_tightly(const AttributeCoding& grid, const Attribute& attribute) {
   const std::vector<float> values = floats_of(attribute);
   const size_t width = attribute.component_count;
@@ -108,7 +108,7 @@ bool fits_tightly(const AttributeCoding& grid, const Attribute& attribute) {
   return extent == 0 || double{grid.range} <= extent * 1.001;
 }
 
-// The defaults of `gltf-psplit encode`, with a grid for each primitive.
+// The tolerances for the default options of `gltf-psplit encode`, with a grid for each primitive.
 Expected<Tolerance> default_tolerance(const Attribute& attribute) {
   const std::string& name = attribute.semantic;
   if (attribute.component_type != ComponentType::kFloat32 || name.starts_with("target "))
@@ -121,12 +121,12 @@ Expected<Tolerance> default_tolerance(const Attribute& attribute) {
   }
   const int bits = name == "POSITION" ? 14 : name.starts_with("COLOR_") ? 8 : 12;
   const std::vector<float> values = floats_of(attribute);
-  // What no grid can hold is kept exactly.
+  // Values that no grid can hold are kept exactly.
   if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); })) return exact_tolerance();
   Expected<AttributeCoding> grid = fit_grid(attribute, bits);
   if (!grid) return exact_tolerance();
-  // Grids of what glTF limits go from end to end. Weights go to the step above or below, so that their sum
-  // stays one: half a step more than the nearest.
+  // If glTF limits the values, the grid covers the whole allowed range. Weights may be rounded to the step
+  // above or below, so that their sum stays one; this is up to half a step more than rounding to the nearest.
   const bool is_weights = name.starts_with("WEIGHTS_");
   if (is_weights || name.starts_with("COLOR_") || name == "TANGENT") {
     constexpr float kNoise = 1e-5f;
@@ -139,7 +139,7 @@ Expected<Tolerance> default_tolerance(const Attribute& attribute) {
   return grid_tolerance(bits, grid->origin, grid->range);
 }
 
-// Without the points that no face uses.
+// The mesh without points that no face uses.
 Mesh drop_unused_points(const Mesh& mesh) {
   constexpr uint32_t kUnused = 0xffffffffu;
   std::vector<uint32_t> number(mesh.point_count, kUnused);
@@ -160,8 +160,8 @@ Mesh drop_unused_points(const Mesh& mesh) {
   return kept;
 }
 
-// Each face with points of its own, those left out that repeat a point: what is drawn, whatever points it
-// shares.
+// Gives each face points of its own and leaves out faces that repeat a point. So meshes that draw the same are
+// equal, no matter which points their faces share.
 Mesh drawn_faces(const Mesh& mesh) {
   Mesh soup;
   std::vector<uint32_t> source;
@@ -183,7 +183,7 @@ Mesh drawn_faces(const Mesh& mesh) {
   return soup;
 }
 
-// Empty when equal. What psplit cannot read must have passed through as it was.
+// Empty if the primitives are equal. A primitive that psplit cannot read must be unchanged.
 std::string difference(const Expected<Mesh>& input, const Expected<Mesh>& decoded, bool lossless) {
   if (!input || !decoded)
     return input.ok() == decoded.ok() ? "" : input.status().message() + decoded.status().message();
@@ -195,15 +195,16 @@ std::string difference(const Expected<Mesh>& input, const Expected<Mesh>& decode
     tolerances.push_back(std::move(*tolerance));
   }
   const std::string why = compare_meshes(expected, *decoded, tolerances);
-  // By default what draws nothing goes, and stock Draco has a point more where it splits a vertex.
+  // By default, faces and points that draw nothing are dropped, and stock Draco adds a point when it splits a
+  // vertex.
   if (!why.empty() && !lossless) {
     const std::string drawn = compare_meshes(drawn_faces(expected), drawn_faces(*decoded), tolerances);
     if (drawn.empty()) return drawn;
-    // A primitive that would grow stays exactly as it was, with equal points apart.
+    // A primitive that would grow is unchanged, and its equal points are not merged.
     const std::vector<Tolerance> exact(input->attributes.size(), exact_tolerance());
     return compare_meshes(drawn_faces(*input), drawn_faces(*decoded), exact).empty() ? "" : drawn;
   }
-  // Primitives that share their attributes divide the points: those that only others use go to the others.
+  // Primitives that share attributes divide the points: each gets only the points that it uses.
   if (why.empty() || expected.point_count == decoded->point_count) return why;
   return compare_meshes(drop_unused_points(expected), drop_unused_points(*decoded), tolerances);
 }

@@ -1,4 +1,4 @@
-// Any bytes as a container, decoded with one attribute and stitched.
+// Decodes any bytes as a container with one attribute, and stitches the result.
 #include "src/cpu/cpu_backend.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

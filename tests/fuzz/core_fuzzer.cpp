@@ -1,5 +1,5 @@
-// Any bytes to the core's decoder, in memory that is just large enough for small meshes: no index out of
-// bounds, no endless loop.
+// Feeds any bytes to the core's decoder, with memory that is just large enough for small meshes. No index may
+// be out of bounds, and no loop may be endless.
 #include <memory>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// Any bytes as a .glb or a .gltf: read, validated, swept, decoded.
+// Reads any bytes as a .glb or a .gltf, and validates, sweeps and decodes the document.
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/drop_unused.h"
@@ -8,7 +8,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const psplit::ThreadPool pool(1);
   static const psplit::DecodeBackend backend = psplit::cpu_backend();
-  // No folder of that name is there: URIs of files lead nowhere.
+  // The folder does not exist, so no URI of a file resolves.
   psplit::Expected<psplit::Document> document =
       psplit::parse_document({data, size}, "/nowhere/at/all/asset.gltf");
   if (!document) return 0;

@@ -1,5 +1,5 @@
-// Any bytes as PLY, OBJ, STL, OFF or gzip of them: the first byte chooses the name, which decides where the
-// content does not.
+// Reads any bytes as PLY, OBJ, STL or OFF, or as gzip of these. The first byte selects the name of the file,
+// which decides the format if the content does not.
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
@@ -7,7 +7,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static const psplit::ThreadPool pool(1);
   static const psplit::DecodeBackend backend = psplit::cpu_backend();
-  // No folder of that name is there: materials lead nowhere.
+  // The folder does not exist, so no material file is found.
   static constexpr const char* kNames[] = {"/nowhere/a.ply", "/nowhere/a.obj", "/nowhere/a.stl",
                                            "/nowhere/a.off"};
   if (size == 0) return 0;

@@ -1,4 +1,4 @@
-// write_seeds FOLDER: what the fuzzers start from, a folder for each.
+// write_seeds FOLDER: writes the seeds of each fuzzer into a folder of its own.
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -26,8 +26,8 @@ void write(const fs::path& folder, size_t number, std::span<const uint8_t> bytes
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-// The same small asset in every form: plain, in patches, as stock Draco, with a sparse morph target; .glb and
-// .gltf.
+// The same small asset in every form: plain, in patches, as stock Draco, with a sparse morph target; as .glb
+// and as .gltf.
 void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
   using psplit::Json;
   const psplit::Mesh mesh = psplit::make_grid(4, 4);
@@ -48,7 +48,7 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
           Json::array({{{"POSITION", document.json["accessors"].size() - 1}}});
     }
     (void)psplit::write_document(document, folder / (std::to_string(form) + ".glb"));
-    // A .gltf with its bytes in a data URI, not in base64.
+    // A .gltf whose bytes are in a data URI without base64.
     Json json = document.json;
     constexpr const char* kHex = "0123456789abcdef";
     std::string uri = "data:,";
@@ -79,7 +79,7 @@ int main(int argc, char** argv) {
   size_t number = 0;
   psplit::for_each_draco_stream([&](const psplit::DracoStream& stream) { write(core, number++, stream.bytes); },
                                 psplit::StreamSet::kSmall);
-  // The first byte chooses a name.
+  // The first byte selects a name.
   for (std::string seed : psplit::mesh_file_seeds()) {
     seed.insert(0, 1, static_cast<char>(number % 4));
     write(mesh_file, number++, {reinterpret_cast<const uint8_t*>(seed.data()), seed.size()});

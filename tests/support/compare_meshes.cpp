@@ -1,7 +1,7 @@
-// Both meshes become bags of elements (triangles, then points), each an ordered list of points. Elements that
-// agree to the bit and to the grid point are paired by sorting. What is left over is a value that rounding took
-// to a neighbouring grid point, or a real difference: those few are paired by a maximum matching among the
-// elements near each other.
+// Each mesh becomes a bag of elements (triangles, then points), each an ordered list of points. Elements whose
+// bits and grid points agree are paired by sorting. The few remaining elements either have a value that was
+// rounded to an adjacent grid point, or they really differ. They are paired by a maximum matching among
+// elements that are near each other.
 #include "tests/support/compare_meshes.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ float float_at(const Attribute& attribute, size_t point, size_t component) {
 struct Column {
   const Attribute* of[2];  // expected, actual
   Tolerance tolerance;
-  int64_t steps = 0;  // of the grid that two equal values may be apart
+  int64_t steps = 0;  // grid steps that two equal values may differ by
 };
 
 int64_t snap(const Column& column, float value, size_t component) {
@@ -42,7 +42,7 @@ int64_t snap(const Column& column, float value, size_t component) {
   return static_cast<int64_t>(std::clamp(scaled, -1e12f, 1e12f));
 }
 
-// One step, and where single precision is coarser than the grid, what its rounding is worth in steps.
+// One step, plus the rounding error of single precision in steps if that is coarser than the grid.
 int64_t allowed_steps(const Tolerance& grid) {
   double magnitude = 0;
   for (const float origin : grid.origin)
@@ -126,7 +126,7 @@ class Comparison {
     return {};
   }
 
-  // Points with the same key, in either mesh, get the same number. The key holds all but octahedral values.
+  // Points with the same key get the same number in both meshes. The key has all values except octahedral ones.
   void number_points() {
     size_t key_bytes = 0;
     for (const Column& column : columns_) {
@@ -175,7 +175,7 @@ class Comparison {
   static int64_t grid_value(const Column& column, int side, size_t point, size_t component) {
     const float value = float_at(*column.of[side], point, component);
     if (column.tolerance.range > 0) return snap(column, value, component);
-    // A grid of one point: nothing to snap to, so the value itself, the two zeros being one.
+    // A grid of one point cannot round anything, so the value itself is the key. Both zeros are the same value.
     const float no_sign_of_zero = value + 0.0f;
     uint32_t bits;
     std::memcpy(&bits, &no_sign_of_zero, sizeof bits);
@@ -214,7 +214,8 @@ class Comparison {
     }
     if (std::fabs(actual_square - 1) > 1e-3) return false;
     if (!(expected_square > 0) || !std::isfinite(expected_square)) return true;
-    // Half a grid cell's diagonal, stretched by at most sqrt(3) where the octahedron is nearest to the centre.
+    // Half the diagonal of a grid cell, stretched by at most sqrt(3), where the octahedron is nearest to the
+    // centre.
     const double angle = 4.0 / static_cast<double>((int64_t{1} << column.tolerance.bits) - 1) + 1e-3;
     const double cosine = dot / std::sqrt(expected_square * actual_square);
     return std::acos(std::clamp(cosine, -1.0, 1.0)) <= angle;
@@ -229,7 +230,7 @@ class Comparison {
   }
 
   struct Keyed {
-    Corners key;  // numbers of the corners, smallest rotation
+    Corners key;  // the numbers of the corners, in the smallest rotation
     uint32_t element;
     bool operator<(const Keyed& other) const {
       return std::tie(key, element) < std::tie(other.key, other.element);
@@ -264,11 +265,12 @@ class Comparison {
     const bool may_round = std::ranges::any_of(columns_, [](const Column& column) { return column.steps > 0; });
     if (!may_round) return describe(what, expected, actual, left_over, right_over);
 
-    // Every grid value of an element that matches is near: so is their sum, which no rotation changes.
+    // If elements match, each grid value is near its counterpart. So are their sums, which do not depend on the
+    // rotation.
     std::unordered_map<uint64_t, std::vector<uint32_t>> cells;
     for (const uint32_t element : right_over) cells[cell_of(1, actual[element], {})].push_back(element);
     std::vector<std::vector<uint32_t>> near(left_over.size());
-    // Only meshes that have little in common reach this many.
+    // Only meshes with little in common have this many.
     size_t pairs_left = 20'000'000;
     for (size_t i = 0; i < left_over.size(); ++i)
       for (int64_t offset = 0; offset < 27; ++offset) {
@@ -286,7 +288,7 @@ class Comparison {
     return describe(what, expected, actual, still_left, still_right);
   }
 
-  // The cell, in a coarse grid, of the sums of an element's first three grid components.
+  // The cell in a coarse grid for the sums of an element's first three grid components.
   uint64_t cell_of(int side, const Corners& element, std::array<int64_t, 3> shift) const {
     uint64_t hash = 0;
     for (const Column& column : columns_) {
@@ -303,8 +305,8 @@ class Comparison {
     return hash;
   }
 
-  // A maximum matching of a with b by augmenting paths; what stays alone goes to the two lists at the end.
-  // candidates(i) are the elements that a[i] may take.
+  // A maximum matching of a with b by augmenting paths. Unmatched elements are put into the two lists at the
+  // end. candidates(i) are the elements that a[i] may be paired with.
   template <typename Candidates>
   void pair_up(const std::vector<Corners>& expected, const std::vector<Corners>& actual,
                const std::vector<uint32_t>& a, const std::vector<uint32_t>& b, const Candidates& candidates,
@@ -319,7 +321,7 @@ class Comparison {
     for (size_t i = 0; i < a.size(); ++i) {
       std::unordered_map<uint32_t, bool> seen;
       std::vector<Step> path = {{i, 0}};
-      std::vector<uint32_t> wanted;  // wanted[k]: what path[k] would take
+      std::vector<uint32_t> wanted;  // wanted[k]: the element that path[k] would be paired with
       bool found = false;
       while (!path.empty() && !found) {
         Step& step = path.back();
@@ -329,7 +331,7 @@ class Comparison {
           if (!wanted.empty()) wanted.pop_back();
           continue;
         }
-        // A free partner that lies at the same place in its list is the common case: look there first.
+        // Commonly, a free partner is at the same place in its list, so look there first.
         const uint32_t option = options[(step.next++ + step.index) % options.size()];
         if (seen.contains(option) || !elements_match(expected[a[step.index]], actual[option])) continue;
         seen[option] = true;
@@ -373,7 +375,7 @@ class Comparison {
     return std::to_string(is_point ? corners[0] : element);
   }
 
-  // What the positions of a few corners look like is enough to find them.
+  // The positions of a few corners are enough to identify an element.
   std::string values(int side, const Corners& element) const {
     std::string text;
     for (const uint32_t point : element) {

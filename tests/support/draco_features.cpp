@@ -15,7 +15,7 @@
 namespace psplit {
 namespace {
 
-// Reads fields in the stream's order; after a field that is not there `ok` stays false.
+// Reads fields in the order of the stream. After a missing field, `ok` stays false.
 class Walker {
  public:
   explicit Walker(std::span<const uint8_t> stream) {
@@ -183,7 +183,7 @@ void walk_attributes(Walker& walker, StreamFeatures& features, const draco::Mesh
 }  // namespace
 
 std::optional<StreamFeatures> read_features(std::span<const uint8_t> stream) {
-  // Only a decoder knows how many values an attribute with seams has.
+  // The number of values of an attribute with seams is known only after decoding.
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());
   auto decoded = draco::Decoder().DecodeMeshFromBuffer(&buffer);

@@ -1,4 +1,4 @@
-// libdraco's decoding of a stream: what our own decoder is measured against, bit for bit.
+// Decodes streams with libdraco. Our own decoder must give the same bits.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace psplit {
 
-// A mesh as libdraco decodes it, faces, points and attributes in its order.
+// A mesh as libdraco decodes it, with faces, points and attributes in libdraco's order.
 struct RawAttribute {
   uint32_t unique_id = 0;
   int type = 0;       // draco::GeometryAttribute::Type
@@ -30,10 +30,10 @@ struct RawMesh {
 
 enum class AttributeTransforms {
   kApply,  // floats, as a loader gets them
-  kSkip,   // the integers that were coded: grid steps, pairs of octahedral coordinates; always 32 bits
+  kSkip,   // the coded integers: grid steps, pairs of octahedral coordinates; always 32 bits
 };
 
-// Nothing where libdraco refuses the stream.
+// Nothing if libdraco rejects the stream.
 std::optional<RawMesh> decode_with_libdraco(std::span<const uint8_t> stream,
                                             AttributeTransforms transforms = AttributeTransforms::kApply);
 

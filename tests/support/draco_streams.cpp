@@ -19,17 +19,17 @@ namespace psplit {
 namespace {
 
 using Role = draco::GeometryAttribute::Type;
-constexpr size_t kRoleCount = 5;  // of the bitstream: position, normal, colour, texture coordinate, generic
+constexpr size_t kRoleCount = 5;  // in the bitstream: position, normal, colour, texture coordinate, generic
 using PerRole = std::array<int, kRoleCount>;
 
-// What is encoded.
+// The mesh to encode.
 
 struct Values {
   Role role = Role::GENERIC;
   draco::DataType type = draco::DT_FLOAT32;
   int component_count = 1;
   bool normalized = false;
-  std::vector<uint8_t> bytes;  // one value per point
+  std::vector<uint8_t> bytes;  // one value for each point
 };
 
 struct Subject {
@@ -37,20 +37,20 @@ struct Subject {
   uint32_t point_count = 0;
   Faces faces = {};
   std::vector<Values> attributes = {};
-  bool welded = true;  // equal values of an attribute are one value, so that equal positions are one vertex
+  bool welded = true;  // equal values of an attribute are merged, so that equal positions are one vertex
   bool metadata = false;
   uint32_t first_id = 0;
   draco::MeshAttributeElementType element = draco::MESH_CORNER_ATTRIBUTE;
 };
 
-// How it is encoded.
+// The options of the encoder.
 
 constexpr int kAuto = -1;  // libdraco decides
 constexpr PerRole kUsualBits = {14, 10, 8, 12, 12};
 constexpr PerRole kRawBits = {0, 0, 0, 0, 0};
 constexpr PerRole kAutoSchemes = {kAuto, kAuto, kAuto, kAuto, kAuto};
-// The encoder counts symbols, and weighs choices of parallelograms, in tables as long as the largest symbol is
-// great: gigabytes for 30 bits.
+// The encoder counts symbols and compares choices of parallelograms in tables with an entry for every possible
+// symbol. These would take gigabytes for 30 bits.
 constexpr int kMaxEntropyBits = 24;
 constexpr int kStandard = draco::MESH_EDGEBREAKER_STANDARD_ENCODING;
 constexpr int kValence = draco::MESH_EDGEBREAKER_VALENCE_ENCODING;
@@ -62,8 +62,8 @@ struct Recipe {
   int connectivity = kAuto;
   int split_on_seams = kAuto;
   bool entropy_coding = true;
-  bool given_grid = false;    // an origin and range that some values are outside of
-  PerRole bits = kUsualBits;  // 0: floats as they are. The second attribute of a role gets a bit less.
+  bool given_grid = false;    // an origin and a range that exclude some values
+  PerRole bits = kUsualBits;  // 0: floats are not quantized. The second attribute of a role has one bit less.
   PerRole scheme = kAutoSchemes;
 };
 
@@ -86,7 +86,7 @@ std::string describe(const Recipe& recipe) {
   return text;
 }
 
-// From subjects to streams.
+// Encodes subjects as streams.
 
 std::unique_ptr<draco::PointAttribute> make_attribute(const Values& values, uint32_t point_count, bool welded) {
   const auto stride = static_cast<size_t>(values.component_count * draco::DataTypeLength(values.type));
@@ -119,7 +119,7 @@ void add_metadata(draco::Mesh& mesh) {
   auto whole = std::make_unique<draco::GeometryMetadata>();
   whole->AddEntryInt("number", 7);
   whole->AddEntryDouble("ratio", 0.25);
-  // No empty entries: libdraco writes them, but does not read them.
+  // Empty entries are left out, because libdraco writes them but does not read them.
   whole->AddEntryString("long", std::string(300, 'x'));
   whole->AddSubMetadata("part", std::move(part));
   mesh.AddMetadata(std::move(whole));
@@ -170,7 +170,7 @@ std::optional<std::vector<uint8_t>> encode(const draco::Mesh& mesh, const Recipe
     } else if (bits > 0) {
       encoder.SetAttributeQuantization(id, bits);
     }
-    // Not through SetAttributePredictionScheme, which refuses some that the encoder can write.
+    // SetAttributePredictionScheme would reject some schemes that the encoder can write.
     if (recipe.scheme[role] != kAuto) options.SetAttributeInt(id, "prediction_scheme", recipe.scheme[role]);
   }
   draco::EncoderBuffer buffer;
@@ -215,7 +215,7 @@ Subject subject_of(const std::string& name, const Mesh& mesh) {
 
 enum class Pattern { kSmooth, kRandom, kConstant, kFew, kWide };
 
-// In [0, 1), from the point and the component.
+// A number in [0, 1) from the point and the component.
 double pattern_value(Pattern pattern, uint32_t point, int component) {
   const uint64_t at = uint64_t{point} * 8 + static_cast<uint64_t>(component) + 1;
   const double random = static_cast<double>((at * 0x9e3779b97f4a7c15u) >> 40) / (1 << 24);
@@ -230,8 +230,8 @@ double pattern_value(Pattern pattern, uint32_t point, int component) {
   return 0;
 }
 
-// Integers use the whole range of their type. Those of 32 bits do so only where they are wide, and even then
-// the range is a positive int32, which is all that the encoder can wrap.
+// Integers use the whole range of their type. 32-bit integers do so only if they are wide; even then the length
+// of the range fits a positive int32, because the encoder cannot wrap a longer one.
 template <typename T>
 T integer_value(double unit, bool wide) {
   double low = std::numeric_limits<T>::min(), high = static_cast<double>(std::numeric_limits<T>::max());
@@ -302,8 +302,9 @@ class Generator {
   void emit(const Subject& subject, const std::vector<Recipe>& recipes) {
     const std::unique_ptr<draco::Mesh> mesh = build(subject);
     for (const Recipe& recipe : recipes)
-      // Some are impossible: a mesh without a face that Edgebreaker can carry, a coordinate beyond a predictor.
-      // And the decoder refuses compressed indices in a stream of fewer than three bytes a face.
+      // Some combinations are impossible: a mesh without a face that Edgebreaker can encode, or a coordinate
+      // out of a predictor's range. The decoder also rejects compressed indices in a stream of fewer than three
+      // bytes per face.
       if (auto bytes = encode(*mesh, recipe);
           bytes && (!recipe.compress_indices || decode_with_libdraco(*bytes)))
         visit_(
@@ -314,7 +315,7 @@ class Generator {
     return *std::find_if(meshes_.begin(), meshes_.end(), [&](const Subject& s) { return s.name == name; });
   }
 
-  // Every mesh, for its connectivity and seams.
+  // Every mesh, to cover all connectivities and seams.
   void topologies() {
     const std::vector<Recipe> few = {
         {.speed = 0},
@@ -346,7 +347,7 @@ class Generator {
     }
   }
 
-  // Positions, normals, texture coordinates with seams, and colours and generic floats beside them.
+  // Positions, normals, texture coordinates with seams, colours and generic floats.
   Subject carrier(std::string_view name = "scene 5") const {
     Subject subject = mesh(name);
     add(subject, Role::COLOR, draco::DT_FLOAT32, 4, Pattern::kSmooth);
@@ -355,7 +356,7 @@ class Generator {
     return subject;
   }
 
-  // Every scheme for every role, one role at a time.
+  // Every prediction scheme for every role, one role at a time.
   void schemes() {
     constexpr int kNone = draco::PREDICTION_NONE, kDifference = draco::PREDICTION_DIFFERENCE;
     constexpr int kParallelogram = draco::MESH_PREDICTION_PARALLELOGRAM;
@@ -386,7 +387,7 @@ class Generator {
     emit(carrier("soup with seams"), recipes);
   }
 
-  // Every depth of quantization, one role at a time, and grids that were given.
+  // Every number of quantization bits, one role at a time, and explicit grids.
   void bits() {
     std::vector<Recipe> recipes;
     std::vector<int> depths = {1, 2, 4, 8, 11, 16, 20, 24, 30};
@@ -410,7 +411,7 @@ class Generator {
     emit(carrier(), recipes);
   }
 
-  // Every type and number of components of generic attributes.
+  // Generic attributes of every type and number of components.
   void types() {
     std::vector<Recipe> recipes = {{.speed = 1},
                                    {.speed = 5, .bits = kRawBits},
@@ -451,7 +452,7 @@ class Generator {
     }
   }
 
-  // What no other part has: odd attributes, odd orders, odd sizes.
+  // Cases that no other set covers: unusual attributes, orders and sizes. It is long because it is a list.
   void specials() {
     const std::vector<Recipe> several = {
         {.speed = 0}, {.speed = 3, .connectivity = kValence}, {.speed = 5}, {.speed = 7}, {.sequential = true}};
@@ -499,7 +500,8 @@ class Generator {
         emit_as(subject, name, {recipe});
       }
     }
-    // Faster than 4: else libdraco takes integers for octahedral coordinates, and reads past them.
+    // The speed is above 4: otherwise libdraco treats integers as octahedral coordinates, and reads past their
+    // end.
     for (const draco::DataType type : {draco::DT_INT8, draco::DT_INT16}) {
       subject = mesh("every corner a seam");
       add(subject, Role::NORMAL, type, 3, Pattern::kRandom);
@@ -507,8 +509,8 @@ class Generator {
               {{.speed = 5}, {.speed = 7}});
     }
 
-    // Positions of every type and number of components. Normals and texture coordinates can be predicted from
-    // triples of 32 bits only; with others libdraco writes what it cannot read.
+    // Positions of every type and number of components. Normals and texture coordinates can be predicted only
+    // from 32-bit triples; with other positions libdraco writes streams that it cannot read.
     for (int type = draco::DT_INT8; type <= draco::DT_FLOAT64; ++type)
       for (const int component_count : {3, 1, 2, 4}) {
         subject = mesh("hard-edged cube");
@@ -525,7 +527,7 @@ class Generator {
         emit(subject, {{.speed = 0, .connectivity = kValence}, {.speed = 3, .connectivity = kValence}});
       }
 
-    // Without positions, or with several, there has to be one connectivity.
+    // Without a single position attribute, all attributes must share one connectivity.
     subject = mesh("moebius strip with seams");
     subject.attributes[0].role = Role::GENERIC;
     emit_as(subject, "no positions", split);
@@ -538,7 +540,8 @@ class Generator {
     emit_as(subject, "no attributes", {{.sequential = true}});
     subject = {.name = "nothing"};
     add(subject, Role::POSITION, draco::DT_FLOAT32, 3, Pattern::kSmooth);
-    emit(subject, {{.sequential = true, .bits = kRawBits}});  // it would read the first value to find a grid
+    emit(subject, {{.sequential = true,
+                    .bits = kRawBits}});  // quantization would read the first value, which does not exist
 
     subject = mesh("book with seams");
     for (int i = 0; i < 100; ++i)
@@ -548,8 +551,8 @@ class Generator {
   }
 
   void giants() {
-    // Raw symbols that need the most precise probabilities: four components of many values beside twelve of
-    // one, which the tagged coding would have to write as wide.
+    // Raw symbols that need the most precise probabilities: four components have many values, and twelve have
+    // one value. The tagged coding would have to write all of them equally wide.
     for (const int value_bits : {14, 17}) {
       Subject subject = mesh("65,536 points");
       Values values{Role::GENERIC, draco::DT_INT32, 16, false, {}};
@@ -567,7 +570,7 @@ class Generator {
       }
     }
 
-    // Indices of four bytes begin at 2^21 points.
+    // From 2^21 points on, indices have four bytes.
     Subject subject = {.name = "2,097,153 points", .point_count = (1u << 21) + 1};
     for (uint32_t i = 0; 3 * i < subject.point_count; ++i)
       subject.faces.push_back({3 * i, (3 * i + 1) % subject.point_count, (3 * i + 2) % subject.point_count});

@@ -11,17 +11,17 @@
 namespace psplit {
 
 struct DracoStream {
-  std::string name;  // unique in its set: mesh, then what was asked of the encoder
+  std::string name;  // unique in its set: the mesh, then the options of the encoder
   std::vector<uint8_t> bytes;
 };
 
 enum class StreamSet {
-  kSmall,  // hundreds of streams with every feature but the giants' ones; a second
-  kAll,    // some ten thousand streams, up to two million points in one; ten seconds
+  kSmall,  // hundreds of streams with every feature except those of giant meshes; takes a second
+  kAll,    // some ten thousand streams, of up to two million points; takes ten seconds
 };
 
-// Calls `visit` with each stream of the set, in the same order and with the same bytes every time. libdraco
-// decodes every one of them.
+// Calls `visit` with each stream of the set, always in the same order and with the same bytes. libdraco can
+// decode all of them.
 void for_each_draco_stream(const std::function<void(const DracoStream&)>& visit, StreamSet set);
 
 }  // namespace psplit

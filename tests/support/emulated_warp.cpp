@@ -23,8 +23,8 @@ namespace psplit {
 
 namespace {
 
-// What the thread sanitizer is told: lanes are threads, of whose accesses only syncs, the start and the end of
-// a run order some ahead of others. The emulation itself is none of its business.
+// Tells the thread sanitizer that lanes are threads whose accesses are ordered only by syncs and by the start
+// and the end of a run. The emulation itself is hidden from it.
 #if defined(PSPLIT_TSAN)
 void begin_ignoring() {
   AnnotateIgnoreReadsBegin(__FILE__, __LINE__);
@@ -55,7 +55,7 @@ class EmulatedWarp {
     int line;
   };
 
-  // What lanes gave to one collective call.
+  // The arguments of the lanes in one collective call.
   struct Round {
     std::array<uint64_t, kSize> words;
     uint32_t ballot = 0;
@@ -84,7 +84,7 @@ class EmulatedWarp {
     body_ = nullptr;
   }
 
-  // Waits until every lane has come to the call. Returns the ballot, else the word of lane `source`.
+  // Waits until every lane has reached the call. Returns the ballot, or otherwise the word of lane `source`.
   uint64_t meet(uint32_t rank, Call call, uint64_t word, uint32_t source) {
     begin_ignoring();
     const uint32_t arrived = arrived_++;
@@ -128,7 +128,7 @@ class EmulatedWarp {
 
   static void run_lane(void* argument) noexcept {
     const Start start = *static_cast<Start*>(argument);
-    // Fibres outlive a run, and wait for the next one where they ended the last.
+    // Fibres outlive a run. They wait for the next run where they ended the last one.
     for (;;) {
       acquire(&start.warp->body_);
       (*start.warp->body_)(EmulatedLanes(start.warp, start.rank));
@@ -136,7 +136,8 @@ class EmulatedWarp {
     }
   }
 
-  // Lanes may still read the last round while others write to this one, but none does when the next begins.
+  // Some lanes may still read the last round while others write this one. None reads it any more when the next
+  // begins.
   void start_round() {
     arrived_ = 0;
     parity_ ^= 1;
@@ -170,7 +171,7 @@ class EmulatedWarp {
   std::array<std::unique_ptr<Fibre>, kSize> lanes_;
   const std::function<void(EmulatedLanes)>* body_ = nullptr;
 
-  // Lanes run in this order up to the next call, to which the first `arrived_` of them have come.
+  // The order in which lanes run to the next call. The first `arrived_` of them have reached it.
   std::array<uint32_t, kSize> order_{};
   uint32_t arrived_ = 0;
   Call first_{};

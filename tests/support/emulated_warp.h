@@ -1,15 +1,15 @@
-// A warp of 32 lanes on one thread: code over core::Lanes runs as it will on a GPU, step by step the same every
-// time, and within reach of debuggers and sanitizers.
+// A warp of 32 lanes on one thread. Code that uses core::Lanes runs as on a GPU, but deterministically, and
+// debuggers and sanitizers can observe it.
 //
 //   run_warp([&](EmulatedLanes lanes) { decode(lanes, ...); });
 //
-// Each lane runs alone until it comes to a collective call, and goes on from there after all have come to it.
-// So a lane that reads what another writes with no collective call between them sees it or not by the order in
-// which lanes run: tests run several. Where a ballot or shuffle stands and a sync is due no order tells, but
-// the thread sanitizer does: to it lanes are threads, and only syncs order what they read and write.
+// Each lane runs alone until it reaches a collective call, and continues after all lanes have reached it. If a
+// lane reads what another lane writes, without a collective call in between, the result depends on the order of
+// the lanes; tests run several orders. If a ballot or shuffle is used where a sync is required, no order shows
+// it, but the thread sanitizer does: it treats lanes as threads, and only syncs order their accesses.
 //
-// Lanes that come to different collective calls, that return while others wait, or that shuffle from a lane
-// which is not there end the program with a message.
+// The program ends with a message if lanes reach different collective calls, if a lane returns while others
+// wait, or if a shuffle names a lane that does not exist.
 #pragma once
 
 #include <array>
@@ -21,10 +21,10 @@ namespace psplit {
 
 inline constexpr size_t kLaneStackBytes = size_t{256} << 10;
 
-// Which lane runs when between two collective calls.
+// The order in which lanes run between two collective calls.
 struct LaneOrder {
   enum Kind : uint8_t { kAscending, kDescending, kShuffled } kind = kAscending;
-  uint64_t seed = 0;  // of kShuffled, where each time is another order
+  uint64_t seed = 0;  // for kShuffled, which uses another order each time
 };
 
 inline constexpr std::array<LaneOrder, 4> kLaneOrders = {
@@ -32,7 +32,7 @@ inline constexpr std::array<LaneOrder, 4> kLaneOrders = {
 
 class EmulatedWarp;
 
-// One lane's hold of its warp. Where a call is in the source is part of which call it is.
+// A lane's handle of its warp. Collective calls at different places of the source are different calls.
 class EmulatedLanes {
  public:
   static constexpr uint32_t size() { return 32; }
@@ -52,8 +52,8 @@ class EmulatedLanes {
   uint32_t rank_;
 };
 
-// Calls body(lanes) for every lane, and returns when all have. The body may not call it again, nor let
-// exceptions out, and has kLaneStackBytes of stack. Threads have a warp each, whose stacks they keep.
+// Calls body(lanes) for every lane, and returns when all calls have returned. The body must not call run_warp,
+// must not throw, and has kLaneStackBytes of stack. Each thread has a warp of its own, and keeps its stacks.
 void run_warp(const std::function<void(EmulatedLanes)>& body, LaneOrder order = {});
 
 }  // namespace psplit

@@ -18,12 +18,12 @@
 #include <sanitizer/tsan_interface.h>
 #endif
 
-// swapcontext asks the kernel for the signal mask at every switch, which is nearly all of its time: with it the
-// lanes of an emulated warp meet in 7 us, without in 0.3 us. So the commonest machine has a switch of its own.
-// PSPLIT_UCONTEXT_FIBRES leaves it out.
+// swapcontext asks the kernel for the signal mask at every switch, which takes nearly all of its time. The
+// lanes of an emulated warp meet in 7 us with it, and in 0.3 us without it. So the most common machine has its
+// own switch. PSPLIT_UCONTEXT_FIBRES disables it.
 #if defined(__x86_64__) && defined(__ELF__) && !defined(PSPLIT_UCONTEXT_FIBRES)
 #define PSPLIT_SWITCH_STACK
-// Pushes what a callee must preserve, changes stacks, and pops the same there.
+// Pushes the registers that a callee must preserve, changes stacks, and pops them there.
 extern "C" void psplit_switch_stack(void** from, void* to);
 asm(R"(
 .pushsection .text
@@ -58,7 +58,7 @@ struct Fibre::State {
   void* argument = nullptr;
   uint8_t* memory = nullptr;  // the guard page, then the stack
   size_t memory_bytes = 0;
-  // The stack. A thread's is found by whoever comes from it.
+  // The stack. For a thread, the fibre that is switched to finds it.
   const void* stack = nullptr;
   size_t stack_bytes = 0;
 #if defined(PSPLIT_SWITCH_STACK)
@@ -76,7 +76,7 @@ struct Fibre::State {
 
 namespace {
 
-// The last switch of this thread.
+// The last switch on this thread.
 thread_local Fibre* switched_from = nullptr;
 thread_local Fibre* switched_to = nullptr;
 
@@ -100,7 +100,7 @@ Fibre::Fibre(void (*body)(void*), void* argument, size_t stack_bytes, size_t off
   state_->stack = state_->memory + page;
 #if defined(PSPLIT_SWITCH_STACK)
   auto* top = reinterpret_cast<void**>(state_->memory + state_->memory_bytes - offset_bytes);
-  *--top = nullptr;  // where enter() would return to; the stack is aligned as it is at a call
+  *--top = nullptr;  // the return address of enter(), which does not return; aligns the stack as at a call
   *--top = reinterpret_cast<void*>(&Fibre::enter);
   for (int i = 0; i < 6; ++i) *--top = nullptr;
   state_->stack_pointer = top;
@@ -110,7 +110,7 @@ Fibre::Fibre(void (*body)(void*), void* argument, size_t stack_bytes, size_t off
   state_->context.uc_stack.ss_size = state_->stack_bytes - offset_bytes;
   state_->context.uc_link = nullptr;
   makecontext(&state_->context, &Fibre::enter, 0);
-  // The address sanitizer would take all marks off a stack whose bounds it finds here.
+  // If the address sanitizer found the bounds of the stack here, it would remove all its marks.
   state_->context.uc_stack.ss_size = 0;
 #endif
 #if defined(PSPLIT_TSAN)
@@ -131,7 +131,7 @@ Fibre::~Fibre() {
   delete state_;
 }
 
-// To the thread sanitizer fibres would race for what they note here.
+// The thread sanitizer would report races of the fibres for these variables.
 [[gnu::no_sanitize_thread]] void Fibre::switch_from(Fibre& from) {
   if (&from == this) return;
   switched_from = &from;

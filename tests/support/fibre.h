@@ -1,6 +1,6 @@
-// Stackful coroutines: calls that stop in the middle, while another goes on, and are resumed later on the same
-// thread. The sanitizers know of every switch; to the thread sanitizer fibres are threads that run as they
-// like, and a switch orders nothing.
+// Stackful coroutines: a call can stop in the middle, let another one continue, and be resumed later on the
+// same thread. The sanitizers are told of every switch. The thread sanitizer treats fibres as unordered
+// threads: a switch orders nothing.
 #pragma once
 
 #include <cstddef>
@@ -9,18 +9,18 @@ namespace psplit {
 
 class Fibre {
  public:
-  // Stands for whoever switches away from it: a thread with its own stack.
+  // A fibre for the current thread, with the thread's own stack.
   Fibre();
-  // Calls body(argument) at the first switch to it, on a stack of its own with a guard page below. The body
-  // must not return, nor let exceptions out. Fibres may be destroyed while they are stopped; what their frames
-  // own leaks then. `offset_bytes`, a multiple of 64, is left unused at the top of the stack: stacks that all
-  // begin at the same place of a page fight for the same lines of the cache.
+  // The first switch to the fibre calls body(argument), on a stack of its own with a guard page below. The body
+  // must not return and must not throw. A fibre may be destroyed while it is stopped; then the objects on its
+  // stack leak. `offset_bytes`, a multiple of 64, stays unused at the top of the stack: if all stacks began at
+  // the same place of a page, they would compete for the same cache lines.
   Fibre(void (*body)(void*), void* argument, size_t stack_bytes, size_t offset_bytes);
   ~Fibre();
   Fibre(const Fibre&) = delete;
   Fibre& operator=(const Fibre&) = delete;
 
-  // Stops `from`, which is the caller's, and goes on with this one. Returns when somebody switches back.
+  // Stops `from`, the running fibre, and continues with this one. Returns when a fibre switches back to `from`.
   void switch_from(Fibre& from);
 
  private:

@@ -1,4 +1,4 @@
-// Containers to test decoders on.
+// Containers for tests of decoders.
 #pragma once
 
 #include <string>
@@ -12,11 +12,11 @@ namespace psplit {
 struct PatchedSample {
   std::string name;
   EncodedMesh encoded;
-  std::vector<AttributeRequest> requests;  // all attributes, in the types that were encoded
+  std::vector<AttributeRequest> requests;  // all attributes, in the encoded types
 };
 
-// Every mesh of the catalogue in up to seven patches, exactly and on grids, at all of Draco's speeds in turn;
-// then containers of version 1, of which nothing but the bytes is known.
+// Every mesh of the catalogue in up to seven patches, both exact and on grids, with Draco's speeds in turn.
+// Then containers of version 1, which exist only as bytes.
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool);
 
 bool same_bits(const Mesh& a, const Mesh& b);

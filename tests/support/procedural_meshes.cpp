@@ -81,7 +81,8 @@ std::vector<float> positions_of(const Mesh& mesh) {
   return positions;
 }
 
-// A grid whose corners choose their values by face: points are made for each new (vertex, value).
+// A grid in which each corner has a value that depends on its face. There is a point for each pair (vertex,
+// value).
 Mesh with_seams(const Mesh& mesh,
                 const std::function<std::array<float, 2>(size_t face, uint32_t vertex)>& texcoord) {
   const std::vector<float> old_positions = positions_of(mesh);
@@ -103,8 +104,8 @@ Mesh with_seams(const Mesh& mesh,
   return seamed;
 }
 
-// A closed or twisted band of quads: rows x columns, where the last column meets the first, straight or turned
-// over, and the last row meets the first or ends.
+// A band of rows x columns quads. Its last column meets the first, straight or twisted; its last row meets the
+// first, or is a border.
 Mesh make_surface(uint32_t columns, uint32_t rows, bool rows_close, bool twisted,
                   const std::function<std::array<double, 3>(double, double)>& place) {
   const uint32_t row_points = rows_close ? rows : rows + 1;
@@ -149,8 +150,8 @@ Mesh torus(uint32_t columns, uint32_t rows) {
   });
 }
 
-// A slab of size x size blocks, size odd, with a hole through every second one both ways: genus ((size - 1) /
-// 2)^2.
+// A slab of size x size blocks, for odd sizes, with a hole through every second block in both directions. Its
+// genus is ((size - 1) / 2)^2.
 Mesh torus_chain(uint32_t size) {
   const auto solid = [&](int64_t x, int64_t y, int64_t z) {
     return x >= 0 && y >= 0 && z == 0 && x < size && y < size && !(x % 2 == 1 && y % 2 == 1);
@@ -201,7 +202,7 @@ Mesh cones_sharing_a_tip() {
   return make_mesh(positions, std::move(faces));
 }
 
-// Pages of 2 x rows triangles, bound along one line.
+// Pages of 2 x rows triangles that share one line, like a book.
 Mesh book(uint32_t pages, uint32_t rows) {
   std::vector<float> positions;
   Faces faces;
@@ -275,7 +276,7 @@ Mesh hard_edged_cube() {
   return mesh;
 }
 
-// A grid with one attribute of every kind that a skinned, painted, labelled asset may have.
+// A grid with one attribute of every kind that a skinned asset with colours and labels may have.
 Mesh every_attribute() {
   Mesh mesh = make_grid(12, 9);
   const uint32_t count = mesh.point_count;
@@ -364,7 +365,7 @@ void add_topologies(std::vector<NamedMesh>& meshes) {
   for (size_t f = 0; f < turned.faces.size(); f += 3) std::swap(turned.faces[f][1], turned.faces[f][2]);
   meshes.push_back({"inconsistent orientation", std::move(turned)});
 
-  // Every second square of a board: each inner vertex joins two fans that share no edge.
+  // Every second square of a board, so that each inner vertex joins two fans that share no edge.
   Mesh board = make_grid(16, 16);
   Faces squares;
   for (size_t f = 0; f < board.faces.size(); ++f)
@@ -373,22 +374,22 @@ void add_topologies(std::vector<NamedMesh>& meshes) {
   meshes.push_back({"chessboard of squares that touch at corners", std::move(board)});
 }
 
-void add_degenerates(std::vector<NamedMesh>& meshes) {
-  Mesh duplicates = make_grid(10, 10);
-  {
-    // Each face has three points of its own, so most points are there six times.
-    const std::vector<float> old_positions = positions_of(duplicates);
-    std::vector<float> positions;
-    Faces faces;
-    for (const auto& face : duplicates.faces) {
-      const auto first = static_cast<uint32_t>(positions.size() / 3);
-      for (const uint32_t point : face)
-        for (size_t i = 0; i < 3; ++i) positions.push_back(old_positions[size_t{3} * point + i]);
-      faces.push_back({first, first + 1, first + 2});
-    }
-    duplicates = make_mesh(positions, std::move(faces));
+// Gives each face three points of its own, so that most positions occur several times.
+Mesh unshared(const Mesh& mesh) {
+  const std::vector<float> shared = positions_of(mesh);
+  std::vector<float> positions;
+  Faces faces;
+  for (const auto& face : mesh.faces) {
+    const auto first = static_cast<uint32_t>(positions.size() / 3);
+    for (const uint32_t point : face)
+      for (size_t i = 0; i < 3; ++i) positions.push_back(shared[size_t{3} * point + i]);
+    faces.push_back({first, first + 1, first + 2});
   }
-  meshes.push_back({"duplicate points", std::move(duplicates)});
+  return make_mesh(positions, std::move(faces));
+}
+
+void add_degenerates(std::vector<NamedMesh>& meshes) {
+  meshes.push_back({"duplicate points", unshared(make_grid(10, 10))});
 
   Mesh index_degenerate = make_grid(8, 8);
   for (uint32_t i = 0; i < 20; ++i) {
@@ -400,7 +401,7 @@ void add_degenerates(std::vector<NamedMesh>& meshes) {
   }
   meshes.push_back({"index-degenerate faces", std::move(index_degenerate)});
 
-  // Points 0 and 1 of the middle row lie in one place, but differ in their texture coordinates.
+  // Points 0 and 1 of the middle row are at the same place, but their texture coordinates differ.
   Mesh position_degenerate = make_grid(6, 6);
   std::vector<float> positions = positions_of(position_degenerate), texcoords;
   for (uint32_t p = 0; p < position_degenerate.point_count; ++p) {
@@ -455,7 +456,7 @@ void add_extremes(std::vector<NamedMesh>& meshes) {
   std::vector<float> far = positions_of(torus(20, 12));
   for (float& value : far) value += 4e6f;
   meshes.push_back({"small object far from the origin", make_mesh(far, torus(20, 12).faces)});
-  Mesh zeros = scaled(torus(20, 12), -0.0f);  // zeros of both signs, all in one place
+  Mesh zeros = scaled(torus(20, 12), -0.0f);  // zeros of both signs; all points are at one place
   meshes.push_back({"zeros of both signs in one place", std::move(zeros)});
   std::vector<float> signs = positions_of(make_grid(6, 6));
   for (size_t i = 2; i < signs.size(); i += 6) signs[i] = -0.0f;
@@ -489,7 +490,7 @@ void add_attributes(std::vector<NamedMesh>& meshes) {
                       value[1] += static_cast<float>((face / 2 + face / 48) % 2);
                       return value;
                     })});
-  // Two colours by turns around each vertex, so that one value holds sectors that do not touch.
+  // Two colours alternate around each vertex, so that sectors of the same value do not touch.
   meshes.push_back({"equal values in separate sectors", with_seams(grid, [](size_t face, uint32_t) {
                       return std::array{static_cast<float>((face / 2 + face / 48) % 2), 0.5f};
                     })});
@@ -537,7 +538,7 @@ Mesh floats_of_every_kind() {
     }
   };
   fill(mesh.attributes[0], true);
-  // A subnormal tells points apart.
+  // A subnormal makes each point different.
   for (uint32_t point = 0; point < mesh.point_count; ++point)
     std::memcpy(mesh.attributes[0].values.data() + 12 * size_t{point} + 8, &point, 4);
   const auto add = [&](const char* semantic, uint8_t components) {

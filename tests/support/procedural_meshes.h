@@ -1,4 +1,4 @@
-// The meshes that every stage is tested on: the built-in shapes, and small ones that each break some
+// The meshes that every stage is tested on: the built-in shapes, and small meshes that each break some
 // assumption.
 #pragma once
 
@@ -16,18 +16,18 @@ struct NamedMesh {
   Mesh mesh;
 };
 
-// Valid as glTF, and as unkind as that allows. The same on every call.
+// Meshes that are valid glTF but unusual in as many ways as possible. The same on every call.
 std::vector<NamedMesh> nasty_meshes();
 
-// Some thousand faces each of every built-in shape, with and without normals and texture coordinates.
+// Every built-in shape with some thousand faces, with and without normals and texture coordinates.
 std::vector<NamedMesh> procedural_meshes();
 
-// A sheet of which no two points are one place, with floats of every kind: zeros of both signs, subnormals, the
-// largest and the smallest, and arbitrary bits; in attributes but POSITION infinities and NaNs as well. Nothing
-// but lossless coding takes it.
+// A sheet whose points are all at different places, with floats of every kind: zeros of both signs, subnormals,
+// the largest and the smallest, and arbitrary bits. All attributes except POSITION also have infinities and
+// NaNs. Only lossless coding supports it.
 Mesh floats_of_every_kind();
 
-// Blocks that tests build meshes of.
+// Functions from which tests build meshes.
 
 using Faces = Array<std::array<uint32_t, 3>>;
 
@@ -35,7 +35,7 @@ template <typename T>
 Attribute make_attribute(std::string semantic, ComponentType type, uint8_t component_count, bool normalized,
                          const std::vector<T>& values);
 
-// A mesh with three floats of POSITION for each point.
+// A mesh whose POSITION has three floats for each point.
 Mesh make_mesh(const std::vector<float>& positions, Faces faces);
 
 // columns x rows quads of two triangles each in the plane z = 0, with (columns + 1) * (rows + 1) points.

@@ -1,5 +1,5 @@
-// Meshes whose bits are the same on every machine: sums, products and square roots, which IEEE 754 rounds in
-// one way only, and no other function of libm. Tests that pin the encoder's bytes use them.
+// Meshes whose bits are the same on every machine. They use only sums, products and square roots, which IEEE
+// 754 rounds exactly, and no other function of libm. Tests that pin the encoder's bytes use them.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace psplit {
 
-// A curved sheet of columns x rows quads with an attribute for each way of coding: grids, octahedral normals
+// A curved sheet of columns x rows quads, with an attribute for each way of coding: grids, octahedral normals
 // and integers.
 Mesh make_sheet(uint32_t columns, uint32_t rows);
 

@@ -1,4 +1,5 @@
-// A new empty folder, removed with all in it. No two are the same, whatever runs beside.
+// A new empty folder, which is removed with its content at the end. Its name is unique, also among processes
+// that run at the same time.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -16,10 +16,11 @@ struct Version1Container {
   std::vector<AttributeRequest> requests;  // all attributes
 };
 
-// As an encoder of version 1 wrote meshes of the catalogue. Together they use all that version 1 has.
+// Meshes of the catalogue as an encoder of version 1 wrote them. Together they use all features of version 1.
 std::vector<Version1Container> version_1_containers();
 
-// A stream's part in the format of version 1, which has pairs in the place of repeats: the map has none.
+// The part of one stream in the format of version 1. That format has pairs instead of repeats, so `map` must
+// not have repeats.
 std::vector<uint8_t> write_stitch_map_1(const StitchMap& map, uint32_t patch);
 
 }  // namespace psplit

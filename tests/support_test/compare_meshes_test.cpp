@@ -23,7 +23,7 @@ void put(Attribute& attribute, size_t index, float value) {
   std::memcpy(attribute.values.data() + index * sizeof value, &value, sizeof value);
 }
 
-// Another numbering of the same mesh: points and faces in another order, corners turned.
+// The same mesh with other numbers: points and faces are reordered, and corners are rotated.
 Mesh renumbered(const Mesh& mesh) {
   std::vector<uint32_t> order(mesh.point_count);
   std::iota(order.begin(), order.end(), 0u);
@@ -52,7 +52,7 @@ Mesh renumbered(const Mesh& mesh) {
   return other;
 }
 
-// The values that a decoder makes of a grid, with every `nudge`-th one rounded to the other side.
+// The values that a decoder reconstructs from a grid. Every `nudge`-th value is rounded to the other side.
 Mesh quantized(const Mesh& mesh, const Tolerance& grid, size_t nudge) {
   Mesh other = mesh;
   Attribute& position = other.attributes[0];
@@ -167,7 +167,7 @@ TEST(CompareMeshes, FindsAnExtraPoint) {
 }
 
 TEST(CompareMeshes, FindsTwinPointsThatChangedPlaces) {
-  // Two faces, six points; in the other mesh the twins of one corner are used twice and once.
+  // Two faces with six points. In the other mesh, one of two equal points is used twice and the other once.
   const Mesh apart = make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0, -1, 0}, {{0, 1, 2}, {3, 4, 5}});
   const Mesh shared =
       make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 0, 0, 0, -1, 0}, {{0, 1, 2}, {3, 0, 5}});
@@ -229,7 +229,8 @@ TEST(CompareMeshes, MatchesNormalsByAngle) {
 }
 
 TEST(CompareMeshes, PairsEqualFacesThatOnlyNormalsTellApart) {
-  // The same triangle three times, each with its own normal: in another order they are still the same three.
+  // The same triangle three times, each with a normal of its own. In another order, they are still the same
+  // three.
   std::vector<float> positions, normals;
   for (int i = 0; i < 3; ++i) positions.insert(positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
   for (const float x : {0.0f, 0.6f, -0.6f})

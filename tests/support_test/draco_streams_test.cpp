@@ -31,7 +31,7 @@ struct Feature {
   std::function<bool(const StreamFeatures&)> is_in;
 };
 
-// True of a stream when it is true of one of its attributes.
+// Turns a condition on attributes into one on streams: whether it holds for any attribute.
 template <typename Test>
 std::function<bool(const StreamFeatures&)> any(Test test) {
   return [test](const StreamFeatures& stream) {
@@ -39,6 +39,7 @@ std::function<bool(const StreamFeatures&)> any(Test test) {
   };
 }
 
+// A list of features, which makes this function long.
 std::vector<Feature> features(StreamSet set) {
   using Stream = StreamFeatures;
   using Attribute = AttributeFeatures;
@@ -153,8 +154,8 @@ TEST(DracoStreams, SmallSetHoldsEveryFeature) { check_set(StreamSet::kSmall, fea
 
 TEST(DracoStreams, FullSetHoldsEveryFeature) { check_set(StreamSet::kAll, features(StreamSet::kAll)); }
 
-// What libdraco decodes of a stream: the same points whether or not its transforms are applied, and all
-// indices in range.
+// libdraco decodes the same points from a stream whether or not it applies the transforms, and all indices are
+// in range.
 TEST(DracoStreams, OracleDecodesWholeMeshes) {
   for_each_draco_stream(
       [](const DracoStream& stream) {
@@ -182,7 +183,7 @@ TEST(DracoStreams, OracleDecodesWholeMeshes) {
       StreamSet::kSmall);
 }
 
-// Sequential streams of raw floats keep everything: what went in comes out.
+// A sequential stream of raw floats decodes to exactly the encoded mesh.
 TEST(DracoStreams, OracleReturnsWhatWasEncoded) {
   std::map<std::string, RawMesh> decoded;
   for_each_draco_stream(
@@ -209,8 +210,8 @@ TEST(DracoStreams, OracleReturnsWhatWasEncoded) {
   EXPECT_GT(compared, 30);
 }
 
-// Speed, entropy coding and the coding of indices change the bytes of a sequential stream, not what it decodes
-// to.
+// Speed, entropy coding and the coding of indices change the bytes of a sequential stream, but not the decoded
+// mesh.
 TEST(DracoStreams, OracleDecodesOneMeshOfManyCodings) {
   std::map<std::string, RawMesh> decoded;
   int compared = 0;

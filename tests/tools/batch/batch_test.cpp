@@ -1,4 +1,5 @@
-// gltf-psplit batch: which files, where to, what is up to date, and what a kill leaves behind.
+// gltf-psplit batch: which files it reads and writes, which outputs are up to date, and what remains after a
+// kill.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
@@ -29,7 +30,7 @@ class Batch : public CommandTest {
     ASSERT_EQ(run({"generate", path(name), "--shape", "terrain", "--faces", faces, "--seed", seed, "-q"}), 0);
   }
 
-  // Runs a batch of everything in "in"; the report stays in report_.
+  // Runs a batch on everything in "in", and keeps the report in report_.
   int batch(std::vector<std::string> more = {}) {
     std::vector<std::string> words = {"batch",     path("in") + "/**/*", "--out-dir",
                                       path("out"), "--report",           path("report.json"),
@@ -77,7 +78,7 @@ TEST_F(Batch, PatternsListsAndFilesKeepTheirRelativePaths) {
   EXPECT_EQ(names({path("in/x/b.gltf")}), "b.glb ");
   EXPECT_EQ(names({path("in/x/b.gltf")}, "in"), "x/b.glb ");
   EXPECT_EQ(names({path("in/x/b.gltf"), path("in/missing.glb")}), "missing.glb x/b.glb ");
-  // What was written is not read again.
+  // Outputs are not read as inputs.
   EXPECT_EQ(names({path("**/*.glb")}), "in/a.glb ");
 }
 
@@ -114,7 +115,7 @@ TEST_F(Batch, NeverReplacesWhatItReadsByAnyName) {
   EXPECT_EQ(read_bytes(path("in/a.glb")), before);
 }
 
-// Files of others are neither replaced nor removed, whatever their names.
+// Files that no batch made are neither replaced nor removed, whatever their names.
 TEST_F(Batch, TouchesNoFilesOfOthers) {
   generate("in/a.glb");
   generate("in/b.glb");
@@ -156,18 +157,18 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
   EXPECT_EQ(report_["total"]["input"]["faces"], 3 * report_["assets"][0]["total"]["input"]["faces"].get<int>());
   for (const char* name : {"a.glb", "x/b.glb", "x/\xC3\xBC \xE6\xA8\xA1.glb"})
     EXPECT_EQ(run({"validate", path("out/") + name, "-q"}), 0) << name;
-  // As encode writes it.
+  // The output is what `encode` writes.
   ASSERT_EQ(run({"encode", path("in/a.glb"), path("alone.glb"), "--patch-faces", "200", "-q"}), 0);
   EXPECT_EQ(read_bytes(path("out/a.glb")), read_bytes(path("alone.glb")));
 
   ASSERT_EQ(batch(), 0);
   EXPECT_EQ(counts(), (Counts{0, 3, 0}));
-  // The content of an input.
+  // An input has changed.
   generate("in/a.glb", "500", "2");
   ASSERT_EQ(batch(), 0);
   EXPECT_EQ(counts(), (Counts{1, 2, 0}));
   EXPECT_EQ(status_of("a.glb"), "encoded");
-  // A buffer that an input refers to.
+  // A buffer of an input has changed.
   const Json gltf = Json::parse(read_bytes(path("in/x/b.gltf")));
   const std::string binary = path("in/x/" + gltf["buffers"][0]["uri"].get<std::string>());
   std::string bytes = read_bytes(binary);
@@ -176,12 +177,12 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
   ASSERT_EQ(batch(), 0);
   EXPECT_EQ(counts(), (Counts{1, 2, 0}));
   EXPECT_EQ(status_of("x/b.glb"), "encoded");
-  // The options, and what does not change the bytes.
+  // An option has changed; then an option that does not affect the bytes.
   ASSERT_EQ(batch({"--lossless"}), 0);
   EXPECT_EQ(counts(), (Counts{3, 0, 0}));
   ASSERT_EQ(batch({"--lossless", "-j", "1"}), 0);
   EXPECT_EQ(counts(), (Counts{0, 3, 0}));
-  // An output that was changed, or is gone.
+  // An output has changed, or is gone.
   fs::remove(path("out/a.glb"));
   std::string output = read_bytes(path("out/x/b.glb"));
   output.back() = static_cast<char>(output.back() ^ 1);
@@ -216,7 +217,7 @@ TEST_F(Batch, GoesOnAfterFailuresAndSaysWhich) {
   EXPECT_NE(errors[path("in/worse.gltf")]["message"].get<std::string>().find("worse.gltf: "),
             std::string::npos);
   EXPECT_NE(err_.find("2 of 4 assets failed"), std::string::npos) << err_;
-  // What failed is tried again, the rest is not.
+  // Only what failed is tried again.
   generate("in/bad.glb");
   EXPECT_EQ(batch(), 2);
   EXPECT_EQ(counts(), (Counts{1, 2, 1}));
@@ -227,7 +228,7 @@ TEST_F(Batch, OneAtATime) {
   BatchRecord other;
   ASSERT_TRUE(other.open(folder_ / "out").ok());
   EXPECT_EQ(batch(), 2);
-  EXPECT_NE(err_.find("another batch is at work"), std::string::npos) << err_;
+  EXPECT_NE(err_.find("another batch is running"), std::string::npos) << err_;
   EXPECT_FALSE(fs::exists(path("out/a.glb")));
 }
 
@@ -256,8 +257,8 @@ TEST_F(Batch, ARecordThatWasCutShortCountsForNothing) {
   EXPECT_EQ(record.find("c")->output, "8");
 }
 
-// Killed at several moments, then run again: every output that stands is whole at all times, and nothing is
-// left.
+// The command is killed at several moments and then run again. Every output that exists is complete at all
+// times, and no other file remains.
 TEST_F(Batch, SurvivesKills) {
   constexpr int kAssets = 8;
   for (int i = 0; i < kAssets; ++i) generate("in/" + std::to_string(i) + ".glb", "20000", std::to_string(i));
@@ -298,7 +299,7 @@ TEST_F(Batch, SurvivesKills) {
             0)
       << err_;
   report_ = Json::parse(read_bytes(path("report.json")));
-  // An output may stand whose line was not written any more: it is made again.
+  // If a kill came between an output and its line in the record, the output is made again.
   EXPECT_LE(report_["up_to_date"].get<int>(), before);
   EXPECT_EQ(report_["up_to_date"].get<int>() + report_["encoded"].get<int>(), kAssets);
   EXPECT_EQ(whole_outputs(), kAssets);

@@ -26,7 +26,7 @@ TEST_F(CompareCommand, ComparesInOneTable) {
       EXPECT_TRUE(split.at(key).is_number()) << key;
     EXPECT_NEAR(split.at("overhead").get<double>(),
                 split.at("bytes").get<double>() / json.at("stock").at("bytes").get<double>() - 1, 1e-9);
-    // Every decoder, on one thread and on as many as -j says.
+    // Every decoder, on one thread and on as many threads as -j states.
     ASSERT_EQ(split.at("decode").size(), 4u);
     for (size_t i = 0; i < 4; ++i) {
       const auto& decode = split.at("decode").at(i);
@@ -105,7 +105,7 @@ TEST_F(CompareCommand, ComparesFromOnePatchAPrimitiveOnByDefault) {
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const auto splits = nlohmann::json::parse(outcome.out).at("splits");
   ASSERT_GE(splits.size(), 2u);
-  EXPECT_EQ(splits.front().at("patches"), 6);  // primitives
+  EXPECT_EQ(splits.front().at("patches"), 6);  // the number of primitives
   EXPECT_EQ(splits.front().at("replication"), 0);
   for (size_t i = 1; i < splits.size(); ++i)
     EXPECT_GT(splits.at(i).at("patches"), splits.at(i - 1).at("patches"));
@@ -120,7 +120,7 @@ TEST_F(CompareCommand, ComparesLosslessAndWithoutRefinement) {
     return nlohmann::json::parse(outcome.out);
   };
   const auto plain = compared({}), lossless = compared({"--lossless"}), jagged = compared({"--no-refine"});
-  // Three floats for each point, and more.
+  // Every point takes at least three floats.
   EXPECT_GT(lossless.at("stock").at("bytes").get<int>(), 12 * lossless.at("points").get<int>());
   EXPECT_LT(plain.at("stock").at("bytes").get<int>(), 6 * plain.at("points").get<int>());
   EXPECT_GT(lossless.at("meshopt").at("bytes").get<int>(), plain.at("meshopt").at("bytes").get<int>());

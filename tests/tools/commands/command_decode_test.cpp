@@ -62,7 +62,7 @@ TEST_F(DecodeCommand, EveryBackendDecodesStockDracoToTheSameBytes) {
     EXPECT_TRUE(cpu == decoded("draco")) << input;
     EXPECT_TRUE(cpu == decoded("auto")) << input;
   }
-  // One node, the file's one mesh, and nothing else.
+  // The output has one node and one mesh, and nothing else.
   ASSERT_EQ(run_command({"decode", drc, path("out.gltf"), "-q"}).code, 0);
   const auto json = nlohmann::json::parse(read_bytes(path("out.gltf")));
   EXPECT_EQ(json.at("nodes"), nlohmann::json::parse(R"([{"mesh":0}])"));
@@ -82,7 +82,7 @@ TEST_F(DecodeCommand, DracoFilesAreReadByNameAndByContent) {
   ASSERT_EQ(run_command({"decode", path("stream.bin"), path("by_content.glb"), "-q"}).code, 0);
   EXPECT_TRUE(read_bytes(path("by_content.glb")) == read_bytes(path("named.glb")));
   EXPECT_EQ(run_command({"decode", drc, path("again.glb"), "--to", "draco", "-q"}).code, 0);
-  // Every command that reads meshes takes it.
+  // All subcommands that read meshes accept the file.
   const CommandOutcome encoded =
       run_command({"encode", drc, path("split.glb"), "--patches", "3", "--report", "-", "-q"});
   ASSERT_EQ(encoded.code, 0) << encoded.err;
@@ -90,7 +90,7 @@ TEST_F(DecodeCommand, DracoFilesAreReadByNameAndByContent) {
   EXPECT_FALSE(contains(read_bytes(path("split.glb")), "KHR_draco_mesh_compression"));
   EXPECT_EQ(run_command({"validate", path("split.glb")}).code, 0);
   EXPECT_EQ(run_command({"compare", drc, "--repeat", "1", "--patches", "2"}).code, 0);
-  // Compared with what is compressed already, patches would look better than they are.
+  // `compare` refuses compressed assets: compared with these, patches would look better than they are.
   EXPECT_EQ(run_command({"compare", path("stock.gltf"), "--repeat", "1"}).code, 5);
 }
 

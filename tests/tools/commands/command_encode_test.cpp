@@ -1,4 +1,4 @@
-// gltf-psplit encode: options, the report, and what is left as it is.
+// gltf-psplit encode: options, the report, and primitives that are left as they are.
 #include <algorithm>
 
 #include "tests/tools/commands/sample_assets.h"
@@ -48,7 +48,7 @@ TEST_F(EncodeCommand, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
     return nlohmann::json::parse(run_command(options).out).at("total").at("patches").get<int>();
   };
   EXPECT_EQ(patches({"--profile", "speed"}), 3);
-  EXPECT_EQ(patches({"--profile", "speed", "--gpu", "h100"}), 27);  // of 440 faces at least
+  EXPECT_EQ(patches({"--profile", "speed", "--gpu", "h100"}), 27);  // patches have at least 440 faces
   EXPECT_EQ(patches({"--profile", "speed", "--gpu", "1", "--patch-faces", "6000"}), 2);
   EXPECT_EQ(patches({"--profile", "balanced"}), patches({}));
   EXPECT_EQ(patches({}), 1);

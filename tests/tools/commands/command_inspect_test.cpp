@@ -1,4 +1,4 @@
-// gltf-psplit inspect: the shape of its JSON, what its table says, and the preview.
+// gltf-psplit inspect: its JSON, its table, and the preview.
 #include "encoder/draco/stock_stream.h"
 #include "tests/tools/commands/sample_assets.h"
 
@@ -56,12 +56,12 @@ TEST_F(InspectCommand, DrawsAPreviewBesideItsTable) {
     EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
     return png;
   };
-  // Width and height follow the name of the first chunk.
+  // In a PNG file, the width and height follow the name of the first chunk.
   const std::string png = draw(split, "300x200", "1");
   EXPECT_EQ(png.substr(12, 12), std::string("IHDR\0\0\x01\x2c\0\0\0\xc8", 12));
   EXPECT_TRUE(draw(split, "300x200", "3") == png);
   EXPECT_EQ(draw(split, "64", "2").substr(16, 8), std::string("\0\0\0\x40\0\0\0\x40", 8));
-  // Not only patches: plain and stock Draco, glTF and not.
+  // Also plain assets, stock Draco, and files other than glTF.
   for (const std::string& input : {sample(), draco_sample(), stock_sample()}) draw(input, "64", "2");
 }
 
@@ -142,7 +142,7 @@ TEST_F(InspectCommand, TellsCodingsAndStoragesApart) {
   ASSERT_EQ(
       run_command({"decode", path("terrain.glb"), out, "--to", "draco", "--encode-speed", "0", "-q"}).code, 0);
   EXPECT_EQ(first_of(out).at("coding"), "edgebreaker-valence");
-  // Nothing but degenerate faces: Edgebreaker cannot hold them.
+  // All faces are degenerate, which Edgebreaker cannot encode.
   Mesh flat;
   flat.point_count = 2;
   flat.faces = {{0, 0, 1}, {1, 1, 0}};

@@ -1,4 +1,4 @@
-// What holds for every subcommand: exit codes, streams, help, and failures.
+// What all subcommands have in common: exit codes, streams, help, and failures.
 #include "tools/gltf_psplit/commands/command_line.h"
 
 #include "tests/tools/commands/sample_assets.h"
@@ -36,6 +36,7 @@ TEST_F(CommandLine, ExitCodesAreTheDocumentedNumbers) {
   EXPECT_EQ(codes, (std::vector<int>{0, 1, 2, 3, 4, 5, 7}));
 }
 
+// A list of wrong command lines, which makes this function long.
 TEST_F(CommandLine, WrongCommandLinesAreUsageErrors) {
   const std::vector<std::vector<std::string>> wrong{
       {},
@@ -191,7 +192,7 @@ TEST_F(CommandLine, OtherFormatsAreNamedAsUnsupported) {
         contains(outcome.err, "cube.fbx: no format that is read; .gltf, .glb, .drc, .ply, .obj, .stl, .off"))
         << outcome.err;
   }
-  // What is glTF by content is read, whatever its name.
+  // A file with the content of a glTF is read, whatever its name.
   std::filesystem::copy(sample(), path("asset.bin"));
   EXPECT_EQ(run_command({"encode", path("asset.bin"), path("out.glb")}).code, 0);
 }
@@ -201,7 +202,7 @@ TEST_F(CommandLine, PointCloudsAreUnsupported) {
   write("none.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices + "end_header\n0 0 0\n");
   write("zero.ply", "ply\nformat ascii 1.0\nelement vertex 1\n" + vertices +
                         "element face 0\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n");
-  // Draco 2.2, a point cloud, sequential.
+  // A sequential point cloud of Draco 2.2.
   write("cloud.drc", std::string("DRACO\x02\x02\x00\x00\x00\x00\x01\x00\x00\x00\x00", 16));
   write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
   for (const char* command : {"encode", "decode"})
@@ -221,7 +222,7 @@ TEST_F(CommandLine, UnreadableInputsAreIoErrors) {
     EXPECT_EQ(outcome.code, 2) << name;
     EXPECT_TRUE(contains(outcome.err, name)) << outcome.err;
   }
-  // A buffer that is missing is a file that cannot be read, too.
+  // A missing buffer is also a file that cannot be read.
   write("asset.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":4,"uri":"missing.bin"}]})");
   const CommandOutcome outcome = run_command({"encode", path("asset.gltf"), path("out.glb")});
   EXPECT_EQ(outcome.code, 2);
@@ -244,7 +245,7 @@ TEST_F(CommandLine, FailuresNameMeshAndPrimitive) {
 
 TEST_F(CommandLine, FailuresLeaveWhatWasThere) {
   const std::string input = sample();
-  // Neither the new file nor a part of it, and the old one whole.
+  // After a failure the old file is unchanged, and nothing of the new file exists.
   write("out.glb", "old");
   write("broken.glb", "glTF");
   EXPECT_EQ(run_command({"encode", path("broken.glb"), path("out.glb")}).code, 3);
@@ -254,7 +255,7 @@ TEST_F(CommandLine, FailuresLeaveWhatWasThere) {
   EXPECT_EQ(run_command({"encode", input, path("none/out.glb")}).code, 2);
   EXPECT_EQ(run_command({"encode", input, path("out.glb"), "--report", path("none/report.json")}).code, 2);
   EXPECT_EQ(file_count(), 4u);  // terrain.glb, out.glb, broken.glb, taken.glb
-  // In its own place.
+  // The output may be the input.
   EXPECT_EQ(run_command({"encode", input, input, "--patches", "3"}).code, 0);
   EXPECT_EQ(run_command({"validate", input}).code, 0);
   EXPECT_EQ(run_command({"decode", input, input}).code, 0);

@@ -1,6 +1,7 @@
-// What a newcomer types first: help, version, and options before or after the verb.
+// Help, version, and options before or after the subcommand.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 
@@ -23,6 +24,30 @@ TEST(Help, FitsEightyColumns) {
     std::istringstream lines(outcome.out);
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
   }
+}
+
+// Only names of options, usage lines and examples of command lines may be longer.
+TEST(Help, FitsNarrowTerminals) {
+  for (const char* columns : {"40", "60"}) {
+    setenv("COLUMNS", columns, 1);
+    for (const char* verb : kVerbs) {
+      const std::string help = run_command({verb, "--help"}).out;
+      std::istringstream lines(help);
+      for (std::string line; std::getline(lines, line);) {
+        const bool is_name =
+            line.starts_with("  -") || line.starts_with("Usage:") || line.starts_with("  gltf-psplit ");
+        if (!is_name) {
+          EXPECT_LE(line.size(), std::stoul(columns)) << line;
+        }
+      }
+      EXPECT_TRUE(contains(help, "Exit codes:") || verb == std::string("version")) << help;
+    }
+  }
+  for (const char* columns : {"0", "-3", "wide", "1000"}) {
+    setenv("COLUMNS", columns, 1);
+    EXPECT_TRUE(contains(run_command({"encode", "--help"}).out, "\n  IN                          The input"));
+  }
+  unsetenv("COLUMNS");
 }
 
 TEST(Help, EndsWithExamplesAndExitCodes) {
@@ -82,13 +107,13 @@ TEST(Help, OutputIsAWordOrAnOption) {
     written << std::ifstream(text).rdbuf();
     EXPECT_EQ(written.str(), run_command({verb, b}).out);
   }
-  // Twice, or not at all, is neither.
+  // The output must be named once, not twice and not never.
   EXPECT_EQ(run_command({"encode", a, b, "-o", b}).code, 1);
   EXPECT_EQ(run_command({"encode", a}).code, 1);
 }
 
 TEST(Help, ExitCodesAreThoseOfStatusCodeAndOfTheReadme) {
-  // Every value that a command exits with, in the order of the enum; kCancelled is for callers of functions.
+  // All exit codes, in the order of the enum. kCancelled is not among them: only callers of functions get it.
   std::vector<StatusCode> codes = {
       StatusCode::kOk,           StatusCode::kUsage,          StatusCode::kIo,
       StatusCode::kInvalidInput, StatusCode::kRuntimeFailure, StatusCode::kUnsupported,
@@ -96,7 +121,7 @@ TEST(Help, ExitCodesAreThoseOfStatusCodeAndOfTheReadme) {
   std::vector<StatusCode> listed;
   for (const ExitCode& exit : exit_codes()) listed.push_back(exit.code);
   EXPECT_EQ(listed, codes);
-  // "exit codes are 0 ok, 1 usage, ...": the numbers, up to the full stop.
+  // The numbers in the README's sentence "exit codes are 0 ok, 1 usage, ...".
   std::ostringstream readme;
   readme << std::ifstream(PSPLIT_README).rdbuf();
   const std::string text = readme.str();

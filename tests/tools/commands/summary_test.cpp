@@ -50,7 +50,7 @@ TEST_F(SummaryOfFiles, EncodeAndDecodeSayBytesInAndOut) {
 }
 
 TEST_F(SummaryOfFiles, TexturesCountWhereverTheyAre) {
-  // One image beside, one embedded, one in the JSON; and one that is not there.
+  // One image is beside the asset, one embedded, one in the JSON, and one missing.
   std::ofstream(path("a.png"), std::ios::binary) << std::string(1000, 'p');
   const std::string data_uri = "data:image/png;base64,AAAA";
   std::ofstream(path("asset.gltf")) << R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":40,
@@ -62,7 +62,7 @@ TEST_F(SummaryOfFiles, TexturesCountWhereverTheyAre) {
   const AssetBytes bytes = bytes_on_disk(path("asset.gltf"));
   EXPECT_EQ(bytes.files, std::filesystem::file_size(path("asset.gltf")) + 1000);
   EXPECT_EQ(bytes.textures, 1000 + 40 + data_uri.size());
-  // A mesh file is all there is of it, and of a pipe nobody knows.
+  // A mesh file has no other files, and the size of a pipe is unknown.
   std::ofstream(path("mesh.obj")) << "v 0 0 0\n";
   EXPECT_EQ(bytes_on_disk(path("mesh.obj")).files, 8u);
   EXPECT_EQ(bytes_on_disk("-").files, 0u);
@@ -86,11 +86,11 @@ TEST_F(SummaryOfFiles, OutputsAreCheckedBeforeTheWork) {
     const CommandOutcome outcome = run_command(words);
     EXPECT_EQ(outcome.code, 2) << words[0];
     EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
-    // Of the work nothing is told: it has not begun.
+    // There is only the error, because the work has not begun.
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
   };
   const std::string folder = ": there is no folder " + path("no/such/folder");
-  // The input is missing as well, and would be told of if it had been looked for first.
+  // The input is missing too. The error would name it if the output were checked later.
   fails({"encode", path("none.glb"), missing + ".glb"}, missing + ".glb" + folder);
   fails({"encode", path("none.glb"), path("a.glb"), "--report", missing}, missing + folder);
   fails({"decode", path("none.glb"), missing + ".gltf"}, missing + ".gltf" + folder);
@@ -102,8 +102,8 @@ TEST_F(SummaryOfFiles, OutputsAreCheckedBeforeTheWork) {
   fails({"validate", path("none.glb"), "-o", missing}, missing + folder);
   std::filesystem::create_directory(path("taken.glb"));
   fails({"generate", path("taken.glb")}, "taken.glb: is a folder");
-  fails({"generate", input + "/a.glb"}, "plain.glb is no folder");
-  EXPECT_EQ(run_command({"generate", "/dev/null", "--faces", "1k"}).code, 1);  // no .glb
+  fails({"generate", input + "/a.glb"}, "plain.glb is not a folder");
+  EXPECT_EQ(run_command({"generate", "/dev/null", "--faces", "1k"}).code, 1);  // not a .glb
 }
 
 TEST_F(SummaryOfFiles, ErrorsNameAPathOnce) {

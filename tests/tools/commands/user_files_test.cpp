@@ -1,5 +1,4 @@
-// No command replaces or removes a file that it did not make, and none takes a broken asset that another
-// refuses.
+// No command replaces or removes a file that it did not make. If one command refuses a broken asset, all do.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -26,7 +25,7 @@ class UserFiles : public CommandTest {
   std::string text(const std::string& name) const { return read_bytes(path(name)); }
   Json json(const std::string& name) const { return Json::parse(text(name)); }
 
-  // A .gltf in a folder of its own, with an image; the name of its .bin.
+  // Makes a .gltf with an image in a folder of its own. Returns the name of its .bin.
   std::string sample(const std::string& folder = "in", const std::string& pixels = kPng) {
     fs::create_directories(folder_ / folder);
     EXPECT_EQ(run({"generate", path(folder + "/a.gltf"), "--faces", "800", "--texcoords", "-q"}), 0) << err_;
@@ -177,7 +176,7 @@ void collect_places(const Json& tree, const Json::json_pointer& at, std::vector<
     for (size_t i = 0; i < tree.size(); ++i) collect_places(tree[i], at / i, places);
 }
 
-// Every value of the JSON gone, and in its place others, most of them of another kind.
+// Each value of the JSON is removed, and replaced by other values, most of them of another type.
 std::vector<Json> mutants(const Json& tree) {
   const Json others[] = {nullptr, -1, 1, 1e300, "x", Json::array({0, "1"}), Json::object()};
   std::vector<Json::json_pointer> places;

@@ -9,8 +9,8 @@
 namespace psplit {
 namespace {
 
-// Two primitives of 3 points that share their positions, an image in a buffer, one in the JSON, and 100 bytes
-// of what nothing here knows.
+// Two primitives of 3 points that share their positions, an image in a buffer, an image in the JSON, and 100
+// bytes that nothing refers to.
 Document sample() {
   Document document;
   document.source = "-";
@@ -40,7 +40,7 @@ TEST(AssetParts, CountsEveryByteOnce) {
   EXPECT_EQ(parts.rest, 100u + json_bytes - 26);
   EXPECT_EQ(parts.total(), 230u + json_bytes);
   EXPECT_EQ(parts.missing_images, 0u);
-  // What was not asked for is the rest.
+  // Primitives that are not requested count as the rest.
   const AssetParts first = measure_parts(document, std::span(all).first(1));
   EXPECT_EQ(first.meshes, 36u + 12);
   EXPECT_EQ(first.total(), parts.total());

@@ -28,7 +28,8 @@ Comparison comparison_of(const std::vector<Measured>& list) {
     for (const auto& [threads, ms] :
          {std::pair(1, measured.one_thread_ms), std::pair(2, measured.two_threads_ms)})
       row.decode.push_back({"cpu", threads, steady(ms), kStockMs / ms});
-    row.decode.push_back({"draco", 1, steady(1), kStockMs});  // however fast: it is not psplit's
+    row.decode.push_back(
+        {"draco", 1, steady(1), kStockMs});  // ignored however fast, because it is not psplit's own
   }
   return comparison;
 }
@@ -62,7 +63,7 @@ TEST(ComparisonSummary, RecommendsTheFastestThatIsAffordable) {
 }
 
 TEST(ComparisonSummary, RecommendsTheFewestPatchesOfWhatIsAboutAsFast) {
-  // In any order.
+  // The order of the splits does not matter.
   const ComparisonSummary summary = summarize_comparison(
       comparison_of({{90, 0.029, 24, 12.0}, {20, 0.01, 24, 12.5}, {4, 0.005, 28, 14}}), "a", 15);
   EXPECT_EQ(summary.recommended_patches, 20u);
@@ -90,10 +91,10 @@ TEST(ComparisonSummary, TellsOfThreadsThatAreSlowerThanOne) {
     return summarize_comparison(comparison_of({measured}), "a", 15).noise;
   };
   EXPECT_TRUE(noise({45, 0.02, 27, 16}).empty());
-  EXPECT_TRUE(noise({1, 0, 27, 28}).empty());  // one patch gives the second thread nothing to do
+  EXPECT_TRUE(noise({1, 0, 27, 28}).empty());  // a single patch has no work for a second thread
   const std::vector<std::string> notes = noise({45, 0.02, 27, 28});
   ASSERT_EQ(notes.size(), 2u);
-  EXPECT_NE(notes[0].find("45 patches with cpu on 2 threads (28.0 ms, and on one 27.0 ms)"), std::string::npos)
+  EXPECT_NE(notes[0].find("45 patches with cpu on 2 threads (28.0 ms instead of 27.0 ms)"), std::string::npos)
       << notes[0];
   EXPECT_NE(notes[1].find("--repeat"), std::string::npos) << notes[1];
 }
@@ -105,7 +106,7 @@ TEST(ComparisonSummary, TellsOfTimesThatSwing) {
   ASSERT_EQ(notes.size(), 2u);
   EXPECT_NE(notes[0].find("20 % for 1 of 9 decoders"), std::string::npos) << notes[0];
   EXPECT_NE(notes[0].find("45 patches with cpu on 2 threads (15.5 ms to 19.0 ms)"), std::string::npos);
-  // One slow round of many is no swing.
+  // One slow round of many is not noise.
   comparison.splits[0].decode[1].timing = {16, 15, 40, 15.5, 17};
   EXPECT_TRUE(summarize_comparison(comparison, "a", 15).noise.empty());
 }

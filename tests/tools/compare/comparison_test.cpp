@@ -29,7 +29,7 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
     total = all;
   });
   ASSERT_TRUE(comparison.ok()) << comparison.status().to_string();
-  // Stock Draco at three speeds, meshoptimizer in two forms, splits by two decoders and by stage.
+  // Stock Draco at three speeds, meshoptimizer in two forms, and each split with two decoders and in stages.
   EXPECT_EQ(total, 2u * (3 + 2 + 2 * (2 + 1)));
   EXPECT_EQ(done, total);
   EXPECT_EQ(comparison->faces, faces);
@@ -50,7 +50,7 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
     for (const StageRow& stage : row.stages) EXPECT_GE(stage.timing.median_ms, 0) << stage.name;
     EXPECT_GT(row.stages.front().timing.median_ms, 0);
   }
-  // The run's own speed is there, asked for or not, and is what ratios refer to.
+  // The speed of the patches is always measured, and all ratios refer to it.
   ASSERT_EQ(comparison->stock_speeds.size(), 3u);
   for (size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(comparison->stock_speeds[i].speed, static_cast<int>(5 * i));
@@ -61,7 +61,7 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
   EXPECT_EQ(comparison->stock.decode.median_ms, comparison->stock_speeds[1].decode.median_ms);
   EXPECT_LT(comparison->stock_speeds[0].bytes, comparison->stock_speeds[2].bytes);
   EXPECT_LT(comparison->splits[0].summary.total_bytes, comparison->splits[1].summary.total_bytes);
-  // Draco is the smallest mesh on the web.
+  // Draco makes the smallest meshes.
   EXPECT_LT(comparison->stock.bytes, comparison->meshopt.bytes);
   EXPECT_LT(comparison->meshopt.bytes, comparison->meshopt_plain.bytes);
   EXPECT_GT(comparison->meshopt.decode.median_ms, 0);

@@ -1,4 +1,4 @@
-// validate and inspect take many files, work on all of them, and fail where one does.
+// `validate` and `inspect` process all files that they are given, and fail if one of them fails.
 #include "tools/gltf_psplit/files/many_files.h"
 
 #include <fstream>
@@ -30,7 +30,7 @@ TEST_F(ManyFiles, ValidateSaysALineAFile) {
 TEST_F(ManyFiles, ValidateGoesOnAfterFailures) {
   const CommandOutcome outcome =
       run_command({"validate", path("broken.gltf"), path("none.glb"), path("split.glb")});
-  EXPECT_EQ(outcome.code, 3);  // of the first
+  EXPECT_EQ(outcome.code, 3);  // the code of the first failure
   EXPECT_TRUE(contains(outcome.out, path("broken.gltf") + ": invalid, 1 error\n")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, path("split.glb") + ": valid\n")) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "none.glb")) << outcome.err;
@@ -82,14 +82,14 @@ TEST_F(ManyFiles, SomeThingsAreForOneFile) {
   EXPECT_TRUE(contains(preview.err, "--preview draws one asset, and there are 2 files")) << preview.err;
 }
 
-// 100 columns where nobody asks for all.
+// Tables have at most 100 columns without --wide.
 TEST_F(ManyFiles, TablesFit) {
   for (std::vector<std::string> words : {std::vector<std::string>{"inspect", path("split.glb")},
                                          {"compare", path("plain.glb"), "--repeat", "1", "--patches", "1,2"}}) {
     const std::string narrow = run_command(words).out;
     std::istringstream lines(narrow);
     std::string line;
-    std::getline(lines, line);  // the first has the file's name
+    std::getline(lines, line);  // the first line has the name of the file
     while (std::getline(lines, line)) EXPECT_LE(line.size(), kTableWidth) << line;
     EXPECT_FALSE(contains(narrow, "balance")) << narrow;
     words.push_back("--wide");

@@ -30,7 +30,7 @@ TEST(Auto, LeavesTheGpuAloneUnlessThereIsEnoughToDo) {
   EXPECT_FALSE(is_worth(container_of(20, 100'000)));
   EXPECT_FALSE(is_worth(container_of(200, 100)));
   EXPECT_TRUE(is_worth(container_of(200, 2000)));
-  EXPECT_FALSE(is_worth(std::vector<uint8_t>(1'000'000)));  // no container
+  EXPECT_FALSE(is_worth(std::vector<uint8_t>(1'000'000)));  // not a container
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ TEST(CountOption, StandsInTheCommand) {
   const CommandOutcome wrong = run_command({"generate", mesh, "--faces", "lots"});
   EXPECT_EQ(wrong.code, 1);
   EXPECT_TRUE(
-      contains(wrong.err, "--faces: lots is no count from 1 to 4294967295, such as 250000, 250k or 2.5e5"))
+      contains(wrong.err, "--faces: lots is not a count from 1 to 4294967295, such as 250000, 250k or 2.5e5"))
       << wrong.err;
 }
 

@@ -22,7 +22,7 @@ TEST(Suggestions, OnlyWhatIsNearIsSuggested) {
   const std::vector<std::string> words = {"encode", "decode", "validate", "version"};
   EXPECT_EQ(nearest_word("encod", words), "encode");
   EXPECT_EQ(nearest_word("deocde", words), "decode");
-  EXPECT_EQ(nearest_word("valid", words), "validate");  // its beginning
+  EXPECT_EQ(nearest_word("valid", words), "validate");  // a beginning of the word
   EXPECT_EQ(nearest_word("teapot", words), "");
   EXPECT_EQ(nearest_word("x", words), "");
   EXPECT_EQ(nearest_word("", words), "");
@@ -37,16 +37,16 @@ TEST(Suggestions, ComeWithUnknownVerbsAndOptions) {
     EXPECT_EQ(outcome.out, "");
     EXPECT_TRUE(contains(outcome.err, what)) << outcome.err;
   };
-  says({"encod", "a.glb", "b.glb"}, "no such subcommand: encod; did you mean encode?");
-  says({"teapot"}, "no such subcommand: teapot\n");
-  says({"encode", "a.glb", "b.glb", "--patchs", "3"}, "no such option: --patchs; did you mean --patches?");
-  says({"encode", "--patchs=3", "a.glb", "b.glb"}, "no such option: --patchs; did you mean --patches?");
-  // An unknown option takes the word behind it for a file: that is not what is wrong.
-  says({"encode", "--losless", "a.glb"}, "no such option: --losless; did you mean --lossless?");
-  says({"generate", "a.glb", "--teapots"}, "no such option: --teapots\n");
-  says({"help", "encod"}, "no such subcommand: encod; did you mean encode?");
-  says({"--verson"}, "no such option: --verson; did you mean --version?");
-  // And where to look for more.
+  says({"encod", "a.glb", "b.glb"}, "unknown subcommand: encod; did you mean encode?");
+  says({"teapot"}, "unknown subcommand: teapot\n");
+  says({"encode", "a.glb", "b.glb", "--patchs", "3"}, "unknown option: --patchs; did you mean --patches?");
+  says({"encode", "--patchs=3", "a.glb", "b.glb"}, "unknown option: --patchs; did you mean --patches?");
+  // The word after an unknown option counts as a file. The message must name the option, not that file.
+  says({"encode", "--losless", "a.glb"}, "unknown option: --losless; did you mean --lossless?");
+  says({"generate", "a.glb", "--teapots"}, "unknown option: --teapots\n");
+  says({"help", "encod"}, "unknown subcommand: encod; did you mean encode?");
+  says({"--verson"}, "unknown option: --verson; did you mean --version?");
+  // A note says where to look for more.
   says({"encode", "a.glb", "b.glb", "--patchs", "3"}, "`gltf-psplit encode --help`");
 }
 

@@ -18,14 +18,14 @@ size_t count_of(const std::string& text, const std::string& what) {
   return count;
 }
 
-// What stands between the first `begin` and the next `end`.
+// The text between the first `begin` and the next `end`.
 std::string part_of(const std::string& text, const std::string& begin, const std::string& end) {
   const size_t from = text.find(begin);
   if (from == std::string::npos) return "";
   return text.substr(from, text.find(end, from) - from);
 }
 
-// Every number of it differs from all others.
+// A report in which all numbers differ.
 ComparisonReport sample_report() {
   ComparisonReport report;
   report.input = "dragon.ply";
@@ -149,10 +149,10 @@ TEST(HtmlReport, SaysWhatWasMeasuredAndWhere) {
   for (const char* what :
        {"<h1>dragon.ply:", "Some CPU, 12 threads", "Some GPU", "9.8.7", "1.2.3", "0.99", "4.5.6", "cc 3",
         "gltf-psplit compare dragon.ply", "2026-01-02 03:04 UTC", "100,000 triangles", "50,000 points",
-        "positions 14", "7, after one that is not timed", "in 40 patches"})
+        "positions 14", "7, after one untimed round", "in 40 patches"})
     EXPECT_NE(page.find(what), std::string::npos) << what;
   EXPECT_NE(page.find("src=\"data:image/png;base64,UE5H\""), std::string::npos);
-  EXPECT_NE(page.find("copying to the GPU and back is."), std::string::npos);
+  EXPECT_NE(page.find("it includes copying to the GPU and back."), std::string::npos);
   report.picture = {};
   report.environment.gpu.clear();
   for (SplitRow& row : report.comparison.splits)
@@ -165,7 +165,7 @@ TEST(HtmlReport, SaysWhatWasMeasuredAndWhere) {
 
 TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
   ComparisonReport report = sample_report();
-  for (SplitRow& row : report.comparison.splits)  // of which all but the first are slower
+  for (SplitRow& row : report.comparison.splits)  // all but the first become slower
     std::erase_if(row.decode, [](const DecodeRow& decode) { return decode.threads > 1; });
   const ComparisonSummary summary =
       summarize_comparison(report.comparison, report.input, report.options.repeat);
@@ -181,15 +181,16 @@ TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
 
 TEST(HtmlReport, ShowsTheWholeAssetWithItsTextures) {
   ComparisonReport report = sample_report();
-  EXPECT_EQ(to_html(report).find("The whole asset"), std::string::npos);  // compressed already: nothing to say
+  // A compressed input has no such section.
+  EXPECT_EQ(to_html(report).find("The whole asset"), std::string::npos);
   report.asset = AssetParts{.meshes = 1'800'000, .textures = 2'000'000, .rest = 3000, .missing_images = 0};
   const std::string page = to_html(report), table = part_of(page, "<table id=\"asset\"", "</table>");
   for (const char* cell : {"1,800,000", "200,002", "3,803,000", "2,203,002", "57.9 %"})
     EXPECT_NE(table.find(">" + std::string(cell) + "</td>"), std::string::npos) << cell;
   EXPECT_EQ(count_of(table, ">2,000,000</td>"), 3u);
-  EXPECT_EQ(page.find("not where the asset says"), std::string::npos);
+  EXPECT_EQ(page.find("not found"), std::string::npos);
   report.asset->missing_images = 2;
-  EXPECT_NE(to_html(report).find("2 images are not where the asset says"), std::string::npos);
+  EXPECT_NE(to_html(report).find("2 images are not found, and not counted"), std::string::npos);
 }
 
 TEST(HtmlReport, NamesMeshoptimizersVersionInItsRows) {
@@ -205,7 +206,7 @@ TEST(HtmlReport, NeedsNoNetworkAndRunsNothing) {
   EXPECT_EQ(page.find("url("), std::string::npos);
   EXPECT_EQ(page.find("@import"), std::string::npos);
   EXPECT_EQ(count_of(page, "src="), 1u);   // the picture
-  EXPECT_EQ(count_of(page, "href="), 1u);  // an icon of nothing, for which browsers would ask else
+  EXPECT_EQ(count_of(page, "href="), 1u);  // an empty icon, which browsers would otherwise request
   EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
 }
 
@@ -238,7 +239,7 @@ TEST(HtmlReport, DrawsEveryMarkOfNumbersThatNoAxisHas) {
   }
   const std::string page = to_html(report);
   EXPECT_EQ(page.find("nan"), std::string::npos);
-  EXPECT_EQ(page.find("\"-\""), std::string::npos);  // what with_decimals says of numbers that are not finite
+  EXPECT_EQ(page.find("\"-\""), std::string::npos);  // with_decimals of a number that is not finite
   EXPECT_EQ(count_of(part_of(page, "id=\"speed-up\"", "</figure>"), "class=\"mark"), 24u);
 
   report.comparison.splits.clear();
@@ -250,7 +251,7 @@ TEST(SvgChart, NamesTheLineThatItRefersTo) {
   const std::string page = to_html(sample_report());
   for (const char* id : {"speed-up", "size"}) {
     const std::string chart = part_of(page, "id=\"" + std::string(id) + "\"", "</figure>");
-    EXPECT_EQ(count_of(chart, "class=\"reference\""), 2u) << id;  // in the chart, and in its legend
+    EXPECT_EQ(count_of(chart, "class=\"reference\""), 2u) << id;  // in the chart and in its legend
     EXPECT_NE(chart.find("</svg>stock Draco, speed 5</li>"), std::string::npos) << id;
   }
 }
@@ -272,7 +273,7 @@ TEST(SvgChart, ScalesBothAxes) {
   XyChart chart{"id",        "title", "",
                 {"x", true}, {"y"},   {{"series", 0, true, {{1, 0, "", "a"}, {100, 8, "", "b"}}}}};
   const std::string svg = draw_chart(chart);
-  // The line's two ends: right is more, and so is up.
+  // The two ends of the line: values grow to the right and upwards.
   double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
   ASSERT_EQ(
       std::sscanf(part_of(svg, "points=\"", "\"/>").c_str(), "points=\"%lf,%lf %lf,%lf", &x1, &y1, &x2, &y2),

@@ -1,4 +1,5 @@
-// Pictures of assets: who covers a sample, what the camera sees, which colours meet, where meshes stand.
+// Pictures of assets: which triangle covers a sample, what the camera sees, which colours meet, and where
+// meshes are.
 #include "tools/gltf_psplit/preview/preview.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +47,7 @@ TEST(Visibility, ATriangleCoversTheCentresInItAndNoOthers) {
 }
 
 TEST(Visibility, TrianglesThatShareAnEdgeCoverEachCentreOnce) {
-  // A fan around a centre of a sample, with edges through others.
+  // A fan around the centre of a sample, with edges through other centres.
   const std::vector<ScreenPoint> rim{{0, 0, 0}, {4.5, 0, 0}, {9, 0, 0}, {9, 4.5, 0},
                                      {9, 9, 0}, {4.5, 9, 0}, {0, 9, 0}, {0, 4.5, 0}};
   std::vector<int> times(81, 0);
@@ -72,7 +73,7 @@ TEST(Visibility, TheNearestFaceStaysAndTheLowerNumberOfTwoAsNear) {
     EXPECT_EQ(buffer.face_at(2, 1), 5u);
   } while (std::ranges::next_permutation(order).found);
 
-  // Two that pass through each other: each is in front where it is nearer.
+  // Two triangles intersect: each is visible where it is nearer.
   VisibilityBuffer buffer({8, 8});
   buffer.draw({{{0, -8, 0}, {8, -8, 1}, {0, 24, 0}}}, 0);
   buffer.draw({{{0, -8, 1}, {8, -8, 0}, {0, 24, 1}}}, 1);
@@ -273,7 +274,7 @@ TEST(Png, KeepsSizeAndPixels) {
   EXPECT_EQ(pixels, image.rgba);
 }
 
-// Two sides of a cube's edge, towards the camera.
+// Two faces of a cube that meet at an edge towards the camera.
 PictureMesh roof() {
   return {.positions = {{0, 0, 1}, {1, 0, 0}, {1, 1, 0}, {0, 1, 1}, {0, 0, -1}, {0, 1, -1}},
           .normals = std::vector<std::array<float, 3>>(6),
@@ -344,13 +345,14 @@ TEST(Picture, OfNothingIsAnError) {
   PictureMesh infinite = roof();
   for (auto& position : infinite.positions) position = {NAN, INFINITY, 3};
   EXPECT_EQ(code(infinite), StatusCode::kUnsupported);
-  // One bad point takes its faces with it, and no others.
+  // A point that is not finite removes its faces, and no others.
   PictureMesh one = roof();
   one.positions[4] = {NAN, 0, 0};
   EXPECT_EQ(code(one), StatusCode::kOk);
 }
 
-// The ratios of red to green among a picture's whole pixels, in light: shading leaves them alone.
+// The ratios of red to green among the opaque pixels of a picture, in linear light. Shading does not change
+// them.
 std::set<int> hues(const Image& image) {
   const auto linear = [](uint8_t encoded) { return std::pow((encoded / 255.0 + 0.055) / 1.055, 2.4); };
   std::set<int> found;

@@ -35,7 +35,7 @@ TEST(Progress, SaysKOfNAndARate) {
   bytes.amount_noun = "byte";
   EXPECT_EQ(progress_line("encoding", bytes, 2),
             "encoding [#####...............] 3 of 12 assets, 45.2 MB/s, 2.0 s");
-  // Nothing done has no rate.
+  // There is no rate before anything is done.
   EXPECT_EQ(progress_line("encoding", steps(0, 12, "asset"), 2),
             "encoding [....................] 0 of 12 assets, 2.0 s");
 }

@@ -1,4 +1,5 @@
-// Meshes where their nodes put them are the same, however it is divided between mesh and node.
+// Meshes at the places where their nodes put them are the same, no matter how mesh and node divide the
+// transformation.
 #include "tools/gltf_psplit/sameness/placed_meshes.h"
 
 #include <gtest/gtest.h>
@@ -47,7 +48,7 @@ AssetComparison compare(const Document& a, const Document& b) {
   return *comparison;
 }
 
-// Positions as whole numbers of `step`, which the node undoes.
+// Positions as multiples of `step`, which the node scales back.
 Document as_integers(const Mesh& mesh, double step) {
   std::vector<uint16_t> places;
   for (uint32_t i = 0; i < mesh.point_count; ++i)
@@ -134,7 +135,7 @@ TEST(PlacedMeshes, RepeatedMeshesEqualOneThatHoldsAll) {
   EXPECT_TRUE(compare(twice, document_from_mesh(all)).same());
   EXPECT_FALSE(compare(document_from_mesh(mesh), document_from_mesh(all)).same());
 
-  // Scenes that would take more memory than their files justify are refused.
+  // A scene that needs far more memory than its file is refused.
   for (int i = 0; i < 60'000; ++i) twice.json["scenes"][0]["nodes"].push_back(0);
   const ThreadPool pool(1);
   const Expected<AssetMeshes> meshes = read_asset_meshes(twice, cpu_backend(), describe_stream, pool);

@@ -1,4 +1,4 @@
-// gltf-psplit compare A B: exit codes, what is said, and the shape of its JSON.
+// gltf-psplit compare A B: exit codes, messages, and the fields of its JSON.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ class Sameness : public CommandTest {
     ASSERT_EQ(run({"encode", path("plain.glb"), path("split.glb"), "--patches", "5", "-q"}), 0);
   }
 
-  // plain.glb with another first coordinate of a point; around_ is how many triangles that has.
+  // plain.glb with the first coordinate of one point changed. around_ is the number of triangles at that point.
   void move_point(const std::string& name, uint32_t point, float by) {
     Expected<Document> document = read_document(path("plain.glb"));
     ASSERT_TRUE(document);

@@ -41,7 +41,7 @@ Vector cross(const Vector& a, const Vector& b) {
 }
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// The number of each point's position: what a seam does not split.
+// Numbers the points by their positions, which seams do not split.
 std::vector<uint32_t> weld_positions(const Mesh& mesh) {
   std::map<std::array<float, 3>, uint32_t> numbers;
   std::vector<uint32_t> vertex(mesh.point_count);
@@ -59,7 +59,7 @@ struct Edges {
 Edges count_edges(const Mesh& mesh) {
   const std::vector<uint32_t> vertex = weld_positions(mesh);
   std::set<std::pair<uint32_t, uint32_t>> directed;
-  std::map<uint32_t, std::map<uint32_t, uint32_t>> around;  // of each vertex: from one neighbour to the next
+  std::map<uint32_t, std::map<uint32_t, uint32_t>> around;  // for each vertex: from one neighbour to the next
   Edges edges;
   for (const auto& face : mesh.faces)
     for (size_t i = 0; i < 3; ++i) {
@@ -71,7 +71,7 @@ Edges count_edges(const Mesh& mesh) {
   edges.vertices = around.size();
   edges.all = (directed.size() + edges.open) / 2;
   for (const auto& [centre, next] : around) {
-    // One fan: walking from its start, or from anywhere when it is closed, passes every face.
+    // There is one fan: a walk from its start, or from anywhere if it is closed, passes every face.
     std::set<uint32_t> ends;
     for (const auto& [from, to] : next) ends.insert(to);
     uint32_t at = next.begin()->first;
@@ -175,7 +175,7 @@ TEST_P(EveryShape, HasUnitNormalsThatLookOut) {
       agree +=
           dot(out, cross(subtract(float3(position, face[1]), p), subtract(float3(position, face[2]), p))) > 0;
     }
-    // Creases and features finer than the grid may disagree.
+    // Normals may differ at creases and at features that are finer than the grid.
     EXPECT_GT(static_cast<double>(agree), 0.85 * static_cast<double>(mesh.faces.size()));
   }
 }
@@ -219,7 +219,7 @@ TEST(Shapes, BlobHasFewHandlesAndGyroidMany) {
     return static_cast<int64_t>(edges.vertices) - static_cast<int64_t>(edges.all) +
            static_cast<int64_t>(mesh.faces.size());
   };
-  // Overhangs of its bumps may meet: a handle now and then.
+  // Overhangs of its bumps may meet and form a handle.
   EXPECT_NEAR(static_cast<double>(euler(generate(Shape::kBlob, 30'000, 1, true)[0])), 2, 8);
   EXPECT_LT(euler(generate(Shape::kGyroid, 30'000, 1, true)[0]), -100);
 }

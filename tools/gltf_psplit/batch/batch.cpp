@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What became of one asset.
+// The result of one asset.
 struct Outcome {
   Status status;
   bool up_to_date = false;
@@ -50,9 +50,10 @@ class Batch {
     for (const BatchItem& item : items_)
       for (const fs::path& path : {item.output, fs::path(item.input)})
         if (writes_report_file() && fs::weakly_canonical(path, error) == report_path)
-          return {StatusCode::kUsage, "--report cannot share " + arguments_.report + " with an asset"};
+          return {StatusCode::kUsage,
+                  "--report would replace " + arguments_.report + ", which is an input or an output"};
     if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
-    // After the output folder is made: the report may lie there.
+    // Only now, because the report may be in the output folder, which `open` has made.
     if (writes_report_file())
       if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
 
@@ -96,8 +97,9 @@ class Batch {
     return batch_summary(arguments_.folder, list, wall_ms);
   }
 
-  // Assets side by side, as many as there are threads. Each takes the pool's threads for its own primitives and
-  // patches: a large one at the end does not leave them idle. Large files first, so that none is left alone.
+  // Encodes as many assets at once as there are threads. Each asset also uses the pool's threads for its
+  // primitives and patches, so that a large asset at the end does not leave threads idle. Large files come
+  // first for the same reason.
   void encode_all(ProgressBar& bar) {
     std::vector<std::pair<uintmax_t, size_t>> order;
     for (size_t i = 0; i < items_.size(); ++i) {
@@ -172,7 +174,7 @@ class Batch {
     log_reports(*reports, session_.log, item.input + ": ");
     warn_of_growth(outcome.result, session_.log, item.input);
     std::error_code error;
-    fs::create_directories(item.output.parent_path(), error);  // where it fails, writing says so
+    fs::create_directories(item.output.parent_path(), error);  // if it fails, writing reports it
     if (Status status = record_.begin(item.name); !status.ok()) return status;
     if (Status status = write_document(*document, item.output, arguments_.write, &outcome.written);
         !status.ok())
@@ -185,16 +187,15 @@ class Batch {
     return record_.add(item.name, {made_from, hash_asset(*written)});
   }
 
-  // The files in the folder may be those of others.
+  // Files in the folder that no batch made are not replaced.
   Status check_output(const BatchItem& item) const {
     std::error_code error;
     if (record_.find(item.name) != nullptr || !fs::exists(fs::symlink_status(item.output, error))) return {};
-    return {
-        StatusCode::kUsage,
-        item.output.string() + " is there, and no batch made it: move it away, or choose another --out-dir"};
+    return {StatusCode::kUsage,
+            item.output.string() + " exists, and no batch made it: move it away, or choose another --out-dir"};
   }
 
-  // Made from the same with the same options, and as it was when it was written.
+  // Whether the output was made from the same input with the same options, and has not changed since.
   bool is_up_to_date(const BatchItem& item, const std::string& made_from) const {
     const BatchRecord::Entry* entry = record_.find(item.name);
     if (entry == nullptr || entry->made_from != made_from) return false;
@@ -245,7 +246,7 @@ class Batch {
   std::vector<BatchItem> items_;
   std::vector<Outcome> outcomes_;
   BatchRecord record_;
-  std::atomic<bool> spares_report_ = false;  // an asset needs the file of its name
+  std::atomic<bool> spares_report_ = false;  // the report would replace a file that an asset needs
 };
 
 }  // namespace

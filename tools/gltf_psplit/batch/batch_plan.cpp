@@ -19,7 +19,7 @@ Status usage(std::string message) { return {StatusCode::kUsage, std::move(messag
 
 fs::path whole_path(const fs::path& path) {
   fs::path whole = fs::absolute(path).lexically_normal();
-  return whole.has_filename() ? whole : whole.parent_path();  // without a slash at its end
+  return whole.has_filename() ? whole : whole.parent_path();  // without a trailing slash
 }
 
 bool is_below(const fs::path& path, const fs::path& folder) {
@@ -39,8 +39,7 @@ std::vector<fs::path> sorted_entries(const fs::path& folder) {
   return entries;
 }
 
-// A pattern part by part; ** takes folders, but none that are hidden, and no links to folders: they may lead
-// around.
+// Matches a pattern part by part. ** skips hidden folders, and links to folders, because links may form cycles.
 void match(const fs::path& folder, fs::path::const_iterator part, fs::path::const_iterator end,
            std::vector<fs::path>& found) {
   std::error_code error;
@@ -71,7 +70,7 @@ class Planner {
       Status status = word.starts_with('@') ? add_list(word.substr(1)) : add_word(word);
       if (!status.ok()) return status;
     }
-    if (inputs_.empty()) return usage("there is nothing to do");
+    if (inputs_.empty()) return usage("there is no input");
     if (!request_.base.empty()) base_ = whole_path(request_.base);
     std::vector<BatchItem> items;
     std::map<fs::path, std::string> taken;
@@ -87,7 +86,7 @@ class Planner {
                      (request_.folder / relative).string());
       items.push_back({input, request_.folder / relative, relative.generic_string()});
     }
-    // Links may lead to one file by two names.
+    // Through links, one file may have two names.
     std::error_code error;
     std::map<fs::path, std::string> files;
     for (const auto& [whole, input] : inputs_) files.emplace(fs::weakly_canonical(whole, error), input);
@@ -116,8 +115,9 @@ class Planner {
   Status add_word(const std::string& word) {
     std::error_code error;
     if (fs::is_directory(word, error))
-      return usage(word + " is a folder; \"" + (fs::path(word) / "**" / "*.glb").string() + "\" are its files");
-    if (word == "-") return usage("batch does not read stdin");
+      return usage(word + " is a folder; name its files with \"" + (fs::path(word) / "**" / "*.glb").string() +
+                   "\"");
+    if (word == "-") return usage("batch cannot read stdin");
     if (!fs::exists(word, error) && is_pattern(word)) return add_pattern(word);
     add(word, fs::path(word).parent_path());
     return {};
@@ -148,7 +148,7 @@ class Planner {
 
   const BatchRequest& request_;
   fs::path folder_, base_;
-  std::map<fs::path, std::string> inputs_;  // by absolute path, which is also their order
+  std::map<fs::path, std::string> inputs_;  // by absolute path, which is also the order
 };
 
 }  // namespace

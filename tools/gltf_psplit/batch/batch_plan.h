@@ -1,4 +1,4 @@
-// What `batch` reads and where each result goes, settled before any work is done.
+// Which files `batch` reads and where each output goes, decided before any work is done.
 #pragma once
 
 #include <filesystem>
@@ -17,17 +17,17 @@ struct BatchItem {
 
 struct BatchRequest {
   std::vector<std::string> words;  // files, patterns, @lists of both
-  std::filesystem::path folder;    // for the results
-  std::string base;       // what paths below `folder` are relative to; empty: the deepest common folder
-  std::string extension;  // of results: ".glb" or ".gltf"
+  std::filesystem::path folder;    // for the outputs
+  std::string base;                // paths below `folder` are relative to it; empty: the deepest common folder
+  std::string extension;           // of the outputs: ".glb" or ".gltf"
 };
 
-// A word is a file, a pattern or "@list", a file with one of those a line. Patterns know *, ?, [] and, for any
-// number of folders, **; they match only files that `encode` reads by name, and nothing in the output folder.
-// The common folder is that of files and of what stands before the first wildcard of a pattern. Files named
-// twice are read once. Errors: kUsage for patterns that match nothing, folders, inputs outside of `base`, two
-// inputs with the same output and outputs that are inputs; kIo for lists that cannot be read. Files that are
-// missing are no error here.
+// A word is a file, a pattern, or "@list": a file with a file or pattern on each line. A pattern may contain *,
+// ?, [] and, for any number of folders, **. It matches only files whose names `encode` reads, and nothing in
+// the output folder. The common folder contains all files, and the part of each pattern before its first
+// wildcard. A file that is named twice is read once. Errors: kUsage for a pattern that matches nothing, a
+// folder, an input outside `base`, two inputs with the same output, or an output that is an input; kIo for a
+// list that cannot be read. A missing file is not an error here.
 Expected<std::vector<BatchItem>> plan_batch(const BatchRequest& request);
 
 }  // namespace psplit

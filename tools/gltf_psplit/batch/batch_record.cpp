@@ -37,7 +37,7 @@ Status BatchRecord::open(const fs::path& folder) {
   const fs::path path = folder / kRecordName;
   const Expected<bool> is_ours = file_.open(path);
   if (!is_ours) return is_ours.status();
-  if (!*is_ours) return io_failure("another batch is at work in " + folder.string());
+  if (!*is_ours) return io_failure("another batch is running in " + folder.string());
   const auto bytes = read_file(path);
   if (!bytes) return bytes.status();
   const std::string text(bytes->begin(), bytes->end());

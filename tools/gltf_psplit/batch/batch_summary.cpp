@@ -28,7 +28,8 @@ std::string failures_text(std::span<const BatchOutcome> outcomes, size_t failed)
   size_t listed = 0;
   for (const BatchOutcome& outcome : outcomes)
     if (!outcome.status.ok() && listed++ < kFailures) text += "failed: " + outcome.status.to_string() + "\n";
-  if (failed > kFailures) text += "and " + counted(failed - kFailures, "more failure") + ", in the report\n";
+  if (failed > kFailures)
+    text += "and " + counted(failed - kFailures, "more failure") + "; the report lists all\n";
   return text;
 }
 

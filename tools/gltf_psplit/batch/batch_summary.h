@@ -1,4 +1,4 @@
-// What `batch` did, for people: its JSON report has every asset.
+// The summary that `batch` prints. Its JSON report lists every asset.
 #pragma once
 
 #include <span>
@@ -9,17 +9,17 @@
 
 namespace psplit {
 
-// What became of one asset.
+// The result of one asset.
 struct BatchOutcome {
   std::string input;
   Status status;
-  bool up_to_date = false;  // and so nothing of what follows
+  bool up_to_date = false;  // if so, the members below are unset
   AssetSizes sizes;
   uint64_t patches = 0;
   double wall_ms = 0;
 };
 
-// Counts, bytes in and out, the slowest assets, and each failure with its reason; several lines.
+// Several lines: counts, bytes in and out, the slowest assets, and failures with their reasons.
 std::string batch_summary(const std::string& folder, std::span<const BatchOutcome> outcomes, double wall_ms);
 
 }  // namespace psplit

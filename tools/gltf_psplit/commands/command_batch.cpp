@@ -1,4 +1,4 @@
-// gltf-psplit batch: many assets, each as `encode` would, on one pool of threads.
+// gltf-psplit batch: the options; batch/batch.h does the work.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
@@ -30,23 +30,24 @@ struct Arguments {
 
 void add_batch_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("batch", "Split many assets, and again only those that changed");
+  CLI::App& command =
+      *app.add_subcommand("batch", "Split many assets; a second run repeats only those that changed");
   command
-      .add_option(
-          "IN", arguments->batch.request.words,
-          "Files that encode reads, patterns in quotes (*, ?, [] and ** for any folders), and @FILE, a list of "
-          "both, one a line")
+      .add_option("IN", arguments->batch.request.words,
+                  "The inputs: files that encode reads; patterns in quotes (*, ?, [], and ** for any number "
+                  "of folders); @FILE, a list of both with one on each line")
       ->required();
   command
       .add_option("-o,--out-dir", arguments->batch.folder,
-                  "Folder for the results, which keep their relative paths")
+                  "Folder for the outputs, which keep the relative paths of the inputs")
       ->required()
       ->type_name("DIR");
   command
       .add_option("--base", arguments->batch.request.base,
-                  "What paths below DIR are relative to; by default the deepest folder that all inputs are in")
+                  "Folder that the paths of the inputs are relative to. Default: the deepest folder that holds "
+                  "all inputs")
       ->type_name("DIR");
-  command.add_option("--as", arguments->form, "Form of the results")
+  command.add_option("--as", arguments->form, "Format of the outputs")
       ->check(CLI::IsMember({"glb", "gltf"}))
       ->capture_default_str()
       ->type_name("FORM");
@@ -54,15 +55,14 @@ void add_batch_command(CLI::App& app, Action& action) {
   add_images_option(command, arguments->batch.write);
   command
       .add_option("--report", arguments->batch.report,
-                  "Where the report of all assets goes, as JSON; - is stdout, and the default unless that is a "
-                  "terminal")
+                  "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal")
       ->type_name("FILE");
   group_encode_options(command);
-  add_examples(
-      command,
-      {{"gltf-psplit batch 'assets/**/*.glb' -o out", "all below assets, in the same folders below out"},
-       {"gltf-psplit batch a.glb b.ply -o out --report report.json", "with a report of every asset"},
-       {"gltf-psplit batch @list.txt -o out --as gltf", "files and patterns from a list"}});
+  add_examples(command,
+               {{"gltf-psplit batch 'assets/**/*.glb' -o out",
+                 "encode all files below assets, into the same folders below out"},
+                {"gltf-psplit batch a.glb b.ply -o out --report report.json", "write a report of every asset"},
+                {"gltf-psplit batch @list.txt -o out --as gltf", "take files and patterns from a list"}});
   command.callback([arguments, resolve, &action] {
     resolve();
     arguments->batch.request.folder = arguments->batch.folder;

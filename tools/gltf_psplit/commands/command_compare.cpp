@@ -1,5 +1,5 @@
-// gltf-psplit compare: bytes and milliseconds of patches, of stock Draco and of meshoptimizer, in one run. Of
-// two assets, whether they hold the same meshes (sameness.h).
+// gltf-psplit compare: measures bytes and milliseconds of patches, stock Draco and meshoptimizer in one run.
+// With two assets, tells whether they hold the same meshes (sameness.h).
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -38,10 +38,10 @@ struct Arguments {
   bool wide = false;
 };
 
-// Patches that are many enough for a GPU.
+// Faces of a patch in a cut that has enough patches for a GPU.
 constexpr uint64_t kGpuPatchFaces = 1200;
 
-// The triangle primitives of an uncompressed asset, or of a .drc file, of which there may be no original.
+// The triangle primitives of an uncompressed asset. A .drc file is accepted too, as its original may not exist.
 Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, const Session& session) {
   std::vector<PrimitiveId> ids;
   for (const PrimitiveId id : all_primitives(document)) {
@@ -50,9 +50,9 @@ Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, cons
     if (!kind) return kind.status().at(place);
     if (kind->storage != PrimitiveStorage::kPlain && !document.from_draco)
       return unsupported(
-          "is compressed already: decode it first, and compare from the original if there is one", place);
+          "is compressed already; compare from the original, or decode it first if there is none", place);
     if (!kind->triangles) {
-      session.log.note(describe_place(id.mesh, id.primitive) + " is left out: no triangles");
+      session.log.note(describe_place(id.mesh, id.primitive) + " is left out, because it has no triangles");
       continue;
     }
     ids.push_back(id);
@@ -66,12 +66,12 @@ Expected<std::vector<Mesh>> read_meshes(const Document& document, std::span<cons
   for (Expected<Mesh>& mesh : read_primitives(document, ids, find_backend({}), session.pool)) {
     if (!mesh) return mesh.status();
     if (mesh->faces.empty()) continue;
-    // Stock Draco's own tools merge equal points before they encode, and so does `encode`: all rivals get the
-    // mesh that is left.
+    // Stock Draco's own tools merge equal points before they encode, and so does `encode`. So all codecs get
+    // the merged mesh.
     merge_duplicates(*mesh);
     meshes.push_back(std::move(*mesh));
   }
-  if (meshes.empty()) return unsupported("holds no triangles");
+  if (meshes.empty()) return unsupported("has no triangles");
   return meshes;
 }
 
@@ -79,14 +79,14 @@ uint64_t patch_count_of(uint64_t faces, uint64_t patch_faces) {
   return std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
 }
 
-// As `encode` cuts by default.
+// The number of patches that `encode` makes by default.
 uint64_t usual_count(std::span<const Mesh> meshes) {
   uint64_t count = 0;
   for (const Mesh& mesh : meshes) count += default_patch_count(mesh.faces.size());
   return count;
 }
 
-// One patch a primitive, as `encode` cuts by default and by its profile for speed, and smaller patches.
+// One patch for each primitive; as `encode` cuts by default and with --profile speed; and smaller patches.
 std::vector<uint64_t> default_patch_counts(std::span<const Mesh> meshes) {
   uint64_t faces = 0;
   for (const Mesh& mesh : meshes) faces += mesh.faces.size();
@@ -97,8 +97,8 @@ std::vector<uint64_t> default_patch_counts(std::span<const Mesh> meshes) {
   return counts;
 }
 
-// The number of patches to look at, of those that are measured: as `encode` cuts where that is more than one
-// each, or else the middle one.
+// Of the measured patch counts, the one for the picture: that of `encode`, if it is measured and splits any
+// primitive; otherwise the middle one.
 uint64_t pictured_count(std::span<const Mesh> meshes, std::vector<uint64_t> counts) {
   std::ranges::sort(counts);
   const uint64_t usual = usual_count(meshes);
@@ -106,7 +106,7 @@ uint64_t pictured_count(std::span<const Mesh> meshes, std::vector<uint64_t> coun
   return usual > meshes.size() && is_measured ? usual : counts[counts.size() / 2];
 }
 
-// The asset in so many patches, cut as they are for the measurements.
+// Draws the asset in `patch_count` patches, cut as for the measurements.
 Expected<PatchPicture> draw_patches(Document& document, uint64_t patch_count, EncodeDocumentOptions coding,
                                     const Session& session) {
   coding.patches = patch_count;
@@ -152,7 +152,7 @@ Status run_compare(Arguments arguments, const Session& session) {
   options.thread_counts = {1};
   if (session.pool.thread_count() > 1) options.thread_counts.push_back(session.pool.thread_count());
 
-  // By default every decoder there is.
+  // `auto` measures every available decoder.
   std::vector<DecodeBackend> backends;
   for (const std::string name : {"cuda", "cpu", "draco"}) {
     const bool is_there = name != "cuda" || cuda_available(nullptr);
@@ -173,53 +173,59 @@ Status run_compare(Arguments arguments, const Session& session) {
                                                                    : to_text(report, arguments.wide));
 }
 
+void add_measuring_options(CLI::App& command, ComparisonOptions& options) {
+  command
+      .add_option(
+          "--patches", options.patch_counts,
+          "Patch counts to measure, over all primitives together. Default: one patch for each primitive, the "
+          "count of `encode`, and the counts for patches of 4800 and of 1200 faces")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
+      ->type_name("A,B,C");
+  command
+      .add_option("--repeat", options.repeat, "Number of timed rounds. In each round, every decoder runs once")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str()
+      ->type_name("N");
+  command
+      .add_option(
+          "--stock-speeds", options.stock_speeds,
+          "Draco speeds to measure stock Draco with. --encode-speed is always measured too; all ratios refer "
+          "to it")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(0, 10))
+      ->capture_default_str()
+      ->type_name("A,B,C");
+}
+
 }  // namespace
 
 void add_compare_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand(
       "compare",
-      "Measure patches, stock Draco and meshoptimizer on the same meshes; or, of two assets, "
-      "tell whether they hold the same meshes");
+      "Measure patches, stock Draco and meshoptimizer on the same meshes; or, with two assets, "
+      "tell whether both hold the same meshes");
   command
-      .add_option("IN", arguments->input,
-                  "An uncompressed .gltf or .glb file, or .drc, .ply, .obj, .stl, .off, packed by gzip or not; "
-                  "- is stdin")
+      .add_option(
+          "IN", arguments->input,
+          "The input: an uncompressed .gltf or .glb file, or a .drc, .ply, .obj, .stl or .off file, optionally "
+          "gzipped; - reads stdin")
       ->required();
   add_sameness_options(command, arguments->sameness);
-  command
-      .add_option(
-          "--patches", arguments->options.patch_counts,
-          "Patch counts, over all primitives; by default one a primitive, as `encode` cuts, and those of 4800 "
-          "and 1200 faces a patch")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
-      ->type_name("A,B,C");
-  command
-      .add_option("--repeat", arguments->options.repeat, "Timed rounds; each decodes with every decoder once")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str()
-      ->type_name("N");
-  command
-      .add_option(
-          "--stock-speeds", arguments->options.stock_speeds,
-          "Draco speeds of stock Draco; that of --encode-speed is there in any case, and is the base of "
-          "every ratio")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::Range(0, 10))
-      ->capture_default_str()
-      ->type_name("A,B,C");
+  add_measuring_options(command, arguments->options);
   add_format_option(command, arguments->format, {"text", "json", "html"});
   command.get_option("--format")
-      ->description("Form of the result; html is a page with charts, for one file and not for two");
+      ->description("Format of the result. html is a page with charts, for one file only");
   add_text_output_option(command, arguments->output);
-  command.add_flag("--wide", arguments->wide, "All columns, and not only those that fit 100 columns");
+  command.add_flag("--wide", arguments->wide,
+                   "Show all columns of tables, which may be wider than 100 characters");
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding);
   add_partition_options(command, arguments->options.coding);
-  // What is for measuring has nothing to say of two assets.
+  // The options for measurements have no meaning for two assets.
   for (const char* name : {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless",
                            "--quantize-position", "--quantize-normal", "--quantize-texcoord",
                            "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
@@ -227,10 +233,12 @@ void add_compare_command(CLI::App& app, Action& action) {
   group_encode_options(command);
   add_examples(
       command,
-      {{"gltf-psplit compare dragon.ply", "bytes and times of patches, stock Draco and meshoptimizer"},
-       {"gltf-psplit compare dragon.ply --patches 1,45,182 --wide", "at these patch counts, with all columns"},
-       {"gltf-psplit compare dragon.ply --format html -o dragon.html", "as a page with charts"},
-       {"gltf-psplit compare dragon.ply dragon.glb", "do both hold the same mesh? exit code 7 if not"}});
+      {{"gltf-psplit compare dragon.ply", "measure bytes and times of patches, stock Draco and meshoptimizer"},
+       {"gltf-psplit compare dragon.ply --patches 1,45,182 --wide",
+        "measure these patch counts; show all columns"},
+       {"gltf-psplit compare dragon.ply --format html -o dragon.html", "write a page with charts"},
+       {"gltf-psplit compare dragon.ply dragon.glb",
+        "test whether both hold the same mesh; exit with 7 if not"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) -> Status {
       if (Status status = check_output_place(arguments->output); !status.ok()) return status;

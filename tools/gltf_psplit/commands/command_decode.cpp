@@ -1,4 +1,4 @@
-// gltf-psplit decode: patches, and stock Draco, back to plain glTF, or to stock Draco.
+// gltf-psplit decode: converts patches and stock Draco to plain glTF, or to stock Draco.
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <memory>
@@ -30,11 +30,11 @@ struct Arguments {
   WriteOptions write;
 };
 
-// What became of the primitives.
+// The number of primitives, by what was done with them.
 struct Decoded {
-  size_t primitives = 0;  // of the asset
-  size_t decoded = 0;     // of these, compressed ones
-  size_t encoded = 0;     // as stock Draco
+  size_t primitives = 0;  // all of the asset
+  size_t decoded = 0;     // those that were compressed
+  size_t encoded = 0;     // those that were encoded as stock Draco
 };
 
 std::string decode_summary(const Decoded& counts) {
@@ -67,11 +67,7 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
 }
 
 Status run_decode(const Arguments& arguments, const Session& session) {
-  if (Status status = check_output_path(arguments.output); !status.ok()) return status;
-  if (arguments.report == arguments.output)
-    return {StatusCode::kUsage, "--report and the output cannot share " + arguments.output};
-  if (!arguments.report.empty())
-    if (Status status = check_output_place(arguments.report); !status.ok()) return status;
+  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
   const auto begin = std::chrono::steady_clock::now();
   Expected<Document> document = read_input(arguments.input, session.log, arguments.backend.name);
   if (!document) return document.status();
@@ -111,30 +107,29 @@ void add_decode_command(CLI::App& app, Action& action) {
   CLI::App& command =
       *app.add_subcommand("decode", "Decode patches and stock Draco into plain or stock Draco glTF");
   command
-      .add_option("IN", arguments->input,
-                  "A .gltf, .glb, .drc, .ply, .obj, .stl or .off file, packed by gzip or not; - is stdin")
+      .add_option(
+          "IN", arguments->input,
+          "The input: a .gltf, .glb, .drc, .ply, .obj, .stl or .off file, optionally gzipped; - reads stdin")
       ->required();
   add_output_option(command, arguments->output);
   command
-      .add_option(
-          "--to", arguments->target,
-          "gltf: plain accessors; draco: KHR_draco_mesh_compression, one stream a primitive, coded with "
-          "the options below")
+      .add_option("--to", arguments->target,
+                  "gltf: plain accessors. draco: KHR_draco_mesh_compression, one stream for each primitive, "
+                  "encoded with the options below")
       ->check(CLI::IsMember({"gltf", "draco"}))
       ->capture_default_str()
       ->type_name("FORM");
   add_images_option(command, arguments->write);
-  command.add_option("--report", arguments->report, "Write what was done as JSON; - is stdout")
-      ->type_name("FILE");
+  command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options);
   group_encode_options(command);
-  add_examples(
-      command,
-      {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, for any viewer"},
-       {"gltf-psplit decode dragon.glb draco.glb --to draco", "stock Draco, one stream a primitive"},
-       {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
-       {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB", "in parts, where the GPU is small"}});
+  add_examples(command, {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, which every viewer opens"},
+                         {"gltf-psplit decode dragon.glb draco.glb --to draco",
+                          "stock Draco, one stream for each primitive"},
+                         {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
+                         {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB",
+                          "decode in parts if the GPU has little memory"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_decode(*arguments, session); };
   });

@@ -1,4 +1,4 @@
-// gltf-psplit generate: the built-in sample meshes.
+// gltf-psplit generate: writes one of the built-in sample meshes.
 #include <CLI/CLI.hpp>
 #include <cstring>
 #include <map>
@@ -35,7 +35,7 @@ constexpr double kSpacing = 2.5;  // shapes are about two units wide
 AccessorData index_data(const Mesh& mesh) {
   AccessorData data;
   data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
-  // 65535 is glTF's primitive restart value for short indices.
+  // Short indices must not be 65535, which is glTF's primitive restart value.
   data.component_type = mesh.point_count <= 65535 ? ComponentType::kUint16 : ComponentType::kUint32;
   data.values.resize(data.count * component_bytes(data.component_type));
   size_t offset = 0;
@@ -50,7 +50,7 @@ AccessorData index_data(const Mesh& mesh) {
   return data;
 }
 
-// Another mesh on a node of its own, to the right of those before it.
+// Adds a mesh on a node of its own, to the right of the meshes before it.
 void append_mesh(Document& document, const Mesh& mesh) {
   Json attributes = Json::object();
   for (const Attribute& attribute : mesh.attributes) {
@@ -102,7 +102,7 @@ void add_generate_command(CLI::App& app, Action& action) {
   arguments->options.faces = 100000;
   arguments->options.seed = 1;
   CLI::App& command =
-      *app.add_subcommand("generate", "Make a sample mesh; the same options make the same mesh");
+      *app.add_subcommand("generate", "Make a sample mesh. The same options always make the same mesh");
   add_output_option(command, arguments->output);
   command
       .add_option(
@@ -112,16 +112,19 @@ void add_generate_command(CLI::App& app, Action& action) {
       ->check(CLI::IsMember({"terrain", "blob", "gyroid", "scene"}))
       ->capture_default_str()
       ->type_name("NAME");
-  add_count_option(command, "--faces", arguments->options.faces, "Faces, about; also as in 250k, 1.5M or 1e6");
-  command.add_option("--seed", arguments->options.seed, "Number of the sample")
+  add_count_option(command, "--faces", arguments->options.faces,
+                   "About how many faces, for example 250000, 250k, 1.5M or 1e6");
+  command
+      .add_option("--seed", arguments->options.seed, "A number that selects one of many samples of the shape")
       ->capture_default_str()
       ->type_name("S");
-  command.add_flag("--normals", arguments->options.normals, "With normals");
+  command.add_flag("--normals", arguments->options.normals, "Add normals");
   command.add_flag("--texcoords", arguments->options.texcoords,
-                   "With texture coordinates, in charts with seams");
+                   "Add texture coordinates, in several charts with seams");
   add_examples(command,
-               {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a million faces"},
-                {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb", "no file between"}});
+               {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a ball of a million faces"},
+                {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb",
+                 "encode without a file in between"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_generate(*arguments, session); };
   });

@@ -1,5 +1,5 @@
-// gltf-psplit inspect: what the patches, and the stock Draco streams, of an asset are and cost, and how they
-// look.
+// gltf-psplit inspect: lists the patches and stock Draco streams of assets with their sizes, and draws a
+// picture.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
@@ -34,7 +34,7 @@ struct Arguments {
   BackendChoice backend;
 };
 
-// WxH, or one number for both; nothing where it is neither, or no size for a picture.
+// Reads "WxH", or one number for both. Nothing if the text is neither, or the size is out of range.
 std::optional<ImageSize> parse_size(const std::string& text) {
   constexpr int kLeast = 16, kMost = 4096;
   const char* const end = text.data() + text.size();
@@ -97,7 +97,7 @@ Expected<InspectedAsset> inspect_asset(const std::string& input, const Arguments
   if (!asset.compressed.empty())
     session.log.note(summary_text(asset));
   else
-    session.log.warning("no primitive of " + input + " is split into patches, or stock Draco");
+    session.log.warning("no primitive of " + input + " is in patches or stock Draco");
   return asset;
 }
 
@@ -114,7 +114,7 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
 
   std::vector<InspectedAsset> assets;
   std::vector<Json> results;
-  bool spares_output = false;  // an asset needs the file of its name
+  bool spares_output = false;  // the output would replace a file that an asset needs
   const bool as_json = arguments.format == "json";
   const Status status = for_each_file(arguments.inputs, session.log, [&](const std::string& input) {
     Expected<InspectedAsset> asset = inspect_asset(input, arguments, session);
@@ -140,37 +140,41 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
 void add_inspect_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command =
-      *app.add_subcommand("inspect", "Show the patches and Draco streams of an asset, and what they cost");
+      *app.add_subcommand("inspect", "List the patches and Draco streams of assets, with their sizes");
   command
-      .add_option("IN", arguments->inputs,
-                  "Files, .gltf, .glb, .drc, .ply, .obj, .stl or .off, packed by gzip or not; - is stdin")
+      .add_option(
+          "IN", arguments->inputs,
+          "The inputs: .gltf, .glb, .drc, .ply, .obj, .stl or .off files, optionally gzipped; - reads stdin")
       ->required();
   add_format_option(command, arguments->format);
   add_text_output_option(command, arguments->output);
-  command.add_flag("--wide", arguments->wide, "All columns, and not only those that fit 100 columns");
+  command.add_flag("--wide", arguments->wide,
+                   "Show all columns of tables, which may be wider than 100 characters");
   CLI::Option* preview =
       command
           .add_option("--preview", arguments->preview,
-                      "A .png file for a picture of the default scene, every patch in its own colour")
+                      "Draw the default scene into this .png file, with every patch in its own colour")
           ->check([](const std::string& path) {
             return std::string(path.ends_with(".png") ? "" : "the picture's name must end in .png");
           })
           ->type_name("OUT.png");
   command
       .add_option("--preview-size", arguments->preview_size,
-                  "Width and height of the picture, or one number for both: 16 to 4096 pixels")
+                  "Width and height of the picture in pixels, or one number for both (16 to 4096)")
       ->check([](const std::string& text) {
-        return std::string(parse_size(text) ? "" : text + " is not WxH, or not of 16 to 4096 pixels");
+        return std::string(
+            parse_size(text) ? "" : text + " is not a size such as 640x480 or 640, from 16 to 4096 pixels");
       })
       ->needs(preview)
       ->capture_default_str()
       ->type_name("WxH");
   add_backend_options(command, arguments->backend);
-  add_examples(command,
-               {{"gltf-psplit inspect dragon.glb", "patches, points and bytes of each primitive"},
-                {"gltf-psplit inspect dragon.glb --preview patches.png", "and a picture of its patches"},
-                {"gltf-psplit inspect out/*.glb", "a line a file"},
-                {"gltf-psplit inspect dragon.glb --format json | jq .primitives[0].patches", "for programs"}});
+  add_examples(
+      command,
+      {{"gltf-psplit inspect dragon.glb", "show patches, points and bytes of each primitive"},
+       {"gltf-psplit inspect dragon.glb --preview patches.png", "also draw a picture of the patches"},
+       {"gltf-psplit inspect out/*.glb", "one line for each file"},
+       {"gltf-psplit inspect dragon.glb --format json | jq .primitives[0].patches", "JSON, for programs"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_inspect(*arguments, session); };
   });

@@ -24,21 +24,24 @@ struct CommonOptions {
   int thread_count = 0;
 };
 
-// Before the verb and after it: the same options, so that `excludes` cannot tell of -q and -v.
+// These options are added to the app and to each subcommand, so that they may precede or follow the subcommand.
+// CLI11's `excludes` would miss a -q before it and a -v after it; `run` checks that.
 void add_common_options(CLI::App& command, CommonOptions& options) {
   constexpr const char* kGroup = "Common options";
   command.set_help_flag("-h,--help", "Print this help and exit")->group(kGroup);
-  command.add_flag("-q,--quiet", options.quiet, "Print nothing on stderr but errors")->group(kGroup);
-  command.add_flag("-v,--verbose", options.verbose, "Print more on stderr")->group(kGroup);
-  command.add_option("-j,--threads", options.thread_count, "Threads to use; 0 is as many as the machine has")
+  command.add_flag("-q,--quiet", options.quiet, "Print only errors on stderr")->group(kGroup);
+  command.add_flag("-v,--verbose", options.verbose, "Print details on stderr")->group(kGroup);
+  command
+      .add_option("-j,--threads", options.thread_count,
+                  "Number of threads; 0: as many as the machine runs at once")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
       ->type_name("N")
       ->group(kGroup);
 }
 
-// "dragon.ply" of "/home/someone/dragon.ply", "--output=page.html" of "--output=../page.html": where a file
-// lies is the user's own business, and reports are for others.
+// "/home/someone/dragon.ply" becomes "dragon.ply", and "--output=../page.html" becomes "--output=page.html":
+// others read the report, and the user's folders are private.
 std::string without_folder(const std::string& word) {
   const size_t equals = word.starts_with("--") ? word.find('=') : std::string::npos;
   const bool is_short_option = word.size() > 2 && word[0] == '-' && word[1] != '-';  // "-o../page.html"
@@ -50,7 +53,7 @@ std::string without_folder(const std::string& word) {
   return word.substr(0, begin) + word.substr(slash + 1);
 }
 
-// Words as a shell takes them: in quotes where it would read more in them than letters.
+// The words of a command line, quoted where a shell would interpret a character.
 std::string shell_words(std::span<char* const> words) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,=:+@%";
@@ -82,11 +85,11 @@ std::vector<std::string> options_of(const CLI::App& command) {
 }
 
 std::string no_such_verb(const CLI::App& app, const std::string& word) {
-  return "no such subcommand: " + word + suggestion(word, verbs_of(app));
+  return "unknown subcommand: " + word + suggestion(word, verbs_of(app));
 }
 
-// What is wrong with a command line. An option that is not known comes first: that others seem to be missing,
-// or too many, often follows from it.
+// Says what is wrong with a command line. An unknown option is reported first, because missing or superfluous
+// words often follow from it.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   const bool unknown_words = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
                              error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
@@ -96,26 +99,26 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
   for (const std::string& word : app.remaining(/*recurse=*/true)) {
     if (!word.starts_with('-') || word == "-" || word == "--") continue;
     const std::string name = word.substr(0, word.find('='));
-    return "no such option: " + name + suggestion(name, options_of(command));
+    return "unknown option: " + name + suggestion(name, options_of(command));
   }
   if (parsed.empty() && !app.remaining().empty()) return no_such_verb(app, app.remaining().front());
   if (parsed.empty()) {
     std::string verbs;
     for (const std::string& verb : verbs_of(app)) verbs += (verbs.empty() ? "" : ", ") + verb;
-    return "no subcommand: name one of " + verbs;
+    return "the subcommand is missing; it is one of " + verbs;
   }
   return error.what();
 }
 
 void add_help_command(CLI::App& app, Action& action) {
   auto verb = std::make_shared<std::string>();
-  CLI::App& command = *app.add_subcommand("help", "Print the help of a verb, or of all");
-  command.add_option("VERB", *verb, "One of the verbs; without it the list of them is printed");
-  add_examples(command, {{"gltf-psplit help encode", "all options of encode"}});
+  CLI::App& command = *app.add_subcommand("help", "Print the help of a subcommand, or the list of subcommands");
+  command.add_option("SUBCOMMAND", *verb, "A subcommand; without it, the list of subcommands is printed");
+  add_examples(command, {{"gltf-psplit help encode", "show all options of encode"}});
   command.callback([verb, &app, &action] {
     action = [verb, &app](const Session&) -> Status {
       const std::vector<std::string> verbs = verbs_of(app);
-      // App::help() would print that of the verb that was parsed, which is this one.
+      // App::help() would print the help of the parsed subcommand, which is `help`.
       if (verb->empty())
         return write_text("-",
                           app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
@@ -145,7 +148,8 @@ void add_commands(CLI::App& app, Action& action) {
 }
 
 int run(int argc, char** argv, const char* version) {
-  CLI::App app("Splits glTF meshes into Draco patches that decode in parallel, and joins them", "gltf-psplit");
+  CLI::App app("Splits glTF meshes into Draco patches that decode in parallel, and joins them again",
+               "gltf-psplit");
   app.formatter(help_formatter());
   app.set_version_flag("-V,--version", std::string("gltf-psplit ") + version, "Print the version and exit")
       ->group("Common options");
@@ -156,20 +160,21 @@ int run(int argc, char** argv, const char* version) {
   add_commands(app, action);
   for (CLI::App* command : app.get_subcommands({})) add_common_options(*command, common);
   add_examples(app, {{"gltf-psplit encode dragon.ply dragon.glb", "split a mesh into patches"},
-                     {"gltf-psplit decode dragon.glb plain.glb", "join them again, as plain glTF"},
-                     {"gltf-psplit help encode", "the options of a verb"}});
+                     {"gltf-psplit decode dragon.glb plain.glb", "join the patches again, as plain glTF"},
+                     {"gltf-psplit help encode", "show the options of a subcommand"}});
 
   try {
     app.parse(argc, argv);
     if (common.quiet && common.verbose) throw CLI::ExcludesError("--quiet", "--verbose");
   } catch (const CLI::ParseError& error) {
-    // Help and version are "errors" of exit code 0; all others are usage errors, whatever CLI11 numbers them.
+    // Help and version are "errors" with exit code 0. All others are usage errors, whatever their number in
+    // CLI11.
     if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);
     const Log log(Verbosity::kNormal);
     log.error({StatusCode::kUsage, usage_message(app, error)});
     const std::vector<CLI::App*> parsed = app.get_subcommands();
     log.note("`gltf-psplit " + (parsed.empty() ? "--help`" : parsed.front()->get_name() + " --help`") +
-             " says what there is");
+             " lists what is possible");
     return static_cast<int>(StatusCode::kUsage);
   }
 

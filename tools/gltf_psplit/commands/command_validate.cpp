@@ -1,4 +1,4 @@
-// gltf-psplit validate: every rule of the extension, on every patch.
+// gltf-psplit validate: checks every rule of the extension, on every patch.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -38,7 +38,7 @@ std::string to_text(const Finding& finding) {
   return (finding.error ? "error [" : "warning [") + finding.rule + "] " + located.to_string() + "\n";
 }
 
-// An asset that cannot be read at all breaks the first rule, unless there is no file, or not enough memory.
+// An asset that cannot be parsed breaks the first rule. Other failures, such as a missing file, are errors.
 Expected<std::vector<Finding>> find_all(const std::string& input, const Arguments& arguments,
                                         const Session& session) {
   const Expected<Document> document = read_document(input);
@@ -53,7 +53,7 @@ Expected<std::vector<Finding>> find_all(const std::string& input, const Argument
   return std::vector<Finding>{{"asset", status.message(), status.place(), true}};
 }
 
-// What is said of one file on stdout: its findings, and whether it is valid.
+// The result for one file: its findings, and whether it is valid.
 struct Verdict {
   std::string text;
   Json json;
@@ -64,7 +64,7 @@ Verdict verdict_of(const std::string& input, const std::vector<Finding>& finding
   Verdict verdict;
   Json list = Json::array();
   size_t errors = 0;
-  bool is_beyond = true;  // all errors are of what is not supported
+  bool is_beyond = true;  // all errors concern unsupported features
   for (const Finding& finding : findings) {
     if (finding.error) ++errors;
     if (finding.error && finding.code != StatusCode::kUnsupported) is_beyond = false;
@@ -92,10 +92,10 @@ Status run_validate(const Arguments& arguments, const Session& session) {
     return status;
   if (Status status = check_output_place(arguments.output); !status.ok()) return status;
   const bool as_json = arguments.format == "json";
-  const bool at_once = !as_json && arguments.output == "-";  // a line a file, as they come
+  const bool at_once = !as_json && arguments.output == "-";  // print each file as soon as it is checked
   std::vector<Json> results;
   std::string texts;
-  bool spares_output = false;  // an asset needs the file of its name
+  bool spares_output = false;  // the output would replace a file that an asset needs
   const Status status = for_each_file(arguments.inputs, session.log, [&](const std::string& input) -> Status {
     const Expected<std::vector<Finding>> findings = find_all(input, arguments, session);
     if (!findings) {
@@ -123,14 +123,17 @@ Status run_validate(const Arguments& arguments, const Session& session) {
 
 void add_validate_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *app.add_subcommand("validate", "Check an asset against every rule of the extension");
-  command.add_option("IN", arguments->inputs, "Files, .gltf or .glb; - is a GLB on stdin")->required();
+  CLI::App& command = *app.add_subcommand("validate", "Check assets against every rule of the extension");
+  command.add_option("IN", arguments->inputs, "The inputs: .gltf or .glb files; - reads a GLB from stdin")
+      ->required();
   add_format_option(command, arguments->format);
   add_text_output_option(command, arguments->output);
   add_backend_options(command, arguments->backend);
-  add_examples(command, {{"gltf-psplit validate dragon.glb", "says what is wrong, or that it is valid"},
-                         {"gltf-psplit validate out/*.glb", "a line a file; fails where one does"},
-                         {"gltf-psplit validate a.glb b.glb --format json", "an array, one object a file"}});
+  add_examples(
+      command,
+      {{"gltf-psplit validate dragon.glb", "list what is wrong, or say that the file is valid"},
+       {"gltf-psplit validate out/*.glb", "check several files; fail if any is invalid"},
+       {"gltf-psplit validate a.glb b.glb --format json", "a JSON array with one object for each file"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_validate(*arguments, session); };
   });

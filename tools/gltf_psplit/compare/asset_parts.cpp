@@ -39,10 +39,10 @@ uint64_t mesh_bytes(const Json& json, std::span<const PrimitiveId> primitives) {
   return bytes;
 }
 
-// Bytes of images by where they lie; those in the JSON are in its text as well.
+// Bytes of images, by their place. Those in the JSON are part of its text.
 struct ImageBytes {
   uint64_t in_json = 0, in_buffers = 0, beside = 0;
-  uint64_t missing = 0;  // images
+  uint64_t missing = 0;  // number of images
 };
 
 ImageBytes image_bytes(const Document& document) {

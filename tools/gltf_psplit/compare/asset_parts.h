@@ -1,4 +1,4 @@
-// What the bytes of a whole asset are: meshes, which psplit makes smaller, and textures and all else, which it
+// The parts of a whole asset in bytes: meshes, which psplit compresses, and textures and the rest, which it
 // leaves as they are.
 #pragma once
 
@@ -9,15 +9,15 @@
 
 namespace psplit {
 
-// Of an asset that nothing compresses: its JSON, its buffers, and its images, embedded or beside it.
+// The parts of an uncompressed asset: its JSON, its buffers, and its images, embedded or in files beside it.
 struct AssetParts {
-  uint64_t meshes = 0;    // indices and attributes of the primitives that were asked for, each accessor once
-  uint64_t textures = 0;  // images as they are stored: PNG, JPEG, KTX ...
-  uint64_t rest = 0;      // JSON, animations, skins, morph targets, other primitives, padding
-  uint64_t missing_images = 0;  // images whose files are not there, so that their bytes are not in the sum
+  uint64_t meshes = 0;          // indices and attributes of the requested primitives, each accessor once
+  uint64_t textures = 0;        // images as they are stored: PNG, JPEG, KTX ...
+  uint64_t rest = 0;            // JSON, animations, skins, morph targets, other primitives, padding
+  uint64_t missing_images = 0;  // number of images without a file; their bytes are unknown
 
   uint64_t total() const { return with_meshes(meshes); }
-  // Of the asset whose meshes take so many bytes.
+  // The total if the meshes took `bytes` bytes.
   uint64_t with_meshes(uint64_t bytes) const { return bytes + textures + rest; }
 };
 

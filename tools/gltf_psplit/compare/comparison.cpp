@@ -15,7 +15,7 @@
 namespace psplit {
 namespace {
 
-// Everything that the decoders are timed on. Contenders refer to its parts, so it must not move any more.
+// All encoded data that the decoders are timed on. Contenders refer to its parts, so these must not move.
 struct Encoded {
   struct Stock {
     std::vector<StockStream> streams;
@@ -147,7 +147,7 @@ Status decode_stages(const Encoded::Split& split, StageTimes& times) {
   return {};
 }
 
-// Of each stage, over the rounds.
+// Summarizes each stage over all rounds.
 std::vector<StageRow> summarize_stages(std::span<const StageTimes> rounds) {
   constexpr std::pair<const char*, double StageTimes::*> kStages[] = {
       {"connectivity", &StageTimes::connectivity_ms},
@@ -236,7 +236,7 @@ Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const Comparis
             {backend.name, threads, timing, comparison.stock.decode.median_ms / timing.median_ms});
       }
     ++next;
-    row.stages = summarize_stages(std::span(stage_rounds[i]).subspan(1));  // the first round is untimed
+    row.stages = summarize_stages(std::span(stage_rounds[i]).subspan(1));  // the first round is not timed
   }
   return comparison;
 }

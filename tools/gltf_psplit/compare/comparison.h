@@ -1,4 +1,4 @@
-// Patches against stock Draco and meshoptimizer, on the same meshes, in one run: what `compare` prints.
+// Measures patches, stock Draco and meshoptimizer on the same meshes, in one run.
 #pragma once
 
 #include <span>
@@ -12,11 +12,11 @@
 namespace psplit {
 
 struct ComparisonOptions {
-  std::vector<uint64_t> patch_counts;       // over all meshes together
-  std::vector<int> thread_counts;           // of the decoders of patches
-  std::vector<int> stock_speeds{0, 5, 10};  // of stock Draco, beside coding.encode_speed
+  std::vector<uint64_t> patch_counts;       // each over all meshes together
+  std::vector<int> thread_counts;           // for decoding patches
+  std::vector<int> stock_speeds{0, 5, 10};  // in addition to coding.encode_speed
   int repeat = 5;
-  // Bits or lossless, and speed, the same for patches and for stock Draco; how patches are cut.
+  // Precision and speed, the same for patches and for stock Draco; how patches are cut.
   EncodeDocumentOptions coding;
 };
 
@@ -49,7 +49,7 @@ struct SplitRow {
   double overhead = 0;                     // bytes / stock bytes - 1
   double partition_ms = 0, encode_ms = 0;  // encode_ms includes partition_ms
   std::vector<DecodeRow> decode;
-  // Of the core, on one thread (src/cpu/staged_decode.h): all but stitching, and without a residue.
+  // Times of the core on one thread (src/cpu/staged_decode.h), without stitching and without the residue.
   std::vector<StageRow> stages;
   double mean_patch_faces() const {
     return summary.patches == 0
@@ -61,14 +61,14 @@ struct SplitRow {
 // Sums over all meshes. Stock Draco and meshoptimizer decode on one thread, mesh after mesh.
 struct Comparison {
   uint64_t faces = 0, points = 0;
-  StockRow stock;                      // at coding.encode_speed: what all ratios refer to
-  std::vector<StockRow> stock_speeds;  // ascending, that one among them
-  MeshoptRow meshopt, meshopt_plain;   // with zstd on top, and without
+  StockRow stock;                      // at coding.encode_speed; all ratios refer to it
+  std::vector<StockRow> stock_speeds;  // by ascending speed, including `stock`
+  MeshoptRow meshopt, meshopt_plain;   // with zstd, and without
   std::vector<SplitRow> splits;
 };
 
-// Encoding runs once, with `pool`; decoding is timed by measure_interleaved. Before that, the decoded counts
-// are checked against the containers' (kDiffers).
+// Encodes once, with `pool`, and times decoding with measure_interleaved. kDiffers if the decoded faces and
+// points of a container are not those that its directory states.
 Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const ComparisonOptions& options,
                                     std::span<const DecodeBackend> backends, const ThreadPool& pool,
                                     const Progress& progress = {});

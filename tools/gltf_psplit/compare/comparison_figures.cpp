@@ -7,7 +7,7 @@
 namespace psplit {
 namespace {
 
-constexpr double kLeastMs = 1e-6;  // what a clock that stood still is taken for
+constexpr double kLeastMs = 1e-6;  // the least time, in case the clock did not advance
 
 }  // namespace
 

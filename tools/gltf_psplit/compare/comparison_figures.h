@@ -1,4 +1,4 @@
-// Ratios, units and names of what a comparison measured: the same in tables, charts and text.
+// Ratios, units and names for the measurements of a comparison. Tables and charts share them.
 #pragma once
 
 #include <string>
@@ -24,11 +24,11 @@ class ComparisonFigures {
   static std::string stock_name(const StockRow& row);     // "stock Draco, speed 5"
   static std::string patches_name(const SplitRow& row);   // "45 patches"
   static std::string decoder_name(const DecodeRow& row);  // "cpu, 2 threads"
-  static std::string ms_text(double ms);                  // to three digits or so
+  static std::string ms_text(double ms);                  // with about three digits
 
   const ComparisonReport& report;
   const Comparison& comparison;
-  const StockRow& base;  // what ratios refer to
+  const StockRow& base;  // all ratios refer to it
 };
 
 }  // namespace psplit

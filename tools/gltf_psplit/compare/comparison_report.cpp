@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tools/gltf_psplit/compare/comparison_figures.h"
 #include "tools/gltf_psplit/compare/comparison_summary.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/text_layout.h"
@@ -106,6 +107,72 @@ std::string stages_text(const Comparison& comparison) {
   return table.to_string();
 }
 
+// A table with a row for each decoder. The cells that describe a split are only in its first row.
+std::string codecs_text(const ComparisonReport& report, bool wide) {
+  const ComparisonFigures figures(report);
+  const Comparison& comparison = report.comparison;
+  TextTable table({"codec", "patches", "faces/patch", "bytes", "bits/point", "overhead", "replication",
+                   "balance", "partition ms", "encode ms", "decoder", "threads", "decode ms", "min", "max",
+                   "speed-up", "Mtri/s"});
+  const auto add = [&](std::vector<std::string> cells, const std::string& decoder, int threads,
+                       const Timing& timing) {
+    for (const std::string& cell :
+         {decoder, std::to_string(threads), with_decimals(timing.median_ms, 1), with_decimals(timing.min_ms, 1),
+          with_decimals(timing.max_ms, 1), with_decimals(figures.speedup(timing.median_ms), 2) + "x",
+          with_decimals(figures.million_triangles_a_second(timing.median_ms), 1)})
+      cells.push_back(cell);
+    table.add(std::move(cells));
+  };
+  const auto per_point = [&](uint64_t bytes) { return with_decimals(figures.bits_per_point(bytes), 2); };
+  for (const StockRow& row : comparison.stock_speeds)
+    add({figures.stock_name(row), "1", with_separators(comparison.faces), with_separators(row.bytes),
+         per_point(row.bytes), row.speed == comparison.stock.speed ? "" : figures.over_base(row.bytes), "", "",
+         "", with_decimals(row.encode_ms, 0)},
+        "draco", 1, row.decode);
+  for (const auto& [name, row] :
+       {std::pair("", &comparison.meshopt_plain), std::pair(" + zstd", &comparison.meshopt)})
+    add({"meshopt " + report.environment.meshoptimizer + name, "", "", with_separators(row->bytes),
+         per_point(row->bytes), figures.over_base(row->bytes), "", "", "", ""},
+        "meshopt", 1, row->decode);
+  for (const SplitRow& row : comparison.splits) {
+    const PatchSummary& summary = row.summary;
+    std::vector<std::string> cells{"psplit",
+                                   with_separators(summary.patches),
+                                   with_separators(static_cast<uint64_t>(std::llround(row.mean_patch_faces()))),
+                                   with_separators(summary.total_bytes),
+                                   per_point(summary.total_bytes),
+                                   as_percent(row.overhead),
+                                   as_share(summary.replication()),
+                                   with_decimals(summary.balance(), 3),
+                                   with_decimals(row.partition_ms, 0),
+                                   with_decimals(row.encode_ms, 0)};
+    for (const DecodeRow& decode : row.decode) {
+      add(cells, decode.backend, decode.threads, decode.timing);
+      cells.assign(cells.size(), "");
+    }
+  }
+  if (!wide)
+    table.keep_columns(std::vector<std::string>{"codec", "patches", "bytes", "overhead", "decoder", "threads",
+                                                "decode ms", "speed-up", "Mtri/s"});
+  return table.to_string();
+}
+
+std::string settings_text(const ComparisonOptions& options) {
+  const EncodeDocumentOptions& coding = options.coding;
+  const std::string speed = std::to_string(coding.encode_speed);
+  const std::string precision =
+      coding.lossless ? "lossless" : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit");
+  return "Draco speed " + speed + ", " + precision + (coding.refine ? "" : ", borders not refined") +
+         "; decode: median of " + counted(static_cast<uint64_t>(options.repeat), "interleaved round") +
+         "; stock Draco and meshopt use one thread; speed-up and overhead refer to stock Draco at speed " +
+         speed + "; stages of the core on one thread, without stitching";
+}
+
+std::string machine_text(const Environment& environment) {
+  return environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
+         (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
+}
+
 }  // namespace
 
 Json to_json(const ComparisonReport& report) {
@@ -164,77 +231,9 @@ std::string versions_text(const Environment& environment) {
 
 std::string to_text(const ComparisonReport& report, bool wide) {
   const Comparison& comparison = report.comparison;
-  const auto per_point = [&](uint64_t bytes) {
-    return with_decimals(8 * static_cast<double>(bytes) / static_cast<double>(comparison.points), 2);
-  };
-  const auto over_stock = [&](uint64_t bytes) {
-    return as_percent(static_cast<double>(bytes) / static_cast<double>(comparison.stock.bytes) - 1);
-  };
-  // Cells of one decoder: name, threads, median, min, max, speed-up, million triangles a second.
-  const auto timing_cells = [&](const std::string& decoder, int threads, const Timing& timing) {
-    return std::vector<std::string>{
-        decoder,
-        std::to_string(threads),
-        with_decimals(timing.median_ms, 1),
-        with_decimals(timing.min_ms, 1),
-        with_decimals(timing.max_ms, 1),
-        with_decimals(comparison.stock.decode.median_ms / timing.median_ms, 2) + "x",
-        with_decimals(static_cast<double>(comparison.faces) / timing.median_ms / 1000, 1)};
-  };
-  const auto join = [](std::vector<std::string> left, const std::vector<std::string>& right) {
-    left.insert(left.end(), right.begin(), right.end());
-    return left;
-  };
-
-  TextTable table({"codec", "patches", "faces/patch", "bytes", "bits/point", "overhead", "replication",
-                   "balance", "partition ms", "encode ms", "decoder", "threads", "decode ms", "min", "max",
-                   "speed-up", "Mtri/s"});
-  for (const StockRow& row : comparison.stock_speeds)
-    table.add(join({"stock Draco, speed " + std::to_string(row.speed), "1", with_separators(comparison.faces),
-                    with_separators(row.bytes), per_point(row.bytes),
-                    row.speed == comparison.stock.speed ? "" : over_stock(row.bytes), "", "", "",
-                    with_decimals(row.encode_ms, 0)},
-                   timing_cells("draco", 1, row.decode)));
-  for (const auto& [name, row] :
-       {std::pair("", &comparison.meshopt_plain), std::pair(" + zstd", &comparison.meshopt)})
-    table.add(join({"meshopt " + report.environment.meshoptimizer + name, "", "", with_separators(row->bytes),
-                    per_point(row->bytes), over_stock(row->bytes), "", "", "", ""},
-                   timing_cells("meshopt", 1, row->decode)));
-  for (const SplitRow& row : comparison.splits) {
-    std::vector<std::string> head{"psplit",
-                                  with_separators(row.summary.patches),
-                                  with_separators(static_cast<uint64_t>(std::llround(row.mean_patch_faces()))),
-                                  with_separators(row.summary.total_bytes),
-                                  per_point(row.summary.total_bytes),
-                                  as_percent(row.overhead),
-                                  as_share(row.summary.replication()),
-                                  with_decimals(row.summary.balance(), 3),
-                                  with_decimals(row.partition_ms, 0),
-                                  with_decimals(row.encode_ms, 0)};
-    for (const DecodeRow& decode : row.decode) {
-      table.add(join(head, timing_cells(decode.backend, decode.threads, decode.timing)));
-      head.assign(head.size(), "");
-    }
-  }
-  if (!wide)
-    table.keep_columns(std::vector<std::string>{"codec", "patches", "bytes", "overhead", "decoder", "threads",
-                                                "decode ms", "speed-up", "Mtri/s"});
-  const EncodeDocumentOptions& coding = report.options.coding;
-  const Environment& environment = report.environment;
-  const std::string settings =
-      "Draco speed " + std::to_string(coding.encode_speed) + ", " +
-      (coding.lossless ? std::string("lossless")
-                       : "positions " + counted(static_cast<uint64_t>(coding.position_bits), "bit")) +
-      (coding.refine ? "" : ", borders not refined") + "; decode: median of " +
-      counted(static_cast<uint64_t>(report.options.repeat), "interleaved round") +
-      "; stock Draco and meshopt use one thread; speed-up and overhead over stock Draco of speed " +
-      std::to_string(coding.encode_speed) + "; stages of the core on one thread, without stitching";
-  const std::string machine =
-      environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
-      (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
   return report.input + ": " + counted(comparison.faces, "face") + ", " + counted(comparison.points, "point") +
-         "\n" + summary_text(report) + "\n" + table.to_string() + "\n" + stages_text(comparison) + "\n" +
-         wrapped(settings) + wrapped(machine);
+         "\n" + summary_text(report) + "\n" + codecs_text(report, wide) + "\n" + stages_text(comparison) +
+         "\n" + wrapped(settings_text(report.options)) + wrapped(machine_text(report.environment));
 }
 
 }  // namespace psplit

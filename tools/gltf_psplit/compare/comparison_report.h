@@ -1,4 +1,4 @@
-// What `compare` says, as JSON and as a table for people; as a page it is html_report.h's.
+// The result of `compare`, as JSON and as text. page/html_report.h makes an HTML page of it.
 #pragma once
 
 #include <optional>
@@ -10,24 +10,24 @@
 namespace psplit {
 
 struct PatchPicture {
-  std::vector<uint8_t> png;  // empty where nothing could be drawn
+  std::vector<uint8_t> png;  // empty if nothing could be drawn
   uint64_t patches = 0;
 };
 
 struct ComparisonReport {
-  std::string input;  // its name, without its folder
+  std::string input;  // the name of the file, without its folder
   ComparisonOptions options;
   Comparison comparison;
-  std::optional<AssetParts> asset;  // nothing where the input is compressed already
+  std::optional<AssetParts> asset;  // nothing if the input is compressed already
   Environment environment;
-  PatchPicture picture;  // drawn for pages only
+  PatchPicture picture;  // only for pages
 };
 
 Json to_json(const ComparisonReport& report);
-// In a table of 100 columns, or with all columns.
+// `wide`: with all columns; otherwise with those that fit into 100 characters.
 std::string to_text(const ComparisonReport& report, bool wide = true);
 
-// "g++ 12.2.0; psplit 0.1.0, ..." for people: what of the environment is versions.
+// The versions of all libraries: "psplit 0.1.0 (g++ 12.2.0), libdraco ..."
 std::string versions_text(const Environment& environment);
 
 }  // namespace psplit

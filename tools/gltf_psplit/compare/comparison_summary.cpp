@@ -44,8 +44,8 @@ const DecodeRow* on_one_thread(const SplitRow& row, const DecodeRow& like) {
   return nullptr;
 }
 
-// Of what takes at most that many more bytes: what is about as fast as the fastest with the fewest patches; the
-// number of splits where nothing does.
+// Among the splits with at most `most_overhead`, and among those about as fast as the fastest of them, the
+// index of the split with the fewest patches. splits.size() if there is none.
 size_t find_fast(const std::vector<SplitRow>& splits, double most_overhead) {
   double fastest_ms = HUGE_VAL;
   for (const SplitRow& row : splits)
@@ -95,11 +95,11 @@ std::string rule_text(const std::vector<SplitRow>& splits) {
       std::ranges::any_of(splits, [](const SplitRow& row) { return row.overhead <= kAffordableOverhead; });
   const std::string percent = with_decimals(100 * kAffordableOverhead, 0) + " %";
   if (!is_any_affordable)
-    return "The rule: every count that was measured takes over " + percent +
-           " more bytes than stock Draco, so this is the one with the fewest bytes.";
-  return "The rule: of the counts that were measured and take at most " + percent +
-         " more bytes than stock Draco, the fastest; of those within " + with_decimals(100 * kAboutAsFast, 0) +
-         " % of its time, the one with the fewest patches.";
+    return "The rule: every measured count takes over " + percent +
+           " more bytes than stock Draco, so the count with the fewest bytes is recommended.";
+  return "The rule: candidates are the measured counts that take at most " + percent +
+         " more bytes than stock Draco. Among those within " + with_decimals(100 * kAboutAsFast, 0) +
+         " % of the fastest candidate's time, the count with the fewest patches is recommended.";
 }
 
 void note_wide_spreads(const Comparison& comparison, std::vector<std::string>& noise) {
@@ -120,15 +120,15 @@ void note_wide_spreads(const Comparison& comparison, std::vector<std::string>& n
       look_at(patches_text(row) + " with " + decoder_text(decode), decode.timing);
   if (names.empty()) return;
   constexpr size_t kNamed = 4;
-  std::string text = "Times swung by more than " + with_decimals(100 * kNoisySpread, 0) + " % for " +
+  std::string text = "Times varied by more than " + with_decimals(100 * kNoisySpread, 0) + " % for " +
                      with_separators(names.size()) + " of " + counted(decoder_count, "decoder") +
-                     ". Half of the rounds lay between: ";
+                     ". Half of the rounds were within: ";
   for (size_t i = 0; i < names.size() && i < kNamed; ++i) text += (i == 0 ? "" : "; ") + names[i];
   if (names.size() > kNamed) text += "; and " + with_separators(names.size() - kNamed) + " more";
   noise.push_back(text + ".");
 }
 
-// Of one patch there is nothing that a second thread could do.
+// A single patch has no work for a second thread, so it is skipped.
 void note_useless_threads(const Comparison& comparison, std::vector<std::string>& noise) {
   std::vector<std::string> names;
   for (const SplitRow& row : comparison.splits)
@@ -137,13 +137,13 @@ void note_useless_threads(const Comparison& comparison, std::vector<std::string>
       if (decode.threads == 1 || one == nullptr || row.summary.patches < 2) continue;
       if (decode.timing.median_ms > one->timing.median_ms)
         names.push_back(patches_text(row) + " with " + decoder_text(decode) + " (" +
-                        as_duration(decode.timing.median_ms) + ", and on one " +
+                        as_duration(decode.timing.median_ms) + " instead of " +
                         as_duration(one->timing.median_ms) + ")");
     }
   if (names.empty()) return;
   std::string text = "More threads were slower than one: ";
   for (size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : "; ") + names[i];
-  noise.push_back(text + ". Either the machine was busy, or the mesh is too small to share.");
+  noise.push_back(text + ". Either the machine was busy, or the mesh is too small for several threads.");
 }
 
 std::vector<std::string> find_noise(const Comparison& comparison, int repeat) {
@@ -155,17 +155,17 @@ std::vector<std::string> find_noise(const Comparison& comparison, int repeat) {
     noise.push_back("Each decoder was timed " +
                     (repeat == 1 ? std::string("only once")
                                  : "in only " + counted(static_cast<uint64_t>(repeat), "round")) +
-                    ": too few to see how far times swing.");
+                    ": too few to see how much times vary.");
   if (!noise.empty())
     noise.push_back(
-        "Before you quote times, measure again on a quiet machine, with --repeat 15. Bytes stay as they are.");
+        "Before you quote times, measure again on an idle machine with --repeat 15. Bytes do not vary.");
   return noise;
 }
 
 }  // namespace
 
 const DecodeRow& fastest_decoder(const SplitRow& row) {
-  // One patch has nothing for a second thread: that it was a little faster there is chance.
+  // A single patch has no work for a second thread. If it was faster there, that is chance.
   const bool is_shared = row.summary.patches > 1;
   const auto rank = [&](const DecodeRow& decode) {
     return std::tuple(!is_own(decode), is_shared ? 0 : decode.threads, decode.timing.median_ms);

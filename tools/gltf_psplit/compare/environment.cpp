@@ -17,7 +17,7 @@ std::string without_spaces_around(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(" \t") - first + 1);
 }
 
-// As Linux names it; other systems, and some processors, do not.
+// The model as Linux names it. Other systems, and some processors, have no such name.
 std::string cpu_model() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {

@@ -1,4 +1,4 @@
-// Where and with what something was measured.
+// The machine and the versions that something was measured with.
 #pragma once
 
 #include <string>
@@ -6,14 +6,14 @@
 namespace psplit {
 
 struct Environment {
-  std::string cpu;                                 // its model
-  int threads = 1;                                 // that it runs at once
-  std::string gpu;                                 // empty where there is none that this build can use
+  std::string cpu;                                 // the model
+  int threads = 1;                                 // hardware threads
+  std::string gpu;                                 // empty if there is none that this build can use
   std::string psplit, draco, meshoptimizer, zstd;  // versions
-  int meshopt_codec = 0;                           // version of meshoptimizer's codec for attributes
-  std::string compiler;                            // of psplit
+  int meshopt_codec = 0;                           // version of meshoptimizer's attribute codec
+  std::string compiler;                            // that built psplit
   std::string command_line;                        // without the folders of files
-  std::string date;                                // UTC, as 2026-01-31 12:00
+  std::string date;                                // UTC, such as 2026-01-31 12:00
 };
 
 // `version` and `command_line` are those of the command (Session).

@@ -1,4 +1,4 @@
-// Times contenders against each other in one run.
+// Times several contenders in one run.
 #pragma once
 
 #include <functional>
@@ -17,20 +17,20 @@ struct Contender {
 
 struct Timing {
   double median_ms = 0, min_ms = 0, max_ms = 0;
-  double lower_quartile_ms = 0, upper_quartile_ms = 0;  // half of the rounds lie between them
+  double lower_quartile_ms = 0, upper_quartile_ms = 0;  // half of the rounds are between them
 };
 
-// One round untimed, then `repeat` rounds, each of which runs every contender once, in turn: a machine that
-// slows down or wakes up does so for all of them alike. One timing per contender. Stops at the first that
-// fails.
+// Runs one untimed round, then `repeat` timed rounds. Each round runs every contender once, in turn, so that a
+// machine that slows down or speeds up affects all contenders alike. Returns one timing for each contender, or
+// the first failure.
 Expected<std::vector<Timing>> measure_interleaved(std::span<const Contender> contenders, int repeat,
                                                   const Progress& progress = {});
 
-// Milliseconds that one call takes.
+// Runs `work` once and returns its milliseconds.
 double elapsed_ms(const std::function<void()>& work);
 
-// A quantile between two samples is interpolated: the median of an even number is the mean of the middle two.
-// `samples_ms` is not empty.
+// A quantile between two samples is interpolated, so the median of an even number of samples is the mean of the
+// middle two. `samples_ms` must not be empty.
 Timing summarize_samples(std::vector<double> samples_ms);
 
 }  // namespace psplit

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kZstdLevel = 19;
 constexpr int kOctahedralBits = 8;
-// Version 1 of the codec for attributes became stable in 0.23.
+// Version 1 of the attribute codec became stable in 0.23.
 constexpr int kVertexCodec = MESHOPTIMIZER_VERSION >= 230 ? 1 : 0;
 
 struct PlainStream {
@@ -30,7 +30,7 @@ float float_at(const Attribute& attribute, size_t point, size_t component) {
   return value;
 }
 
-// One grid for all components, as Draco has it, on `bits` bits of 16-bit integers.
+// Quantizes to `bits` bits of 16-bit integers, with one grid for all components, as Draco does.
 PlainStream quantize_to_grid(const Attribute& attribute, size_t point_count, int bits) {
   const size_t component_count = attribute.component_count;
   std::vector<float> low(component_count, 0), high(component_count, 0);
@@ -104,7 +104,7 @@ PlainStream quantize(const Attribute& attribute, size_t point_count, const Mesho
   return pad_to_words(attribute, point_count);
 }
 
-// Renumbers points by a remap table of `kept` targets.
+// Renumbers points according to a remap table with `kept` targets.
 void remap_points(std::vector<uint32_t>& indices, std::vector<PlainStream>& streams, size_t point_count,
                   size_t kept, const std::vector<unsigned int>& remap) {
   meshopt_remapIndexBuffer(indices.data(), indices.data(), indices.size(), remap.data());
@@ -174,12 +174,12 @@ Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh, MeshoptForm for
     unpacked.resize(mesh.packed.size());
     const size_t size =
         ZSTD_decompress(unpacked.data(), unpacked.size(), mesh.compressed.data(), mesh.compressed.size());
-    if (size != unpacked.size()) return runtime_failure("zstd did not give back what it took");
+    if (size != unpacked.size()) return runtime_failure("zstd did not return the original bytes");
   }
   const std::span<const uint8_t> packed = form == MeshoptForm::kZstd ? unpacked : mesh.packed;
   size_t encoded_bytes = mesh.index_bytes;
   for (const MeshoptStream& stream : mesh.streams) encoded_bytes += stream.encoded_bytes;
-  if (packed.size() != encoded_bytes) return runtime_failure("meshoptimizer's streams are not whole");
+  if (packed.size() != encoded_bytes) return runtime_failure("meshoptimizer's streams are incomplete");
   decoded.indices.resize(mesh.index_count);
   if (meshopt_decodeIndexBuffer(decoded.indices.data(), mesh.index_count, sizeof(uint32_t), packed.data(),
                                 mesh.index_bytes) != 0)
@@ -196,7 +196,7 @@ Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh, MeshoptForm for
   return decoded;
 }
 
-// 180 is 0.18, 1000 is 1.0.
+// 180 means 0.18, and 1000 means 1.0.
 std::string meshopt_version() {
   constexpr int kVersion = MESHOPTIMIZER_VERSION;
   const std::string patch = kVersion % 10 == 0 ? "" : "." + std::to_string(kVersion % 10);

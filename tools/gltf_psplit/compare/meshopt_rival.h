@@ -1,5 +1,4 @@
-// The rival from the GPU side: meshoptimizer's index and vertex codecs, alone and with zstd on top, as gltfpack
-// packs them.
+// meshoptimizer's index and vertex codecs, alone and with zstd, used as gltfpack uses them.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +13,10 @@ namespace psplit {
 struct MeshoptBits {
   int position = 14;
   int texcoord = 12;
-  bool lossless = false;  // every attribute as it is
+  bool lossless = false;  // do not quantize
 };
 
-// One attribute as meshoptimizer's codec sees it.
+// One attribute as meshoptimizer's codec stores it.
 struct MeshoptStream {
   size_t stride = 0;        // a multiple of 4
   bool octahedral = false;  // unit vectors, as 8-bit octahedral coordinates
@@ -33,27 +32,27 @@ struct MeshoptMesh {
   std::vector<uint8_t> compressed;  // the same in one zstd frame
 };
 
-// Merges points whose quantized values are equal, orders triangles in strips, which packs smaller than the
-// order for vertex caches, and points for vertex fetch, quantizes (positions to 16-bit integers of
-// `bits.position` bits, four of them in 8 bytes; normals and tangents to 8-bit octahedral; texture coordinates
-// to two 16-bit integers of `bits.texcoord` bits; colours to bytes; all else as it is), encodes and compresses
-// at zstd level 19.
+// Quantizes, merges points whose quantized values are equal, orders triangles in strips (which packs smaller
+// than the order for vertex caches) and points for vertex fetch, encodes, and compresses at zstd level 19.
+// Quantized positions are 16-bit integers of `bits.position` bits, padded to four in 8 bytes; normals and
+// tangents are 8-bit octahedral coordinates; texture coordinates are 16-bit integers of `bits.texcoord` bits;
+// colours are bytes. Other attributes are not quantized.
 Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits);
 
-// What a viewer uploads: indices and quantized values.
+// What a viewer would upload: indices and quantized values.
 struct MeshoptDecoded {
   std::vector<uint32_t> indices;
   std::vector<std::vector<uint8_t>> streams;
 };
-// What is stored, and therefore read: `compressed`, or `packed` as it is.
+// Which form is stored and decoded: `compressed`, or `packed`.
 enum class MeshoptForm { kZstd, kPlain };
 Expected<MeshoptDecoded> decode_meshopt(const MeshoptMesh& mesh, MeshoptForm form = MeshoptForm::kZstd);
 
-// Of the header that was compiled: its version, and the newest version of its codec for attributes, which
-// encode_meshopt takes. Indices have been in version 1 since 0.15.
+// The version of the compiled header, and the newest version of its attribute codec, which encode_meshopt uses.
+// The index codec has been at version 1 since 0.15.
 std::string meshopt_version();
 int meshopt_codec_version();
-// Of the library that runs.
+// The version of the linked library.
 std::string zstd_version();
 
 }  // namespace psplit

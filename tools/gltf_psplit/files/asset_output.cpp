@@ -13,7 +13,7 @@ const std::map<std::string, ImagePlacement> kPlacements{{"embed", ImagePlacement
 }  // namespace
 
 void add_output_option(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output,OUT", path, "A .glb or .gltf file; - is a GLB on stdout")
+  command.add_option("-o,--output,OUT", path, "The output: a .glb or .gltf file; - writes a GLB to stdout")
       ->required()
       ->type_name("FILE");
 }
@@ -22,8 +22,8 @@ void add_images_option(CLI::App& command, WriteOptions& options) {
   command
       .add_option_function<std::string>(
           "--images", [&options](const std::string& name) { options.images = kPlacements.at(name); },
-          "Images that are files: embed them, copy them to the output's folder, or refer to where they are. By "
-          "default a .glb embeds, and a .gltf copies")
+          "What to do with image files: embed them, copy them to the output's folder, or refer to them where "
+          "they are. Default: a .glb embeds, a .gltf copies")
       ->check(CLI::IsMember({"embed", "copy", "reference"}))
       ->type_name("HOW");
 }

@@ -7,8 +7,7 @@
 namespace psplit {
 
 Status check_inputs(std::span<const std::string> files) {
-  if (std::ranges::count(files, "-") > 1)
-    return {StatusCode::kUsage, "only one of several files can come from stdin"};
+  if (std::ranges::count(files, "-") > 1) return {StatusCode::kUsage, "stdin (-) can be named only once"};
   return {};
 }
 

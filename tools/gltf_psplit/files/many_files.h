@@ -1,4 +1,4 @@
-// One command on several files: all are worked on, whatever becomes of the others.
+// One command on several files. A failure of one file does not stop the others.
 #pragma once
 
 #include <functional>
@@ -11,18 +11,18 @@
 
 namespace psplit {
 
-// kUsage where stdin is named more than once.
+// kUsage if stdin is named more than once.
 Status check_inputs(std::span<const std::string> files);
 
-// The status of one file is returned as it is. Of several, each failure is logged, and what is returned has the
-// code of the first one and says how many there were.
+// Runs `work` on each file. For a single file, returns its status. For several files, logs each failure and
+// returns a status with the code of the first failure and the number of failures.
 Status for_each_file(std::span<const std::string> files, const Log& log,
                      const std::function<Status(const std::string&)>& work);
 
-// The JSON of several files is an array, in their order; that of one is its object.
+// For one file, its JSON object; for several files, an array in their order.
 Json results_json(std::vector<Json> results, size_t file_count);
 
-// What stands in that array for a file that could not be read: {"file", "error": {"code", "message"}}.
+// The array's element for a file that could not be read: {"file", "error": {"code", "message"}}.
 Json failure_json(const std::string& file, const Status& status);
 
 }  // namespace psplit

@@ -25,18 +25,18 @@ Status check_output_place(const std::string& path) {
   if (type == fs::file_type::character || type == fs::file_type::fifo) return {};
   const Place place{.file = path};
   if (type == fs::file_type::directory) return io_failure("is a folder; name a file in it", place);
-  // Files are written beside and renamed: what must be writable is the folder, of the target where it is a
-  // link.
+  // A file is written beside its place and then renamed. So its folder must be writable; for a link, the folder
+  // of its target.
   fs::path target = path;
   if (fs::is_symlink(target, error)) {
     target = fs::weakly_canonical(target, error);
-    if (error) return io_failure("a link that leads nowhere", place);
+    if (error) return io_failure("is a link to a file that does not exist", place);
   }
   const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
   const fs::file_type folder_type = fs::status(folder, error).type();
   if (folder_type == fs::file_type::not_found)
     return io_failure("there is no folder " + folder.string(), place);
-  if (folder_type != fs::file_type::directory) return io_failure(folder.string() + " is no folder", place);
+  if (folder_type != fs::file_type::directory) return io_failure(folder.string() + " is not a folder", place);
   if (!may_write_into(folder))
     return io_failure("no permission to write into the folder " + folder.string(), place);
   return {};
@@ -49,6 +49,12 @@ Status check_output_path(const std::string& path) {
             "the output must end in .glb or .gltf, or be - for a GLB on stdout",
             {.file = path}};
   return check_output_place(path);
+}
+
+Status check_output_paths(const std::string& output, const std::string& report) {
+  if (Status status = check_output_path(output); !status.ok()) return status;
+  if (report == output) return {StatusCode::kUsage, "--report and the output name the same file: " + output};
+  return report.empty() ? Status() : check_output_place(report);
 }
 
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document) {

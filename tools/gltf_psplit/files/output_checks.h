@@ -16,6 +16,10 @@ Status check_output_place(const std::string& path);
 // The same, and kUsage if write_document does not support the name: it must end in .glb or .gltf, or be "-".
 Status check_output_path(const std::string& path);
 
+// The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the
+// same name.
+Status check_output_paths(const std::string& output, const std::string& report);
+
 // kUsage if writing `path`, which `option` named, would replace a file that the document was read from or
 // refers to (its images, and the files of its extensions), also through links.
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document);

@@ -7,13 +7,13 @@
 namespace psplit {
 
 void add_text_output_option(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output", path, "Where the result goes; - is stdout")
+  command.add_option("-o,--output", path, "File for the result; - is stdout")
       ->capture_default_str()
       ->type_name("FILE");
 }
 
 void add_format_option(CLI::App& command, std::string& name, const std::vector<std::string>& forms) {
-  command.add_option("--format", name, "Form of the result")
+  command.add_option("--format", name, "Format of the result")
       ->check(CLI::IsMember(forms))
       ->capture_default_str()
       ->type_name("FORM");

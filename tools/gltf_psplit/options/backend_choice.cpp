@@ -12,8 +12,8 @@
 namespace psplit {
 namespace {
 
-// CUDA where there is a device and enough for it to do, the CPU for what that does not take, and libdraco for
-// what both do not: streams of versions before 2.2. A device is looked for when first there is enough to do.
+// Uses CUDA if there is a device and enough work for it, the CPU for what CUDA does not decode, and libdraco
+// for what neither decodes: streams of versions before 2.2. Looks for a device only once there is enough work.
 DecodeBackend fastest_backend(uint64_t gpu_memory) {
   struct Cuda {
     std::once_flag looked_for;
@@ -33,7 +33,7 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
               std::vector<size_t> left;
               std::vector<DecodeTask> tasks_left;
               for (size_t i = 0; i < tasks.size(); ++i) {
-                // A device may run out of memory where the host does not.
+                // A device may run out of memory when the host does not.
                 const StatusCode code = meshes[i].status().code();
                 if (code != StatusCode::kUnsupported && code != StatusCode::kRuntimeFailure) continue;
                 left.push_back(i);
@@ -49,8 +49,8 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
 
 }  // namespace
 
-// Not measured yet: a device decodes a stream more slowly than a core does, and starting it takes longer than
-// some hundred kilobytes take a CPU.
+// These limits are not measured. A device decodes one stream more slowly than a CPU core does, and its start
+// takes longer than the CPU needs for some hundred kilobytes.
 bool is_worth_a_gpu(std::span<const DecodeTask> tasks) {
   constexpr size_t kFewestStreams = 64, kFewestBytes = size_t{256} << 10;
   size_t bytes = 0, streams = 0;
@@ -67,15 +67,16 @@ bool is_worth_a_gpu(std::span<const DecodeTask> tasks) {
 
 void add_backend_options(CLI::App& command, BackendChoice& choice) {
   command
-      .add_option("--backend", choice.name, "Decoder: auto takes the fastest there is; draco is stock libdraco")
+      .add_option("--backend", choice.name,
+                  "Decoder. auto: the fastest that is available; draco: stock libdraco")
       ->check(CLI::IsMember({"auto", "cuda", "cpu", "draco"}))
       ->capture_default_str()
       ->type_name("NAME");
   command
       .add_option(
           "--gpu-memory", choice.gpu_memory,
-          "What the CUDA decoder may take of its device, as in 512MB or 4GB; more comes in parts, with the "
-          "same result. By default what is free")
+          "Most memory that the CUDA decoder may use on its device, such as 512MB or 4GB. What needs more is "
+          "decoded in parts, with the same result. Default: all free memory")
       ->check(
           [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
       ->transform(CLI::AsSizeValue(false))

@@ -1,8 +1,8 @@
 // The options of `encode`, `batch`, `compare` and `decode --to draco` for precision, speed and the cut into
 // patches.
+#pragma once
 
 #include "gltf_ext/convert/encode_document_options.h"
-#pragma once
 
 namespace CLI {
 class App;

@@ -28,7 +28,7 @@ std::optional<uint64_t> parse_scaled(std::string_view text) {
   number *= factor;
   constexpr double kExactIntegers = 9007199254740992;  // 2^53
   const double whole = std::nearbyint(number);
-  // 1.1M is whole for people, and not for doubles.
+  // 1.1M is a whole number, but in doubles 1.1 * 1e6 is not exactly one.
   if (!(number <= kExactIntegers) || std::abs(whole - number) > 1e-6 * factor) return std::nullopt;
   return static_cast<uint64_t>(whole);
 }
@@ -58,7 +58,7 @@ CLI::Option* add_count_option(CLI::App& command, const std::string& name, uint64
   const auto to_digits = [](std::string& text) {
     const std::optional<uint64_t> parsed = parse_count(text);
     if (!parsed || *parsed < 1 || *parsed > kMost)
-      return text + " is no count from 1 to " + std::to_string(kMost) + ", such as 250000, 250k or 2.5e5";
+      return text + " is not a count from 1 to " + std::to_string(kMost) + ", such as 250000, 250k or 2.5e5";
     text = std::to_string(*parsed);
     return std::string();
   };

@@ -12,12 +12,12 @@ class Option;
 
 namespace psplit {
 
-// Digits with _ or , between them for readers, or a decimal number with an exponent or one of k, M, G (1000,
-// 1000000, ...). Nothing where the text is none of these, no whole number, or more than 64 bits hold.
+// Reads digits, which may be separated by _ or ,; or a decimal number with an exponent or with one of k, M, G
+// (1000, 1000000, ...). Nothing if the text is neither, is not a whole number, or exceeds 64 bits.
 std::optional<uint64_t> parse_count(const std::string& text);
 
-// An option that takes such a count of at least 1 and at most 2^32 - 1; the argument outlives the parse, and
-// is the default where it is not 0.
+// Adds an option for such a count from 1 to 2^32 - 1. `count` must outlive the parse. If it is not 0, it is the
+// default.
 CLI::Option* add_count_option(CLI::App& command, const std::string& name, uint64_t& count,
                               const std::string& description);
 

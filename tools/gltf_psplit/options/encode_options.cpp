@@ -11,12 +11,12 @@
 namespace psplit {
 namespace {
 
-// Work for four threads, at less than a third of what 16 cost.
+// Four patches keep four threads busy, at less than a third of the cost of 16 patches.
 constexpr uint64_t kMostPatchesForSize = 4;
-// Patches of 440 faces take more than a third more bytes than one stream already (docs/benchmarks.md).
+// Patches of 440 faces already take over a third more bytes than one stream (docs/benchmarks.md).
 constexpr uint64_t kLeastPatchFaces = 440;
 
-// Nothing of the machine counts: the same command writes the same bytes everywhere.
+// A profile does not depend on the machine: the same command writes the same bytes everywhere.
 void apply_profile(EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
   if (arguments.profile == "size") options.most_patches = kMostPatchesForSize;
@@ -29,70 +29,89 @@ void apply_profile(EncodeArguments& arguments) {
   options.least_patch_faces = kLeastPatchFaces;
 }
 
-}  // namespace
-
-std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
-  EncodeDocumentOptions& options = arguments.options;
-  CLI::Option* patches =
-      add_count_option(command, "--patches", options.patches, "Patches of all primitives together");
-  CLI::Option* patch_faces =
-      add_count_option(command, "--patch-faces", options.patch_faces, "Faces of a patch, about")
-          ->excludes(patches);
-  add_count_option(command, "--min-faces", options.min_faces,
-                   "Primitives of fewer faces stay whole; by default " + std::to_string(kMinFaces) +
-                       ", or none with --patches or --patch-faces");
-  command.add_flag("--always-patches", options.always_patches,
-                   "Use PSPLIT_mesh_draco_patches for primitives that stay whole too, not "
-                   "KHR_draco_mesh_compression");
+void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
   CLI::Option* profile =
       command
-          .add_option("--profile", arguments.profile,
-                      "balanced, the default: about 2 % over one Draco stream, 2 to 16 patches and above that "
-                      "patches of 30000 faces; size: 4 patches of a primitive at most; speed: patches of 4800 "
-                      "faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces win "
-                      "over it")
+          .add_option(
+              "--profile", arguments.profile,
+              "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
+              "30000 faces for larger primitives. size: at most 4 patches of a primitive. speed: patches of "
+              "4800 faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
+              "override the profile")
           ->check(CLI::IsMember({"speed", "balanced", "size"}))
           ->type_name("NAME");
   command
       .add_option("--gpu", arguments.gpu,
-                  "The GPU of --profile speed, by name or by its number of multiprocessors")
+                  "With --profile speed: the GPU to cut for, by name or by its number of multiprocessors")
       ->check([](const std::string& gpu) {
         return multiprocessors(gpu) ? std::string()
-                                    : gpu + " is not known: " + known_gpus() + " are, or a number";
+                                    : gpu + " is not a known GPU; known are " + known_gpus() +
+                                          ", and any number of multiprocessors";
       })
       ->needs(profile)
       ->type_name("GPU");
-  add_partition_options(command, options);
-  add_coding_options(command, options);
+}
+
+void add_volume_option(CLI::App& command, EncodeArguments& arguments) {
   command
-      .add_option("--quantization-volume", arguments.volume,
-                  "What shares one quantization grid: primitive, mesh or scene")
+      .add_option(
+          "--quantization-volume", arguments.volume,
+          "Which primitives share a quantization grid: none (primitive), those of a mesh, or all of the scene")
       ->check(CLI::IsMember({"primitive", "mesh", "scene"}))
       ->capture_default_str()
       ->type_name("WHAT");
   command.get_option("--lossless")->excludes("--quantization-volume");
+}
+
+void add_keep_options(CLI::App& command, EncodeDocumentOptions& options) {
   command.add_flag("--keep-degenerate", options.keep_degenerate,
-                   "Keep faces that repeat an index, which draw nothing");
+                   "Keep degenerate faces, which repeat an index and draw nothing");
   command.add_flag("--keep-unused", options.keep_unused, "Keep points that no face uses");
   command.add_flag("--keep-duplicates", options.keep_duplicates,
-                   "Keep points that are equal in everything apart");
+                   "Do not merge points that are equal in all attributes");
+}
+
+void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
   command
-      .add_option("--fallback", arguments.fallback,
-                  "For loaders without the extension: none, or uncompressed geometry beside the patches")
+      .add_option(
+          "--fallback", arguments.fallback,
+          "What loaders without the extension find: nothing, or uncompressed geometry beside the patches")
       ->check(CLI::IsMember({"none", "uncompressed"}))
       ->capture_default_str()
       ->type_name("KIND");
   command
-      .add_option(
-          "--compat", arguments.compat,
-          "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which any loader "
-          "opens today; points on borders are stored in each, and not joined again. By default 8 patches of "
-          "a primitive at most: each is a draw call")
+      .add_option("--compat", arguments.compat,
+                  "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common "
+                  "loaders open. Points on borders are stored once for each patch, and decoding does not join "
+                  "them. At most 8 patches of a primitive by default, because each is a draw call")
       ->check(CLI::IsMember({"none", "khr"}))
       ->capture_default_str()
       ->type_name("KIND");
+}
+
+}  // namespace
+
+std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
+  EncodeDocumentOptions& options = arguments.options;
+  CLI::Option* patches = add_count_option(command, "--patches", options.patches,
+                                          "Number of patches, over all primitives together");
+  CLI::Option* patch_faces =
+      add_count_option(command, "--patch-faces", options.patch_faces, "Cut patches of about N faces each")
+          ->excludes(patches);
+  add_count_option(command, "--min-faces", options.min_faces,
+                   "Do not split primitives of fewer faces. Default: " + std::to_string(kMinFaces) +
+                       "; with --patches or --patch-faces, split primitives of any size");
+  command.add_flag("--always-patches", options.always_patches,
+                   "Use PSPLIT_mesh_draco_patches also for primitives that are not split, instead of "
+                   "KHR_draco_mesh_compression");
+  add_profile_options(command, arguments);
+  add_partition_options(command, options);
+  add_coding_options(command, options);
+  add_volume_option(command, arguments);
+  add_keep_options(command, options);
+  add_storage_options(command, arguments);
   command.add_flag("--no-verify", arguments.no_verify,
-                   "Do not decode the result and compare it with the input");
+                   "Do not check the result by decoding it and comparing it with the input");
   return [&arguments, patches, patch_faces] {
     if (patches->empty() && patch_faces->empty()) apply_profile(arguments);
     EncodeDocumentOptions& resolved = arguments.options;

@@ -1,4 +1,4 @@
-// The options of `encode` and `batch`: how assets are split.
+// The options of `encode` and `batch`: how an asset is split and written.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,8 @@ class App;
 
 namespace psplit {
 
-// Faces of a patch with --profile speed: one thread and many decode these fastest (docs/benchmarks.md).
+// Faces of a patch with --profile speed. On one thread and on several, patches of this size decode fastest
+// (docs/benchmarks.md).
 inline constexpr uint64_t kSpeedPatchFaces = 4800;
 
 struct EncodeArguments {
@@ -21,14 +22,14 @@ struct EncodeArguments {
   bool no_verify = false;
 };
 
-// Adds the options; the arguments outlive the parse. Returns what fills in `options` from all others once the
-// command line is parsed.
+// Adds the options. `arguments` must outlive the parse. Returns a function that completes `arguments.options`;
+// call it once the command line is parsed.
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments);
 
-// Puts the options of a command under headings in its help: those of add_encode_options.
+// Puts those options of add_encode_options that `command` has under headings in its help.
 void group_encode_options(CLI::App& command);
 
-// Everything that the bytes of an output depend on, as text.
+// All options that the bytes of an output depend on, as text.
 std::string describe_options(const EncodeDocumentOptions& options);
 
 }  // namespace psplit

@@ -14,14 +14,14 @@ struct Gpu {
   uint32_t multiprocessors;
 };
 
-// From NVIDIA's data sheets; of several variants the one with most.
+// From NVIDIA's data sheets. If a GPU has several variants, the one with the most multiprocessors.
 constexpr Gpu kGpus[] = {{"B200", 148},    {"H200", 132},    {"H100", 132},     {"A100", 108},
                          {"V100", 80},     {"L40S", 142},    {"L40", 142},      {"L4", 58},
                          {"A10", 72},      {"T4", 40},       {"RTX 5090", 170}, {"RTX 4090", 128},
                          {"RTX 4080", 76}, {"RTX 4070", 46}, {"RTX 4060", 24},  {"RTX 3090", 82},
                          {"RTX 3080", 68}, {"RTX 3070", 46}, {"RTX 3060", 28},  {"RTX 2080", 46}};
 
-// Letters and digits, small.
+// The letters and digits of a name, in lower case.
 std::string plain(std::string_view name) {
   std::string text;
   for (const char c : name)

@@ -1,17 +1,33 @@
 #include "tools/gltf_psplit/options/help_text.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
 
+#include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
 
-constexpr size_t kWidth = 80;
-constexpr size_t kColumn = 30;  // where descriptions begin
+constexpr size_t kMostColumns = 80, kFewestColumns = 40;
 
-// "{text,json}" of what CLI11 calls "FORM:{text,json}", "BITS" of "BITS:INT in [1 - 30]".
+// As wide as COLUMNS or the terminal says; otherwise 80 columns.
+size_t help_width() {
+  const char* const columns = std::getenv("COLUMNS");
+  size_t width = 0;
+  if (columns != nullptr) std::from_chars(columns, columns + std::strlen(columns), width);
+  if (width == 0) width = terminal_columns(stdout);
+  return width == 0 ? kMostColumns : std::clamp(width, kFewestColumns, kMostColumns);
+}
+
+// The column where descriptions begin. On a narrow terminal, names and descriptions are one below the other.
+size_t description_column() { return help_width() < 72 ? 6 : 30; }
+
+// CLI11's "FORM:{text,json}" becomes "{text,json}", and its "BITS:INT in [1 - 30]" becomes "BITS".
 std::string value_name(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const size_t colon = type.find(':');
@@ -19,7 +35,7 @@ std::string value_name(const CLI::Option& option) {
   return type.compare(colon + 1, 1, "{") == 0 ? type.substr(colon + 1) : type.substr(0, colon);
 }
 
-// " (1 to 30)" of "BITS:INT in [1 - 30]".
+// CLI11's "BITS:INT in [1 - 30]" becomes " (1 to 30)".
 std::string value_range(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const size_t begin = type.find(" in ["), dash = type.find(" - ", begin), end = type.find(']', begin);
@@ -31,7 +47,7 @@ class HelpFormatter : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* command, std::string name, CLI::AppFormatMode mode) const override {
     std::string text = CLI::Formatter::make_help(command, std::move(name), mode);
-    // Between groups CLI11 puts two empty lines.
+    // CLI11 puts two empty lines between groups.
     for (size_t at = 0; (at = text.find("\n\n\n", at)) != std::string::npos;) text.erase(at, 1);
     return text;
   }
@@ -45,6 +61,8 @@ class HelpFormatter : public CLI::Formatter {
     }
     const bool repeats = option->get_expected_max() == CLI::detail::expected_max_vector_size;
     if (repeats && is_positional) name += " ...";
+    // An output may be named by its place or by an option.
+    if (!is_positional && option->get_positional()) return entry(name, "The same as " + option->get_name(true));
     return entry(name, option->get_description() + value_range(*option));
   }
 
@@ -53,17 +71,18 @@ class HelpFormatter : public CLI::Formatter {
   }
 
   std::string make_description(const CLI::App* command) const override {
-    return wrap_text(command->get_description() + ".", kWidth, 0) + "\n\n";
+    return wrap_text(command->get_description() + ".", help_width(), 0) + "\n\n";
   }
 
  private:
   static std::string entry(const std::string& name, const std::string& description) {
+    const size_t column = description_column();
     std::string line = "  " + name;
-    if (line.size() + 2 > kColumn)
-      line += "\n" + std::string(kColumn, ' ');
+    if (line.size() + 2 > column)
+      line += "\n" + std::string(column, ' ');
     else
-      line.resize(kColumn, ' ');
-    return line + wrap_text(description, kWidth - kColumn, kColumn) + "\n";
+      line.resize(column, ' ');
+    return line + wrap_text(description, help_width() - column, column) + "\n";
   }
 };
 
@@ -74,8 +93,8 @@ std::shared_ptr<CLI::FormatterBase> help_formatter() { return std::make_shared<H
 void add_examples(CLI::App& command, const std::vector<Example>& examples) {
   std::string text = "Examples:\n";
   for (const Example& example : examples)
-    text += "  " + example.command_line + "\n      " + wrap_text(example.meaning, kWidth - 6, 6) + "\n";
-  command.footer(text + "\n" + exit_codes_help());
+    text += "  " + example.command_line + "\n      " + wrap_text(example.meaning, help_width() - 6, 6) + "\n";
+  command.footer(text + "\n" + exit_codes_help(help_width()));
 }
 
 }  // namespace psplit

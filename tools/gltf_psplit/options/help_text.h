@@ -1,4 +1,4 @@
-// How --help looks: 80 columns, and examples at its end.
+// The layout of --help: as wide as the terminal, from 40 to 80 columns, with examples at the end.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace psplit {
 
 std::shared_ptr<CLI::FormatterBase> help_formatter();
 
-// What stands below the options: command lines with what each does, and exit codes.
+// Adds what follows the options: example command lines with their meanings, and the exit codes.
 struct Example {
   std::string command_line, meaning;
 };

@@ -24,7 +24,7 @@ size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates) {
-  // A word that was not written to its end is meant, however much is missing.
+  // The beginning of a word means that word, no matter how much is missing.
   constexpr size_t kLeastStart = 3;
   std::string nearest;
   size_t least = word.size() / 3 + 1;

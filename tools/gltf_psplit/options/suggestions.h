@@ -1,4 +1,4 @@
-// "did you mean": the word that a user had in mind.
+// "did you mean ...?" for misspelt words.
 #pragma once
 
 #include <span>
@@ -7,14 +7,16 @@
 
 namespace psplit {
 
-// Letters to insert, delete, replace or swap with their neighbour to make one word of the other.
+// The number of letters to insert, delete, replace or swap with their neighbour to turn one word into the
+// other.
 size_t edit_distance(std::string_view a, std::string_view b);
 
-// The candidate nearest to `word`, the first of several; empty where none is near: more than a third of the
-// word, and more than its missing end, would have to change.
+// The candidate nearest to `word`, or the first of several that are equally near. A candidate is near if
+// `word`, of three letters at least, is its beginning, or if at most a third of the letters of `word` would
+// change. Empty if no candidate is near.
 std::string nearest_word(std::string_view word, std::span<const std::string> candidates);
 
-// "; did you mean encode?", or nothing.
+// "; did you mean encode?"; empty if no candidate is near.
 std::string suggestion(std::string_view word, std::span<const std::string> candidates);
 
 }  // namespace psplit

@@ -10,7 +10,7 @@ namespace {
 
 constexpr size_t kStockStyle = 0, kMeshoptStyle = 1, kFirstSplitStyle = 2;
 
-// One mark of the chart of size and speed.
+// One mark of the chart of size against speed.
 ChartPoint speed_point(const ComparisonFigures& figures, const std::string& name, const std::string& tag,
                        uint64_t bytes, const Timing& timing) {
   const double bits = figures.bits_per_point(bytes);
@@ -24,10 +24,10 @@ ChartPoint speed_point(const ComparisonFigures& figures, const std::string& name
 XyChart size_against_speed(const ComparisonFigures& figures) {
   XyChart chart{"size-speed",
                 "Size against decoding speed",
-                "Right is faster, down is smaller; numbers beside marks are patches. Pale lines are the "
-                "fastest and the slowest round.",
-                {"million triangles a second", true},
-                {"bits a point"},
+                "Right is faster, down is smaller. Numbers beside marks are patches. Pale lines reach from the "
+                "slowest to the fastest round.",
+                {"million triangles per second", true},
+                {"bits per point"},
                 {}};
   ChartSeries stock{"stock Draco by speed, 1 thread", kStockStyle, true, {}};
   for (const StockRow& row : figures.comparison.stock_speeds)
@@ -55,7 +55,7 @@ XyChart size_against_speed(const ComparisonFigures& figures) {
 XyChart speedup_by_patches(const ComparisonFigures& figures) {
   XyChart chart{"speed-up",
                 "Speed-up by number of patches",
-                "How many times as fast as stock Draco; the dashed line is stock Draco.",
+                "How many times as fast as stock Draco, which is the dashed line.",
                 {"patches", true, 0, true},
                 {"times " + figures.base_name()},
                 {},
@@ -85,7 +85,7 @@ BarChart size_by_patches(const ComparisonFigures& figures) {
   const auto scaled = [&, by = scale](uint64_t bytes) { return static_cast<double>(bytes) / by; };
   BarChart chart{"size",
                  "Size by number of patches",
-                 "The percentages say how much more that is than stock Draco's bytes.",
+                 "The percentages are the overhead: how many more bytes than stock Draco.",
                  unit,
                  unit,
                  {"Draco streams", "stitch map", "directory"},
@@ -103,7 +103,7 @@ BarChart size_by_patches(const ComparisonFigures& figures) {
 BarChart stages(const ComparisonFigures& figures) {
   BarChart chart{"stages",
                  "Decoding time by stage, one thread",
-                 "Where the time goes in psplit's own decoder, without stitching the patches together.",
+                 "Where psplit's own decoder spends its time, without stitching the patches together.",
                  "ms",
                  "ms",
                  {},
@@ -141,13 +141,14 @@ std::string comparison_charts(const ComparisonFigures& figures) {
          draw_chart(size_by_patches(figures)) + draw_chart(stages(figures)) +
          draw_chart(by_patches(
              figures, "replication", "Replication by number of patches",
-             "Points on borders are stored in every patch that they touch: how many more that makes than the "
-             "mesh has.",
+             "Points on borders are stored in every patch that they touch. This is how many more points that "
+             "makes than the mesh has.",
              {"percent"}, [](const SplitRow& row) { return 100 * row.summary.replication(); },
              [](double percent) { return as_share(percent / 100); })) +
          draw_chart(by_patches(
              figures, "balance", "Balance by number of patches",
-             "Triangles of the largest patch by the mean of all: at 1 all threads have the same work.",
+             "Triangles of the largest patch, divided by the mean over all patches. At 1, all patches are "
+             "equally large.",
              {"largest / mean", false, 1}, [](const SplitRow& row) { return row.summary.balance(); },
              [](double balance) { return with_decimals(balance, 3); }));
 }

@@ -1,4 +1,4 @@
-// The charts of the page of `compare`.
+// The charts on the page of `compare`.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace psplit {
 
-// <figure> after <figure>.
+// A sequence of <figure> elements.
 std::string comparison_charts(const ComparisonFigures& figures);
 
 }  // namespace psplit

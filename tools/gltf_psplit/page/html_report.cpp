@@ -35,33 +35,35 @@ bool has_cuda(const ComparisonFigures& figures) {
   });
 }
 
-// Every term of the page, before it is used for anything but the result.
+// Explains all terms. It precedes every section that uses them, except the result.
 std::string words(const ComparisonFigures& figures) {
   const std::string base = figures.base_name();
   const std::pair<const char*, std::string> kWords[] = {
-      {"patch", "A piece of a mesh that is compressed on its own, so that several decode at the same time."},
+      {"patch",
+       "A piece of a mesh that is compressed on its own, so that several patches can decode at the same time."},
       {"point", "A vertex as glTF stores it: a position with its normal, texture coordinates and so on."},
       {"stock Draco",
-       "Google's Draco library as it is: a mesh is one stream, which one thread decodes from its beginning to "
-       "its end."},
+       "Google's Draco library, unchanged: a mesh is one stream, which one thread decodes from beginning to "
+       "end."},
       {"speed",
-       "A setting of Draco, from 0 for the smallest files to 10 for the fastest decoding. Patches and the "
-       "stream "
-       "that they are compared with use the same."},
-      {"decoder",
-       "cpu is psplit's own" + std::string(has_cuda(figures) ? ", cuda its own on the GPU" : "") +
-           "; draco is Draco's library, run on the patches. Stock Draco and meshoptimizer use one thread."},
-      {"speed-up", "How many times as fast something decodes as " + base + "."},
-      {"overhead", "How many bytes something takes beyond those of " + base + "."},
+       "A setting of Draco, from 0 for the smallest files to 10 for the fastest decoding. Patches, and the "
+       "stream that they are compared with, use the same speed."},
+      {"decoder", "cpu is psplit's own decoder" +
+                      std::string(has_cuda(figures) ? ", cuda is its own on the GPU" : "") +
+                      ", and draco is Draco's library, which decodes the patches. Stock Draco and "
+                      "meshoptimizer use one thread."},
+      {"speed-up", "How many times as fast as " + base + " something decodes."},
+      {"overhead", "How many more bytes something takes than " + base + "."},
       {"replication",
-       "Points on the border of two patches are stored in both: how many more points that makes than the mesh "
-       "has. It is most of what patches cost."},
+       "How many more points the patches store than the mesh has, because points on a border are stored in "
+       "each patch that they touch. This is most of the cost of patches."},
       {"stitch map",
-       "The table that says which points of several patches are one, so that the decoded mesh has no cracks "
-       "and no "
-       "point twice."},
+       "The table that says which points of different patches are the same, so that the decoded mesh has no "
+       "cracks and no duplicate points."},
       {"directory", "The table that says where each patch begins and how large it is."},
-      {"balance", "Triangles of the largest patch by the mean of all: the largest takes longest to decode."},
+      {"balance",
+       "Triangles of the largest patch, divided by the mean over all patches: the largest takes longest to "
+       "decode."},
   };
   std::string list;
   for (const auto& [word, meaning] : kWords)
@@ -78,16 +80,16 @@ std::string whole_asset(const ComparisonFigures& figures, const ComparisonSummar
   if (parts.textures > 0)
     html += paragraph("Textures are " +
                       as_share(static_cast<double>(parts.textures) / static_cast<double>(with_patches)) +
-                      " of the compressed asset. With them, patches change its size by " +
+                      " of the compressed asset. Including them, patches change its size by " +
                       as_percent(static_cast<double>(with_patches) / static_cast<double>(with_stock) - 1) +
-                      " against stock Draco.");
+                      " compared with stock Draco.");
   if (parts.missing_images > 0)
     html += paragraph(counted(parts.missing_images, "image") + (parts.missing_images == 1 ? " is" : " are") +
-                      " not where the asset says, and not counted.");
+                      " not found, and not counted.");
   return html + asset_table(parts, figures, summary) + "</section>\n";
 }
 
-// What was measured, and where; with a picture.
+// What was measured and on which machine, and a picture.
 std::string opening(const ComparisonReport& report) {
   const Environment& environment = report.environment;
   const EncodeDocumentOptions& coding = report.options.coding;
@@ -105,8 +107,8 @@ std::string opening(const ComparisonReport& report) {
   add("meshoptimizer",
       environment.meshoptimizer + ", version " + std::to_string(environment.meshopt_codec) + " of its codec");
   add("zstd", environment.zstd);
-  add("Draco speed",
-      std::to_string(coding.encode_speed) + " for patches, and for the stock stream that ratios refer to");
+  add("Draco speed", std::to_string(coding.encode_speed) +
+                         " for patches, and for the stock Draco stream that all ratios refer to");
   add("Bits", coding.lossless ? "all: lossless"
                               : "positions " + std::to_string(coding.position_bits) + ", normals " +
                                     std::to_string(coding.normal_bits) + ", texture coordinates " +
@@ -114,7 +116,7 @@ std::string opening(const ComparisonReport& report) {
                                     std::to_string(coding.color_bits) + ", other floats " +
                                     std::to_string(coding.generic_bits));
   if (!coding.refine) add("Borders", "not refined");
-  add("Rounds", std::to_string(report.options.repeat) + ", after one that is not timed");
+  add("Rounds", std::to_string(report.options.repeat) + ", after one untimed round");
   list += "</dl>\n";
   std::string picture;
   if (!report.picture.png.empty()) {
@@ -130,31 +132,29 @@ std::string opening(const ComparisonReport& report) {
 std::string method(const ComparisonFigures& figures) {
   return "<section>\n<h2>How</h2>\n<div class=\"method\">\n" +
          paragraph(
-             "All decoders ran in one process and took turns: in each round each of them decoded everything "
-             "once. Times are medians of the rounds; the fastest and the slowest are in the tables, and are "
-             "pale "
-             "lines through the marks of the charts, cut off at a chart's edge. They are from bytes in the "
-             "host's "
-             "memory to indices and attributes there: reading files is not in them" +
-             std::string(has_cuda(figures) ? ", copying to the GPU and back is." : ".")) +
+             "All decoders ran in one process and took turns: in each round, each of them decoded everything "
+             "once. Times are medians over the rounds. The tables also have the fastest and the slowest "
+             "round; the charts show them as pale lines through the marks, clipped to the chart. A time "
+             "covers the way from compressed bytes to indices and attributes, both in the host's memory. It "
+             "does not include reading files" +
+             std::string(has_cuda(figures) ? ", but it includes copying to the GPU and back." : ".")) +
          paragraph(
-             "Stock Draco is one stream for each primitive, decoded on one thread: it has no use for more. "
-             "Its library is the installed libdraco " +
+             "Stock Draco is one stream for each primitive, decoded on one thread, because Draco cannot use "
+             "more. Its library is the installed libdraco " +
              figures.report.environment.draco +
-             ", linked as it is: psplit neither builds nor changes it. The decoder named draco is the same "
-             "library "
-             "on patches; cpu is psplit's own" +
-             (has_cuda(figures) ? ", and cuda its own on the GPU." : ".")) +
+             ", which psplit neither builds nor changes. The decoder named draco is the same library, which "
+             "decodes the patches. The decoder named cpu is psplit's own" +
+             (has_cuda(figures) ? ", and cuda is its own on the GPU." : ".")) +
          paragraph(
-             "Meshoptimizer gets its meshes as its documentation recommends for small files: points merged, "
-             "triangles ordered in strips and points for vertex fetch, quantized (normals and tangents to 8 "
-             "bits), indices in version 1 of its codec and attributes in version " +
+             "Meshoptimizer gets its meshes as its documentation recommends for small files: points are "
+             "merged, triangles are ordered in strips and points for vertex fetch, and attributes are "
+             "quantized (normals and tangents to 8 bits). Indices use version 1 of its codec, and attributes "
+             "use version " +
              std::to_string(figures.report.environment.meshopt_codec) +
-             (figures.report.environment.meshopt_codec == 0 ? ", the newest that this release has" : "") +
-             "; zstd is at level 19. It runs on one thread. What it "
-             "decodes to stays quantized, as GPUs take it; the others decode to floats where the input has "
-             "them.") +
-         paragraph("Encoding ran once, patches on all threads. Overhead and speed-up refer to " +
+             (figures.report.environment.meshopt_codec == 0 ? ", the newest of this release" : "") +
+             ". zstd compresses at level 19. Meshoptimizer runs on one thread. Its decoded values stay "
+             "quantized, as GPUs accept them; the other decoders produce floats where the input has floats.") +
+         paragraph("Encoding ran once; patches were encoded on all threads. Overhead and speed-up refer to " +
                    figures.base_name() + ".") +
          "</div>\n</section>\n";
 }
@@ -168,7 +168,7 @@ std::string to_html(const ComparisonReport& report) {
   const std::string title = report.input + ": size and decoding speed";
   const std::string lead = counted(report.comparison.faces, "triangle") + ", " +
                            counted(report.comparison.points, "point") +
-                           ": psplit beside stock Draco and meshoptimizer.";
+                           ". Compared: psplit, stock Draco and meshoptimizer.";
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "

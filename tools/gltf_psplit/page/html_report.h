@@ -1,4 +1,4 @@
-// What `compare` says, as a page to show to others: one file, nothing of it from a network, no scripts.
+// The result of `compare` as an HTML page: one file without scripts, which loads nothing from a network.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace psplit {
 
-// The same page for the same report. Text that comes from files and machines is escaped.
+// Deterministic. Text that comes from files and from the machine is escaped.
 std::string to_html(const ComparisonReport& report);
 
 }  // namespace psplit

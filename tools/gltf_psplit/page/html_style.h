@@ -1,4 +1,4 @@
-// How the page of `compare` looks: on wide and narrow screens, light and dark, and on paper.
+// The style of the page of `compare`: on wide and narrow screens, light and dark, and on paper.
 #pragma once
 
 namespace psplit {
@@ -36,7 +36,7 @@ dt { color: var(--faint); } dd { margin: 0; overflow-wrap: anywhere; }
 code { font: .9em ui-monospace, monospace; }
 .legend { display: flex; flex-wrap: wrap; gap: .1rem 1rem; list-style: none; margin: 0; padding: 0; font-size: .9rem; }
 .legend svg { vertical-align: -2px; margin-right: .4rem; }
-/* What is wider than its place scrolls. A shadow lies on the side where there is more, and a line says so. */
+/* Wide content scrolls. A shadow marks the side with more content, and a line above says that it scrolls. */
 .scroll { overflow-x: auto; background:
   linear-gradient(90deg, var(--page) 40%, transparent) 0 0 / 2.5rem 100% no-repeat local,
   linear-gradient(270deg, var(--page) 40%, transparent) 100% 0 / 2.5rem 100% no-repeat local,

@@ -31,10 +31,10 @@ std::string codec_table(const ComparisonFigures& figures) {
       add("psplit, " + figures.patches_name(row), decode.backend, decode.threads, row.summary.total_bytes,
           decode.timing);
   return html_table("codecs",
-                    "Every decoder that was timed; overhead and speed-up refer to " + figures.base_name() +
-                        "; Mtri/s are million triangles a second.",
+                    "All timed decoders. Overhead and speed-up refer to " + figures.base_name() +
+                        ". Mtri/s: million triangles per second.",
                     {"codec", "decoder", "threads", "bytes", "overhead", "decode ms, median", "speed-up",
-                     "least ms", "most ms", "bits a point", "Mtri/s"},
+                     "least ms", "most ms", "bits per point", "Mtri/s"},
                     rows, 2);
 }
 
@@ -53,8 +53,8 @@ std::string size_table(const ComparisonFigures& figures) {
                     with_decimals(summary.balance(), 3), with_decimals(row.partition_ms, 0),
                     with_decimals(row.encode_ms, 0)});
   }
-  return html_table("sizes", "Size, replication and balance; encoding includes the partition.",
-                    {"codec", "faces a patch", "Draco streams", "stitch map", "directory", "bytes in all",
+  return html_table("sizes", "Size, replication and balance. The time to encode includes the partition.",
+                    {"codec", "faces per patch", "Draco streams", "stitch map", "directory", "all bytes",
                      "overhead", "replication", "balance", "partition ms", "encode ms"},
                     rows);
 }
@@ -73,8 +73,8 @@ std::string stage_table(const ComparisonFigures& figures) {
   }
   return html_table(
       "stage-times",
-      "Stages of psplit's core on one thread: median (least to most); stitching is not among them.", header,
-      rows);
+      "Times of the stages of psplit's decoder on one thread, without stitching: median (least to most).",
+      header, rows);
 }
 
 }  // namespace
@@ -110,16 +110,17 @@ std::string asset_table(const AssetParts& parts, const ComparisonFigures& figure
     return as_share(static_cast<double>(parts.with_meshes(bytes)) /
                     static_cast<double>(std::max<uint64_t>(parts.total(), 1)));
   };
-  return html_table("asset",
-                    "Bytes of the whole asset, textures included. psplit leaves textures and the rest (JSON, "
-                    "animations and so "
-                    "on) as they are. Sums of parts: files may differ from them by some hundred bytes.",
-                    {"part", "plain glTF", figures.base_name(), counted(summary.recommended_patches, "patch")},
-                    {row("meshes", [](uint64_t bytes) { return bytes; }),
-                     row("textures", [&](uint64_t) { return parts.textures; }),
-                     row("the rest", [&](uint64_t) { return parts.rest; }),
-                     row("all", [&](uint64_t bytes) { return parts.with_meshes(bytes); }),
-                     {"of plain glTF", share(meshes[0]), share(meshes[1]), share(meshes[2])}});
+  return html_table(
+      "asset",
+      "Bytes of the whole asset, including textures. psplit leaves textures and the rest (JSON, "
+      "animations and so on) as they are. These are sums of the parts; files may differ from them by "
+      "some hundred bytes.",
+      {"part", "plain glTF", figures.base_name(), counted(summary.recommended_patches, "patch")},
+      {row("meshes", [](uint64_t bytes) { return bytes; }),
+       row("textures", [&](uint64_t) { return parts.textures; }),
+       row("the rest", [&](uint64_t) { return parts.rest; }),
+       row("all", [&](uint64_t bytes) { return parts.with_meshes(bytes); }),
+       {"share of plain glTF", share(meshes[0]), share(meshes[1]), share(meshes[2])}});
 }
 
 std::string comparison_tables(const ComparisonFigures& figures) {

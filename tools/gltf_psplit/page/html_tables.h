@@ -1,4 +1,4 @@
-// The tables of the page of `compare`.
+// The tables on the page of `compare`.
 #pragma once
 
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace psplit {
 
-// A table whose first `left_columns` columns are text; a row's first cell is its header. It scrolls sideways in
-// a window that is too narrow for it.
+// A table whose first `left_columns` columns are text. The first cell of each row is its header. In a window
+// that is too narrow, the table scrolls sideways.
 std::string html_table(const std::string& id, const std::string& caption,
                        const std::vector<std::string>& header,
                        const std::vector<std::vector<std::string>>& rows, size_t left_columns = 1);
 
-// The whole asset with its textures, as it is and compressed.
+// Bytes of the whole asset with its textures, uncompressed and compressed.
 std::string asset_table(const AssetParts& parts, const ComparisonFigures& figures,
                         const ComparisonSummary& summary);
 
-// Every decoder, every size, every stage.
+// The tables of all decoders, all sizes and all stages.
 std::string comparison_tables(const ComparisonFigures& figures);
 
 }  // namespace psplit

@@ -1,4 +1,4 @@
-// Text in HTML.
+// Building blocks of HTML.
 #pragma once
 
 #include <cstdint>
@@ -8,17 +8,17 @@
 
 namespace psplit {
 
-// Any bytes as text of an element, or of an attribute in quotes; control characters become U+FFFD.
+// Escapes any bytes as the text of an element or of a quoted attribute. Control characters become U+FFFD.
 std::string escape_html(std::string_view text);
 
-// "<td class="x">text</td>": the text is escaped, tag and attributes are taken as they are.
+// "<td class="x">text</td>". The text is escaped; the tag and the attributes are not.
 std::string html_element(const std::string& tag, std::string_view text, const std::string& attributes = "");
 
-// Markup that may be wider than its place, as a region that scrolls sideways; a line above it says so where the
-// page shows the class "<kind>-hint".
+// Puts markup that may be wider than the window into a region that scrolls sideways. A line above it says so;
+// the page decides with the class "<kind>-hint" whether that line is shown.
 std::string scrolling_region(const std::string& kind, std::string_view label, const std::string& markup);
 
-// As data URIs want it.
+// Base64, for data URIs.
 std::string base64(std::span<const uint8_t> bytes);
 
 }  // namespace psplit

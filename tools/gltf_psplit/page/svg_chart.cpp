@@ -10,7 +10,8 @@
 namespace psplit {
 namespace {
 
-constexpr double kWidth = 680, kDigit = 8.3, kLine = 16;  // a letter's width and a line's height, about
+constexpr double kWidth = 680, kDigit = 8.3,
+                 kLine = 16;  // the approximate width of a letter and height of a line
 
 std::string number(double value) { return with_decimals(value, 1); }
 
@@ -33,7 +34,7 @@ std::string svg_text(double x, double y, const std::string& text, const char* an
 
 std::string color_class(size_t style) { return "s" + std::to_string(style % kChartColors); }
 
-// A shape for each style, so that colours are not all that tells them apart; about 10 pixels wide.
+// Each style has a shape, about 10 pixels wide, so that styles do not differ in colour alone.
 std::string shape_at(size_t style, double x, double y) {
   constexpr const char* kShapes[] = {"a5 5 0 1 0 10 0a5 5 0 1 0 -10 0z",
                                      "v-4.5h9v9h-9z",
@@ -46,17 +47,17 @@ std::string shape_at(size_t style, double x, double y) {
   return "M" + number(x - kLeft[shape]) + " " + number(y) + kShapes[shape];
 }
 
-// A scale with its ticks.
+// Maps values to pixels, and has ticks.
 class Scale {
  public:
-  // Lengths are pixels; `from` may be larger than `to`.
+  // The axis runs from pixel `from` to pixel `to`; `from` may be larger.
   Scale(const ChartAxis& axis, std::vector<double> values, double from, double to)
       : is_logarithmic_(axis.is_logarithmic), is_count_(axis.is_count), from_(from), to_(to) {
     std::erase_if(values, [&](double v) { return !std::isfinite(v) || (is_logarithmic_ && v <= 0); });
     const auto [low, high] = std::ranges::minmax_element(values);
     const bool any = low != values.end();
     if (is_logarithmic_) {
-      // Some room on both sides.
+      // Leave some room on both sides.
       low_ = std::log10(any ? *low : 1);
       high_ = std::log10(any ? *high : 10);
       const double room = std::max(0.05, 0.06 * (high_ - low_));
@@ -64,7 +65,7 @@ class Scale {
       high_ += room;
       add_logarithmic_ticks();
     } else {
-      // What is no more than rounding is no range.
+      // A range as small as rounding errors counts as empty.
       constexpr double kLeast = 1e-9;
       low_ = axis.start;
       high_ = any && *high - low_ > kLeast * std::max(1.0, std::abs(low_)) ? *high : low_ + 1;
@@ -112,12 +113,12 @@ class Scale {
 
   bool is_logarithmic_, is_count_;
   double from_, to_;
-  double low_ = 0, high_ = 1;  // of logarithms on a logarithmic scale
-  double step_ = 0;            // between even ticks
+  double low_ = 0, high_ = 1;  // logarithms on a logarithmic scale
+  double step_ = 0;            // between evenly spaced ticks
   std::vector<double> ticks_;
 };
 
-// Where text stands already.
+// The boxes that are taken by text or marks.
 class Occupied {
  public:
   struct Box {
@@ -165,7 +166,7 @@ struct Area {
   double left, top, right, bottom;
 };
 
-// Grid, ticks and title of the horizontal axis; of labels that would touch, the first stays.
+// Grid, ticks and title of the horizontal axis. A label that would touch the previous one is left out.
 std::string draw_x_axis(const Scale& scale, const ChartAxis& axis, const Area& area) {
   std::string svg;
   double free_from = 0;
@@ -209,14 +210,15 @@ std::string draw_series(const ChartSeries& series, const Scale& x, const Scale& 
   return svg + "</g>";
 }
 
-// Beside each mark where it hides nothing; else not at all: the title and the tables have it.
+// Puts each tag beside its mark, where it hides nothing. Otherwise the tag is left out: the mark's title and
+// the tables have its text.
 std::string draw_tags(const XyChart& chart, const Scale& x, const Scale& y, const Area& area) {
-  constexpr double kReach = 7;  // from a mark's middle
+  constexpr double kReach = 7;  // from the centre of a mark
   std::string svg;
   Occupied occupied;
   occupied.add({0, 0, 8 + kDigit * static_cast<double>(chart.y.title.size()), area.top - 10});
   const auto add_line = [&](double x1, double y1, double x2, double y2) {
-    constexpr double kDots = 5;  // a line is a row of dots
+    constexpr double kDots = 5;  // a line is treated as a row of dots
     const double steps = std::ceil(std::hypot(x2 - x1, y2 - y1) / kDots);
     for (double step = 1; step < steps; ++step)
       occupied.add({std::lerp(x1, x2, step / steps), std::lerp(y1, y2, step / steps), 1, 1});

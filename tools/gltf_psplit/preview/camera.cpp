@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFromTheRight = 35 * kDegree, kFromAbove = 22 * kDegree;
-constexpr double kHalfFieldOfView = 13 * kDegree;  // of the shorter side
-constexpr double kMargin = 0.05;                   // of the picture, on every side
+constexpr double kHalfFieldOfView = 13 * kDegree;  // for the shorter side
+constexpr double kMargin = 0.05;                   // share of the picture, on every side
 constexpr double kNone = std::numeric_limits<double>::lowest();
 
 }  // namespace
@@ -44,7 +44,8 @@ void Framing::add(const Framing& other) {
 
 Camera Framing::camera() const {
   const auto [right, left, top, bottom] = reach_;
-  // As near as both directions allow, but never so near that perspective gets steep, or depth unclear.
+  // As near as both directions allow, but not so near that the perspective becomes steep or the depth
+  // imprecise.
   const double z = std::max(
       {(right + left) / (2 * slope_x_), (top + bottom) / (2 * slope_y_), high_z_ + (high_z_ - low_z_)});
   Camera camera = axes_;

@@ -1,4 +1,4 @@
-// A camera that has the whole object in its picture.
+// A camera whose picture contains the whole object.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@ struct ImageSize {
   int width = 1200, height = 900;
 };
 
-// Where a point of the world appears: x to the right and y down, in pixels; 1 is nearest, 0 is farthest, and
-// what lies between is linear along lines of the picture.
+// A point on the screen. x (to the right) and y (down) are in pixels. Nearness is 1 for the nearest and 0 for
+// the farthest point, and linear along lines on the screen.
 struct ScreenPoint {
   double x = 0, y = 0, nearness = 0;
 };
@@ -21,7 +21,7 @@ struct Camera {
   Vec3 right, up, back;  // back points from the object to the eye
   Vec3 eye;
   double focal = 1, centre_x = 0, centre_y = 0;  // in pixels
-  double farthest = 0, nearness_scale = 1;       // of 1 / depth
+  double farthest = 0, nearness_scale = 1;       // for 1 / depth
 
   ScreenPoint project(Vec3 world) const {
     const Vec3 d = world - eye;
@@ -31,18 +31,19 @@ struct Camera {
   }
 };
 
-// Collects what must be seen, in any order and with the same result: points add up to a frame by maxima.
+// Collects the points that must be visible. Their order does not matter, because only maxima are kept.
 class Framing {
  public:
   explicit Framing(ImageSize size);
   void add(Vec3 point);
   void add(const Framing& other);
-  // The front, from the right and above, with a margin. Without a point nothing is to be seen.
+  // A camera that looks at the front from the right and above, with a margin around all points. Add a point
+  // first.
   Camera camera() const;
 
  private:
-  // The camera, looking along -z of its own axes, sees a point p where |p.x - eye.x| <= slope_x (eye.z - p.z),
-  // and the same of y: four half-spaces, each as far out as one point pushes it.
+  // The camera looks along -z of its own axes. It sees a point p if |p.x - eye.x| <= slope_x (eye.z - p.z), and
+  // likewise for y. These are four half-spaces; the points push each of them outwards.
   Camera axes_;
   ImageSize size_;
   double slope_x_, slope_y_;  // half the width and height of the field of view at distance 1, without margin

@@ -1,6 +1,6 @@
-// Hues a golden section of the circle apart never come round to the same place, and any few in a row are spread
-// well. Colours are mixed in OKLab (Björn Ottosson, "A perceptual color space for image processing", 2020),
-// where hues of one lightness look equally light.
+// Successive hues are a golden section of the circle apart. So they never repeat, and any few successive hues
+// are well spread. Colours are mixed in OKLab (Björn Ottosson, "A perceptual color space for image processing",
+// 2020), where hues of one lightness look equally light.
 #include "tools/gltf_psplit/preview/patch_colors.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kLightness = 0.77, kChroma = 0.115;
 constexpr size_t kCandidates = 32;
-constexpr double kClearlyApart = 0.13;  // of the circle
+constexpr double kClearlyApart = 0.13;  // share of the circle
 
 // A full turn is 1.
 double hue(size_t number) {
@@ -38,12 +38,13 @@ Color color_of_hue(double hue) {
           in_gamut(-0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s)};
 }
 
-// Pairs (higher, lower), sorted. Where more than three patches meet at a point, some that share no more are
-// left out.
+// Sorted pairs (higher, lower) of neighbours. If more than three patches meet at a point, pairs that share only
+// that point may be missing.
 std::vector<std::array<uint32_t, 2>> neighbours(std::span<const std::array<uint32_t, 3>> faces,
                                                 uint32_t point_count, std::span<const uint32_t> face_base) {
   constexpr uint32_t kNone = UINT32_MAX;
-  std::vector<uint32_t> lowest(point_count, kNone), latest(point_count, kNone);  // patches that use a point
+  std::vector<uint32_t> lowest(point_count, kNone),
+      latest(point_count, kNone);  // the lowest and the latest patch that uses a point
   std::vector<std::array<uint32_t, 2>> pairs;
   for (uint32_t patch = 0; patch + 1 < face_base.size(); ++patch)
     for (uint32_t face = face_base[patch]; face < face_base[patch + 1]; ++face)
@@ -72,7 +73,8 @@ std::vector<Color> patch_colors(std::span<const std::array<uint32_t, 3>> faces, 
     size_t end = begin;
     while (end < pairs.size() && pairs[end][0] == patch) ++end;
     double best = 0, best_distance = -1;
-    // The next hue of the series that is clear of all neighbours with colours, or else the clearest.
+    // The next hue of the series that is clearly different from all coloured neighbours, or else the most
+    // different.
     for (size_t k = 0; k < kCandidates && best_distance < kClearlyApart; ++k) {
       const double candidate = hue(first + patch + k);
       double distance = 1;

@@ -1,4 +1,4 @@
-// A colour for every patch: even in lightness, far from those of its neighbours.
+// A colour for every patch: all equally light, each far from the colours of its neighbours.
 #pragma once
 
 #include <array>
@@ -10,10 +10,10 @@
 
 namespace psplit {
 
-using Color = Vec3;  // red, green and blue of sRGB's primaries, linear in light, 0 to 1
+using Color = Vec3;  // linear red, green and blue with the primaries of sRGB, from 0 to 1
 
-// Patch p has faces [face_base[p], face_base[p + 1]); patches that use the same point are neighbours. `first`
-// is the place of patch 0 in the endless series of colours: the number of those that others took.
+// Patch p has the faces [face_base[p], face_base[p + 1]). Patches that share a point are neighbours. `first` is
+// the index of patch 0 in the endless series of colours, so that several meshes can continue one series.
 // Deterministic.
 std::vector<Color> patch_colors(std::span<const std::array<uint32_t, 3>> faces, uint32_t point_count,
                                 std::span<const uint32_t> face_base, size_t first = 0);

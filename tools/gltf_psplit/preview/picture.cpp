@@ -9,12 +9,12 @@
 namespace psplit {
 namespace {
 
-constexpr int kSamples = 2;  // of a pixel, in either direction
+constexpr int kSamples = 2;  // per pixel, in each direction
 constexpr size_t kGrain = 4096;
-constexpr double kLargest = 1e30;  // of coordinates: their squares' squares are numbers
-// Normals further than 40 degrees from their face's are those of a crease that has but one point.
+constexpr double kLargest = 1e30;  // limit of coordinates, so that their fourth powers are finite
+// A normal further than 40 degrees from the normal of its face belongs to a crease whose faces share the point.
 constexpr double kCrease = 0.77;
-// Of so little height, in samples, that the face's own direction may be noise: its points know better.
+// The normal of a face of less height, in samples, may be noise; then the normals of its points are used.
 constexpr double kSliver = 3 * kSamples;
 
 Vec3 widen(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
@@ -47,7 +47,7 @@ class Drawing {
     return {meshes_[instance.mesh], instance.to_world, static_cast<size_t>(number - *(next - 1))};
   }
 
-  // body(number, corners in the world) of the finite ones among [begin, end).
+  // Calls body(number, corners in the world) for each finite face of [begin, end).
   template <typename Body>
   void for_faces(uint64_t begin, uint64_t end, const Body& body) const {
     while (begin < end) {
@@ -80,13 +80,13 @@ Camera frame(const Drawing& drawing, ImageSize size, const ThreadPool& pool) {
   return whole.camera();
 }
 
-// Of length 1; `otherwise` where v has no direction.
+// v scaled to length 1, or `otherwise` if v has no direction.
 Vec3 direction(Vec3 v, Vec3 otherwise) {
   const double size = length(v);
   return std::isnormal(size) ? v * (1 / size) : otherwise;
 }
 
-// The colour of one face at any sample of it.
+// The colour of one face at any of its samples.
 class FaceShader {
  public:
   FaceShader(const Drawing::Face& face, const Camera& camera) : camera_(camera) {
@@ -108,19 +108,20 @@ class FaceShader {
   }
 
   Color at(double x, double y) const {
-    // Straight on the screen, not on the face: at the size of faces nobody sees the difference.
+    // Interpolates linearly on the screen, without perspective. Faces are so small that the difference is
+    // invisible.
     const Vec3 p = Vec3{x, y, 0} - screen_[0], b = screen_[1] - screen_[0], c = screen_[2] - screen_[0];
     const double area = cross(b, c).z, of_b = cross(p, c).z / area, of_c = cross(b, p).z / area;
     const Vec3 normal =
         direction(normals_[0] * (1 - of_b - of_c) + normals_[1] * of_b + normals_[2] * of_c, camera_.back);
-    // A lamp over the viewer's left shoulder, and a sky.
+    // The light is a lamp over the viewer's left shoulder, and a sky.
     const Vec3 lamp = camera_.back * 0.76 + camera_.up * 0.48 - camera_.right * 0.43;
     const double sky = 0.5 + 0.5 * dot(normal, camera_.up);
     return color_ * (0.16 + 0.2 * sky + 0.74 * std::max(0.0, dot(normal, lamp)));
   }
 
  private:
-  // Across the longest side, in samples.
+  // The height over the longest side, in samples.
   double height() const {
     const auto [a, b, c] = screen_;
     return std::abs(cross(b - a, c - a).z) / std::max({length(b - a), length(c - b), length(a - c)});
@@ -140,7 +141,7 @@ uint8_t to_srgb(double linear) {
 void shade_row(const Drawing& drawing, const Camera& camera, const VisibilityBuffer& visible, int row,
                ImageSize size, uint8_t* out) {
   std::optional<FaceShader> shader;
-  uint32_t shaded = kNoFace;  // the face of `shader`: samples side by side often see the same
+  uint32_t shaded = kNoFace;  // the face of `shader`, which adjacent samples often share
   for (int column = 0; column < size.width; ++column, out += 4) {
     Color sum;
     int covered = 0;
@@ -168,7 +169,7 @@ Expected<Image> draw_picture(std::span<const PictureMesh> meshes, std::span<cons
                              ImageSize size, const ThreadPool& pool) {
   const Drawing drawing(meshes, instances);
   if (drawing.face_count() == 0) return unsupported("nothing to draw: the scene has no triangles");
-  if (drawing.face_count() >= kNoFace) return unsupported("more triangles to draw than have numbers");
+  if (drawing.face_count() >= kNoFace) return unsupported("too many triangles to draw: 2^32 - 1 or more");
 
   const ImageSize sample_size{size.width * kSamples, size.height * kSamples};
   const Camera camera = frame(drawing, sample_size, pool);

@@ -1,4 +1,4 @@
-// Meshes as a picture: colour by patch, shape by light, nothing behind them.
+// Draws meshes: the colour shows the patch, shading shows the shape, and the background is transparent.
 #pragma once
 
 #include <span>
@@ -10,16 +10,16 @@
 
 namespace psplit {
 
-// What of a mesh a picture shows: its primitives one after the other.
+// The drawn parts of a mesh: its primitives, one after the other.
 struct PictureMesh {
-  std::vector<std::array<float, 3>> positions, normals;  // by point; normals as light sees them, of any length
+  std::vector<std::array<float, 3>> positions, normals;  // for each point; normals may have any length
   std::vector<std::array<uint32_t, 3>> faces;
-  std::vector<uint32_t> patch_end;  // number of the face that follows the patch's last; ascending
+  std::vector<uint32_t> patch_end;  // one past the last face of each patch; ascending
   std::vector<Color> patch_color;
 };
 
-// The same bytes for any number of threads. Faces that are not finite are left out; kUnsupported where nothing
-// is left to see.
+// The bytes do not depend on the number of threads. Faces that are not finite are left out. kUnsupported if
+// nothing remains to be seen.
 Expected<Image> draw_picture(std::span<const PictureMesh> meshes, std::span<const MeshInstance> instances,
                              ImageSize size, const ThreadPool& pool);
 

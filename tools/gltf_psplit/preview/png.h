@@ -1,4 +1,4 @@
-// Images as PNG files.
+// PNG files.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace psplit {
 
-// Rows from the top, each of `width` times red, green, blue (sRGB, not multiplied by alpha) and alpha.
+// Rows from top to bottom. Each pixel is red, green, blue (sRGB, not premultiplied) and alpha.
 struct Image {
   ImageSize size;
   std::vector<uint8_t> rgba;

@@ -14,7 +14,7 @@ bool has_positions(const Document& document, PrimitiveId id) {
   return field(primitive["attributes"], "POSITION") != nullptr;
 }
 
-// Triangles that stand in the scene.
+// The triangle primitives that the scene contains.
 Expected<std::vector<PrimitiveId>> drawn_primitives(const Document& document,
                                                     std::span<const MeshInstance> instances) {
   std::vector<bool> is_drawn(array_size(document.json, "meshes"));
@@ -30,7 +30,7 @@ Expected<std::vector<PrimitiveId>> drawn_primitives(const Document& document,
 
 using Vectors = std::vector<std::array<float, 3>>;
 
-// Whatever an asset stores them as (KHR_mesh_quantization); empty where they are no vectors of three.
+// Converts from any component type (KHR_mesh_quantization). Empty if the values are not vectors of three.
 Vectors vectors_of(const Attribute& attribute) {
   Vectors vectors;
   if (attribute.component_count != 3) return vectors;
@@ -42,7 +42,7 @@ Vectors vectors_of(const Attribute& attribute) {
   return vectors;
 }
 
-// The mesh's own, or of each point the mean of its faces' by their areas.
+// The normals of the mesh. If it has none: for each point, the mean over its faces, weighted by their areas.
 Vectors normals_of(const Mesh& mesh, const Vectors& positions) {
   Vectors normals;
   if (const Attribute* stored = mesh.find("NORMAL")) normals = vectors_of(*stored);
@@ -64,7 +64,7 @@ Vectors normals_of(const Mesh& mesh, const Vectors& positions) {
   return normals;
 }
 
-// Where each patch's faces begin in decoded order, and where the last one's end.
+// Where the faces of each patch begin in the decoded mesh, and where those of the last patch end.
 Expected<std::vector<uint32_t>> face_base_of(const Document& document, PrimitiveId id, const Mesh& mesh) {
   const auto kind = primitive_kind(document, id);
   if (!kind) return kind.status();
@@ -77,11 +77,11 @@ Expected<std::vector<uint32_t>> face_base_of(const Document& document, Primitive
   return container->face_base;
 }
 
-// Appends a primitive to its mesh; `color_count` colours are taken already.
+// Appends a primitive to its mesh. `color_count` is the number of colours in use, and grows.
 Status append(const Document& document, PrimitiveId id, const Mesh& mesh, size_t& color_count,
               PictureMesh& out) {
   const Vectors positions = vectors_of(*mesh.find("POSITION"));
-  if (positions.size() != mesh.point_count) return invalid_input("POSITION is no VEC3");
+  if (positions.size() != mesh.point_count) return invalid_input("POSITION is not a VEC3");
   const Vectors normals = normals_of(mesh, positions);
   const auto face_base = face_base_of(document, id, mesh);
   if (!face_base) return face_base.status();
@@ -117,7 +117,7 @@ Expected<Image> draw_preview(const Document& document, ImageSize size, const Dec
     if (Status status = append(document, id, *meshes[i], color_count, pictured[id.mesh]); !status.ok())
       return std::move(status).at(
           {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)});
-    meshes[i] = Mesh();  // its memory is wanted no more
+    meshes[i] = Mesh();  // frees its memory
   }
   return draw_picture(pictured, *instances, size, pool);
 }

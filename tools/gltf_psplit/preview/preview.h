@@ -1,4 +1,4 @@
-// A glTF asset as a picture, every patch in its own colour.
+// Draws a glTF asset, with every patch in its own colour.
 #pragma once
 
 #include "gltf_ext/primitive/read_primitives.h"
@@ -6,8 +6,8 @@
 
 namespace psplit {
 
-// The default scene (preview/scene.h), in patches where primitives are split and in one colour a primitive
-// where they are not. What has no triangles is left out; kUnsupported where nothing is left.
+// Draws the default scene (preview/scene.h). A primitive that is not split has one colour. Primitives without
+// triangles are left out; kUnsupported if none is left.
 Expected<Image> draw_preview(const Document& document, ImageSize size, const DecodeBackend& backend,
                              const ThreadPool& pool, const Progress& progress = {});
 

@@ -7,9 +7,9 @@
 namespace psplit {
 namespace {
 
-constexpr size_t kMostRepeats = 100000;  // of nodes with several parents
+constexpr size_t kMostRepeats = 100000;  // for nodes with several parents
 
-// Leaves `values` alone where the member is missing.
+// Leaves `values` unchanged if the member is missing.
 template <size_t N>
 Status read_numbers(const Json& node, const char* name, std::array<double, N>& values) {
   const Json* array = field(node, name);
@@ -21,10 +21,11 @@ Status read_numbers(const Json& node, const char* name, std::array<double, N>& v
     values[i] = number.value_or(0);
   }
   if (valid) return {};
-  return invalid_input(std::string(name) + " is no array of " + std::to_string(N) + " numbers");
+  return invalid_input(std::string(name) + " is not an array of " + std::to_string(N) + " numbers");
 }
 
-// glTF 2.0, section 3.5.3: a matrix by columns, or a scale, a rotation and a translation, in this order.
+// glTF 2.0, section 3.5.3: a matrix in column-major order; or a scale, a rotation and a translation, applied in
+// this order.
 Expected<Transform> node_transform(const Json& node) {
   std::array<double, 16> m{};
   std::array<double, 4> rotation{0, 0, 0, 1};
@@ -62,8 +63,8 @@ Expected<std::vector<MeshInstance>> scene_instances(const Document& document) {
     Transform parent;
   };
   std::vector<Visit> stack;
-  // glTF wants trees, but assets exist whose nodes have several parents. What is drawn more often than this is
-  // a circle, or as good as endless.
+  // glTF requires trees, but there are assets whose nodes have several parents. A scene with more visits than
+  // this has a cycle, or is practically endless.
   size_t visits_left = array_size(json, "nodes") + kMostRepeats;
   const auto push_all = [&](const Json* indices, const Transform& parent) {
     if (indices == nullptr) return true;
@@ -92,7 +93,7 @@ Expected<std::vector<MeshInstance>> scene_instances(const Document& document) {
       return invalid_input(name + " has a mesh that does not exist");
     instances.push_back({static_cast<size_t>(*mesh), to_world});
   }
-  if (!finite) return invalid_input("nodes of the scene are among their own children, or repeated without end");
+  if (!finite) return invalid_input("nodes of the scene are their own descendants, or are repeated too often");
   return instances;
 }
 

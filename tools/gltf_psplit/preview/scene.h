@@ -1,4 +1,4 @@
-// Where the meshes of an asset stand.
+// The places of the meshes of an asset.
 #pragma once
 
 #include <vector>
@@ -8,16 +8,17 @@
 
 namespace psplit {
 
-// An affine map: where the three axes and the origin go.
+// An affine map, given by the images of the three axes and of the origin.
 struct Transform {
   Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, origin;
 
   Vec3 direction(Vec3 d) const { return x * d.x + y * d.y + z * d.z; }
   Vec3 point(Vec3 p) const { return direction(p) + origin; }
-  // Of a normal of a surface, which stays perpendicular to it; its length changes, and it flips with mirrors.
+  // Maps a surface normal so that it stays perpendicular to the surface. Its length changes, and a mirroring
+  // map reverses it.
   Vec3 normal(Vec3 n) const { return cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z; }
 };
-// First `inner`, then `outer`.
+// Applies `inner` first, then `outer`.
 Transform operator*(const Transform& outer, const Transform& inner);
 
 struct MeshInstance {
@@ -25,8 +26,9 @@ struct MeshInstance {
   Transform to_world;
 };
 
-// The meshes of the default scene, or else of the first; every mesh once where there is no scene. What skins,
-// morph targets, animations and EXT_mesh_gpu_instancing change is left as it was. Cycles are kInvalidInput.
+// The meshes of the default scene, or of the first scene if none is the default. If there is no scene, every
+// mesh once. Skins, morph targets, animations and EXT_mesh_gpu_instancing are ignored. Cycles are
+// kInvalidInput.
 Expected<std::vector<MeshInstance>> scene_instances(const Document& document);
 
 }  // namespace psplit

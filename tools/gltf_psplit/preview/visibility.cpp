@@ -1,5 +1,5 @@
-// Edge functions in fixed point: Pineda, "A Parallel Algorithm for Polygon Rasterization" (1988). The rule for
-// centres on an edge is that of graphics APIs: top and left edges have them.
+// Edge functions in fixed point: Pineda, "A Parallel Algorithm for Polygon Rasterization" (1988). Centres on an
+// edge follow the rule of graphics APIs: they belong to the triangle if it is a top or left edge.
 #include "tools/gltf_psplit/preview/visibility.h"
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 namespace psplit {
 namespace {
 
-constexpr int64_t kUnit = 256;                    // places of a corner from one sample to the next
-constexpr double kFarOutside = int64_t{1} << 20;  // in samples: products of differences stay below 2^60
+constexpr int64_t kUnit = 256;                    // fixed-point units from one sample to the next
+constexpr double kFarOutside = int64_t{1} << 20;  // in samples; products of differences stay below 2^60
 constexpr double kNearest = 4294967295.0;         // 2^32 - 1
 
-// Of a triangle that runs clockwise on the screen, where y points down.
+// An edge of a triangle that is clockwise on the screen, where y points down.
 struct Edge {
   int64_t dx, dy, at_origin;
-  int64_t least;  // of the value at a centre that counts as inside
+  int64_t least;  // the smallest value at a centre that counts as inside
 
   Edge(int64_t from_x, int64_t from_y, int64_t to_x, int64_t to_y)
       : dx(to_x - from_x), dy(to_y - from_y), at_origin(dy * from_x - dx * from_y) {
@@ -31,7 +31,7 @@ struct Edge {
 void VisibilityBuffer::draw(const std::array<ScreenPoint, 3>& corners, uint32_t face) {
   std::array<int64_t, 3> x{}, y{};
   for (size_t i = 0; i < 3; ++i) {
-    // False of what is not a number, too.
+    // Also false for a coordinate that is not a number.
     if (!(std::abs(corners[i].x) < kFarOutside && std::abs(corners[i].y) < kFarOutside)) return;
     x[i] = std::llround(corners[i].x * kUnit);
     y[i] = std::llround(corners[i].y * kUnit);

@@ -1,5 +1,5 @@
-// Which face each sample of a picture sees: triangles drawn by any number of threads at once, in any order, to
-// the same result.
+// Which face is visible at each sample of a picture. Any number of threads can draw triangles at once, in any
+// order, with the same result.
 #pragma once
 
 #include <array>
@@ -21,12 +21,12 @@ class VisibilityBuffer {
 
   ImageSize size() const { return size_; }
 
-  // A sample is covered where its centre lies in the triangle; of triangles that share an edge exactly one
-  // covers a centre on it. The nearest face stays, the lower-numbered one of two that are equally near.
-  // Triangles may face either way, and reach over the picture's edge.
+  // A triangle covers the samples whose centres are inside. If a centre is on an edge that two triangles share,
+  // exactly one of them covers it. The nearest face is visible; if two are equally near, the one with the lower
+  // number. Triangles may face either way and may extend beyond the picture.
   void draw(const std::array<ScreenPoint, 3>& corners, uint32_t face);
 
-  // kNoFace where nothing is, and outside the picture.
+  // kNoFace if nothing is there, or outside the picture.
   uint32_t face_at(int x, int y) const {
     if (x < 0 || y < 0 || x >= size_.width || y >= size_.height) return kNoFace;
     return kNoFace - static_cast<uint32_t>(samples_[index(x, y)].load(std::memory_order_relaxed));
@@ -38,7 +38,7 @@ class VisibilityBuffer {
   }
 
   ImageSize size_;
-  // Nearness above kNoFace - face, so that the largest number wins and 0 is empty.
+  // The high half is the nearness, the low half is kNoFace - face. So the largest number wins, and 0 is empty.
   std::vector<std::atomic<uint64_t>> samples_;
 };
 

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of a file that a relative URI names; 0 where there is none, and of each file once.
+// The sizes of files that relative URIs name. Each file counts once; a missing file counts 0.
 class FilesBeside {
  public:
   explicit FilesBeside(const fs::path& asset) : folder_(asset.parent_path()) {}
@@ -34,7 +34,7 @@ class FilesBeside {
   std::set<std::string> counted_;
 };
 
-// Adds the images: those beside are files of their own, the others are in the file already.
+// Adds the images. Only images in files of their own add to `files`; the others are part of it already.
 void add_images(const Json& json, FilesBeside& beside, AssetBytes& bytes) {
   const Json* images = array_field(json, "images");
   if (images == nullptr) return;
@@ -53,13 +53,14 @@ void add_images(const Json& json, FilesBeside& beside, AssetBytes& bytes) {
   }
 }
 
-// The JSON of an asset: of a GLB only as far as that goes, and of what begins like neither nothing.
+// The JSON of an asset. Of a GLB, only the header and the JSON chunk are read; of a file that begins neither
+// like a GLB nor like JSON, only the first bytes.
 Expected<Json> read_json(const std::string& path) {
-  constexpr uint64_t kHead = 20, kLengthOffset = 12;  // the GLB header, and that of the JSON chunk
+  constexpr uint64_t kHead = 20, kLengthOffset = 12;  // the GLB header, and the header of the JSON chunk
   auto bytes = read_file(path, kHead);
   if (!bytes) return bytes.status();
   const auto first = std::ranges::find_if(*bytes, [](uint8_t byte) { return byte > ' ' && byte < 0x80; });
-  if (!is_glb(*bytes) && (first == bytes->end() || *first != '{')) return invalid_input("no glTF");
+  if (!is_glb(*bytes) && (first == bytes->end() || *first != '{')) return invalid_input("not glTF");
   if (!is_glb(*bytes) || bytes->size() < kHead) {
     bytes = read_file(path);
     if (!bytes) return bytes.status();
@@ -80,7 +81,7 @@ AssetBytes bytes_on_disk(const std::string& path) {
   AssetBytes bytes{fs::file_size(path, error), 0};
   if (error) return {};
   const Expected<Json> json = read_json(path);
-  if (!json) return bytes;  // a mesh file, which is all there is of it
+  if (!json) return bytes;  // a mesh file refers to no other files
   FilesBeside beside(path);
   if (const Json* buffers = array_field(*json, "buffers"))
     for (const Json& buffer : *buffers)

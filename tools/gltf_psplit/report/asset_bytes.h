@@ -1,5 +1,5 @@
-// What an asset takes on disk: its file, and the buffers and images that lie beside it; textures apart, which
-// psplit never makes smaller.
+// The size of an asset on disk: its file, and the buffers and images beside it. Textures are counted apart,
+// because psplit does not compress them.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 namespace psplit {
 
 struct AssetBytes {
-  uint64_t files = 0;     // all of them together; 0 where that is not known, as of what went to stdout
-  uint64_t textures = 0;  // of these, what images take, embedded or beside
+  uint64_t files = 0;     // all files together; 0 if unknown, as for stdout
+  uint64_t textures = 0;  // the images among these bytes, embedded or beside the file
 
   AssetBytes& operator+=(const AssetBytes& other) {
     files += other.files;
@@ -20,10 +20,10 @@ struct AssetBytes {
   }
 };
 
-// Of a glTF or mesh file; "-", pipes and what is no file come to 0.
+// For a glTF or mesh file. 0 for "-", a pipe, or a path that is not a file.
 AssetBytes bytes_on_disk(const std::string& path);
 
-// What went in and what came out.
+// The sizes of an input and of its output.
 struct AssetSizes {
   AssetBytes input, output;
 
@@ -34,12 +34,11 @@ struct AssetSizes {
   }
 };
 
-// "1.18 MB from 34.1 MB (3.4 %)", and ", of which textures 0.5 MB" or "... 0.5 MB from 0.6 MB"; empty where the
-// output's size is not known.
+// "1.18 MB from 34.1 MB (3.4 %)", and ", of which textures 0.5 MB" or "... 0.5 MB from 0.6 MB"; empty if the
+// output's size is unknown.
 std::string sizes_text(const AssetSizes& sizes);
 
-// {"input": {"bytes", "texture_bytes"}, "output": the same, "ratio": output / input}; null for what is not
-// known.
+// {"input": {"bytes", "texture_bytes"}, "output": the same, "ratio": output / input}; null for an unknown size.
 Json sizes_json(const AssetSizes& sizes);
 
 }  // namespace psplit

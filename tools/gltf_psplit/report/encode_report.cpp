@@ -39,7 +39,7 @@ std::string row_text(const EncodeRow& row) {
       summary.total_bytes == 0 ? 0 : static_cast<double>(map_bytes) / static_cast<double>(summary.total_bytes);
   return counted(summary.patches, "patch") + ", " + counted(summary.faces, "face") + ", " +
          counted(summary.points, "point") + ", " + counted(summary.total_bytes, "byte") + " (" +
-         with_decimals(summary.bits_per_point(), 2) + " bits a point; overhead: replication " +
+         with_decimals(summary.bits_per_point(), 2) + " bits per point; overhead: replication " +
          as_share(summary.replication()) + ", directory and stitch map " + as_share(map_share) +
          "); partition " + as_duration(row.statistics.partition_ms) + ", all of encoding " +
          as_duration(row.statistics.encode_ms) + ", verification " + as_duration(row.statistics.verify_ms);

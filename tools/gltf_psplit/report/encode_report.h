@@ -1,4 +1,4 @@
-// What became of an asset, as `encode` and `batch` say it: rows of JSON, and lines of the log.
+// What `encode` and `batch` report about an asset: rows of JSON, and lines of the log.
 #pragma once
 
 #include <span>
@@ -37,32 +37,31 @@ struct EncodeRow {
 void append_row(Json& object, const EncodeRow& row);
 std::string row_text(const EncodeRow& row);
 
-// The bytes of all geometry before and after, what was left as it is included.
+// The bytes of all geometry before and after, including primitives that were left as they were.
 struct GeometryBytes {
   uint64_t input = 0, output = 0;
 };
 
-// An asset: the sum of the primitives that were encoded, a row of JSON for each primitive, and how many there
-// are of each kind.
+// The result for an asset: the sum over all encoded primitives, a row of JSON for each primitive, and the
+// number of primitives of each kind.
 struct EncodeResult {
   EncodeRow total;
   GeometryBytes geometry;
   Json primitives = Json::array();
-  size_t split_count = 0;        // in patches: more than one, or the extension
+  size_t split_count = 0;        // in several patches, or in the extension
   size_t draco_count = 0;        // in one stream of KHR_draco_mesh_compression
   size_t unchanged_count = 0;    // as they were
-  uint64_t unsplit_streams = 0;  // of draco_count, those whose geometry no primitive before them has
+  uint64_t unsplit_streams = 0;  // those of draco_count whose geometry no earlier primitive has
 };
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log);
 
 // Logs which primitives were left as they were, and what the others lost. Each line begins with `prefix`.
 void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix = "");
 
-// A warning where the geometry takes more bytes than before.
+// Warns if the geometry takes more bytes than before.
 void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file);
 
-// What the meshes lost or gained on the way: "merged 12 duplicate points, dropped 3 degenerate faces", or
-// nothing.
+// How the meshes changed: "merged 12 duplicate points, dropped 3 degenerate faces"; empty if they did not.
 std::string changes_text(const EncodeStatistics& statistics);
 
 // One line: "1.18 MB from 34.1 MB (3.4 %), mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces".

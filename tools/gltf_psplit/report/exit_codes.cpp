@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "tools/gltf_psplit/report/text_layout.h"
+
 namespace psplit {
 namespace {
 
@@ -19,10 +21,11 @@ constexpr std::array<ExitCode, 7> kExitCodes{{
 
 std::span<const ExitCode> exit_codes() { return kExitCodes; }
 
-std::string exit_codes_help() {
+std::string exit_codes_help(size_t width) {
   std::string text = "Exit codes:\n";
   for (const ExitCode& exit : kExitCodes)
-    text += "  " + std::to_string(static_cast<int>(exit.code)) + "  " + exit.meaning + "\n";
+    text += "  " + std::to_string(static_cast<int>(exit.code)) + "  " + wrap_text(exit.meaning, width - 5, 5) +
+            "\n";
   return text;
 }
 

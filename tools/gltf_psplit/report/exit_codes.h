@@ -14,7 +14,7 @@ struct ExitCode {
 };
 // All exit codes, in ascending order.
 std::span<const ExitCode> exit_codes();
-// All exit codes as --help prints them, under a heading.
-std::string exit_codes_help();
+// All exit codes as --help prints them, under a heading, in lines of at most `width` columns.
+std::string exit_codes_help(size_t width);
 
 }  // namespace psplit

@@ -33,13 +33,12 @@ std::string as_duration(double ms) {
   return with_decimals(ms / 1000, 2) + " s";
 }
 
-// Three digits, in powers of 1000.
 std::string as_bytes(uint64_t bytes) {
   if (bytes < 1000) return counted(bytes, "byte");
   double value = static_cast<double>(bytes) / 1000;
   size_t unit = 0;
   constexpr std::array kUnits = {"kB", "MB", "GB", "TB", "PB", "EB"};
-  // 999.6 would be 1000 in three digits.
+  // 999.6 rounds to 1000, which has four digits.
   for (; value >= 999.5 && unit + 1 < kUnits.size(); ++unit) value /= 1000;
   const int decimals = value < 9.995 ? 2 : value < 99.95 ? 1 : 0;
   return with_decimals(value, decimals) + " " + kUnits[unit];

@@ -1,4 +1,4 @@
-// What a patch container costs, in numbers: the rows of `inspect`, `encode --report` and `compare`.
+// Counts and sizes of a patch container: the rows of `inspect`, `encode --report` and `compare`.
 #pragma once
 
 #include "gltf_ext/primitive/read_primitives.h"
@@ -30,14 +30,15 @@ struct PatchSummary {
   PatchSummary& operator+=(const PatchSummary& other);
 };
 
-// Of the rows of a directory; what is neither stream nor stitch map in so many bytes is the directory.
+// Summarizes the rows of a directory. Of `total_bytes`, all bytes outside the streams and stitch maps are the
+// directory's.
 PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes);
 Expected<PatchSummary> summarize_container(std::span<const uint8_t> container);
-// Of a stock Draco stream of so many bytes: one patch, which is all there is.
+// Summarizes a stock Draco stream of `stream_bytes` bytes as one patch.
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);
 
-// {"patches", "faces", "points", "references", "replication", "balance", "bytes": {"payload", "directory",
-// "stitch", "total"}, "bits_per_point"} appended to an object.
+// Appends {"patches", "faces", "points", "references", "replication", "balance", "bytes": {"payload",
+// "directory", "stitch", "total"}, "bits_per_point"} to an object.
 void append_summary(Json& object, const PatchSummary& summary);
 
 }  // namespace psplit

@@ -1,11 +1,13 @@
 #include "tools/gltf_psplit/report/progress.h"
 
+#include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <cstdio>
 #include <mutex>
 #include <thread>
 
+#include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
@@ -15,7 +17,7 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kPatience = std::chrono::seconds(1);
 constexpr auto kRefresh = std::chrono::milliseconds(100);
 constexpr size_t kBarWidth = 20;
-// A line that wraps would not be wiped.
+// A line that wraps cannot be cleared.
 constexpr size_t kLineWidth = 79;
 
 std::string rate_text(const WorkDone& work, double seconds) {
@@ -24,7 +26,7 @@ std::string rate_text(const WorkDone& work, double seconds) {
   if (amount == 0 || seconds <= 0) return "";
   const auto rate = static_cast<uint64_t>(amount / seconds);
   if (work.amount_noun == "byte") return as_bytes(rate) + "/s, ";
-  // Of few steps a second, and of one, there is nothing to tell.
+  // A rate below two steps a second says nothing.
   if (of_steps && rate < 2) return "";
   return with_separators(rate) + " " + plural(of_steps ? work.noun : work.amount_noun) + "/s, ";
 }
@@ -33,7 +35,7 @@ std::string rate_text(const WorkDone& work, double seconds) {
 
 std::string progress_line(const std::string& label, const WorkDone& work, double seconds) {
   std::string line = label;
-  // One step says nothing about how far it is.
+  // A bar of one step says nothing.
   if (work.total > 1) {
     const size_t filled =
         work.done >= work.total ? kBarWidth : static_cast<size_t>(kBarWidth * work.done / work.total);
@@ -56,12 +58,14 @@ struct ProgressBar::Painter {
 
   void paint() {
     const Clock::time_point begin = Clock::now();
+    const size_t columns = terminal_columns(stderr);
+    const size_t width = columns == 0 ? kLineWidth : std::min(kLineWidth, columns - 1);
     bool painted = false;
     std::unique_lock lock(mutex);
     for (Clock::time_point next = begin + kPatience; !wake.wait_until(lock, next, [&] { return finished; });
          next = Clock::now() + kRefresh) {
       const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-      std::fprintf(stderr, "\r\033[K%s", progress_line(label, work, seconds).c_str());
+      std::fprintf(stderr, "\r\033[K%s", progress_line(label, work, seconds).substr(0, width).c_str());
       std::fflush(stderr);
       painted = true;
     }

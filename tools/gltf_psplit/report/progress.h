@@ -1,4 +1,4 @@
-// A progress bar on stderr for work that takes over a second on a terminal.
+// A progress bar on stderr. It appears on a terminal if the work takes longer than a second.
 #pragma once
 
 #include <memory>
@@ -9,22 +9,23 @@
 
 namespace psplit {
 
-// How far some work is.
+// The progress of some work.
 struct WorkDone {
   uint64_t done = 0, total = 0;  // steps
   std::string noun = "step";
-  std::string stage;  // what is going on where steps do not tell
-  // What the rate is of, so far: "face", or "byte". By default it is of steps.
+  std::string stage;  // what is being done, if the steps do not say it
+  // What the rate counts: `amount_noun` ("face", "byte") and how many are done. By default the rate counts
+  // steps.
   uint64_t amount = 0;
   std::string amount_noun;
 };
 
-// "encoding [#####...............] 120 of 450 patches, 1,234,567 faces/s, 3.4 s". Without a second step there
-// is no bar, and no rate before anything is done.
+// "encoding [#####...............] 120 of 450 patches, 1,234,567 faces/s, 3.4 s". A single step has no bar, and
+// there is no rate before anything is done.
 std::string progress_line(const std::string& label, const WorkDone& work, double seconds);
 
-// Draws from a thread of its own, so that time passes on the screen while one long step runs, and wipes its
-// line when destroyed. Does nothing at all where the log is not interactive.
+// Draws from its own thread, so that the time advances on the screen while one long step runs. Clears its line
+// when it is destroyed. Draws nothing if the log is not interactive.
 class ProgressBar {
  public:
   ProgressBar(std::string label, const Log& log);
@@ -32,10 +33,10 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  // Takes the numbers of steps done and in total, from any thread; the bar must outlive it. Empty where nothing
-  // is drawn.
+  // Takes the number of steps done and their total. Thread-safe; the bar must outlive it. Empty if nothing is
+  // drawn.
   Progress callback(const std::string& noun = "step");
-  // For what has more to say; from any thread.
+  // Shows what the callback cannot: a stage, an amount. Thread-safe.
   void show(const WorkDone& work);
   bool is_drawn() const { return painter_ != nullptr; }
 

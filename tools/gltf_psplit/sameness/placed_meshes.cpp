@@ -10,26 +10,26 @@
 namespace psplit {
 namespace {
 
-// What repeats its meshes takes memory that its size does not justify: so many times its own, and a few points
-// more.
+// A small file can repeat its meshes often and so use much memory. The limit is kMostRepeats times the points
+// and faces of the file, plus kSparePoints.
 constexpr uint64_t kMostRepeats = 64, kSparePoints = 5'000'000;
-constexpr double kRounding = 1e-6;  // of floats, in sums of four
+constexpr double kRounding = 1e-6;  // relative error of a sum of four floats
 
 double determinant(const Transform& transform) { return dot(cross(transform.x, transform.y), transform.z); }
 
-// The longest and the shortest axis.
+// The lengths of the shortest and of the longest axis.
 std::pair<double, double> axes(const Transform& transform) {
   return std::minmax({length(transform.x), length(transform.y), length(transform.z)});
 }
 
-// How much further off a component may be, if each was off by 1.
+// The largest error of a transformed component if each component has an error of at most 1.
 double stretch(const Transform& t) {
   return std::max({std::fabs(t.x.x) + std::fabs(t.y.x) + std::fabs(t.z.x),
                    std::fabs(t.x.y) + std::fabs(t.y.y) + std::fabs(t.z.y),
                    std::fabs(t.x.z) + std::fabs(t.y.z) + std::fabs(t.z.z)});
 }
 
-// How far values of a type are from those that they were made of.
+// The largest rounding error of values that were converted to this type.
 double rounding_of(const Attribute& attribute) {
   if (attribute.component_type == ComponentType::kFloat32) return 0;
   const size_t bits = 8 * component_bytes(attribute.component_type);
@@ -38,7 +38,7 @@ double rounding_of(const Attribute& attribute) {
   return attribute.normalized ? 0.5 / (std::ldexp(1.0, static_cast<int>(bits) - (is_signed ? 1 : 0)) - 1) : 0.5;
 }
 
-// Maps the first three components of each value; `last` is what becomes of a fourth.
+// Maps the first three components of each value. A fourth component is multiplied by `last`.
 template <typename Map>
 Attribute mapped(const Attribute& attribute, uint32_t point_count, const Map& map, double last) {
   Attribute result{attribute.semantic, ComponentType::kFloat32, attribute.component_count, false, {}};
@@ -88,7 +88,8 @@ void place(AssetPrimitive& primitive, const Transform& transform) {
       attribute = mapped(
           attribute, primitive.mesh.point_count,
           [&](Vec3 d) { return unit(is_normal ? transform.normal(d) * sign : transform.direction(d)); }, sign);
-      // A cube's corner is further away than its sides; what is stretched bends more.
+      // The corner of a cube is farther from its centre than its sides are. A stretched direction turns by a
+      // larger angle.
       grid.within =
           grid.within * (grid.direction ? 1 : std::sqrt(3.0)) * (shortest > 0 ? longest / shortest : 1) +
           kRounding;
@@ -118,7 +119,7 @@ Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& 
   for (const MeshInstance& instance : *instances)
     for (const AssetPrimitive* primitive : meshes[instance.mesh]) points += size_of(*primitive);
   if (points > kSparePoints + kMostRepeats * own)
-    return unsupported("the scene holds its meshes too often to be compared");
+    return unsupported("the scene repeats its meshes too often to be compared");
   for (const MeshInstance& instance : *instances)
     for (const AssetPrimitive* primitive : meshes[instance.mesh]) {
       AssetPrimitive& copy = placed.primitives.emplace_back(*primitive);

@@ -36,7 +36,7 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
   return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
 }
 
-// `output` must be neither the asset nor a file that it needs.
+// kUsage if `output` is the asset or a file that it refers to.
 Expected<AssetMeshes> read_meshes(const std::string& path, const std::string& output, bool scene,
                                   const BackendChoice& backend, const Session& session) {
   ProgressBar bar("reading", session.log);
@@ -54,7 +54,7 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
   const auto note = [&](const AssetComparison::Counts& counts, const std::string& file) {
     if (counts.degenerate_alone > 0)
       log.note(file + ": " + counted(counts.degenerate_alone, "triangle") +
-               " without area without counterpart");
+               " without area and without counterpart");
   };
   note(comparison.a, first);
   note(comparison.b, second);
@@ -62,7 +62,8 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
     log.note("points that nothing uses: " + with_separators(comparison.a.unused_points) + " of " + first +
              ", " + with_separators(comparison.b.unused_points) + " of " + second);
   if (comparison.recut_meshes > 0)
-    log.note(counted(comparison.recut_meshes, "mesh") + " cut into other primitives, compared as wholes");
+    log.note(counted(comparison.recut_meshes, "mesh") +
+             " divided into other primitives, and compared as wholes");
 }
 
 }  // namespace
@@ -70,15 +71,15 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
 void add_sameness_options(CLI::App& command, SamenessOptions& options) {
   CLI::Option* second = command.add_option(
       "B", options.second,
-      "A second asset, compressed or not, and so may the first be: whether both hold the same meshes, "
-      "up to order and quantization. Exit code 7 where they differ. Nodes count with --scene only");
+      "A second asset. Tells whether IN and B hold the same meshes, up to order and quantization; both may "
+      "be compressed. Exits with 7 if they differ. Nodes are ignored without --scene");
   command
       .add_option("--tolerance", options.tolerances,
-                  "How far values may be apart, as a share of the attribute's extent; 0 is to the bit. By "
-                  "default as far "
-                  "as the grids of quantization allow that the files declare")
+                  "How much values may differ, as a share of the attribute's extent; 0: they must be equal. "
+                  "Default: as much as the quantization grids that the files declare allow")
       ->check([](const std::string& text) {
-        return std::string(parse_tolerance(text) ? "" : text + " is no number from 0 to 1, and no NAME=NUMBER");
+        return std::string(parse_tolerance(text) ? ""
+                                                 : text + " is neither a number from 0 to 1 nor NAME=NUMBER");
       })
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -86,16 +87,16 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
       ->type_name("[NAME=]SHARE,...");
   command
       .add_option("--attributes", options.attributes,
-                  "Compare only positions and these, as in NORMAL,TEXCOORD_0")
+                  "Compare only positions and these attributes, for example NORMAL,TEXCOORD_0")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->needs(second)
       ->type_name("NAME,...");
   command
       .add_flag("--scene", options.scene,
-                "Compare what the default scenes show, as a whole: meshes where their nodes put them, however "
-                "they are "
-                "divided, without morph targets. For tools that quantize positions and leave the rest to nodes")
+                "Compare the default scenes as wholes: all meshes at the places where nodes put them, however "
+                "they are divided, without morph targets. For assets of tools that quantize positions and "
+                "adjust nodes")
       ->needs(second);
 }
 
@@ -105,9 +106,10 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
   rules.attributes = options.attributes;
   for (const std::string& text : options.tolerances)
     if (const auto tolerance = parse_tolerance(text)) rules.tolerances[tolerance->attribute] = tolerance->share;
-  if (format == "html") return {StatusCode::kUsage, "two files are compared as text or json"};
+  if (format == "html")
+    return {StatusCode::kUsage, "html is for one file; two files are compared as text or json"};
   if (first == "-" && options.second == "-")
-    return {StatusCode::kUsage, "only one of two files comes from stdin"};
+    return {StatusCode::kUsage, "stdin (-) can be only one of the two files"};
   const Expected<AssetMeshes> a = read_meshes(first, output, options.scene, backend, session);
   if (!a) return a.status();
   const Expected<AssetMeshes> b = read_meshes(options.second, output, options.scene, backend, session);

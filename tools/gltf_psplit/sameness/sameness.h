@@ -1,4 +1,4 @@
-// gltf-psplit compare A B: whether two assets hold the same meshes, and where they first differ.
+// gltf-psplit compare A B: tells whether two assets hold the same meshes, and where they first differ.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@ class Option;
 namespace psplit {
 
 struct SamenessOptions {
-  std::string second;  // file; empty where there is only one
+  std::string second;  // the second file; empty if there is only one
   std::vector<std::string> tolerances, attributes;
-  bool scene = false;  // where nodes put meshes, and not the meshes themselves
+  bool scene = false;  // compare meshes at the places where nodes put them
 };
 
-// Options of `compare` that are for two files; the arguments outlive the parse.
+// Adds the options of `compare` for two files. `options` must outlive the parse.
 void add_sameness_options(CLI::App& command, SamenessOptions& options);
 
-// Writes what there is to say, as text or json, to `output`. kDiffers where they differ; errors name the file
-// that is at fault.
+// Writes the result to `output`, as text or json. kDiffers if the assets differ. Other errors name the file
+// that they concern.
 Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
                     const std::string& output, const BackendChoice& backend, const Session& session);
 

@@ -11,7 +11,7 @@ constexpr uint8_t kNoChart = 255;
 
 struct Projection {
   bool closed;
-  Vec3 low, high;  // of the surface, which may end a little outside the field's box
+  Vec3 low, high;  // bounds of the surface, which may extend a little beyond the field's box
 
   Projection(const Surface& surface, const Field& field)
       : closed(field.closed), low(field.high), high(field.low) {
@@ -34,7 +34,7 @@ struct Projection {
     return d.z < 0 ? 4 : 5;
   }
 
-  // Each chart is one box side, shrunk a little, in one cell of a 3 x 2 atlas.
+  // Each chart is one side of the box, shrunk a little, in one cell of a 3 x 2 atlas.
   std::array<float, 2> texcoord(uint8_t chart_index, const std::array<float, 3>& p) const {
     const auto part = [](double value, double from, double to) {
       return 0.02 + 0.96 * (value - from) / (to - from);

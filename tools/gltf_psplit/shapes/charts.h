@@ -1,4 +1,4 @@
-// Texture coordinates in several charts, and the seams between them.
+// Texture coordinates in several charts, with seams between them.
 #pragma once
 
 #include <array>
@@ -10,15 +10,16 @@
 
 namespace psplit {
 
-// Which vertex of the surface each point shows, and where it lies in the texture. Points 0 ... vertices - 1 are
-// the vertices themselves; those on seams come again at the end, once for each further chart.
+// The vertex of the surface and the texture coordinates of each point. Points 0 ... vertices - 1 are the
+// vertices themselves. A vertex on a seam has another point at the end for each further chart.
 struct ChartedPoints {
   std::vector<uint32_t> vertex;
   std::vector<std::array<float, 2>> texcoords;
 };
 
-// Closed surfaces get the six sides of a box, by the side that each face's centre looks to from the middle;
-// open ones get 3 x 2 tiles. Rewrites the surface's faces from vertices to points.
+// A closed surface gets six charts, one for each side of a box; a face belongs to the side that its centre is
+// nearest to in direction. An open surface gets 3 x 2 tiles. Rewrites the surface's faces from vertices to
+// points.
 ChartedPoints unfold(Surface& surface, const Field& field);
 
 }  // namespace psplit

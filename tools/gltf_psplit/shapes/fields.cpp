@@ -11,7 +11,8 @@ struct Octave {
   double amplitude, frequency;
 };
 
-// base + a sum of noises, coarsest first, left early where the rest cannot bring the sum back into the band.
+// `base` plus a sum of noises, the coarsest first. Stops early if the rest cannot bring the sum back into the
+// band.
 double add_octaves(double base, Vec3 p, std::span<const Octave> octaves, uint64_t seed, double band) {
   double rest = 0;
   for (const Octave& octave : octaves) rest += octave.amplitude;
@@ -65,7 +66,7 @@ class Gyroid : public Field {
   double at(Vec3 p, double band) const override {
     const double ball = length(p) - 0.92;
     if (ball > band) return ball;
-    // Bending the lattice keeps any two tunnels apart in size and direction.
+    // Bending the lattice makes all tunnels differ in size and direction.
     const double bend = 0.06 * value_noise(p * 2.1, seed_);
     const Vec3 q = {kTunnels * (p.x + bend), kTunnels * (p.y - bend), kTunnels * (p.z + bend)};
     const double wave = parabola_wave(q.x) * parabola_wave(q.y + 0.25) +
@@ -100,7 +101,7 @@ class Ring : public Field {
   uint64_t seed_;
 };
 
-// Separate stones of many sizes: a mesh of several components.
+// Separate stones of many sizes, which make a mesh of several components.
 class Pebbles : public Field {
  public:
   explicit Pebbles(uint64_t seed) : seed_(seed) {
@@ -132,7 +133,7 @@ class Pebbles : public Field {
 }  // namespace
 
 std::unique_ptr<Field> make_field(FieldKind kind, uint64_t seed) {
-  // Octaves take seed, seed + 1 ...: keep those of neighbouring seeds apart.
+  // Octaves use seed, seed + 1, ...; scrambling keeps the octaves of adjacent seeds apart.
   seed = scramble(seed + 0x9e3779b97f4a7c15u);
   switch (kind) {
     case FieldKind::kTerrain: return std::make_unique<Terrain>(seed);

@@ -15,15 +15,15 @@ class Field {
  public:
   virtual ~Field() = default;
 
-  // The field at p, exact wherever it is within `band` of zero. Elsewhere any value of the same sign that is
-  // beyond `band` and not farther from zero than the field: what lets a caller skip empty space cheaply.
+  // The field at p. It is exact within `band` of zero. Elsewhere it may be any value of the same sign beyond
+  // `band` that is not farther from zero than the field, so that a caller can skip empty space cheaply.
   virtual double at(Vec3 p, double band) const = 0;
 
-  // How fast values change over a unit of length, at most. Where one did change faster, a feature smaller than
-  // a cell may be lost; the surface stays whole.
+  // The largest change of the value over a unit of length. If the field changes faster, features smaller than a
+  // cell may be lost, but the surface stays closed.
   virtual double slope() const = 0;
 
-  // The box that holds the surface; an open surface ends at its sides in x and z.
+  // The box around the surface. An open surface ends at its sides in x and z.
   Vec3 low{-1, -1, -1}, high{1, 1, 1};
   bool closed = true;
 };

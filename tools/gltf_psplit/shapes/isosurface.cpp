@@ -3,8 +3,8 @@
 //
 //    corner 0 -> +first axis -> +second axis -> corner 7
 //
-// A corner of a cube is a mask (x = 1, y = 2, z = 4), and so is the direction of a tetrahedron's edge: it goes
-// from its lower corner along one, two or three axes. A grid node owns the seven edges that leave it.
+// A corner of a cube is a mask (x = 1, y = 2, z = 4). So is the direction of a tetrahedron's edge, which goes
+// from its lower corner along one, two or three axes. A grid node owns the seven edges that start at it.
 #include "tools/gltf_psplit/shapes/isosurface.h"
 
 #include <algorithm>
@@ -15,13 +15,14 @@ namespace psplit {
 namespace {
 
 constexpr size_t kSlabLayers = 16;
-// Below 1/6 no tetrahedron can turn over: the sum of its edges' changes stays under the size of the cell.
+// Below 1/6, no tetrahedron can turn inside out: the sum of the changes of its edges is less than the cell.
 constexpr double kJitter = 0.15;
-// Keeps the points on the edges of one node apart: no degenerate faces, no equal points.
+// Keeps points away from the ends of edges, so that no two points are equal and no face is degenerate.
 constexpr float kEdgeMargin = 0.12f;
-// A node farther from zero than the field can change over this many cells has no crossing at its edges.
+// If a node's value is farther from zero than the field can change over this many cells, its edges have no
+// crossing.
 constexpr double kBandCells = 2.5;
-// Fewer nodes than this are not worth skipping on a rough value: a better one skips more.
+// A rough value is not worth using if it skips fewer nodes than this; a more precise value skips more.
 constexpr double kWorthSkipping = 8;
 
 struct TetrahedronEdge {
@@ -33,11 +34,12 @@ struct TetrahedronCase {
 };
 struct Tetrahedron {
   std::array<uint8_t, 4> nodes{};
-  std::array<TetrahedronCase, 16> cases{};  // by the mask of inside nodes
+  std::array<TetrahedronCase, 16> cases{};  // indexed by the mask of inside nodes
 };
 
 constexpr std::array<Tetrahedron, 6> make_tetrahedra() {
-  constexpr uint8_t kOrders[6][2] = {{1, 2}, {2, 4}, {4, 1}, {2, 1}, {4, 2}, {1, 4}};  // the last three are odd
+  constexpr uint8_t kOrders[6][2] = {{1, 2}, {2, 4}, {4, 1},
+                                     {2, 1}, {4, 2}, {1, 4}};  // the last three are odd permutations
   // Even permutations of the four nodes that bring each inside node, or pair, to the front.
   constexpr uint8_t kSingle[4][4] = {{0, 1, 2, 3}, {1, 0, 3, 2}, {2, 0, 1, 3}, {3, 0, 2, 1}};
   constexpr uint8_t kPair[6][4] = {{0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2},
@@ -104,9 +106,9 @@ class Slab {
     for (std::vector<uint32_t>& points : rising_points_) points.resize(layer_nodes_);
   }
 
-  // Points count from zero. Those on the edges within layer `last` come after all others, in the order in which
-  // the next slab numbers them first: they belong to it, and `surface` holds no positions for them. So adding
-  // the points of all slabs before makes the numbers right for both kinds.
+  // Points are numbered from zero. Points on edges within layer `last` belong to the next slab, which numbers
+  // them first, and `surface` has no positions for them. Here they come after all others, in the order of the
+  // next slab. So adding the number of points of all previous slabs gives the right number for both kinds.
   Surface extract() {
     sample(first_, layers_[0]);
     number_layer(first_, layers_[0], true);
@@ -123,10 +125,10 @@ class Slab {
  private:
   struct Layer {
     std::vector<float> values;
-    std::array<std::vector<uint32_t>, 4> points;  // by direction: 1, 2 and 3 are used
+    std::array<std::vector<uint32_t>, 4> points;  // by direction; only 1, 2 and 3 are used
   };
 
-  // Where the field is far from zero, its value stands for as many nodes as it is sure to keep its sign.
+  // If the field is far from zero, its value is used for all following nodes where the sign cannot change.
   void sample(size_t z, Layer& layer) const {
     const double slope_per_cell = grid_.field.slope() * grid_.cell;
     const double band = kBandCells * slope_per_cell;
@@ -181,8 +183,8 @@ class Slab {
     });
   }
 
-  // visit(x, y, mask of inside corners) for each cube between two layers that the surface passes through, in
-  // order. Past the last node of a row or column, the last one stands again.
+  // Calls visit(x, y, mask of inside corners), in order, for each cube between two layers that the surface
+  // passes through. Beyond the last node of a row or column, the last node is repeated.
   template <typename Visit>
   void for_mixed_cubes(const Layer& low, const Layer& high, const Visit& visit) const {
     for (size_t y = 0; y < grid_.nodes_y; ++y) {
@@ -218,7 +220,7 @@ class Slab {
         points[i] =
             direction < 4 ? layers_[base >> 2].points[direction][node] : rising_points_[direction - 4u][node];
       }
-      // A diagonal by chance: one more source of irregular valences.
+      // The diagonal is random, which makes valences more irregular.
       if (polygon.corner_count == 4 && (diagonals >> t & 1))
         std::rotate(points.begin(), points.begin() + 1, points.end());
       surface_.faces.push_back({points[0], points[1], points[2]});
@@ -228,8 +230,8 @@ class Slab {
 
   const Grid& grid_;
   const size_t first_, last_, layer_nodes_;
-  std::array<Layer, 2> layers_;                         // the one below and the one above
-  std::array<std::vector<uint32_t>, 4> rising_points_;  // by direction - 4, of the layer below
+  std::array<Layer, 2> layers_;                         // the lower and the upper layer
+  std::array<std::vector<uint32_t>, 4> rising_points_;  // by direction - 4, for the lower layer
   uint32_t point_count_ = 0;
   Surface surface_;
 };

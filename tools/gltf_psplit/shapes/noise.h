@@ -1,5 +1,5 @@
-// Hashes and noise that are the same bits everywhere: integers, and floating point that IEEE 754 rounds
-// exactly.
+// Hashes and noise whose bits are the same on every machine: they use integers, and floating-point operations
+// that IEEE 754 rounds exactly.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace psplit {
 
-// A bijection on 64 bits that changes half of them when one changes.
+// A bijection on 64 bits. If one bit of the argument changes, about half of the result's bits change.
 inline uint64_t scramble(uint64_t bits) {
   bits = (bits ^ (bits >> 31)) * 0xbf58476d1ce4e5b9u;
   bits = (bits ^ (bits >> 29)) * 0x94d049bb133111ebu;
@@ -23,12 +23,12 @@ inline uint64_t hash_lattice(int64_t x, int64_t y, int64_t z, uint64_t seed) {
   return scramble(key + seed * 0xd6e8feb86659fd93u + seed);
 }
 
-// The low 21 bits, in [-1, 1).
+// Maps the low 21 bits to [-1, 1).
 inline double signed_unit(uint64_t bits) {
   return static_cast<double>(static_cast<int64_t>(bits & 0x1fffff) - 0x100000) * (1.0 / 0x100000);
 }
 
-// Value noise in [-1, 1) on the integer lattice, smooth in its first derivative.
+// Value noise in [-1, 1) on the integer lattice, with a continuous first derivative.
 inline double value_noise(Vec3 p, uint64_t seed) {
   const double fx = std::floor(p.x), fy = std::floor(p.y), fz = std::floor(p.z);
   const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy), iz = static_cast<int64_t>(fz);
@@ -47,11 +47,12 @@ inline double value_noise(Vec3 p, uint64_t seed) {
   return a + (along_y(iz + 1) - a) * tz;
 }
 
-// Over three times the root mean square of the gradient of value_noise, which on one axis can reach 3:
-// slope 1.5 of the easing, over a difference of 2. Several octaves are never that steep together.
+// Over three times the root mean square of the gradient of value_noise. On one axis, the gradient can reach 3
+// (the easing's slope of 1.5, times a difference of 2), but several octaves are not that steep at the same
+// place.
 inline constexpr double kNoiseSlope = 1.4;
 
-// A sine of period 1 made of parabolas: in [-1, 1], slope at most 8, no libm.
+// Like a sine of period 1, but made of parabolas, without libm. In [-1, 1], with a slope of at most 8.
 inline double parabola_wave(double x) {
   const double u = x - std::floor(x + 0.5);
   return 8 * u * (1 - 2 * std::fabs(u));

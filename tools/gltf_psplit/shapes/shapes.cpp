@@ -19,7 +19,7 @@ constexpr double kCloseEnough = 0.019;
 
 struct Part {
   FieldKind kind;
-  double share;  // of the faces
+  double share;  // share of the faces
   Vec3 offset;
   double scale;
 };
@@ -28,15 +28,16 @@ constexpr Part kScene[] = {
     {FieldKind::kBlob, 0.16, {1.7, 1.8, 1.4}, 1.2},   {FieldKind::kRing, 0.10, {1.6, 1.2, -1.9}, 0.8},
     {FieldKind::kBlob, 0.045, {-1.9, 1.1, 1.9}, 0.5}, {FieldKind::kPebbles, 0.015, {0, 1.4, 0.2}, 0.4}};
 
-// The first 14 bits: std::pow does not give the same last bits everywhere, and the cell decides all.
+// Keeps the first 14 bits. The last bits of std::pow differ between machines, and the whole mesh depends on the
+// cell.
 double drop_last_bits(double value) {
   int exponent = 0;
   const double mantissa = std::frexp(value, &exponent);
   return std::ldexp(std::round(mantissa * 16384), exponent - 14);
 }
 
-// The number of faces goes with the inverse square of the cell: two coarse tries tell the cell for the number
-// that is wanted.
+// The number of faces is proportional to the inverse square of the cell. Two coarse attempts determine the cell
+// for the requested number.
 Surface extract_about(const Field& field, uint64_t faces, uint64_t seed, const ThreadPool& pool) {
   constexpr double kCoarseFaces = 5000;
   const auto wanted = static_cast<double>(faces);
@@ -59,7 +60,7 @@ Surface extract_about(const Field& field, uint64_t faces, uint64_t seed, const T
       best = std::move(surface);
       best_miss = miss;
     }
-    // Small counts jump as cells shrink: the later steps are shorter, and so stop swinging about the answer.
+    // For small meshes the count jumps as the cell shrinks. Shorter steps later on stop it from oscillating.
     cell = drop_last_bits(cell * std::pow(found / target(attempt + 1), attempt < 6 ? 0.5 : 0.3));
   }
   return best;
@@ -78,7 +79,7 @@ void store(Attribute& attribute, size_t point, const std::array<float, kCount>& 
   std::memcpy(attribute.values.data() + point * sizeof(value), value.data(), sizeof(value));
 }
 
-// The direction in which the field grows: central differences over `step` to both sides.
+// The direction in which the field grows, from central differences over `step` on each side.
 std::array<float, 3> normal_at(const Field& field, const std::array<float, 3>& position, double step) {
   const Vec3 p = {position[0], position[1], position[2]};
   constexpr double kEverywhere = 1e9;

@@ -1,4 +1,5 @@
-// Built-in sample meshes: irregular isosurfaces that look like scans to a mesh codec, made from a seed alone.
+// Built-in sample meshes: irregular isosurfaces, generated from a seed, that a mesh codec compresses like
+// scans.
 #pragma once
 
 #include <cstdint>
@@ -19,14 +20,14 @@ enum class Shape {
 
 struct ShapeOptions {
   Shape shape = Shape::kTerrain;
-  uint64_t faces = 0;  // of all meshes together; the result comes within 2 % from some thousand faces a mesh on
+  uint64_t faces = 0;  // of all meshes together; from some thousand faces per mesh, the result is within 2 %
   uint64_t seed = 0;
   bool normals = false;    // NORMAL, from the gradient of the field
   bool texcoords = false;  // TEXCOORD_0 in several charts, so that points on chart borders are duplicated
 };
 
-// One mesh, or six for kScene. The bytes depend on the options only: not on threads, compiler or machine.
-// Meshes are manifold and consistently oriented; no two points are equal, no face is degenerate. Memory is
+// Makes one mesh, or six for kScene. The bytes depend only on the options, not on threads, compiler or machine.
+// Meshes are manifold and consistently oriented; no two points are equal, and no face is degenerate. Memory is
 // proportional to the output, plus two grid layers per thread. Errors: kUsage (faces out of range).
 Expected<std::vector<Mesh>> generate_shape(const ShapeOptions& options, const ThreadPool& pool);
 
