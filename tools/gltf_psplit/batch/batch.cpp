@@ -10,14 +10,12 @@
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/content_hash.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
-#include "tools/gltf_psplit/batch/batch_summary.h"
+#include "tools/gltf_psplit/batch/batch_report.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
-#include "tools/gltf_psplit/report/asset_bytes.h"
-#include "tools/gltf_psplit/report/encode_report.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
@@ -26,16 +24,6 @@ namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The result of one asset.
-struct Outcome {
-  Status status;
-  bool up_to_date = false;
-  EncodeResult result;
-  WriteReport written;
-  AssetSizes sizes;
-  double wall_ms = 0;
-};
 
 class Batch {
  public:
@@ -58,44 +46,28 @@ class Batch {
       if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
 
     const auto begin = std::chrono::steady_clock::now();
-    outcomes_.resize(items_.size());
+    for (const BatchItem& item : items_)
+      outcomes_.push_back({.input = item.input, .output = item.output.string()});
     {
       ProgressBar bar("encoding", session_.log);
       encode_all(bar);
     }
     const double wall_ms =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    const BatchReport done = report(wall_ms);
     if (!spares_report_ && (!arguments_.report.empty() || !stdout_is_terminal())) {
       const std::string& path = arguments_.report.empty() ? "-" : arguments_.report;
-      if (Status status = write_text(path, report_text(report(wall_ms))); !status.ok()) return status;
+      if (Status status = write_text(path, report_text(to_json(done))); !status.ok()) return status;
     }
-    session_.log.block(summary(wall_ms));
-    for (const Outcome& outcome : outcomes_)
-      if (!outcome.status.ok())
-        return {outcome.status.code(),
-                std::to_string(count_failed()) + " of " + counted(items_.size(), "asset") + " failed"};
-    return {};
+    session_.log.block(summary_text(done));
+    const auto first = std::ranges::find_if(outcomes_, [](const auto& o) { return !o.status.ok(); });
+    if (first == outcomes_.end()) return {};
+    return {first->status.code(),
+            std::to_string(done.failed()) + " of " + counted(items_.size(), "asset") + " failed"};
   }
 
  private:
   bool writes_report_file() const { return !arguments_.report.empty() && arguments_.report != "-"; }
-
-  size_t count_failed() const {
-    return static_cast<size_t>(
-        std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return !o.status.ok(); }));
-  }
-  size_t count_up_to_date() const {
-    return static_cast<size_t>(
-        std::count_if(outcomes_.begin(), outcomes_.end(), [](const Outcome& o) { return o.up_to_date; }));
-  }
-
-  std::string summary(double wall_ms) const {
-    std::vector<BatchOutcome> list;
-    for (size_t i = 0; i < items_.size(); ++i)
-      list.push_back({items_[i].input, outcomes_[i].status, outcomes_[i].up_to_date, outcomes_[i].sizes,
-                      outcomes_[i].result.total.summary.patches, outcomes_[i].wall_ms});
-    return batch_summary(arguments_.folder, list, wall_ms);
-  }
 
   // Encodes as many assets at once as there are threads. Each asset also uses the pool's threads for its
   // primitives and patches, so that a large asset at the end does not leave threads idle. Large files come
@@ -132,7 +104,7 @@ class Batch {
   }
 
   void encode_item(size_t i) {
-    Outcome& outcome = outcomes_[i];
+    BatchOutcome& outcome = outcomes_[i];
     const auto begin = std::chrono::steady_clock::now();
     try {
       outcome.status = encode(items_[i], outcome);
@@ -147,7 +119,7 @@ class Batch {
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   }
 
-  Status encode(const BatchItem& item, Outcome& outcome) {
+  Status encode(const BatchItem& item, BatchOutcome& outcome) {
     Expected<Document> document = read_input(item.input, session_.log);
     if (!document) return document.status();
     if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
@@ -203,48 +175,18 @@ class Batch {
     return output && hash_asset(*output) == entry->output;
   }
 
-  Json report(double wall_ms) const {
-    Json assets = Json::array();
-    EncodeRow total;
-    AssetSizes sizes;
-    for (size_t i = 0; i < items_.size(); ++i) {
-      const Outcome& outcome = outcomes_[i];
-      Json asset{{"input", items_[i].input}, {"output", items_[i].output.string()}};
-      asset["status"] = !outcome.status.ok() ? "failed" : outcome.up_to_date ? "up to date" : "encoded";
-      if (!outcome.status.ok()) {
-        asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
-                          {"message", outcome.status.to_string()}};
-      } else if (!outcome.up_to_date) {
-        asset["files"] = sizes_json(outcome.sizes);
-        asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
-                             {"output_bytes", outcome.result.geometry.output}};
-        append_row(asset["total"], outcome.result.total);
-        append_written(asset, outcome.written);
-        asset["primitives"] = outcome.result.primitives;
-        total += outcome.result.total;
-        sizes += outcome.sizes;
-      }
-      asset["wall_ms"] = outcome.wall_ms;
-      assets.push_back(std::move(asset));
-    }
-    const size_t failed = count_failed(), up_to_date = count_up_to_date();
-    Json result{{"folder", arguments_.folder},
-                {"verified", arguments_.encode.options.verify},
-                {"threads", session_.pool.thread_count()},
-                {"encoded", items_.size() - failed - up_to_date},
-                {"up_to_date", up_to_date},
-                {"failed", failed},
-                {"wall_ms", wall_ms},
-                {"files", sizes_json(sizes)}};
-    append_row(result["total"], total);
-    result["assets"] = std::move(assets);
-    return result;
+  BatchReport report(double wall_ms) const {
+    return {.folder = arguments_.folder,
+            .verified = arguments_.encode.options.verify,
+            .threads = session_.pool.thread_count(),
+            .wall_ms = wall_ms,
+            .outcomes = outcomes_};
   }
 
   const BatchArguments& arguments_;
   const Session& session_;
   std::vector<BatchItem> items_;
-  std::vector<Outcome> outcomes_;
+  std::vector<BatchOutcome> outcomes_;
   BatchRecord record_;
   std::atomic<bool> spares_report_ = false;  // the report would replace a file that an asset needs
 };

@@ -1,14 +1,7 @@
 // gltf-psplit batch: the options; batch/batch.h does the work.
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <atomic>
-#include <chrono>
 #include <memory>
-#include <new>
-#include <thread>
 
-#include "gltf_ext/convert/validate.h"
-#include "gltf_ext/files/content_hash.h"
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
@@ -18,8 +11,6 @@
 
 namespace psplit {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct Arguments {
   BatchArguments batch;

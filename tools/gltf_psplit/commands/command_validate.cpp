@@ -1,6 +1,5 @@
 // gltf-psplit validate: checks every rule of the extension, on every patch.
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <memory>
 
 #include "gltf_ext/convert/validate.h"

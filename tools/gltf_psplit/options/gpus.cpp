@@ -1,7 +1,6 @@
 #include "tools/gltf_psplit/options/gpus.h"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
 #include <string_view>
