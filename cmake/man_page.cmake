@@ -2,6 +2,9 @@
 #
 #   cmake -D COMMAND=FILE -D VERSION=TEXT -D PAGE=FILE -P man_page.cmake
 
+# A page does not depend on the terminal.
+set(ENV{COLUMNS} 80)
+
 function(help_of words text)
   execute_process(COMMAND ${COMMAND} ${words} --help OUTPUT_VARIABLE said RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
