@@ -5,7 +5,7 @@
 
 namespace psplit::core {
 
-// Draco's numbers.
+// The numbers are Draco's.
 enum class DataType : uint8_t {
   kInt8 = 1,
   kUint8,

@@ -1,35 +1,14 @@
-// Unit vectors as two integers: the sphere projected on an octahedron, unfolded to a square of max_value() + 1
-// values a side. The square's inner diamond is the half with x >= 0, its corners fold back to the other half.
+// Unit vectors as two integers: the sphere is projected on an octahedron, which is unfolded to a square of
+// 2^bits - 1 values a side. The square's inner diamond is the half with x >= 0. Its corners fold back to the
+// other half.
 //
 // Meyer, Suessmuth, Sussner, Stamminger, Greiner: On Floating-Point Normal Vectors, 2010; Draco bitstream
 // specification 2.2, "octahedral normals".
 #pragma once
 
-#include "src/core/fault.h"
-#include "src/core/platform.h"
+#include "src/core/integer_vectors.h"
 
 namespace psplit::core {
-
-struct Vec2 {
-  int32_t s = 0, t = 0;
-};
-struct Vec3 {
-  int64_t x = 0, y = 0, z = 0;
-};
-
-// Sums that may leave the range of hostile input wrap around.
-PSPLIT_HD constexpr int32_t wrapping_add(int32_t a, int32_t b) {
-  return static_cast<int32_t>(static_cast<uint32_t>(a) + static_cast<uint32_t>(b));
-}
-PSPLIT_HD constexpr int32_t wrapping_sub(int32_t a, int32_t b) {
-  return static_cast<int32_t>(static_cast<uint32_t>(a) - static_cast<uint32_t>(b));
-}
-PSPLIT_HD constexpr uint32_t magnitude(int32_t a) {
-  return a < 0 ? 0u - static_cast<uint32_t>(a) : static_cast<uint32_t>(a);
-}
-PSPLIT_HD constexpr uint64_t magnitude(int64_t a) {
-  return a < 0 ? 0u - static_cast<uint64_t>(a) : static_cast<uint64_t>(a);
-}
 
 class OctahedralGrid {
  public:
@@ -38,9 +17,9 @@ class OctahedralGrid {
   PSPLIT_HD explicit OctahedralGrid(int bits)
       : max_quantized_((1 << bits) - 1), max_((1 << bits) - 2), center_(max_ / 2) {}
 
-  // The value that a correction makes of a predicted one. Canonicalized coding first turns the prediction into
-  // the bottom left quadrant, so that all four share their corrections' statistics. Where a normal points is as
-  // good as random: no branches.
+  // Applies a correction to a predicted value. Canonicalized coding first turns the predicted value into the
+  // bottom left quadrant, so that corrections of all four quadrants have the same statistics. The direction of
+  // a normal is unpredictable, so there are no branches.
   PSPLIT_HD Vec2 correct(Vec2 predicted, Vec2 correction, bool canonicalized) const {
     const Vec2 place{wrapping_sub(predicted.s, center_), wrapping_sub(predicted.t, center_)};
     const uint32_t outside = mask(magnitude(place.s) + magnitude(place.t) > static_cast<uint32_t>(center_));
@@ -54,7 +33,7 @@ class OctahedralGrid {
     return {wrapping_add(unfolded.s, center_), wrapping_add(unfolded.t, center_)};
   }
 
-  // Where the ray along v meets the octahedron.
+  // Where the ray along v meets the octahedron; with `flip`, the ray along -v.
   PSPLIT_HD Vec2 project(Vec3 v, bool flip) const {
     const auto sum = static_cast<int64_t>(magnitude(v.x) + magnitude(v.y) + magnitude(v.z));
     auto x = static_cast<int32_t>(sum == 0 ? center_ : v.x * center_ / sum);
@@ -69,13 +48,14 @@ class OctahedralGrid {
     return canonical({y < 0 ? abs_z : max_ - abs_z, z < 0 ? abs_y : max_ - abs_y});
   }
 
-  // To the bit what libdraco computes: no multiply-add may be fused, and the root is rounded as IEEE 754 says.
+  // Writes the three components of the unit vector at a place. They equal libdraco's to the bit: no
+  // multiply-add may be fused, and the root is rounded according to IEEE 754.
   PSPLIT_HD void unit_vector(Vec2 at, float* out) const {
     const float scale = 2.0f / static_cast<float>(max_);
     float y = static_cast<float>(at.s) * scale - 1.0f, z = static_cast<float>(at.t) * scale - 1.0f;
     const float x = 1.0f - (y < 0 ? -y : y) - (z < 0 ? -z : z);
     float fold = -x;
-    fold = fold < 0 ? 0 : fold;  // signs of zeros as libdraco has them
+    fold = fold < 0 ? 0 : fold;  // the signs of zeros are libdraco's
     y += y < 0 ? fold : -fold;
     z += z < 0 ? fold : -fold;
     const float square = x * x + y * y + z * z;
@@ -90,7 +70,8 @@ class OctahedralGrid {
   }
 
  private:
-  // The edges of the square are glued to themselves, and all its corners are one: one name for each place.
+  // Each edge of the square is folded onto itself, and its four corners are one place: returns one name for
+  // each place.
   PSPLIT_HD Vec2 canonical(Vec2 at) const {
     const auto [s, t] = at;
     if ((s == 0 && (t == 0 || t == max_)) || (s == max_ && t == 0)) return {max_, max_};
@@ -107,10 +88,10 @@ class OctahedralGrid {
   PSPLIT_HD static Vec2 select(uint32_t if_set, Vec2 a, Vec2 b) {
     return {select(if_set, a.s, b.s), select(if_set, a.t, b.t)};
   }
-  // -x where all bits are set.
+  // -x if all bits of `if_set` are set, x if none is.
   PSPLIT_HD static uint32_t negated(uint32_t if_set, uint32_t x) { return (x ^ if_set) - if_set; }
 
-  // Reflects about the diamond's nearest edge; a place relative to the center.
+  // Reflects a place, relative to the center, at the nearest edge of the diamond.
   PSPLIT_HD Vec2 mirrored(Vec2 at) const {
     const bool right = at.s > 0 || (at.s == 0 && at.t >= 0), up = at.t > 0 || (at.t == 0 && at.s >= 0);
     const auto center = static_cast<uint32_t>(center_);
@@ -121,17 +102,19 @@ class OctahedralGrid {
     return {static_cast<int32_t>(s) / 2, static_cast<int32_t>(t) / 2};
   }
 
+  // The number of quarter turns that bring a place to the bottom left quadrant.
   PSPLIT_HD static uint32_t quarter_turns(Vec2 at) {
     const uint32_t below = static_cast<uint32_t>(at.t < 0), left = static_cast<uint32_t>(at.s < 0);
     return core::select(mask(at.s > 0), 2 - below, core::select(mask(at.t > 0), 3, below & (left ^ 1)));
   }
-  // By quarter turns: (s, t), (t, -s), (-s, -t), (-t, s).
+  // After 0, 1, 2 and 3 quarter turns: (s, t), (t, -s), (-s, -t), (-t, s).
   PSPLIT_HD static Vec2 turned(Vec2 at, uint32_t turns) {
     const auto s = static_cast<uint32_t>(at.s), t = static_cast<uint32_t>(at.t);
     const uint32_t is_odd = 0 - (turns & 1);
     return {static_cast<int32_t>(negated(0 - (turns >> 1), core::select(is_odd, t, s))),
             static_cast<int32_t>(negated(0 - ((turns + 1) >> 1 & 1), core::select(is_odd, s, t)))};
   }
+  // Brings a sum back into the square, whose opposite sides meet.
   PSPLIT_HD int32_t folded(int32_t x) const {
     const auto range = static_cast<uint32_t>(max_quantized_);
     return static_cast<int32_t>(static_cast<uint32_t>(x) - (range & mask(x > center_)) +

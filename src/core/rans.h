@@ -1,5 +1,5 @@
-// Entropy decoding with asymmetric numeral systems: bits with one probability (rABS), and symbols with a table
-// (rANS). Both read their bytes from the last to the first.
+// Entropy decoding with asymmetric numeral systems: bits that share one probability (rABS), and symbols whose
+// probabilities are in a table (rANS). Both read their bytes from the last to the first.
 //
 // J. Duda: Asymmetric numeral systems, 2013. Draco bitstream specification 2.2, "rANS decoding".
 #pragma once
@@ -9,9 +9,9 @@
 
 namespace psplit::core {
 
-// The state that the last bytes of a block hold: the top two bits of the very last say how many there are.
-// Returns false where the block is too short, or the state is not below `base` * 256. `*size` becomes what is
-// left.
+// Reads the state from the last bytes of a block; the top two bits of the very last byte say how many bytes
+// these are. `*size` becomes the number of bytes before them. Returns false if the block is too short, or if
+// the state is not below `base` * 256.
 PSPLIT_HD inline bool read_rans_state(const uint8_t* block, size_t* size, uint32_t base, uint32_t max_bytes,
                                       uint32_t* state) {
   if (*size == 0) return false;
@@ -24,7 +24,7 @@ PSPLIT_HD inline bool read_rans_state(const uint8_t* block, size_t* size, uint32
   return *state < base * 256;
 }
 
-// A run of bits of which each is 0 with the same probability.
+// A run of bits, each of which is 0 with the same probability.
 class RansBits {
  public:
   // Takes the block from the reader.
@@ -44,8 +44,8 @@ class RansBits {
     return bit;
   }
 
-  // The same without branches, for bits that nobody can foresee and for many runs in step. Touches what stands
-  // before the block: its own length does.
+  // The same without branches, for unpredictable bits and for several runs in step. May load the byte before
+  // the block. There is one: the last byte of the block's length.
   PSPLIT_HD uint32_t next_fast() {
     const uint32_t due = mask(state_ < kBase) & mask(size_ > 0);
     state_ = select(due, state_ << 8 | *(block_ + size_ - 1), state_);
@@ -62,7 +62,7 @@ class RansBits {
   uint32_t state_ = 0, prob_one_ = 0;
 };
 
-// Bits of one run to bytes.
+// Decodes the bits of one run, and writes each as a byte.
 class BitSteps {
  public:
   BitSteps() = default;
@@ -77,18 +77,20 @@ class BitSteps {
   uint8_t* end_ = nullptr;
 };
 
-// A table of symbol probabilities that add up to 1 << precision_bits, and lookup in it.
+// A table of symbol probabilities, which add up to 1 << precision_bits, and the search for the symbol that a
+// number below that sum stands for.
 //
-// Up to kDirectBits every number has an entry of its own, so that one load decodes a symbol. Beyond, and for
-// few symbols, the top bits of a number say at which symbol's slot to begin a search that is nearly always over
-// at once: a table of 2^20 entries would take longer to fill than a patch to decode, and one of 2^12 longer
-// than some hundred symbols.
+// With kDirectBits of precision each number has an entry of its own, so that one load decodes a symbol. With
+// more precision, or for few symbols, the top bits of a number select a bucket, which says at which slot to
+// begin a search; the first slot is nearly always the right one. A table of 2^20 entries would take longer to
+// fill than a patch to decode, and one of 2^12 entries longer than some hundred symbols.
 class RansTable {
  public:
-  static constexpr uint32_t kDirectBits = 12;  // the least precision there is
+  static constexpr uint32_t kDirectBits = 12;  // the lowest precision
   static constexpr uint32_t kFew = 1024, kFewBits = 8;
 
-  // A symbol, its probability (of 1 << precision_bits), and the sum of the probabilities of all lower symbols.
+  // A symbol, its probability as a part of 1 << precision_bits, and the sum of the probabilities of all lower
+  // symbols.
   class Slot {
    public:
     static constexpr uint32_t kMostSymbols = 1u << 24;
@@ -104,7 +106,7 @@ class RansTable {
     uint64_t packed_;
   };
 
-  // Reads the table for so many symbols. It lives in the arena until that is released.
+  // Reads the table with which `count` symbols are coded. Its arrays are in the arena.
   PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, uint32_t count, Arena& arena) {
     precision_bits_ = precision_bits;
     is_direct_ = precision_bits == kDirectBits && count >= kFew;
@@ -112,11 +114,11 @@ class RansTable {
     bucket_shift_ = precision_bits - bucket_bits;
     const uint32_t symbol_count = reader.varint();
     const uint32_t total = 1u << precision_bits;
-    // One byte says at most that 64 symbols do not occur.
+    // One byte can say that 64 symbols do not occur, but no more.
     if (reader.truncated()) return Fault::kTruncated;
     if (symbol_count == 0 || symbol_count / 64 > reader.remaining() || symbol_count > Slot::kMostSymbols)
       return Fault::kEntropy;
-    // Symbols that occur have a slot each, at least 1 of the total, and a byte.
+    // A symbol that occurs has a slot. It takes at least 1 of the total, and at least one byte of the stream.
     const uint32_t most = symbol_count < total ? symbol_count : total;
     const size_t most_slots = most < reader.remaining() ? most : reader.remaining();
     if (is_direct() ? !arena.take(direct_, size_t{1} << kDirectBits)
@@ -140,7 +142,7 @@ class RansTable {
         for (const uint32_t end = sum + prob; filled < end; ++filled, ++entry) direct_[filled] = entry;
       } else {
         slots_[slot_count] = {symbol, prob, sum};
-        // The first number of a bucket lies in this slot.
+        // The first number of these buckets is in this slot.
         for (; filled << bucket_shift_ < sum + prob; ++filled) buckets_[filled] = slot_count;
         ++slot_count;
       }
@@ -151,10 +153,21 @@ class RansTable {
     return sum == total ? Fault::kNone : Fault::kEntropy;
   }
 
+  // The memory that `read` takes, without the slots.
+  PSPLIT_HD static constexpr size_t bytes() {
+    return Arena::bytes<uint64_t>(uint64_t{1} << kDirectBits) + Arena::bytes<Slot>(0);
+  }
+  // All slots of all tables that an encoder writes to a stream, for `symbol_count` symbols together: one for
+  // each symbol that occurs, and each takes a byte of the stream.
+  PSPLIT_HD static constexpr size_t slot_bytes(uint64_t symbol_count, uint64_t stream_bytes) {
+    return Arena::bytes<Slot>(symbol_count < stream_bytes ? symbol_count : stream_bytes);
+  }
+
   PSPLIT_HD uint32_t precision_bits() const { return precision_bits_; }
   PSPLIT_HD bool is_direct() const { return is_direct_; }
 
-  // What one number of a direct table decodes to: symbol, probability and offset in it, in 32 + 16 + 16 bits.
+  // The entry of a number in a direct table: its symbol, the symbol's probability, and the number's offset in
+  // it, in 32 + 16 + 16 bits.
   PSPLIT_HD uint64_t direct(uint32_t number) const { return direct_[number]; }
 
   PSPLIT_HD Slot search(uint32_t number) const {
@@ -184,20 +197,21 @@ class RansSymbols {
     return read_rans_state(block_, &size_, base_, 4, &state_) ? Fault::kNone : Fault::kEntropy;
   }
 
-  // One symbol, however the bytes end.
+  // Decodes one symbol, however few bytes are left.
   PSPLIT_HD uint32_t next(const RansTable& table) {
     while (state_ < base_ && size_ > 0) state_ = state_ << 8 | block_[--size_];
     return table.is_direct() ? step<true>(table) : step<false>(table);
   }
 
-  // How many symbols next_fast may decode before it must be asked again: a step takes three bytes at most.
+  // The number of symbols that next_fast may decode before this must be asked again: a symbol takes at most
+  // three bytes.
   PSPLIT_HD size_t fast_steps() const { return size_ / 3; }
 
-  // One symbol without branches, but for a search now and then: how many bytes are due is as good as random.
-  // They are read four at a time, which may touch what stands before the block: its own table does.
+  // Decodes one symbol without branches, except for a rare search: the number of bytes that are due is
+  // unpredictable. Always loads four bytes, which may begin before the block. There are bytes: its own table's.
   template <bool kDirect>
   PSPLIT_HD uint32_t next_fast(const RansTable& table) {
-    // The comparisons do not wait for each other. Of 12 bits' precision there are never three bytes due.
+    // The comparisons do not wait for each other. With 12 bits of precision three bytes are never due.
     uint32_t due = (state_ < base_) + (state_ < base_ >> 8);
     if constexpr (!kDirect) due += state_ < base_ >> 16;
     const uint64_t ahead = uint64_t{state_} << 32 | load_le32(block_ + size_ - 4);

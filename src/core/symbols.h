@@ -1,8 +1,8 @@
 // Sequences of unsigned integers: Draco's two symbol codings.
 //
 //   raw     every value is one rANS symbol
-//   tagged  for each group of components one rANS symbol says how many bits each of its values takes; the bits
-//           follow in plain
+//   tagged  each group of components has a tag, which is one rANS symbol: the number of bits of each value
+//           in the group. The values follow in plain bits.
 #pragma once
 
 #include "src/core/bit_groups.h"
@@ -11,12 +11,12 @@
 
 namespace psplit::core {
 
-// A sequence whose table is read and whose entropy-coded symbols are not. Several may be decoded in step, one
-// symbol of each in turn, so that none waits for its own last one (step_symbols).
+// A sequence whose table is read, and whose entropy-coded symbols are decoded later. Several sequences may be
+// decoded in step, one symbol of each in turn, so that none waits for its own last symbol (step_symbols).
 class SymbolSequence {
  public:
-  // Values come in groups of `components`, and go to `out`, which has room for all. Of no groups nothing at all
-  // is stored. The table lives in the arena.
+  // Values are in groups of `components`, and are written to `out`, which has room for all. The stream stores
+  // nothing for a sequence without groups. The table is in the arena.
   PSPLIT_HD Fault start(ByteReader& reader, uint32_t group_count, uint32_t components, Arena& arena,
                         View<uint32_t> out) {
     group_count_ = group_count;
@@ -28,7 +28,7 @@ class SymbolSequence {
     const uint8_t coding = reader.u8();
     if (coding != kTagged && coding != kRaw) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
     is_tagged_ = coding == kTagged;
-    // Tags stand where the last values will, and are used up before those come.
+    // Tags are written to the places of the last values, and are read before those values are written.
     symbol_count_ = is_tagged_ ? group_count : group_count * components;
     first_ = group_count * components - symbol_count_;
     const uint32_t symbol_bits = is_tagged_ ? kTagBits : reader.u8();
@@ -39,11 +39,14 @@ class SymbolSequence {
     return fault == Fault::kNone ? symbols_.start(reader, table_) : fault;
   }
 
+  // The memory that `start` takes, without the slots of the table.
+  PSPLIT_HD static constexpr size_t bytes() { return RansTable::bytes(); }
+
   PSPLIT_HD bool is_tagged() const { return is_tagged_; }
   PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
 
-  // Decodes what is left. The reader stands where start left it, and then behind the last value. Collective;
-  // sequence and reader are everybody's.
+  // Decodes the symbols that are left, and the values of tagged ones. The reader is where start left it, and
+  // afterwards behind the last value. Collective: all lanes share the sequence and the reader.
   template <Lanes L>
   PSPLIT_HD Fault finish(L lanes, ByteReader& reader) {
     if (lanes.rank() == 0)
@@ -60,12 +63,13 @@ class SymbolSequence {
   }
 
  protected:
-  // How many symbols next_fast may decode before it must be asked again; 0 where it must not be used any more.
+  // The number of symbols that next_fast may decode before this must be asked again; 0 if it must not be used
+  // any more.
   PSPLIT_HD uint32_t fast_steps() const {
     const size_t steps = symbols_.fast_steps(), left = symbol_count_ - done_;
     return static_cast<uint32_t>(steps < left ? steps : left);
   }
-  // kDirect is is_direct().
+  // kDirect must be is_direct().
   template <bool kDirect>
   PSPLIT_HD void next_fast() {
     out_[first_ + done_++] = symbols_.next_fast<kDirect>(table_);
@@ -80,7 +84,8 @@ class SymbolSequence {
   bool is_tagged_ = false;
 };
 
-// Steps through a sequence, as far as that goes without counting bytes; what is left is for its finish.
+// Steps through a sequence as long as enough bytes are left for the steps not to count them. The sequence's
+// finish decodes the rest.
 template <bool kDirect>
 class SymbolSteps : public SymbolSequence {
  public:
@@ -98,7 +103,7 @@ class SymbolSteps : public SymbolSequence {
   uint32_t limit_ = 0;
 };
 
-// Steps through all sequences, several at a time.
+// Takes the steps of all sequences, kRuns of them in turn.
 template <uint32_t kRuns>
 PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
   constexpr uint32_t kMost = 16;
@@ -116,7 +121,7 @@ PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
   }
 }
 
-// Decodes a sequence of single values at once, and calls visit(i, value) for each. The arena is as before
+// Decodes a sequence of single values, and calls visit(i, value) for each. On success the arena is as before
 // afterwards.
 template <typename Visit>
 PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena, Visit visit) {
@@ -136,7 +141,12 @@ PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena,
   return Fault::kNone;
 }
 
-// 0, -1, 1, -2, 2 ... as 0, 1, 2, 3, 4 ...
+// The memory that decode_symbols takes and releases, without the slots of the table.
+PSPLIT_HD constexpr size_t decode_symbols_bytes(uint64_t count) {
+  return Arena::bytes<uint32_t>(count) + SymbolSequence::bytes();
+}
+
+// The signed number that a symbol stands for: 0, -1, 1, -2, 2 ... for 0, 1, 2, 3, 4 ...
 PSPLIT_HD constexpr uint32_t signed_of_symbol(uint32_t symbol) { return symbol >> 1 ^ (0 - (symbol & 1)); }
 
 }  // namespace psplit::core

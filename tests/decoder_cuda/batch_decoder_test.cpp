@@ -296,7 +296,7 @@ TEST(HostDecoder, ShortageIsNoOthersError) {
 class NeedyBatch : public testing::Test {
  protected:
   const ThreadPool pool{2};
-  const PatchedSample needy = grid_sample(60, 1, 40, pool, 10), modest = grid_sample(60, 40, 0, pool);
+  const PatchedSample needy = grid_sample(60, 1, 40, pool, 10), modest = grid_sample(60, 20, 0, pool);
   const Parsed needy_input = parsed(parse_container(needy.encoded.container));
   const Parsed modest_input = parsed(parse_container(modest.encoded.container));
   Outputs needy_outputs, modest_outputs;

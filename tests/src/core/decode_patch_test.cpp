@@ -1,5 +1,5 @@
-// The core against libdraco: faces, the order of points and every attribute's bytes must be the same, on
-// streams of every kind that its encoder writes.
+// The core against libdraco, on streams of every kind that libdraco's encoder writes: faces, the order of
+// points and every attribute's bytes must be the same.
 #include "src/core/decode_patch.h"
 
 #include <gtest/gtest.h>
@@ -88,7 +88,7 @@ Fault decode_by_warp(const StreamHeader& header, LaneOrder order, RawMesh& out) 
   return decode<Index>(decode_with, run, out);
 }
 
-// The border's walk must be the one that the specification defines by faces and points alone.
+// The walk over the border must be the one that the specification defines, which knows faces and points only.
 template <typename Index>
 Fault expect_walk_by_definition(const Patch<Index>& patch, Arena& arena) {
   View<Index> walk;
@@ -100,7 +100,7 @@ Fault expect_walk_by_definition(const Patch<Index>& patch, Arena& arena) {
   return fault;
 }
 
-// In as much memory as the counts say, and its border is walked in it.
+// Decodes in exactly the memory that the counts ask for, and walks the border in it.
 template <typename Index>
 Fault decode_in_workspace(const StreamHeader& header, size_t stream_bytes, const RawMesh& expected,
                           RawMesh& out) {
@@ -118,7 +118,7 @@ Fault decode_in_workspace(const StreamHeader& header, size_t stream_bytes, const
 void expect_same_as_libdraco(const DracoStream& stream) {
   const std::optional<RawMesh> expected = decode_with_libdraco(stream.bytes);
   ASSERT_TRUE(expected);
-  // An exactly sized block: one byte too far is seen by the address sanitizer.
+  // A block of exactly this size: the address sanitizer sees an access one byte behind it.
   const std::vector<uint8_t> bytes(stream.bytes);
   StreamHeader header;
   ASSERT_EQ(fault_text(read_stream_header(bytes.data(), bytes.size(), header)), fault_text(Fault::kNone));
@@ -142,8 +142,8 @@ TEST(DecodePatch, EqualsLibdracoOnEveryKindOfStream) {
       StreamSet::kAll);
 }
 
-// A run of steps a lane, the rest shared or by the first lane alone: in any order of the lanes the same. Each
-// stream in another order; under sanitizers the small streams.
+// Each lane takes runs of steps; the rest is shared, or done by the first lane alone. The result is the same in
+// any order of the lanes: each stream is decoded in one of them. Under sanitizers only the small streams are.
 TEST(DecodePatch, TheLanesOfAWarpTogetherEqualLibdraco) {
 #if defined(PSPLIT_ASAN) || defined(PSPLIT_TSAN)
   constexpr StreamSet kSet = StreamSet::kSmall;
@@ -157,7 +157,7 @@ TEST(DecodePatch, TheLanesOfAWarpTogetherEqualLibdraco) {
     const LaneOrder order = kLaneOrders[count++ % kLaneOrders.size()];
     ASSERT_EQ(fault_text(decode_by_warp<Index>(header, order, decoded)), fault_text(Fault::kNone));
     ASSERT_TRUE(decoded == expected) << "order " << int{order.kind};
-    // Streams end early for all lanes at once.
+    // If a stream ends early, it does so for all lanes.
     const std::vector<uint8_t> half(stream.bytes.begin(),
                                     stream.bytes.begin() + static_cast<ptrdiff_t>(stream.bytes.size() / 2));
     StreamHeader half_header;
@@ -181,7 +181,7 @@ TEST(DecodePatch, TheLanesOfAWarpTogetherEqualLibdraco) {
   EXPECT_GT(count, 1000u);
 }
 
-// Every mesh stream of version 2.2 in files that others made: .drc and inside of glTF's buffers.
+// Every mesh stream of version 2.2 in files that others made: .drc files, and streams in glTF's buffers.
 TEST(DecodePatch, EqualsLibdracoOnTheCorpus) {
   const std::filesystem::path corpus = PSPLIT_CORPUS;
   if (!std::filesystem::exists(corpus)) GTEST_SKIP() << "no corpus at " << corpus;
@@ -213,7 +213,7 @@ TEST(DecodePatch, EqualsLibdracoOnTheCorpus) {
   RecordProperty("streams", static_cast<int>(count));
 }
 
-// Streams that have little in common, broken ones among them, do not disturb each other.
+// Streams in step do not disturb each other, even if they have little in common or are broken.
 TEST(DecodePatch, StreamsInStepDecodeAsEachAlone) {
   constexpr uint32_t kCount = 3;
   constexpr size_t kMemory = size_t{1} << 24;
@@ -257,7 +257,7 @@ TEST(DecodePatch, RefusesEveryTruncation) {
   size_t count = 0;
   for_each_draco_stream(
       [&](const DracoStream& stream) {
-        // Every length of some, so that all features are cut somewhere.
+        // Every length of some streams, so that all features are cut somewhere.
         if (stream.bytes.size() > 1500 || ++count % 8 != 0) return;
         for (size_t length = 0; length < stream.bytes.size(); ++length) {
           const std::vector<uint8_t> bytes(stream.bytes.begin(),
@@ -266,7 +266,7 @@ TEST(DecodePatch, RefusesEveryTruncation) {
           RawMesh decoded;
           if (read_stream_header(bytes.data(), bytes.size(), header) != Fault::kNone) continue;
           if (decode<uint32_t>(header, decoded) != Fault::kNone) continue;
-          // The last bytes of some streams say nothing; then libdraco does not miss them either.
+          // The last bytes of some streams have no meaning; then libdraco decodes without them, too.
           const std::optional<RawMesh> expected = decode_with_libdraco(bytes);
           ASSERT_TRUE(expected && *expected == decoded) << stream.name << " cut to " << length;
         }
@@ -274,10 +274,10 @@ TEST(DecodePatch, RefusesEveryTruncation) {
       StreamSet::kSmall);
 }
 
-// Flips, overwrites, inserts and removes bytes of real streams. Every mutant must be refused or decode within
-// its bounds, in time and memory that its size justifies; the sanitizers' build of this test watches. Where
-// libdraco accepts a mutant as well, both must agree: it is asked about a share of them only, since it is slow
-// and trusting.
+// Flips, overwrites, inserts and removes bytes of real streams. Every mutant must be refused, or decode within
+// its bounds and in time and memory that its size justifies; sanitizers watch the bounds. If libdraco accepts a
+// mutant as well, both must agree. libdraco decodes only some of the mutants, because it is slow and trusts its
+// input.
 TEST(DecodePatch, RefusesMutantsOrDecodesThemWithinTheirBounds) {
   std::vector<std::vector<uint8_t>> seeds;
   for_each_draco_stream(
@@ -294,7 +294,7 @@ TEST(DecodePatch, RefusesMutantsOrDecodesThemWithinTheirBounds) {
   for (size_t i = 0; i < kMutants; ++i) {
     std::vector<uint8_t> bytes = seeds[below(seeds.size())];
     for (size_t edits = 1 + below(3); edits > 0; --edits) {
-      // Headers and tables are where a byte says most.
+      // A byte of headers and tables means most.
       const size_t at = below(2) == 0 ? below(std::min<size_t>(bytes.size(), 80)) : below(bytes.size());
       switch (below(4)) {
         case 0: bytes[at] ^= static_cast<uint8_t>(1u << below(8)); break;
@@ -319,7 +319,7 @@ TEST(DecodePatch, RefusesMutantsOrDecodesThemWithinTheirBounds) {
     ASSERT_TRUE(decoded == *expected) << "mutant " << i;
     EXPECT_EQ(fault_text(expect_walk_by_definition(*patch, arena)), fault_text(Fault::kNone)) << "mutant " << i;
   }
-  // A test that only ever sees refusals would show little.
+  // A test that sees nothing but refusals would show little.
   EXPECT_GT(accepted, kMutants / 100);
   EXPECT_GT(compared, kMutants / 1000);
 }

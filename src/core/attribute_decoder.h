@@ -1,0 +1,233 @@
+// The attributes of a stream: their groups and descriptions, the sequence of each group, the integers of each
+// attribute.
+#pragma once
+
+#include "src/core/integer_decoder.h"
+#include "src/core/patch.h"
+#include "src/core/stream_header.h"
+
+namespace psplit::core {
+
+template <typename Index>
+class AttributeDecoder {
+ public:
+  PSPLIT_HD AttributeDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& patch)
+      : header_(header), arena_(arena), patch_(patch) {}
+
+  // Reads groups and descriptions, finds the sequence of each group, and reads the first attributes. Afterwards
+  // sequences() and traversals() are pending. `seam_tables` are by attribute data.
+  PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables) {
+    const uint32_t group_count = reader.u8();
+    if (reader.truncated()) return Fault::kTruncated;
+    if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
+    // A description takes more than 4 bytes.
+    const size_t most = reader.remaining() / 4 < kMaxAttributes ? reader.remaining() / 4 : kMaxAttributes;
+    if (!arena_.take(patch_.groups, group_count) || !arena_.take(traversals_, group_count) ||
+        !arena_.take(patch_.attributes, most))
+      return Fault::kWorkspace;
+    if (const Fault fault = read_groups(reader); fault != Fault::kNone) return fault;
+    uint32_t attribute_count = 0;
+    for (uint32_t g = 0; g < group_count; ++g) {
+      const Fault fault = read_descriptions(reader, static_cast<uint8_t>(g), patch_.groups[g],
+                                            patch_.attributes, attribute_count);
+      if (fault != Fault::kNone) return fault;
+    }
+    arena_.trim(patch_.attributes, attribute_count);
+    if (!arena_.take(sequences_, attribute_count) || !arena_.take(integers_, attribute_count))
+      return Fault::kWorkspace;
+    for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};
+    const Fault fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
+    return fault == Fault::kNone ? read(reader) : fault;
+  }
+
+  // The symbols of the attributes that were read last, and the walks over the groups' tables.
+  PSPLIT_HD View<SymbolSequence> sequences() const {
+    return View<SymbolSequence>(sequences_.data() + first_pending_, sequence_count_ - first_pending_);
+  }
+  PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return traversals_.first(traversal_count_); }
+
+  // Finish traversals and sequences after their steps were taken. finish_sequences is collective.
+  PSPLIT_HD Fault finish_traversals() {
+    for (; traversal_count_ > 0; --traversal_count_)
+      if (const Fault fault = traversals_[traversal_count_ - 1].finish(); fault != Fault::kNone) return fault;
+    return Fault::kNone;
+  }
+  template <Lanes L>
+  PSPLIT_HD Fault finish_sequences(L lanes, ByteReader& reader) {
+    for (uint32_t i = first_pending_; i < sequence_count_; ++i)
+      if (const Fault fault = sequences_[i].finish(lanes, reader); fault != Fault::kNone) return fault;
+    return Fault::kNone;
+  }
+
+  // Whether all attributes are read; otherwise read_on reads more, and sequences() are pending again.
+  PSPLIT_HD bool is_read() const { return group_ == patch_.groups.size(); }
+  PSPLIT_HD Fault read_on(ByteReader& reader) {
+    first_pending_ = sequence_count_;
+    return read(reader);
+  }
+
+  // Makes the steps of integers() ready, when all attributes are read. Collective.
+  template <Lanes L>
+  PSPLIT_HD void start_predictions(L lanes) {
+    for (uint32_t i = 0; i < integers_.size(); ++i)
+      if (patch_.attributes[i].coding != Coding::kRaw) integers_[i].start_prediction(lanes);
+  }
+  PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
+  // Finishes the integers after their steps were taken.
+  PSPLIT_HD Fault finish_predictions() {
+    for (uint32_t i = 0; i < integers_.size(); ++i) {
+      if (patch_.attributes[i].coding == Coding::kRaw) continue;
+      if (const Fault fault = integers_[i].finish(arena_); fault != Fault::kNone) return fault;
+    }
+    return Fault::kNone;
+  }
+
+  // The memory that all stages of attributes take and keep, and the most that one of them takes and releases;
+  // both without the slots of symbols' tables.
+  PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
+    const uint64_t attributes = values.attributes, most_groups = uint64_t{header.attribute_data_count} + 1;
+    const uint64_t groups = header.edgebreaker && most_groups < attributes ? most_groups : attributes;
+    const size_t sequences = header.edgebreaker
+                                 ? groups * (Sequence<Index>::bytes(values.points) +
+                                             DepthFirstTraversal<Index>::bytes(header.counts.face_count))
+                                 : Arena::bytes<Index>(values.points);
+    return Arena::bytes<Group<Index>>(groups) + Arena::bytes<DepthFirstTraversal<Index>>(groups) +
+           Arena::bytes<Attribute<Index>>(attributes) + Arena::bytes<SymbolSequence>(attributes) +
+           Arena::bytes<IntegerDecoder<Index>>(attributes) + sequences +
+           IntegerDecoder<Index>::bytes(values.points, attributes, values.components);
+  }
+  PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header, const ValueCounts& values) {
+    const size_t descriptions = Arena::bytes<Attribute<Index>>(kMaxAttributes);
+    if (!header.edgebreaker) return descriptions;
+    const uint32_t faces = header.counts.face_count;
+    const size_t walk = PredictionDegreeTraversal<Index>::bytes(faces, values.points),
+                 prediction = IntegerDecoder<Index>::finish_bytes(faces, values.points),
+                 longest = walk > prediction ? walk : prediction;
+    return longest > descriptions ? longest : descriptions;
+  }
+
+ private:
+  PSPLIT_HD Fault read_groups(ByteReader& reader) {
+    bool has_shared = false;
+    for (Group<Index>* group = patch_.groups.data(); group != patch_.groups.data() + patch_.groups.size();
+         ++group) {
+      *group = {};
+      if (!header_.edgebreaker) continue;
+      group->attribute_data = static_cast<int8_t>(reader.u8());
+      group->per_corner = reader.u8() != 0;
+      const uint8_t traversal = reader.u8();
+      if (reader.truncated()) return Fault::kTruncated;
+      group->by_prediction_degree = traversal == 1;
+      if (traversal > 1 || (group->per_corner && group->by_prediction_degree)) return Fault::kMethod;
+      if (group->attribute_data < 0) {
+        if (group->per_corner || has_shared) return Fault::kAttribute;
+        has_shared = true;
+        continue;
+      }
+      if (static_cast<uint32_t>(group->attribute_data) >= header_.attribute_data_count)
+        return Fault::kAttribute;
+      for (const Group<Index>* other = patch_.groups.data(); other != group; ++other)
+        if (other->attribute_data == group->attribute_data) return Fault::kAttribute;
+    }
+    return Fault::kNone;
+  }
+
+  // A sequential stream has no corner table: its vertices are the points, and values are in their order.
+  PSPLIT_HD Fault list_points() {
+    View<Index> identity;
+    if (!arena_.take(identity, patch_.point_count)) return Fault::kWorkspace;
+    for (uint32_t i = 0; i < patch_.point_count; ++i) identity[i] = static_cast<Index>(i);
+    for (uint32_t g = 0; g < patch_.groups.size(); ++g) {
+      patch_.groups[g].table.table.vertex = identity;
+      patch_.groups[g].table.vertex_count = patch_.point_count;
+      patch_.groups[g].sequence = {identity, identity, patch_.point_count};
+    }
+    return Fault::kNone;
+  }
+
+  PSPLIT_HD Fault find_sequences(View<AttributeTable<Index>> seam_tables) {
+    for (uint32_t g = 0; g < patch_.groups.size(); ++g) {
+      Group<Index>& group = patch_.groups[g];
+      const Connectivity<Index>& mesh = patch_.mesh;
+      group.table = group.per_corner ? seam_tables[static_cast<size_t>(group.attribute_data)]
+                                     : AttributeTable<Index>{mesh.table, mesh.closed, mesh.vertex_count, false};
+      if (const Fault fault = find_sequence(group); fault != Fault::kNone) return fault;
+    }
+    return Fault::kNone;
+  }
+  // A depth-first traversal is made ready here, and takes its steps later.
+  PSPLIT_HD Fault find_sequence(Group<Index>& group) {
+    // The same walk over the same table gives the same sequence.
+    for (const Group<Index>* other = patch_.groups.data(); other != &group; ++other) {
+      if (group.table.has_seams || other->table.has_seams ||
+          other->by_prediction_degree != group.by_prediction_degree)
+        continue;
+      group.sequence = other->sequence;
+      return Fault::kNone;
+    }
+    if (!group.sequence.allocate(group.table.vertex_count, arena_)) return Fault::kWorkspace;
+    if (group.by_prediction_degree) return traverse_by_prediction_degree(group.table, arena_, group.sequence);
+    traversals_[traversal_count_] = {};
+    return traversals_[traversal_count_++].start(group.table, arena_, group.sequence);
+  }
+
+  // Reads on from attribute_ of group_, to the end of the stream or to symbols that must be decoded to find
+  // their end.
+  PSPLIT_HD Fault read(ByteReader& reader) {
+    for (; group_ < patch_.groups.size(); ++group_) {
+      const Group<Index>& group = patch_.groups[group_];
+      const uint32_t end = group.first + group.count;
+      for (; attribute_ < end; ++attribute_) {
+        const Fault fault = read_attribute(reader, group, patch_.attributes[attribute_]);
+        if (fault != Fault::kNone || waits_for_tags_) return fault;
+      }
+      for (uint32_t i = group.first; i < end; ++i)
+        if (const Fault fault = read_transform(reader, patch_.attributes[i]); fault != Fault::kNone)
+          return fault;
+    }
+    return Fault::kNone;
+  }
+  // The end of tagged symbols is known after their tags: then this reads up to the symbols, and is called
+  // again.
+  PSPLIT_HD Fault read_attribute(ByteReader& reader, const Group<Index>& group, Attribute<Index>& attribute) {
+    if (attribute.coding == Coding::kRaw) {
+      attribute.raw = reader.head();
+      return reader.skip(uint64_t{attribute.stride()} * group.sequence.count) ? Fault::kNone
+                                                                              : Fault::kTruncated;
+    }
+    IntegerDecoder<Index>& integers = integers_[attribute_];
+    if (!waits_for_tags_) {
+      SymbolSequence& symbols = sequences_[sequence_count_++];
+      symbols = {};
+      const Attribute<Index>* position = find_position();
+      const Fault fault = integers.start(reader, header_.edgebreaker, group, attribute,
+                                         position != nullptr ? &patch_.groups[position->group] : nullptr,
+                                         position, arena_, symbols);
+      waits_for_tags_ = symbols.is_tagged();
+      if (fault != Fault::kNone || waits_for_tags_) return fault;
+    }
+    waits_for_tags_ = false;
+    return integers.read_prediction(reader, /*corner_limit=*/3 * patch_.face_count, arena_);
+  }
+
+  // The first attribute of positions, if it is decoded before the one that is read.
+  PSPLIT_HD const Attribute<Index>* find_position() const {
+    for (uint32_t i = 0; i < attribute_; ++i)
+      if (patch_.attributes[i].semantic == Attribute<Index>::kPosition) return &patch_.attributes[i];
+    return nullptr;
+  }
+
+  const StreamHeader& header_;
+  Arena& arena_;
+  Patch<Index>& patch_;
+
+  uint32_t group_ = 0, attribute_ = 0;  // to be read next
+  bool waits_for_tags_ = false;         // that attribute is read up to its symbols
+  View<DepthFirstTraversal<Index>> traversals_;
+  uint32_t traversal_count_ = 0;
+  View<SymbolSequence> sequences_;
+  uint32_t first_pending_ = 0, sequence_count_ = 0;
+  View<IntegerDecoder<Index>> integers_;
+};
+
+}  // namespace psplit::core

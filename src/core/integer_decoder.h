@@ -1,0 +1,169 @@
+// The integers of one attribute: its symbols, which become corrections, and its prediction, which turns
+// corrections into values.
+#pragma once
+
+#include "src/core/attributes.h"
+#include "src/core/prediction.h"
+
+namespace psplit::core {
+
+template <typename Index>
+class IntegerDecoder {
+ public:
+  // Reads up to the entropy-coded symbols, which `symbols` will decode. Of the group's sequence only the length
+  // must be known yet. `positions` and `position` are the group and the attribute of the positions to predict
+  // from, or null.
+  PSPLIT_HD Fault start(ByteReader& reader, bool is_edgebreaker, const Group<Index>& group,
+                        Attribute<Index>& attribute, const Group<Index>* positions,
+                        const Attribute<Index>* position, Arena& arena, SymbolSequence& symbols) {
+    group_ = &group;
+    attribute_ = &attribute;
+    positions_ = positions;
+    position_ = position;
+    if (const Fault fault = read_scheme(reader, is_edgebreaker); fault != Fault::kNone) return fault;
+    const uint32_t components = attribute.value_components(), count = group.sequence.count;
+    const uint64_t total = uint64_t{count} * components;
+    if (total > 0xffffffffu) return Fault::kCounts;
+    // One correction more, because a vector register loads four numbers for a value of three components.
+    if (!arena.take(attribute.values, size_t{group.table.vertex_count} * value_stride(components)) ||
+        !arena.take(corrections_, static_cast<size_t>(total) + 1) ||
+        !arena.take(zeros_, zero_count(components)))
+      return Fault::kWorkspace;
+    fill(zeros_, 0);
+    // Symbols turn into corrections in place.
+    const View<uint32_t> out(reinterpret_cast<uint32_t*>(corrections_.data()), static_cast<size_t>(total));
+    return reader.u8() != 0 ? symbols.start(reader, count, components, arena, out) : read_plain(reader, out);
+  }
+  // The memory that `start` and read_prediction take for `attributes` attributes that have `components`
+  // components together, without the slots of symbols' tables. value_stride adds at most one place to each
+  // attribute.
+  PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components) {
+    return Arena::bytes<int32_t>(value_count * (components + attributes)) +
+           Arena::bytes<int32_t>(value_count * components + attributes) +
+           Arena::bytes<int32_t>(components + zero_count(0) * attributes) +
+           attributes *
+               (3 * Arena::bytes<int32_t>(0) + SymbolSequence::bytes() + PredictionData::bytes(value_count));
+  }
+
+  // Reads on behind the symbols. For `corner_limit` see PredictionData::read.
+  PSPLIT_HD Fault read_prediction(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
+    return reader.truncated() ? Fault::kTruncated : data_.read(reader, corner_limit, arena);
+  }
+
+  // Makes the steps of the most frequent predictions ready, when symbols and sequence are known. At most one of
+  // the three kinds is running. Any number of steps may be taken before finish. Collective.
+  template <Lanes L>
+  PSPLIT_HD void start_prediction(L lanes) {
+    const bool is_signed = data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap;
+    for_each_lane_item(lanes, is_signed ? static_cast<uint32_t>(corrections_.size()) - 1 : 0, [&](uint32_t i) {
+      corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
+    });
+    if (lanes.rank() == 0) start_steps();
+    lanes.sync();
+  }
+  PSPLIT_HD ParallelogramSteps<Index, 3>& parallelograms_3d() { return parallelograms_3d_; }
+  PSPLIT_HD ParallelogramSteps<Index, 2>& parallelograms_2d() { return parallelograms_2d_; }
+  PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
+
+  PSPLIT_HD Fault finish(Arena& arena) {
+    if (has_steps()) return Fault::kNone;
+    const size_t mark = arena.mark();
+    const Fault fault = predict_components(arena);
+    arena.release(mark);
+    return fault;
+  }
+  // The memory that `finish` takes.
+  PSPLIT_HD static constexpr size_t finish_bytes(uint32_t face_count, uint64_t value_count) {
+    return ParallelogramFinder<Index>::bytes(face_count, value_count);
+  }
+
+ private:
+  PSPLIT_HD static constexpr uint32_t zero_count(uint32_t components) {
+    return components < 4 ? 4 : components;
+  }
+
+  PSPLIT_HD Fault read_scheme(ByteReader& reader, bool is_edgebreaker) {
+    const auto scheme = static_cast<int8_t>(reader.u8());
+    data_.scheme = static_cast<Scheme>(scheme);
+    if (scheme < -2 || scheme > 6 || scheme == -1 || scheme == 3) return Fault::kMethod;
+    if (data_.scheme == Scheme::kNone) return Fault::kNone;
+    const auto transform = static_cast<int8_t>(reader.u8());
+    const bool is_wrap = transform == static_cast<int8_t>(Transform::kWrap);
+    if (transform < 1 || transform > 3 || is_wrap != (attribute_->coding != Coding::kNormal))
+      return Fault::kMethod;
+    data_.transform = static_cast<Transform>(transform);
+    // Without a corner table a value can only be predicted from the one before. On an octahedron, schemes for
+    // positions or texture coordinates make no sense.
+    if (!is_edgebreaker || (!is_wrap && data_.scheme != Scheme::kGeometricNormal))
+      data_.scheme = Scheme::kDifference;
+    if (data_.scheme == Scheme::kGeometricNormal && is_wrap) return Fault::kPrediction;
+    if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal)
+      if (position_ == nullptr || position_->coding == Coding::kRaw || position_->value_components() != 3)
+        return Fault::kPrediction;
+    return Fault::kNone;
+  }
+
+  // Reads symbols that are not entropy-coded. A byte before them is the number of bytes of each.
+  PSPLIT_HD static Fault read_plain(ByteReader& reader, View<uint32_t> out) {
+    const uint32_t bytes = reader.u8();
+    if (bytes > 4) return Fault::kEntropy;
+    const uint8_t* in = reader.head();
+    if (!reader.skip(uint64_t{out.size()} * bytes)) return Fault::kTruncated;
+    for (size_t i = 0; i < out.size(); ++i) {
+      out[i] = 0;
+      for (uint32_t k = 0; k < bytes; ++k) out[i] |= static_cast<uint32_t>(*in++) << (8 * k);
+    }
+    return Fault::kNone;
+  }
+
+  template <uint32_t kComponents>
+  PSPLIT_HD PredictedValues<Index, kComponents> values() const {
+    return {group_->table.table, group_->sequence, corrections_,
+            attribute_->values,  zeros_.data(),    attribute_->value_components()};
+  }
+
+  PSPLIT_HD bool has_steps() const {
+    const uint32_t components = attribute_->value_components();
+    return (data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3)) ||
+           (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal);
+  }
+  PSPLIT_HD void start_steps() {
+    if (!has_steps()) return;
+    if (attribute_->coding == Coding::kNormal)
+      normals_ = {values<2>(), data_.grid, data_.transform == Transform::kOctahedronCanonicalized};
+    else if (attribute_->value_components() == 3)
+      parallelograms_3d_ = ParallelogramSteps<Index, 3>({values<3>(), data_.wrap});
+    else
+      parallelograms_2d_ = ParallelogramSteps<Index, 2>({values<2>(), data_.wrap});
+  }
+
+  template <uint32_t kComponents>
+  PSPLIT_HD Fault predict_values(Arena& arena) {
+    Positions<Index> positions;
+    if (position_ != nullptr)
+      positions = {group_->table.table, positions_->table.table, group_->sequence, position_->values,
+                   positions_->table.has_seams};
+    return predict(values<kComponents>(), positions, data_, arena);
+  }
+  PSPLIT_HD Fault predict_components(Arena& arena) {
+    switch (attribute_->value_components()) {
+      case 1: return predict_values<1>(arena);
+      case 2: return predict_values<2>(arena);
+      case 3: return predict_values<3>(arena);
+      case 4: return predict_values<4>(arena);
+      default: return predict_values<0>(arena);
+    }
+  }
+
+  const Group<Index>* group_ = nullptr;
+  Attribute<Index>* attribute_ = nullptr;
+  const Group<Index>* positions_ = nullptr;
+  const Attribute<Index>* position_ = nullptr;
+  PredictionData data_;
+  View<int32_t> corrections_, zeros_;
+  ParallelogramSteps<Index, 3> parallelograms_3d_;
+  ParallelogramSteps<Index, 2> parallelograms_2d_;
+  NormalSteps<Index> normals_;
+};
+
+}  // namespace psplit::core

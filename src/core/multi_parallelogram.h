@@ -1,0 +1,209 @@
+// Prediction by several parallelograms: the mean of those around a value's vertex.
+//
+// D. Cohen-Or, R. Cohen, R. Irony: Multi-way Geometry Encoding, 2002. Draco bitstream specification 2.2,
+// "multi-parallelogram prediction" and "constrained multi-parallelogram prediction".
+#pragma once
+
+#include "src/core/in_step.h"
+#include "src/core/parallelogram.h"
+#include "src/core/prediction_data.h"
+
+namespace psplit::core {
+
+// Finds, for each value of a sequence, the parallelograms that predict it, at most kMaxParallelograms. They are
+// in their order around the value's vertex: to the left from the corner at which the traversal met the vertex,
+// then to the right from there. The search depends on the order of values only, not on the values, so several
+// searches run in step.
+template <typename Index>
+class ParallelogramFinder {
+ public:
+  PSPLIT_HD Fault find(const CornerTable<Index>& table, const Sequence<Index>& sequence, Arena& arena) {
+    const auto face_count = static_cast<uint32_t>(table.opposite.size() / 4);
+    if (!arena.take(found_, sequence.count) ||
+        !arena.take(across_, size_t{kMaxParallelograms} * sequence.count))
+      return Fault::kWorkspace;
+    fill(across_, Index{0});
+    const size_t mark = arena.mark();
+    View<Index> complete_at;  // by face: the rank of the last of its values
+    if (!arena.take(complete_at, entry_count(face_count))) return Fault::kWorkspace;
+    complete_at[complete_at.size() - 1] = kNone<Index>;
+    const auto rank_at = [&](uint32_t corner) -> uint32_t { return sequence.rank[table.vertex[corner]]; };
+    for (uint32_t face = 0; face < face_count; ++face) {
+      const uint32_t a = rank_at(4 * face), b = rank_at(4 * face + 1), c = rank_at(4 * face + 2);
+      const uint32_t ab = select(mask(a > b), a, b);
+      complete_at[face] = static_cast<Index>(select(mask(ab > c), ab, c));
+    }
+    search({table, sequence.corner, complete_at, found_, across_}, sequence.count);
+    arena.release(mark);
+    return Fault::kNone;
+  }
+  // The memory that `find` takes.
+  PSPLIT_HD static constexpr size_t bytes(uint32_t face_count, uint64_t value_count) {
+    return Arena::bytes<uint8_t>(value_count) + Arena::bytes<Index>(kMaxParallelograms * value_count) +
+           Arena::bytes<Index>(entry_count(face_count));
+  }
+
+  PSPLIT_HD uint32_t count(uint32_t i) const { return found_[i]; }
+  // The far corner of value i's j-th parallelogram; any corner if j is not below count(i).
+  PSPLIT_HD Index across(uint32_t i, uint32_t j) const { return across_[size_t{kMaxParallelograms} * i + j]; }
+
+ private:
+  // A face that does not exist is never complete. With 16-bit numbers it has an entry at the number that kNone
+  // makes; otherwise that would be too far off, and it has the entry behind those of all faces.
+  static constexpr bool kNoFaceIsSmall = sizeof(Index) == 2;
+  PSPLIT_HD static constexpr size_t entry_count(uint32_t face_count) {
+    return size_t{kNoFaceIsSmall ? kNone<Index> >> 2 : face_count} + 1;
+  }
+
+  // The state of one search, which is for values [i, end).
+  struct Search {
+    uint32_t i = 0, end = 0, start = 0, corner = 0, found = 0;
+  };
+
+  // What all searches share.
+  struct Fans {
+    CornerTable<Index> table;
+    View<const Index> corners, complete_at;
+    View<uint8_t> found_at;
+    View<Index> across_at;
+
+    // Looks at one corner. Where a fan ends is unpredictable, so the only branch is the one at borders. Returns
+    // whether the search goes on.
+    PSPLIT_HD bool step(Search& at) const {
+      look(at, at.corner);
+      const uint32_t beyond = table.opposite[next(at.corner)], following = next(beyond);
+      uint32_t done = at.found >> 2 | static_cast<uint32_t>(following == at.start);
+      if (PSPLIT_UNLIKELY(beyond == kNone<Index>)) {
+        for (Index right = static_cast<Index>(at.start); at.found < kMaxParallelograms;) {
+          right = table.swing_right(right);
+          if (right == kNone<Index>) break;
+          look(at, right);
+        }
+        done = 1;
+      }
+      found_at[at.i] = static_cast<uint8_t>(at.found);
+      at.i += done;
+      // A sequence has one corner more than values.
+      const uint32_t if_done = 0 - done, fresh = corners[at.i];
+      if constexpr (sizeof(Index) == 4) {
+        const uint32_t soon = corners[at.i + 16 < corners.size() ? at.i + 16 : at.i];
+        PSPLIT_PREFETCH(&table.opposite[soon]);
+      }
+      at.corner = select(if_done, fresh, following);
+      at.start = select(if_done, fresh, at.start);
+      at.found &= ~if_done;
+      return at.i < at.end;
+    }
+
+    PSPLIT_HD void look(Search& at, uint32_t corner) const {
+      static_assert(kMaxParallelograms == 4);
+      const uint32_t across = table.opposite[corner], face = across >> 2;
+      const auto no_face = static_cast<uint32_t>(complete_at.size()) - 1;
+      const bool complete = complete_at[kNoFaceIsSmall || face < no_face ? face : no_face] < at.i;
+      // Any corner will do if there is no parallelogram.
+      across_at[size_t{4} * at.i + at.found] = static_cast<Index>(select(mask(complete), across, at.start));
+      at.found += complete;
+    }
+  };
+
+  // Each search has an equal part of the sequence, and looks at one corner in turn. `fans` is a copy, which the
+  // loop may keep in registers.
+  PSPLIT_HD static void search(Fans fans, uint32_t value_count) {
+    Search searches[kInStep];
+    bool all = true;
+    for (uint32_t n = 0; n < kInStep; ++n) {
+      Search& at = searches[n];
+      at.i = static_cast<uint32_t>(uint64_t{value_count} * n / kInStep);
+      at.end = static_cast<uint32_t>(uint64_t{value_count} * (n + 1) / kInStep);
+      if (at.i < at.end) at.start = at.corner = fans.corners[at.i];
+      all &= at.i < at.end;
+    }
+    while (all) {
+      PSPLIT_UNROLL
+      for (Search& at : searches) all &= fans.step(at);
+    }
+    for (Search& at : searches)
+      while (at.i < at.end) fans.step(at);
+  }
+
+  View<uint8_t> found_;
+  View<Index> across_;
+};
+
+// A value is the mean of the parallelograms at all corners of its vertex, clockwise. libdraco decodes this
+// scheme, but does not write it any more.
+template <typename Index, uint32_t kComponents>
+PSPLIT_HD void predict_by_multi_parallelogram(WrappedValues<Index, kComponents> on) {
+  using Block = typename WrappedValues<Index, kComponents>::Block;
+  for (uint32_t i = 0; i < on.sequence.count; ++i) {
+    const Index start = on.sequence.corner[i];
+    const auto mean = [&](uint32_t k) {
+      Block sum(0);
+      int32_t count = 0;
+      Index corner = start;
+      do {
+        Parallelogram known;
+        if (find_parallelogram(on, i, corner, known)) sum = sum + known.predicted<Block>(k), ++count;
+        corner = on.table.swing_right(corner);
+      } while (corner != kNone<Index> && corner != start);
+      return count == 0 ? Block(on.before(i) + k) : sum / count;
+    };
+    on.correct(i, on.at(start), mean);
+  }
+}
+
+// A value is the mean of its first parallelograms (ParallelogramFinder), without those that a crease flag
+// excludes. The arena is not released. `on` is a copy, which the loop may keep in registers.
+template <typename Index, uint32_t kComponents>
+PSPLIT_HD Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, kComponents> on,
+                                                           const View<uint8_t> (&creases)[kMaxParallelograms],
+                                                           Arena& arena) {
+  using Block = typename WrappedValues<Index, kComponents>::Block;
+  ParallelogramFinder<Index> finder;
+  if (const Fault fault = finder.find(on.table, on.sequence, arena); fault != Fault::kNone) return fault;
+  size_t used[kMaxParallelograms] = {};  // of the flags
+  for (uint32_t i = 0; i < on.sequence.count; ++i) {
+    if constexpr (sizeof(Index) == 4) {
+      const uint32_t soon = i + 8 < on.sequence.count ? i + 8 : i;
+      for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+        PSPLIT_PREFETCH(&on.table.vertex[finder.across(soon, j)]);
+    }
+    const uint32_t found = finder.count(i);
+    if (found == 0) {
+      on.correct(i, on.before(i));
+      continue;
+    }
+    const View<uint8_t> flags = creases[found - 1];
+    size_t& flag = used[found - 1];
+    if (flag + found > flags.size()) return Fault::kPrediction;
+    uint32_t kept = 0;  // a bit for each parallelogram
+    for (uint32_t j = 0; j < found; ++j) kept |= (flags[flag + j] ^ 1u) << j;
+    flag += found;
+    if (PSPLIT_UNLIKELY(kept == 0)) {
+      on.correct(i, on.before(i));
+      continue;
+    }
+    constexpr uint8_t kBits[16] = {0, 1, 1, 2, 1, 2, 2, 3, 1, 2, 2, 3, 2, 3, 3, 4};
+    const auto mean = [&](uint32_t k) {
+      const auto predicted = [&](uint32_t j) {
+        return parallelogram_at(on, finder.across(i, j)).template predicted<Block>(k);
+      };
+      Block sum(0);
+#if defined(PSPLIT_HAS_VECTORS)
+      if constexpr (kComponents == 3) {
+        // The number of parallelograms is unpredictable: always add four, some of them masked to zero.
+        for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+          sum = sum + (predicted(j) & Block(-static_cast<int32_t>(kept >> j & 1)));
+        return sum.mean_of(kBits[kept]);
+      }
+#endif
+      for (uint32_t j = 0; j < found; ++j)
+        if ((kept >> j & 1) != 0) sum = sum + predicted(j);
+      return sum / kBits[kept];
+    };
+    on.correct(i, on.at(on.sequence.corner[i]), mean);
+  }
+  return Fault::kNone;
+}
+
+}  // namespace psplit::core

@@ -1,0 +1,80 @@
+// Normals on an octahedral grid, predicted to be the same as the value before, or from the faces around a
+// vertex. Draco bitstream specification 2.2, "geometric normal prediction".
+#pragma once
+
+#include "src/core/predicted_values.h"
+#include "src/core/prediction_data.h"
+
+namespace psplit::core {
+
+// Each normal is predicted to be the same as the one before it. Computes one value a step.
+template <typename Index>
+class NormalSteps {
+ public:
+  NormalSteps() = default;
+  PSPLIT_HD NormalSteps(const PredictedValues<Index, 2>& on, const OctahedralGrid& grid, bool canonicalized)
+      : on_(on), grid_(grid), canonicalized_(canonicalized) {}
+
+  PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
+  PSPLIT_HD void step() {
+    const int32_t* by = on_.correction(i_);
+    last_ = grid_.correct(last_, {by[0], by[1]}, canonicalized_);
+    int32_t* const out = on_.at(on_.sequence.corner[i_]);
+    out[0] = last_.s, out[1] = last_.t;
+    ++i_;
+  }
+
+ private:
+  PredictedValues<Index, 2> on_;
+  OctahedralGrid grid_;
+  Vec2 last_;
+  uint32_t i_ = 0;
+  bool canonicalized_ = false;
+};
+
+// The sum of the normals of all faces at a corner's vertex. The normal of a face is as long as the face is
+// large.
+template <typename Index>
+PSPLIT_HD inline Vec3 normal_at(const CornerTable<Index>& table, const Positions<Index>& positions,
+                                Index start) {
+  const Vec3 center = positions.at(start);
+  Vec3 sum;
+  Index corner = start;
+  bool leftwards = true;
+  while (corner != kNone<Index>) {
+    add_cross(sum, minus(positions.at(next(corner)), center), minus(positions.at(previous(corner)), center));
+    corner = leftwards ? table.swing_left(corner) : table.swing_right(corner);
+    if (corner == start) break;
+    if (corner == kNone<Index> && leftwards) {
+      leftwards = false;
+      corner = table.swing_right(start);
+    }
+  }
+  return sum;
+}
+
+// Each normal is predicted from the positions around its vertex; a flip says that it points the other way.
+template <typename Index>
+PSPLIT_HD void predict_from_geometry(const PredictedValues<Index, 2>& on, const Positions<Index>& positions,
+                                     PredictionData& data) {
+  constexpr uint64_t kBound = 1u << 29;  // of the length, so that a product with the grid's center fits
+  constexpr uint64_t kMost = ~uint64_t{0} >> 1;
+  const bool canonicalized = data.transform == Transform::kOctahedronCanonicalized;
+  for (uint32_t i = 0; i < on.sequence.count; ++i) {
+    const Index corner = on.sequence.corner[i];
+    Vec3 normal = normal_at(on.table, positions, corner);
+    const uint64_t x = magnitude(normal.x), y = magnitude(normal.y), z = magnitude(normal.z);
+    const uint64_t length = y > kMost - x || z > kMost - x - y ? kMost : x + y + z;
+    if (length > kBound) {
+      const auto quotient = static_cast<int64_t>(length / kBound);
+      normal = {normal.x / quotient, normal.y / quotient, normal.z / quotient};
+    }
+    const int32_t* by = on.correction(i);
+    int32_t* const out = on.at(corner);
+    const Vec2 value =
+        data.grid.correct(data.grid.project(normal, data.flips.next()), {by[0], by[1]}, canonicalized);
+    out[0] = value.s, out[1] = value.t;
+  }
+}
+
+}  // namespace psplit::core

@@ -1,0 +1,46 @@
+// What a stream decodes to.
+#pragma once
+
+#include "src/core/value_writer.h"
+
+namespace psplit::core {
+
+// Its arrays are in the arena that it was decoded with, and in the bytes of the stream: both must outlive it.
+template <typename Index>
+struct Patch {
+  uint32_t face_count = 0, point_count = 0;
+  // The point at corner 4 * face + k. If no attribute has seams, the points are the vertices.
+  View<Index> point_at;
+  View<Index> corner_of_point;  // one of the point's corners; empty if points are vertices
+  View<Group<Index>> groups;
+  View<Attribute<Index>> attributes;
+  Connectivity<Index> mesh;  // of an Edgebreaker stream, otherwise empty
+  View<bool> on_seam;        // by vertex: whether a seam of any attribute ends there; empty without seams
+
+  // Writes an attribute's values by point. For `type`, kAligned and `place_of` see ValueWriter. Not collective:
+  // each lane writes its points.
+  template <bool kAligned = false, Lanes L, typename PlaceOf>
+  PSPLIT_HD void write_values(L lanes, const Attribute<Index>& attribute, DataType type,
+                              PlaceOf place_of) const {
+    const ValueWriter<Index> writer(attribute, type);
+    const Group<Index>& group = groups[attribute.group];
+    const bool is_raw = attribute.coding == Coding::kRaw;
+    if (corner_of_point.empty() && !is_raw)
+      return writer.template write<kAligned>(
+          lanes, point_count, [](uint32_t point) { return point; }, place_of);
+    writer.template write<kAligned>(
+        lanes, point_count,
+        [&](uint32_t point) -> uint32_t {
+          const uint32_t vertex =
+              corner_of_point.empty() ? point : group.table.table.vertex[corner_of_point[point]];
+          return is_raw ? group.sequence.rank[vertex] : vertex;
+        },
+        place_of);
+  }
+  template <typename PlaceOf>
+  PSPLIT_HD void write_values(const Attribute<Index>& attribute, PlaceOf place_of) const {
+    write_values(SerialLanes(), attribute, attribute.type, place_of);
+  }
+};
+
+}  // namespace psplit::core

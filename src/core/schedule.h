@@ -1,0 +1,139 @@
+// The chains of dependent steps that decoders stop at, and two ways to take them: one thread takes the steps of
+// several runs in turn, or each lane of a warp takes those of one run.
+#pragma once
+
+#include "src/core/integer_decoder.h"
+
+namespace psplit::core {
+
+// The runs of steps that a decoder waits for. Runs at the same stop are independent of each other.
+enum class Stop : uint8_t {
+  kSymbolLists,  // sequences(): the symbols of a valence traversal
+  kSeams,        // seams()
+  kChains,       // sequences() of the attributes, and traversals()
+  kPrediction,   // parallelograms_3d(), parallelograms_2d() and normals() of integers()
+  kDone,
+};
+
+template <typename Index>
+class PatchDecoder;
+
+// Calls take(runs, count) until it has seen all runs of some decoders, at most 16 at a time. A run is
+// run_of(item) of an item of list_of(decoder).
+template <typename Run, typename Decoder, typename ListOf, typename RunOf, typename Take>
+PSPLIT_HD void for_runs(Decoder* const* decoders, uint32_t decoder_count, ListOf list_of, RunOf run_of,
+                        Take take) {
+  constexpr uint32_t kMost = 16;
+  Run* runs[kMost] = {};
+  uint32_t count = 0;
+  for (uint32_t n = 0; n < decoder_count; ++n) {
+    const auto list = list_of(*decoders[n]);
+    for (size_t i = 0; i < list.size(); ++i) {
+      runs[count++] = &run_of(list[i]);
+      if (count < kMost) continue;
+      take(runs, count);
+      count = 0;
+    }
+  }
+  take(runs, count);
+}
+
+// Takes the steps of a traversal and of a sequence of symbols in turn, until either ends. There are about two
+// symbols for each step of the traversal: half as many vertices as faces, and three components each.
+template <typename Index>
+PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& sequence) {
+  const auto step = [&]<typename Symbols>(Symbols symbols) {
+    DepthFirstTraversal<Index> walk = traversal;
+    while (walk.running() && (symbols.steps_left() >= 2 || symbols.renew()) && symbols.steps_left() >= 2) {
+      walk.step();
+      symbols.step();
+      symbols.step();
+    }
+    traversal = walk;
+    sequence = symbols;
+  };
+  if (sequence.is_direct())
+    step(SymbolSteps<true>(sequence));
+  else
+    step(SymbolSteps<false>(sequence));
+}
+
+// Takes all pending steps of decoders that are at the same stop, those of kInStep runs in turn.
+template <typename Index>
+PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) {
+  using Decoder = PatchDecoder<Index>;
+  using Integers = IntegerDecoder<Index>;
+  const auto itself = [](auto& run) -> auto& { return run; };
+  const auto sequences = [](Decoder& decoder) { return decoder.sequences(); };
+  const auto take_predictions = [&]<typename Run>(Run& (Integers::*steps)()) {
+    for_runs<Run>(
+        decoders, count, [](Decoder& decoder) { return decoder.integers(); },
+        [=](Integers & integers) -> auto& { return (integers.*steps)(); }, step_all<kInStep, Run, Run>);
+  };
+  switch (decoders[0]->stop()) {
+    case Stop::kSeams:
+      for_runs<BitSteps>(
+          decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
+          step_all<kInStep, BitSteps, BitSteps>);
+      return;
+    case Stop::kSymbolLists:
+      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
+      return;
+    case Stop::kChains: {
+      using Run = DepthFirstTraversal<Index>;
+      const auto traversals = [](Decoder& decoder) { return decoder.traversals(); };
+      // A single traversal and a single sequence run in step with each other.
+      if (count == 1 && traversals(*decoders[0]).size() == 1 && sequences(*decoders[0]).size() == 1)
+        step_both(traversals(*decoders[0])[0], sequences(*decoders[0])[0]);
+      for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
+      for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
+      return;
+    }
+    case Stop::kPrediction:
+      take_predictions(&Integers::parallelograms_3d);
+      take_predictions(&Integers::parallelograms_2d);
+      take_predictions(&Integers::normals);
+      return;
+    case Stop::kDone: return;
+  }
+}
+
+// For lanes that each take a run of their own: the number of runs that a decoder waits for, and all steps of
+// one run.
+template <typename Index>
+PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index>& decoder) {
+  switch (decoder.stop()) {
+    case Stop::kSeams: return static_cast<uint32_t>(decoder.seams().size());
+    case Stop::kSymbolLists:
+    case Stop::kChains: return static_cast<uint32_t>(decoder.sequences().size() + decoder.traversals().size());
+    case Stop::kPrediction: return static_cast<uint32_t>(decoder.integers().size());
+    case Stop::kDone: break;
+  }
+  return 0;
+}
+template <typename Index>
+PSPLIT_HD void take_run(const PatchDecoder<Index>& decoder, uint32_t number) {
+  const auto step_through = []<typename Run>(Run& run) {
+    Run* const one = &run;
+    step_all<1, Run>(&one, 1);
+  };
+  switch (decoder.stop()) {
+    case Stop::kSeams: return step_through(decoder.seams()[number]);
+    case Stop::kSymbolLists:
+    case Stop::kChains: {
+      const View<SymbolSequence> sequences = decoder.sequences();
+      if (number >= sequences.size()) return step_through(decoder.traversals()[number - sequences.size()]);
+      SymbolSequence* const one = &sequences[number];
+      return step_symbols<1>(&one, 1);
+    }
+    case Stop::kPrediction: {
+      IntegerDecoder<Index>& integers = decoder.integers()[number];
+      step_through(integers.parallelograms_3d());
+      step_through(integers.parallelograms_2d());
+      return step_through(integers.normals());
+    }
+    case Stop::kDone: return;
+  }
+}
+
+}  // namespace psplit::core

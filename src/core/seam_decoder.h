@@ -1,0 +1,91 @@
+// The seams of a stream's attributes, and the points that follow from them (seams.h).
+#pragma once
+
+#include "src/core/patch.h"
+#include "src/core/stream_header.h"
+
+namespace psplit::core {
+
+template <typename Index>
+class SeamDecoder {
+ public:
+  // Takes the entropy-coded bits of `count` attribute data, at most kMaxAttributeData, from the reader.
+  PSPLIT_HD Fault read(ByteReader& reader, uint32_t count) {
+    count_ = count;
+    for (uint32_t i = 0; i < count; ++i)
+      if (const Fault fault = bits_[i].start(reader); fault != Fault::kNone) return fault;
+    return Fault::kNone;
+  }
+
+  // Makes the steps ready that decode a bit for each inner edge, when the mesh is known.
+  PSPLIT_HD Fault start(const Connectivity<Index>& mesh, Arena& arena) {
+    if (!arena.take(tables_, count_) || !arena.take(steps_, count_) ||
+        !arena.take(inner_edges_, size_t{3} * mesh.counts.face_count))
+      return Fault::kWorkspace;
+    const uint32_t edge_count = list_inner_edges(mesh.table, inner_edges_);
+    inner_edges_ = inner_edges_.first(edge_count);
+    if (!arena.take(seams_, size_t{count_} * edge_count)) return Fault::kWorkspace;
+    for (uint32_t i = 0; i < count_; ++i) steps_[i] = BitSteps(bits_[i], seams_of(i));
+    return Fault::kNone;
+  }
+  PSPLIT_HD View<BitSteps> steps() const { return steps_; }
+
+  // Cuts a table for each attribute data, and splits vertices into points, after all steps were taken.
+  PSPLIT_HD Fault finish(Arena& arena, Patch<Index>& patch) {
+    const Connectivity<Index>& mesh = patch.mesh;
+    bool any_seams = false;
+    View<bool> on_seam;
+    View<Index> scratch;
+    if (!arena.take(on_seam, mesh.vertex_count) || !arena.take(patch.on_seam, mesh.vertex_count) ||
+        !arena.take(scratch, mesh.vertex_count))
+      return Fault::kWorkspace;
+    fill(patch.on_seam, false);
+    for (uint32_t i = 0; i < count_; ++i) {
+      AttributeTable<Index>& table = tables_[i];
+      const Fault fault = cut_seams(mesh, inner_edges_, seams_of(i), arena, table, on_seam);
+      if (fault != Fault::kNone) return fault;
+      if (!table.has_seams) continue;
+      any_seams = true;
+      number_attribute_vertices(mesh, on_seam, scratch, table);
+      for (size_t v = 0; v < on_seam.size(); ++v) patch.on_seam[v] |= on_seam[v];
+    }
+    return any_seams ? split_points(scratch, arena, patch) : Fault::kNone;
+  }
+  // By attribute data.
+  PSPLIT_HD View<AttributeTable<Index>> tables() const { return tables_; }
+
+  // The memory that `start` and `finish` take.
+  PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
+    const uint64_t count = header.attribute_data_count, faces = header.counts.face_count;
+    const uint64_t vertices = header.counts.vertex_limit, inner_edges = 3 * faces / 2;
+    return Arena::bytes<AttributeTable<Index>>(count) + Arena::bytes<BitSteps>(count) +
+           Arena::bytes<Index>(3 * faces) + Arena::bytes<uint8_t>(count * inner_edges) +
+           2 * Arena::bytes<bool>(vertices) + Arena::bytes<Index>(vertices) +
+           count * AttributeTable<Index>::bytes(header.counts.face_count) + Arena::bytes<Index>(4 * faces) +
+           Arena::bytes<Index>(values.points);
+  }
+
+ private:
+  PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
+    return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());
+  }
+
+  PSPLIT_HD Fault split_points(View<Index> scratch, Arena& arena, Patch<Index>& patch) {
+    if (!arena.take(patch.point_at, patch.mesh.table.vertex.size())) return Fault::kWorkspace;
+    patch.point_count = split_into_points(patch.mesh, tables_, patch.on_seam, scratch, patch.point_at);
+    if (!arena.take(patch.corner_of_point, patch.point_count)) return Fault::kWorkspace;
+    for (uint32_t face = 0; face < patch.face_count; ++face)
+      for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner)
+        patch.corner_of_point[patch.point_at[corner]] = static_cast<Index>(corner);
+    return Fault::kNone;
+  }
+
+  uint32_t count_ = 0;
+  RansBits bits_[kMaxAttributeData];
+  View<Index> inner_edges_;
+  View<uint8_t> seams_;  // by attribute data and edge
+  View<BitSteps> steps_;
+  View<AttributeTable<Index>> tables_;
+};
+
+}  // namespace psplit::core

@@ -1,0 +1,103 @@
+// From integers to values of the attribute's own type, to the bit what libdraco computes: no multiply-add may
+// be fused.
+#pragma once
+
+#include "src/core/attributes.h"
+#include "src/core/lanes.h"
+#include "src/core/octahedral.h"
+
+namespace psplit::core {
+
+template <typename Index>
+class ValueWriter {
+ public:
+  // `type` is the attribute's own. For a quantized attribute it may also be an integer type that is wide
+  // enough: then the places on its grid are written.
+  PSPLIT_HD ValueWriter(const Attribute<Index>& attribute, DataType type)
+      : attribute_(attribute), type_(type), coding_(attribute.coding) {
+    if (coding_ == Coding::kQuantized && type != attribute.type) coding_ = Coding::kInteger;
+    if (coding_ == Coding::kQuantized) step_ = attribute.step();
+    if (attribute.coding == Coding::kNormal) grid_ = OctahedralGrid(attribute.bits);
+  }
+
+  // Writes the values of points [0, count). value_of(point) is a vertex of the table, for kRaw a place in the
+  // sequence. place_of(point) is where the point's value goes, or null if it is not wanted. With kAligned all
+  // places are aligned for the components' type, and a component is one store on every machine.
+  template <bool kAligned, Lanes L, typename ValueOf, typename PlaceOf>
+  PSPLIT_HD void write(L lanes, uint32_t count, ValueOf value_of, PlaceOf place_of) const {
+    const auto each = [&](auto write_one) {
+      for_each_lane_item(lanes, count, [&](uint32_t point) {
+        if (uint8_t* place = place_of(point); place != nullptr) write_one(value_of(point), place);
+      });
+    };
+    switch (coding_) {
+      case Coding::kRaw: return each([&](uint32_t value, uint8_t* out) { write_raw(value, out); });
+      case Coding::kInteger:
+        switch (data_type_bytes(type_)) {
+          case 1: return each(integer_writer<kAligned, uint8_t>());
+          case 2: return each(integer_writer<kAligned, uint16_t>());
+          default: return each(integer_writer<kAligned, uint32_t>());
+        }
+      case Coding::kQuantized:
+        switch (attribute_.components) {
+          case 2: return each(dequantizer<kAligned, 2>());
+          case 3: return each(dequantizer<kAligned, 3>());
+          default: return each(dequantizer<kAligned, 0>());
+        }
+      case Coding::kNormal:
+        return each([&](uint32_t value, uint8_t* out) { write_normal<kAligned>(value, out); });
+    }
+  }
+
+ private:
+  template <bool kAligned, typename T>
+  PSPLIT_HD static void store(uint8_t* out, const T& value) {
+    if constexpr (kAligned) out = static_cast<uint8_t*>(__builtin_assume_aligned(out, alignof(T)));
+    __builtin_memcpy(out, &value, sizeof(T));
+  }
+
+  PSPLIT_HD void write_raw(uint32_t value, uint8_t* out) const {
+    const uint32_t stride = attribute_.stride();
+    for (uint32_t i = 0; i < stride; ++i) out[i] = attribute_.raw[size_t{value} * stride + i];
+  }
+
+  template <bool kAligned, typename T>
+  PSPLIT_HD auto integer_writer() const {
+    return [this](uint32_t value, uint8_t* out) {
+      const int32_t* in = &attribute_.values[size_t{value} * value_stride(attribute_.components)];
+      for (uint32_t k = 0; k < attribute_.components; ++k)
+        store<kAligned>(out + k * sizeof(T), static_cast<T>(in[k]));
+    };
+  }
+
+  // kComponents is 0 if their number is known only at run time.
+  template <bool kAligned, uint32_t kComponents>
+  PSPLIT_HD auto dequantizer() const {
+    return [this](uint32_t value, uint8_t* out) {
+      const uint32_t components = kComponents != 0 ? kComponents : attribute_.components;
+      const int32_t* in = &attribute_.values[size_t{value} * value_stride(components)];
+      for (uint32_t k = 0; k < components; ++k) {
+        float origin;
+        __builtin_memcpy(&origin, attribute_.origin + 4 * k, sizeof origin);
+        const float dequantized = static_cast<float>(in[k]) * step_ + origin;
+        store<kAligned>(out + 4 * k, dequantized);
+      }
+    };
+  }
+
+  template <bool kAligned>
+  PSPLIT_HD void write_normal(uint32_t value, uint8_t* out) const {
+    const int32_t* in = &attribute_.values[size_t{value} * 2];
+    float vector[3];
+    grid_.unit_vector({in[0], in[1]}, vector);
+    store<kAligned>(out, vector);
+  }
+
+  const Attribute<Index>& attribute_;
+  DataType type_;
+  Coding coding_;
+  float step_ = 0;
+  OctahedralGrid grid_;
+};
+
+}  // namespace psplit::core

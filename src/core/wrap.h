@@ -1,0 +1,69 @@
+// The wrap transform. All values are in a known range, so corrections are stored modulo the number of values in
+// that range. Draco bitstream specification 2.2, "prediction transforms".
+#pragma once
+
+#include "src/core/byte_reader.h"
+#include "src/core/components.h"
+#include "src/core/fault.h"
+
+namespace psplit::core {
+
+// Values are in [low, high], which has `modulus` values.
+struct WrapRange {
+  int32_t low = 0, high = 0, modulus = 0;
+
+  PSPLIT_HD Fault read(ByteReader& reader) {
+    low = static_cast<int32_t>(reader.u32());
+    high = static_cast<int32_t>(reader.u32());
+    if (reader.truncated()) return Fault::kTruncated;
+    const int64_t difference = int64_t{high} - low;
+    if (difference < 0 || difference >= 0x7fffffff) return Fault::kPrediction;
+    modulus = static_cast<int32_t>(difference + 1);
+    return Fault::kNone;
+  }
+};
+
+// Undoes the transform, kCount components at once: clamps the predicted value to the range, adds the correction
+// and wraps the sum back into the range.
+template <uint32_t kCount>
+class Wrap {
+ public:
+  Wrap() = default;
+  PSPLIT_HD explicit Wrap(const WrapRange& range) : range_(range) {}
+
+  PSPLIT_HD Components<kCount> operator()(Components<kCount> predicted, Components<kCount> correction) const {
+    const auto [low, high, modulus] = range_;
+    for (uint32_t k = 0; k < kCount; ++k)
+      predicted[k] = predicted[k] > high ? high : predicted[k] < low ? low : predicted[k];
+    Components<kCount> value = predicted + correction;
+    for (uint32_t k = 0; k < kCount; ++k)
+      value[k] = value[k] > high  ? wrapping_sub(value[k], modulus)
+                 : value[k] < low ? wrapping_add(value[k], modulus)
+                                  : value[k];
+    return value;
+  }
+
+ private:
+  WrapRange range_;
+};
+
+#if defined(PSPLIT_HAS_VECTORS)
+template <>
+class Wrap<3> {
+ public:
+  Wrap() = default;
+  explicit Wrap(const WrapRange& range) : low_(range.low), high_(range.high), modulus_(range.modulus) {}
+
+  Components<3> operator()(Components<3> predicted, Components<3> correction) const {
+    predicted = choose(above(predicted, high_), high_, predicted);
+    predicted = choose(above(low_, predicted), low_, predicted);
+    const Components<3> value = predicted + correction;
+    return value - (modulus_ & above(value, high_)) + (modulus_ & above(low_, value));
+  }
+
+ private:
+  Components<3> low_, high_, modulus_;
+};
+#endif
+
+}  // namespace psplit::core

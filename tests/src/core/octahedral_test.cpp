@@ -1,0 +1,100 @@
+// Places on the octahedral grid: where axes are, and that corrections reach every place from every other.
+#include "src/core/octahedral.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <set>
+
+namespace psplit::core {
+namespace {
+
+constexpr int kBits = 4;
+constexpr int32_t kMax = (1 << kBits) - 2, kCenter = kMax / 2;
+
+std::array<float, 3> unit_vector(Vec2 at) {
+  std::array<float, 3> out;
+  OctahedralGrid(kBits).unit_vector(at, out.data());
+  return out;
+}
+
+using Place = std::array<int32_t, 2>;
+Place project(Vec3 v, bool flip = false) {
+  const Vec2 at = OctahedralGrid(kBits).project(v, flip);
+  return {at.s, at.t};
+}
+
+//    t
+//    -x---+z---(-x)      The center of the square is +x, and its four corners are -x.
+//     |    |    |
+//    -y---+x----+y
+//     |    |    |
+//    -x---(-z)--(-x)   s
+TEST(Octahedral, AxesAreAtTheCenterTheSidesAndTheCorners) {
+  using Vector = std::array<float, 3>;
+  EXPECT_EQ(unit_vector({kCenter, kCenter}), (Vector{1, 0, 0}));
+  EXPECT_EQ(unit_vector({kMax, kCenter}), (Vector{0, 1, 0}));
+  EXPECT_EQ(unit_vector({0, kCenter}), (Vector{0, -1, 0}));
+  EXPECT_EQ(unit_vector({kCenter, kMax}), (Vector{0, 0, 1}));
+  EXPECT_EQ(unit_vector({kCenter, 0}), (Vector{0, 0, -1}));
+  for (const Vec2 corner : {Vec2{0, 0}, Vec2{0, kMax}, Vec2{kMax, 0}, Vec2{kMax, kMax}})
+    EXPECT_EQ(unit_vector(corner), (Vector{-1, 0, 0}));
+}
+
+TEST(Octahedral, ProjectsAxesOfAnyLength) {
+  EXPECT_EQ(project({5, 0, 0}), (Place{kCenter, kCenter}));
+  EXPECT_EQ(project({0, 1, 0}), (Place{kMax, kCenter}));
+  EXPECT_EQ(project({0, 0, -1000}), (Place{kCenter, 0}));
+  EXPECT_EQ(project({-1, 0, 0}), (Place{kMax, kMax}));  // one name for all corners
+  EXPECT_EQ(project({0, 1, 0}, /*flip=*/true), (Place{0, kCenter}));
+  EXPECT_EQ(project({0, 0, 0}), (Place{kCenter, kCenter}));
+}
+
+// Every place in the inner diamond is a vector of integers on the octahedron.
+TEST(Octahedral, ProjectsPlacesOfTheFrontHalfToThemselves) {
+  for (int32_t y = -kCenter; y <= kCenter; ++y)
+    for (int32_t z = -kCenter; z <= kCenter; ++z) {
+      const int32_t x = kCenter - std::abs(y) - std::abs(z);
+      if (x < 0) continue;
+      EXPECT_EQ(project({x, y, z}), (Place{y + kCenter, z + kCenter}));
+    }
+}
+
+// The one name of a place: places on the sides of the square are the same in pairs, and so are its corners.
+Place named(Vec2 at) {
+  const int32_t y = at.s - kCenter, z = at.t - kCenter, x = kCenter - std::abs(y) - std::abs(z);
+  if (x >= 0) return project({x, y, z});
+  return project({x, (y < 0 ? -1 : 1) * (kCenter - std::abs(z)), (z < 0 ? -1 : 1) * (kCenter - std::abs(y))});
+}
+
+TEST(Octahedral, CorrectionsReachEveryPlaceFromEveryOther) {
+  const OctahedralGrid grid(kBits);
+  std::set<Place> all;
+  for (int32_t s = 0; s <= kMax; ++s)
+    for (int32_t t = 0; t <= kMax; ++t) all.insert(named({s, t}));
+  EXPECT_EQ(all.size(), static_cast<size_t>((kMax + 1) * (kMax + 1) - 4 * kCenter + 1));
+  for (const bool canonicalized : {false, true})
+    for (const Place& from : all) {
+      const Vec2 same = grid.correct({from[0], from[1]}, {0, 0}, canonicalized);
+      EXPECT_EQ(named(same), from);
+      std::set<Place> reached;
+      for (int32_t a = -kCenter; a <= kCenter; ++a)
+        for (int32_t b = -kCenter; b <= kCenter; ++b)
+          reached.insert(named(grid.correct({from[0], from[1]}, {a, b}, canonicalized)));
+      ASSERT_EQ(reached, all);
+    }
+}
+
+// Four predicted values that are a quarter turn apart, and the corrections that lead away from the center by
+// one step.
+TEST(Octahedral, CanonicalizedCorrectionsTurnWithThePredictedValue) {
+  const OctahedralGrid grid(kBits);
+  const Vec2 from[] = {{-2, -1}, {-1, 2}, {2, 1}, {1, -2}}, to[] = {{-3, -1}, {-1, 3}, {3, 1}, {1, -3}};
+  for (int i = 0; i < 4; ++i) {
+    const Vec2 at = grid.correct({from[i].s + kCenter, from[i].t + kCenter}, {-1, 0}, /*canonicalized=*/true);
+    EXPECT_EQ((Place{at.s, at.t}), (Place{to[i].s + kCenter, to[i].t + kCenter})) << i;
+  }
+}
+
+}  // namespace
+}  // namespace psplit::core

@@ -1,0 +1,207 @@
+// Each prediction scheme on a mesh made by hand, where its predicted values can be seen.
+#include "src/core/prediction.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "tests/src/core/rans_encoder.h"
+#include "tests/src/core/small_mesh.h"
+
+namespace psplit::core {
+namespace {
+
+using Values = std::vector<int32_t>;
+
+constexpr WrapRange kWide{-1000, 1000, 2001};
+
+// Two triangles, of which the second has its corner 3 across from corner 0 of the first.
+//
+//     2---3
+//     | \ |
+//     0---1
+const std::vector<std::array<uint16_t, 3>> kSquare{{0, 1, 2}, {3, 2, 1}};
+
+// Value k of a vertex has this correction in component k.
+Values repeated(const Values& values, uint32_t components) {
+  Values out;
+  for (const int32_t value : values)
+    for (uint32_t k = 0; k < components; ++k) out.push_back(value + static_cast<int32_t>(k));
+  return out;
+}
+
+template <uint32_t kComponents>
+void expect_parallelogram(uint32_t components = kComponents) {
+  SmallMesh mesh(kSquare);
+  // Each value is corrected from the one before; 3 is predicted to be 1 + 2 - 0.
+  const auto on = mesh.values<kComponents>(repeated({10, 5, 100, -7}, components), components);
+  for (ParallelogramSteps<uint16_t, kComponents> steps({on, kWide}); steps.running();) steps.step();
+  for (uint32_t v = 0; v < 4; ++v) {
+    Values expected;
+    for (int32_t k = 0; k < static_cast<int32_t>(components); ++k) {
+      const int32_t zero = 10 + k, one = zero + 5 + k, two = one + 100 + k, three = one + two - zero - 7 + k;
+      expected.push_back(std::array{zero, one, two, three}[v]);
+    }
+    EXPECT_EQ(mesh.value(v, components), expected) << "vertex " << v << " of " << components << " components";
+  }
+}
+
+TEST(Prediction, AValueCompletesTheParallelogramAcrossItsEdge) {
+  expect_parallelogram<1>();
+  expect_parallelogram<2>();
+  expect_parallelogram<3>();
+  expect_parallelogram<4>();
+  expect_parallelogram<0>(5);
+}
+
+TEST(Prediction, AParallelogramIsKnownOnceItsThreeValuesAre) {
+  SmallMesh mesh(kSquare);
+  const auto on = mesh.values<1>({0, 0, 0, 0});
+  Parallelogram found{};
+  for (uint32_t i = 0; i < 3; ++i) EXPECT_FALSE(find_parallelogram(on, i, mesh.met[3], found));
+  EXPECT_TRUE(find_parallelogram(on, 3, mesh.met[3], found));
+  EXPECT_EQ(found.far, on.of_vertex(0));
+  EXPECT_FALSE(find_parallelogram(on, 3, uint16_t{1}, found));  // no face is across the edge from 0 to 2
+}
+
+// Vertex 5 has two faces, and a parallelogram over each.
+//
+//     0---3---1
+//      \ /|\ /
+//       2 | 4
+//        \|/
+//         5
+const std::vector<std::array<uint16_t, 3>> kFan{{0, 3, 2}, {1, 4, 3}, {5, 2, 3}, {5, 3, 4}};
+constexpr uint16_t kLeftFace = 8, kRightFace = 12;  // the corners at vertex 5
+// The values of vertices 0 to 4, none of which has a parallelogram that is complete before it.
+constexpr int32_t kFanValues[] = {1000, 2000, 32, 64, 3};
+constexpr int32_t kLeft = 32 + 64 - 1000, kRight = 64 + 3 - 2000;
+
+// The predicted value of vertex 5, if the traversal met it at a corner.
+template <uint32_t kComponents, typename Predict>
+int32_t predicted_in_fan(uint16_t met, Predict predict) {
+  SmallMesh mesh(kFan);
+  mesh.met[5] = met;
+  Values corrections;
+  for (uint32_t v = 0; v < 6; ++v)
+    for (uint32_t k = 0; k < kComponents; ++k)
+      corrections.push_back(v == 5 ? 0 : kFanValues[v] - (v > 0 ? kFanValues[v - 1] : 0));
+  predict(WrappedValues<uint16_t, kComponents>(mesh.values<kComponents>(corrections), {-5000, 5000, 10001}));
+  for (uint32_t v = 0; v < 5; ++v)
+    EXPECT_EQ(mesh.value(v, kComponents), Values(kComponents, kFanValues[v])) << v;
+  const Values value = mesh.value(5, kComponents);
+  EXPECT_EQ(value, Values(kComponents, value[0]));
+  return value[0];
+}
+
+TEST(Prediction, SeveralParallelogramsPredictTheirMean) {
+  const auto predict = [](const auto& on) { predict_by_multi_parallelogram(on); };
+  EXPECT_EQ(predicted_in_fan<1>(kRightFace, predict), (kLeft + kRight) / 2);
+  EXPECT_EQ(predicted_in_fan<3>(kRightFace, predict), (kLeft + kRight) / 2);
+  // Clockwise from the left face there are no more.
+  EXPECT_EQ(predicted_in_fan<1>(kLeftFace, predict), kLeft);
+  EXPECT_EQ(predicted_in_fan<3>(kLeftFace, predict), kLeft);
+}
+
+// Flags of the two parallelograms of vertex 5; a flag that is set excludes one. Nothing if there is a fault.
+template <uint32_t kComponents>
+std::optional<int32_t> predicted_with_creases(uint16_t met, std::vector<uint8_t> flags) {
+  std::vector<uint8_t> memory(1 << 20);
+  Fault fault = Fault::kNone;
+  const int32_t predicted = predicted_in_fan<kComponents>(met, [&](const auto& on) {
+    Arena arena(memory.data(), memory.size());
+    View<uint8_t> creases[kMaxParallelograms];
+    creases[1] = {flags.data(), flags.size()};
+    fault = predict_by_constrained_multi_parallelogram(on, creases, arena);
+  });
+  return fault == Fault::kNone ? std::optional(predicted) : std::nullopt;
+}
+
+template <uint32_t kComponents>
+void expect_creases_exclude() {
+  const auto predicted = predicted_with_creases<kComponents>;
+  EXPECT_EQ(predicted(kLeftFace, {0, 0}), (kLeft + kRight) / 2);
+  // To the left of the left face is the right one; from the right face there is only the one to the right.
+  EXPECT_EQ(predicted(kLeftFace, {1, 0}), kRight);
+  EXPECT_EQ(predicted(kLeftFace, {0, 1}), kLeft);
+  EXPECT_EQ(predicted(kRightFace, {1, 0}), kLeft);
+  EXPECT_EQ(predicted(kRightFace, {0, 1}), kRight);
+  EXPECT_EQ(predicted(kRightFace, {1, 1}), kFanValues[4]);  // the value before
+}
+
+TEST(Prediction, CreasesExcludeParallelograms) {
+  expect_creases_exclude<1>();
+  expect_creases_exclude<2>();
+  expect_creases_exclude<3>();
+  expect_creases_exclude<4>();
+}
+
+TEST(Prediction, EveryParallelogramNeedsACreaseFlag) {
+  SmallMesh mesh(kFan);
+  const WrappedValues<uint16_t, 1> on(mesh.values<1>({0, 0, 0, 0, 0, 0}), kWide);
+  std::vector<uint8_t> memory(1 << 20);
+  Arena arena(memory.data(), memory.size());
+  uint8_t flag = 0;
+  View<uint8_t> creases[kMaxParallelograms];
+  creases[1] = {&flag, 1};
+  EXPECT_EQ(predict_by_constrained_multi_parallelogram(on, creases, arena), Fault::kPrediction);
+}
+
+// The square in space, in four places a vertex.
+constexpr int32_t kPositions[16] = {0, 0, 0, 0, 10, 0, 0, 0, 0, 10, 0, 0, 10, 10, 0, 0};
+
+Positions<uint16_t> positions_of(SmallMesh& mesh) {
+  return {mesh.table(), mesh.table(), mesh.sequence(), {kPositions, 16}, false};
+}
+
+TEST(Prediction, TextureCoordinatesHaveTheShapeOfTheTriangleInSpace) {
+  SmallMesh mesh(kSquare);
+  const auto positions = positions_of(mesh);
+  // The first edge makes the texture twice as large as the square, and turns it by a quarter.
+  const Values corrections{3, 3, 0, 20, 0, 0, 0, 0};
+  const auto decode = [&](std::vector<uint8_t> orientations) {
+    const WrappedValues<uint16_t, 2> on(mesh.values<2>(corrections), kWide);
+    return TexCoordsPredictor<uint16_t>(on, positions, {orientations.data(), orientations.size()}).predict();
+  };
+  ASSERT_EQ(decode({0, 0}), Fault::kNone);
+  EXPECT_EQ(mesh.value(1, 2), (Values{3, 23}));
+  EXPECT_EQ(mesh.value(2, 2), (Values{-17, 3}));
+  EXPECT_EQ(mesh.value(3, 2), (Values{-17, 23}));
+  // The last orientation is that of the first triangle; each mirrors its tip.
+  ASSERT_EQ(decode({0, 1}), Fault::kNone);
+  EXPECT_EQ(mesh.value(2, 2), (Values{23, 3}));
+  ASSERT_EQ(decode({1, 0}), Fault::kNone);
+  EXPECT_EQ(mesh.value(3, 2), (Values{3, 3}));
+  EXPECT_EQ(decode({0}), Fault::kPrediction);
+}
+
+TEST(Prediction, NormalsFollowFromTheFacesAroundAVertex) {
+  SmallMesh mesh(kSquare);
+  PredictionData data;
+  data.transform = Transform::kOctahedronCanonicalized;
+  data.grid = OctahedralGrid(4);
+  const Bytes flips = encode_bits({false, true, false, false}, 128);
+  ByteReader reader(flips.data(), flips.size());
+  ASSERT_EQ(data.flips.start(reader), Fault::kNone);
+  predict_from_geometry(mesh.values<2>(Values(8, 0)), positions_of(mesh), data);
+  const Vec2 up = data.grid.project({0, 0, 1}, false), down = data.grid.project({0, 0, 1}, true);
+  for (uint32_t v = 0; v < 4; ++v) {
+    const Vec2 expected = v == 1 ? down : up;
+    EXPECT_EQ(mesh.value(v, 2), (Values{expected.s, expected.t})) << v;
+  }
+}
+
+TEST(Prediction, ANormalIsCorrectedFromTheOneBefore) {
+  SmallMesh mesh(kSquare);
+  const OctahedralGrid grid(4);
+  const Values corrections{1, 2, -3, 4, 0, 0, 7, -7};
+  for (NormalSteps<uint16_t> steps(mesh.values<2>(corrections), grid, true); steps.running();) steps.step();
+  Vec2 last;
+  for (uint32_t v = 0; v < 4; ++v) {
+    last = grid.correct(last, {corrections[2 * v], corrections[2 * v + 1]}, true);
+    EXPECT_EQ(mesh.value(v, 2), (Values{last.s, last.t})) << v;
+  }
+}
+
+}  // namespace
+}  // namespace psplit::core
