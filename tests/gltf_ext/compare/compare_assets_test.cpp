@@ -165,7 +165,7 @@ TEST(CompareAssets, MissingExtraAndMirroredTrianglesAreNamed) {
   twice.faces.push_back(mesh.faces[5]);
   const AssetComparison more = compare(asset_of({mesh}), asset_of({twice}));
   ASSERT_FALSE(more.same());
-  EXPECT_EQ(more.first->what, "stands there more often than in the other file");
+  EXPECT_EQ(more.first->what, "occurs more often than in the other file");
 
   Mesh mirrored = mesh;
   std::swap(mirrored.faces[20][0], mirrored.faces[20][1]);
@@ -216,13 +216,13 @@ TEST(CompareAssets, PrimitivesOfOtherKindsSaySo) {
   Mesh less = mesh;
   less.attributes.erase(less.attributes.begin() + 3);
   EXPECT_EQ(compare(asset_of({mesh}), asset_of({less})).first->what,
-            "has TEXCOORD_0, and in the other file it has not");
+            "has TEXCOORD_0, which the other file lacks");
   EXPECT_EQ(compare(asset_of({less}), asset_of({mesh})).first->what,
-            "has no TEXCOORD_0, and in the other file it has");
+            "lacks TEXCOORD_0, which the other file has");
   EXPECT_TRUE(same(asset_of({less}), asset_of({mesh}), {{}, {"NORMAL", "_FEATURE_ID_0"}}));
   AssetMeshes lines = asset_of({mesh});
   lines.primitives[0].corner_count = 2;
-  EXPECT_EQ(compare(asset_of({mesh}), lines).first->what, "is of triangles, and of lines in the other file");
+  EXPECT_EQ(compare(asset_of({mesh}), lines).first->what, "has triangles, but lines in the other file");
   AssetMeshes two = asset_of({mesh});
   two.whole_count = 2;
   EXPECT_EQ(compare(asset_of({mesh}), two).first->what, "the files have 1 and 2 meshes");
@@ -299,7 +299,7 @@ TEST(CompareAssets, CracksAreSaid) {
   b.primitives[0].grids["POSITION"] = {0.05, false, "5"};
   const AssetComparison comparison = compare(a, b);
   ASSERT_FALSE(comparison.same());
-  EXPECT_EQ(comparison.first->what, "came apart in the second file from its neighbour");
+  EXPECT_EQ(comparison.first->what, "is separated from its neighbour in the second file");
   EXPECT_EQ(comparison.first->value, (std::vector<double>{1, 0, 0}));
   EXPECT_EQ(comparison.a.alone + comparison.b.alone, 0u);
 }
