@@ -28,7 +28,8 @@ struct ColumnLimits {
 // The limits of all attributes of two sides. All primitives must have each attribute.
 class ColumnLimiter {
  public:
-  ColumnLimiter(AssetPrimitives a, AssetPrimitives b, const CompareRules& rules) : sides_{a, b}, rules_(rules) {}
+  ColumnLimiter(AssetPrimitives a, AssetPrimitives b, const CompareRules& rules)
+      : sides_{a, b}, rules_(rules) {}
 
   ColumnLimits limits_of(const std::string& attribute);
 

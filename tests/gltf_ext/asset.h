@@ -1,4 +1,4 @@
-// Assets that the tests of this folder start from, and short names for what all of them do.
+// The assets that the tests of this folder start from, and functions that all of them use.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t pri
   return read_primitive(document, {mesh, primitive}, draco_backend(), test_pool());
 }
 
-// As psplit stores what it splits, however small.
+// Options that split every primitive, however small.
 inline Expected<std::vector<PrimitiveReport>> encode(Document& document, EncodeDocumentOptions options = {}) {
   options.always_patches = true;
   return encode_document(document, options, draco_backend(), test_pool());
@@ -42,7 +42,7 @@ inline Expected<std::vector<PrimitiveReport>> encode(Document& document, EncodeD
 
 inline Status decode(Document& document) { return decode_document(document, draco_backend(), test_pool()); }
 
-// How often `text` stands in the JSON.
+// How often `text` occurs in the JSON.
 inline size_t count_in(const Document& document, const std::string& text) {
   const std::string json = document.json.dump();
   size_t count = 0;
@@ -66,7 +66,7 @@ AccessorData make_data(ComponentType type, uint8_t components, const std::vector
   return data;
 }
 
-// A wavy grid with an attribute of every kind that glTF has.
+// A wavy grid with an attribute of every kind of glTF.
 inline Mesh rich_mesh(uint32_t columns = 12, uint32_t rows = 9) {
   Mesh mesh = make_grid(columns, rows);
   std::vector<float> positions = values_of<float>(mesh.attributes[0]);

@@ -1,4 +1,4 @@
-// What counts as the same mesh, and what is said of those that are not.
+// Which meshes count as the same, and the reports about those that differ.
 #include "gltf_ext/compare/compare_assets.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ void set_value(Mesh& mesh, const char* semantic, size_t index, float value) {
       std::memcpy(attribute.values.data() + index * sizeof value, &value, sizeof value);
 }
 
-// The part of the mesh with these faces, all points.
+// A mesh with these faces and all points of `mesh`.
 Mesh cut(const Mesh& mesh, size_t begin, size_t end) {
   Mesh part = mesh;
   part.faces.assign(mesh.faces.begin() + static_cast<ptrdiff_t>(begin),
@@ -78,12 +78,12 @@ TEST(CompareAssets, WhatEncodeMakesOfAnAssetIsTheSame) {
       ASSERT_TRUE(decode(split).ok());
       const AssetMeshes decoded = meshes_of(split);
       EXPECT_TRUE(same(b, decoded, within(0)));
-      EXPECT_EQ(same(a, decoded), lossless);  // it says no more what its grids were
+      EXPECT_EQ(same(a, decoded), lossless);  // decoded files state no grids
     }
 }
 
 TEST(CompareAssets, OneGridMeansEqualValues) {
-  // A quarter of a step away is within half a step of what was encoded, but no value of the same grid.
+  // A quarter of a step is within half a step of the original value, but it is not a value of the same grid.
   Document split = document_from_mesh(make_grid(10, 10));
   ASSERT_TRUE(encode(split));
   const AssetMeshes a = meshes_of(split);
@@ -121,7 +121,7 @@ TEST(CompareAssets, EveryAttributeCounts) {
   for (size_t i = 0; i < mesh.attributes.size(); ++i) {
     Mesh other = mesh;
     Array<std::byte>& values = other.attributes[i].values;
-    const size_t last = (40 + 1) * other.attributes[i].stride() - 1;  // with the sign of a float
+    const size_t last = (40 + 1) * other.attributes[i].stride() - 1;  // this byte has the sign of a float
     values[last] ^= std::byte{0x40};
     const AssetComparison comparison = compare(asset_of({mesh}), asset_of({other}));
     ASSERT_FALSE(comparison.same()) << mesh.attributes[i].semantic;
@@ -132,7 +132,7 @@ TEST(CompareAssets, EveryAttributeCounts) {
 }
 
 TEST(CompareAssets, ValuesSwappedOnASeamDiffer) {
-  // Two points at one place that differ in texture coordinates only.
+  // Two points at the same position differ only in texture coordinates.
   Mesh mesh = make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}, {{0, 1, 2}, {3, 5, 4}});
   mesh.attributes.push_back(make_attribute<float>("TEXCOORD_0", ComponentType::kFloat32, 2, false,
                                                   {0, 0, 1, 0, 0, 1, 0.25f, 0, 0.25f, 1, 1, 1}));
@@ -198,7 +198,7 @@ TEST(CompareAssets, PrimitivesMayBeCutAndReordered) {
   EXPECT_TRUE(same(whole, parts));
   EXPECT_TRUE(same(parts, asset_of({cut(mesh, 0, 100), cut(mesh, 100, mesh.faces.size())})));
   EXPECT_FALSE(same(whole, asset_of({cut(mesh, 0, 100), cut(mesh, 101, mesh.faces.size())})));
-  // Materials count where both have as many.
+  // Materials count only if both assets have equally many.
   whole.material_count = parts.material_count = 2;
   for (AssetPrimitive& primitive : parts.primitives) primitive.material = 1;
   EXPECT_FALSE(same(whole, parts));
@@ -276,7 +276,7 @@ TEST(CompareAssets, WeightsThatEncodersSetRightAreTheSame) {
   std::vector<float> weights;
   for (uint32_t i = 0; i < mesh.point_count; ++i) {
     const float first = static_cast<float>(i) / 100;
-    weights.insert(weights.end(), {first, 1.008f - first, 0, 0});  // as other quantizers leave them
+    weights.insert(weights.end(), {first, 1.008f - first, 0, 0});  // like the output of other quantizers
   }
   mesh.attributes.push_back(make_attribute("WEIGHTS_0", ComponentType::kFloat32, 4, false, weights));
   const Document original = document_from_mesh(mesh);

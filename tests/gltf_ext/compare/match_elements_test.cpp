@@ -1,4 +1,4 @@
-// Which triangles find a partner: against an exhaustive search, and where the values are made to be hard.
+// Which triangles find a partner, compared with an exhaustive search and on difficult values.
 #include "gltf_ext/compare/match_elements.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ ElementBag bag_of(const Mesh& mesh, const std::vector<double>& within, int corne
   return bag;
 }
 
-// With the limits on the side of `b`.
+// The limits are those of `b`.
 ElementMatch match(const Mesh& a, const Mesh& b, const std::vector<double>& within) {
   const ElementBag bag_a = bag_of(a, std::vector<double>(within.size(), 0.0)), bag_b = bag_of(b, within);
   const Expected<ElementMatch> found =
@@ -47,7 +47,7 @@ size_t pairs(const ElementMatch& match) {
   return match.partner.size() - static_cast<size_t>(std::ranges::count(match.partner, kNoElement));
 }
 
-// Each corner gets a point of its own, and all comes in another order.
+// Each corner gets its own point, and points and triangles come in another order.
 Mesh shuffled(const Mesh& mesh, Random& random) {
   std::vector<uint32_t> order(mesh.faces.size()), number(3 * mesh.faces.size());
   std::iota(order.begin(), order.end(), 0u);
@@ -76,7 +76,7 @@ Mesh shuffled(const Mesh& mesh, Random& random) {
   return result;
 }
 
-// Every float to the next multiple of `step`; halves go up or down, equal ones the same way.
+// Rounds each float to a multiple of `step`. Halves go up or down, equal values in the same direction.
 void quantize(Mesh& mesh, double step, unsigned seed) {
   std::vector<float> values = positions_of(mesh);
   for (float& value : values) {
@@ -115,7 +115,7 @@ TEST(MatchElements, AnyGridOfPositionsIsWithinHalfAStep) {
 }
 
 TEST(MatchElements, PointsOnBordersOfTheGridMayGoToEitherSide) {
-  // Every coordinate lies halfway between two steps.
+  // Every coordinate is halfway between two steps.
   Random random(3);
   Mesh mesh = make_grid(40, 30);
   std::vector<float> values = positions_of(mesh);
@@ -166,7 +166,8 @@ TEST(MatchElements, ManyCopiesOfOneTriangleTakeNoLonger) {
 }
 
 TEST(MatchElements, WhatCannotBeToldApartInTimeIsAnError) {
-  // All lie within the limit of each other but for the last column, which is of no use to look them up by.
+  // All elements are within the limits of each other, except in the last column, by which they cannot be looked
+  // up.
   constexpr uint32_t kCount = 2000;
   Mesh mesh = make_mesh(std::vector<float>(3 * kCount, 0.5f), {});
   std::vector<float> place(kCount * 2, 0.0f), ids(kCount);
@@ -184,7 +185,7 @@ TEST(MatchElements, WhatCannotBeToldApartInTimeIsAnError) {
   EXPECT_EQ(found.status().code(), StatusCode::kRuntimeFailure);
 }
 
-// What `within` allows, found without any of the code under test: a maximum matching over all subsets of `b`.
+// The size of a maximum matching within `within`, found without the code under test, over all subsets of `b`.
 size_t exhaustive_pairs(const Mesh& a, const Mesh& b, double within) {
   const std::vector<float> of_a = positions_of(a), of_b = positions_of(b);
   const auto fits = [&](size_t face_a, size_t face_b) {
@@ -217,7 +218,7 @@ TEST(MatchElements, FindsAsManyPairsAsAnExhaustiveSearch) {
   Random random(6);
   size_t incomplete = 0, ambiguous = 0;
   for (int round = 0; round < 3000; ++round) {
-    // Few places, so close that many are within the limit of each other.
+    // Few positions, so close that many are within the limit of each other.
     const double within = 0.1 * static_cast<double>(1 + random() % 4);
     const auto soup = [&](size_t count) {
       std::vector<float> values;
@@ -257,7 +258,7 @@ TEST(MatchElements, FindsAsManyPairsAsAnExhaustiveSearch) {
 }
 
 TEST(MatchElements, ACrackIsATear) {
-  // Two triangles on an edge; in the other mesh one end of it is two points, both within the limit.
+  // Two triangles share an edge. In the other mesh one end of it is two points, both within the limit.
   const Mesh whole = make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}, {{0, 1, 2}, {1, 3, 2}});
   const Mesh torn = make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 1.01f, 0, 0}, {{0, 1, 2}, {4, 3, 2}});
   const ElementMatch found = match(whole, torn, {0.05});
@@ -266,7 +267,7 @@ TEST(MatchElements, ACrackIsATear) {
   EXPECT_TRUE(found.tear->in_b);
   EXPECT_EQ(found.tear->elements, (std::array<uint32_t, 2>{0, 1}));
   EXPECT_EQ(found.tear->corners, (std::array<int, 2>{1, 0}));
-  // The other way round it is what quantization does.
+  // In the opposite direction this is normal for quantization.
   EXPECT_FALSE(match(torn, whole, {0.05}).tear);
 }
 

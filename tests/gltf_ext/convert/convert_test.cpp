@@ -1,4 +1,4 @@
-// Whole documents there and back: what must be the same is, and what psplit does not own is not touched.
+// Whole documents, encoded and decoded: geometry is the same, and data that psplit does not own is unchanged.
 
 #include <algorithm>
 #include <functional>
@@ -20,7 +20,7 @@ EncodeDocumentOptions lossless() {
   return options;
 }
 
-// `mesh` as the default quantization may give it back.
+// The first difference beyond the default quantization (with `exact`, beyond equality), or an empty string.
 std::string difference(Mesh mesh, const Expected<Mesh>& actual, bool exact) {
   if (!actual) return actual.status().to_string();
   std::vector<AttributeCoding> codings;
@@ -42,7 +42,7 @@ std::string difference(Mesh mesh, const Expected<Mesh>& actual, bool exact) {
   return compare_meshes(mesh, *actual, tolerances);
 }
 
-// Primitive 1 takes the accessors of primitive 0, but these faces.
+// Adds primitive 1 with the accessors of primitive 0 and these faces.
 void add_primitive_with_faces(Document& document, const std::vector<uint16_t>& indices) {
   Json copy = primitive_of(document);
   copy["indices"] =
@@ -50,7 +50,7 @@ void add_primitive_with_faces(Document& document, const std::vector<uint16_t>& i
   document.json["meshes"][0]["primitives"].push_back(std::move(copy));
 }
 
-// How many positions the two meshes have in common, to the bit.
+// The number of positions that both meshes have, equal to the bit.
 size_t common_positions(const Expected<Mesh>& a, const Expected<Mesh>& b) {
   std::set<std::array<float, 3>> first;
   size_t common = 0;
@@ -144,7 +144,7 @@ TEST(EncodeDocument, TheFallbackIsWhatThePatchesDecodeTo) {
 
 TEST(EncodeDocument, AccessorsDescribeWhatIsDecoded) {
   Document document = document_from_mesh(rich_mesh());
-  // A bound that is stated stays stated.
+  // An accessor that had bounds still has them.
   for (const char* name : {"TEXCOORD_0", "indices"}) accessor_of(document, name)["min"] = Json::array({-99});
   accessor_of(document, "TEXCOORD_0")["extras"] = "kept";
   ASSERT_TRUE(encode(document).ok());
@@ -167,7 +167,7 @@ TEST(EncodeDocument, AccessorsDescribeWhatIsDecoded) {
           least = std::min(least, values[i]);
           most = std::max(most, values[i]);
         }
-        // Through text, as in a file.
+        // Through JSON text, as in a file.
         EXPECT_EQ(Json::parse(accessor["min"].dump())[c].get<float>(), least);
         EXPECT_EQ(Json::parse(accessor["max"].dump())[c].get<float>(), most);
       }
@@ -219,7 +219,7 @@ TEST(EncodeDocument, DecodedColorsAndTangentsStayWithinTheirLimits) {
   }
   const auto tangents = values_of<float>(*decoded->find("TANGENT"));
   for (size_t i = 3; i < tangents.size(); i += 4) EXPECT_EQ(std::fabs(tangents[i]), 1.0f);
-  // Lossless is lossless, noise included.
+  // With `lossless`, even noise stays.
   Document exact = document_from_mesh(mesh);
   ASSERT_TRUE(encode(exact, lossless()).ok());
   EXPECT_EQ(difference(mesh, read(exact), true), "");
@@ -237,7 +237,7 @@ TEST(EncodeDocument, LeavesPointsAndLinesAlone) {
     ASSERT_EQ(reports->size(), 2u);
     EXPECT_EQ((*reports)[0].skipped, "");
     EXPECT_EQ((*reports)[1].skipped, "points or lines");
-    // They share their accessors with triangles that were encoded.
+    // They share their accessors with encoded triangles.
     const Json& left = primitive_of(document, 1);
     EXPECT_FALSE(left.contains("extensions"));
     EXPECT_EQ(left["mode"], mode);
@@ -268,7 +268,7 @@ TEST(EncodeDocument, StoresEqualPrimitivesOnce) {
   EXPECT_EQ(difference(rich_mesh(), read(document, 1, 0), false), "");
 }
 
-// Primitive 0 is without its first two faces, which are those of primitive 1; no face uses the last point.
+// Primitive 1 has the first two faces, primitive 0 all others. No face uses the last point.
 Document two_materials() {
   Mesh mesh = rich_mesh();
   std::vector<uint16_t> taken;
@@ -305,7 +305,7 @@ Expected<Mesh> without_points(Expected<Mesh> mesh, const std::function<bool(uint
 TEST(EncodeDocument, DividesThePointsOfPrimitivesThatShareAttributes) {
   Document document = two_materials();
   const size_t accessor_count = document.json["accessors"].size();
-  // Of the points 0, 1, 13 and 14 only point 0 is in no other face.
+  // Of the points 0, 1, 13 and 14, only point 0 is in no other face.
   const Expected<Mesh> first = without_points(read(document), [](uint32_t point) { return point == 0; });
   const Expected<Mesh> second = without_points(read(document, 0, 1), [](uint32_t point) {
     return point != 0 && point != 1 && point != 13 && point != 14;
@@ -322,7 +322,7 @@ TEST(EncodeDocument, DividesThePointsOfPrimitivesThatShareAttributes) {
     EXPECT_EQ(difference(*first, read(document, 0, 0), true), "");
     EXPECT_EQ(difference(*second, read(document, 0, 1), true), "");
   }
-  // Nothing of the shared accessors is left behind.
+  // Nothing remains of the shared accessors.
   EXPECT_EQ(document.json["accessors"].size(), 2 * (accessor_count - 1));
 }
 
@@ -394,7 +394,7 @@ TEST(EncodeDocument, NodesAndEverythingElsePassThrough) {
   EXPECT_EQ(primitive_of(document)["extensions"], before["meshes"][0]["primitives"][0]["extensions"]);
 }
 
-// A grid whose morph target moves every point to twice its position, with two points that only it tells apart.
+// A grid with a morph target that doubles every position. Two points differ only in the morph target.
 Document morphing() {
   Mesh mesh = make_grid(6, 6);
   const std::vector<float> positions = values_of<float>(mesh.attributes[0]);
@@ -434,7 +434,7 @@ TEST(EncodeDocument, MorphTargetsFollowTheirPoints) {
 }
 
 TEST(EncodeDocument, MorphTargetsKeepPointsApart) {
-  // Two triangles that are the same but for where they morph to.
+  // Two triangles that differ only in their morph targets.
   const std::vector<float> positions = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0};
   Document document = document_from_mesh(make_mesh(positions, {{0, 1, 2}, {3, 4, 5}}));
   std::vector<float> deltas(18, 0);
@@ -461,7 +461,7 @@ TEST(EncodeDocument, KeepsWhatItIsAskedTo) {
   Mesh mesh = make_grid(3, 3);
   mesh.faces.push_back({0, 0, 1});
   std::vector<float> positions = values_of<float>(mesh.attributes[0]);
-  // A point that no face uses, and one equal to point 0 with a face.
+  // A point that no face uses, and a point with a face that equals point 0.
   positions.insert(positions.end(), {50, 50, 50, 0, 0, 0});
   mesh = make_mesh(positions, mesh.faces);
   mesh.faces.push_back({17, 1, 5});
@@ -481,7 +481,7 @@ TEST(EncodeDocument, KeepsWhatItIsAskedTo) {
   EXPECT_EQ(counts(true, false), std::pair(size_t{19}, 16u));
 }
 
-// Two strips of a surface that meet in a column of points, as two primitives of two meshes.
+// Two strips of a surface that meet in a column of points, each in a mesh of its own.
 Document two_halves(bool one_mesh) {
   const auto half = [](float begin, float width) {
     Mesh mesh = make_grid(4, 8);
@@ -513,7 +513,7 @@ TEST(QuantizationVolume, KeepsBordersClosed) {
     ASSERT_TRUE(encode(document, options).ok());
     EXPECT_EQ(common_positions(read(document), one_mesh ? read(document, 0, 1) : read(document, 1, 0)), 9u);
   }
-  // Each for itself they come apart, or the test shows nothing.
+  // With separate grids they do not meet; otherwise the test would show nothing.
   Document document = two_halves(true);
   EncodeDocumentOptions options;
   options.volume = QuantizationVolume::kPrimitive;
@@ -523,7 +523,7 @@ TEST(QuantizationVolume, KeepsBordersClosed) {
 }
 
 TEST(QuantizationVolume, AGeometryOfTwoMeshesJoinsThem) {
-  // Mesh 1 has the left half alone, mesh 2 both; equal primitives are stored once.
+  // Mesh 1 has only the left half, mesh 2 has both. Equal primitives are stored once.
   Document document = two_halves(true);
   Json both = document.json["meshes"][0];
   document.json["meshes"][0]["primitives"].erase(1);
@@ -570,7 +570,7 @@ TEST(EncodeDocument, SaysWhyAPrimitiveIsLeftAlone) {
             "_PAIR is a matrix with padding");
   EXPECT_NE(reason([](Document& document, Json&) { document.buffers[0].clear(); }).find("without a uri"),
             std::string::npos);
-  // These count faces or points of the primitive by their place.
+  // These extensions refer to faces or points by index.
   for (const char* extension : {R"({"CESIUM_primitive_outline":{"indices":1}})", R"({"FB_ngon_encoding":{}})",
                                 R"({"EXT_mesh_features":{"featureIds":[{"featureCount":16}]}})"})
     EXPECT_NE(reason([&](Document&, Json& primitive) {
@@ -611,7 +611,7 @@ TEST(StockDraco, IsWrittenAndReadAgain) {
   EXPECT_EQ(count_in(document, kExtensionName), 0u);
   EXPECT_EQ(document.json["bufferViews"].size(), 1u);
   EXPECT_EQ(difference(mesh, read(document), false), "");
-  // And from stock Draco to patches.
+  // Also from stock Draco to patches.
   const Expected<Mesh> stock = read(document);
   ASSERT_TRUE(encode(document, lossless()).ok());
   EXPECT_EQ(count_in(document, "KHR_draco_mesh_compression"), 0u);

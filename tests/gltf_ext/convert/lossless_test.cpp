@@ -1,5 +1,5 @@
-// Lossless means the same bits: for floats of every kind, at every speed, through the whole document and with
-// both decoders.
+// Lossless means equal bits: for floats of every kind, at every speed, for whole documents and with both
+// decoders.
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/validate.h"
@@ -9,7 +9,7 @@
 namespace psplit {
 namespace {
 
-// Which point of the mesh each is: what comes back is compared by it, whatever its order.
+// Adds an attribute with the number of each point, so that points can be compared in any order.
 Mesh labelled(Mesh mesh) {
   std::vector<uint16_t> labels;
   for (uint32_t point = 0; point < mesh.point_count; ++point) labels.push_back(static_cast<uint16_t>(point));
@@ -17,7 +17,7 @@ Mesh labelled(Mesh mesh) {
   return mesh;
 }
 
-// How many components of all attributes are not the bits that they were; all of them where points are missing.
+// The number of components of all attributes whose bits changed; all of them if points are missing.
 size_t changed_components(const Mesh& before, const Mesh& after) {
   const std::vector<uint16_t> labels = values_of<uint16_t>(*after.find("_FEATURE_ID_0"));
   size_t changed = 0;
@@ -78,7 +78,7 @@ TEST(Lossless, OneStockStreamIsTheSameBitsToo) {
 
 TEST(Lossless, DocumentsOfFloatsOfEveryKindAreValid) {
   Mesh mesh = labelled(floats_of_every_kind());
-  // glTF has no infinities and NaNs.
+  // glTF allows no infinities and NaNs.
   std::erase_if(mesh.attributes, [](const Attribute& attribute) {
     return attribute.semantic != "POSITION" && attribute.semantic != "_FEATURE_ID_0";
   });

@@ -20,7 +20,7 @@ EncodeDocumentOptions khr(uint64_t patches, bool lossless = true) {
   return options;
 }
 
-// Triangles as the values at their corners, which tell nothing of numbers.
+// The triangles as values at their corners, independent of the numbers of points.
 std::multiset<std::vector<std::byte>> triangles_of(const Mesh& mesh) {
   std::multiset<std::vector<std::byte>> triangles;
   for (const auto& face : mesh.faces) {
@@ -70,9 +70,9 @@ TEST(CompatKhr, APrimitiveAPatchAndTogetherTheSameTriangles) {
   EXPECT_EQ(views.size(), 6u);
   EXPECT_EQ((*reports)[0].bytes, bytes);
   EXPECT_EQ((*reports)[0].streams.size(), 6u);
-  EXPECT_EQ(document.json["bufferViews"].size(), 6u);  // nothing of the plain geometry is left
+  EXPECT_EQ(document.json["bufferViews"].size(), 6u);  // the plain geometry is gone
   EXPECT_EQ(all_triangles(document), triangles_of(mesh));
-  // Accessors describe what is decoded, each its own patch.
+  // The accessors of each primitive describe its own patch.
   for (size_t p = 0; p < primitives.size(); ++p) {
     const Expected<Mesh> part = read(document, 0, p);
     EXPECT_EQ(accessor_of(document, "POSITION", 0, p)["count"], part->point_count);
@@ -90,7 +90,7 @@ TEST(CompatKhr, AssetsWithoutMeshesStayWhatTheyAre) {
   EXPECT_EQ(document.json, before);
 }
 
-// A seam of two points each, their weights as equal as all else; points that no face uses before them.
+// A seam of pairs of points that are equal in all attributes, also in weights. Unused points precede them.
 TEST(CompatKhr, SkinnedPointsAreMergedWhereOthersGo) {
   constexpr uint32_t kUnused = 7;
   const Mesh grid = rich_mesh(6, 6);

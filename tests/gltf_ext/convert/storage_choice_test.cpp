@@ -22,7 +22,7 @@ Expected<std::vector<PrimitiveReport>> encode_by_default(Document& document,
   return encode_document(document, options, cpu_backend(), test_pool());
 }
 
-// One mesh of two primitives, the second of more faces.
+// One mesh of two primitives; the second has more faces.
 Document small_and_large() {
   Document document = document_from_mesh(make_grid(10, 10)), other = document_from_mesh(make_grid(60, 40));
   const Expected<Mesh> large = read(other);
@@ -52,7 +52,7 @@ TEST(StorageChoice, DefaultPatchCountsKeepThreadsBusy) {
   EXPECT_EQ(default_patch_count(100000, 200000), 1u);
 }
 
-// One large primitive is told of patch by patch, and what no patch has is counted as well.
+// Progress comes patch by patch for one large primitive. It also counts faces that are in no patch.
 TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
   Mesh mesh = make_grid(40, 40);
   mesh.faces.push_back({0, 0, 1});
@@ -75,7 +75,7 @@ TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
   EXPECT_EQ(done.back(), mesh.faces.size());
 }
 
-// A .drc file does not say its bounds, and glTF wants those of positions.
+// A .drc file states no bounds, but glTF requires those of positions.
 TEST(StorageChoice, ADracoFileThatStaysAsItIsGetsItsBounds) {
   const Mesh mesh = make_grid(30, 20);
   Expected<AttributeCoding> grid = fit_grid(mesh.attributes[0], 14);
@@ -139,7 +139,7 @@ TEST(StorageChoice, OneAssetMayHoldBothExtensions) {
     EXPECT_EQ(findings_of(document), "");
     EXPECT_EQ(compare_meshes(*small, *read(document)), "");
     EXPECT_EQ(compare_meshes(*large, *read(document, 0, 1)), "");
-    Document loader = document;  // that knows neither
+    Document loader = document;  // a loader that knows neither extension
     if (fallback == Fallback::kNone)
       ASSERT_TRUE(decode(loader).ok());
     else
@@ -164,7 +164,7 @@ TEST(StorageChoice, MinFacesAndAlwaysPatches) {
   EXPECT_EQ(stored({.min_faces = 4000, .compat = Compat::kKhr}), (std::array{kDraco, kPatchPrimitives}));
 }
 
-// Points that Edgebreaker splits are there twice in a stock stream; what follows them follows both.
+// A stock stream has points that Edgebreaker splits twice. Morph targets follow both copies.
 TEST(StorageChoice, MorphTargetsFollowTheOneStream) {
   Mesh mesh = make_grid(16, 12);
   mesh.faces.erase(mesh.faces.begin() + 40, mesh.faces.begin() + 44);  // two fans at one point
@@ -195,14 +195,14 @@ TEST(StorageChoice, StockDracoThatWouldGrowStays) {
   EXPECT_TRUE((*reports)[0].skipped.starts_with("stock Draco that would take ")) << (*reports)[0].skipped;
   EXPECT_EQ((*reports)[0].bytes, (*reports)[0].input_bytes);
   EXPECT_EQ(document.json, stock.json);
-  // Who asks for patches gets them, and a warning.
+  // If the user asks for patches, they are written, with a warning.
   reports = encode_by_default(document, {.patches = 4});
   ASSERT_TRUE(reports) << reports.status().to_string();
   EXPECT_EQ((*reports)[0].stored_as, StoredAs::kPatches);
   ASSERT_EQ((*reports)[0].warnings.size(), 1u);
   EXPECT_TRUE((*reports)[0].warnings[0].starts_with("grows: "));
   EXPECT_GT((*reports)[0].bytes, (*reports)[0].input_bytes);
-  // Coarser than it was it does not grow.
+  // With a coarser quantization the result is smaller.
   document = stock;
   coarse.position_bits = 6;
   reports = encode_by_default(document, coarse);
@@ -220,7 +220,7 @@ TEST(StorageChoice, AGeometrySmallerThanItsStreamStays) {
   EXPECT_TRUE((*reports)[0].skipped.starts_with("Draco would take ")) << (*reports)[0].skipped;
   EXPECT_EQ((*reports)[0].input_bytes, 42u);
   EXPECT_EQ(document.json, triangle.json);
-  // Where others have a part of its data, its bytes would stay whatever became of it.
+  // If other objects use a part of its data, these bytes stay anyway.
   Document shared = triangle;
   Json points = primitive_of(shared);
   points["mode"] = 0;
@@ -232,7 +232,7 @@ TEST(StorageChoice, AGeometrySmallerThanItsStreamStays) {
 }
 
 TEST(StorageChoice, PartsThatTouchStayClosed) {
-  // Two halves of a surface that meet at x = 1, in two materials of one mesh.
+  // Two halves of a surface that meet at x = 1, with two materials, in one mesh.
   const auto half = [](float begin, float width) {
     Mesh mesh = make_grid(8, 30);
     std::vector<float> positions = values_of<float>(mesh.attributes[0]);
@@ -268,9 +268,10 @@ TEST(StorageChoice, PartsThatTouchStayClosed) {
 TEST(StorageChoice, WhatDrawsNothingGoesAndIsCounted) {
   Mesh mesh = make_grid(20, 20);
   std::vector<float> positions = values_of<float>(mesh.attributes[0]);
-  positions.insert(positions.end(), {50, 50, 50, 0, 0, 0});  // a point of no face, and one equal to point 0
+  positions.insert(positions.end(),
+                   {50, 50, 50, 0, 0, 0});  // a point without a face, and a point that equals point 0
   mesh.faces.push_back({0, 0, 1});
-  mesh.faces.push_back({0, mesh.point_count + 1, 5});  // repeats a point once equal ones are one
+  mesh.faces.push_back({0, mesh.point_count + 1, 5});  // repeats a point when equal points are merged
   mesh = make_mesh(positions, mesh.faces);
   Document document = document_from_mesh(mesh);
   const auto reports = encode_by_default(document);
@@ -282,7 +283,7 @@ TEST(StorageChoice, WhatDrawsNothingGoesAndIsCounted) {
   Document kept = document_from_mesh(mesh);
   const auto of_kept = encode_by_default(kept, {.keep_degenerate = true, .keep_unused = true});
   ASSERT_TRUE(of_kept) << of_kept.status().to_string();
-  EXPECT_EQ((*of_kept)[0].stored_as, StoredAs::kPatches);  // Edgebreaker has no place for them
+  EXPECT_EQ((*of_kept)[0].stored_as, StoredAs::kPatches);  // Edgebreaker cannot code them
   EXPECT_EQ((*of_kept)[0].statistics.residue_faces, 2u);
   EXPECT_EQ((*of_kept)[0].statistics.residue_points, 1u);
   EXPECT_EQ(findings_of(kept), "");
@@ -297,7 +298,7 @@ TEST(StorageChoice, APrimitiveOfFacesThatEqualPointsMakeDegenerateStays) {
   EXPECT_EQ(document.json, before.json);
 }
 
-// Two points of one position are one vertex, but a morph target moves them apart: their faces are drawn then.
+// Two points at the same position are moved apart by a morph target: then their faces are drawn.
 TEST(StorageChoice, FacesThatAMorphTargetOpensAreKept) {
   Mesh mesh = make_grid(12, 12);
   std::vector<float> positions = values_of<float>(mesh.attributes[0]);

@@ -1,4 +1,4 @@
-// What psplit writes is read by another loader: tinygltf.
+// Another loader, tinygltf, reads the output of psplit.
 #include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
@@ -69,7 +69,7 @@ TEST_F(TinyGltfTest, LoadsDecodedAssetsAndFindsTheSameBytes) {
   }
 }
 
-// Without a fallback tinygltf refuses indices that have no buffer view, whatever extension brings them.
+// Without a fallback, tinygltf refuses indices without a buffer view, even if an extension supplies them.
 TEST_F(TinyGltfTest, OpensTheFallbackOfAnEncodedAsset) {
   Document document = document_from_mesh(make_grid(20, 20));
   EncodeDocumentOptions options;

@@ -1,4 +1,4 @@
-// Every rule of the extension, broken once.
+// Breaks every rule of the extension once.
 #include "gltf_ext/convert/validate.h"
 
 #include <functional>
@@ -41,7 +41,7 @@ void set_container(Document& document, std::span<const uint8_t> bytes) {
   the_extension(document)["bufferView"] = append_buffer_view(document, bytes);
 }
 
-// The findings after a change, one a line: rule, place, message.
+// The findings after a change, one on each line: rule, place, message.
 std::string broken(const std::function<void(Document&)>& change, Fallback fallback = Fallback::kNone) {
   Document document = patched(fallback);
   change(document);
@@ -130,8 +130,8 @@ TEST(Validate, EveryTruncation) {
   EXPECT_EQ(validate(document)[0].rule, "container");
 }
 
-// A flipped bit need not break a rule (a coordinate is as good as another), but what is found is found where it
-// is, and what is not found decodes.
+// A flipped bit need not break a rule, because any coordinate is valid. But every finding has the right place,
+// and a document without findings decodes.
 TEST(Validate, EveryFlippedByte) {
   Document document = patched();
   const auto whole = container_of(document);
@@ -177,13 +177,13 @@ TEST(Validate, BadStitchReferences) {
     EXPECT_TRUE(found.starts_with(std::string("decode ") + kPlace + ", patch 3: ")) << found;
     EXPECT_EQ(std::count(found.begin(), found.end(), '\n'), 1) << found;
   };
-  bad([](std::vector<uint8_t>& map) { map = {0x80}; });              // a number that does not end
-  bad([](std::vector<uint8_t>& map) { map = {0}; });                 // fewer references than the directory says
-  bad([](std::vector<uint8_t>& map) { map = {1, 0, 0, 9, 0}; });     // a patch before the first
-  bad([](std::vector<uint8_t>& map) { map = {1, 0, 0, 1, 0x7f}; });  // outside of the owner's walk
-  bad([](std::vector<uint8_t>& map) { map = {1, 0x7f, 0, 1, 0}; });  // outside of the own walk
-  bad([](std::vector<uint8_t>& map) { map = {0, 0x7f, 1, 0}; });     // a point that is not there
-  bad([](std::vector<uint8_t>& map) { map = {0, 0, 1, 0xff, 0x7f}; });  // a rank that is not there
+  bad([](std::vector<uint8_t>& map) { map = {0x80}; });           // a number that does not end
+  bad([](std::vector<uint8_t>& map) { map = {0}; });              // fewer references than the directory states
+  bad([](std::vector<uint8_t>& map) { map = {1, 0, 0, 9, 0}; });  // a patch before the first
+  bad([](std::vector<uint8_t>& map) { map = {1, 0, 0, 1, 0x7f}; });     // outside of the owner's walk
+  bad([](std::vector<uint8_t>& map) { map = {1, 0x7f, 0, 1, 0}; });     // outside of its own walk
+  bad([](std::vector<uint8_t>& map) { map = {0, 0x7f, 1, 0}; });        // a point that does not exist
+  bad([](std::vector<uint8_t>& map) { map = {0, 0, 1, 0xff, 0x7f}; });  // a rank that does not exist
   bad([](std::vector<uint8_t>& map) { map.pop_back(); });
 }
 
@@ -263,7 +263,7 @@ TEST(Validate, Exclusions) {
   });
 }
 
-// Small integers fit a byte, and decoders convert them; stored they are as 16 bits.
+// Small integers are stored with 16 bits; decoders can convert them to bytes.
 TEST(Validate, TypesOfStoredAttributes) {
   std::string wanted;
   for (const char* patch : {"0", "1", "2", "3"})
@@ -273,7 +273,7 @@ TEST(Validate, TypesOfStoredAttributes) {
             wanted);
 }
 
-// A patch on a grid of its own decodes as well as any, but its border is not where its neighbours have it.
+// A patch with a grid of its own decodes, but its border is not at the same positions as in its neighbours.
 TEST(Validate, CopiesOfPoints) {
   const std::string found = broken([](Document& document) {
     Document coarse = document_from_mesh(rich_mesh());
@@ -325,7 +325,7 @@ TEST(Validate, CountsBesideThePatches) {
                        ": morph target POSITION counts another number than 130\n");
 }
 
-// Without indices of its own it is none, and loaders look at none of it.
+// Without indices a fallback is incomplete, and loaders ignore all of it.
 TEST(Validate, WhatIsNoWholeFallbackIsAWarning) {
   const std::string found = broken(
       [](Document& document) {

@@ -1,5 +1,5 @@
-// What hangs on the geometry of an asset, and must follow it or stay as it is: morph targets, skins, instances,
-// ids, sparse and interleaved accessors.
+// Data that depends on the geometry of an asset and must follow it or stay unchanged: morph targets, skins,
+// instances, ids, sparse and interleaved accessors.
 #include <algorithm>
 #include <map>
 
@@ -33,7 +33,7 @@ int64_t append_sparse(Document& document, const std::vector<float>& deltas) {
   return static_cast<int64_t>(document.json["accessors"].size() - 1);
 }
 
-// For each position of the mesh the morphs that its point has.
+// For each position of the mesh, the morph targets of its point.
 std::multimap<std::array<float, 3>, std::vector<float>> morphs_by_position(const Document& document,
                                                                            size_t primitive = 0) {
   const Expected<Mesh> mesh = read(document, 0, primitive);
@@ -61,7 +61,7 @@ const Json& target_accessor(const Document& document, size_t target) {
   return document.json["accessors"][primitive["targets"][target]["POSITION"].get<size_t>()];
 }
 
-// Three targets: sparse, dense, and one that is all zero; the first accessor serves two of them.
+// Three targets: sparse, dense, and all zero. The first accessor is used by two of them.
 Document morphing_asset(const Mesh& mesh) {
   Document document = document_from_mesh(mesh);
   const int64_t sparse = append_sparse(document, bumps(mesh, 17));
@@ -93,13 +93,13 @@ TEST(MorphTargets, SparseOnesStaySparseAndFollowTheirPoints) {
     EXPECT_FALSE(target_accessor(document, 1).contains("sparse"));
     EXPECT_FALSE(target_accessor(document, 2).contains("sparse"));
     EXPECT_FALSE(target_accessor(document, 2).contains("bufferView"));
-    // One accessor still serves both targets.
+    // One accessor is still used by both targets.
     EXPECT_EQ(primitive_of(document)["targets"][0], primitive_of(document)["targets"][3]);
     EXPECT_EQ(target_accessor(document, 0)["max"][2].get<float>(), highest);
   }
 }
 
-// What stands for zeros costs nothing to write down.
+// Zeros without a buffer view cost no bytes in a file.
 TEST(MorphTargets, TakeNoMemoryThatTheirPointsDoNotJustify) {
   Document document = document_from_mesh(make_grid(16, 12));
   Json& accessors = document.json["accessors"];
@@ -115,7 +115,7 @@ TEST(MorphTargets, TakeNoMemoryThatTheirPointsDoNotJustify) {
 TEST(MorphTargets, ASparseTargetThatIsDenseIsWrittenDense) {
   const Mesh mesh = make_grid(8, 8);
   Document document = document_from_mesh(mesh);
-  // Sparse in name: every element is given.
+  // A sparse accessor that states every element.
   const AccessorData data = make_data(ComponentType::kFloat32, 3, bumps(mesh, 1));
   std::vector<uint8_t> indices, values(data.values.size());
   for (uint32_t i = 0; i < mesh.point_count; ++i) indices.push_back(static_cast<uint8_t>(i));
@@ -148,7 +148,7 @@ TEST(MorphTargets, SparseBeyondEightBitsOfIndices) {
 TEST(MorphTargets, FollowStockDracoToo) {
   for (const uint32_t holes : {0u, 1u}) {
     Mesh mesh = make_grid(16, 12);
-    // What Edgebreaker drops and splits: a degenerate face, a point that nothing uses, two fans at one point.
+    // Edgebreaker drops or splits these: a degenerate face, an unused point, two fans at one point.
     if (holes == 1) {
       mesh.faces.push_back({3, 3, 4});
       mesh.faces.erase(mesh.faces.begin());
@@ -263,7 +263,7 @@ TEST(Manifold, IsDroppedWithAWarningAndItsAccessorsGo) {
 
 TEST(Instances, TheirAttributesAreUntouched) {
   Document document = document_from_mesh(make_grid(5, 5));
-  // The instances stand where the points are: the same accessor serves both.
+  // The positions of the instances and of the points are the same accessor.
   const int64_t position = primitive_of(document)["attributes"]["POSITION"].get<int64_t>();
   const AccessorData before = *read_accessor(document, position);
   document.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"] = {
@@ -281,7 +281,7 @@ TEST(Instances, TheirAttributesAreUntouched) {
             before.values);
 }
 
-// KHR_mesh_quantization: positions, normals and texture coordinates that are integers, interleaved in one view.
+// KHR_mesh_quantization: integer positions, normals and texture coordinates, interleaved in one view.
 TEST(Quantization, InterleavedIntegersComeBackExactly) {
   const Mesh grid = make_grid(9, 7);
   std::vector<int16_t> positions;

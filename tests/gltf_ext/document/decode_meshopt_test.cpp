@@ -1,4 +1,4 @@
-// Buffer views that meshoptimizer compressed are plain once a document is read.
+// Reading a document makes buffer views that meshoptimizer compressed plain.
 
 #include <meshoptimizer.h>
 
@@ -49,7 +49,7 @@ class CompressedAsset {
     json_["extensionsRequired"] = json_["extensionsUsed"];
   }
 
-  // Returns the buffer view, with an accessor of the same number.
+  // Returns the index of the buffer view, which is also that of its accessor.
   size_t add(const Bytes& packed, size_t stride, size_t count, const char* mode, const char* filter,
              const Json& accessor) {
     Json meshopt = {{"buffer", 0},
@@ -114,7 +114,7 @@ TEST(Meshopt, EveryModeIsDecodedAndNothingOfItIsLeft) {
     ASSERT_TRUE(document) << document.status().to_string();
     EXPECT_EQ(count_in(*document, "meshopt"), 0u);
     EXPECT_FALSE(document->json.contains("extensionsUsed"));
-    EXPECT_EQ(document->buffers.size(), 1u);  // neither the compressed bytes nor the fallback
+    EXPECT_EQ(document->buffers.size(), 1u);  // the compressed bytes and the fallback are gone
     for (const size_t primitive : {0u, 1u}) EXPECT_EQ(compare_meshes(mesh, *read(*document, 0, primitive)), "");
     const auto reports = encode(*document);
     ASSERT_TRUE(reports) << reports.status().to_string();
@@ -157,10 +157,10 @@ TEST(Meshopt, FiltersAreUndone) {
       EXPECT_NEAR(static_cast<int8_t>(normal->values[3 * i + c]) / 127.0, double{normals[4 * i + c]}, 0.02);
       float decoded = 0;
       std::memcpy(&decoded, value->values.data() + (3 * i + c) * 4, 4);
-      // The components of an element share their exponent.
+      // All components of an element have the same exponent.
       EXPECT_NEAR(decoded, values[3 * i + c], 1e-3 * std::fabs(values[3 * i]));
     }
-    double dot = 0;  // q and -q are one rotation
+    double dot = 0;  // q and -q are the same rotation
     for (size_t c = 0; c < 4; ++c) {
       int16_t decoded = 0;
       std::memcpy(&decoded, rotation->values.data() + (4 * i + c) * 2, 2);
@@ -203,7 +203,7 @@ TEST(Meshopt, HostileViewsAreRefused) {
 }
 
 TEST(Meshopt, ASmallFileDoesNotBecomeALargeOne) {
-  // Each view alone is honest; all of them share the same bytes.
+  // Each view alone is valid, but all of them share the same bytes.
   CompressedAsset asset;
   const size_t count = 4096;
   asset.add(compress_attributes(Bytes(count * 4, 0), 4), 4, count, "ATTRIBUTES", nullptr,
@@ -222,12 +222,13 @@ TEST(Meshopt, AFallbackThatWasNotShippedIsNotMissed) {
   asset.add(compress_attributes(bytes_of(values_of<float>(mesh.attributes[0])), 12), 12, mesh.point_count,
             "ATTRIBUTES", nullptr, kPositions);
   asset.json()["meshes"] = Json::parse(R"([{"primitives":[{"attributes":{"POSITION":0},"mode":0}]}])");
-  asset.json()["scenes"] = Json::parse(R"([{"extensions":{"ANY_thing":{"view":0}}}])");  // keeps every number
+  asset.json()["scenes"] =
+      Json::parse(R"([{"extensions":{"ANY_thing":{"view":0}}}])");  // an unknown extension: every index stays
   const Expected<Document> document = asset.read();
   ASSERT_TRUE(document) << document.status().to_string();
   EXPECT_EQ(document->json["accessors"].size(), 1u);
   EXPECT_EQ(read_accessor(*document, 0)->values, mesh.attributes[0].values);
-  // And it can be written and read again.
+  // The document can be written and read again.
   const TestFolder folder;
   const std::filesystem::path path = folder / "asset.glb";
   ASSERT_TRUE(write_document(*document, path).ok());

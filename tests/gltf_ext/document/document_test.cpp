@@ -84,7 +84,7 @@ TEST_F(DocumentTest, RefusesWrongGlbChunks) {
   EXPECT_EQ(code(long_chunk), StatusCode::kInvalidInput);
   EXPECT_EQ(code(glb(asset(kOneView), "")), StatusCode::kInvalidInput);
   EXPECT_EQ(code(glb(asset(kOneView), "abcd")), StatusCode::kInvalidInput);
-  // The header states the length of the file; a chunk has eight bytes of its own.
+  // The header states the length of the file; the header of a chunk has eight bytes.
   const auto with_chunks = [&](const std::string& before, const std::string& after) {
     std::string file = whole.substr(0, whole.size() - 16) + before + whole.substr(whole.size() - 16) + after;
     file[8] = static_cast<char>(file.size());
@@ -260,13 +260,13 @@ TEST_F(DocumentTest, MergesBuffersOnWriting) {
     EXPECT_EQ(text_of(*buffer_view_bytes(*again, 1)), "abc");
     EXPECT_EQ(again->json["extras"].dump(), document->json["extras"].dump());
   }
-  // Nothing is left beside the outputs: asset.gltf, out.glb, out.gltf and its .bin.
+  // The outputs are the only files: asset.gltf, out.glb, out.gltf and its .bin.
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 4);
   EXPECT_EQ(write_document(*document, folder_ / "out.obj").code(), StatusCode::kUsage);
   EXPECT_EQ(write_document(*document, folder_ / "none" / "out.glb").code(), StatusCode::kIo);
 }
 
-// The files of a folder that end so.
+// The files of a folder with this extension.
 std::vector<fs::path> files_ending(const fs::path& folder, const std::string& end) {
   std::vector<fs::path> found;
   for (const auto& entry : fs::directory_iterator(folder))
@@ -274,7 +274,7 @@ std::vector<fs::path> files_ending(const fs::path& folder, const std::string& en
   return found;
 }
 
-// Whenever writing stops, the .gltf that stands refers to bytes that are its own.
+// Whenever writing stops, the existing .gltf refers to its own bytes.
 TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
   const auto with_bytes = [&](const std::string& bytes) {
     return *read(asset(R"("buffers":[{"byteLength":4,"uri":"data:,)" + bytes +
@@ -286,7 +286,7 @@ TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
   ASSERT_TRUE(write_document(with_bytes("aaaa"), path).ok());
   ASSERT_EQ(files_ending(folder_, ".bin").size(), 1u);
   const fs::path first = files_ending(folder_, ".bin")[0];
-  // As if it had stopped before the .gltf was replaced: a folder of that name is in the way.
+  // As if writing had stopped before the .gltf was replaced: a folder has its name.
   fs::copy_file(path, folder_ / "copy.gltf");
   fs::remove(path);
   fs::create_directory(path);
@@ -294,7 +294,7 @@ TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
   const auto still = read_document(folder_ / "copy.gltf");
   ASSERT_TRUE(still) << still.status().to_string();
   EXPECT_EQ(text_of(*buffer_view_bytes(*still, 0)), "aaaa");
-  // Replaced, it takes its old bytes along; what is not ours to remove stays, and what a copy shares.
+  // When it is replaced, its old bytes are removed. Files that are not ours and files that a copy shares stay.
   fs::remove(path);
   fs::copy_file(folder_ / "copy.gltf", path);
   write("other.bin", "cccc");
@@ -376,7 +376,7 @@ TEST(Uri, PercentCodingRoundTrips) {
   EXPECT_EQ(percent_decode("%zz%4"), "%zz%4");
 }
 
-// Two accessors in two views, an image in a third, a mesh on the second accessor.
+// Two accessors in two views, an image in a third view, and a mesh with the second accessor.
 Document three_views() {
   Document document = new_document();
   const AccessorData data{ComponentType::kUint8, 4, false, 2, Array<std::byte>(8, std::byte{7})};

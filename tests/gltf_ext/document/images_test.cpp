@@ -1,4 +1,4 @@
-// Where images go when an asset is written to another place: nothing is lost, and nothing is replaced.
+// Images of an asset that is written to another place: none is lost, and no file is replaced.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -30,7 +30,7 @@ class Images : public testing::Test {
     const auto bytes = read_file(folder_ / name);
     return bytes ? std::string(bytes->begin(), bytes->end()) : "";
   }
-  // in/NAME with these members of the JSON, read.
+  // Writes in/NAME with these members of the JSON and reads it.
   Document asset(const std::string& members, const std::string& name = "in/asset.gltf") const {
     write(name, R"({"asset":{"version":"2.0"},)" + members + "}");
     auto document = read_document(folder_ / name);
@@ -55,7 +55,7 @@ class Images : public testing::Test {
     const Json images = json(output)["images"];
     return images[image].value("uri", "");
   }
-  // What the image of an output holds, embedded or as the file that its URI leads to.
+  // The content of an image of an output, embedded or in the file of its URI.
   std::string pixels(const std::string& output, size_t image = 0) const {
     const auto document = read_document(folder_ / output);
     const Json& object = document->json["images"][image];
@@ -108,7 +108,7 @@ TEST(ImageType, IsToldByContent) {
 }
 
 TEST_F(Images, AGlbEmbedsThem) {
-  write("in/tex/\xc3\xbc a b.jpg", kPng);  // names lie
+  write("in/tex/\xc3\xbc a b.jpg", kPng);  // its name is wrong
   write("in/photo.jpg", kJpeg);
   const Document document = images({"tex/%C3%BC%20a%20b.jpg", "photo.jpg", "tex/\xc3\xbc a b.jpg"});
   const WriteReport report = convert(document, "out/asset.glb");
@@ -153,7 +153,7 @@ TEST_F(Images, AGltfCopiesThem) {
   EXPECT_EQ(file_count("in/tex"), 1) << "nothing to copy in the same folder";
 }
 
-// Two assets with images of one name, and a user's own file of that name.
+// Two assets have images with the same name, and the user has a file with that name.
 TEST_F(Images, ACopyReplacesNothing) {
   write("a/x.png", kPng);
   write("b/x.png", kOtherPng);
@@ -213,7 +213,7 @@ TEST_F(Images, OfOtherFoldersComeAlong) {
   EXPECT_EQ(pixels("assets/b.gltf"), kPng);
 }
 
-// An asset must not fetch what is no image, from wherever.
+// An asset must not make psplit copy or embed files that are not images.
 TEST_F(Images, WhatIsNoImageStaysWhereItIs) {
   write("secret", "key");
   write("secret.png", "key");

@@ -1,4 +1,4 @@
-// Many buffers become one or two: every view keeps its bytes.
+// Many buffers become one or two, and every view keeps its bytes.
 #include "gltf_ext/document/pack_buffers.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ std::string view_bytes(const Document& document, size_t view) {
   return bytes ? std::string(bytes->begin(), bytes->end()) : bytes.status().message();
 }
 
-// Written as .gltf and read again.
+// Writes a .gltf and reads it again.
 Document again(const Document& document, const TestFolder& folder) {
   EXPECT_TRUE(write_document(document, folder / "asset.gltf").ok());
   auto read = read_document(folder / "asset.gltf");
@@ -64,8 +64,8 @@ TEST(PackBuffers, AFallbackGoesToABufferOfItsOwn) {
 TEST(PackBuffers, WhatOthersReadAsWellStaysInTheFirst) {
   Document document = with_fallback();
   const Json attributes = primitive_of(document)["attributes"];
-  // A second mesh on one accessor, an image on the view of another, a view over the bytes of a third and
-  // beyond.
+  // A second mesh uses one accessor, an image uses the view of another, and a view covers the bytes of a third
+  // and more.
   document.json["meshes"].push_back(
       {{"primitives", Json::array({{{"attributes", {{"POSITION", attributes["POSITION"]}}}, {"mode", 0}}})}});
   const auto view_of = [&](const char* semantic) {

@@ -1,4 +1,4 @@
-// Files that end early, and streams that are broken, are refused by name: file, mesh, primitive, patch.
+// Files that end early and broken streams are refused, with their place: file, mesh, primitive, patch.
 #include <fstream>
 
 #include "gltf_ext/convert/document_from_mesh.h"
@@ -20,7 +20,7 @@ std::vector<uint8_t> glb_of(const Document& document) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// JSON alone, its bytes in a data URI.
+// A .gltf whose bytes are in a data URI.
 std::vector<uint8_t> gltf_of(const Document& document) {
   Json json = document.json;
   std::string uri = "data:,";

@@ -11,7 +11,7 @@ std::string hash(std::string_view text) {
   return hash.hex();
 }
 
-// As `xxhsum -H2` prints them: names of files must not change from one build to another.
+// The digits that `xxhsum -H2` prints: names of files must not change from one build to another.
 TEST(ContentHash, IsXxh3Of128Bits) {
   EXPECT_EQ(hash(""), "99aa06d3014798d86001c324468d497f");
   EXPECT_EQ(hash("abc"), "06b05ab6733a618578af5f94892f3950");

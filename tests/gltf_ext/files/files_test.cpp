@@ -54,7 +54,7 @@ TEST_F(Files, LinksAreWrittenThrough) {
   EXPECT_EQ(text("a"), "de");
 }
 
-// By links of the folder: whoever replaces a device replaces it for everybody.
+// The test uses links in its own folder: a replaced device would be lost for all processes.
 TEST_F(Files, DevicesAreWrittenToAndStayDevices) {
   for (const char* device : {"null", "full"}) {
     const fs::path path = fs::path("/dev") / device;

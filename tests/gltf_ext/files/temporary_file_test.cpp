@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 class Temporaries : public testing::Test {
  protected:
   std::ptrdiff_t file_count() const { return std::distance(fs::directory_iterator(folder_), {}); }
-  // In a process of its own; its exit code, or -1 where a signal ended it.
+  // Runs in a new process. Returns its exit code, or -1 if a signal ended it.
   template <typename Act>
   static int in_process(const Act& act) {
     const pid_t child = fork();

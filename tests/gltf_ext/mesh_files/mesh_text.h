@@ -1,4 +1,4 @@
-// Mesh files as texts of tests, read from memory.
+// Mesh files as texts in tests, read from memory.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ inline std::span<const uint8_t> bytes_of(const std::string& text) {
   return {reinterpret_cast<const uint8_t*>(text.data()), text.size()};
 }
 
-// The name tells the format only where the content does not.
+// The name decides the format only if the content does not.
 inline Expected<Asset> read_text(const std::string& text, const std::string& name = "test") {
   return read_asset(memory_stream(bytes_of(text)), name, describe_stream);
 }

@@ -1,5 +1,5 @@
-// Small files of every format with bytes changed, cut out, doubled and swapped: read to a mesh that is whole,
-// or refused; never a crash (the sanitizers' tests say so), and never more memory than the bytes justify.
+// Small files of every format with bytes changed, removed, doubled and swapped. Each is read as a consistent
+// mesh or refused. None may crash (sanitizers check this) or take more memory than its bytes justify.
 #include <filesystem>
 #include <fstream>
 #include <new>
@@ -10,7 +10,7 @@
 namespace psplit {
 namespace {
 
-// The small files of a corpus, where there is one.
+// The small files of the corpus, if it exists.
 std::vector<std::string> corpus_seeds() {
   namespace fs = std::filesystem;
   std::vector<std::string> seeds;
@@ -77,7 +77,7 @@ void expect_whole(const Expected<Asset>& asset, const std::string& text) {
     ASSERT_FALSE(asset.status().message().empty()) << text;
     return;
   }
-  // What stands in the document is bounded by what arrived.
+  // The size of the document is bounded by that of the file.
   ASSERT_LT(asset->document.buffers.at(0).size(), 4096 + 200 * text.size()) << text;
   for (const PrimitiveId id : all_primitives(asset->document)) {
     const Expected<Mesh> mesh = read_primitive(asset->document, id, cpu_backend(), ThreadPool(1));
@@ -109,7 +109,7 @@ TEST(MeshFileMutants, AreReadWholeOrRefused) {
     if (HasFatalFailure()) return;
     read += asset.ok();
   }
-  // Neither all nor none: mutants that no reader looks into test nothing.
+  // Some are read and some are refused: otherwise the mutants would test nothing.
   EXPECT_GT(read, kMutants / 20) << made_here;
   EXPECT_LT(read, kMutants);
 }

@@ -16,7 +16,7 @@ TEST(Obj, CornersOfAllFormsNameTheirPoints) {
   Expected<Asset> asset = read_text(attributes + "f 1/1/1 2/2/1 3/1/2\nf -4/-2/-2 -2/-2/-1 -1/2/-2");
   Mesh mesh = mesh_of(asset);
   EXPECT_EQ(warnings_of(asset), "");
-  // Corners that name the same three are one point, in the order of the faces.
+  // Corners with the same three indices are one point; points are in the order of the faces.
   const Array<std::array<uint32_t, 3>> expected = {{0, 1, 2}, {0, 2, 3}};
   EXPECT_EQ(mesh.faces, expected);
   EXPECT_EQ(floats_of(mesh, "POSITION"), (std::vector<float>{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}));
@@ -84,7 +84,7 @@ TEST(Obj, ObjectsAreMeshesAndMaterialsPrimitives) {
   EXPECT_EQ(json["meshes"][0]["primitives"][0]["material"], 0);
   EXPECT_EQ(json["meshes"][0]["primitives"][1]["material"], 1);
   EXPECT_EQ(mesh_of(asset, {0, 0}).faces.size(), 2u);
-  // Faces with texture coordinates and those without do not share a primitive.
+  // Faces with and without texture coordinates do not share a primitive.
   ASSERT_EQ(json["meshes"][1]["primitives"].size(), 3u);
   EXPECT_EQ(mesh_of(asset, {1, 0}).find("TEXCOORD_0"), nullptr);
   EXPECT_NE(mesh_of(asset, {1, 1}).find("TEXCOORD_0"), nullptr);
@@ -172,7 +172,7 @@ TEST(Obj, ErrorsSayWhere) {
             "a point cloud: only triangles can be split");
 }
 
-// Objects are few bytes of OBJ, and many of JSON.
+// An object takes few bytes of OBJ but many bytes of JSON.
 TEST(Obj, MoreObjectsThanTheBytesJustifyAreRefused) {
   std::string file = kSquare;
   for (int i = 0; i < 20000; ++i) file += "o" + std::string(" ") + std::to_string(i) + "\nf 1 2 3\n";

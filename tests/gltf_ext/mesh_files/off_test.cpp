@@ -14,7 +14,7 @@ TEST(Off, HeadersOfEveryFormSayTheSame) {
     EXPECT_EQ(mesh_of(asset).faces.size(), 3u) << header;
     EXPECT_EQ(warnings_of(asset), "") << header;
   }
-  // Without the keyword it is the name that tells.
+  // Without the keyword, the name decides the format.
   EXPECT_EQ(mesh_of(read_text("4 2 0\n" + body, "a.off")).faces.size(), 3u);
 }
 

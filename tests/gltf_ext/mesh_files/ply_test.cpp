@@ -17,7 +17,7 @@ std::string header(const std::string& format, int vertices, const std::string& v
 
 const char* const kTypes[] = {"char", "uchar", "short", "ushort", "int", "uint", "float", "double"};
 
-// Appends a number as PLY's binary files hold it.
+// Appends a number as binary PLY files store it.
 void append(std::string& bytes, const std::string& type, double value, bool big_endian) {
   const auto put = [&](auto stored) {
     std::string raw(sizeof(stored), '\0');
@@ -41,7 +41,7 @@ struct Form {
 };
 constexpr Form kForms[] = {{"ascii", false}, {"binary_little_endian", false}, {"binary_big_endian", true}};
 
-// A number in any of the three forms.
+// A number in one of the three encodings.
 void put(std::string& file, const Form& form, const std::string& type, double value) {
   if (form.name[0] == 'a')
     file +=
@@ -178,7 +178,7 @@ TEST(Ply, ErrorsSayWhere) {
   EXPECT_EQ(message_of("ply\nelement vertex 1\nproperty what x\n"), "line 3: \"what\" is not a type of PLY");
   EXPECT_EQ(message_of("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nend_header\n1\n2\n3\n"),
             "line 6: vertices without x, y and z");
-  // More than the bytes can hold is refused before anything is read or allocated.
+  // A count that the bytes cannot hold is refused before anything is read or allocated.
   EXPECT_NE(message_of(header("binary_little_endian", 2000000000, kXyz, 1) + std::string(100, '\0'))
                 .find("claims 2000000000 elements \"vertex\", which take 12 bytes each or more, and 100 bytes"),
             std::string::npos);
@@ -200,13 +200,13 @@ TEST(Ply, EveryTruncationIsRefused) {
     }
     ASSERT_TRUE(read_text(file).ok()) << read_text(file).status().to_string();
     const bool text = form.name[0] == 'a';
-    // The space and the line's end behind the last number of a text do not matter.
+    // The space and the end of the line after the last number of a text do not matter.
     for (size_t size = 0; size + (text ? 2 : 0) < file.size(); ++size)
       EXPECT_FALSE(read_text(file.substr(0, size), "test.ply").ok()) << form.name << " " << size;
   }
 }
 
-// A byte of ten behind the header is data, and no line's end.
+// A byte 10 after the header is data, not the end of a line.
 TEST(Ply, BinaryDataBeginRightBehindTheHeader) {
   for (const char* end : {"\n", "\r\n", "\r"}) {
     std::string file;

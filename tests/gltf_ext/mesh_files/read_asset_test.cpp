@@ -1,4 +1,4 @@
-// Formats are told by content, unpacked where gzip packed them, and nothing is lost without a word.
+// Formats are recognized by content, gzip files are unpacked, and every loss is reported.
 #include "gltf_ext/mesh_files/read_asset.h"
 
 #include <zlib.h>
@@ -80,12 +80,12 @@ TEST(ReadAsset, GzipThatIsCutOrBrokenIsRefused) {
     for (size_t size = 3; size < packed.size(); ++size)
       EXPECT_EQ(message_of(packed.substr(0, size), "a.obj"), "gzip: the file ends early") << size;
     for (size_t at = packed.size() - 8; at < packed.size(); ++at) {
-      std::string broken = packed;  // its checksum, its size
+      std::string broken = packed;  // the checksum or the size is wrong
       broken[at] = static_cast<char>(broken[at] ^ 1);
       EXPECT_EQ(message_of(broken, "a.obj").substr(0, 5), "gzip:") << at;
     }
   }
-  // Members one after the other, and the zeros of a tape.
+  // Several members, and padding with zeros.
   EXPECT_TRUE(read_text(gzip(kObj.substr(0, 20)) + gzip(kObj.substr(20)) + std::string(100, '\0')).ok());
 }
 
@@ -93,7 +93,7 @@ TEST(ReadAsset, GzipThatUnpacksToFarMoreIsRefused) {
   std::string vertices;
   while (vertices.size() < (size_t{80} << 20)) vertices += "v 0 0 0\n";
   EXPECT_EQ(message_of(gzip(vertices)), "gzip: unpacks to over 100 times its bytes");
-  // Without need of memory either.
+  // This takes no memory either.
   EXPECT_EQ(message_of(gzip(std::string(size_t{80} << 20, '#')), "a.obj"),
             "gzip: unpacks to over 100 times its bytes");
 }

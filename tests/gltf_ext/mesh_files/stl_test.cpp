@@ -52,7 +52,7 @@ TEST(Stl, TextAndBinaryAreToldApartByContent) {
         binary("solid made by a CAD system"), binary("solid"), binary("SOLID facet normal")}) {
     const Mesh mesh = mesh_of(read_text(file));
     EXPECT_EQ(mesh.faces.size(), 4u) << file.substr(0, 30);
-    // Corners of equal position and normal are one point.
+    // Corners with equal position and normal are one point.
     EXPECT_EQ(mesh.point_count, 4u) << file.substr(0, 30);
     EXPECT_NEAR(area_of(mesh), 1.5 + std::sqrt(0.75), 1e-6);
   }

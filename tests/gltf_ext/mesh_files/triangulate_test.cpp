@@ -1,5 +1,5 @@
-// Polygons become triangles that cover them exactly: every size, concave ones, straight edges, bridges to
-// holes.
+// Triangles cover their polygon exactly: polygons of every size, concave ones, with straight edges, and with
+// bridges to holes.
 #include "gltf_ext/mesh_files/triangulate.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@ namespace psplit {
 namespace {
 
 struct Cut {
-  double area = 0;         // of all triangles, each counted as positive
-  double signed_area = 0;  // against the polygon's own turn
+  double area = 0;         // the sum of the triangles' areas
+  double signed_area = 0;  // the same with signs: positive if a triangle has the polygon's orientation
   size_t triangles = 0;
   bool uses_every_corner = false;
 };
@@ -31,7 +31,7 @@ double polygon_area(const std::vector<Position>& polygon) {
   return twice / 2;
 }
 
-// The polygon lies in the plane z = 0.
+// A polygon in the plane z = 0.
 Cut cut(Triangulator& triangulator, const std::vector<Position>& polygon) {
   Cut result;
   std::set<uint32_t> used;
@@ -48,7 +48,7 @@ Cut cut(Triangulator& triangulator, const std::vector<Position>& polygon) {
 
 void expect_covered(const std::vector<Position>& polygon, const std::string& what) {
   Triangulator triangulator;
-  // From every corner on where there are few, and turned around.
+  // Beginning at every corner if there are few, and in both orientations.
   const size_t starts = std::min<size_t>(polygon.size(), 40);
   for (size_t start = 0; start < starts; ++start) {
     std::vector<Position> turned(polygon);
@@ -121,7 +121,7 @@ TEST(Triangulate, CombsSpiralsAndBridgesAreCovered) {
     spiral.push_back({radius * std::cos(angle), radius * std::sin(angle), 0});
   }
   expect_covered(spiral, "spiral");
-  // A square with a square hole, along a bridge that is walked twice.
+  // A square with a square hole; the outline follows the bridge between them twice.
   expect_covered({{0, 0, 0},
                   {4, 0, 0},
                   {4, 4, 0},
@@ -136,7 +136,7 @@ TEST(Triangulate, CombsSpiralsAndBridgesAreCovered) {
 }
 
 TEST(Triangulate, AnyPlaneAndAnyPlaceWill) {
-  // The same star in a slanted plane, far away and tiny.
+  // The same star in a slanted plane, far away, and tiny.
   for (const float scale : {1e-6f, 1.0f, 1e6f}) {
     std::vector<Position> slanted;
     for (const auto& [x, y, z] : star(50, 0.3f))
@@ -157,7 +157,7 @@ TEST(Triangulate, AnyPlaneAndAnyPlaceWill) {
       }
       lengths += std::hypot(normal[0], normal[1], normal[2]);
     }
-    // All triangles face the same way: no area is there twice.
+    // All triangles have the same orientation: no area is covered twice.
     EXPECT_NEAR(lengths, std::hypot(sum[0], sum[1], sum[2]), lengths * 1e-5);
     EXPECT_EQ(triangulator.irregular_count(), 0u);
   }
@@ -177,7 +177,7 @@ TEST(Triangulate, WhatHasNoInsideStillGetsItsTriangles) {
   EXPECT_EQ(triangulator.triangulate(bow).size(), 2u);
 }
 
-// Long teeth in each other: no corner that turns left is free of all others for long.
+// A random polygon crosses itself everywhere: triangles at its corners contain many other corners.
 TEST(Triangulate, HostilePolygonsTakeTimeThatGrowsWithTheirSize) {
   Triangulator triangulator;
   uint32_t random = 1;

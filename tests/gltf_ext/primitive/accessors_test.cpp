@@ -11,7 +11,7 @@
 namespace psplit {
 namespace {
 
-// A document whose view 0 holds the bytes 0, 1, 2 ... and whose accessor 0 is the one given.
+// A document with the bytes 0, 1, 2 ... in view 0, and with the given accessor.
 Document counting(size_t byte_count, const char* accessor) {
   Document document = new_document();
   std::vector<uint8_t> bytes(byte_count);
@@ -121,7 +121,7 @@ TEST(AppendAccessor, ReadsBackWithBounds) {
   EXPECT_EQ(accessor["max"], Json({4.0f, 0.1f, 6.0f}));
   EXPECT_EQ(document.json["bufferViews"][0]["target"], 34962);
   EXPECT_EQ(read_accessor(document, index)->values, data.values);
-  // The text keeps every float.
+  // JSON text keeps every float exactly.
   EXPECT_EQ(Json::parse(accessor.dump())["min"][1].get<float>(), 0.1f);
 }
 

@@ -1,4 +1,4 @@
-// Primitives as glTF allows them, read as triangles over points.
+// All forms of primitives that glTF allows, read as triangles.
 
 #include "gltf_ext/primitive/read_primitives.h"
 
@@ -11,7 +11,7 @@ namespace {
 
 using Triangles = Array<std::array<uint32_t, 3>>;
 
-// Six points; primitive 0 has the mode, and the indices where they are not empty.
+// Six points. Primitive 0 has this mode, and these indices unless they are empty.
 Document six_points(int mode, const std::vector<uint32_t>& indices,
                     ComponentType type = ComponentType::kUint32) {
   std::vector<float> positions;
@@ -48,7 +48,7 @@ TEST(ReadPrimitive, CountsWhereThereAreNoIndices) {
   EXPECT_EQ(faces_of(six_points(4, {})), (Triangles{{0, 1, 2}, {3, 4, 5}}));
 }
 
-// Orientation as section 3.7.2.1 of the glTF specification gives it.
+// The orientation follows section 3.7.2.1 of the glTF specification.
 TEST(ReadPrimitive, MakesListsOfStripsAndFans) {
   EXPECT_EQ(faces_of(six_points(5, {})), (Triangles{{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {3, 5, 4}}));
   EXPECT_EQ(faces_of(six_points(6, {})), (Triangles{{1, 2, 0}, {2, 3, 0}, {3, 4, 0}, {4, 5, 0}}));
