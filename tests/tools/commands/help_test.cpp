@@ -39,6 +39,7 @@ TEST(Help, FitsNarrowTerminals) {
         if (!is_name) {
           EXPECT_LE(line.size(), std::stoul(columns)) << line;
         }
+        EXPECT_FALSE(line.ends_with(' ')) << line;
       }
       EXPECT_TRUE(contains(help, "Exit codes:") || verb == std::string("version")) << help;
     }

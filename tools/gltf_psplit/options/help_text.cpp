@@ -54,9 +54,9 @@ class HelpFormatter : public CLI::Formatter {
 
   std::string make_option(const CLI::Option* option, bool is_positional) const override {
     std::string name = make_option_name(option, is_positional);
-    const bool takes_values = option->get_type_size() != 0;
-    if (takes_values && !is_positional) {
-      name += " " + value_name(*option);
+    const std::string value = value_name(*option);  // empty for a flag
+    if (!value.empty() && !is_positional) {
+      name += " " + value;
       if (!option->get_default_str().empty()) name += "=" + option->get_default_str();
     }
     const bool repeats = option->get_expected_max() == CLI::detail::expected_max_vector_size;
