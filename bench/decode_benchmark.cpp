@@ -4,6 +4,7 @@
 
 #include "bench/samples.h"
 #include "encoder/draco/draco_backend.h"
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 
 namespace psplit {
@@ -13,7 +14,7 @@ void decode(benchmark::State& state, const DecodeBackend& backend, const SampleK
   const Sample& input = sample(kind);
   const ThreadPool pool(thread_count);
   for (auto _ : state) {
-    const Expected<Mesh> mesh = backend.decode_container(input.container, input.requests, pool);
+    const Expected<Mesh> mesh = backend.decode(*open_container(input.container), input.requests, pool);
     if (!mesh) state.SkipWithError(mesh.status().to_string().c_str());
     benchmark::DoNotOptimize(mesh);
   }

@@ -28,11 +28,11 @@ class DracoStages : public draco::MeshEdgebreakerDecoder {
 
  protected:
   bool DecodeConnectivity() override {
-    const Stopwatch watch(times_.connectivity_ms);
+    const ScopedStopwatch watch(times_.connectivity_ms);
     return MeshEdgebreakerDecoder::DecodeConnectivity();
   }
   bool DecodePointAttributes() override {
-    const Stopwatch watch(times_.attributes_ms);
+    const ScopedStopwatch watch(times_.attributes_ms);
     return MeshEdgebreakerDecoder::DecodePointAttributes();
   }
 

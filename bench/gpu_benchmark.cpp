@@ -11,7 +11,7 @@
 #include "bench/samples.h"
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
 
@@ -68,20 +68,20 @@ double copy_bandwidth() {
 // Of a mesh as one stream.
 double stock_ms(const Mesh& mesh, int speed) {
   const Sample whole = encode_sample(mesh, 1, speed);
-  const Container container = check(parse_container(whole.container));
+  const PatchContainer container = check(open_container(whole.container));
   const auto start = Clock::now();
-  (void)check(draco_backend().decode_stream(container.streams[0], whole.requests));
+  (void)check(draco_backend().decode(container.alone(0), whole.requests, ThreadPool(1)));
   return ms_since(start);
 }
 
 Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, double bandwidth) {
   const Sample sample = encode_sample(mesh, patch_count, speed);
-  const Container container = check(parse_container(sample.container));
+  const PatchContainer container = check(open_container(sample.container));
   // Indices, and each attribute, in memory of their own.
   size_t output_bytes = size_t{12} * container.face_count();
   const DeviceMemory indices(output_bytes);
   std::vector<std::unique_ptr<DeviceMemory>> values;
-  CudaPrimitive primitive{.container = sample.container, .indices = indices.data};
+  CudaPrimitive primitive{.container = &container, .indices = indices.data};
   for (const AttributeRequest& request : sample.requests) {
     const auto stride =
         static_cast<uint32_t>(component_bytes(request.component_type)) * request.component_count;
@@ -127,7 +127,7 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
   const ThreadPool pool;
   for (int run = 0; run < 3; ++run) {
     const auto start = Clock::now();
-    const Mesh decoded = check(cpu_backend().decode_container(sample.container, sample.requests, pool));
+    const Mesh decoded = check(cpu_backend().decode(container, sample.requests, pool));
     cpu_times.push_back(ms_since(start));
     if (run > 0) continue;
     const std::byte* at = downloaded.data();
@@ -140,7 +140,7 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
     if (!same) give_up({StatusCode::kDiffers, "the GPU's result differs from the CPU's"});
   }
   const auto start = Clock::now();
-  (void)check(draco_backend().decode_container(sample.container, sample.requests, ThreadPool(1)));
+  (void)check(draco_backend().decode(container, sample.requests, ThreadPool(1)));
   const double draco = ms_since(start);
 
   const double ms = median(kernels);
@@ -181,20 +181,19 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
 Json measure_scene(size_t primitive_count, uint64_t faces, uint32_t patch_count) {
   constexpr size_t kDifferent = 16;
   std::vector<Sample> samples;
-  std::vector<Container> containers;
+  std::vector<PatchContainer> containers;
   for (uint64_t seed = 1; seed <= kDifferent; ++seed)
     samples.push_back(
         encode_sample(check(generate_shape({Shape::kBlob, faces, seed, false, false}, ThreadPool())).front(),
                       patch_count, 5));
   std::vector<DecodeTask> tasks;
-  for (const Sample& sample : samples) containers.push_back(check(parse_container(sample.container)));
+  for (const Sample& sample : samples) containers.push_back(check(open_container(sample.container)));
+  if (patch_count == 1)
+    for (size_t n = 0; n < samples.size(); ++n) containers[n] = open_stream(containers[n].streams[0]);
   uint64_t total_faces = 0;
   for (size_t i = 0; i < primitive_count; ++i) {
     const size_t n = i % kDifferent;
-    if (patch_count == 1)
-      tasks.push_back({containers[n].streams[0], true, samples[n].requests});
-    else
-      tasks.push_back({samples[n].container, false, samples[n].requests});
+    tasks.push_back({&containers[n], samples[n].requests});
     total_faces += containers[n].face_count();
   }
   const ThreadPool pool, one(1);

@@ -43,7 +43,7 @@ void report(benchmark::State& state, const StageTimes& ours, const DracoTimes& d
 
 void measure_core(benchmark::State& state, const SampleKind& kind, bool in_step) {
   const Sample& from = sample(kind);
-  StagedInput input(from.container, from.requests);
+  StagedInput input(*open_container(from.container), from.requests);
   StageTimes times;
   for (auto _ : state) {
     const core::Fault fault = decode_with_core(input, in_step, times);
@@ -55,7 +55,7 @@ void measure_core(benchmark::State& state, const SampleKind& kind, bool in_step)
 
 void measure_draco(benchmark::State& state, const SampleKind& kind) {
   const Sample& from = sample(kind);
-  StagedInput input(from.container, from.requests);
+  StagedInput input(*open_container(from.container), from.requests);
   DracoTimes times;
   for (auto _ : state)
     if (!decode_with_draco(input, times)) state.SkipWithError("libdraco cannot decode it");
@@ -108,7 +108,8 @@ Sample read_sample(const char* path) {
 PSPLIT_OWN_FUNCTION bool counted_decode(const std::string& decoder, const Sample& from, StagedInput& input,
                                         const ThreadPool& pool) {
   for (const DecodeBackend& backend : {cpu_backend(), draco_backend()})
-    if (decoder == backend.name) return backend.decode_container(from.container, from.requests, pool).ok();
+    if (decoder == backend.name)
+      return backend.decode(*open_container(from.container), from.requests, pool).ok();
   StageTimes times;
   return decode_with_core(input, decoder == "core_in_step", times) == core::Fault::kNone;
 }
@@ -121,7 +122,7 @@ double peak_megabytes() {
 
 void decode_once(const std::string& decoder, const char* path, bool peak) {
   const Sample from = read_sample(path);
-  StagedInput input(from.container, from.requests);
+  StagedInput input(*open_container(from.container), from.requests);
   const ThreadPool pool(1);
   const double before = peak_megabytes();
   if (!counted_decode(decoder, from, input, pool)) give_up(invalid_input(decoder + " cannot decode " + path));

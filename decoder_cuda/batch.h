@@ -1,13 +1,14 @@
-// Decoding many streams at once on a device: what it is told, what it keeps, and what its threads and warps do.
+// Decoding many streams at once on a device: the tasks, the state of each stream, and the bodies of the
+// kernels.
 //
-// Nothing here is CUDA. A launcher calls the bodies, for each item once, with one thread or with the lanes of a
-// warp: cuda_device.cuh does on a device, and an emulation of it in the tests.
+// Nothing here is CUDA. A launcher calls a body once for each item, with one thread or with the lanes of a
+// warp. cuda_device.cuh launches on a device, and an emulation launches in the tests.
 //
-//   BeginStreams    a thread a stream    header, connectivity, what comes before the first stop
+//   BeginStreams    a thread a stream    the header and the connectivity, to the first stop
 //   TakeRuns        a thread a run       the long chains of steps: seams, symbols, traversals, predictions
 //   ResumeStreams   a warp a stream      from one stop to the next
-//   FinishStreams   a warp a stream      what stops are left; which points are its own; the first one's grid
-//   WriteStreams    a warp a stream      values and faces, to where they are wanted
+//   FinishStreams   a warp a stream      the remaining stops; the points that it owns; the first stream's grid
+//   WriteStreams    a warp a stream      values and faces, to their targets
 #pragma once
 
 #include <new>
@@ -17,18 +18,16 @@
 
 namespace psplit {
 
-// An attribute that is wanted: in the type that the streams store, or floats as places on their grid, in a type
-// of unsigned integers that is wide enough.
+// A requested attribute: CudaAttribute in the core's terms.
 struct AttributeTarget {
   uint32_t unique_id = 0;
   core::DataType type = core::DataType::kFloat32;
   uint8_t components = 0;
   uint8_t* values = nullptr;  // of the primitive's first point
   uint32_t stride = 0;        // bytes from one point to the next
-  // Of a grid, or null: what place 0 of each component is, and what one place is more.
-  float* grid = nullptr;
+  float* grid = nullptr;      // or null: place 0 of each component, and then the step between places
 
-  // Whether every value lies as its components do in an array.
+  // Whether every value is aligned as its component type.
   PSPLIT_HD bool is_aligned() const {
     return (reinterpret_cast<uintptr_t>(values) | stride) % core::data_type_bytes(type) == 0;
   }
@@ -42,27 +41,28 @@ struct AttributeTarget {
   }
 };
 
-// A primitive: consecutive streams, and consecutive targets.
+// A primitive has consecutive streams and consecutive targets.
 struct PrimitiveTask {
-  const uint8_t* bytes = nullptr;                // where its streams' places count from
+  const uint8_t* bytes = nullptr;                // the places of its streams count from here
   uint32_t first_stream = 0, first_written = 0;  // places in the batch
   uint32_t first_target = 0, target_count = 0;
   uint32_t point_count = 0;     // of all streams
-  uint32_t first_point = 0;     // which point's are the first values of a target
+  uint32_t first_point = 0;     // the point of a target's first value
   uint32_t stitch_version = 0;  // of its container
-  bool is_stitched = true;      // else every stream has all its points, one stream after the other
-  void* indices = nullptr;      // three a face
+  bool is_stitched = true;      // if not, every stream has all its points, one stream after the other
+  void* indices = nullptr;      // three for each face
   uint32_t index_bytes = 4;     // 2 or 4
-  float* bounds = nullptr;  // of the first target's values: for each stream three least and three most, or null
+  float* bounds =
+      nullptr;  // or null: for each stream three least and three greatest of the first target's values
 };
 
 enum class StreamUse : uint8_t {
   kNone,
-  kReferredTo,  // decoded for the numbers of its points
+  kReferredTo,  // decoded only for the numbers of its points
   kWritten,
 };
 
-// A row of a container's directory, and where everything is.
+// A row of a container's directory, and the places of its data.
 struct StreamTask {
   uint64_t stream_at = 0, stitch_at = 0;  // in the primitive's bytes
   uint32_t stream_bytes = 0, stitch_bytes = 0;
@@ -71,12 +71,12 @@ struct StreamTask {
   uint32_t face_base = 0, owned_base = 0, owned_end = 0;
   bool is_residue = false, has_walk = false;
   StreamUse use = StreamUse::kNone;
-  bool has_point_limit = false;                    // it has as many points as its row says or less
-  uint64_t workspace_at = 0, workspace_bytes = 0;  // the StreamState, and as many bytes behind it
-  uint64_t walk_at = 0;  // has room for point_count numbers, as long as any stream may refer to them
+  bool has_point_limit = false;  // the row has the largest number of points, not the exact one
+  uint64_t workspace_at = 0, workspace_bytes = 0;  // of the StreamState, and the bytes after it
+  uint64_t walk_at = 0;                            // of point_count numbers, which all streams may refer to
 };
 
-// What a stream's numbers take beside what it decodes in.
+// The memory for a stream's numbers, beside the memory that it decodes in.
 inline size_t numbering_bytes(const StreamTask& task) {
   return sizeof(uint32_t) * (size_t{task.point_count} + task.reference_count) + 2 * 16;
 }
@@ -97,7 +97,7 @@ struct StreamState {
   }
 };
 
-// Arrays of the device. Those by stream are in the order of `streams`.
+// Arrays of the device. Those with an element for each stream are in the order of `streams`.
 struct Batch {
   const PrimitiveTask* primitives = nullptr;
   const AttributeTarget* targets = nullptr;
@@ -110,7 +110,7 @@ struct Batch {
   uint32_t* point_counts = nullptr;  // as decoded
 };
 
-// The streams whose numbers take 16 bits, or those whose take 32.
+// Either the streams whose numbers take 16 bits, or those whose numbers take 32.
 template <typename Index>
 struct StreamSet {
   Batch batch;
@@ -135,7 +135,7 @@ struct StreamSet {
   }
 };
 
-// The attribute of a target, or null where there is none of its type.
+// The attribute of a target, or null if the stream has none of its type.
 template <typename Index>
 PSPLIT_HD const core::Attribute<Index>* find_attribute(const core::Patch<Index>& patch,
                                                        const AttributeTarget& target) {
@@ -150,7 +150,7 @@ PSPLIT_HD const core::Attribute<Index>* find_attribute(const core::Patch<Index>&
   return nullptr;
 }
 
-// Of its grid: where each component's place 0 is, and what one place is more.
+// Element k of an attribute's grid: place 0 of each component, and then the step between places.
 template <typename Index>
 PSPLIT_HD float grid_value(const core::Attribute<Index>& attribute, uint32_t k) {
   if (k == attribute.components) return attribute.step();
@@ -183,7 +183,7 @@ struct BeginStreams {
   }
 };
 
-// Runs [0, run_count) of all streams; neighbours take runs of the same kind.
+// Runs [0, run_count) of all streams. Neighbouring threads take runs of the same kind.
 template <typename Index>
 struct TakeRuns {
   StreamSet<Index> set;
@@ -255,7 +255,7 @@ struct FinishStreams {
     if (task.has_walk)
       if (const Fault fault = core::walk_border(state.patch, state.arena, state.border); fault != Fault::kNone)
         return fault;
-    // A walk has no point twice.
+    // A walk visits no point twice, so it has room.
     walk = core::View<uint32_t>(set.batch.walk_numbers + task.walk_at, state.border.size());
     const bool taken =
         state.arena.take(state.numbers, points) && state.arena.take(state.references, task.reference_count);
@@ -300,7 +300,7 @@ struct WriteStreams {
     const StreamTask& task = set.task(i);
     StreamState<Index>& state = set.state(i);
     const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
-    // Faces of broken streams may be drawn by mistake.
+    // A caller may draw the faces of broken streams by mistake, so their indices must be valid.
     const auto write_nothing = [&] {
       if (primitive.point_count > 0) write_indices(lanes, task, primitive, [](uint32_t) { return 0u; });
     };
@@ -321,7 +321,7 @@ struct WriteStreams {
     for (uint32_t t = 0; t < primitive.target_count; ++t) {
       const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
       const core::Attribute<Index>& attribute = *find_attribute(state.patch, target);
-      // Owners write; every copy holds the same bits.
+      // The owner writes. Every copy holds the same bits.
       const auto place_of = [&](uint32_t point) -> uint8_t* {
         const uint32_t number = state.numbers[point];
         return number < total ? target.values + size_t{number - primitive.first_point} * target.stride
@@ -339,7 +339,7 @@ struct WriteStreams {
   }
 
  private:
-  // Places of all streams stand in one array, and so must be on one grid.
+  // The places of all streams are in one array, so they must be on one grid.
   PSPLIT_HD core::Fault compare_grids(const PrimitiveTask& primitive, const StreamState<Index>& state) const {
     if (set.batch.faults[primitive.first_written] != core::Fault::kNone) return core::Fault::kNone;
     for (uint32_t t = 0; t < primitive.target_count; ++t) {
@@ -351,7 +351,7 @@ struct WriteStreams {
     return core::Fault::kNone;
   }
 
-  // point_at(n) is that of the stream's n-th corner, three a face.
+  // point_at(n) is the point of the stream's n-th corner, three for each face.
   template <core::Lanes L, typename PointAt>
   PSPLIT_HD static void write_indices(L lanes, const StreamTask& task, const PrimitiveTask& primitive,
                                       PointAt point_at) {
@@ -366,7 +366,7 @@ struct WriteStreams {
       write(static_cast<uint32_t*>(primitive.indices));
   }
 
-  // Of what was just written, which may be less than there is room for.
+  // The bounds of the values that were just written, which may be fewer than there is room for.
   template <core::Lanes L>
   PSPLIT_HD static void write_bounds(L lanes, uint32_t first_point, uint32_t point_count,
                                      const AttributeTarget& target, float* bounds) {
@@ -376,7 +376,7 @@ struct WriteStreams {
       bool any = false;
       core::for_each_lane_item(lanes, point_count, [&](uint32_t point) {
         const float value = reinterpret_cast<const float*>(values + size_t{point} * target.stride)[k];
-        if (!(value == value)) return;  // no number
+        if (!(value == value)) return;  // NaN
         low = !any || value < low ? value : low;
         high = !any || value > high ? value : high;
         any = true;
@@ -401,7 +401,7 @@ struct WriteStreams {
     return value;
   }
 
-  // References to streams that did not decode are to any point of theirs: the fault is not this one's.
+  // A reference to a stream that did not decode becomes any point of it: the fault is not this stream's.
   template <core::Lanes L>
   PSPLIT_HD core::Fault resolve(L lanes, const StreamTask& task, StreamState<Index>& state) const {
     const Batch& batch = set.batch;

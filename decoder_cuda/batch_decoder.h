@@ -1,19 +1,20 @@
-// Sends a batch to a device and launches it: what a CUDA device (cuda_device.cuh) and its emulation in the
-// tests have in common. A Device has
+// Sends a batch to a device and launches its kernels. A CUDA device (cuda_device.cuh) and its emulation in the
+// tests share this code. A Device has
 //
-//   Array<T>                     memory of its own that is kept: reserve(count), which loses what was in it
-//   where
-//                                it grows, size(), data()
-//   HostArray<T>                 the same of the host, which copies to the device do not wait for
+//   Array<T>                     memory of the device: reserve(count), size(), data(). It loses its contents
+//   when
+//                                it grows, and never shrinks
+//   HostArray<T>                 the same for pinned memory of the host
 //   upload(to, from, count)      from the host
-//   download(to, from, count)
-//   launch_threads(count, body)  body(i) for each i below count
-//   launch_warps(count, body)    body(lanes, i), with the lanes of a warp
-//   mark(stage)                  what follows belongs to a stage, for those who measure
-//   wait()                       until all that was asked for is done
-//   free_memory()                bytes that it has left
+//   download(to, from, count)    to the host
+//   launch_threads(count, body)  calls body(i) for each i below count
+//   launch_warps(count, body)    calls body(lanes, i), with the lanes of a warp
+//   mark(stage)                  the name of the stage that follows, for measurements
+//   wait()                       returns when everything before it is done
+//   free_memory()                bytes
 //
-// which are in order, and may return before they are done, but for wait. Those that can fail return a Status.
+// The device does them in order. All except wait may return before they are done. Those that can fail return a
+// Status.
 #pragma once
 
 #include <cstring>
@@ -46,14 +47,14 @@ Status launch_writing(Device& device, const StreamSet<Index>& set) {
   return device.launch_warps(set.count, WriteStreams<Index>{set});
 }
 
-// So many bytes at least, and by a half where `most` allows: what is needed may grow little by little.
+// Reserves at least `bytes`. Grows by half if `most` allows it, since the need may grow little by little.
 template <typename Array>
 Status grow(Array& array, uint64_t bytes, uint64_t most = ~uint64_t{0}) {
   if (bytes <= array.size()) return {};
   return array.reserve(std::max<uint64_t>(bytes, std::min<uint64_t>(most, array.size() + array.size() / 2)));
 }
 
-// Not safe to share between threads. Its memory is kept from batch to batch.
+// Not thread-safe. Its memory is kept from batch to batch.
 template <typename Device>
 class BatchDecoder {
  public:
@@ -61,16 +62,13 @@ class BatchDecoder {
 
   Device& device() { return device_; }
 
-  // How much memory of the device it may take, or nine tenths of what there is if that is less. Streams wait
-  // for their turn, results are the same. What all streams need, compressed bytes and some bytes a point and a
-  // stream, is taken in any case, and so is what a stream takes on its own, or a quarter of the limit for all.
+  // CudaDecoder::set_memory_limit.
   void set_memory_limit(uint64_t bytes) { memory_limit_ = bytes; }
 
-  // Plans and launches; the containers' bytes must stay until finish. Errors: kRuntimeFailure where the device
-  // fails, all others come from finish.
-  Status start(std::span<const BatchPrimitive> primitives) {
-    // Of a batch that nobody finished.
-    if (is_running_) (void)device_.wait();
+  // Plans and launches. The containers and their bytes must stay until finish. Errors: kRuntimeFailure if the
+  // device fails. All others come from finish.
+  Status start(std::span<const CudaPrimitive> primitives) {
+    if (is_running_) (void)device_.wait();  // for a batch without a finish
     statuses_ = plan_.make(primitives);
     layout_ = Layout(plan_);
     faults_.assign(2 * plan_.streams().size(), core::Fault::kNone);
@@ -84,10 +82,7 @@ class BatchDecoder {
     return status;
   }
 
-  // Waits until all is written. The first error, with the primitive of the batch and the patch as its place:
-  // kUsage for what cannot be asked for, kInvalidInput and kUnsupported for streams, kRuntimeFailure where the
-  // device fails. What other streams decoded to is right all the same, but for faces that share a point with
-  // the broken one; indices are below the number of points in any case.
+  // CudaDecoder::finish. The place of an error has the primitive of the batch and the patch.
   Status finish() {
     if (std::exchange(is_running_, false))
       if (Status status = finish_streams(); !status.ok()) give_up(status);
@@ -96,16 +91,17 @@ class BatchDecoder {
     return {};
   }
 
-  // Of a primitive of the batch, after finish.
+  // After finish: the status of a primitive of the batch.
   const Status& status(size_t primitive) const { return statuses_[primitive]; }
-  // How many points a stock stream has, after finish; 0 if it was refused.
+  // After finish: the number of points of a stock stream; 0 after an error.
   uint32_t point_count(size_t primitive) const {
     return statuses_[primitive].ok() ? point_counts_[plan_.primitives()[primitive].first_stream] : 0;
   }
 
  private:
-  // Where everything of a batch is in the one array that it has on the device, so that a limit holds for all of
-  // it. Tables and pieces of containers first, which are uploaded; the workspace last, which alone may grow.
+  // The places of everything in the one array that a batch has on the device, so that one limit holds for all
+  // of it. Tables and pieces of containers come first: they are uploaded. The workspace is last: only it may
+  // grow.
   struct Layout {
     size_t primitives = 0, targets = 0, streams = 0, lists = 0, pieces = 0;
     size_t walks = 0, walk_numbers = 0, faults = 0, point_counts = 0, workspace = 0;
@@ -133,18 +129,18 @@ class BatchDecoder {
     return reinterpret_cast<T*>(memory_.data() + at);
   }
 
-  // All primitives failed. What was launched before may still be running.
+  // Ends all primitives with an error. Kernels that were launched before may still be running.
   void give_up(const Status& status) {
     (void)device_.wait();
     std::fill(statuses_.begin(), statuses_.end(), status);
   }
 
-  // Memory for what is due, in as few parts as the limit allows.
+  // Reserves memory for the streams that are due, in as few parts as the limit allows.
   Status reserve() {
     uint64_t limit = memory_limit_;
     const auto needed = [&] {
       const uint64_t left = std::max(limit - std::min<uint64_t>(limit, layout_.workspace), limit / 4);
-      // Whatever streams claim, their bytes must justify it.
+      // The streams' bytes must justify the memory, whatever the streams claim.
       plan_.arrange(std::min(left, core::justified_bytes(plan_.stream_bytes())));
       return layout_.workspace + plan_.workspace_bytes();
     };
@@ -155,8 +151,8 @@ class BatchDecoder {
     return grow(memory_, bytes, limit);
   }
 
-  // Tables, and pieces that are not there yet: what is gathered in one copy, but for pieces between that are
-  // copied from where they are.
+  // Uploads the tables, and pieces that are not on the device yet. Gathered pieces go in one copy, which is
+  // interrupted only by pieces that are copied from where they are.
   Status upload() {
     const size_t gathered = is_uploaded_ ? 0 : plan_.gathered_bytes();
     if (Status status = grow(host_block_, layout_.pieces + gathered); !status.ok()) return status;
@@ -174,7 +170,7 @@ class BatchDecoder {
     copy(layout_.streams, plan_.streams());
     copy(copy(layout_.lists, plan_.narrow().streams), plan_.wide().streams);
 
-    size_t begin = 0, end = layout_.pieces;  // of what is gathered and not uploaded yet
+    size_t begin = 0, end = layout_.pieces;  // of the gathered bytes that are not uploaded yet
     size_t to = 0;
     const auto upload_gathered = [&] { return device_.upload(device + to, host + begin, end - begin); };
     for (const BatchPlan::Piece& piece : plan_.pieces()) {
@@ -227,7 +223,7 @@ class BatchDecoder {
     for (;;) {
       if (Status status = take_faults(); !status.ok()) return status;
       if (!plan_.enlarge({faults_.data(), count})) break;
-      // Where there is no more, what was decoded is right nevertheless.
+      // If there is no more memory, the streams that were decoded are right nevertheless.
       if (shortage = reserve(); !shortage.ok()) break;
       Status status = upload();
       if (status.ok()) status = launch();
@@ -245,7 +241,7 @@ class BatchDecoder {
     return {};
   }
 
-  // Waits, and takes what became of the streams that were due.
+  // Waits, and downloads the faults of the streams that were due.
   Status take_faults() {
     const size_t count = plan_.streams().size();
     std::vector<core::Fault> faults(2 * count);

@@ -1,5 +1,5 @@
-// What the host plans of a batch before a device hears of it: which streams are decoded, in what memory, in how
-// many launches, and which bytes of containers they are decoded from.
+// The host's plan of a batch: which streams are decoded, in which memory, in how many launches, and from which
+// bytes of containers.
 #pragma once
 
 #include <algorithm>
@@ -7,37 +7,21 @@
 #include <vector>
 
 #include "decoder_cuda/batch.h"
+#include "decoder_cuda/psplit_cuda.h"
 #include "src/container/claims.h"
-#include "src/container/stitch_row.h"
+#include "src/container/stream_description.h"
 
 namespace psplit {
 
-// One primitive of a batch, or some of its patches. Targets and indices are memory of the device.
-//
-// Stitched, patches [first, end) have the faces and the points of the mesh that the directory gives them, a
-// window of it: targets start at the first point that patch `first` owns, indices are the mesh's. Patches that
-// these refer to are decoded as well, but not written. Otherwise every patch has the points that it decodes to,
-// references included: points of patch after patch, indices counting from the first point of all. A residue is
-// one more patch.
-struct BatchPrimitive {
-  std::span<const uint8_t> bytes;         // of the container
-  const uint8_t* device_bytes = nullptr;  // the same on the device, or null
-  const Container* container = nullptr;   // parsed from them; a stock stream is container_of_stream
-  const std::vector<core::StreamHeader>* headers = nullptr;  // of check_claims
-  bool is_stream = false;
-  std::vector<AttributeTarget> targets{};
-  void* indices = nullptr;
-  uint32_t index_bytes = 4;  // 2 or 4
-  bool is_stitched = true;
-  uint32_t first = 0, end = 0xffffffff;
-  // On the device, or null, where patches are not stitched: least and most of the first target's three floats,
-  // six for each patch.
-  float* bounds = nullptr;
-};
+// Must succeed before memory of the device is taken according to a container's counts.
+inline Status check_container(const PatchContainer& container) {
+  if (!container.refusal.ok()) return container.refusal;
+  return container.is_stock ? check_claims(container) : Status();
+}
 
-// How streams of one width are launched. What is more than was foreseen is done at the end, slowly.
+// The launches for the streams of one width. Work beyond the plan is done by the last launch, slowly.
 struct LaunchPlan {
-  // Few streams have as many, and no other should wait for those that do.
+  // Few streams have as many, and the others should not wait for them.
   static constexpr uint32_t kMostRuns = 64, kMostRounds = 24;
 
   uint32_t runs = 0;    // of one stream between two stops
@@ -51,19 +35,19 @@ class BatchPlan {
     std::vector<uint32_t> streams;  // part after part
     LaunchPlan launches;
   };
-  // Streams that are decoded at once: up to these of each width, from where the part before ended.
+  // Streams that are decoded at once: a range of the streams of each width.
   struct Part {
     size_t first_narrow = 0, narrow_end = 0, first_wide = 0, wide_end = 0;
   };
-  // Bytes of containers that go to the device in one run, from where they are or gathered with others.
+  // Bytes of containers that go to the device in one run, from where they are or gathered with other pieces.
   struct Piece {
     std::span<const uint8_t> bytes;
     uint64_t at = 0;  // in piece_bytes()
     bool is_gathered = false;
   };
 
-  // Errors are those of what cannot be asked for, for each primitive.
-  std::vector<Status> make(std::span<const BatchPrimitive> primitives) {
+  // Returns a status for each primitive: an error for an impossible request.
+  std::vector<Status> make(std::span<const CudaPrimitive> primitives) {
     *this = {};
     std::vector<Status> statuses;
     for (size_t i = 0; i < primitives.size(); ++i) {
@@ -78,8 +62,8 @@ class BatchPlan {
     return statuses;
   }
 
-  // Gives streams that are due their memory, part after part of no more than so many bytes, but for a stream
-  // that takes more on its own. In the order of the streams, since references go back only.
+  // Gives memory to the streams that are due, part after part. A part takes at most `limit` bytes, unless it is
+  // a single stream that needs more. Parts follow the order of the streams, since references only go back.
   void arrange(uint64_t limit) {
     constexpr size_t kMostStreams = size_t{1} << 20;
     static_assert(kMostStreams * LaunchPlan::kMostRuns < 0xffffffff, "threads have 32-bit numbers");
@@ -107,7 +91,7 @@ class BatchPlan {
       parts_.back().narrow_end = narrow_.streams.size();
       parts_.back().wide_end = wide_.streams.size();
     }
-    // Threads of a warp wait for the longest.
+    // The threads of a warp wait for the longest, so neighbours should have similar sizes.
     const auto sort = [&](std::vector<uint32_t>& streams, size_t first, size_t end) {
       std::stable_sort(streams.begin() + static_cast<ptrdiff_t>(first),
                        streams.begin() + static_cast<ptrdiff_t>(end),
@@ -119,8 +103,9 @@ class BatchPlan {
     }
   }
 
-  // More memory for streams that had too little: they have attributes that nobody asked for. Their primitives
-  // are due again, whole, since streams refer to each other, and no others are. Whether there are any.
+  // Gives more memory to streams that had too little: they have attributes that were not requested. Only their
+  // primitives are due again, each as a whole, since streams refer to each other. Returns whether there are
+  // any.
   bool enlarge(std::span<const core::Fault> faults) {
     is_due_.assign(primitives_.size(), false);
     bool any = false;
@@ -152,12 +137,22 @@ class BatchPlan {
   static size_t in_block(size_t bytes) { return (bytes + 255) / 256 * 256; }
 
  private:
-  static uint32_t end_of(const BatchPrimitive& primitive) {
+  static uint32_t end_of(const CudaPrimitive& primitive) {
     return std::min(primitive.end, static_cast<uint32_t>(primitive.container->entries.size()));
   }
 
-  static Status check(const BatchPrimitive& primitive) {
-    const Container& container = *primitive.container;
+  static AttributeTarget target_of(const CudaAttribute& attribute) {
+    return {.unique_id = attribute.unique_id,
+            .type = stored_type(attribute.component_type),
+            .components = attribute.component_count,
+            .values = static_cast<uint8_t*>(attribute.values),
+            .stride = attribute.stride,
+            .grid = attribute.grid};
+  }
+
+  static Status check(const CudaPrimitive& primitive) {
+    const PatchContainer& container = *primitive.container;
+    if (Status status = check_container(container); !status.ok()) return status;
     const uint32_t first = primitive.first, end = end_of(primitive);
     const auto refused = [](const char* message) { return Status(StatusCode::kUsage, message); };
     const auto is_aligned = [](const void* at, size_t bytes) {
@@ -177,7 +172,8 @@ class BatchPlan {
     if (primitive.indices == nullptr && container.face_base[end] > container.face_base[first])
       return refused("nowhere to write indices to");
     if (!is_aligned(primitive.indices, primitive.index_bytes)) return refused("indices that are not aligned");
-    for (const AttributeTarget& target : primitive.targets) {
+    for (const CudaAttribute& attribute : primitive.attributes) {
+      const AttributeTarget target = target_of(attribute);
       if (target.stride < core::data_type_bytes(target.type) * target.components)
         return refused("values of an attribute that overlap");
       if (target.values == nullptr && written > 0) return refused("nowhere to write an attribute's values to");
@@ -185,17 +181,17 @@ class BatchPlan {
     }
     if (primitive.bounds == nullptr) return {};
     if (primitive.is_stitched) return refused("patches that are stitched do not have all their points");
-    if (primitive.targets.empty() || primitive.targets[0].type != core::DataType::kFloat32 ||
-        primitive.targets[0].components != 3)
+    if (primitive.attributes.empty() || primitive.attributes[0].component_type != ComponentType::kFloat32 ||
+        primitive.attributes[0].component_count != 3)
       return refused("bounds are those of a first attribute of three floats");
-    if (!is_aligned(primitive.bounds, sizeof(float)) || !primitive.targets[0].is_aligned())
+    if (!is_aligned(primitive.bounds, sizeof(float)) || !target_of(primitive.attributes[0]).is_aligned())
       return refused("bounds, or the floats that they are of, are not aligned");
     return {};
   }
 
-  // Which streams must be decoded so that [first, end) can be written; those behind are of no use.
-  static std::vector<StreamUse> uses_of(const BatchPrimitive& primitive) {
-    const Container& container = *primitive.container;
+  // The use of each stream below `end`, if [first, end) is written.
+  static std::vector<StreamUse> uses_of(const CudaPrimitive& primitive) {
+    const PatchContainer& container = *primitive.container;
     const uint32_t end = end_of(primitive);
     std::vector<StreamUse> uses(end, StreamUse::kNone);
     const auto refer_to = [&](uint32_t owner) {
@@ -204,28 +200,28 @@ class BatchPlan {
     for (uint32_t i = primitive.first; i < end; ++i) {
       uses[i] = StreamUse::kWritten;
       if (!primitive.is_stitched || primitive.first == 0) continue;
-      core::StitchReader reader(stitch_row(container, i));
+      core::StitchReader reader(container.stitch_row(i));
       for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner);
       for (core::StitchReader::Pair pair; reader.next_pair(pair);) refer_to(pair.owner);
     }
     return uses;
   }
 
-  void add(const BatchPrimitive& primitive) {
-    const Container& container = *primitive.container;
+  void add(const CudaPrimitive& primitive) {
+    const PatchContainer& container = *primitive.container;
     const uint32_t first = primitive.first;
     const auto number = static_cast<uint32_t>(primitives_.size());
     const auto first_stream = static_cast<uint32_t>(streams_.size());
     const bool is_stitched = primitive.is_stitched;
     const bool has_walks = is_stitched && container.reference_count() > 0;
-    has_point_limits_ |= primitive.is_stream;
-    core::ValueCounts values{0, static_cast<uint32_t>(primitive.targets.size()), 0};
-    for (const AttributeTarget& target : primitive.targets) values.components += target.components;
+    has_point_limits_ |= container.is_stock;
+    core::ValueCounts values{0, static_cast<uint32_t>(primitive.attributes.size()), 0};
+    for (const CudaAttribute& attribute : primitive.attributes) values.components += attribute.component_count;
     const std::vector<StreamUse> uses = uses_of(primitive);
-    uint32_t next_point = 0;  // where they are not stitched
+    uint32_t next_point = 0;  // of patches that are not stitched
     for (uint32_t i = 0; i < uses.size(); ++i) {
       const StreamEntry& entry = container.entries[i];
-      const core::StreamHeader& header = (*primitive.headers)[i];
+      const core::StreamHeader& header = container.headers[i];
       StreamTask task;
       task.use = uses[i];
       task.stream_bytes = entry.stream_bytes;
@@ -238,16 +234,15 @@ class BatchPlan {
       task.face_base = container.face_base[i] - container.face_base[first];
       task.owned_base = is_stitched ? container.owned_base[i] : next_point;
       task.owned_end = is_stitched ? container.owned_base[i + 1] : next_point + entry.point_count;
-      task.is_residue = i == container.patch_count();
-      task.has_point_limit = primitive.is_stream;
+      task.is_residue = !header.edgebreaker;
+      task.has_point_limit = container.is_stock;
       task.has_walk = has_walks;
       task.walk_at = walk_points_;
       if (task.use != StreamUse::kNone) {
         next_point += entry.point_count;
         stream_bytes_ += entry.stream_bytes;
         if (task.has_walk) walk_points_ += entry.point_count;
-        values.points =
-            primitive.is_stream ? std::min(core::likely_points(header), entry.point_count) : entry.point_count;
+        values.points = container.likely_point_count(i);
         if (header.fits_16_bits())
           foresee<uint16_t>(narrow_.launches, header, values, task);
         else
@@ -261,7 +256,7 @@ class BatchPlan {
                            .first_stream = first_stream,
                            .first_written = first_stream + first,
                            .first_target = static_cast<uint32_t>(targets_.size()),
-                           .target_count = static_cast<uint32_t>(primitive.targets.size()),
+                           .target_count = static_cast<uint32_t>(primitive.attributes.size()),
                            .point_count = is_stitched ? container.point_count() : next_point,
                            .first_point = is_stitched ? container.owned_base[first] : 0,
                            .stitch_version = container.version,
@@ -269,16 +264,16 @@ class BatchPlan {
                            .indices = primitive.indices,
                            .index_bytes = primitive.index_bytes,
                            .bounds = primitive.bounds});
-    targets_.insert(targets_.end(), primitive.targets.begin(), primitive.targets.end());
+    for (const CudaAttribute& attribute : primitive.attributes) targets_.push_back(target_of(attribute));
   }
 
-  // Where the device will have what streams in use are decoded from, and no other bytes: a mesh that comes
-  // window after window is uploaded once.
-  void place_bytes(const BatchPrimitive& primitive, std::span<StreamTask> tasks) {
+  // Places the bytes that streams in use are decoded from, and no others. So a mesh that is decoded window
+  // after window is uploaded once.
+  void place_bytes(const CudaPrimitive& primitive, std::span<StreamTask> tasks) {
     const auto place = [&](std::span<const uint8_t> bytes) -> uint64_t {
       if (bytes.empty()) return 0;
       if (primitive.device_bytes != nullptr)
-        return static_cast<uint64_t>(bytes.data() - primitive.bytes.data());
+        return static_cast<uint64_t>(bytes.data() - primitive.container->bytes.data());
       const uint64_t at = piece_bytes();
       if (!pieces_.empty() && pieces_.back().bytes.data() + pieces_.back().bytes.size() == bytes.data())
         pieces_.back().bytes = {pieces_.back().bytes.data(), pieces_.back().bytes.size() + bytes.size()};
@@ -294,7 +289,7 @@ class BatchPlan {
       if (task.use != StreamUse::kNone) task.stream_at = place(primitive.container->streams[task.number]);
   }
 
-  // Small pieces go in one copy, of a size that the host may well pin.
+  // Small pieces go in one copy, whose size the host can pin.
   void gather() {
     constexpr size_t kLargePiece = size_t{1} << 20, kMostGathered = size_t{64} << 20;
     for (Piece& piece : pieces_) {
@@ -304,11 +299,11 @@ class BatchPlan {
     }
   }
 
-  // The memory that a stream needs, and how often it stops.
+  // Estimates the memory that a stream needs, and the number of its stops.
   template <typename Index>
   static void foresee(LaunchPlan& launches, const core::StreamHeader& header, core::ValueCounts values,
                       StreamTask& task) {
-    // Streams may have attributes that nobody asked for: most have a table of their own.
+    // Streams may have attributes that were not requested. Most of these have a table of their own.
     const uint32_t others = header.attribute_data_count >= values.attributes
                                 ? header.attribute_data_count + 1 - values.attributes
                                 : 0;
@@ -319,14 +314,14 @@ class BatchPlan {
     task.workspace_bytes = std::min(needed, core::justified_bytes(task.stream_bytes));
     const uint32_t lists = header.valence ? core::ValenceSymbols<Index>::kLists : 0;
     const uint32_t runs = std::max({2 * values.attributes, header.attribute_data_count, lists});
-    // Tagged symbols stop once more each.
+    // Each attribute with tagged symbols stops once more.
     const uint32_t rounds =
         2 + values.attributes + (header.attribute_data_count > 0 ? 1 : 0) + (header.valence ? 1 : 0);
     launches.runs = std::max(launches.runs, std::min(runs, LaunchPlan::kMostRuns));
     launches.rounds = std::max(launches.rounds, std::min(rounds, LaunchPlan::kMostRounds));
   }
 
-  std::vector<PrimitiveTask> primitives_;  // their bytes are null where those are pieces
+  std::vector<PrimitiveTask> primitives_;  // `bytes` is null if they are uploaded as pieces
   std::vector<AttributeTarget> targets_;
   std::vector<StreamTask> streams_;
   std::vector<Size> sizes_;   // by stream

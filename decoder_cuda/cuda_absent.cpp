@@ -34,8 +34,8 @@ void CudaDecoder::measure(bool) {}
 std::vector<std::pair<std::string, double>> CudaDecoder::take_times() { return {}; }
 
 DecodeBackend cuda_backend(uint64_t) {
-  return {"cuda", [](std::span<const DecodeTask> tasks, const ThreadPool&, const Progress&) {
-            return std::vector<Expected<Mesh>>(tasks.size(), absent());
+  return {"cuda", [](std::span<const DecodeTask> tasks, const BuffersFor&, const ThreadPool&, const Watch&) {
+            return std::vector<Status>(tasks.size(), absent());
           }};
 }
 

@@ -22,10 +22,10 @@ __global__ void probe() {}
 bool cuda_available(std::string* why) {
   int device_count = 0;
   cudaError_t error = cudaGetDeviceCount(&device_count);
-  // There may be no code for it in this build.
+  // This build may have no code for the device.
   cudaFuncAttributes attributes;
   if (error == cudaSuccess && device_count > 0) error = cudaFuncGetAttributes(&attributes, probe);
-  // The error also stays behind as the runtime's last one, where the next caller would take it for its own.
+  // The error also stays behind as the runtime's last one. The next caller would take it for its own.
   if (error != cudaSuccess) (void)cudaGetLastError();
   const bool available = error == cudaSuccess && device_count > 0;
   if (why != nullptr) *why = available ? "" : error != cudaSuccess ? cudaGetErrorString(error) : "no device";
@@ -52,7 +52,7 @@ std::string cuda_device_name() {
 
 namespace {
 
-// Makes a device current for a while.
+// Makes a device current during its lifetime.
 class CurrentDevice {
  public:
   explicit CurrentDevice(int device) {
@@ -96,16 +96,6 @@ Status CudaMemory::download(const void* from, std::span<std::byte> to) {
 struct PSPLIT_HIDDEN CudaDecoder::Implementation {
   BatchDecoder<CudaDevice> decoder;
   int device = 0;
-  CudaDevice::HostArray<uint8_t> pinned_bytes{};  // of containers on the device
-  std::vector<uint8_t> pageable_bytes{};          // of those that are too large to pin
-  std::vector<Expected<Container>> containers{};
-  std::vector<std::vector<core::StreamHeader>> headers{};
-  std::vector<size_t> batch_places{};  // of each primitive; kRefused of those whose containers are broken
-  std::vector<Status> refusals{};
-
-  static constexpr size_t kRefused = ~size_t{0};
-
-  Status start(std::span<const CudaPrimitive> primitives);
 };
 
 CudaDecoder::CudaDecoder(std::unique_ptr<Implementation> implementation)
@@ -127,106 +117,22 @@ Expected<CudaDecoder> CudaDecoder::create(CUstream_st* stream) {
       std::make_unique<Implementation>(Implementation{BatchDecoder<CudaDevice>(std::move(*device)), number}));
 }
 
-Status CudaDecoder::Implementation::start(std::span<const CudaPrimitive> primitives) {
-  CudaDevice& on = decoder.device();
-  // Containers on the device are planned by a copy.
-  size_t size = 0;
-  for (const CudaPrimitive& primitive : primitives)
-    if (primitive.is_on_device) size += primitive.container.size();
-  constexpr size_t kMostPinned = size_t{64} << 20;
-  pageable_bytes.resize(size > kMostPinned ? size : 0);
-  if (pageable_bytes.empty())
-    if (Status status = grow(pinned_bytes, size); !status.ok()) return status;
-  uint8_t* next_copy = pageable_bytes.empty() ? pinned_bytes.data() : pageable_bytes.data();
-  std::vector<std::span<const uint8_t>> bytes;
-  for (const CudaPrimitive& primitive : primitives) {
-    bytes.push_back(primitive.container);
-    if (!primitive.is_on_device) continue;
-    uint8_t* const copy = std::exchange(next_copy, next_copy + primitive.container.size());
-    Status status = on.download(copy, primitive.container.data(), primitive.container.size());
-    if (!status.ok()) return status;
-    bytes.back() = {copy, primitive.container.size()};
-  }
-  if (size > 0)
-    if (Status status = on.wait(); !status.ok()) return status;
-
-  const size_t count = primitives.size();
-  containers.clear();
-  headers.assign(count, {});
-  batch_places.assign(count, kRefused);
-  refusals.assign(count, Status());
-  std::vector<BatchPrimitive> batch;
-  for (size_t i = 0; i < count; ++i)
-    containers.push_back(primitives[i].stream_points > 0
-                             ? container_of_stream(bytes[i], primitives[i].stream_points)
-                             : parse_container(bytes[i]));
-  for (size_t i = 0; i < count; ++i) {
-    const CudaPrimitive& primitive = primitives[i];
-    Status status = containers[i].status();
-    if (status.ok()) {
-      Expected<std::vector<core::StreamHeader>> checked = check_claims(*containers[i]);
-      status = checked.status();
-      if (checked) headers[i] = std::move(*checked);
-    }
-    if (!status.ok()) {
-      refusals[i] = std::move(status).at({.primitive = static_cast<int64_t>(i)});
-      continue;
-    }
-    batch_places[i] = batch.size();
-    BatchPrimitive& planned = batch.emplace_back();
-    planned.bytes = bytes[i];
-    planned.device_bytes = primitive.is_on_device ? primitive.container.data() : nullptr;
-    planned.container = &*containers[i];
-    planned.headers = &headers[i];
-    planned.is_stream = primitive.stream_points > 0;
-    planned.indices = primitive.indices;
-    planned.index_bytes = primitive.index_bytes;
-    planned.is_stitched = primitive.is_stitched;
-    planned.first = primitive.first;
-    planned.end = primitive.end;
-    planned.bounds = primitive.bounds;
-    for (const CudaAttribute& attribute : primitive.attributes)
-      planned.targets.push_back({.unique_id = attribute.unique_id,
-                                 .type = stored_type(attribute.component_type),
-                                 .components = attribute.component_count,
-                                 .values = static_cast<uint8_t*>(attribute.values),
-                                 .stride = attribute.stride,
-                                 .grid = attribute.grid});
-  }
-  return decoder.start(batch);
-}
-
 Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
   const CurrentDevice current(implementation_->device);
-  Status status = implementation_->start(primitives);
-  if (!status.ok()) {
-    (void)implementation_->decoder.device().wait();
-    (void)implementation_->decoder.device().take_times();
-    implementation_->refusals.assign(primitives.size(), status);
-    implementation_->batch_places.assign(primitives.size(), Implementation::kRefused);
-  }
+  Status status = implementation_->decoder.start(primitives);
+  if (!status.ok()) (void)implementation_->decoder.device().take_times();
   return status;
 }
 
 Status CudaDecoder::finish() {
   const CurrentDevice current(implementation_->device);
-  (void)implementation_->decoder.finish();
-  for (size_t i = 0; i < implementation_->refusals.size(); ++i)
-    if (Status each = status(i); !each.ok()) return each;
-  return {};
+  return implementation_->decoder.finish();
 }
 
-Status CudaDecoder::status(size_t primitive) const {
-  const size_t place = implementation_->batch_places[primitive];
-  if (place == Implementation::kRefused) return implementation_->refusals[primitive];
-  const Status& status = implementation_->decoder.status(place);
-  return Status(status.code(), status.message(),
-                {.primitive = static_cast<int64_t>(primitive), .patch = status.place().patch});
-}
+Status CudaDecoder::status(size_t primitive) const { return implementation_->decoder.status(primitive); }
 
 uint32_t CudaDecoder::point_count(size_t primitive) const {
-  const size_t place = implementation_->batch_places[primitive];
-  return place == Implementation::kRefused ? 0 : implementation_->decoder.point_count(place);
+  return implementation_->decoder.point_count(primitive);
 }
 
 void CudaDecoder::set_memory_limit(uint64_t bytes) { implementation_->decoder.set_memory_limit(bytes); }
@@ -237,7 +143,7 @@ std::vector<std::pair<std::string, double>> CudaDecoder::take_times() {
   const CurrentDevice current(implementation_->device);
   std::vector<std::pair<std::string, double>> times;
   for (const auto& [stage, ms] : implementation_->decoder.device().take_times()) {
-    if (*stage == 0) continue;  // between batches
+    if (*stage == 0) continue;  // the time between batches
     const auto same =
         std::find_if(times.begin(), times.end(), [&](const auto& time) { return time.first == stage; });
     if (same == times.end())
@@ -258,18 +164,19 @@ DecodeBackend cuda_backend(uint64_t memory_limit) {
       decoder.reset();
     }
   };
-  return {"cuda", [shared = std::make_shared<Shared>(), memory_limit](
-                      std::span<const DecodeTask> tasks, const ThreadPool&, const Progress& progress) {
+  return {"cuda", [shared = std::make_shared<Shared>(), memory_limit](std::span<const DecodeTask> tasks,
+                                                                      const BuffersFor& buffers_for,
+                                                                      const ThreadPool&, const Watch& watch) {
             Shared& state = *shared;
             const std::lock_guard lock(state.mutex);
             if (!state.decoder) {
               Expected<CudaDevice> device = create_device(nullptr);
-              if (!device) return std::vector<Expected<Mesh>>(tasks.size(), device.status());
+              if (!device) return std::vector<Status>(tasks.size(), device.status());
               (void)cudaGetDevice(&state.device);
               state.decoder.emplace(std::move(*device), memory_limit);
             }
             const CurrentDevice current(state.device);
-            return state.decoder->decode(tasks, progress);
+            return state.decoder->decode_into(tasks, buffers_for, watch);
           }};
 }
 

@@ -1,4 +1,4 @@
-// The Device of batch_decoder.h that is a CUDA device: one stream of work, memory that grows.
+// A CUDA device as the Device of batch_decoder.h: one stream of work, and memory that grows.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -14,7 +14,7 @@ namespace psplit {
 
 inline Status cuda_status(cudaError_t error, const char* what) {
   if (error == cudaSuccess) return {};
-  (void)cudaGetLastError();  // it also stays behind as the runtime's last one
+  (void)cudaGetLastError();  // the error also stays behind as the runtime's last one
   return runtime_failure(std::string("CUDA: ") + what + ": " + cudaGetErrorString(error));
 }
 
@@ -24,16 +24,16 @@ __global__ void run_threads(uint32_t count, Body body) {
   if (i < count) body(i);
 }
 
-// Whole warps leave together: lanes never wait for lanes that are gone.
+// Whole warps return together, so no lane waits for a lane that has returned.
 template <typename Body>
 __global__ void run_warps(uint32_t count, Body body) {
   const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size();
   if (i < count) body(WarpLanes(), i);
 }
 
-// Movable; its arrays must not outlive it.
+// Movable. Its arrays must not outlive it.
 class CudaDevice {
-  // Pinned: copies to the device leave it at their own pace.
+  // The host's memory is pinned, so that copies to the device are asynchronous.
   template <typename T, bool kOnHost>
   class Memory {
    public:
@@ -47,7 +47,7 @@ class CudaDevice {
     }
     ~Memory() { release(); }
 
-    // What was in it is lost where it grows.
+    // Loses the contents if the memory grows.
     Status reserve(size_t count) {
       if (count <= count_) return {};
       release();
@@ -80,7 +80,7 @@ class CudaDevice {
   template <typename T>
   using HostArray = Memory<T, true>;
 
-  // On `stream`, which must outlive it, or on one of its own where that is null.
+  // Works on `stream`, which must outlive it, or on a stream of its own if that is null.
   static Expected<CudaDevice> create(cudaStream_t stream) {
     CudaDevice device;
     device.stream_ = stream;
@@ -128,7 +128,7 @@ class CudaDevice {
   }
   Status wait() { return cuda_status(cudaStreamSynchronize(stream_), "decoding"); }
 
-  // Nothing is marked unless it is asked for.
+  // Marks are recorded only if measuring is on.
   void measure(bool on) { measures_ = on; }
   void mark(const char* stage) {
     if (!measures_) return;
@@ -139,7 +139,7 @@ class CudaDevice {
     marks_[mark_count_].stage = stage;
     (void)cudaEventRecord(marks_[mark_count_++].event, stream_);
   }
-  // Milliseconds from each mark to the next, of those since the last call; after wait.
+  // After wait: the milliseconds from each mark to the next, since the last call.
   std::vector<std::pair<const char*, float>> take_times() {
     std::vector<std::pair<const char*, float>> times;
     for (size_t i = 0; i + 1 < mark_count_; ++i) {
@@ -159,7 +159,7 @@ class CudaDevice {
 
   CudaDevice() = default;
 
-  // The runtime's last error, which <<<>>> leaves its own in, may be the caller's.
+  // Not <<<>>>: its error would be in the runtime's last one, which may be the caller's.
   template <typename Body>
   Status launch(void (*kernel)(uint32_t, Body), uint32_t blocks, uint32_t threads, uint32_t count, Body body) {
     if (blocks == 0) return {};

@@ -1,7 +1,9 @@
-// Many results at once from a device to memory of the host that is not pinned.
+// Downloads many results at once from a device to memory of the host that is not pinned.
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <span>
 #include <vector>
@@ -10,17 +12,38 @@
 
 namespace psplit {
 
+// Values that are packed on the device, and where they go on the host: the first `kept_bytes` of each value,
+// `stride` bytes from one to the next. Fewer kept bytes make 16-bit indices of 32-bit ones: both sides are
+// little-endian.
 struct DownloadedRange {
   const uint8_t* from = nullptr;
   size_t bytes = 0;
-  void* to = nullptr;
+  std::byte* to = nullptr;
+  size_t value_bytes = 0, kept_bytes = 0, stride = 0;
+
+  // Hands out bytes [first, end) of the range, which are at `bytes`.
+  void hand_out(size_t first, size_t end, const uint8_t* source) const {
+    if (kept_bytes == value_bytes && stride == value_bytes) {
+      std::memcpy(to + first, source, end - first);
+      return;
+    }
+    for (size_t at = first; at < end;) {
+      const size_t value = at / value_bytes, within = at % value_bytes;
+      const size_t part = std::min(value_bytes - within, end - at);
+      if (within < kept_bytes)
+        std::memcpy(to + value * stride + within, source + (at - first), std::min(part, kept_bytes - within));
+      at += part;
+    }
+  }
 };
 
-// By way of two pieces of pinned memory, which it keeps: the device fills one while the host empties the other.
+// Copies through two buffers of pinned memory, which it keeps: the device fills one while the host empties the
+// other.
 template <typename Device>
 class Downloader {
  public:
-  // Ranges of one array, in its order; done when it returns. What lies between two of them may be copied too.
+  // The ranges belong to one array and are in its order. The data has arrived when this returns. Bytes between
+  // two ranges may be copied to the buffers as well.
   Status download(Device& device, std::span<const DownloadedRange> ranges) {
     const std::vector<Chunk> chunks = chunks_of(ranges);
     size_t largest = 0;
@@ -42,7 +65,7 @@ class Downloader {
   }
 
  private:
-  // What is copied at once.
+  // Bytes of the device that are copied at once.
   struct Chunk {
     const uint8_t *begin = nullptr, *end = nullptr;
     size_t size() const { return static_cast<size_t>(end - begin); }
@@ -68,10 +91,10 @@ class Downloader {
     });
     for (; range != ranges.end() && range->from < chunk.end; ++range) {
       const uint8_t* const from = std::max(chunk.begin, range->from);
-      const uint8_t* const to = std::min(chunk.end, range->from + range->bytes);
-      if (from < to)
-        std::memcpy(static_cast<uint8_t*>(range->to) + (from - range->from), bytes + (from - chunk.begin),
-                    static_cast<size_t>(to - from));
+      const uint8_t* const end = std::min(chunk.end, range->from + range->bytes);
+      if (from < end)
+        range->hand_out(static_cast<size_t>(from - range->from), static_cast<size_t>(end - range->from),
+                        bytes + (from - chunk.begin));
     }
   }
 

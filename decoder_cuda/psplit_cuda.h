@@ -1,4 +1,4 @@
-// The CUDA side of psplit, callable from builds that have none.
+// The decoder for CUDA devices. Builds without CUDA have it too: it then says that there is no device.
 #pragma once
 
 #include <cstddef>
@@ -15,20 +15,21 @@ struct CUstream_st;  // what a cudaStream_t points to
 
 namespace psplit {
 
-// True when this build holds the CUDA decoder and the machine has a device and a driver that run it. Else
-// *why, where given, is a phrase to show a user: "built without CUDA", "no CUDA-capable device is detected".
+// True if this build contains the CUDA decoder, and the machine has a device and a driver that run it.
+// Otherwise *why, if not null, becomes a phrase for a user: "built without CUDA", "no CUDA-capable device is
+// detected".
 PSPLIT_EXPORT bool cuda_available(std::string* why);
 
-// How many multiprocessors the device has that is current; 0 where there is none.
+// The number of multiprocessors of the current device; 0 without a device.
 PSPLIT_EXPORT uint32_t cuda_multiprocessors();
-// What its maker calls it; empty where there is none.
+// The name of the current device; empty without a device.
 PSPLIT_EXPORT std::string cuda_device_name();
 
-// Memory of a device, for those who have no allocator of their own.
+// Memory of a device, for callers without an allocator of their own.
 class PSPLIT_EXPORT CudaMemory {
  public:
-  // On the device that is current; aligned for everything. Errors: kUnsupported without a device,
-  // kRuntimeFailure where it has not so much.
+  // Allocates on the current device, aligned for any type. Errors: kUnsupported without a device,
+  // kRuntimeFailure if it does not have that much memory.
   static Expected<CudaMemory> allocate(size_t bytes);
   CudaMemory(CudaMemory&& other) noexcept
       : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
@@ -41,7 +42,7 @@ class PSPLIT_EXPORT CudaMemory {
 
   std::byte* data() const { return data_; }
   size_t size() const { return size_; }
-  // Waits for the device, and copies what is at `from` of it to the host.
+  // Waits for the device, and copies from its memory to the host's.
   static Status download(const void* from, std::span<std::byte> to);
 
  private:
@@ -50,76 +51,76 @@ class PSPLIT_EXPORT CudaMemory {
   size_t size_ = 0;
 };
 
-// Where an attribute goes: in the type that it was encoded in, or quantized floats as places on their grid, in
-// unsigned integers with enough bits.
+// Where an attribute goes. The type must be the one that was encoded; or for floats on a grid, a type of
+// unsigned integers with enough bits: the values are then places on the grid.
 struct CudaAttribute {
-  uint32_t unique_id = 0;  // Draco's, as the extension names it
+  uint32_t unique_id = 0;  // Draco's; the extension states it
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 3;
   void* values = nullptr;  // on the device: the first point's
   uint32_t stride = 0;     // bytes from one point to the next
-  // On the device, or null; of a grid: the float that place 0 of each component is, and what one place is more.
-  // Patches whose grid is not that of the first one written are kInvalidInput.
+  // On the device, or null. Receives the grid: the float at place 0 of each component, and then the step from
+  // one place to the next. A patch on another grid than the first written patch is kInvalidInput.
   float* grid = nullptr;
 };
 
-// One mesh, or some of its patches: [first, end), where a residue is one more patch, the last.
+// One mesh, or some of its patches: [first, end), where a residue counts as one more patch, the last.
 //
-// Stitched, these have the faces and points of the mesh that the directory gives them: indices are the mesh's,
-// values begin with the first point that patch `first` owns. Patches that they refer to are decoded as well,
-// and not written. A mesh larger than the device is decoded window after window.
+// Stitched patches have the faces and points of the mesh that the directory gives them. Indices are the mesh's.
+// Values begin with the first point that patch `first` owns. Patches that they refer to are decoded as well,
+// and not written. So a mesh larger than the device is decoded window after window.
 //
-// Otherwise every patch has the points that it decodes to, those on its border as well: for cluster rendering.
-// Faces and points stand patch after patch; indices count from the first point of all.
+// Patches that are not stitched have all the points that they decode to, those on their borders as well: for
+// cluster rendering. Faces and points of one patch follow those of the patch before. Indices count from the
+// first point of all.
 //
-// A stock Draco stream is a container of one patch, if it is said how many points there is room for.
+// A stock Draco stream is a container of one patch. There must be room for the number of points that its
+// container has, which is a limit if is_point_count_known is false.
 struct CudaPrimitive {
-  std::span<const uint8_t> container;  // on the host
+  const PatchContainer* container = nullptr;  // an opened primitive's: CompressedPrimitive::container
+  const uint8_t* device_bytes = nullptr;      // the container's bytes on the device; null: they are uploaded
   std::vector<CudaAttribute> attributes{};
   void* indices = nullptr;   // on the device and aligned: three for each face of the directory
   uint32_t index_bytes = 4;  // 2 or 4
   bool is_stitched = true;
   uint32_t first = 0, end = 0xffffffff;  // patches
-  // On the device, or null; for patches that are not stitched. The box of each, three least and three most of
-  // the first attribute's three floats, which must be aligned.
+  // On the device, or null; only for patches that are not stitched. The box of each patch: three least and
+  // three greatest of the first attribute's three floats, which must be aligned.
   float* bounds = nullptr;
-  uint32_t stream_points = 0;  // of a stock Draco stream the most that there is room for; 0 for a container
-  // The container is on the device: start waits for a copy of it on the host, to plan by.
-  bool is_on_device = false;
 };
 
 // Decodes any number of primitives at once to memory of the device. Its own memory there grows to the largest
-// batch, and is kept. Not safe to share between threads; a device may have several.
+// batch, and is kept. Not thread-safe; a device may have several decoders.
 class PSPLIT_EXPORT CudaDecoder {
  public:
-  // For the device that is current, and in the order of `stream`, or of a stream of its own where that is null.
-  // Errors: kUnsupported without a device, kRuntimeFailure where CUDA fails.
+  // For the current device. Works in the order of `stream`, or of a stream of its own if that is null. Errors:
+  // kUnsupported without a device, kRuntimeFailure if CUDA fails.
   static Expected<CudaDecoder> create(CUstream_st* stream = nullptr);
   CudaDecoder(CudaDecoder&&) noexcept;
   ~CudaDecoder();
 
-  // Starts to decode, of which finish is the end: containers must stay where they are until then. Errors:
-  // kRuntimeFailure where CUDA fails; all others are for finish.
+  // Starts to decode. Containers and their bytes must stay where they are until finish. Errors: kRuntimeFailure
+  // if CUDA fails. All others come from finish.
   Status start(std::span<const CudaPrimitive> primitives);
-  // Waits. The first error, with its place: kUsage for what cannot be asked for, kInvalidInput for what is
-  // broken, kUnsupported for versions that are not known, kRuntimeFailure where CUDA fails. What is not broken
-  // is right nevertheless, but for faces that share a point with a broken patch; of broken patches nothing is
-  // promised but that indices are below the number of points, and that nothing else was written to. The same
-  // again where nothing was started since, or start failed.
+  // Waits, and returns the first error with its place: kUsage for an impossible request, kInvalidInput for
+  // broken streams, kUnsupported for types that were not encoded, kRuntimeFailure if CUDA fails. Patches that
+  // are not broken are right nevertheless, except for faces that share a point with a broken patch. Of broken
+  // patches, the indices are below the number of points, and nothing was written outside of the buffers.
+  // Returns the same again if nothing was started since, or if start failed.
   Status finish();
-  // After finish: the first error of a primitive of the batch.
+  // After finish: the first error of one primitive of the batch.
   Status status(size_t primitive) const;
-  // After finish: how many points a stock Draco stream has; 0 if it is broken or was refused.
+  // After finish: the number of points of a stock Draco stream; 0 after an error.
   uint32_t point_count(size_t primitive) const;
 
-  // How much memory of the device it may take beside the results; at first, and at most, nine tenths of what
-  // there is. More patches wait for their turn, and come out the same. What all of a batch need, compressed
-  // bytes and some for a point and a patch, and what one patch takes on its own, or a quarter of the limit for
-  // all of them, is taken in any case.
+  // Limits the memory of the device that decoding takes beside the results. Without a call, and at most, that
+  // is nine tenths of the free memory. If a batch needs more, some patches wait for others; the results are the
+  // same. Two amounts are taken even beyond the limit: the compressed bytes of a batch with some bytes for each
+  // point and patch, and the larger of one patch's memory and a quarter of the limit.
   void set_memory_limit(uint64_t bytes);
 
-  // Milliseconds of each stage between start and finish, as the device's events measure them. Measuring is off
-  // at first; each call is for what was decoded since the last.
+  // The milliseconds of each stage between start and finish, measured by the device's events, since the last
+  // call. Measuring is off at first.
   void measure(bool on);
   std::vector<std::pair<std::string, double>> take_times();
 
@@ -129,11 +130,11 @@ class PSPLIT_EXPORT CudaDecoder {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// All tasks at once, on the device that is current when it is first used. Takes at most so many bytes of the
-// device, and at most nine tenths of what is free then, of which 0 means all: more is decoded in parts. Safe to
-// call from several threads, which wait for each other; memory of the device is kept for the next call.
-// Attributes must be asked for in the types that they were encoded in. Errors: kUnsupported without a device
-// and for other types; kRuntimeFailure where the device fails.
+// Decodes all tasks at once, on the device that is current at the first call. Takes at most `memory_limit`
+// bytes of the device, and at most nine tenths of its free memory; 0 means no other limit. More is decoded in
+// parts. Thread-safe: threads wait for each other. Memory of the device is kept for the next call. Attributes
+// must be requested in the types that they were encoded in. Errors: kUnsupported without a device and for other
+// types, kRuntimeFailure if the device fails.
 PSPLIT_EXPORT DecodeBackend cuda_backend(uint64_t memory_limit = 0);
 
 }  // namespace psplit

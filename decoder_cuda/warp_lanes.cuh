@@ -5,7 +5,7 @@
 
 namespace psplit {
 
-// The calls are there for the host only because nvcc compiles templates over lanes for both sides.
+// The host's versions exist only because nvcc compiles templates over lanes for both sides.
 class WarpLanes {
  public:
   __device__ WarpLanes() : rank_(threadIdx.x % size()) {}

@@ -1,7 +1,6 @@
 #include "encoder/encode_mesh.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 
 #include "encoder/coding/quantization.h"
@@ -10,20 +9,12 @@
 #include "encoder/stitching/build_stitching.h"
 #include "encoder/verify.h"
 #include "encoder/welding/weld.h"
+#include "src/stopwatch.h"
 
 namespace psplit {
 namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
-
-class Stopwatch {
- public:
-  double ms() const { return std::chrono::duration<double, std::milli>(Clock::now() - start_).count(); }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point start_ = Clock::now();
-};
 
 Status check_input(const Mesh& mesh, std::span<const AttributeCoding> codings, std::span<const std::byte> extra,
                    size_t extra_stride) {
@@ -295,7 +286,9 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
       requests.push_back({attribute.semantic, encoded.unique_ids[i], attribute.component_type,
                           attribute.component_count, attribute.normalized});
     }
-    Expected<Mesh> decoded = draco_backend().decode_container(encoded.container, requests, pool);
+    const Expected<PatchContainer> container = open_container(encoded.container);
+    if (!container) return runtime_failure("verification: " + container.status().to_string());
+    Expected<Mesh> decoded = draco_backend().decode(*container, requests, pool);
     if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
     if (Status status = verify_decoded(mesh, codings, *decoded, stitching.source_point); !status.ok())
       return status;

@@ -48,7 +48,7 @@ struct EncodeStatistics {
 };
 
 struct EncodedMesh {
-  std::vector<uint8_t> container;  // src/container/container.h
+  std::vector<uint8_t> container;  // src/container/patch_container.h
   // Draco's unique id of each attribute of the input, in order.
   std::vector<uint32_t> unique_ids;
   // For each point of the decoded mesh the input point that it came from: what a morph target, or any other

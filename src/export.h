@@ -1,5 +1,5 @@
-// Marks what shared libraries export: all else is hidden in them. PSPLIT_HIDDEN is for what lies in an exported
-// class.
+// PSPLIT_EXPORT marks the functions and classes that shared libraries export. All others are hidden in them.
+// PSPLIT_HIDDEN is for members of an exported class.
 #pragma once
 
 #if defined(_WIN32) && defined(PSPLIT_BUILDS_SHARED)

@@ -1,5 +1,5 @@
-// Threads behind sequential names. The number of threads never changes a result: bodies write only what
-// belongs to their index.
+// Threads behind functions that look sequential. The number of threads never changes a result, because each
+// call of a body writes only the elements of its own index.
 #pragma once
 
 #include <atomic>
@@ -12,10 +12,10 @@
 
 namespace psplit {
 
-// A pool of a fixed number of threads, the caller's included. Safe to share between threads.
+// A pool of a fixed number of threads, which includes the calling thread. Thread-safe.
 class PSPLIT_EXPORT ThreadPool {
  public:
-  // 0 threads means as many as the machine has.
+  // 0 means one thread for each processor of the machine.
   explicit ThreadPool(int thread_count = 0);
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
@@ -23,11 +23,11 @@ class PSPLIT_EXPORT ThreadPool {
 
   int thread_count() const;
 
-  // Runs body(i) for every i in [0, count) and returns when all are done. Indices start roughly in order and
-  // each is one task, so pass the large ones first where sizes differ.
+  // Runs body(i) for each i in [0, count), and returns when all are done. Each index is one task, and tasks
+  // start roughly in order: if their sizes differ, put the large ones first.
   void for_each(size_t count, const std::function<void(size_t)>& body) const;
 
-  // Runs body(begin, end) over consecutive ranges that cover [0, count), each of about `grain` items.
+  // Runs body(begin, end) for consecutive ranges that cover [0, count). Each has about `grain` items.
   void for_ranges(size_t count, size_t grain, const std::function<void(size_t, size_t)>& body) const;
 
  private:
@@ -35,7 +35,7 @@ class PSPLIT_EXPORT ThreadPool {
   std::unique_ptr<Arena> arena_;
 };
 
-// For values that bodies look at while others change them, where any of the values will do. libc++ has no
+// For a value that one body reads while another changes it, if either value is good enough. libc++ has no
 // atomic_ref before version 19.
 inline uint32_t load_shared(const uint32_t& value) {
 #ifdef __cpp_lib_atomic_ref

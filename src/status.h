@@ -1,4 +1,4 @@
-// What went wrong, and where: the only error channel of psplit's host code. No exceptions cross an API.
+// Errors with their place. All host code of psplit returns them; no exceptions cross its API.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace psplit {
 
-// Values are the exit codes of gltf-psplit.
+// The values are the exit codes of gltf-psplit.
 enum class StatusCode : int {
   kOk = 0,
   kUsage = 1,
@@ -18,11 +18,11 @@ enum class StatusCode : int {
   kInvalidInput = 3,
   kRuntimeFailure = 4,
   kUnsupported = 5,
-  kCancelled = 6,  // the caller of a function wished so; no command exits with it
+  kCancelled = 6,  // the caller stopped the work; no command exits with it
   kDiffers = 7,
 };
 
-// The place an error speaks of; -1 and "" mean "not known" or "does not apply".
+// The place of an error. -1 and "" mean that a part is not known or does not apply.
 struct Place {
   std::string file{};
   int64_t mesh = -1;
@@ -41,7 +41,7 @@ class [[nodiscard]] PSPLIT_EXPORT Status {
   const std::string& message() const { return message_; }
   const Place& place() const { return place_; }
 
-  // Fills in the parts of the place that are not known yet: callers know more than callees.
+  // Fills in the parts of the place that are not known yet. Callers know more than callees.
   Status at(const Place& outer) &&;
 
   // "bunny.glb: mesh 0, primitive 1, patch 7: connectivity ends early"
@@ -67,7 +67,7 @@ inline Status io_failure(std::string message, Place place = {}) {
   return {StatusCode::kIo, std::move(message), std::move(place)};
 }
 
-// A value, or the status that says why there is none.
+// A value, or the status that says why it could not be made.
 template <typename T>
 class [[nodiscard]] Expected {
  public:
@@ -82,7 +82,7 @@ class [[nodiscard]] Expected {
   const T& operator*() const { return value(); }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
-  // Ok where there is a value.
+  // Ok if there is a value.
   Status status() const { return ok() ? Status() : std::get<Status>(content_); }
 
  private:

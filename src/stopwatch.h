@@ -1,4 +1,4 @@
-// Milliseconds that pieces of work take, added up.
+// Measuring milliseconds.
 #pragma once
 
 #include <algorithm>
@@ -7,19 +7,27 @@
 
 namespace psplit {
 
-// Adds the milliseconds that it lives.
 class Stopwatch {
  public:
-  explicit Stopwatch(double& sum_ms) : sum_ms_(sum_ms), start_(std::chrono::steady_clock::now()) {}
-  ~Stopwatch() {
-    sum_ms_ += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start_).count();
-  }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
+  // Milliseconds since its construction.
+  double ms() const { return std::chrono::duration<double, std::milli>(Clock::now() - start_).count(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point start_ = Clock::now();
+};
+
+// Adds the milliseconds of its lifetime to a sum.
+class ScopedStopwatch {
+ public:
+  explicit ScopedStopwatch(double& sum_ms) : sum_ms_(sum_ms) {}
+  ~ScopedStopwatch() { sum_ms_ += watch_.ms(); }
+  ScopedStopwatch(const ScopedStopwatch&) = delete;
+  ScopedStopwatch& operator=(const ScopedStopwatch&) = delete;
 
  private:
   double& sum_ms_;
-  std::chrono::steady_clock::time_point start_;
+  const Stopwatch watch_;
 };
 
 inline double median(std::vector<double> values) {

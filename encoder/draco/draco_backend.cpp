@@ -7,6 +7,7 @@
 #include <draco/mesh/mesh.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -58,14 +59,13 @@ Expected<DracoMesh> decode_mesh(std::span<const uint8_t> stream, bool keep_quant
   }
 }
 
-// What libdraco leaves to its caller.
+// libdraco leaves this check to its caller.
 constexpr const char* kNoSuchPoint = "Draco stream: a face names a point that is not there";
 bool has_its_points(const draco::Mesh::Face& face, uint32_t point_count) {
   return std::ranges::all_of(face, [&](draco::PointIndex point) { return point.value() < point_count; });
 }
 
-// Of streams that libdraco decodes; its API does not tell.
-bool is_bitstream_2_2(std::span<const uint8_t> stream) { return stream[5] == 2 && stream[6] == 2; }
+// Of a stream that libdraco decodes. Its API does not tell.
 StreamCoding read_coding(std::span<const uint8_t> stream) {
   core::ByteReader reader(stream.data(), stream.size());
   reader.skip(8);  // magic, version, kind
@@ -78,7 +78,7 @@ StreamCoding read_coding(std::span<const uint8_t> stream) {
                           : StreamCoding::kEdgebreakerValence;
 }
 
-// Of an attribute whose transform was left undone.
+// The grid of an attribute whose transform was skipped.
 void describe_quantization(const draco::PointAttribute& attribute, StreamAttribute& out) {
   const draco::AttributeTransformData* data = attribute.GetAttributeTransformData();
   const auto type = data == nullptr ? draco::ATTRIBUTE_NO_TRANSFORM : data->transform_type();
@@ -118,8 +118,8 @@ bool convert_value(const draco::PointAttribute& attribute, draco::AttributeValue
   return true;
 }
 
-// Assets may declare an accessor type that differs from the stream's (normalized or wider integers): libdraco's
-// own conversion then decides, as it does in every loader.
+// Accessors may declare another type than the stream's (normalized or wider integers). libdraco's own
+// conversion then decides, as it does in every loader.
 bool convert(const draco::PointAttribute& attribute, draco::AttributeValueIndex index,
              const AttributeRequest& request, std::byte* out) {
   const uint8_t components = request.component_count;
@@ -134,101 +134,10 @@ bool convert(const draco::PointAttribute& attribute, draco::AttributeValueIndex 
   return false;
 }
 
-Expected<Mesh> decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests) {
-  Expected<DecodedStream> decoded = decode_draco_stream(stream, requests);
-  if (!decoded) return decoded.status();
-  Mesh mesh;
-  mesh.point_count = decoded->point_count;
-  mesh.faces = std::move(decoded->faces);
-  for (size_t i = 0; i < requests.size(); ++i)
-    mesh.attributes.push_back({requests[i].semantic, requests[i].component_type, requests[i].component_count,
-                               requests[i].normalized, std::move(decoded->values[i])});
-  return mesh;
-}
-
-Expected<Mesh> decode_container(std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests,
-                                const ThreadPool& pool) {
-  const Expected<Container> container = parse_container(bytes);
-  if (!container) return container.status();
-  const size_t count = container->entries.size();
-  std::vector<DecodedStream> streams(count);
-  std::vector<Status> statuses(count);
-  pool.for_each(count, [&](size_t i) {
-    const StreamEntry& entry = container->entries[i];
-    Expected<DecodedStream> stream = decode_draco_stream(container->streams[i], requests);
-    const bool is_residue = i >= container->patch_count();
-    if (!stream)
-      statuses[i] = stream.status();
-    else if (!is_bitstream_2_2(container->streams[i]))
-      statuses[i] = wrong_version(container->streams[i]);
-    else if ((read_coding(container->streams[i]) == StreamCoding::kSequential) != is_residue)
-      statuses[i] = wrong_coding(is_residue);
-    else if (stream->point_count != entry.point_count)
-      statuses[i] = invalid_input("the stream has " + std::to_string(stream->point_count) +
-                                  " points, the directory says " + std::to_string(entry.point_count));
-    else if (is_residue ? stream->faces.size() < entry.face_count : stream->faces.size() != entry.face_count)
-      statuses[i] = invalid_input("the stream has " + std::to_string(stream->faces.size()) +
-                                  " faces, the directory says " + std::to_string(entry.face_count));
-    else {
-      streams[i] = std::move(*stream);
-      // A sequential stream needs faces to carry points that no face uses; the directory does not count them.
-      streams[i].faces.resize(entry.face_count);
-    }
-    if (!statuses[i].ok()) statuses[i] = std::move(statuses[i]).at({.patch = static_cast<int64_t>(i)});
-  });
-  for (Status& status : statuses)
-    if (!status.ok()) return std::move(status);
-
-  std::vector<std::span<const Face>> faces;
-  faces.reserve(count);
-  for (const DecodedStream& stream : streams) faces.emplace_back(stream.faces);
-  const auto numbers = number_points(*container, faces, pool);
-  if (!numbers) return numbers.status();
-
-  Mesh mesh;
-  mesh.point_count = container->point_count();
-  mesh.faces.resize(container->face_count());
-  for (const AttributeRequest& request : requests) {
-    Attribute attribute{
-        request.semantic, request.component_type, request.component_count, request.normalized, {}};
-    attribute.values.resize(size_t{mesh.point_count} * attribute.stride());
-    mesh.attributes.push_back(std::move(attribute));
-  }
-  pool.for_each(count, [&](size_t i) {
-    const std::vector<uint32_t>& number = (*numbers)[i];
-    Face* out = mesh.faces.data() + container->face_base[i];
-    for (const Face& face : streams[i].faces) *out++ = {number[face[0]], number[face[1]], number[face[2]]};
-    // The owner writes, and copies hold the same bits. What a patch owns is numbered in the order of its
-    // points.
-    uint32_t next = container->owned_base[i];
-    for (uint32_t point = 0; point < streams[i].point_count; ++point) {
-      if (number[point] != next) continue;
-      ++next;
-      for (size_t k = 0; k < requests.size(); ++k) {
-        const size_t stride = mesh.attributes[k].stride();
-        std::memcpy(mesh.attributes[k].values.data() + number[point] * stride,
-                    streams[i].values[k].data() + point * stride, stride);
-      }
-    }
-  });
-  return mesh;
-}
-
-}  // namespace
-
-Expected<DecodedStream> decode_draco_stream(std::span<const uint8_t> stream,
-                                            std::span<const AttributeRequest> requests) {
-  Expected<DracoMesh> decoded = decode_mesh(stream, false);
-  if (!decoded) return decoded.status();
-  const draco::Mesh& mesh = *decoded->mesh;
-  DecodedStream out;
-  out.point_count = mesh.num_points();
-  out.faces.reserve(mesh.num_faces());
-  for (uint32_t i = 0; i < mesh.num_faces(); ++i) {
-    const draco::Mesh::Face& face = mesh.face(draco::FaceIndex(i));
-    if (!has_its_points(face, out.point_count)) return invalid_input(kNoSuchPoint);
-    out.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
-  }
+// The attribute of each request, after a check that its values can be written.
+Expected<std::vector<const draco::PointAttribute*>> find_attributes(
+    const draco::Mesh& mesh, std::span<const AttributeRequest> requests) {
+  std::vector<const draco::PointAttribute*> found;
   for (const AttributeRequest& request : requests) {
     const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(request.unique_id);
     if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + describe(request));
@@ -237,22 +146,159 @@ Expected<DecodedStream> decode_draco_stream(std::span<const uint8_t> stream,
       return invalid_input("Draco stream: " + describe(request) + " has " +
                            std::to_string(attribute->num_components()) + " components, not " +
                            std::to_string(request.component_count));
-    const size_t stride = component_bytes(request.component_type) * request.component_count;
-    Array<std::byte> values(out.point_count * stride);
-    const bool same_type = attribute->data_type() == draco_type(request.component_type);
-    for (uint32_t i = 0; i < out.point_count; ++i) {
-      const draco::AttributeValueIndex index = attribute->mapped_index(draco::PointIndex(i));
-      if (index.value() >= attribute->size())
-        return invalid_input("Draco stream: a point of " + describe(request) + " has no value");
-      if (same_type)
-        std::memcpy(values.data() + i * stride, attribute->GetAddress(index), stride);
-      else if (!convert(*attribute, index, request, values.data() + i * stride))
-        return invalid_input("Draco stream: a value of " + describe(request) +
-                             " does not fit its accessor's type");
-    }
-    out.values.push_back(std::move(values));
+    found.push_back(attribute);
   }
-  return out;
+  return found;
+}
+
+Status check_faces(const draco::Mesh& mesh) {
+  for (uint32_t i = 0; i < mesh.num_faces(); ++i)
+    if (!has_its_points(mesh.face(draco::FaceIndex(i)), mesh.num_points())) return invalid_input(kNoSuchPoint);
+  return {};
+}
+
+// Three indices for each face; point_of(face, k) is the k-th.
+template <typename PointOf>
+void write_indices(uint32_t face_count, void* indices, uint32_t index_bytes, PointOf point_of) {
+  const auto write = [&]<typename Out>(Out* out) {
+    for (uint32_t face = 0; face < face_count; ++face)
+      for (uint32_t k = 0; k < 3; ++k) *out++ = static_cast<Out>(point_of(face, k));
+  };
+  if (index_bytes == 2)
+    write(static_cast<uint16_t*>(indices));
+  else
+    write(static_cast<uint32_t*>(indices));
+}
+
+Status write_values(const draco::PointAttribute& attribute, uint32_t point_count,
+                    const AttributeRequest& request, const AttributeBuffer& out) {
+  const bool same_type = attribute.data_type() == draco_type(request.component_type);
+  for (uint32_t point = 0; point < point_count; ++point) {
+    const draco::AttributeValueIndex index = attribute.mapped_index(draco::PointIndex(point));
+    if (index.value() >= attribute.size())
+      return invalid_input("Draco stream: a point of " + describe(request) + " has no value");
+    std::byte* const value = out.bytes.data() + point * out.stride;
+    if (same_type)
+      std::memcpy(value, attribute.GetAddress(index), request.value_bytes());
+    else if (!convert(attribute, index, request, value))
+      return invalid_input("Draco stream: a value of " + describe(request) +
+                           " does not fit its accessor's type");
+  }
+  return {};
+}
+
+constexpr uint32_t kAllFaces = 0xffffffffu;
+
+// Decodes a stream into the memory that buffers_for(point_count, face_count) gives. Writes its first
+// `most_faces` faces: a residue has more faces than its row counts.
+template <typename BuffersForCounts>
+Status decode_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests,
+                     uint32_t most_faces, BuffersForCounts buffers_for) {
+  const Expected<DracoMesh> decoded = decode_mesh(stream, false);
+  if (!decoded) return decoded.status();
+  const draco::Mesh& mesh = *decoded->mesh;
+  if (Status status = check_faces(mesh); !status.ok()) return status;
+  const auto attributes = find_attributes(mesh, requests);
+  if (!attributes) return attributes.status();
+  const uint32_t face_count = std::min(most_faces, mesh.num_faces());
+  const Expected<PrimitiveBuffers> out = buffers_for(mesh.num_points(), face_count);
+  if (!out) return out.status();
+  write_indices(face_count, out->indices.data(), out->index_bytes,
+                [&](uint32_t face, uint32_t k) { return mesh.face(draco::FaceIndex(face))[k].value(); });
+  for (size_t i = 0; i < requests.size(); ++i)
+    if (Status status = write_values(*(*attributes)[i], mesh.num_points(), requests[i], out->attributes[i]);
+        !status.ok())
+      return status;
+  return {};
+}
+
+Expected<Mesh> decode_patch(const PatchContainer& container, size_t patch,
+                            std::span<const AttributeRequest> requests) {
+  Expected<Mesh> mesh = decode_draco_stream(container.streams[patch], requests);
+  if (!mesh) return mesh;
+  const StreamEntry& entry = container.entries[patch];
+  const auto face_count = static_cast<uint32_t>(mesh->faces.size());
+  if (mesh->point_count != entry.point_count)
+    return differs_from_directory("points", mesh->point_count, entry.point_count);
+  if (patch >= container.patch_count() ? face_count < entry.face_count : face_count != entry.face_count)
+    return differs_from_directory("faces", face_count, entry.face_count);
+  // A sequential stream needs faces to carry points that no face uses. The directory does not count them.
+  mesh->faces.resize(entry.face_count);
+  return mesh;
+}
+
+Status decode_container(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool) {
+  const PatchContainer& container = *task.container;
+  const size_t count = container.entries.size();
+  std::vector<Mesh> patches(count);
+  std::vector<Status> statuses(count);
+  pool.for_each(count, [&](size_t i) {
+    Expected<Mesh> patch = decode_patch(container, i, task.requests);
+    statuses[i] = patch.status().at({.patch = static_cast<int64_t>(i)});
+    if (patch) patches[i] = std::move(*patch);
+  });
+  for (Status& status : statuses)
+    if (!status.ok()) return std::move(status);
+
+  std::vector<std::span<const Face>> faces;
+  faces.reserve(count);
+  for (const Mesh& patch : patches) faces.emplace_back(patch.faces);
+  const auto numbers = number_points(container, faces, pool);
+  if (!numbers) return numbers.status();
+
+  pool.for_each(count, [&](size_t i) {
+    const std::vector<uint32_t>& number = (*numbers)[i];
+    const std::span<std::byte> indices =
+        out.indices.subspan(size_t{3} * out.index_bytes * container.face_base[i]);
+    write_indices(container.entries[i].face_count, indices.data(), out.index_bytes,
+                  [&](uint32_t face, uint32_t k) { return number[faces[i][face][k]]; });
+    // The owner writes, and copies hold the same bits. A patch numbers the points that it owns in their order.
+    uint32_t next = container.owned_base[i];
+    for (uint32_t point = 0; point < patches[i].point_count; ++point) {
+      if (number[point] != next) continue;
+      for (size_t k = 0; k < task.requests.size(); ++k) {
+        const size_t size = task.requests[k].value_bytes();
+        std::memcpy(out.attributes[k].bytes.data() + next * out.attributes[k].stride,
+                    patches[i].attributes[k].values.data() + point * size, size);
+      }
+      ++next;
+    }
+  });
+  return {};
+}
+
+std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
+                                const ThreadPool& pool, const Watch& watch) {
+  const auto decode = [&](size_t i) -> Status {
+    if (watch.stopped()) return cancelled();
+    const PatchContainer& container = *tasks[i].container;
+    if (container.is_stock) {
+      const uint32_t most_faces = container.refusal.ok() ? container.face_count() : kAllFaces;
+      return decode_stream(container.bytes, tasks[i].requests, most_faces,
+                           [&](uint32_t points, uint32_t count) { return buffers_for(i, points, count); });
+    }
+    const Expected<PrimitiveBuffers> out = buffers_for(i, container.point_count(), container.face_count());
+    return out ? decode_container(tasks[i], *out, pool) : out.status();
+  };
+  std::vector<Status> statuses(tasks.size());
+  std::atomic<size_t> done = 0;
+  pool.for_each(tasks.size(), [&](size_t i) {
+    statuses[i] = decode(i);
+    if (watch.progress && statuses[i].code() != StatusCode::kCancelled) watch.progress(++done, tasks.size());
+  });
+  return statuses;
+}
+
+}  // namespace
+
+Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream,
+                                   std::span<const AttributeRequest> requests) {
+  Mesh mesh;
+  Status status = decode_stream(stream, requests, kAllFaces, [&](uint32_t points, uint32_t faces) {
+    return allocate_mesh(points, faces, requests, stream.size(), mesh);
+  });
+  if (!status.ok()) return status;
+  return mesh;
 }
 
 Expected<StreamCounts> stream_counts(std::span<const uint8_t> stream) {
@@ -264,16 +310,14 @@ Expected<StreamCounts> stream_counts(std::span<const uint8_t> stream) {
 Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream) {
   const Expected<DracoMesh> decoded = decode_mesh(stream, false);
   if (!decoded) return decoded.status();
-  // Bits are known only where the transform is left undone, types only where it is done.
+  // Bits are known only if the transform is skipped, and types only if it is not.
   const Expected<DracoMesh> quantized = decode_mesh(stream, true);
   if (!quantized) return quantized.status();
   StreamDescription description;
   description.coding = read_coding(stream);
   description.face_count = decoded->mesh->num_faces();
   description.point_count = decoded->mesh->num_points();
-  for (uint32_t i = 0; i < description.face_count; ++i)
-    if (!has_its_points(decoded->mesh->face(draco::FaceIndex(i)), description.point_count))
-      return invalid_input(kNoSuchPoint);
+  if (Status status = check_faces(*decoded->mesh); !status.ok()) return status;
   for (int32_t i = 0; i < decoded->mesh->num_attributes(); ++i) {
     description.attributes.push_back(describe_attribute(*decoded->mesh->attribute(i)));
     describe_quantization(*quantized->mesh->attribute(i), description.attributes.back());
@@ -283,6 +327,6 @@ Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> strea
 
 std::string draco_version() { return draco::kDracoVersion; }
 
-DecodeBackend draco_backend() { return one_by_one("draco", decode_container, decode_stream); }
+DecodeBackend draco_backend() { return {"draco", decode_into}; }
 
 }  // namespace psplit

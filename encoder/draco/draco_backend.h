@@ -1,7 +1,6 @@
-// Stock libdraco as a decode backend: the oracle of every other one.
+// Stock libdraco as a decode backend. All other decoders are compared with it.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -12,19 +11,16 @@
 
 namespace psplit {
 
+// Decodes each stream with libdraco to a mesh of libdraco's, one thread for each patch. Stock streams may be of
+// any bitstream that libdraco knows. Errors: kInvalidInput. Checks before each task whether to stop, and
+// reports progress in tasks. Thread-safe.
 DecodeBackend draco_backend();
 
-// Of the libdraco that this was built with.
+// The version of the libdraco that this was built with.
 std::string draco_version();
 
-// One Draco mesh stream as libdraco decodes it: faces and points in its order.
-struct DecodedStream {
-  uint32_t point_count = 0;
-  Array<std::array<uint32_t, 3>> faces;
-  std::vector<Array<std::byte>> values;  // one per request, point_count * stride bytes
-};
-Expected<DecodedStream> decode_draco_stream(std::span<const uint8_t> stream,
-                                            std::span<const AttributeRequest> requests);
+// One Draco mesh stream as libdraco decodes it, with faces and points in its order.
+Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests);
 
 struct StreamCounts {
   uint32_t face_count = 0;
@@ -32,8 +28,8 @@ struct StreamCounts {
 };
 Expected<StreamCounts> stream_counts(std::span<const uint8_t> stream);
 
-// What a mesh stream of any version that libdraco decodes is. Attributes of streams before 1.3, which have no
-// unique ids, have their places for ids, here and for the backend. Errors: kInvalidInput.
+// Describes a mesh stream of any version that libdraco decodes. Streams before 1.3 have no unique ids: their
+// attributes get their places as ids, here and in the backend. Errors: kInvalidInput.
 Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream);
 
 }  // namespace psplit

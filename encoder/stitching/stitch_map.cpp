@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 
-#include "src/container/stitch_row.h"
 #include "src/core/stitch_codes.h"
 
 namespace psplit {
@@ -192,11 +191,11 @@ std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch, uint
   return by_differences.size() < bytes.size() ? by_differences : bytes;
 }
 
-Expected<StitchMap> parse_stitch_map(const Container& container, uint32_t patch) {
+Expected<StitchMap> parse_stitch_map(const PatchContainer& container, uint32_t patch) {
   const StreamEntry& entry = container.entries[patch];
   const bool is_residue = container.has_residue && patch + 1 == container.entries.size();
   StitchMap map;
-  core::StitchReader reader(stitch_row(container, patch));
+  core::StitchReader reader(container.stitch_row(patch));
   uint64_t references = 0;
   for (core::StitchReader::Run run; reader.next_run(run); references += run.length) {
     if (is_residue) return broken(patch, "the residue has no border to run along");
@@ -223,7 +222,7 @@ Expected<StitchMap> parse_stitch_map(const Container& container, uint32_t patch)
   return map;
 }
 
-Expected<std::vector<std::vector<uint32_t>>> number_points(const Container& container,
+Expected<std::vector<std::vector<uint32_t>>> number_points(const PatchContainer& container,
                                                            std::span<const std::span<const Face>> faces,
                                                            const ThreadPool& pool) {
   const size_t count = container.entries.size();

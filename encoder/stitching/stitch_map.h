@@ -15,7 +15,7 @@
 #include <span>
 #include <vector>
 
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/parallel.h"
 
 namespace psplit {
@@ -69,11 +69,11 @@ std::vector<uint32_t> border_walk(std::span<const Face> faces, uint32_t point_co
 std::vector<uint8_t> write_stitch_map(const StitchMap& map, uint32_t patch, uint32_t point_count);
 
 // Every number is checked against the directory; errors are kInvalidInput with the patch as their place.
-Expected<StitchMap> parse_stitch_map(const Container& container, uint32_t patch);
+Expected<StitchMap> parse_stitch_map(const PatchContainer& container, uint32_t patch);
 
 // For each stream, the number in the whole mesh of each of its decoded points. `faces` holds each stream's
 // decoded faces, whose points are below the entry's point_count.
-Expected<std::vector<std::vector<uint32_t>>> number_points(const Container& container,
+Expected<std::vector<std::vector<uint32_t>>> number_points(const PatchContainer& container,
                                                            std::span<const std::span<const Face>> faces,
                                                            const ThreadPool& pool);
 

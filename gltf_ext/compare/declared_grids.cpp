@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "encoder/coding/quantization.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 namespace {
@@ -41,7 +41,7 @@ Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& doc
   if (!stored) return stored.status();
   std::vector<std::span<const uint8_t>> streams{stored->bytes};
   if (patched) {
-    const Expected<Container> container = parse_container(stored->bytes);
+    const Expected<PatchContainer> container = open_container(stored->bytes);
     if (!container) return container.status();
     streams = container->streams;
   }

@@ -18,13 +18,20 @@ namespace {
 // now.
 void decode_unverified(std::vector<EncodeJob>& jobs, const DecodeBackend& backend, const ThreadPool& pool) {
   std::vector<EncodeJob*> left;
-  for (EncodeJob& job : jobs)
-    if (job.status.ok() && !job.encoded.decoded) left.push_back(&job);
-  if (left.empty()) return;
+  std::vector<PatchContainer> containers;
   std::vector<std::vector<AttributeRequest>> requests;
-  for (const EncodeJob* job : left) requests.push_back(requests_of(job->mesh, job->encoded.unique_ids));
+  for (EncodeJob& job : jobs) {
+    if (!job.status.ok() || job.encoded.decoded) continue;
+    Expected<PatchContainer> container = open_container(job.encoded.container);
+    job.status = container.status();
+    if (!container) continue;
+    left.push_back(&job);
+    containers.push_back(std::move(*container));
+    requests.push_back(requests_of(job.mesh, job.encoded.unique_ids));
+  }
+  if (left.empty()) return;
   std::vector<DecodeTask> tasks;
-  for (size_t i = 0; i < left.size(); ++i) tasks.push_back({left[i]->encoded.container, false, requests[i]});
+  for (size_t i = 0; i < left.size(); ++i) tasks.push_back({&containers[i], requests[i]});
   std::vector<Expected<Mesh>> meshes = backend.decode(tasks, pool, {});
   for (size_t i = 0; i < left.size(); ++i) {
     left[i]->status = meshes[i].status();
@@ -60,7 +67,7 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Pro
 
 Status report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   for (const EncodeJob& job : jobs) {
-    Expected<Container> container = parse_container(job.encoded.container);
+    Expected<PatchContainer> container = open_container(job.encoded.container);
     if (!container) return container.status();
     if (job.stored_as != StoredAs::kPatches)
       for (StreamEntry& entry : container->entries) entry.stitch_bytes = 0;
@@ -123,7 +130,7 @@ void choose_storage(EncodeJob& job, const EncodeDocumentOptions& options) {
     job.stored_as = is_whole ? StoredAs::kDraco : StoredAs::kPatchPrimitives;
   else
     job.stored_as = is_whole && !options.always_patches ? StoredAs::kDraco : StoredAs::kPatches;
-  const Expected<Container> container = parse_container(job.encoded.container);
+  const Expected<PatchContainer> container = open_container(job.encoded.container);
   job.stored_bytes = job.stored_as == StoredAs::kPatches || !container ? job.encoded.container.size()
                                                                        : container->stream_bytes();
 }

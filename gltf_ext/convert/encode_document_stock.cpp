@@ -6,6 +6,7 @@
 #include "gltf_ext/convert/drop_manifolds.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/read_jobs.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 
@@ -27,7 +28,8 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
       jobs[i].status = stream.status();
       return;
     }
-    Expected<Mesh> mesh = backend.decode_stream(stream->bytes, requests_of(jobs[i].mesh, stream->unique_ids));
+    Expected<Mesh> mesh = backend.decode(open_stream(stream->bytes),
+                                         requests_of(jobs[i].mesh, stream->unique_ids), ThreadPool(1));
     if (!mesh) {
       jobs[i].status = mesh.status();
       return;

@@ -30,10 +30,12 @@ bool is_part_of(const Mesh& part, std::span<const Face> faces, const std::vector
 Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encoded,
                                                        std::span<const AttributeRequest> requests,
                                                        const DecodeBackend& backend, const ThreadPool& pool) {
-  const Expected<Container> container = parse_container(encoded.container);
+  const Expected<PatchContainer> container = open_container(encoded.container);
   if (!container) return container.status();
+  std::vector<PatchContainer> alone;
+  for (uint32_t i = 0; i < container->entries.size(); ++i) alone.push_back(container->alone(i));
   std::vector<DecodeTask> tasks;
-  for (const std::span<const uint8_t> stream : container->streams) tasks.push_back({stream, true, requests});
+  for (const PatchContainer& patch : alone) tasks.push_back({&patch, requests});
   std::vector<Expected<Mesh>> meshes = backend.decode(tasks, pool, {});
   std::vector<std::span<const Face>> faces;
   for (size_t i = 0; i < meshes.size(); ++i) {

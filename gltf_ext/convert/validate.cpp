@@ -7,7 +7,7 @@
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/json/json_fields.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 
 namespace psplit {
@@ -137,9 +137,10 @@ class Validator {
     place_ = place_of(id);
     const Expected<StoredPrimitive> patched = stored_primitive(document_, id, kExtensionName);
     if (!patched) return report("members", patched.status());
-    const Expected<Container> container = parse_container(patched->bytes);
-    if (!container) return report("container", container.status());
-    const Expected<Mesh> mesh = backend_.decode_container(patched->bytes, patched->requests, pool_);
+    const Expected<PatchContainer> container = open_container(patched->bytes);
+    if (!container)
+      return report(check_directory(patched->bytes).ok() ? "decode" : "container", container.status());
+    const Expected<Mesh> mesh = backend_.decode(*container, patched->requests, pool_);
     if (!mesh) return report("decode", mesh.status());
 
     check_decoded(json_of(id), patched->requests, *mesh);
@@ -192,12 +193,14 @@ class Validator {
   }
 
   // Stream by stream, by the definition of numbering: what decoding the whole container does not compare.
-  void check_streams(const Container& container, std::span<const AttributeRequest> requests, const Mesh& mesh) {
+  void check_streams(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                     const Mesh& mesh) {
     const size_t count = container.entries.size();
     std::vector<Mesh> streams(count);
     std::vector<Status> decoded(count), typed(count), copied(count);
     pool_.for_each(count, [&](size_t i) {
-      Expected<Mesh> stream = backend_.decode_stream(container.streams[i], requests);
+      Expected<Mesh> stream =
+          backend_.decode(container.alone(static_cast<uint32_t>(i)), requests, ThreadPool(1));
       decoded[i] = stream.status();
       if (stream) streams[i] = std::move(*stream);
       streams[i].faces.resize(container.entries[i].face_count);  // without the residue's padding

@@ -1,6 +1,6 @@
-// decode_draco FILE.drc: decodes a stock Draco mesh stream, and prints what it holds.
-// KHR_draco_mesh_compression stores the same streams: print_model has an example with tinygltf, and
-// src/loader/loader.h decodes many of them at once into memory of the caller's.
+// decode_draco FILE.drc: decodes a stock Draco mesh stream, and prints its contents. KHR_draco_mesh_compression
+// stores the same streams: print_model is an example with tinygltf, and src/loader/loader.h decodes many of
+// them at once into the caller's memory.
 #include <cstring>
 #include <fstream>
 #include <iostream>

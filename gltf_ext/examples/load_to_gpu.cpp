@@ -1,5 +1,5 @@
-// load_to_gpu FILE.glb: decodes an asset's patches into memory of the CUDA device, where they can be drawn
-// from. Exits with 5 where there is no device.
+// load_to_gpu FILE.glb: decodes an asset's patches into memory of the CUDA device, from which they can be
+// drawn. Exits with 5 if there is no device.
 #include <iostream>
 
 #include "gltf_ext/tinygltf/tinygltf_plugin.h"
@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
   for (const psplit::DevicePrimitive& primitive : device->primitives) {
     std::cout << "mesh " << primitive.mesh << ", primitive " << primitive.primitive << ": "
               << primitive.face_count << " triangles, " << primitive.point_count << " points on the device";
-    // A renderer binds `values` and `indices` as they are; this looks at the first point.
+    // A renderer binds `values` and `indices` as they are. This example only looks at the first point.
     for (const psplit::DevicePrimitive::Attribute& attribute : primitive.attributes) {
       if (attribute.request.semantic != "POSITION" || primitive.point_count == 0 ||
           attribute.request.component_type != psplit::ComponentType::kFloat32)

@@ -1,5 +1,5 @@
-// one_patch FILE.glb NUMBER: decodes a single patch of the first mesh, and nothing else. All that it knows of
-// glTF it reads from the JSON itself: so does a loader on top of fastgltf, cgltf or an engine's own parser.
+// one_patch FILE.glb NUMBER: decodes a single patch of the first mesh, and nothing else. It reads the JSON
+// itself, as a loader on top of fastgltf, cgltf or an engine's own parser does.
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   if (argc != 3) return fail("usage: one_patch FILE.glb NUMBER");
   std::ifstream stream(argv[1], std::ios::binary);
   const std::vector<uint8_t> file{std::istreambuf_iterator<char>(stream), {}};
-  // A GLB: 12 bytes, the JSON behind 8 more, the buffer behind another 8.
+  // A GLB has a header of 12 bytes, and then the JSON and the buffer, each after 8 bytes of its own.
   const size_t json_bytes = u32(file, 12), buffer_at = 20 + json_bytes + 8;
   if (u32(file, 0) != 0x46546C67 || buffer_at > file.size()) return fail("not a GLB file");
   const nlohmann::json json = nlohmann::json::parse(&file[20], &file[20 + json_bytes], nullptr, false);
@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
     if (offset > file.size() - buffer_at || bytes > file.size() - buffer_at - offset)
       return fail("the buffer view leaves the file");
     source.bytes = std::span(file).subspan(buffer_at + offset, bytes);
-    // Positions only: a decoder need not write what nobody asks for.
+    // Only positions: attributes that are not requested are not written.
     source.attributes = {{"POSITION", extension.at("attributes").at("POSITION").get<uint32_t>()}};
   } catch (const nlohmann::json::exception& error) {
     return fail(error.what());

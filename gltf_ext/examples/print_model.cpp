@@ -1,5 +1,5 @@
-// print_model FILE.glb|FILE.gltf: loads an asset with tinygltf, decodes what Draco compressed of it, in patches
-// and as stock KHR_draco_mesh_compression, and prints what it holds.
+// print_model FILE.glb|FILE.gltf: loads an asset with tinygltf, decodes its Draco primitives, in patches or as
+// stock KHR_draco_mesh_compression, and prints its contents.
 #include <iostream>
 
 #include "gltf_ext/tinygltf/tinygltf_plugin.h"
@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
     return static_cast<int>(status.code());
   }
 
-  // From here on it is a model like any other.
+  // From here on the model is a plain one.
   for (const tinygltf::Mesh& mesh : model.meshes)
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
       if (primitive.indices >= 0)

@@ -4,6 +4,7 @@
 
 #include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/json/json_fields.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 namespace {
@@ -200,8 +201,8 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
   std::vector<Expected<Mesh>> meshes(ids.size(), Mesh());
   std::vector<PrimitiveStorage> storages(ids.size(), PrimitiveStorage::kPlain);
   std::vector<StoredPrimitive> stored;
+  std::vector<PatchContainer> containers;
   std::vector<size_t> decoded;  // indices into `ids`
-  stored.reserve(ids.size());
   for (size_t i = 0; i < ids.size(); ++i) {
     const Expected<PrimitiveStorage> storage = triangle_storage(document, ids[i]);
     if (!storage) {
@@ -216,13 +217,19 @@ std::vector<Expected<Mesh>> read_primitives(const Document& document, std::span<
       meshes[i] = primitive.status();
       continue;
     }
+    Expected<PatchContainer> container = *storage == PrimitiveStorage::kPatches
+                                             ? open_container(primitive->bytes)
+                                             : open_stream(primitive->bytes);
+    if (!container) {
+      meshes[i] = container.status();
+      continue;
+    }
     stored.push_back(std::move(*primitive));
+    containers.push_back(std::move(*container));
     decoded.push_back(i);
   }
   std::vector<DecodeTask> tasks;
-  for (size_t n = 0; n < stored.size(); ++n)
-    tasks.push_back(
-        {stored[n].bytes, storages[decoded[n]] == PrimitiveStorage::kStockDraco, stored[n].requests});
+  for (size_t n = 0; n < stored.size(); ++n) tasks.push_back({&containers[n], stored[n].requests});
   if (!tasks.empty()) {
     std::vector<Expected<Mesh>> results = backend.decode(tasks, pool, progress);
     for (size_t n = 0; n < tasks.size(); ++n) meshes[decoded[n]] = std::move(results[n]);

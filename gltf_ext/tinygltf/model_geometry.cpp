@@ -7,7 +7,7 @@
 namespace psplit {
 namespace {
 
-// Writers that know floats only write 3.0 for 3.
+// Some writers know only floats, and write 3.0 for 3.
 std::optional<uint32_t> unsigned_value(const tinygltf::Value& value) {
   if (!value.IsNumber()) return std::nullopt;
   const double number = value.GetNumberAsDouble();
@@ -31,7 +31,7 @@ Expected<std::span<const uint8_t>> view_bytes(const tinygltf::Model& model, int 
   return bytes.subspan(view->byteOffset, view->byteLength);
 }
 
-// What tells one geometry from another.
+// Primitives with equal keys share one geometry.
 struct Key {
   uint32_t view = 0;
   std::vector<std::pair<std::string, uint32_t>> attributes{};  // with their unique ids
@@ -95,7 +95,7 @@ Expected<ModelGeometry> open_geometry(const tinygltf::Model& model, const Key& k
     if (type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
         type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
       return invalid_input("the indices have no accessor of unsigned integers");
-    // A strip's accessor may count as a strip would; what is decoded are lists.
+    // A strip's accessor may count the strip's indices. Decoding gives lists.
     if (is_list) source.index_count = accessor->count;
     index_bytes = type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT ? 4 : 2;
   }
@@ -139,7 +139,8 @@ Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& mode
       }
       geometries[found->second].users.push_back(at);
     }
-  // Each is justified by its own bytes; all are by all bytes.
+  // Each geometry is justified by its own bytes. Several may share these, so all together must be justified
+  // too.
   std::map<int, uint64_t> view_bytes;
   uint64_t result_bytes = 0, stored_bytes = 0;
   for (const ModelGeometry& geometry : geometries) {

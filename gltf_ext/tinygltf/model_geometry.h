@@ -1,4 +1,4 @@
-// What a tinygltf::Model stores in the two Draco extensions, before any of it is decoded.
+// The primitives of a tinygltf::Model that the two Draco extensions store, opened but not decoded.
 #pragma once
 
 #include "gltf_ext/tinygltf/tinygltf_plugin.h"
@@ -7,7 +7,7 @@ namespace psplit {
 
 inline constexpr const char* kPatchesExtension = "PSPLIT_mesh_draco_patches";
 inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
-// Where a primitive has both, the first counts.
+// If a primitive has both, the first counts.
 inline constexpr const char* kDracoExtensions[] = {kPatchesExtension, kDracoExtension};
 
 struct PrimitivePlace {
@@ -18,18 +18,17 @@ struct PrimitivePlace {
   }
 };
 
-// One container or stream, and the primitives that use it alike.
+// One container or stream, and the primitives that use it in the same way.
 struct ModelGeometry {
   std::vector<PrimitivePlace> users;  // at least one
   int view = -1;                      // of its bytes
-  int indices = -1;                   // the accessor, or -1 where primitives name none
+  int indices = -1;                   // the accessor; -1 if the primitives have none
   uint32_t index_bytes = 4;           // 2 or 4
   std::vector<int> accessors;         // one for each attribute that the extension stores
   CompressedPrimitive stored;
 };
 
-// All of the model's; errors name mesh and primitive. What comes back points into the model's
-// buffers.
+// All geometries of the model. Errors name mesh and primitive. The result points into the model's buffers.
 Expected<std::vector<ModelGeometry>> find_geometries(const tinygltf::Model& model, const ModelOptions& options);
 
 }  // namespace psplit

@@ -4,7 +4,7 @@
 namespace psplit {
 namespace {
 
-// So that each array begins where the device reads fastest.
+// A device reads fastest from such addresses.
 constexpr size_t kAlignment = 256;
 
 uint64_t rounded(uint64_t bytes) { return (bytes + kAlignment - 1) / kAlignment * kAlignment; }
@@ -34,8 +34,7 @@ Expected<DeviceModel> decode_model_to_device(const tinygltf::Model& model, const
   for (const ModelGeometry& geometry : *geometries) {
     const CompressedPrimitive& stored = geometry.stored;
     CudaPrimitive& task = batch.emplace_back();
-    task.container = stored.bytes();
-    if (stored.compression() == Compression::kDraco) task.stream_points = stored.point_count();
+    task.container = &stored.container();
     task.index_bytes = geometry.index_bytes;
     task.indices = take(uint64_t{3} * stored.face_count() * geometry.index_bytes);
     DevicePrimitive primitive{0, 0, stored.point_count(), stored.face_count(), task.indices, task.index_bytes,
@@ -43,9 +42,8 @@ Expected<DeviceModel> decode_model_to_device(const tinygltf::Model& model, const
     for (size_t k = 0; k < stored.attributes().size(); ++k) {
       const AttributeRequest& request = stored.attributes()[k];
       std::byte* const values = take(stored.value_bytes(k));
-      const size_t stride = component_bytes(request.component_type) * request.component_count;
       task.attributes.push_back({request.unique_id, request.component_type, request.component_count, values,
-                                 static_cast<uint32_t>(stride), nullptr});
+                                 static_cast<uint32_t>(request.value_bytes())});
       primitive.attributes.push_back({request, values});
     }
     for (const PrimitivePlace& user : geometry.users) {

@@ -1,4 +1,4 @@
-// Files as tinygltf wants them.
+// Prepares files for tinygltf.
 #include <algorithm>
 #include <filesystem>
 #include <string_view>
@@ -11,7 +11,7 @@
 namespace psplit {
 namespace {
 
-// Lends indices without a buffer view their extension's. False where there are none.
+// Gives indices without a buffer view the view of their extension. Returns false if there are no such indices.
 bool lend_views(Json& json) {
   bool lent = false;
   Json* meshes = array_field(json, "meshes");
@@ -33,7 +33,7 @@ bool lend_views(Json& json) {
 }
 
 #ifndef TINYGLTF_NO_FS
-// tinygltf after 2.8 has another one, and takes none where one is missing.
+// tinygltf after 2.8 has one more callback, and refuses all if one is missing.
 template <typename Callbacks>
 void set_size_callback(Callbacks& callbacks) {
   if constexpr (requires { callbacks.GetFileSizeInBytes; })
@@ -47,7 +47,7 @@ void set_size_callback(Callbacks& callbacks) {
 }
 #endif
 
-// Images and buffers come the same way.
+// The callbacks also read images and buffers.
 bool is_text(std::span<const uint8_t> file) {
   constexpr std::string_view kNoText = "\xef\xbb\xbf \t\r\n";
   const auto first = std::find_if(file.begin(), file.end(), [&](uint8_t byte) {
@@ -91,7 +91,7 @@ tinygltf::FsCallbacks tinygltf_file_callbacks() {
   const auto read = [](std::vector<unsigned char>* out, std::string* error, const std::string& path,
                        void* user_data) {
     if (!tinygltf::ReadWholeFile(out, error, path, user_data)) return false;
-    (void)prepare_for_tinygltf(*out);  // what is wrong with it tinygltf finds too
+    (void)prepare_for_tinygltf(*out);  // tinygltf reports the same errors
     return true;
   };
   tinygltf::FsCallbacks callbacks{};

@@ -10,10 +10,10 @@ namespace {
 
 size_t aligned(size_t bytes) { return (bytes + 3) / 4 * 4; }
 
-// How an accessor's elements lie in a buffer view of vertex data: columns of matrices, and elements, begin at
-// multiples of 4.
+// The layout of an accessor's elements in a buffer view of vertex data: elements, and columns of matrices,
+// begin at multiples of 4.
 struct ElementLayout {
-  size_t columns = 1, column_bytes = 0;  // as decoded: without padding
+  size_t columns = 1, column_bytes = 0;  // as decoded, without padding
 
   explicit ElementLayout(const tinygltf::Accessor& accessor) {
     const auto type = static_cast<uint32_t>(accessor.type);
@@ -24,7 +24,7 @@ struct ElementLayout {
                    component_bytes(static_cast<ComponentType>(accessor.componentType));
   }
   size_t stride() const { return columns == 1 ? aligned(column_bytes) : columns * aligned(column_bytes); }
-  // Moves the columns of each decoded element to where they belong.
+  // Moves the columns of each decoded element to their places.
   void spread(std::span<std::byte> elements) const {
     if (columns == 1 || aligned(column_bytes) == column_bytes) return;
     for (size_t at = 0; at < elements.size(); at += stride())
@@ -34,7 +34,7 @@ struct ElementLayout {
   }
 };
 
-// The new buffer, as it is filled: for each geometry its indices, then its attributes.
+// The layout of the new buffer: for each geometry its indices, then its attributes.
 struct Layout {
   struct Part {
     size_t offset = 0, bytes = 0, stride = 0;
@@ -60,7 +60,7 @@ Layout lay_out(const tinygltf::Model& model, const std::vector<ModelGeometry>& g
   return layout;
 }
 
-// Who uses each accessor, as far as glTF's core goes.
+// The number of users of each accessor in glTF's core.
 std::vector<size_t> count_users(const tinygltf::Model& model) {
   std::vector<size_t> users(model.accessors.size());
   const auto add = [&](int accessor) {
@@ -109,7 +109,7 @@ class ModelEditor {
       primitive(user).mode = TINYGLTF_MODE_TRIANGLES;
       for (const char* const extension : kDracoExtensions) primitive(user).extensions.erase(extension);
     }
-    // What was lent is given back.
+    // Indices give back the view that they borrowed.
     model_.bufferViews[static_cast<size_t>(geometry.view)].target = 0;
     if (geometry.indices >= 0 && geometry.indices != indices) {
       tinygltf::Accessor& left = model_.accessors[static_cast<size_t>(geometry.indices)];
@@ -129,7 +129,7 @@ class ModelEditor {
     return model_.meshes[place.mesh].primitives[place.primitive];
   }
 
-  // The accessor itself where nobody else uses it, else a copy; a new one for none.
+  // The accessor itself if nothing else uses it, otherwise a copy. A new one if there is none.
   int accessor_for(const ModelGeometry& geometry, int accessor) {
     if (accessor >= 0 && users_[static_cast<size_t>(accessor)] == geometry.users.size()) return accessor;
     model_.accessors.push_back(accessor < 0 ? tinygltf::Accessor()

@@ -6,17 +6,17 @@
 //   psplit::Status status = psplit::decode_model(model);
 //   if (!status.ok()) ... status.to_string() ...
 //
-// Why callbacks: tinygltf (2.7, and others without a decoder of their own) refuses a primitive whose indices
-// have no buffer view, which is how both extensions store them unless there is a fallback. The callbacks read
-// files as tinygltf's own do, and lend such indices the extension's view before the JSON is parsed. Whoever has
-// a file in memory, or callbacks of his own, calls prepare_for_tinygltf. Indices that were lent a view are
+// Why callbacks: both extensions store indices without a buffer view, unless there is a fallback. tinygltf
+// (2.7, and other versions without a decoder of their own) refuses such primitives. The callbacks read files as
+// tinygltf's own do, and give such indices the extension's view before the JSON is parsed. For a file in
+// memory, or with callbacks of your own, call prepare_for_tinygltf instead. Indices with a borrowed view are
 // garbage until decode_model.
 //
-// A tinygltf built with TINYGLTF_ENABLE_DRACO decodes KHR_draco_mesh_compression on one thread while it parses;
-// decode_model then decodes it once more, and what it decoded is what counts.
+// A tinygltf built with TINYGLTF_ENABLE_DRACO decodes KHR_draco_mesh_compression on one thread while it parses.
+// decode_model then decodes it again, and its result replaces tinygltf's.
 //
-// Errors name mesh, primitive and patch: kInvalidInput (what is broken), kUnsupported, kCancelled, and what the
-// backend has. Functions are safe to call from many threads, with models of their own.
+// Errors name mesh, primitive and patch: kInvalidInput (broken data), kUnsupported, kCancelled, and the errors
+// of the backend. Functions are thread-safe if each thread has its own model.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -33,29 +33,30 @@
 namespace psplit {
 
 #ifndef TINYGLTF_NO_FS
-// For TinyGLTF::SetFsCallbacks: tinygltf's own, and every .gltf and .glb prepared as it is read.
+// For TinyGLTF::SetFsCallbacks: tinygltf's own callbacks, which also prepare every .gltf and .glb that they
+// read.
 PSPLIT_EXPORT tinygltf::FsCallbacks tinygltf_file_callbacks();
 #endif
 
-// Makes a whole .gltf or .glb fit for tinygltf to parse; all else is left as it is. Takes memory for the file
-// once more. Errors (kInvalidInput: neither JSON nor GLB where an extension's name stands in it; kUnsupported:
-// a GLB that would pass 4 GB) leave it as it is too.
+// Edits a whole .gltf or .glb so that tinygltf can parse it. Leaves all other files unchanged. Takes memory for
+// a second copy of the file. Errors also leave the file unchanged: kInvalidInput (an extension's name is in a
+// file that is neither JSON nor GLB), kUnsupported (the GLB would be larger than 4 GB).
 PSPLIT_EXPORT Status prepare_for_tinygltf(std::vector<unsigned char>& file);
 
 struct ModelOptions : LoadOptions {
-  // Where it is set, extensionsRequired that are neither in it nor ours are kUnsupported.
+  // The extensions that the caller knows. If it is set, any other in extensionsRequired is kUnsupported, except
+  // the two of this plugin.
   std::optional<std::vector<std::string>> known_extensions{};
 };
 
 // Decodes all primitives that have one of the two extensions, in one batch on all threads, and makes the model
-// a plain one: accessors point to ordinary buffer views of one new buffer, and the extensions are listed
-// nowhere any more. Strips of KHR_draco_mesh_compression become lists, which is what their streams hold.
-// Indices of accessors, buffer views and buffers stay as they were; the compressed bytes stay too, used by
-// nobody. An accessor that others use for something else is left to them, and the primitive gets a copy. After
-// an error the model is as it was.
+// a plain one: accessors point to ordinary buffer views of one new buffer, and the extensions are removed from
+// all lists. Strips of KHR_draco_mesh_compression become lists, because their streams hold lists. The numbers
+// of accessors, buffer views and buffers do not change. The compressed bytes stay, unused. If something else
+// uses a primitive's accessor, the primitive gets a copy of it. An error leaves the model unchanged.
 PSPLIT_EXPORT Status decode_model(tinygltf::Model& model, const ModelOptions& options = {});
 
-// Where the arrays of a primitive lie on the device. Values are tightly packed.
+// The arrays of a primitive on the device. Values are tightly packed.
 struct DevicePrimitive {
   struct Attribute {
     AttributeRequest request;
@@ -68,16 +69,16 @@ struct DevicePrimitive {
   std::vector<Attribute> attributes;
 };
 
-// Primitives that say the same share their arrays.
+// Primitives with the same data share their arrays.
 struct DeviceModel {
-  CudaMemory memory;  // holds all of them
+  CudaMemory memory;  // of all arrays
   std::vector<DevicePrimitive> primitives;
 };
 
-// Decodes all primitives that have one of the two extensions to the current device, with no way back to the
-// host; the model stays as it is. In the order of `stream`, where one is given; done when it returns. `options`
-// count for nothing but stop, before decoding starts, and known_extensions. Errors: kUnsupported without a
-// device, or where an accessor asks for another type than was encoded.
+// Decodes all primitives that have one of the two extensions to the current device. Nothing is copied to the
+// host, and the model does not change. Works in the order of `stream`, if one is given, and is done when it
+// returns. Of `options`, only known_extensions counts, and stop before decoding starts. Errors: kUnsupported
+// without a device, or if an accessor declares another type than was encoded.
 PSPLIT_EXPORT Expected<DeviceModel> decode_model_to_device(const tinygltf::Model& model,
                                                            const ModelOptions& options = {},
                                                            CUstream_st* stream = nullptr);

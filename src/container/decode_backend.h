@@ -1,8 +1,9 @@
-// What turns a container into a mesh. The loader takes its backend as a value; libdraco and CUDA register
-// theirs from outside.
+// A decode backend turns containers into meshes in the caller's memory. The loader takes its backend as a
+// value: the CPU's by default. CUDA and libdraco have backends of their own.
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <span>
@@ -16,6 +17,8 @@
 
 namespace psplit {
 
+struct PatchContainer;  // an opened container; CompressedPrimitive::container (src/loader/loader.h) gives it
+
 // Which Draco attribute becomes which glTF attribute.
 struct AttributeRequest {
   std::string semantic;
@@ -23,69 +26,66 @@ struct AttributeRequest {
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 3;
   bool normalized = false;
+
+  size_t value_bytes() const { return component_bytes(component_type) * component_count; }
 };
 
-// What becomes one mesh.
+// Where an attribute goes: one value for each point, `stride` bytes from one value to the next. A stride of 0
+// means tightly packed. Any alignment is allowed. The bytes between two values are not touched.
+struct AttributeBuffer {
+  std::span<std::byte> bytes;
+  size_t stride = 0;
+};
+
+// The caller's memory for one mesh. No two parts of it overlap.
+struct PrimitiveBuffers {
+  std::span<std::byte> indices;               // three for each face, tightly packed, aligned to their size
+  uint32_t index_bytes = 4;                   // 4, or 2 if there are no more than 65,535 points
+  std::vector<AttributeBuffer> attributes{};  // one for each requested attribute
+};
+
+// A container, and the attributes that become one mesh. Both must outlive decoding.
 struct DecodeTask {
-  std::span<const uint8_t> bytes;  // a container (src/container/container.h), or one stock Draco mesh stream
-  bool is_stream = false;
-  std::span<const AttributeRequest> requests;  // every attribute wanted
+  const PatchContainer* container = nullptr;
+  std::span<const AttributeRequest> requests;
 };
 
-// Memory of the caller's that a mesh is written to.
-struct MeshTarget {
-  struct Values {
-    std::byte* first = nullptr;  // the first point's; of any alignment
-    size_t stride = 0;           // bytes from one point to the next
-  };
-  uint32_t point_count = 0, face_count = 0;  // the container's; of a stream, faces behind these are dropped
-  void* indices = nullptr;                   // three for each face, aligned
-  uint32_t index_bytes = 4;                  // 2, for no more than 65,535 points, or 4
-  std::vector<Values> attributes;            // one for each request
-};
-PSPLIT_EXPORT MeshTarget target_of(Mesh& mesh);
+// Gives a backend the memory for a task's mesh, or the error that ends the task. A backend calls it when it
+// knows the counts, which for some stock streams is after decoding. The memory must have room for them, and its
+// strides must not be 0. Called from any thread, for one task possibly again with the same counts.
+using BuffersFor =
+    std::function<Expected<PrimitiveBuffers>(size_t task, uint32_t point_count, uint32_t face_count)>;
 
-// Called with the number of finished tasks and their total; may come from any thread.
+// Called with the number of finished steps and their total, from any thread.
 using Progress = std::function<void(size_t done, size_t total)>;
 
 // How a caller follows work, and ends it.
 struct Watch {
   Progress progress{};                      // in the steps that a backend takes: patches, or tasks
-  const std::atomic<bool>* stop = nullptr;  // true ends it; null for nobody
+  const std::atomic<bool>* stop = nullptr;  // decoding ends when it becomes true; may be null
 
   bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 struct PSPLIT_EXPORT DecodeBackend {
   std::string name;
-  // A mesh, stitched, or an error for each task, in their order; one's error is no other's.
-  std::function<std::vector<Expected<Mesh>>(std::span<const DecodeTask> tasks, const ThreadPool& pool,
-                                            const Progress& progress)>
-      decode;
-  // The same into a target for each task, with no mesh between; may be left out. After an error a target holds
-  // anything.
-  std::function<std::vector<Status>(std::span<const DecodeTask> tasks, std::span<const MeshTarget> targets,
+  // Decodes all tasks, and stitches their patches. Returns a status for each task, in their order. The error of
+  // one task does not affect another. After an error the task's memory may hold anything. Thread-safe.
+  std::function<std::vector<Status>(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                     const ThreadPool& pool, const Watch& watch)>
-      decode_into{};
+      decode_into;
 
-  // By decode_into, or by way of meshes, which take memory and end only when all are done. Errors: those of the
-  // backend, kInvalidInput where a stream's counts are not the target's, kCancelled.
-  std::vector<Status> decode_to(std::span<const DecodeTask> tasks, std::span<const MeshTarget> targets,
-                                const ThreadPool& pool, const Watch& watch = {}) const;
-
-  Expected<Mesh> decode_container(std::span<const uint8_t> container,
-                                  std::span<const AttributeRequest> requests, const ThreadPool& pool) const;
-  Expected<Mesh> decode_stream(std::span<const uint8_t> stream,
-                               std::span<const AttributeRequest> requests) const;
+  // Decodes to new meshes: a mesh or an error for each task. Errors: those of decode_into and of allocate_mesh.
+  std::vector<Expected<Mesh>> decode(std::span<const DecodeTask> tasks, const ThreadPool& pool,
+                                     const Progress& progress = {}) const;
+  Expected<Mesh> decode(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                        const ThreadPool& pool) const;
 };
 
-// A backend that knows one task at a time. Both functions are called from many threads.
-PSPLIT_EXPORT DecodeBackend one_by_one(
-    std::string name,
-    std::function<Expected<Mesh>(std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
-                                 const ThreadPool& pool)>
-        decode_container,
-    std::function<Expected<Mesh>(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests)>
-        decode_stream);
+// Gives `mesh` the counts, the attributes and the memory for them, not zeroed. Errors: kInvalidInput if
+// `stored_bytes`, which the mesh is decoded from, do not justify that much memory.
+Expected<PrimitiveBuffers> allocate_mesh(uint32_t point_count, uint32_t face_count,
+                                         std::span<const AttributeRequest> requests, uint64_t stored_bytes,
+                                         Mesh& mesh);
 
 }  // namespace psplit

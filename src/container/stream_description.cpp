@@ -6,7 +6,7 @@
 namespace psplit {
 namespace {
 
-// glTF's type for a Draco type; 32-bit integers and doubles, which glTF attributes cannot be, become floats.
+// glTF's type for a Draco type. glTF attributes cannot be 32-bit integers or doubles, so these become floats.
 ComponentType component_type(core::DataType type) {
   switch (type) {
     case core::DataType::kInt8: return ComponentType::kInt8;
@@ -20,8 +20,8 @@ ComponentType component_type(core::DataType type) {
 
 bool is_gltf_component_count(uint8_t count) { return (count >= 1 && count <= 4) || count == 9 || count == 16; }
 
-// A semantic that glTF allows for such data, numbered where several share a name. `used` says how many of each
-// name there are; hostile streams have thousands.
+// A semantic that glTF allows for the attribute's data. Attributes that share a name are numbered. `used`
+// counts the attributes of each name: hostile streams have thousands.
 std::string gltf_semantic(const StreamAttribute& attribute, ComponentType type,
                           std::map<std::string, uint32_t>& used) {
   const int components = attribute.components;

@@ -1,4 +1,4 @@
-// What a Draco mesh stream says of itself, and the glTF attributes that a mesh file of it holds.
+// What a Draco mesh stream holds, and the glTF attributes that its data become.
 #pragma once
 
 #include "src/container/decode_backend.h"
@@ -6,10 +6,10 @@
 
 namespace psplit {
 
-// Draco's attribute types, with Draco's numbers.
+// Draco's attribute types, with the numbers that Draco gives them.
 enum class DracoSemantic : uint8_t { kPosition, kNormal, kColor, kTexCoord, kGeneric };
 
-// Draco's type for what an accessor holds.
+// Draco's type for the components of an accessor.
 constexpr core::DataType stored_type(ComponentType type) {
   switch (type) {
     case ComponentType::kInt8: return core::DataType::kInt8;
@@ -28,8 +28,8 @@ struct StreamAttribute {
   core::DataType type = core::DataType::kFloat32;  // of the decoded values
   uint8_t components = 0;
   bool normalized = false;
-  uint8_t bits = 0;  // of quantization, for normals on an octahedron; 0 where values are stored exactly
-  // The grid of quantized values, but for those on an octahedron: origin + i * range / (2^bits - 1), with an
+  uint8_t bits = 0;  // of a component on its grid, or of a normal's octahedron; 0 if values are stored exactly
+  // The grid of quantized values that are not on an octahedron: origin + i * range / (2^bits - 1), with an
   // origin for each component.
   float range = 0;
   std::vector<float> origin{};
@@ -48,20 +48,21 @@ PSPLIT_EXPORT const char* coding_name(StreamCoding coding);
 
 struct StreamDescription {
   StreamCoding coding = StreamCoding::kSequential;
-  uint32_t face_count = 0, point_count = 0;  // as a decoder of the stream sees them
+  uint32_t face_count = 0, point_count = 0;  // as decoded
   std::vector<StreamAttribute> attributes;   // in the order of the stream
 
   bool operator==(const StreamDescription&) const = default;
 };
 
-// describe_stream (src/cpu/cpu_backend.h), describe_draco_stream (encoder/draco/draco_backend.h), or both.
+// describe_stream (src/cpu/cpu_backend.h), describe_draco_stream (encoder/draco/draco_backend.h), or one after
+// the other.
 using DescribeStream = std::function<Expected<StreamDescription>(std::span<const uint8_t> stream)>;
 
-// What to ask a decoder for, so that every attribute becomes one that glTF allows, in the same order: POSITION,
-// NORMAL, TEXCOORD_n and COLOR_n for data that these names may have, and _GENERIC_n for all else. 32-bit and
-// 64-bit integers and doubles become floats, bools bytes; integer colours are normalized. Errors: kUnsupported
-// (a number of components that no glTF type has), kInvalidInput (no positions, or two attributes of one unique
-// id).
+// The requests that make each attribute one that glTF allows, in the same order. The names are POSITION,
+// NORMAL, TEXCOORD_n and COLOR_n for data of the types that glTF gives these names, and _GENERIC_n for all
+// other data. 32-bit and 64-bit integers and doubles become floats, and bools become bytes. Integer colours are
+// normalized. Errors: kUnsupported (a number of components that no glTF type has), kInvalidInput (no positions,
+// or two attributes with one unique id).
 PSPLIT_EXPORT Expected<std::vector<AttributeRequest>> gltf_attributes(
     std::span<const StreamAttribute> attributes);
 

@@ -1,5 +1,5 @@
-// From the type that a stream stores to the type that an accessor asks for, by libdraco's rules: assets may
-// declare other types than their streams have.
+// Converts values from the type that a stream stores to the type that an accessor declares, which may differ in
+// real assets. The rules are libdraco's.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace psplit {
 
-// False where the value does not fit.
+// Returns false if the value does not fit.
 template <typename From, typename To>
 bool convert_component(From value, bool normalized, To& out) {
   if constexpr (std::is_integral_v<To>) {
@@ -45,7 +45,7 @@ bool convert_value(const std::byte* in, ComponentType type, bool normalized, uin
       From value{};
       To converted{};
       if constexpr (std::is_same_v<From, bool>)
-        value = in[k] != std::byte{0};  // the stream may hold any byte
+        value = in[k] != std::byte{0};  // a stream may hold any byte
       else
         std::memcpy(&value, in + k * sizeof(From), sizeof(From));
       if (!convert_component(value, normalized, converted)) return false;
@@ -64,7 +64,7 @@ bool convert_value(const std::byte* in, ComponentType type, bool normalized, uin
   return false;
 }
 
-// One value of `components` components. `normalized` is the stream's.
+// Converts one value. `stored`, `normalized` and `components` are the stream's.
 inline bool convert_value(const std::byte* in, core::DataType stored, bool normalized, ComponentType type,
                           uint8_t components, std::byte* out) {
   switch (stored) {

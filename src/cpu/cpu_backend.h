@@ -1,4 +1,4 @@
-// The CPU driver: the core's decoder on a pool of threads. The default backend; it needs no libdraco.
+// The decoder for CPUs: the core on a pool of threads. The default backend. It does not need libdraco.
 #pragma once
 
 #include "src/container/decode_backend.h"
@@ -6,21 +6,21 @@
 
 namespace psplit {
 
-// Decodes containers patch by patch on all threads of the pool, and Draco 2.2 mesh streams on the caller's
-// thread. Results are libdraco's to the bit. Any bytes may be given. Streams of older versions are
-// kUnsupported, all else that cannot be decoded is kInvalidInput, with the patch as its place. decode_into
-// looks before every patch whether to stop, and tells after each. Safe to call from many threads.
+// Decodes containers patch by patch on all threads of the pool, and stock Draco 2.2 mesh streams on one thread
+// each. Results equal libdraco's to the bit. Any bytes may be given. Errors: kUnsupported for streams of older
+// bitstreams, kInvalidInput for everything else that cannot be decoded, with the patch as its place. Checks
+// before each patch whether to stop, and reports progress after each. Thread-safe.
 PSPLIT_EXPORT DecodeBackend cpu_backend();
 
-// What a Draco 2.2 mesh stream is: it is decoded for that, on the caller's thread. Any bytes may be given, and
-// errors are those of the backend. Safe to call from many threads.
+// Describes a Draco 2.2 mesh stream. It decodes the stream for that, on the calling thread. Any bytes may be
+// given. Errors are those of the backend. Thread-safe.
 PSPLIT_EXPORT Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream);
 
-// A .drc file, or any other Draco 2.2 mesh stream, with all attributes that it has, as gltf_attributes
-// (src/container/stream_description.h) names and types them: for those who know nothing else of it. Decodes
-// once, on the caller's thread; who knows the attributes, or has many streams, decodes faster with
-// src/loader/loader.h. Takes no more than 64 MiB and 4096 bytes for each byte of the stream, twice. Any bytes
-// may be given; errors are those of describe_stream and gltf_attributes. Safe to call from many threads.
+// Decodes a .drc file, or any other Draco 2.2 mesh stream, with all its attributes. gltf_attributes
+// (src/container/stream_description.h) chooses their names and types. Decodes once, on the calling thread. If
+// the attributes are known, or there are many streams, src/loader/loader.h is faster. Takes at most 64 MiB and
+// 4096 bytes for each byte of the stream, twice. Any bytes may be given. Errors are those of describe_stream
+// and gltf_attributes. Thread-safe.
 PSPLIT_EXPORT Expected<Mesh> decode_draco(std::span<const uint8_t> stream);
 
 }  // namespace psplit

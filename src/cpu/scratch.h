@@ -1,4 +1,4 @@
-// Memory to decode streams in, reused from one to the next.
+// Memory to decode streams in. It is reused from one stream to the next.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ struct StreamMemory {
 
   core::Arena arena(size_t at_least) {
     if (size < at_least) {
-      memory.reset();                       // before the new block, so that both never stand side by side
+      memory.reset();                       // before the new block is allocated: never hold both
       memory.reset(new uint8_t[at_least]);  // not zeroed; libc++ 14 lacks make_unique_for_overwrite
       size = at_least;
     }
@@ -27,14 +27,14 @@ struct StreamMemory {
   }
 };
 
-// Everything one thread needs to decode; some hundred kilobytes to start with.
+// All memory that one thread needs to decode: some hundred kilobytes at first.
 struct Scratch {
   StreamMemory streams[core::kInStep];  // one for each stream that a thread decodes in step
-  core::Patch<uint32_t> wide;           // in the memory of the first
+  core::Patch<uint32_t> wide;           // decoded in the memory of the first
   std::vector<uint32_t> numbers;
 };
 
-// As many as there are threads at once. Safe to share between threads.
+// One scratch for each thread that decodes at a time. They are kept when threads give them back. Thread-safe.
 class ScratchPool {
  public:
   class Lease {
@@ -66,5 +66,10 @@ class ScratchPool {
   std::mutex mutex_;
   std::vector<std::unique_ptr<Scratch>> idle_;
 };
+
+inline ScratchPool& scratch_pool() {
+  static ScratchPool pool;
+  return pool;
+}
 
 }  // namespace psplit

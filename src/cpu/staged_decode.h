@@ -9,11 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "src/container/container.h"
-#include "src/container/decode_backend.h"
-#include "src/core/decode_patch.h"
-#include "src/core/workspace.h"
-#include "src/cpu/scratch.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/decode_patch.h"
 #include "src/stopwatch.h"
 
 // Of what profilers are to tell apart: bench/count_instructions reads these names.
@@ -33,28 +30,16 @@ struct StageTimes {
 template <typename Index>
 class StreamDecoder {
  public:
-  StreamDecoder(const Container& container, std::span<const AttributeRequest> requests) {
-    for (uint32_t i = 0; i < container.patch_count(); ++i) {
-      const std::span<const uint8_t> stream = container.streams[i];
-      core::StreamHeader header;
-      if (core::read_stream_header(stream.data(), stream.size(), header) != core::Fault::kNone) continue;
-      core::ValueCounts values{container.entries[i].point_count, static_cast<uint32_t>(requests.size()), 0};
-      for (const AttributeRequest& request : requests) values.components += request.component_count;
-      const uint64_t bytes = core::workspace_bytes<Index>(header, stream.size(), values);
-      size_ = std::max(size_, static_cast<size_t>(std::min(bytes, core::justified_bytes(stream.size()))));
-    }
+  StreamDecoder(const PatchContainer& container, std::span<const AttributeRequest> requests) {
+    for (uint32_t i = 0; i < container.patch_count(); ++i)
+      size_ = std::max(size_, likely_size<Index>(container, i, requests));
     memory_.reset(new uint8_t[size_]);
   }
 
-  core::Fault open(std::span<const uint8_t> stream) {
-    header_ = {};
-    if (const core::Fault fault = core::read_stream_header(stream.data(), stream.size(), header_);
-        fault != core::Fault::kNone)
-      return fault;
+  void begin(const core::StreamHeader& header) {
     arena_ = {memory_.get(), size_};
     patch_ = {};
-    decoder_.emplace(header_, arena_, patch_);
-    return core::Fault::kNone;
+    decoder_.emplace(header, arena_, patch_);
   }
   core::PatchDecoder<Index>& decoder() { return *decoder_; }
   const core::Patch<Index>& patch() const { return patch_; }
@@ -62,7 +47,6 @@ class StreamDecoder {
  private:
   std::unique_ptr<uint8_t[]> memory_;
   size_t size_ = 0;
-  core::StreamHeader header_;
   core::Arena arena_;
   core::Patch<Index> patch_;
   std::optional<core::PatchDecoder<Index>> decoder_;
@@ -82,34 +66,34 @@ struct AtStop {
 };
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION core::Fault start_stage(std::span<const uint8_t> stream, StreamDecoder<Index>& decoder,
+PSPLIT_OWN_FUNCTION core::Fault start_stage(const core::StreamHeader& header, StreamDecoder<Index>& decoder,
                                             StageTimes& times) {
-  const Stopwatch watch(times.connectivity_ms);
-  const core::Fault fault = decoder.open(stream);
-  return fault == core::Fault::kNone ? decoder.decoder().start() : fault;
+  const ScopedStopwatch watch(times.connectivity_ms);
+  decoder.begin(header);
+  return decoder.decoder().start();
 }
 
 template <typename Index>
 PSPLIT_OWN_FUNCTION void connectivity_stage(AtStop<Index>& at, StageTimes& times) {
-  const Stopwatch watch(times.connectivity_ms);
+  const ScopedStopwatch watch(times.connectivity_ms);
   at.go_on();
 }
 
 template <typename Index>
 PSPLIT_OWN_FUNCTION void seams_stage(AtStop<Index>& at, StageTimes& times) {
-  const Stopwatch watch(times.seams_ms);
+  const ScopedStopwatch watch(times.seams_ms);
   at.go_on();
 }
 
 template <typename Index>
 PSPLIT_OWN_FUNCTION void chains_stage(AtStop<Index>& at, StageTimes& times) {
-  const Stopwatch watch(times.chains_ms);
+  const ScopedStopwatch watch(times.chains_ms);
   at.go_on();
 }
 
 template <typename Index>
 PSPLIT_OWN_FUNCTION void prediction_stage(AtStop<Index>& at, StageTimes& times) {
-  const Stopwatch watch(times.prediction_ms);
+  const ScopedStopwatch watch(times.prediction_ms);
   at.go_on();
 }
 
@@ -121,7 +105,7 @@ struct StagedOutput {
 
 template <typename Index>
 PSPLIT_OWN_FUNCTION void output_stage(const core::Patch<Index>& patch, StagedOutput& out, StageTimes& times) {
-  const Stopwatch watch(times.output_ms);
+  const ScopedStopwatch watch(times.output_ms);
   std::array<uint32_t, 3>* const faces = out.faces;
   for (uint32_t face = 0; face < patch.face_count; ++face)
     faces[face] = {patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]};
@@ -135,32 +119,25 @@ PSPLIT_OWN_FUNCTION void output_stage(const core::Patch<Index>& patch, StagedOut
   }
 }
 
-// A container, memory to decode its streams in, and room for its mesh. Its residue, which is no Edgebreaker
-// stream, is left out. The container is one that was just encoded, of attributes as they are requested, and its
-// bytes outlive this.
+// A container, memory to decode its streams in, and room for its mesh without the residue. The container must
+// hold the attributes as they are requested.
 struct StagedInput {
-  StagedInput(std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests)
-      : container(*parse_container(bytes)) {
+  StagedInput(PatchContainer opened, std::span<const AttributeRequest> requests)
+      : container(std::move(opened)) {
     size_t stride = 0;
-    for (const AttributeRequest& request : requests)
-      stride += component_bytes(request.component_type) * request.component_count;
+    for (const AttributeRequest& request : requests) stride += request.value_bytes();
     size_t points = 0;
     for (const StreamEntry& entry : container.entries) points += entry.point_count;
     faces.resize(container.face_count());
     values.resize(stride * points);
 
     bool fits_16_bits = true;
-    for (uint32_t i = 0; i < container.patch_count(); ++i) {
-      core::StreamHeader header;
-      const std::span<const uint8_t> stream = container.streams[i];
-      fits_16_bits &= core::read_stream_header(stream.data(), stream.size(), header) == core::Fault::kNone &&
-                      header.fits_16_bits();
-    }
+    for (uint32_t i = 0; i < container.patch_count(); ++i) fits_16_bits &= container.headers[i].fits_16_bits();
     if (!fits_16_bits) wide.emplace_back(container, requests);
     for (uint32_t n = 0; n < core::kInStep && fits_16_bits; ++n) narrow.emplace_back(container, requests);
   }
 
-  Container container;
+  PatchContainer container;
   std::vector<std::array<uint32_t, 3>> faces;
   std::vector<uint8_t> values;
   std::vector<StreamDecoder<uint16_t>> narrow;  // none where a stream is too large for 16-bit numbers
@@ -169,10 +146,10 @@ struct StagedInput {
 
 // `count` streams in step: core::decode_in_step with a watch.
 template <typename Index>
-core::Fault decode_streams(const std::span<const uint8_t>* streams, std::vector<StreamDecoder<Index>>& decoders,
+core::Fault decode_streams(const core::StreamHeader* headers, std::vector<StreamDecoder<Index>>& decoders,
                            uint32_t count, StagedOutput& out, StageTimes& times) {
   core::Fault faults[core::kInStep];
-  for (uint32_t n = 0; n < count; ++n) faults[n] = start_stage(streams[n], decoders[n], times);
+  for (uint32_t n = 0; n < count; ++n) faults[n] = start_stage(headers[n], decoders[n], times);
   for (;;) {
     AtStop<Index> at;
     for (uint32_t n = 0; n < count; ++n) {
@@ -203,10 +180,10 @@ inline core::Fault decode_with_core(StagedInput& input, bool in_step, StageTimes
   const uint32_t count = input.container.patch_count();
   StagedOutput out{input.faces.data(), input.values.data()};
   for (uint32_t i = 0; i < count;) {
-    const std::span<const uint8_t>* streams = &input.container.streams[i];
+    const core::StreamHeader* headers = &input.container.headers[i];
     const uint32_t together = in_step && i + core::kInStep <= count ? core::kInStep : 1;
-    const core::Fault fault = !input.wide.empty() ? decode_streams(streams, input.wide, 1, out, times)
-                                                  : decode_streams(streams, input.narrow, together, out, times);
+    const core::Fault fault = !input.wide.empty() ? decode_streams(headers, input.wide, 1, out, times)
+                                                  : decode_streams(headers, input.narrow, together, out, times);
     if (fault != core::Fault::kNone) return fault;
     i += input.wide.empty() ? together : 1;
   }

@@ -1,37 +1,39 @@
-// Loads primitives of PSPLIT_mesh_draco_patches and of KHR_draco_mesh_compression into memory of the caller's:
-// for loaders of any kind, whatever library reads their JSON. What knows nothing of a stream but its bytes, a
-// .drc file, is decoded by decode_draco (src/cpu/cpu_backend.h).
+// Loads primitives of PSPLIT_mesh_draco_patches and of KHR_draco_mesh_compression into the caller's memory. For
+// loaders of any kind, whatever library reads their JSON. A .drc file comes without JSON: decode_draco
+// (src/cpu/cpu_backend.h) decodes it.
 //
 //   PrimitiveSource source;                     // from the primitive's JSON
 //   source.bytes = ...;                         // of extensions.PSPLIT_mesh_draco_patches.bufferView
 //   source.compression = ...;                   // kDraco for KHR_draco_mesh_compression
 //   source.attributes.push_back({"POSITION", 0, ComponentType::kFloat32, 3, false});
 //   Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
-//   if (!primitive) return primitive.status();  // to_string() says what and where
+//   if (!primitive) return primitive.status();  // to_string() says what is wrong and where
 //   std::vector<uint32_t> indices(3 * primitive->face_count());
 //   std::vector<float> positions(3 * primitive->point_count());
 //   Status status = primitive->decode({std::as_writable_bytes(std::span(indices)), 4,
 //                                      {{std::as_writable_bytes(std::span(positions))}}});
 //
-// A point is a glTF vertex. Any bytes may be given. Memory is taken in proportion to them: of what a container
-// claims, CompressedPrimitive::open refuses what its bytes do not justify.
+// A point is a glTF vertex. Any bytes may be given. Memory is taken in proportion to them:
+// CompressedPrimitive::open refuses counts that the bytes do not justify.
 //
-//   limit(n)   64 MiB and 4096 bytes for each of n bytes
-//   open       no more than 128 bytes for each byte of the container
-//   sizes      what others take memory by: indices of 4 bytes and the values of all attributes together are no
-//              more than limit(container)
-//   decode     each thread no more than limit(stream) for each of the three streams that it decodes at once,
-//              kept for the next call; honest streams take some dozen bytes for each of their own faces and
-//              values. Beside that, 12 bytes for each point, 8 for each corner of a face that is a reference
-//              (and as many again while they are counted up), 128 for each byte of the container, and where an
-//              accessor asks for another type than was encoded, the patch's values once more
+//   limit(n)   64 MiB, and 4096 bytes for each of n bytes
+//   open       at most 128 bytes for each byte of the container
+//   counts     callers take memory according to them: indices of 4 bytes and the values of all attributes are
+//              together at most limit(container)
+//   decode     each thread takes at most limit(stream) for each of the three streams that it decodes at once,
+//   and
+//              keeps it for the next call. Streams that an encoder wrote take some dozen bytes for each of
+//              their faces and values. In addition: 12 bytes for each point; 8 for each face corner that is a
+//              reference, and as much again while their number grows; 128 for each byte of the container. If an
+//              accessor declares another type than was encoded, also the patch's values once more
 //
-// Backends that only make meshes (libdraco's, CUDA's) hold each result once more until it is copied.
+// libdraco's backend decodes all patches of a container to meshes of their own first. CUDA's needs memory of
+// the device for the results.
 //
-// Errors are kInvalidInput (broken bytes, or JSON that contradicts them), kUnsupported (versions, among them
-// Draco bitstreams before 2.2; component types), kUsage (buffers that do not do, a patch that there is none
-// of), kCancelled, and what the backend has. Their place names the patch, where it is one's fault. After an
-// error the buffers hold anything, but nothing was written outside of them.
+// Errors are kInvalidInput (broken bytes, or JSON that contradicts them), kUnsupported (component types, and
+// versions, such as Draco bitstreams before 2.2), kUsage (buffers that do not fit, a patch that does not
+// exist), kCancelled, and the errors of the backend. Their place names the patch if the error is in one. After
+// an error the buffers may hold anything, but nothing was written outside of them.
 #pragma once
 
 #include <atomic>
@@ -52,96 +54,86 @@ enum class Compression : uint8_t {
   kDraco,    // KHR_draco_mesh_compression: one Draco mesh stream, sequential or Edgebreaker, of bitstream 2.2
 };
 
-// What the JSON of a primitive says.
+// A compressed primitive as its JSON describes it.
 struct PrimitiveSource {
   std::span<const uint8_t> bytes;  // of the extension's buffer view
-  // Those wanted of the extension's `attributes`: their unique ids are there, all else is their accessors'.
+  // The wanted ones of the extension's `attributes`, which have the unique ids. All else comes from the
+  // accessors.
   std::vector<AttributeRequest> attributes{};
-  // `count` of the attributes' accessors and of the indices' one; 0 for what shall not be compared. An
-  // Edgebreaker stream does not say how many points it has: where point_count is 0, open decodes it to count
-  // them.
+  // `count` of the attributes' accessors and of the indices' accessor. open compares them with the bytes,
+  // except if they are 0. An Edgebreaker stream does not state its number of points: if point_count is 0, open
+  // decodes the stream to count them.
   uint64_t point_count = 0, index_count = 0;
   Compression compression = Compression::kPatches;
 };
 
-// How many bytes the indices and values of all primitives of a model may take together that are stored in so
-// many bytes: loaders refuse models that claim more.
+// The largest number of bytes that `stored_bytes` justify for the indices and values of all primitives of a
+// model. Loaders refuse models that claim more.
 PSPLIT_EXPORT uint64_t most_result_bytes(uint64_t stored_bytes);
-
-// Where an attribute goes: a value for each point, `stride` bytes from one to the next, or tightly packed where
-// that is 0. Of any alignment; what lies between two values is left alone.
-struct AttributeBuffer {
-  std::span<std::byte> bytes;
-  size_t stride = 0;
-};
-
-// Memory of the caller's, no two parts of which overlap.
-struct PrimitiveBuffers {
-  std::span<std::byte> indices;               // three for each face, tightly packed, aligned to their size
-  uint32_t index_bytes = 4;                   // 2, where there are no more than 65,535 points, or 4
-  std::vector<AttributeBuffer> attributes{};  // one for each of PrimitiveSource's
-};
 
 struct LoadOptions {
   const DecodeBackend* backend = nullptr;  // null: the CPU
-  int thread_count = 0;                    // 0: as many as the machine has
-  // Called from any thread, and from several at once, with how many steps are done of how many: patches on the
-  // CPU, primitives with other backends.
+  int thread_count = 0;                    // 0: one for each processor
+  // Called from any thread, also from several at once, with the number of finished steps and their total. Steps
+  // are patches on the CPU, and primitives with other backends.
   Progress progress{};
-  // Where it is given and becomes true, decoding ends with kCancelled: on the CPU before the next patch of each
-  // thread, with other backends when they are done with all.
+  // Decoding ends with kCancelled when it becomes true: on the CPU before the next patch of each thread, with
+  // libdraco before the next primitive, with CUDA before the next batch. May be null.
   const std::atomic<bool>* stop = nullptr;
 };
 
 // One stream of a container, or the only one of KHR_draco_mesh_compression: the unit of random access.
 struct PatchSizes {
   uint32_t face_count = 0;
-  uint32_t point_count = 0;  // as it decodes on its own, those included that other patches own
+  uint32_t point_count = 0;  // as it decodes alone, with the points that other patches own
   uint32_t stream_bytes = 0;
-  // In the whole primitive, its faces and the points that it owns stand together, in decoded order.
+  // The patch's faces, and the points that it owns, are consecutive in the whole primitive, in decoded order.
   uint32_t first_face = 0, first_owned_point = 0, owned_point_count = 0;
 };
 
 struct PrimitiveLoad;
 
-// Stored bytes that were looked at. Cheap to copy; safe to share between threads.
+// Opened bytes: their directory and headers are checked. Cheap to copy, thread-safe.
 class PSPLIT_EXPORT CompressedPrimitive {
  public:
-  // Checks the directory and the streams' headers. source.bytes must stay where they are as long as there is
-  // a copy of what comes back.
+  // Checks the directory and the streams' headers. source.bytes must stay where they are as long as a copy of
+  // the result exists.
   static Expected<CompressedPrimitive> open(PrimitiveSource source);
 
   std::span<const uint8_t> bytes() const;
   Compression compression() const;
   uint32_t point_count() const;
   uint32_t face_count() const;
-  // 2 where that is enough for all points, else 4.
+  // Bytes of an index: 2 if all point numbers fit, otherwise 4.
   uint32_t least_index_bytes() const;
-  // How many bytes the values of an attribute take, tightly packed.
+  // Bytes of an attribute's values, tightly packed.
   uint64_t value_bytes(size_t attribute) const;
   const std::vector<AttributeRequest>& attributes() const;
 
-  // One for kDraco. Where has_residue, the last patch is the residue: the faces and points that others cannot
-  // carry. Containers of version 1 state no bounds.
+  // 1 for kDraco. If has_residue(), the last patch is the residue: the faces and points that Edgebreaker cannot
+  // carry.
   uint32_t patch_count() const;
   bool has_residue() const;
   PatchSizes patch(uint32_t number) const;  // number < patch_count()
 
-  // The whole primitive, stitched.
+  // The opened bytes for decoders: CudaPrimitive (decoder_cuda/psplit_cuda.h) and DecodeTask point to them.
+  // Lives as long as a copy of this object.
+  const PatchContainer& container() const;
+
+  // Decodes the whole primitive, stitched.
   Status decode(const PrimitiveBuffers& out, const LoadOptions& options = {}) const;
-  // One patch with the faces and points of its PatchSizes: indices count from its own first point. No other
-  // patch's stream is read.
+  // Decodes one patch, with the faces and points of its PatchSizes. Indices count from the patch's first point.
+  // Reads no other patch's stream.
   Status decode_patch(uint32_t number, const PrimitiveBuffers& out, const LoadOptions& options = {}) const;
 
  private:
-  friend std::vector<Status> decode_primitives(std::span<const PrimitiveLoad>, const LoadOptions&);
   struct State;
   explicit CompressedPrimitive(std::shared_ptr<const State> state) : state_(std::move(state)) {}
   std::shared_ptr<const State> state_;
 };
 
-// Many primitives at once, so that threads or a device are busy with all. A status for each, in their order;
-// one's error is no other's.
+// Decodes many primitives at once, so that all threads, or a device, are busy. Returns a status for each of
+// them, in their order. The error of one primitive does not affect another.
 struct PrimitiveLoad {
   CompressedPrimitive primitive;
   PrimitiveBuffers out;

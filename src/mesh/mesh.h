@@ -1,4 +1,4 @@
-// One triangle primitive in plain arrays: what every side of psplit hands to the next.
+// One triangle primitive in plain arrays. All parts of psplit exchange meshes in this form.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace psplit {
 
-// glTF's component types, with glTF's numbers.
+// glTF's component types, with the numbers that glTF gives them.
 enum class ComponentType : uint16_t {
   kInt8 = 5120,
   kUint8 = 5121,
@@ -33,8 +33,8 @@ constexpr size_t component_bytes(ComponentType type) {
   return 0;
 }
 
-// A vector whose resize leaves new elements as it finds them: what is written at once need not be zeroed first,
-// nor its memory be touched by one thread for many.
+// An allocator for vectors that are filled right after resize: new elements are not initialized. So memory is
+// not zeroed first, and each thread touches only the part that it writes.
 template <typename T>
 struct Unzeroed : std::allocator<T> {
   template <typename U>
@@ -53,9 +53,9 @@ struct Unzeroed : std::allocator<T> {
 template <typename T>
 using Array = std::vector<T, Unzeroed<T>>;
 
-// One value per point, tightly packed (no stride, no padding).
+// One value for each point, tightly packed.
 struct Attribute {
-  std::string semantic;  // glTF's name: POSITION, NORMAL, TEXCOORD_0, _FEATURE_ID_0 ...
+  std::string semantic;  // glTF's name: POSITION, NORMAL, TEXCOORD_0, _FEATURE_ID_0
   ComponentType component_type = ComponentType::kFloat32;
   uint8_t component_count = 3;  // 1 to 16 (MAT4)
   bool normalized = false;
@@ -67,9 +67,9 @@ struct Attribute {
 struct Mesh {
   uint32_t point_count = 0;
   Array<std::array<uint32_t, 3>> faces;  // point indices, each below point_count
-  std::vector<Attribute> attributes;     // semantics are unique; POSITION is present
+  std::vector<Attribute> attributes;     // semantics are unique; POSITION is one of them
 
-  // Null when the mesh has no such attribute.
+  // Null if the mesh has no such attribute.
   const Attribute* find(const std::string& semantic) const {
     for (const Attribute& attribute : attributes)
       if (attribute.semantic == semantic) return &attribute;

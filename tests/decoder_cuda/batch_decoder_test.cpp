@@ -11,27 +11,31 @@
 #include "src/cpu/cpu_backend.h"
 #include "tests/decoder_cuda/emulated_device.h"
 #include "tests/decoder_cuda/mutants.h"
+#include "tests/support/decode_bytes.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
 
-Expected<Mesh> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const uint8_t> container,
-                      std::span<const AttributeRequest> requests) {
-  const DecodeTask task{container, false, requests};
-  return std::move(decoder.decode({&task, 1}).front());
+DecodeBackend backend_of(HostDecoder<EmulatedDevice>& decoder) {
+  return {"emulated", [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool&,
+                          const Watch& watch) { return decoder.decode_into(tasks, buffers_for, watch); }};
 }
 
-// A container, or a stream, as a decoder is given it.
-struct Parsed {
-  Container container;
-  std::vector<core::StreamHeader> headers;
-};
-Parsed parsed(Expected<Container> container) {
+Expected<Mesh> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const uint8_t> container,
+                      std::span<const AttributeRequest> requests) {
+  return decode_container(backend_of(decoder), container, requests, ThreadPool(1));
+}
+
+std::vector<Expected<Mesh>> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const DecodeTask> tasks,
+                                   const Progress& progress = {}) {
+  return backend_of(decoder).decode(tasks, ThreadPool(1), progress);
+}
+
+PatchContainer opened(std::span<const uint8_t> bytes) {
+  Expected<PatchContainer> container = open_container(bytes);
   EXPECT_TRUE(container) << container.status().to_string();
-  Expected<std::vector<core::StreamHeader>> headers = check_claims(*container);
-  EXPECT_TRUE(headers) << headers.status().to_string();
-  return {std::move(*container), std::move(*headers)};
+  return std::move(*container);
 }
 
 TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
@@ -42,7 +46,7 @@ TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const std::vector<uint8_t>& container = sample.encoded.container;
-    const Expected<Mesh> expected = draco_backend().decode_container(container, sample.requests, pool);
+    const Expected<Mesh> expected = decode_container(draco_backend(), container, sample.requests, pool);
     ASSERT_TRUE(expected) << expected.status().to_string();
     const Expected<Mesh> decoded = decode(decoders[count++ % decoders.size()], container, sample.requests);
     ASSERT_TRUE(decoded) << decoded.status().to_string();
@@ -56,26 +60,21 @@ struct Outputs {
   std::vector<EmulatedDevice::Array<uint8_t>> values;
 };
 
-BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Parsed& input) {
-  BatchPrimitive primitive;
-  primitive.bytes = bytes;
-  primitive.container = &input.container;
-  primitive.headers = &input.headers;
-  return primitive;
+CudaAttribute attribute_of(const AttributeRequest& request, void* values, size_t stride) {
+  return {request.unique_id, request.component_type, request.component_count, values,
+          static_cast<uint32_t>(stride)};
 }
-BatchPrimitive batch_primitive(std::span<const uint8_t> bytes, const Parsed& input,
-                               std::span<const AttributeRequest> requests, Outputs& outputs) {
-  const Container& container = input.container;
+
+// The whole container, to outputs that this allocates.
+CudaPrimitive primitive_of(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                           Outputs& outputs) {
   (void)outputs.indices.reserve(size_t{3} * container.face_count());
   outputs.values.resize(requests.size());
-  BatchPrimitive primitive = batch_primitive(bytes, input);
-  primitive.indices = outputs.indices.data();
+  CudaPrimitive primitive{.container = &container, .indices = outputs.indices.data()};
   for (size_t i = 0; i < requests.size(); ++i) {
-    const auto stride =
-        static_cast<uint32_t>(component_bytes(requests[i].component_type)) * requests[i].component_count;
-    (void)outputs.values[i].reserve(size_t{container.point_count()} * stride);
-    primitive.targets.push_back({requests[i].unique_id, stored_type(requests[i].component_type),
-                                 requests[i].component_count, outputs.values[i].data(), stride, nullptr});
+    (void)outputs.values[i].reserve(container.point_count() * requests[i].value_bytes());
+    primitive.attributes.push_back(
+        attribute_of(requests[i], outputs.values[i].data(), requests[i].value_bytes()));
   }
   return primitive;
 }
@@ -113,7 +112,7 @@ struct ShortMemory {
 
 void expect_indices(const Outputs& outputs, const PatchedSample& sample) {
   const Expected<Mesh> expected =
-      cpu_backend().decode_container(sample.encoded.container, sample.requests, ThreadPool(1));
+      decode_container(cpu_backend(), sample.encoded.container, sample.requests, ThreadPool(1));
   ASSERT_TRUE(expected);
   EXPECT_EQ(std::memcmp(outputs.indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
 }
@@ -121,21 +120,19 @@ void expect_indices(const Outputs& outputs, const PatchedSample& sample) {
 TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
   const ThreadPool pool(2);
   const std::vector<PatchedSample> samples = patched_samples(pool);
-  std::vector<Parsed> containers;
-  for (const PatchedSample& sample : samples)
-    containers.push_back(parsed(parse_container(sample.encoded.container)));
+  std::vector<PatchContainer> containers;
+  for (const PatchedSample& sample : samples) containers.push_back(opened(sample.encoded.container));
   std::vector<Outputs> outputs(samples.size());
-  std::vector<BatchPrimitive> primitives;
+  std::vector<CudaPrimitive> primitives;
   for (size_t i = 0; i < samples.size(); ++i)
-    primitives.push_back(
-        batch_primitive(samples[i].encoded.container, containers[i], samples[i].requests, outputs[i]));
+    primitives.push_back(primitive_of(containers[i], samples[i].requests, outputs[i]));
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   ASSERT_TRUE(decoder.start(primitives).ok());
   const Status status = decoder.finish();
   ASSERT_TRUE(status.ok()) << status.to_string();
   for (size_t i = 0; i < samples.size(); ++i) {
     const Expected<Mesh> expected =
-        draco_backend().decode_container(samples[i].encoded.container, samples[i].requests, pool);
+        decode_container(draco_backend(), samples[i].encoded.container, samples[i].requests, pool);
     ASSERT_TRUE(expected);
     EXPECT_EQ(std::memcmp(outputs[i].indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
     for (size_t k = 0; k < samples[i].requests.size(); ++k) {
@@ -152,22 +149,20 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     padding = padding == 3 ? 4 : 3;
-    const Parsed input = parsed(parse_container(sample.encoded.container));
+    const PatchContainer input = opened(sample.encoded.container);
     const Expected<Mesh> expected =
-        draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
+        decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected);
     uint32_t stride = padding;
     for (const Attribute& attribute : expected->attributes) stride += static_cast<uint32_t>(attribute.stride());
     std::vector<uint16_t> indices(3 * expected->faces.size());
     std::vector<uint8_t> points(size_t{stride} * expected->point_count, 0x5a);
-    BatchPrimitive primitive = batch_primitive(sample.encoded.container, input);
+    CudaPrimitive primitive{.container = &input};
     primitive.indices = indices.data();
     primitive.index_bytes = 2;
     size_t offset = 0;
     for (size_t i = 0; i < sample.requests.size(); offset += expected->attributes[i++].stride())
-      primitive.targets.push_back({sample.requests[i].unique_id, stored_type(sample.requests[i].component_type),
-                                   sample.requests[i].component_count, points.data() + offset, stride,
-                                   nullptr});
+      primitive.attributes.push_back(attribute_of(sample.requests[i], points.data() + offset, stride));
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     const Status status = decoder.finish();
     if (expected->point_count > 0xffff) {
@@ -191,13 +186,14 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
 TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
   const ThreadPool pool(2);
   const std::vector<PatchedSample> samples = patched_samples(pool);
+  std::vector<PatchContainer> containers;
+  for (const PatchedSample& sample : samples) containers.push_back(opened(sample.encoded.container));
   std::vector<DecodeTask> tasks;
-  for (const PatchedSample& sample : samples)
-    tasks.push_back({sample.encoded.container, false, sample.requests});
+  for (size_t i = 0; i < samples.size(); ++i) tasks.push_back({&containers[i], samples[i].requests});
   for (const uint64_t limit : {uint64_t{1}, uint64_t{400'000}, uint64_t{4'000'000}}) {
     HostDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kDescending}), limit};
     size_t last = 0;
-    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks, [&](size_t done, size_t total) {
+    const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks, [&](size_t done, size_t total) {
       EXPECT_EQ(total, tasks.size());
       EXPECT_GT(done, last);
       last = done;
@@ -206,7 +202,7 @@ TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
     for (size_t i = 0; i < samples.size(); ++i) {
       ASSERT_TRUE(decoded[i]) << samples[i].name << ": " << decoded[i].status().to_string();
       const Expected<Mesh> expected =
-          cpu_backend().decode_container(samples[i].encoded.container, samples[i].requests, pool);
+          decode_container(cpu_backend(), samples[i].encoded.container, samples[i].requests, pool);
       EXPECT_TRUE(same_bits(*decoded[i], *expected)) << samples[i].name;
     }
   }
@@ -217,7 +213,7 @@ TEST(HostDecoder, TakesNoMoreMemoryThanItMay) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(100, 40, 0, pool);
   const std::vector<uint8_t>& container = sample.encoded.container;
-  const Expected<Mesh> expected = cpu_backend().decode_container(container, sample.requests, pool);
+  const Expected<Mesh> expected = decode_container(cpu_backend(), container, sample.requests, pool);
   ASSERT_TRUE(expected);
   const size_t before = EmulatedDevice::bytes_in_use();
   size_t whole = 0;
@@ -242,13 +238,16 @@ TEST(HostDecoder, StaysWithinItsMemoryFromBatchToBatch) {
   const ThreadPool pool(2);
   const PatchedSample small = grid_sample(1, 1, 0, pool), large = grid_sample(200, 100, 3, pool);
   constexpr size_t kCount = 1500, kLimit = 2'000'000;
-  std::vector<DecodeTask> tasks(2 * kCount + 1, {small.encoded.container, false, small.requests});
-  tasks[kCount] = {large.encoded.container, false, large.requests};
-  const Expected<Mesh> expected = cpu_backend().decode_container(large.encoded.container, large.requests, pool);
+  const PatchContainer small_container = opened(small.encoded.container),
+                       large_container = opened(large.encoded.container);
+  std::vector<DecodeTask> tasks(2 * kCount + 1, {&small_container, small.requests});
+  tasks[kCount] = {&large_container, large.requests};
+  const Expected<Mesh> expected =
+      decode_container(cpu_backend(), large.encoded.container, large.requests, pool);
   const size_t before = EmulatedDevice::bytes_in_use();
   EmulatedDevice::most_bytes_in_use() = before;
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), kLimit};
-  const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks);
+  const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks);
   for (const Expected<Mesh>& mesh : decoded) ASSERT_TRUE(mesh) << mesh.status().to_string();
   EXPECT_TRUE(same_bits(*decoded[kCount], *expected));
   EXPECT_LE(EmulatedDevice::most_bytes_in_use(), before + kLimit);
@@ -267,12 +266,13 @@ TEST(HostDecoder, UploadsLargeMeshesOnce) {
 TEST(HostDecoder, DownloadsManyResultsAtOnce) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(4, 1, 2, pool);
-  const std::vector<DecodeTask> tasks(100, {sample.encoded.container, false, sample.requests});
+  const PatchContainer container = opened(sample.encoded.container);
+  const std::vector<DecodeTask> tasks(100, {&container, sample.requests});
   const Expected<Mesh> expected =
-      cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+      decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   EmulatedDevice::work() = {};
-  for (const Expected<Mesh>& mesh : decoder.decode(tasks)) EXPECT_TRUE(mesh && same_bits(*mesh, *expected));
+  for (const Expected<Mesh>& mesh : decode(decoder, tasks)) EXPECT_TRUE(mesh && same_bits(*mesh, *expected));
   EXPECT_LE(EmulatedDevice::work().downloads, 4u);
 }
 
@@ -280,12 +280,14 @@ TEST(HostDecoder, DownloadsManyResultsAtOnce) {
 TEST(HostDecoder, ShortageIsNoOthersError) {
   const ThreadPool pool(2);
   const PatchedSample small = grid_sample(10, 1, 0, pool), large = grid_sample(100, 1, 0, pool);
-  const std::vector<DecodeTask> tasks{{small.encoded.container, false, small.requests},
-                                      {large.encoded.container, false, large.requests},
-                                      {small.encoded.container, false, small.requests}};
+  const PatchContainer small_container = opened(small.encoded.container),
+                       large_container = opened(large.encoded.container);
+  const std::vector<DecodeTask> tasks{{&small_container, small.requests},
+                                      {&large_container, large.requests},
+                                      {&small_container, small.requests}};
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   const ShortMemory memory(EmulatedDevice::bytes_in_use() + 150'000);
-  const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks);
+  const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks);
   EXPECT_TRUE(decoded[0]) << decoded[0].status().to_string();
   EXPECT_EQ(decoded[1].status().code(), StatusCode::kRuntimeFailure);
   EXPECT_TRUE(decoded[2]) << decoded[2].status().to_string();
@@ -297,12 +299,11 @@ class NeedyBatch : public testing::Test {
  protected:
   const ThreadPool pool{2};
   const PatchedSample needy = grid_sample(60, 1, 40, pool, 10), modest = grid_sample(60, 20, 0, pool);
-  const Parsed needy_input = parsed(parse_container(needy.encoded.container));
-  const Parsed modest_input = parsed(parse_container(modest.encoded.container));
+  const PatchContainer needy_input = opened(needy.encoded.container);
+  const PatchContainer modest_input = opened(modest.encoded.container);
   Outputs needy_outputs, modest_outputs;
-  const BatchPrimitive batch[2]{
-      batch_primitive(needy.encoded.container, needy_input, std::span(needy.requests).first(1), needy_outputs),
-      batch_primitive(modest.encoded.container, modest_input, modest.requests, modest_outputs)};
+  const CudaPrimitive batch[2]{primitive_of(needy_input, std::span(needy.requests).first(1), needy_outputs),
+                               primitive_of(modest_input, modest.requests, modest_outputs)};
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
 };
 
@@ -339,9 +340,9 @@ TEST_F(NeedyBatch, OnlyThoseThatNeedMoreFailWhereThereIsNone) {
 TEST(BatchDecoder, DecodesInPartsWhereTheDeviceIsSmall) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(100, 40, 0, pool);
-  const Parsed input = parsed(parse_container(sample.encoded.container));
+  const PatchContainer input = opened(sample.encoded.container);
   Outputs outputs;
-  const BatchPrimitive primitive = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+  const CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
   const size_t before = EmulatedDevice::bytes_in_use();
   size_t whole = 0;
   {
@@ -362,9 +363,9 @@ TEST(BatchDecoder, DecodesInPartsWhereTheDeviceIsSmall) {
 TEST(BatchDecoder, FailsWhereThereIsNoMemoryAtAll) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(10, 1, 0, pool);
-  const Parsed input = parsed(parse_container(sample.encoded.container));
+  const PatchContainer input = opened(sample.encoded.container);
   Outputs outputs;
-  const BatchPrimitive primitive = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+  const CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   {
     const ShortMemory memory(EmulatedDevice::bytes_in_use());
@@ -387,7 +388,7 @@ TEST(BatchDecoder, LaunchesNoMoreThanMostStreamsNeed) {
   EmulatedDevice::work() = {};
   const Expected<Mesh> decoded = decode(decoder, sample.encoded.container, sample.requests);
   const Expected<Mesh> expected =
-      cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+      decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
   ASSERT_TRUE(decoded) << decoded.status().to_string();
   EXPECT_TRUE(same_bits(*decoded, *expected));
   EXPECT_LE(EmulatedDevice::work().most_items, 2 * LaunchPlan::kMostRuns);
@@ -397,9 +398,9 @@ TEST(BatchDecoder, LaunchesNoMoreThanMostStreamsNeed) {
 TEST(BatchDecoder, GrowsInLeaps) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(60, 60, 0, pool);
-  const Parsed input = parsed(parse_container(sample.encoded.container));
+  const PatchContainer input = opened(sample.encoded.container);
   Outputs outputs;
-  BatchPrimitive primitive = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+  CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   EmulatedDevice::work() = {};
   for (primitive.end = 1; primitive.end <= 60; ++primitive.end) {
@@ -416,15 +417,15 @@ TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const Parsed input = parsed(parse_container(sample.encoded.container));
-    const Container& container = input.container;
+    const PatchContainer input = opened(sample.encoded.container);
+    const PatchContainer& container = input;
     const Expected<Mesh> expected =
-        draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
+        decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected);
     const auto streams = static_cast<uint32_t>(container.entries.size());
     const uint32_t first = std::min(2u, streams), end = std::min(5u, streams);
     Outputs outputs;
-    BatchPrimitive primitive = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+    CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
     primitive.first = first;
     primitive.end = end;
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
@@ -458,14 +459,14 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const Parsed input = parsed(parse_container(sample.encoded.container));
-    const Container* const container = &input.container;
+    const PatchContainer input = opened(sample.encoded.container);
+    const PatchContainer* const container = &input;
     constexpr uint32_t kFirst = 1;
     const uint32_t end = std::min<uint32_t>(4, static_cast<uint32_t>(container->entries.size()));
     std::vector<Mesh> expected;
     size_t faces = 0, points = 0;
     for (uint32_t i = kFirst; i < end; ++i) {
-      Expected<Mesh> patch = draco_backend().decode_stream(container->streams[i], sample.requests);
+      Expected<Mesh> patch = decode_stream(draco_backend(), container->streams[i], sample.requests);
       ASSERT_TRUE(patch);
       patch->faces.resize(container->entries[i].face_count);  // a residue may have more
       faces += patch->faces.size();
@@ -475,17 +476,14 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
     std::vector<uint32_t> indices(3 * faces);
     std::vector<float> bounds(6 * expected.size());
     std::vector<std::vector<uint8_t>> values;
-    BatchPrimitive primitive = batch_primitive(sample.encoded.container, input);
+    CudaPrimitive primitive{.container = &input};
     primitive.indices = indices.data();
     primitive.is_stitched = false;
     primitive.first = kFirst;
     primitive.end = 4;
     for (const AttributeRequest& request : sample.requests) {
-      const auto stride =
-          static_cast<uint32_t>(component_bytes(request.component_type)) * request.component_count;
-      values.emplace_back(points * stride);
-      primitive.targets.push_back({request.unique_id, stored_type(request.component_type),
-                                   request.component_count, values.back().data(), stride, nullptr});
+      values.emplace_back(points * request.value_bytes());
+      primitive.attributes.push_back(attribute_of(request, values.back().data(), request.value_bytes()));
     }
     const bool has_bounds = sample.requests[0].component_type == ComponentType::kFloat32;
     if (has_bounds) primitive.bounds = bounds.data();
@@ -526,18 +524,20 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
 TEST(HostDecoder, TakesStockStreams) {
   const ThreadPool pool(2);
   const std::vector<PatchedSample> samples = patched_samples(pool);
+  std::vector<PatchContainer> streams;
+  std::vector<std::span<const AttributeRequest>> requests;
+  for (const PatchedSample& sample : samples)
+    for (const std::span<const uint8_t> stream : opened(sample.encoded.container).streams) {
+      streams.push_back(open_stream(stream));
+      requests.push_back(sample.requests);
+    }
   std::vector<DecodeTask> tasks;
-  for (const PatchedSample& sample : samples) {
-    const Expected<Container> container = parse_container(sample.encoded.container);
-    ASSERT_TRUE(container);
-    for (const std::span<const uint8_t> stream : container->streams)
-      tasks.push_back({stream, true, sample.requests});
-  }
+  for (size_t i = 0; i < streams.size(); ++i) tasks.push_back({&streams[i], requests[i]});
   for (const uint64_t limit : {uint64_t{0}, uint64_t{1'000'000}}) {
     HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), limit};
-    const std::vector<Expected<Mesh>> decoded = decoder.decode(tasks);
+    const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks);
     for (size_t i = 0; i < tasks.size(); ++i) {
-      const Expected<Mesh> expected = draco_backend().decode_stream(tasks[i].bytes, tasks[i].requests);
+      const Expected<Mesh> expected = decode_stream(draco_backend(), streams[i].bytes, requests[i]);
       ASSERT_TRUE(expected && decoded[i]) << decoded[i].status().to_string();
       EXPECT_TRUE(same_bits(*decoded[i], *expected));
     }
@@ -548,15 +548,14 @@ TEST(HostDecoder, TakesStockStreams) {
 TEST(BatchDecoder, TakesNoMoreRoomThanThereIs) {
   const ThreadPool pool(2);
   const PatchedSample sample = patched_samples(pool).front();
-  const std::span<const uint8_t> stream = parse_container(sample.encoded.container)->streams[0];
-  const Expected<Mesh> expected = draco_backend().decode_stream(stream, sample.requests);
+  const std::span<const uint8_t> stream = open_container(sample.encoded.container)->streams[0];
+  const Expected<Mesh> expected = decode_stream(draco_backend(), stream, sample.requests);
   ASSERT_TRUE(expected);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   for (const uint32_t less : {0u, 1u}) {
-    const Parsed input = parsed(container_of_stream(stream, expected->point_count - less));
+    const PatchContainer input = open_stream(stream, expected->point_count - less);
     Outputs outputs;
-    BatchPrimitive primitive = batch_primitive(stream, input, sample.requests, outputs);
-    primitive.is_stream = true;
+    CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     EXPECT_EQ(decoder.finish().code(), less == 0 ? StatusCode::kOk : StatusCode::kInvalidInput);
     if (less == 0) {
@@ -571,16 +570,15 @@ TEST(BatchDecoder, BoundsStockStreams) {
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const std::span<const uint8_t> stream = parse_container(sample.encoded.container)->streams[0];
-    const Parsed input = parsed(container_of_stream(stream));
-    const Expected<Mesh> expected = draco_backend().decode_stream(stream, sample.requests);
+    const std::span<const uint8_t> stream = open_container(sample.encoded.container)->streams[0];
+    const PatchContainer input = open_stream(stream);
+    const Expected<Mesh> expected = decode_stream(draco_backend(), stream, sample.requests);
     ASSERT_TRUE(expected);
     if (sample.requests[0].component_type != ComponentType::kFloat32 || expected->point_count == 0) continue;
-    if (input.container.point_count() > expected->point_count) ++count;
+    if (input.point_count() > expected->point_count) ++count;
     Outputs outputs;
     float bounds[6];
-    BatchPrimitive primitive = batch_primitive(stream, input, sample.requests, outputs);
-    primitive.is_stream = true;
+    CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
     primitive.is_stitched = false;
     primitive.bounds = bounds;
     std::memset(outputs.values[0].data(), 0x7f, outputs.values[0].size());
@@ -603,11 +601,11 @@ TEST(BatchDecoder, TakesContainersOnTheDevice) {
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   const PatchedSample sample = patched_samples(pool).front();
   std::vector<uint8_t> on_device = sample.encoded.container;
-  const Parsed input = parsed(parse_container(sample.encoded.container));
+  const PatchContainer input = opened(sample.encoded.container);
   const Expected<Mesh> expected =
-      cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+      decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
   Outputs outputs;
-  BatchPrimitive primitive = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+  CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
   primitive.device_bytes = on_device.data();
   ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
   ASSERT_TRUE(decoder.finish().ok());
@@ -625,9 +623,9 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const Parsed input = parsed(parse_container(sample.encoded.container));
+    const PatchContainer input = opened(sample.encoded.container);
     const Expected<Mesh> expected =
-        cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+        decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected);
     for (size_t i = 0; i < sample.requests.size(); ++i) {
       const AttributeRequest& request = sample.requests[i];
@@ -636,10 +634,10 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
       std::vector<uint32_t> indices(3 * expected->faces.size());
       std::vector<uint16_t> places(size_t{components} * points);
       std::vector<float> grid(components + 1);
-      BatchPrimitive primitive = batch_primitive(sample.encoded.container, input);
+      CudaPrimitive primitive{.container = &input};
       primitive.indices = indices.data();
-      primitive.targets = {{request.unique_id, core::DataType::kUint16, request.component_count,
-                            reinterpret_cast<uint8_t*>(places.data()), 2 * components, grid.data()}};
+      primitive.attributes = {{request.unique_id, ComponentType::kUint16, request.component_count,
+                               places.data(), 2 * components, grid.data()}};
       ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
       const Status status = decoder.finish();
       if (!status.ok()) {  // exact floats, and normals, have no grid
@@ -670,21 +668,20 @@ TEST(BatchDecoder, RefusesPlacesOnSeveralGrids) {
     std::vector<StreamEntry> entries;
     std::vector<std::vector<uint8_t>> streams;
     for (const EncodedMesh* const mesh : {&small, second}) {
-      const Expected<Container> one = parse_container(mesh->container);
+      const Expected<PatchContainer> one = open_container(mesh->container);
       ASSERT_TRUE(one && one->entries.size() == 1 && one->entries[0].stitch_bytes == 0);
       entries.push_back(one->entries[0]);
       streams.emplace_back(one->streams[0].begin(), one->streams[0].end());
     }
     const std::vector<uint8_t> container =
         write_container(entries, false, std::vector<std::vector<uint8_t>>(2), streams);
-    const Parsed input = parsed(parse_container(container));
+    const PatchContainer input = opened(container);
     std::vector<uint32_t> indices(6);
     std::vector<uint16_t> places(18);
     std::vector<float> grid(4);
-    BatchPrimitive primitive = batch_primitive(container, input);
+    CudaPrimitive primitive{.container = &input};
     primitive.indices = indices.data();
-    primitive.targets = {{small.unique_ids[0], core::DataType::kUint16, 3,
-                          reinterpret_cast<uint8_t*>(places.data()), 6, grid.data()}};
+    primitive.attributes = {{small.unique_ids[0], ComponentType::kUint16, 3, places.data(), 6, grid.data()}};
     BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     const Status status = decoder.finish();
@@ -702,7 +699,7 @@ TEST(BatchDecoder, DecodesSomeAttributesOnly) {
     if (sample.requests.size() < 2) continue;
     ++count;
     const std::vector<AttributeRequest> first{sample.requests.front()};
-    const Expected<Mesh> expected = cpu_backend().decode_container(sample.encoded.container, first, pool);
+    const Expected<Mesh> expected = decode_container(cpu_backend(), sample.encoded.container, first, pool);
     const Expected<Mesh> decoded = decode(decoder, sample.encoded.container, first);
     ASSERT_TRUE(decoded) << sample.name << ": " << decoded.status().to_string();
     EXPECT_TRUE(same_bits(*decoded, *expected)) << sample.name;
@@ -714,16 +711,16 @@ TEST(BatchDecoder, DecodesSomeAttributesOnly) {
 TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
   const ThreadPool pool(2);
   const PatchedSample sample = patched_samples(pool).front();
-  const Parsed input = parsed(parse_container(sample.encoded.container));
+  const PatchContainer input = opened(sample.encoded.container);
   const Expected<Mesh> expected =
-      cpu_backend().decode_container(sample.encoded.container, sample.requests, pool);
+      decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   Outputs outputs, refused_outputs;
-  const BatchPrimitive good = batch_primitive(sample.encoded.container, input, sample.requests, outputs);
+  const CudaPrimitive good = primitive_of(input, sample.requests, outputs);
   const auto refused = [&](auto change) {
-    BatchPrimitive bad = batch_primitive(sample.encoded.container, input, sample.requests, refused_outputs);
+    CudaPrimitive bad = primitive_of(input, sample.requests, refused_outputs);
     change(bad);
-    const BatchPrimitive batch[] = {bad, good};
+    const CudaPrimitive batch[] = {bad, good};
     EXPECT_TRUE(decoder.start(batch).ok());
     const Status status = decoder.finish();
     EXPECT_EQ(status.place().primitive, 0);
@@ -738,28 +735,29 @@ TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
   const auto off_by_one = [](auto* at) {
     return reinterpret_cast<decltype(at)>(reinterpret_cast<uintptr_t>(at) + 1);
   };
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.indices = nullptr; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([&](BatchPrimitive& bad) { bad.indices = off_by_one(bad.indices); }), StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.targets[0].values = nullptr; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([&](BatchPrimitive& bad) { bad.targets[0].grid = off_by_one(bounds); }),
+  EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.indices = nullptr; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([&](CudaPrimitive& bad) { bad.indices = off_by_one(bad.indices); }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.attributes[0].values = nullptr; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([&](CudaPrimitive& bad) { bad.attributes[0].grid = off_by_one(bounds); }),
             StatusCode::kUsage);
-  EXPECT_EQ(refused([&](BatchPrimitive& bad) { bad.is_stitched = false, bad.bounds = off_by_one(bounds); }),
+  EXPECT_EQ(refused([&](CudaPrimitive& bad) { bad.is_stitched = false, bad.bounds = off_by_one(bounds); }),
             StatusCode::kUsage);
-  EXPECT_EQ(refused([&](BatchPrimitive& bad) {
-              bad.is_stitched = false, bad.bounds = bounds, ++bad.targets[0].values;
+  EXPECT_EQ(refused([&](CudaPrimitive& bad) {
+              bad.is_stitched = false, bad.bounds = bounds,
+              bad.attributes[0].values = off_by_one(bad.attributes[0].values);
             }),
             StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.index_bytes = 3; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.first = 3, bad.end = 2; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.is_stitched = false, bad.first = 3, bad.end = 2; }),
+  EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.index_bytes = 3; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.first = 3, bad.end = 2; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.is_stitched = false, bad.first = 3, bad.end = 2; }),
             StatusCode::kUsage);
-  EXPECT_EQ(refused([&](BatchPrimitive& bad) { bad.bounds = bounds; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([&](BatchPrimitive& bad) {
-              bad.is_stitched = false, bad.bounds = bounds, bad.targets[0].components = 2;
+  EXPECT_EQ(refused([&](CudaPrimitive& bad) { bad.bounds = bounds; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([&](CudaPrimitive& bad) {
+              bad.is_stitched = false, bad.bounds = bounds, bad.attributes[0].component_count = 2;
             }),
             StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.targets[0].stride = 11; }), StatusCode::kUsage);
-  EXPECT_EQ(refused([](BatchPrimitive& bad) { bad.targets[0].type = core::DataType::kInt16; }),
+  EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.attributes[0].stride = 11; }), StatusCode::kUsage);
+  EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.attributes[0].component_type = ComponentType::kInt16; }),
             StatusCode::kUnsupported);
   ASSERT_TRUE(decoder.start({}).ok());
   EXPECT_TRUE(decoder.finish().ok());  // of nothing
@@ -775,11 +773,11 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
   size_t refused = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
-    const Expected<Container> whole = parse_container(sample.encoded.container);
+    const Expected<PatchContainer> whole = open_container(sample.encoded.container);
     ASSERT_TRUE(whole);
     if (whole->patch_count() < 3) continue;
     const Expected<Mesh> expected =
-        draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
+        decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected);
     const uint32_t broken = static_cast<uint32_t>(random()) % whole->patch_count();
     std::vector<uint8_t> bytes = sample.encoded.container;
@@ -787,10 +785,10 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
     // Behind the header, which the host reads.
     for (size_t at = whole->streams[broken].size() / 3; at < whole->streams[broken].size(); ++at)
       bytes[stream_at + at] = static_cast<uint8_t>(random());
-    const Parsed input = parsed(parse_container(bytes));
-    const Container* const container = &input.container;
+    const PatchContainer input = opened(bytes);
+    const PatchContainer* const container = &input;
     Outputs outputs;
-    const BatchPrimitive primitive = batch_primitive(bytes, input, sample.requests, outputs);
+    const CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     const Status status = decoder.finish();
     if (status.ok()) continue;

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "src/cpu/cpu_backend.h"
+#include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 
 namespace psplit {
@@ -25,7 +26,7 @@ void expect_mutants_as_on_cpu(Decode decode) {
     std::vector<uint8_t> bytes = seed.encoded.container;
     bytes[random() % (random() % 2 == 0 ? bytes.size() : std::min<size_t>(bytes.size(), 300))] =
         static_cast<uint8_t>(random());
-    const Expected<Mesh> expected = cpu_backend().decode_container(bytes, seed.requests, pool);
+    const Expected<Mesh> expected = decode_container(cpu_backend(), bytes, seed.requests, pool);
     const Expected<Mesh> decoded = decode(bytes, seed.requests);
     // Of a stream that a mutant gave another data type: the CPU converts its values, a device says so.
     if (expected && decoded.status().code() == StatusCode::kUnsupported) continue;

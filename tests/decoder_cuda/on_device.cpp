@@ -8,7 +8,8 @@
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
+#include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 
 namespace psplit {
@@ -36,27 +37,27 @@ TEST(CudaDecoder, DecodesPatchesWithoutStitching) {
   ASSERT_TRUE(decoder) << decoder.status().to_string();
   decoder->set_memory_limit(1);
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const Expected<Container> container = parse_container(sample.encoded.container);
+    const Expected<PatchContainer> container = open_container(sample.encoded.container);
     ASSERT_TRUE(container);
     if (sample.requests[0].component_type != ComponentType::kFloat32 || container->has_residue) continue;
     const uint32_t last = container->patch_count() - 1, points = container->entries[last].point_count;
     const size_t faces = container->entries[last].face_count;
-    const Expected<Mesh> expected = draco_backend().decode_stream(container->streams[last], sample.requests);
+    const Expected<Mesh> expected = decode_stream(draco_backend(), container->streams[last], sample.requests);
     ASSERT_TRUE(expected);
     const Managed<uint16_t> indices(3 * faces);
     const Managed<float> positions(size_t{3} * points), bounds(6);
     CudaPrimitive primitive;
-    primitive.container = sample.encoded.container;
+    primitive.container = &*container;
     primitive.attributes = {{sample.requests[0].unique_id, ComponentType::kFloat32, 3, positions.data, 12}};
     primitive.indices = indices.data;
     primitive.index_bytes = 2;
     primitive.is_stitched = false;
     primitive.first = last;
     primitive.bounds = bounds.data;
+    const PatchContainer stock = open_stream(container->streams[last], points);
     for (const bool as_stock : {false, true}) {
       if (as_stock) {
-        primitive.container = container->streams[last];
-        primitive.stream_points = points;
+        primitive.container = &stock;
         primitive.first = 0;
       }
       ASSERT_TRUE(decoder->start({&primitive, 1}).ok());
@@ -94,8 +95,8 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const std::vector<uint8_t>& bytes = sample.encoded.container;
-    const Expected<Container> container = parse_container(bytes);
-    const Expected<Mesh> expected = draco_backend().decode_container(bytes, sample.requests, pool);
+    const Expected<PatchContainer> container = open_container(bytes);
+    const Expected<Mesh> expected = decode_container(draco_backend(), bytes, sample.requests, pool);
     ASSERT_TRUE(container && expected);
     if (sample.requests[0].component_type != ComponentType::kFloat32) continue;
     const Managed<uint8_t> on_device(bytes.size());
@@ -106,14 +107,20 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
     const Managed<float> positions(size_t{12} * points);
     std::vector<CudaPrimitive> batch(4);
     for (size_t i = 0; i < batch.size(); ++i) {
-      batch[i].container = bytes;
+      batch[i].container = &*container;
       batch[i].indices = indices.data + 3 * faces * i;
       batch[i].attributes = {{sample.requests[0].unique_id, ComponentType::kFloat32, 3,
                               positions.data + size_t{3} * points * i, 12}};
     }
-    batch[1].container = {on_device.data, bytes.size()};
-    batch[1].is_on_device = true;
-    batch[2].container = std::span(bytes).first(bytes.size() / 2);
+    batch[1].device_bytes = on_device.data;
+    std::vector<uint8_t> broken_bytes = bytes;
+    const size_t stream_at = static_cast<size_t>(container->streams[last].data() - bytes.data());
+    // Behind the stream's header, which the host reads.
+    std::fill(broken_bytes.begin() + static_cast<ptrdiff_t>(stream_at + container->streams[last].size() / 3),
+              broken_bytes.end(), uint8_t{0xff});
+    const Expected<PatchContainer> broken = open_container(broken_bytes);
+    ASSERT_TRUE(broken) << broken.status().to_string();
+    batch[2].container = &*broken;
     batch[3].first = last;
     ASSERT_TRUE(decoder->start(batch).ok());
     EXPECT_EQ(decoder->finish().place().primitive, 2);
@@ -138,9 +145,10 @@ TEST(CudaDecoder, DecodesInWindowsWhereMemoryIsShort) {
   if (!cuda_available(&why)) GTEST_SKIP() << why;
   const ThreadPool pool;
   const std::vector<PatchedSample> samples = patched_samples(pool);
+  std::vector<PatchContainer> containers;
+  for (const PatchedSample& sample : samples) containers.push_back(*open_container(sample.encoded.container));
   std::vector<DecodeTask> tasks;
-  for (const PatchedSample& sample : samples)
-    tasks.push_back({sample.encoded.container, false, sample.requests});
+  for (size_t i = 0; i < samples.size(); ++i) tasks.push_back({&containers[i], samples[i].requests});
   const std::vector<Expected<Mesh>> expected = draco_backend().decode(tasks, pool, {});
   for (const uint64_t limit : {uint64_t{1}, uint64_t{4'000'000}, uint64_t{0}}) {
     const std::vector<Expected<Mesh>> decoded = cuda_backend(limit).decode(tasks, pool, {});

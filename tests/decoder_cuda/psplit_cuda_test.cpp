@@ -4,6 +4,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "tests/decoder_cuda/mutants.h"
+#include "tests/support/decode_bytes.h"
 
 namespace psplit {
 namespace {
@@ -24,8 +25,8 @@ TEST(Cuda, EqualsLibdraco) {
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const Expected<Mesh> expected =
-        draco_backend().decode_container(sample.encoded.container, sample.requests, pool);
-    const Expected<Mesh> decoded = cuda.decode_container(sample.encoded.container, sample.requests, pool);
+        decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
+    const Expected<Mesh> decoded = decode_container(cuda, sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected) << expected.status().to_string();
     ASSERT_TRUE(decoded) << decoded.status().to_string();
     EXPECT_TRUE(same_bits(*decoded, *expected));
@@ -38,7 +39,7 @@ TEST(Cuda, TakesAndRefusesMutantsAsTheCpuDoes) {
   if (!cuda_available(&why)) GTEST_SKIP() << why;
   expect_mutants_as_on_cpu(
       [cuda = cuda_backend()](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
-        return cuda.decode_container(bytes, requests, ThreadPool(1));
+        return decode_container(cuda, bytes, requests, ThreadPool(1));
       });
 }
 

@@ -10,9 +10,10 @@
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
+#include "tests/support/decode_bytes.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -69,7 +70,7 @@ void expect_same_mesh_back(const NamedMesh& named, const EncodeOptions& options,
   const Expected<EncodedMesh> encoded = encode_mesh(mesh, coded.codings, options, pool);
   ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
   const Expected<Mesh> decoded =
-      draco_backend().decode_container(encoded->container, requests_of(mesh, *encoded), pool);
+      decode_container(draco_backend(), encoded->container, requests_of(mesh, *encoded), pool);
   ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
   EXPECT_EQ(compare_meshes(mesh, *decoded, coded.tolerances), "");
 }
@@ -143,13 +144,13 @@ TEST(EncodeMesh, MergesDuplicatesAndCountsThem) {
   const auto merged = encode_mesh(mesh, coded.codings, {}, ThreadPool(1));
   ASSERT_TRUE(merged.ok());
   EXPECT_EQ(merged->statistics.merged_points, 2u);
-  EXPECT_EQ(parse_container(merged->container)->point_count(), 4u);
+  EXPECT_EQ(open_container(merged->container)->point_count(), 4u);
   EncodeOptions keep;
   keep.keep_duplicates = true;
   const auto kept = encode_mesh(mesh, coded.codings, keep, ThreadPool(1));
   ASSERT_TRUE(kept.ok());
   EXPECT_EQ(kept->statistics.merged_points, 0u);
-  EXPECT_EQ(parse_container(kept->container)->point_count(), 6u);
+  EXPECT_EQ(open_container(kept->container)->point_count(), 6u);
 }
 
 TEST(EncodeMesh, ExtraBytesKeepPointsApart) {
@@ -171,16 +172,16 @@ TEST(EncodeMesh, DropsDegeneratesOnlyWhenAsked) {
   ASSERT_TRUE(kept.ok()) << kept.status().to_string();
   EXPECT_EQ(kept->statistics.residue_faces, 1u);
   EXPECT_EQ(kept->statistics.residue_points, 1u);
-  EXPECT_EQ(parse_container(kept->container)->face_count(), 3u);
-  EXPECT_EQ(parse_container(kept->container)->point_count(), 4u);
+  EXPECT_EQ(open_container(kept->container)->face_count(), 3u);
+  EXPECT_EQ(open_container(kept->container)->point_count(), 4u);
   EncodeOptions drop;
   drop.drop_degenerate = drop.drop_unused = true;
   const auto dropped = encode_mesh(mesh, coded.codings, drop, ThreadPool(1));
   ASSERT_TRUE(dropped.ok());
   EXPECT_EQ(dropped->statistics.dropped_faces, 1u);
   EXPECT_EQ(dropped->statistics.dropped_points, 1u);
-  EXPECT_EQ(parse_container(dropped->container)->point_count(), 3u);
-  EXPECT_FALSE(parse_container(dropped->container)->has_residue);
+  EXPECT_EQ(open_container(dropped->container)->point_count(), 3u);
+  EXPECT_FALSE(open_container(dropped->container)->has_residue);
 }
 
 // What the residue copies is stored where it is owned: a degenerate face costs its indices and little else.
@@ -203,13 +204,13 @@ TEST(EncodeMesh, DegenerateFacesCostTheirIndicesOnly) {
   ASSERT_TRUE(without.ok() && with.ok()) << with.status().to_string();
   EXPECT_EQ(with->statistics.residue_faces, kFaces);
   EXPECT_EQ(with->statistics.residue_points, 0u);
-  const Expected<Container> container = parse_container(with->container);
+  const Expected<PatchContainer> container = open_container(with->container);
   ASSERT_TRUE(container.ok());
   EXPECT_LT(container->streams.back().size(), kFaces * 6 + 300);
   // Every decoder takes the owner's values.
   const ThreadPool pool(2);
   for (const DecodeBackend& backend : {draco_backend(), cpu_backend()}) {
-    const Expected<Mesh> decoded = backend.decode_container(with->container, requests_of(mesh, *with), pool);
+    const Expected<Mesh> decoded = decode_container(backend, with->container, requests_of(mesh, *with), pool);
     ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
     EXPECT_EQ(compare_meshes(mesh, *decoded, coded.tolerances), "");
   }
@@ -217,7 +218,7 @@ TEST(EncodeMesh, DegenerateFacesCostTheirIndicesOnly) {
   options.standalone_residue = true;
   const auto alone = encode_mesh(mesh, coded.codings, options, ThreadPool(2));
   ASSERT_TRUE(alone.ok());
-  EXPECT_GT(parse_container(alone->container)->streams.back().size(),
+  EXPECT_GT(open_container(alone->container)->streams.back().size(),
             container->streams.back().size() + 2 * kFaces);
 }
 
@@ -245,14 +246,14 @@ TEST(DecodeContainer, EveryMutantIsRefusedOrDecodes) {
   const auto encoded = encode_mesh(mesh, default_codings(mesh, false).codings, options, ThreadPool(1));
   ASSERT_TRUE(encoded.ok());
   const std::vector<AttributeRequest> requests = requests_of(mesh, *encoded);
-  const Container original = *parse_container(encoded->container);
+  const PatchContainer original = *open_container(encoded->container);
   // The streams themselves are libdraco's to defend; directory and stitch map are ours.
   const size_t ours = original.header_bytes + original.stitch_bytes();
   for (size_t at = 0; at < ours; ++at)
     for (int value = 0; value < 256; ++value) {
       std::vector<uint8_t> mutant = encoded->container;
       mutant[at] = static_cast<uint8_t>(value);
-      const Expected<Mesh> decoded = draco_backend().decode_container(mutant, requests, ThreadPool(1));
+      const Expected<Mesh> decoded = decode_container(draco_backend(), mutant, requests, ThreadPool(1));
       if (!decoded.ok()) continue;
       EXPECT_EQ(decoded->faces.size(), 2u);
       for (const auto& face : decoded->faces)
@@ -278,7 +279,7 @@ TEST(EncodeMesh, TakesAPartitionOfTheCallers) {
   options.patch_of_face = patch_of_face;
   const auto encoded = encode_mesh(mesh, codings, options, pool);
   ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-  const auto container = parse_container(encoded->container);
+  const auto container = open_container(encoded->container);
   ASSERT_TRUE(container.ok());
   ASSERT_EQ(container->patch_count(), 2u);
   EXPECT_EQ(container->entries[0].face_count, 40u);

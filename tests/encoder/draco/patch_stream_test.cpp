@@ -94,12 +94,12 @@ TEST_P(PatchStream, OrderIsThatOfTheRealStream) {
   for (uint32_t i = 0; i < decoded->point_count; ++i) {
     const uint32_t source = patch.points[order->patch_point[i]];
     uint16_t got = 0, wanted = 0;
-    std::memcpy(&got, decoded->values[2].data() + i * 2, 2);
+    std::memcpy(&got, decoded->attributes[2].values.data() + i * 2, 2);
     std::memcpy(&wanted, mesh.attributes[2].values.data() + source * 2, 2);
     EXPECT_EQ(got, wanted);
     for (size_t c = 0; c < 3; ++c) {
       float got_position = 0, wanted_position = 0;
-      std::memcpy(&got_position, decoded->values[1].data() + i * 12 + c * 4, 4);
+      std::memcpy(&got_position, decoded->attributes[1].values.data() + i * 12 + c * 4, 4);
       std::memcpy(&wanted_position, mesh.attributes[1].values.data() + source * 12 + c * 4, 4);
       EXPECT_NEAR(got_position, wanted_position, 0.5 * 32 / 16383 + 1e-4);
     }

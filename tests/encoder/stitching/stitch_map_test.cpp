@@ -47,8 +47,8 @@ TEST(BorderWalk, HubOfManySpokesIsFast) {
 //   0 --- 2  0 --- 2        numbers   0 --- 2 --- 5
 //   |  /  |  |  /  |                  |  /  |  /  |
 //   1 --- 3  1 --- 3                  1 --- 3 --- 4
-Container two_quads(const std::vector<uint8_t>& stitch, uint8_t version = kContainerVersion) {
-  Container container;
+PatchContainer two_quads(const std::vector<uint8_t>& stitch, uint8_t version = kContainerVersion) {
+  PatchContainer container;
   container.version = version;
   container.entries = {{1, 2, 4, 0, 0}, {1, 2, 4, 2, static_cast<uint32_t>(stitch.size())}};
   container.stitch = {{}, stitch};
@@ -59,7 +59,7 @@ Container two_quads(const std::vector<uint8_t>& stitch, uint8_t version = kConta
 }
 
 Expected<std::vector<std::vector<uint32_t>>> numbers_with(const std::vector<uint8_t>& stitch, uint8_t version) {
-  const Container container = two_quads(stitch, version);
+  const PatchContainer container = two_quads(stitch, version);
   const std::vector<std::span<const Face>> faces = {kQuad, kQuad};
   return number_points(container, faces, ThreadPool(1));
 }
@@ -192,7 +192,7 @@ TEST(StitchMap, GivesBackWhatWasWritten) {
     const std::vector<uint8_t> bytes = write_stitch_map(map, patch, point_count);
     uint32_t references = static_cast<uint32_t>(map.repeats.size() + map.pairs.size());
     for (const StitchRun& run : map.runs) references += run.length;
-    Container container;
+    PatchContainer container;
     container.entries.assign(patch + 1, {1, point_count / 3, point_count, 0, 0});
     container.entries[patch].reference_count = references;
     container.stitch.assign(patch + 1, {});

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {
@@ -160,7 +160,7 @@ TEST(Validate, EveryFlippedByte) {
 void spoil_stitch_map(Document& document, const std::function<void(std::vector<uint8_t>&)>& change) {
   const auto whole = container_of(document);
   const std::vector<uint8_t> bytes(whole.begin(), whole.end());
-  const Expected<Container> container = parse_container(bytes);
+  const Expected<PatchContainer> container = open_container(bytes);
   ASSERT_TRUE(container.ok());
   std::vector<std::vector<uint8_t>> stitch, streams;
   for (const auto& part : container->stitch) stitch.emplace_back(part.begin(), part.end());
@@ -191,7 +191,7 @@ TEST(Validate, ADirectoryThatLies) {
   const std::string found = broken([](Document& document) {
     const auto whole = container_of(document);
     const std::vector<uint8_t> bytes(whole.begin(), whole.end());
-    const Expected<Container> container = parse_container(bytes);
+    const Expected<PatchContainer> container = open_container(bytes);
     std::vector<std::vector<uint8_t>> stitch, streams;
     for (const auto& part : container->stitch) stitch.emplace_back(part.begin(), part.end());
     for (const auto& stream : container->streams) streams.emplace_back(stream.begin(), stream.end());
@@ -284,7 +284,7 @@ TEST(Validate, CopiesOfPoints) {
     const auto coarse_bytes = *buffer_view_bytes(
         coarse, primitive_of(coarse)["extensions"][kExtensionName]["bufferView"].get<int64_t>());
     const auto bytes = container_of(document);
-    const Expected<Container> fine = parse_container(bytes), other = parse_container(coarse_bytes);
+    const Expected<PatchContainer> fine = open_container(bytes), other = open_container(coarse_bytes);
     ASSERT_TRUE(fine.ok() && other.ok());
     std::vector<std::vector<uint8_t>> stitch, streams;
     for (const auto& part : fine->stitch) stitch.emplace_back(part.begin(), part.end());

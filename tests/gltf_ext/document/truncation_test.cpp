@@ -3,7 +3,7 @@
 
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/write_document.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "tests/gltf_ext/asset.h"
 #include "tests/support/test_folder.h"
 
@@ -84,7 +84,7 @@ TEST(Truncation, AStreamThatIsNoneNamesItsPatch) {
   EncodeDocumentOptions options;
   options.patches = 4;
   ASSERT_TRUE(encode(whole, options));
-  const Expected<Container> container = parse_container(*buffer_view_bytes(whole, 0));
+  const Expected<PatchContainer> container = open_container(*buffer_view_bytes(whole, 0));
   ASSERT_TRUE(container);
   ASSERT_EQ(container->streams.size(), 4u);
   for (size_t patch = 0; patch < 4; ++patch) {

@@ -7,7 +7,6 @@
 #include <random>
 
 #include "encoder/stitching/stitch_map.h"
-#include "src/container/stitch_row.h"
 #include "tests/support/emulated_warp.h"
 #include "tests/support/version_1.h"
 
@@ -26,7 +25,7 @@ std::vector<Face> strip() {
 
 struct Stitched {
   std::vector<std::vector<uint8_t>> parts;
-  Container container;
+  PatchContainer container;
 };
 
 // Most are right: a point is a reference once, and refers to one that is none.
@@ -58,7 +57,7 @@ StitchMap random_map(std::mt19937& random, uint32_t stream, bool has_repeats) {
 
 Stitched random_container(std::mt19937& random) {
   Stitched made;
-  Container& container = made.container;
+  PatchContainer& container = made.container;
   container.version = random() % 3 == 0 ? 1 : 2;
   container.owned_base = {0};
   for (uint32_t stream = 0; stream < kStreams; ++stream) {
@@ -80,7 +79,7 @@ Stitched random_container(std::mt19937& random) {
 
 // What the core makes of a container: numbers, or nothing where it refuses it.
 template <typename Run>
-std::vector<std::vector<uint32_t>> number_by_core(const Container& container, Run run) {
+std::vector<std::vector<uint32_t>> number_by_core(const PatchContainer& container, Run run) {
   using core::Fault;
   const uint32_t total = container.point_count();
   const std::vector<uint32_t> border = border_walk(strip(), kPoints);
@@ -91,7 +90,7 @@ std::vector<std::vector<uint32_t>> number_by_core(const Container& container, Ru
     references[stream].assign(container.entries[stream].reference_count, core::kNoPoint);
     run([&](auto lanes) {
       const Fault fault = core::number_mesh_points(
-          lanes, stitch_row(container, stream), core::View<const uint32_t>(border.data(), border.size()),
+          lanes, container.stitch_row(stream), core::View<const uint32_t>(border.data(), border.size()),
           core::View<uint32_t>(numbers[stream].data(), kPoints),
           core::View<uint32_t>(references[stream].data(), references[stream].size()));
       if (lanes.rank() == 0) is_right = is_right && fault == Fault::kNone;
@@ -109,7 +108,7 @@ std::vector<std::vector<uint32_t>> number_by_core(const Container& container, Ru
   for (uint32_t stream = 0; stream < kStreams; ++stream)
     run([&](auto lanes) {
       const Fault fault =
-          core::resolve_references(lanes, stitch_row(container, stream), walk_of, owned_of,
+          core::resolve_references(lanes, container.stitch_row(stream), walk_of, owned_of,
                                    core::View<uint32_t>(references[stream].data(), references[stream].size()));
       if (lanes.rank() == 0) is_right = is_right && fault == Fault::kNone;
     });

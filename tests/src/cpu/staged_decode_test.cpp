@@ -17,7 +17,7 @@ TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     for (const bool in_step : {false, true}) {
-      StagedInput input(sample.encoded.container, sample.requests);
+      StagedInput input(*open_container(sample.encoded.container), sample.requests);
       StageTimes times;
       ASSERT_EQ(decode_with_core(input, in_step, times), core::Fault::kNone);
       size_t face = 0, byte = 0;
@@ -28,10 +28,11 @@ TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
         EXPECT_EQ(std::memcmp(input.faces.data() + face, patch->faces.data(), 12 * patch->faces.size()), 0);
         face += patch->faces.size();
         size_t values_bytes = 0;
-        for (const auto& values : patch->values) values_bytes += values.size();
+        for (const Attribute& attribute : patch->attributes) values_bytes += attribute.values.size();
         ASSERT_LE(byte + values_bytes, input.values.size());
-        if (patch->values.size() == 1) {
-          EXPECT_EQ(std::memcmp(input.values.data() + byte, patch->values[0].data(), values_bytes), 0);
+        if (patch->attributes.size() == 1) {
+          EXPECT_EQ(std::memcmp(input.values.data() + byte, patch->attributes[0].values.data(), values_bytes),
+                    0);
         }
         byte += values_bytes;
       }

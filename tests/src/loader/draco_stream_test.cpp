@@ -4,6 +4,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/src/loader/buffers.h"
+#include "tests/support/decode_bytes.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/patched_samples.h"
 
@@ -33,7 +34,7 @@ const std::vector<Sample>& samples() {
           ASSERT_TRUE(description) << description.status().to_string();
           const auto requests = gltf_attributes(description->attributes);
           if (!requests) return;
-          Expected<Mesh> mesh = draco_backend().decode_stream(stream.bytes, *requests);
+          Expected<Mesh> mesh = decode_stream(draco_backend(), stream.bytes, *requests);
           // Numbers that no glTF type can hold.
           if (!mesh || mesh->faces.empty()) return;
           found.push_back({stream.name, stream.bytes, *requests, std::move(*mesh),
@@ -124,7 +125,7 @@ TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   for (size_t i = 0; i < 60 && i < samples().size(); ++i) {
     add(samples()[i].exact_source(), samples()[i].requests, samples()[i].expected);
     const PatchedSample& sample = patched[i % patched.size()];
-    const Expected<Mesh> mesh = draco.decode_container(sample.encoded.container, sample.requests, pool);
+    const Expected<Mesh> mesh = decode_container(draco, sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(mesh);
     add({sample.encoded.container, sample.requests}, sample.requests, *mesh);
   }

@@ -9,10 +9,11 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "src/container/claims.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/src/loader/buffers.h"
 #include "tests/src/loader/counted_memory.h"
+#include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
 
 namespace psplit {
@@ -37,7 +38,7 @@ TEST(Loader, DecodesIntoBuffersOfAnyLayoutWhatTheBackendDecodes) {
   const DecodeBackend draco = draco_backend();
   for (const PatchedSample& sample : samples()) {
     SCOPED_TRACE(sample.name);
-    const Expected<Mesh> expected = draco.decode_container(sample.encoded.container, sample.requests, pool);
+    const Expected<Mesh> expected = decode_container(draco, sample.encoded.container, sample.requests, pool);
     ASSERT_TRUE(expected) << expected.status().to_string();
     const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
     ASSERT_TRUE(primitive) << primitive.status().to_string();
@@ -78,7 +79,7 @@ TEST(Loader, DecodesEachPatchAloneAsItsStreamIs) {
   for (const PatchedSample& sample : samples()) {
     SCOPED_TRACE(sample.name);
     const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source_of(sample));
-    const Expected<Container> container = parse_container(sample.encoded.container);
+    const Expected<PatchContainer> container = open_container(sample.encoded.container);
     ASSERT_TRUE(primitive && container);
     residues += primitive->has_residue();
     uint32_t faces = 0, owned = 0;
@@ -88,7 +89,7 @@ TEST(Loader, DecodesEachPatchAloneAsItsStreamIs) {
       EXPECT_EQ(sizes.first_owned_point, owned);
       faces += sizes.face_count;
       owned += sizes.owned_point_count;
-      Expected<Mesh> expected = draco.decode_stream(container->streams[n], sample.requests);
+      Expected<Mesh> expected = decode_stream(draco, container->streams[n], sample.requests);
       ASSERT_TRUE(expected);
       expected->faces.resize(sizes.face_count);  // the residue's stream may have more
       for (const DecodeBackend* backend : {static_cast<const DecodeBackend*>(nullptr), &draco}) {
@@ -124,7 +125,7 @@ TEST(Loader, DecodesManyAtOnceAndOnesErrorIsNoOthers) {
     EXPECT_EQ(statuses[i].code(), i == 1 ? StatusCode::kUsage : StatusCode::kOk) << statuses[i].to_string();
     if (i == 1) continue;
     const Expected<Mesh> expected =
-        cpu_backend().decode_container(samples()[i].encoded.container, samples()[i].requests, ThreadPool(1));
+        decode_container(cpu_backend(), samples()[i].encoded.container, samples()[i].requests, ThreadPool(1));
     EXPECT_TRUE(same_bits(buffers[i]->mesh(samples()[i].requests, expected->point_count), *expected));
   }
 }
@@ -200,8 +201,9 @@ TEST(Loader, UsesTheBackendThatItIsGiven) {
   ASSERT_TRUE(primitive);
   const Buffers buffers(sample.requests, primitive->point_count(), primitive->face_count());
   DecodeBackend mine = cpu_backend();
-  mine.decode_into = [](std::span<const DecodeTask> tasks, std::span<const MeshTarget>, const ThreadPool&,
-                        const Watch&) { return std::vector<Status>(tasks.size(), unsupported("mine")); };
+  mine.decode_into = [](std::span<const DecodeTask> tasks, const BuffersFor&, const ThreadPool&, const Watch&) {
+    return std::vector<Status>(tasks.size(), unsupported("mine"));
+  };
   LoadOptions options;
   options.backend = &mine;
   EXPECT_EQ(primitive->decode(buffers.out, options).message(), "mine");
@@ -209,7 +211,7 @@ TEST(Loader, UsesTheBackendThatItIsGiven) {
 
 TEST(Loader, NamesThePatchThatIsBroken) {
   const PatchedSample& sample = sample_of_many_patches();
-  const Expected<Container> container = parse_container(sample.encoded.container);
+  const Expected<PatchContainer> container = open_container(sample.encoded.container);
   ASSERT_TRUE(container);
   // The tail of the third patch's stream: its header says nothing of that.
   std::vector<uint8_t> bytes = sample.encoded.container;

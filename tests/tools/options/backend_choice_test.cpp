@@ -2,35 +2,31 @@
 
 #include <gtest/gtest.h>
 
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 namespace {
 
-std::vector<uint8_t> container_of(uint32_t patch_count, uint32_t stream_bytes) {
-  const std::vector<StreamEntry> entries(patch_count, {stream_bytes, 1, 3, 0, 0});
-  const std::vector<std::vector<uint8_t>> stitch(patch_count);
-  return write_container(entries, false, stitch, std::vector(patch_count, std::vector<uint8_t>(stream_bytes)));
+PatchContainer container_of(std::span<const uint8_t> bytes, uint32_t patch_count) {
+  PatchContainer container;
+  container.bytes = bytes;
+  container.entries.resize(patch_count);
+  return container;
 }
 
 TEST(Auto, LeavesTheGpuAloneUnlessThereIsEnoughToDo) {
-  const std::vector<uint8_t> stream(8192);
-  const auto streams = [&](size_t count, size_t bytes) {
-    return std::vector<DecodeTask>(count, {std::span(stream).first(bytes), true, {}});
+  const std::vector<uint8_t> bytes(2'000'000);
+  const auto is_worth = [&](size_t task_count, uint32_t patch_count, size_t size) {
+    const PatchContainer container = container_of(std::span(bytes).first(size), patch_count);
+    return is_worth_a_gpu(std::vector<DecodeTask>(task_count, {&container, {}}));
   };
   EXPECT_FALSE(is_worth_a_gpu({}));
-  EXPECT_FALSE(is_worth_a_gpu(streams(63, 8192)));
-  EXPECT_FALSE(is_worth_a_gpu(streams(64, 1024)));
-  EXPECT_TRUE(is_worth_a_gpu(streams(64, 8192)));
-
-  const auto is_worth = [](const std::vector<uint8_t>& container) {
-    const DecodeTask task{container, false, {}};
-    return is_worth_a_gpu({&task, 1});
-  };
-  EXPECT_FALSE(is_worth(container_of(20, 100'000)));
-  EXPECT_FALSE(is_worth(container_of(200, 100)));
-  EXPECT_TRUE(is_worth(container_of(200, 2000)));
-  EXPECT_FALSE(is_worth(std::vector<uint8_t>(1'000'000)));  // not a container
+  EXPECT_FALSE(is_worth(63, 1, 8192));
+  EXPECT_FALSE(is_worth(64, 1, 1024));
+  EXPECT_TRUE(is_worth(64, 1, 8192));
+  EXPECT_FALSE(is_worth(1, 20, 2'000'000));
+  EXPECT_FALSE(is_worth(1, 200, 20'000));
+  EXPECT_TRUE(is_worth(1, 200, 400'000));
 }
 
 }  // namespace

@@ -108,8 +108,9 @@ Status encode_split(std::span<const Mesh> meshes, std::span<const std::vector<At
 }
 
 Status decode_stock(const Encoded::Stock& stock, const DecodeBackend& backend) {
+  const ThreadPool one(1);
   for (size_t i = 0; i < stock.streams.size(); ++i) {
-    const Expected<Mesh> mesh = backend.decode_stream(stock.streams[i].bytes, stock.requests[i]);
+    const Expected<Mesh> mesh = backend.decode(open_stream(stock.streams[i].bytes), stock.requests[i], one);
     if (!mesh) return mesh.status();
   }
   return {};
@@ -127,8 +128,13 @@ Status decode_split(const Encoded::Split& split, const PatchSummary& summary, co
                     const ThreadPool& pool) {
   uint64_t faces = 0, points = 0;
   std::vector<DecodeTask> tasks;
-  for (size_t i = 0; i < split.meshes.size(); ++i)
-    tasks.push_back({split.meshes[i].container, false, split.requests[i]});
+  std::vector<PatchContainer> containers;
+  for (const EncodedMesh& mesh : split.meshes) {
+    Expected<PatchContainer> container = open_container(mesh.container);
+    if (!container) return container.status();
+    containers.push_back(std::move(*container));
+  }
+  for (size_t i = 0; i < containers.size(); ++i) tasks.push_back({&containers[i], split.requests[i]});
   for (const Expected<Mesh>& mesh : backend.decode(tasks, pool, {})) {
     if (!mesh) return mesh.status();
     faces += mesh->faces.size();
@@ -140,7 +146,7 @@ Status decode_split(const Encoded::Split& split, const PatchSummary& summary, co
 
 Status decode_stages(const Encoded::Split& split, StageTimes& times) {
   for (size_t i = 0; i < split.meshes.size(); ++i) {
-    StagedInput input(split.meshes[i].container, split.requests[i]);
+    StagedInput input(*open_container(split.meshes[i].container), split.requests[i]);
     const core::Fault fault = decode_with_core(input, /*in_step=*/true, times);
     if (fault != core::Fault::kNone) return runtime_failure(core::fault_text(fault));
   }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"

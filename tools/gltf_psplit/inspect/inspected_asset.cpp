@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 namespace {
@@ -24,7 +24,7 @@ Status add_coding(const StreamDescription& stream, InspectedPrimitive& primitive
 Status inspect_patches(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
   const Expected<StoredPrimitive> patched = stored_primitive(document, out.id, kExtensionName);
   if (!patched) return patched.status();
-  const Expected<Container> container = parse_container(patched->bytes);
+  const Expected<PatchContainer> container = open_container(patched->bytes);
   if (!container) return container.status();
   const Expected<PatchSummary> summary = summarize_container(patched->bytes);
   if (!summary) return summary.status();

@@ -6,7 +6,7 @@
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 
 namespace psplit {
@@ -20,7 +20,8 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
     std::optional<DecodeBackend> backend;
   };
   return {"auto", [cuda = std::make_shared<Cuda>(), gpu_memory, cpu = cpu_backend(), draco = draco_backend()](
-                      std::span<const DecodeTask> tasks, const ThreadPool& pool, const Progress& progress) {
+                      std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool& pool,
+                      const Watch& watch) {
             std::vector<const DecodeBackend*> backends{&cpu, &draco};
             if (is_worth_a_gpu(tasks)) {
               std::call_once(cuda->looked_for, [&] {
@@ -28,22 +29,26 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
               });
               if (cuda->backend) backends.insert(backends.begin(), &*cuda->backend);
             }
-            std::vector<Expected<Mesh>> meshes = backends[0]->decode(tasks, pool, progress);
+            std::vector<Status> statuses = backends[0]->decode_into(tasks, buffers_for, pool, watch);
             for (size_t next = 1; next < backends.size(); ++next) {
               std::vector<size_t> left;
               std::vector<DecodeTask> tasks_left;
               for (size_t i = 0; i < tasks.size(); ++i) {
                 // A device may run out of memory when the host does not.
-                const StatusCode code = meshes[i].status().code();
+                const StatusCode code = statuses[i].code();
                 if (code != StatusCode::kUnsupported && code != StatusCode::kRuntimeFailure) continue;
                 left.push_back(i);
                 tasks_left.push_back(tasks[i]);
               }
               if (left.empty()) break;
-              std::vector<Expected<Mesh>> decoded = backends[next]->decode(tasks_left, pool, {});
-              for (size_t n = 0; n < left.size(); ++n) meshes[left[n]] = std::move(decoded[n]);
+              const auto buffers_left = [&](size_t n, uint32_t points, uint32_t faces) {
+                return buffers_for(left[n], points, faces);
+              };
+              std::vector<Status> decoded =
+                  backends[next]->decode_into(tasks_left, buffers_left, pool, {{}, watch.stop});
+              for (size_t n = 0; n < left.size(); ++n) statuses[left[n]] = std::move(decoded[n]);
             }
-            return meshes;
+            return statuses;
           }};
 }
 
@@ -54,15 +59,11 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
 bool is_worth_a_gpu(std::span<const DecodeTask> tasks) {
   constexpr size_t kFewestStreams = 64, kFewestBytes = size_t{256} << 10;
   size_t bytes = 0, streams = 0;
-  for (const DecodeTask& task : tasks) bytes += task.bytes.size();
-  if (bytes < kFewestBytes) return false;
-  for (size_t i = 0; i < tasks.size() && streams < kFewestStreams; ++i) {
-    if (tasks[i].is_stream)
-      ++streams;
-    else if (const Expected<Container> container = parse_container(tasks[i].bytes))
-      streams += container->entries.size();
+  for (const DecodeTask& task : tasks) {
+    bytes += task.container->bytes.size();
+    streams += task.container->entries.size();
   }
-  return streams >= kFewestStreams;
+  return bytes >= kFewestBytes && streams >= kFewestStreams;
 }
 
 void add_backend_options(CLI::App& command, BackendChoice& choice) {

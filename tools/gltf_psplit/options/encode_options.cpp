@@ -3,7 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "gltf_ext/json/json.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "tools/gltf_psplit/options/coding_options.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/gpus.h"

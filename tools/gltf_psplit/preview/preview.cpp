@@ -1,7 +1,7 @@
 #include "tools/gltf_psplit/preview/preview.h"
 
 #include "gltf_ext/json/json_fields.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/container/stream_description.h"
 #include "src/cpu/convert.h"
 #include "tools/gltf_psplit/preview/picture.h"
@@ -72,7 +72,7 @@ Expected<std::vector<uint32_t>> face_base_of(const Document& document, Primitive
     return std::vector<uint32_t>{0, static_cast<uint32_t>(mesh.faces.size())};
   const auto stored = stored_primitive(document, id, kExtensionName);
   if (!stored) return stored.status();
-  const auto container = parse_container(stored->bytes);
+  const auto container = open_container(stored->bytes);
   if (!container) return container.status();
   return container->face_base;
 }

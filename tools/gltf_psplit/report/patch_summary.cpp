@@ -38,7 +38,7 @@ PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_re
 }
 
 Expected<PatchSummary> summarize_container(std::span<const uint8_t> container) {
-  const Expected<Container> parsed = parse_container(container);
+  const Expected<PatchContainer> parsed = open_container(container);
   if (!parsed) return parsed.status();
   return summarize_streams(parsed->entries, parsed->has_residue, container.size());
 }

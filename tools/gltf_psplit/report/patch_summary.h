@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gltf_ext/primitive/read_primitives.h"
-#include "src/container/container.h"
+#include "src/container/patch_container.h"
 #include "src/container/stream_description.h"
 
 namespace psplit {

@@ -1,0 +1,105 @@
+// The patch container: the directory, the stitch map and the Draco streams of one primitive in one run of
+// bytes.
+//
+// Layout, all little-endian (gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification):
+//
+//   header      magic "PSPL", version, flags, stream count, five column descriptors
+//   columns     per stream: stream bytes, faces, points, references, stitch bytes; each column is stored as
+//               a base and 0, 1, 2 or 4 bytes a value
+//   stitch map  per stream, concatenated (src/core/stitch_reader.h)
+//   streams     per stream, concatenated: Draco 2.2 meshes
+//
+// Streams are the patches in order. If kResidue is set, the last stream is the residue: a sequential Draco mesh
+// with the faces and points that Edgebreaker cannot carry.
+//
+// Bytes are opened once. Everything that decodes or reports takes the opened value.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "src/core/stitch_reader.h"
+#include "src/core/stream_header.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// The version that write_container writes. Version 1 can be read as well: its stitch maps have another format.
+inline constexpr uint8_t kContainerVersion = 2;
+
+// One row of the directory.
+struct StreamEntry {
+  uint32_t stream_bytes = 0;
+  uint32_t face_count = 0;
+  uint32_t point_count = 0;      // as decoded, references included
+  uint32_t reference_count = 0;  // points that another stream, or an earlier point of this one, owns
+  uint32_t stitch_bytes = 0;
+  bool operator==(const StreamEntry&) const = default;
+};
+
+// An opened container, or one stock Draco stream as a container of one patch. The directory, the headers of all
+// streams and the number of bytes agree. Its spans point into the bytes that were opened, which must outlive
+// it. Safe to share between threads.
+struct PatchContainer {
+  std::span<const uint8_t> bytes;
+  uint8_t version = kContainerVersion;
+  bool has_residue = false;
+  // A Draco stream without a directory: it has no references, and it may be sequential or Edgebreaker.
+  bool is_stock = false;
+  // False for an Edgebreaker stream that no directory describes. Its row has the largest number of points that
+  // it can decode to. The true number is known only after decoding.
+  bool is_point_count_known = true;
+  // Not ok for a stock stream whose header the core refuses. Only libdraco can decode such a stream, if its
+  // bitstream is older than 2.2. `headers` is empty, and the row counts no faces and no points.
+  Status refusal;
+
+  std::vector<StreamEntry> entries;               // the patches, then the residue if there is one
+  std::vector<core::StreamHeader> headers;        // one for each entry
+  std::vector<std::span<const uint8_t>> stitch;   // one for each entry
+  std::vector<std::span<const uint8_t>> streams;  // one for each entry
+  // owned_base[i] is the number of the first point that entry i owns; the last element is the total of points.
+  std::vector<uint32_t> owned_base;
+  // face_base[i] is the number of the first face of entry i; the last element is the total of faces.
+  std::vector<uint32_t> face_base;
+  uint64_t header_bytes = 0;  // header and columns
+
+  uint32_t patch_count() const { return static_cast<uint32_t>(entries.size()) - (has_residue ? 1 : 0); }
+  uint32_t point_count() const { return owned_base.back(); }
+  uint32_t face_count() const { return face_base.back(); }
+  uint64_t stitch_bytes() const;
+  uint64_t stream_bytes() const;
+  uint64_t reference_count() const;
+
+  // The number of points to plan memory for: the row's, or an estimate where the row has only a limit.
+  uint32_t likely_point_count(uint32_t patch) const;
+
+  // For the core's readers of the stitch map.
+  core::StitchRow stitch_row(uint32_t patch) const;
+
+  // One patch as a container of its own, with all its points. A residue has the faces that its row counts.
+  PatchContainer alone(uint32_t patch) const;
+
+  // Sets the number of points of a stock stream, for a caller that knows it: glTF's accessors say it. The
+  // number must not be larger than that of the row.
+  void expect_points(uint32_t count);
+};
+
+// Checks every length, sum and header, and that the bytes justify the memory that the counts ask for. Never
+// reads past `bytes`. Allocates in proportion to the stream count, which the bytes must justify. Errors are
+// kInvalidInput, and kUnsupported for unknown versions, with the patch in their place.
+Expected<PatchContainer> open_container(std::span<const uint8_t> bytes);
+
+// A stock Draco mesh stream as a container of one patch. `most_points` limits the number of points that it may
+// decode to. Never fails: see `refusal`.
+PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points = 0xfffffffeu);
+
+// The errors of open_container that the header and the directory show, without those of the streams.
+Status check_directory(std::span<const uint8_t> bytes);
+
+// `stitch` and `streams` have one item for each entry, of the lengths that the entry names.
+std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool has_residue,
+                                     std::span<const std::vector<uint8_t>> stitch,
+                                     std::span<const std::vector<uint8_t>> streams);
+
+}  // namespace psplit

@@ -1,0 +1,147 @@
+#include "src/cpu/container_decoder.h"
+
+#include "src/core/stitch.h"
+#include "src/cpu/decode_patch.h"
+
+namespace psplit {
+
+using core::Fault;
+
+ContainerDecoder::ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool,
+                                   Steps& steps)
+    : container_(*task.container),
+      requests_(task.requests),
+      has_references_(container_.reference_count() > 0),
+      out_(out),
+      pool_(pool),
+      steps_(steps),
+      patches_(container_.entries.size()) {}
+
+Status ContainerDecoder::decode() {
+  const auto count = static_cast<uint32_t>(patches_.size());
+  // In step only if that leaves no thread without work.
+  const uint32_t in_step = count / kInStep >= static_cast<uint32_t>(pool_.thread_count()) ? count / kInStep : 0;
+  pool_.for_each(in_step + (count - in_step * kInStep), [&](size_t task) {
+    if (steps_.stopped()) return;
+    const auto i = static_cast<uint32_t>(task);
+    if (i < in_step)
+      decode_patches(i * kInStep);
+    else
+      decode_patch(in_step * (kInStep - 1) + i);
+    steps_.finish(i < in_step ? kInStep : 1);
+  });
+  if (steps_.stopped()) return cancelled();
+  if (Status status = first_failure(); !status.ok()) return status;
+  pool_.for_each(count, [&](size_t i) {
+    patches_[i].status = resolve_references(static_cast<uint32_t>(i)).at({.patch = static_cast<int64_t>(i)});
+  });
+  return first_failure();
+}
+
+Status ContainerDecoder::first_failure() const {
+  for (const StitchedPatch& patch : patches_)
+    if (!patch.status.ok()) return patch.status;
+  return {};
+}
+
+void ContainerDecoder::decode_patch(uint32_t i) {
+  const ScratchPool::Lease lease(scratch_pool());
+  decode_patch(i, *lease);
+}
+
+void ContainerDecoder::decode_patch(uint32_t i, Scratch& scratch) {
+  Status status =
+      with_decoded(container_, i, requests_, scratch,
+                   [&]<typename Index>(const core::Patch<Index>& patch, core::Arena& arena) -> Status {
+                     return write_patch(i, patch, arena, scratch.numbers);
+                   });
+  patches_[i].status = std::move(status).at({.patch = i});
+}
+
+// Patches [first, first + kInStep).
+void ContainerDecoder::decode_patches(uint32_t first) {
+  const ScratchPool::Lease lease(scratch_pool());
+  Scratch& scratch = *lease;
+  const auto left = decode_in_step(container_, first, requests_, scratch,
+                                   [&](uint32_t n, const auto& patch, core::Arena& arena) {
+                                     Status status = write_patch(first + n, patch, arena, scratch.numbers);
+                                     const bool is_done = status.code() != StatusCode::kRuntimeFailure;
+                                     patches_[first + n].status = std::move(status).at({.patch = first + n});
+                                     return is_done;
+                                   });
+  for (uint32_t n = 0; n < kInStep; ++n)
+    if (left[n]) decode_patch(first + n, scratch);
+}
+
+template <typename Index>
+Status ContainerDecoder::write_patch(uint32_t i, const core::Patch<Index>& patch, core::Arena& arena,
+                                     std::vector<uint32_t>& numbers) {
+  const StreamEntry& entry = container_.entries[i];
+  if (patch.point_count != entry.point_count)
+    return differs_from_directory("points", patch.point_count, entry.point_count);
+  std::vector<const core::Attribute<Index>*> attributes;
+  if (Status status = find_attributes(patch, requests_, attributes); !status.ok()) return status;
+  core::View<Index> border;
+  if (has_references_ && core::walk_border(patch, arena, border) == Fault::kWorkspace) return more_memory();
+  numbers.resize(entry.point_count);
+  const Fault fault =
+      core::number_mesh_points(core::SerialLanes(), container_.stitch_row(i), core::View<const Index>(border),
+                               core::View<uint32_t>(numbers.data(), numbers.size()), references_of(i));
+  if (fault != Fault::kNone) return status_of(fault);
+
+  const uint32_t total = container_.point_count(), first_face = container_.face_base[i];
+  std::vector<Placeholder>& placeholders = patches_[i].placeholders;
+  placeholders.clear();
+  with_indices(out_, [&]<typename Out>(Out* out) {
+    out += size_t{3} * first_face;
+    for (uint32_t face = 0; face < entry.face_count; ++face)
+      for (uint32_t k = 0; k < 3; ++k) {
+        const uint32_t number = numbers[patch.point_at[4 * face + k]];
+        *out++ = static_cast<Out>(number);
+        if (number >= total) placeholders.push_back({3 * (first_face + face) + k, number - total});
+      }
+  });
+  for (size_t k = 0; k < requests_.size(); ++k) {
+    std::byte* const values = out_.attributes[k].bytes.data();
+    const size_t stride = out_.attributes[k].stride;
+    Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
+      // The owner writes; every copy holds the same bits.
+      return numbers[point] < total ? values + numbers[point] * stride : nullptr;
+    });
+    if (!status.ok()) return status;
+  }
+  patches_[i].walk.resize(border.size());
+  for (size_t at = 0; at < border.size(); ++at) {
+    const uint32_t number = numbers[border[at]];
+    patches_[i].walk[at] = number < total ? number : core::kNoPoint;
+  }
+  return {};
+}
+
+core::View<uint32_t> ContainerDecoder::references_of(uint32_t i) {
+  std::vector<uint32_t>& references = patches_[i].references;
+  references.resize(container_.entries[i].reference_count);
+  return {references.data(), references.size()};
+}
+
+Status ContainerDecoder::resolve_references(uint32_t i) {
+  const core::View<uint32_t> numbers = references_of(i);
+  const auto walk_of = [&](uint32_t stream, uint32_t place) {
+    const std::vector<uint32_t>& walk = patches_[stream].walk;
+    return place < walk.size() ? walk[place] : core::kNoPoint;
+  };
+  const auto owned_of = [&](uint32_t stream, uint32_t rank) {
+    const uint32_t base = container_.owned_base[stream];
+    return rank < container_.owned_base[stream + 1] - base ? base + rank : core::kNoPoint;
+  };
+  const Fault fault =
+      core::resolve_references(core::SerialLanes(), container_.stitch_row(i), walk_of, owned_of, numbers);
+  if (fault != Fault::kNone) return status_of(fault);
+  with_indices(out_, [&]<typename Out>(Out* out) {
+    for (const Placeholder& placeholder : patches_[i].placeholders)
+      out[placeholder.corner] = static_cast<Out>(numbers[placeholder.reference]);
+  });
+  return {};
+}
+
+}  // namespace psplit

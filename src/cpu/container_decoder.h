@@ -1,0 +1,69 @@
+// The patches of a container to one stitched mesh, on a pool of threads.
+#pragma once
+
+#include <atomic>
+#include <vector>
+
+#include "src/container/decode_backend.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/scratch.h"
+
+namespace psplit {
+
+// Reports finished patches to the caller, and asks it whether to go on. Thread-safe.
+class Steps {
+ public:
+  Steps(const Watch& watch, size_t total) : watch_(watch), total_(total) {}
+
+  bool stopped() const { return watch_.stopped(); }
+  void finish(size_t count) {
+    if (watch_.progress) watch_.progress(done_ += count, total_);
+  }
+
+ private:
+  const Watch& watch_;
+  const size_t total_;
+  std::atomic<size_t> done_ = 0;
+};
+
+// There are two rounds over the patches. In the first, each patch writes the values that it owns, and its faces
+// with placeholders for references. In the second, references take the numbers that their owners gave.
+class ContainerDecoder {
+ public:
+  // `out` has room for the container's counts. All arguments must outlive the decoder.
+  ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool, Steps& steps);
+
+  Status decode();
+
+ private:
+  struct Placeholder {
+    uint32_t corner;     // of the mesh, three for each face
+    uint32_t reference;  // of the patch, in the order of its stitch map
+  };
+  struct StitchedPatch {
+    std::vector<uint32_t> walk;  // the mesh's numbers along the border; kNoPoint for references
+    std::vector<Placeholder> placeholders;
+    std::vector<uint32_t> references;  // the mesh's numbers, after the second round
+    Status status;
+  };
+
+  Status first_failure() const;
+  void decode_patch(uint32_t i);
+  void decode_patch(uint32_t i, Scratch& scratch);
+  void decode_patches(uint32_t first);
+  template <typename Index>
+  Status write_patch(uint32_t i, const core::Patch<Index>& patch, core::Arena& arena,
+                     std::vector<uint32_t>& numbers);
+  core::View<uint32_t> references_of(uint32_t i);
+  Status resolve_references(uint32_t i);
+
+  const PatchContainer& container_;
+  const std::span<const AttributeRequest> requests_;
+  const bool has_references_;
+  const PrimitiveBuffers& out_;
+  const ThreadPool& pool_;
+  Steps& steps_;
+  std::vector<StitchedPatch> patches_;
+};
+
+}  // namespace psplit

@@ -1,0 +1,138 @@
+// Decoding the patches of a container in a thread's scratch, and their values in the types that are requested.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "src/container/claims.h"
+#include "src/container/stream_description.h"
+#include "src/core/workspace.h"
+#include "src/cpu/convert.h"
+#include "src/cpu/scratch.h"
+
+namespace psplit {
+
+using core::kInStep;
+
+// A result of `use` below: it needs more memory than the arena has left.
+inline Status more_memory() { return runtime_failure("the scratch is too small"); }
+
+// The memory that any honest stream decodes in.
+template <typename Index>
+size_t likely_size(const PatchContainer& container, uint32_t patch,
+                   std::span<const AttributeRequest> requests) {
+  core::ValueCounts values{container.likely_point_count(patch), static_cast<uint32_t>(requests.size()), 0};
+  for (const AttributeRequest& request : requests) values.components += request.component_count;
+  const size_t stream_bytes = container.streams[patch].size();
+  return static_cast<size_t>(
+      std::min<uint64_t>(core::workspace_bytes<Index>(container.headers[patch], stream_bytes, values),
+                         core::justified_bytes(stream_bytes)));
+}
+
+// Decodes a patch, and returns the result of use(patch, arena). If that is more_memory(), or if the scratch was
+// too small, decodes again in more memory, up to the amount that the stream's bytes justify.
+template <typename Use>
+Status with_decoded(const PatchContainer& container, uint32_t patch, std::span<const AttributeRequest> requests,
+                    Scratch& scratch, Use use) {
+  const core::StreamHeader& header = container.headers[patch];
+  const uint64_t most = core::justified_bytes(container.streams[patch].size());
+  const auto decode = [&]<typename Index>(core::Patch<Index>& decoded) -> Status {
+    for (size_t size = likely_size<Index>(container, patch, requests);;
+         size = static_cast<size_t>(std::min<uint64_t>(2 * scratch.streams[0].size, most))) {
+      core::Arena arena = scratch.streams[0].arena(size);
+      decoded = {};
+      const core::Fault fault = core::decode_patch<Index>(header, arena, decoded);
+      if (fault == core::Fault::kNone) {
+        Status status = use(decoded, arena);
+        if (status.code() != StatusCode::kRuntimeFailure) return status;
+      } else if (fault != core::Fault::kWorkspace) {
+        return status_of(fault);
+      }
+      if (scratch.streams[0].size >= most) return status_of(core::Fault::kWorkspace);
+    }
+  };
+  return header.fits_16_bits() ? decode(scratch.streams[0].patch) : decode(scratch.wide);
+}
+
+// Decodes kInStep patches in step, from the first on, and calls use(n, patch, arena) for each. Returns which of
+// them are left for with_decoded: those that did not decode, those for which `use` is false because it wants
+// more memory, and all if one of them is too large for 16-bit numbers.
+template <typename Use>
+std::array<bool, kInStep> decode_in_step(const PatchContainer& container, uint32_t first,
+                                         std::span<const AttributeRequest> requests, Scratch& scratch,
+                                         Use use) {
+  std::array<bool, kInStep> left;
+  left.fill(true);
+  for (uint32_t n = 0; n < kInStep; ++n)
+    if (!container.headers[first + n].fits_16_bits()) return left;
+  core::Arena arenas[kInStep];
+  core::PatchDecoder<uint16_t>* decoders[kInStep];
+  core::Fault faults[kInStep];
+  for (uint32_t n = 0; n < kInStep; ++n) {
+    StreamMemory& memory = scratch.streams[n];
+    arenas[n] = memory.arena(likely_size<uint16_t>(container, first + n, requests));
+    memory.patch = {};
+    decoders[n] = &memory.decoder.emplace(container.headers[first + n], arenas[n], memory.patch);
+  }
+  core::decode_in_step(decoders, faults);
+  for (uint32_t n = 0; n < kInStep; ++n)
+    left[n] = faults[n] != core::Fault::kNone || !use(n, scratch.streams[n].patch, arenas[n]);
+  return left;
+}
+
+// The attribute of each request, checked.
+template <typename Index>
+Status find_attributes(const core::Patch<Index>& patch, std::span<const AttributeRequest> requests,
+                       std::vector<const core::Attribute<Index>*>& found) {
+  found.clear();
+  for (const AttributeRequest& request : requests) {
+    const core::Attribute<Index>* attribute = nullptr;
+    for (uint32_t i = 0; i < patch.attributes.size() && attribute == nullptr; ++i)
+      if (patch.attributes[i].unique_id == request.unique_id) attribute = &patch.attributes[i];
+    const std::string name = request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
+    if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + name);
+    if (request.component_count == 0 || request.component_count > 16 ||
+        attribute->components != request.component_count)
+      return invalid_input("Draco stream: " + name + " has " + std::to_string(attribute->components) +
+                           " components, not " + std::to_string(request.component_count));
+    found.push_back(attribute);
+  }
+  return {};
+}
+
+// Writes an attribute's values where place_of(point) says, in the type asked for.
+template <typename Index, typename PlaceOf>
+Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
+                       const AttributeRequest& request, PlaceOf place_of) {
+  if (attribute.type == stored_type(request.component_type)) {
+    patch.write_values(attribute, [&](uint32_t point) { return reinterpret_cast<uint8_t*>(place_of(point)); });
+    return {};
+  }
+  std::vector<std::byte> stored(size_t{patch.point_count} * attribute.stride());
+  patch.write_values(attribute, [&](uint32_t point) {
+    return reinterpret_cast<uint8_t*>(stored.data() + size_t{point} * attribute.stride());
+  });
+  for (uint32_t point = 0; point < patch.point_count; ++point) {
+    std::byte* const place = place_of(point);
+    if (place != nullptr &&
+        !convert_value(stored.data() + size_t{point} * attribute.stride(), attribute.type, attribute.normalized,
+                       request.component_type, attribute.components, place))
+      return invalid_input("Draco stream: a value of " + request.semantic +
+                           " does not fit its accessor's type");
+  }
+  return {};
+}
+
+// Calls write(indices), with a pointer to integers of the buffer's size.
+template <typename Write>
+void with_indices(const PrimitiveBuffers& out, Write write) {
+  if (out.index_bytes == 2)
+    write(reinterpret_cast<uint16_t*>(out.indices.data()));
+  else
+    write(reinterpret_cast<uint32_t*>(out.indices.data()));
+}
+
+}  // namespace psplit

@@ -1,0 +1,248 @@
+#include "src/container/patch_container.h"
+
+#include <gtest/gtest.h>
+
+namespace psplit {
+namespace {
+
+// The header of a Draco mesh stream, and bytes that follow. Opening reads no more of a stream.
+struct StreamFront {
+  bool edgebreaker = true;
+  uint8_t faces = 1, points = 3;  // of an Edgebreaker stream, its vertices
+  uint8_t attribute_data_count = 0;
+};
+
+std::vector<uint8_t> stream_of(const StreamFront& front, size_t size) {
+  std::vector<uint8_t> bytes{'D', 'R', 'A', 'C', 'O', 2, 2, 1, uint8_t{front.edgebreaker}, 0, 0};
+  if (front.edgebreaker)
+    bytes.insert(bytes.end(),
+                 {0, front.points, front.faces, front.attribute_data_count, front.faces, /*S symbols*/ 0,
+                  /*split events*/ 0});
+  else
+    bytes.insert(bytes.end(), {front.faces, front.points});
+  EXPECT_GE(size, bytes.size());
+  bytes.resize(size);
+  return bytes;
+}
+
+struct Parts {
+  std::vector<StreamEntry> entries;
+  std::vector<std::vector<uint8_t>> stitch, streams;
+};
+
+// Two patches and a residue, whose stream has a face more than its row counts.
+Parts three_streams() {
+  Parts parts;
+  parts.entries = {{25, 100, 60, 0, 0}, {320, 101, 61, 7, 4}, {22, 2, 9, 9, 2}};
+  for (const StreamEntry& entry : parts.entries) {
+    parts.stitch.emplace_back(entry.stitch_bytes, uint8_t{0x11});
+    const bool is_residue = parts.streams.size() == 2;
+    const auto faces = static_cast<uint8_t>(entry.face_count + (is_residue ? 1 : 0));
+    parts.streams.push_back(
+        stream_of({!is_residue, faces, static_cast<uint8_t>(entry.point_count)}, entry.stream_bytes));
+  }
+  return parts;
+}
+
+std::vector<uint8_t> written(const Parts& parts, bool has_residue = true) {
+  return write_container(parts.entries, has_residue, parts.stitch, parts.streams);
+}
+
+Status open_status(const Parts& parts) {
+  const std::vector<uint8_t> bytes = written(parts);
+  return open_container(bytes).status();
+}
+
+TEST(PatchContainer, GivesBackWhatWasWritten) {
+  const Parts parts = three_streams();
+  const std::vector<uint8_t> bytes = written(parts);
+  const Expected<PatchContainer> container = open_container(bytes);
+  ASSERT_TRUE(container.ok()) << container.status().to_string();
+  EXPECT_EQ(container->entries, parts.entries);
+  EXPECT_EQ(container->patch_count(), 2u);
+  EXPECT_EQ(container->point_count(), 60u + 54u + 0u);
+  EXPECT_EQ(container->face_count(), 203u);
+  EXPECT_EQ(container->reference_count(), 16u);
+  EXPECT_EQ(container->header_bytes + container->stitch_bytes() + container->stream_bytes(), bytes.size());
+  EXPECT_EQ(container->bytes.data(), bytes.data());
+  for (size_t i = 0; i < parts.entries.size(); ++i) {
+    EXPECT_TRUE(std::equal(container->streams[i].begin(), container->streams[i].end(), parts.streams[i].begin(),
+                           parts.streams[i].end()));
+    EXPECT_TRUE(std::equal(container->stitch[i].begin(), container->stitch[i].end(), parts.stitch[i].begin(),
+                           parts.stitch[i].end()));
+  }
+  EXPECT_EQ(container->headers[1].counts.face_count, 101u);
+  EXPECT_EQ(container->headers[2].point_count, 9u);
+  EXPECT_FALSE(container->headers[2].edgebreaker);
+  EXPECT_EQ(container->stitch_row(1).owned_base, 60u);
+}
+
+TEST(PatchContainer, OneStreamCostsFiftyTwoBytes) {
+  const std::vector<StreamEntry> entries = {{1000, 12, 8, 0, 0}};
+  const std::vector<std::vector<uint8_t>> stitch = {{}}, streams = {std::vector<uint8_t>(1000)};
+  EXPECT_EQ(write_container(entries, false, stitch, streams).size(), 1052u);
+}
+
+TEST(PatchContainer, RefusesEveryTruncationAndEveryExtension) {
+  std::vector<uint8_t> bytes = written(three_streams());
+  for (size_t length = 0; length < bytes.size(); ++length) {
+    // An exactly sized buffer, so that a sanitizer sees any read past it.
+    const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
+    EXPECT_FALSE(open_container(part).ok()) << length;
+    EXPECT_FALSE(check_directory(part).ok()) << length;
+  }
+  bytes.push_back(0);
+  EXPECT_FALSE(open_container(bytes).ok());
+}
+
+TEST(PatchContainer, EveryChangedHeaderByteIsAnErrorOrAnotherDirectory) {
+  const std::vector<uint8_t> bytes = written(three_streams());
+  const PatchContainer original = *open_container(bytes);
+  size_t opened = 0;
+  for (size_t at = 0; at < original.header_bytes; ++at)
+    for (int value = 0; value < 256; ++value) {
+      std::vector<uint8_t> mutant = bytes;
+      mutant[at] = static_cast<uint8_t>(value);
+      const Expected<PatchContainer> container = open_container(mutant);
+      if (!container.ok()) continue;
+      ++opened;
+      EXPECT_TRUE(check_directory(mutant).ok());
+      const uint64_t end = container->header_bytes + container->stitch_bytes() + container->stream_bytes();
+      EXPECT_EQ(end, mutant.size());
+      EXPECT_EQ(container->streams.size(), container->entries.size());
+      EXPECT_EQ(container->headers.size(), container->entries.size());
+    }
+  EXPECT_GT(opened, original.header_bytes);  // the bytes as they are, and others
+}
+
+// A change of one part, and what is said of it.
+TEST(PatchContainer, RefusesEachContradictionWithItsPatch) {
+  struct Case {
+    const char* message;
+    int64_t patch;
+    void (*change)(Parts& parts);
+  };
+  const Case cases[] = {
+      {"directory: more references than points", 1, [](Parts& p) { p.entries[1].reference_count = 62; }},
+      {"directory: a stitch map without references", 1, [](Parts& p) { p.entries[1].reference_count = 0; }},
+      {"directory: more points than corners", 0, [](Parts& p) { p.entries[0].point_count = 301; }},
+      {"directory: a patch without faces", 0,
+       [](Parts& p) { p.entries[0].face_count = p.entries[0].point_count = 0; }},
+      {"directory: an empty stream", 2, [](Parts& p) { p.entries[2].stream_bytes = 0, p.streams[2].clear(); }},
+      {"the stream has 100 faces, the directory says 99", 0, [](Parts& p) { p.entries[0].face_count = 99; }},
+      {"the stream has 3 faces, the directory says 4", 2, [](Parts& p) { p.entries[2].face_count = 4; }},
+      {"the stream has 9 points, the directory says 10", 2, [](Parts& p) { p.entries[2].point_count = 10; }},
+      {"a patch is no Edgebreaker mesh", 1, [](Parts& p) { p.streams[1][8] = 0; }},
+      {"the residue is no sequential mesh", 2,
+       [](Parts& p) {
+         p.streams[2] = stream_of({true, 3, 9}, p.streams[2].size());
+       }},
+      {"Draco stream: not a Draco mesh", 1, [](Parts& p) { p.streams[1][0] = 'd'; }},
+      {"Draco stream: of bitstream 2.1, which is older than 2.2, the only one that is decoded", 0,
+       [](Parts& p) { p.streams[0][6] = 1; }},
+  };
+  for (const Case& each : cases) {
+    Parts parts = three_streams();
+    each.change(parts);
+    const Status status = open_status(parts);
+    EXPECT_EQ(status.message(), each.message);
+    EXPECT_EQ(status.place().patch, each.patch) << each.message;
+    const bool is_version = std::string(each.message).find("bitstream") != std::string::npos;
+    EXPECT_EQ(status.code(), is_version ? StatusCode::kUnsupported : StatusCode::kInvalidInput);
+    const std::vector<uint8_t> bytes = written(parts);
+    EXPECT_EQ(check_directory(bytes).ok(), std::string(each.message).find("directory: ") != 0) << each.message;
+  }
+}
+
+TEST(PatchContainer, RefusesPaddingThatIsNotZero) {
+  std::vector<uint8_t> bytes = written(three_streams());
+  // Three streams of 25, 320 and 22 bytes: the first column has three values of two bytes, and two bytes of
+  // padding.
+  ASSERT_EQ(bytes[12 + 4], 2);
+  for (const size_t at : {size_t{52 + 6}, size_t{52 + 7}}) {
+    std::vector<uint8_t> mutant = bytes;
+    mutant[at] = 1;
+    EXPECT_FALSE(open_container(mutant).ok()) << at;
+  }
+}
+
+TEST(PatchContainer, TellsItsVersion) {
+  std::vector<uint8_t> bytes = written(three_streams());
+  EXPECT_EQ(open_container(bytes)->version, 2);
+  bytes[4] = 1;
+  EXPECT_EQ(open_container(bytes)->version, 1);
+}
+
+TEST(PatchContainer, RefusesAnotherVersionAsUnsupported) {
+  std::vector<uint8_t> bytes = written(three_streams());
+  for (const uint8_t version : {uint8_t{0}, uint8_t{3}, uint8_t{255}}) {
+    bytes[4] = version;
+    EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kUnsupported) << int{version};
+  }
+}
+
+TEST(PatchContainer, RefusesAStreamCountThatTheBytesCannotHold) {
+  std::vector<uint8_t> bytes = written(three_streams());
+  bytes[8] = bytes[9] = bytes[10] = bytes[11] = 0xff;
+  EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kInvalidInput);
+}
+
+// A patch without its directory: no references, and the faces that its row counts.
+TEST(PatchContainer, GivesEachPatchAlone) {
+  const Parts parts = three_streams();
+  const std::vector<uint8_t> bytes = written(parts);
+  const PatchContainer container = *open_container(bytes);
+  for (uint32_t i = 0; i < 3; ++i) {
+    const PatchContainer alone = container.alone(i);
+    EXPECT_TRUE(alone.is_stock && alone.refusal.ok() && alone.is_point_count_known);
+    EXPECT_EQ(alone.bytes.data(), container.streams[i].data());
+    EXPECT_EQ(alone.patch_count(), 1u);
+    EXPECT_EQ(alone.point_count(), parts.entries[i].point_count);
+    EXPECT_EQ(alone.face_count(), parts.entries[i].face_count);
+    EXPECT_EQ(alone.reference_count(), 0u);
+    EXPECT_EQ(alone.headers[0].counts.face_count, container.headers[i].counts.face_count);
+  }
+}
+
+TEST(PatchContainer, CountsTheFacesOfAStockStreamAndLimitsItsPoints) {
+  const std::vector<uint8_t> plain = stream_of({true, 10, 8}, 100);
+  const PatchContainer container = open_stream(plain);
+  ASSERT_TRUE(container.refusal.ok()) << container.refusal.to_string();
+  EXPECT_TRUE(container.is_stock);
+  EXPECT_FALSE(container.is_point_count_known);
+  EXPECT_EQ(container.face_count(), 10u);
+  EXPECT_EQ(container.point_count(), 8u);
+  // Each corner may have a point of its own where attributes have seams.
+  const std::vector<uint8_t> with_seams = stream_of({true, 10, 8, 1}, 100);
+  EXPECT_EQ(open_stream(with_seams).point_count(), 30u);
+  EXPECT_LT(open_stream(with_seams).likely_point_count(0), 12u);
+  PatchContainer limited = open_stream(with_seams, 20);
+  EXPECT_EQ(limited.point_count(), 20u);
+  EXPECT_FALSE(limited.is_point_count_known);
+  limited.expect_points(11);
+  EXPECT_EQ(limited.point_count(), 11u);
+  EXPECT_EQ(limited.likely_point_count(0), 11u);
+
+  const std::vector<uint8_t> sequential = stream_of({false, 2, 5}, 40);
+  EXPECT_TRUE(open_stream(sequential).is_point_count_known);
+  EXPECT_EQ(open_stream(sequential).point_count(), 5u);
+  EXPECT_EQ(open_stream(sequential, 4).refusal.code(), StatusCode::kInvalidInput);
+}
+
+// libdraco may decode it: what the core cannot do is said, and nothing is counted.
+TEST(PatchContainer, OpensStreamsThatTheCoreRefuses) {
+  std::vector<uint8_t> older = stream_of({true, 10, 8}, 100);
+  older[5] = 1;
+  EXPECT_EQ(open_stream(older).refusal.code(), StatusCode::kUnsupported);
+  EXPECT_EQ(open_stream(older).face_count(), 0u);
+  EXPECT_TRUE(open_stream(older).headers.empty());
+  const std::vector<uint8_t> whole = stream_of({true, 10, 8}, 18);
+  for (size_t length = 0; length < whole.size(); ++length) {
+    const std::vector<uint8_t> part(whole.begin(), whole.begin() + static_cast<ptrdiff_t>(length));
+    EXPECT_EQ(open_stream(part).refusal.code(), StatusCode::kInvalidInput) << length;
+    EXPECT_EQ(open_stream(part).streams.size(), 1u);
+  }
+}
+
+}  // namespace
+}  // namespace psplit
