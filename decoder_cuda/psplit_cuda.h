@@ -74,8 +74,8 @@ struct CudaAttribute {
 // cluster rendering. Faces and points of one patch follow those of the patch before. Indices count from the
 // first point of all.
 //
-// A stock Draco stream is a container of one patch. There must be room for the number of points that its
-// container has, which is a limit if is_point_count_known is false.
+// A stock Draco stream is a container of one patch. There must be room for the points that its container
+// counts.
 struct CudaPrimitive {
   const PatchContainer* container = nullptr;  // an opened primitive's: CompressedPrimitive::container
   const uint8_t* device_bytes = nullptr;      // the container's bytes on the device; null: they are uploaded

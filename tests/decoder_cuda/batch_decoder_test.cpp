@@ -1,60 +1,20 @@
-// The whole decoder of a device but for the device: every body of its kernels by the emulated warp, in several
-// orders, against libdraco.
+// The kernel bodies and the batches that launch them, on the emulated warp in several orders, against libdraco.
+#include "decoder_cuda/batch_decoder.h"
+
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <random>
 
-#include "decoder_cuda/host_decoder.h"
-#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
-#include "tests/decoder_cuda/emulated_device.h"
-#include "tests/decoder_cuda/mutants.h"
+#include "tests/decoder_cuda/device_samples.h"
 #include "tests/support/decode_bytes.h"
-#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
 
-DecodeBackend backend_of(HostDecoder<EmulatedDevice>& decoder) {
-  return {"emulated", [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool&,
-                          const Watch& watch) { return decoder.decode_into(tasks, buffers_for, watch); }};
-}
-
-Expected<Mesh> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const uint8_t> container,
-                      std::span<const AttributeRequest> requests) {
-  return decode_container(backend_of(decoder), container, requests, ThreadPool(1));
-}
-
-std::vector<Expected<Mesh>> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const DecodeTask> tasks,
-                                   const Progress& progress = {}) {
-  return backend_of(decoder).decode(tasks, ThreadPool(1), progress);
-}
-
-PatchContainer opened(std::span<const uint8_t> bytes) {
-  Expected<PatchContainer> container = open_container(bytes);
-  EXPECT_TRUE(container) << container.status().to_string();
-  return std::move(*container);
-}
-
-TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
-  const ThreadPool pool(2);
-  std::vector<HostDecoder<EmulatedDevice>> decoders;
-  for (const LaneOrder& order : kLaneOrders) decoders.emplace_back(EmulatedDevice(order));
-  size_t count = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
-    SCOPED_TRACE(sample.name);
-    const std::vector<uint8_t>& container = sample.encoded.container;
-    const Expected<Mesh> expected = decode_container(draco_backend(), container, sample.requests, pool);
-    ASSERT_TRUE(expected) << expected.status().to_string();
-    const Expected<Mesh> decoded = decode(decoders[count++ % decoders.size()], container, sample.requests);
-    ASSERT_TRUE(decoded) << decoded.status().to_string();
-    EXPECT_TRUE(same_bits(*decoded, *expected));
-  }
-}
-
-// Where a primitive of a batch is decoded to.
+// Memory for the results of one primitive.
 struct Outputs {
   EmulatedDevice::Array<uint32_t> indices;
   std::vector<EmulatedDevice::Array<uint8_t>> values;
@@ -65,7 +25,7 @@ CudaAttribute attribute_of(const AttributeRequest& request, void* values, size_t
           static_cast<uint32_t>(stride)};
 }
 
-// The whole container, to outputs that this allocates.
+// A primitive for the whole container. Allocates its outputs.
 CudaPrimitive primitive_of(const PatchContainer& container, std::span<const AttributeRequest> requests,
                            Outputs& outputs) {
   (void)outputs.indices.reserve(size_t{3} * container.face_count());
@@ -78,37 +38,6 @@ CudaPrimitive primitive_of(const PatchContainer& container, std::span<const Attr
   }
   return primitive;
 }
-
-// A grid of so many quads a side and so many attributes beside POSITION, all on grids of 12 bits.
-PatchedSample grid_sample(uint32_t side, uint32_t patch_count, uint32_t attribute_count, const ThreadPool& pool,
-                          int speed = 5) {
-  Mesh mesh = make_grid(side, side);
-  for (uint32_t k = 0; k < attribute_count; ++k) {
-    std::vector<float> values(mesh.point_count);
-    for (size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(i * (k + 1) % 101);
-    mesh.attributes.push_back(
-        make_attribute("_A" + std::to_string(k), ComponentType::kFloat32, 1, false, values));
-  }
-  std::vector<AttributeCoding> codings;
-  for (const Attribute& attribute : mesh.attributes) codings.push_back(*fit_grid(attribute, 12));
-  EncodeOptions options;
-  options.patch_count = patch_count;
-  options.encode_speed = speed;
-  options.verify = false;
-  PatchedSample sample{"grid", std::move(*encode_mesh(mesh, codings, options, pool)), {}};
-  for (size_t i = 0; i < mesh.attributes.size(); ++i)
-    sample.requests.push_back({mesh.attributes[i].semantic, sample.encoded.unique_ids[i],
-                               ComponentType::kFloat32, mesh.attributes[i].component_count});
-  return sample;
-}
-
-// How much memory devices have, for a while.
-struct ShortMemory {
-  explicit ShortMemory(size_t bytes) { EmulatedDevice::memory() = bytes; }
-  ~ShortMemory() { EmulatedDevice::memory() = ~size_t{0}; }
-  ShortMemory(const ShortMemory&) = delete;
-  ShortMemory& operator=(const ShortMemory&) = delete;
-};
 
 void expect_indices(const Outputs& outputs, const PatchedSample& sample) {
   const Expected<Mesh> expected =
@@ -145,7 +74,7 @@ TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
 TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  uint32_t padding = 3;  // bytes between points that nobody writes to; values need not be aligned
+  uint32_t padding = 3;  // bytes between points, which stay untouched; values need not be aligned
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     padding = padding == 3 ? 4 : 3;
@@ -182,119 +111,8 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   }
 }
 
-// Of results and of all else, down to a patch at a time.
-TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
-  const ThreadPool pool(2);
-  const std::vector<PatchedSample> samples = patched_samples(pool);
-  std::vector<PatchContainer> containers;
-  for (const PatchedSample& sample : samples) containers.push_back(opened(sample.encoded.container));
-  std::vector<DecodeTask> tasks;
-  for (size_t i = 0; i < samples.size(); ++i) tasks.push_back({&containers[i], samples[i].requests});
-  for (const uint64_t limit : {uint64_t{1}, uint64_t{400'000}, uint64_t{4'000'000}}) {
-    HostDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kDescending}), limit};
-    size_t last = 0;
-    const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks, [&](size_t done, size_t total) {
-      EXPECT_EQ(total, tasks.size());
-      EXPECT_GT(done, last);
-      last = done;
-    });
-    EXPECT_EQ(last, tasks.size());
-    for (size_t i = 0; i < samples.size(); ++i) {
-      ASSERT_TRUE(decoded[i]) << samples[i].name << ": " << decoded[i].status().to_string();
-      const Expected<Mesh> expected =
-          decode_container(cpu_backend(), samples[i].encoded.container, samples[i].requests, pool);
-      EXPECT_TRUE(same_bits(*decoded[i], *expected)) << samples[i].name;
-    }
-  }
-}
-
-// One mesh in a quarter of the memory that it takes at once.
-TEST(HostDecoder, TakesNoMoreMemoryThanItMay) {
-  const ThreadPool pool(2);
-  const PatchedSample sample = grid_sample(100, 40, 0, pool);
-  const std::vector<uint8_t>& container = sample.encoded.container;
-  const Expected<Mesh> expected = decode_container(cpu_backend(), container, sample.requests, pool);
-  ASSERT_TRUE(expected);
-  const size_t before = EmulatedDevice::bytes_in_use();
-  size_t whole = 0;
-  {
-    HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-    const Expected<Mesh> decoded = decode(decoder, container, sample.requests);
-    ASSERT_TRUE(decoded && same_bits(*decoded, *expected));
-    whole = EmulatedDevice::bytes_in_use() - before;
-  }
-  // No more than it is told, or than there is.
-  const size_t limit = whole / 4;
-  const ShortMemory memory(before + limit);
-  for (const size_t told : {limit, whole}) {
-    HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), told};
-    const Expected<Mesh> decoded = decode(decoder, container, sample.requests);
-    EXPECT_TRUE(decoded && same_bits(*decoded, *expected)) << decoded.status().to_string();
-  }
-}
-
-// Whatever was decoded before: many small meshes take memory for other things than a window of a large one.
-TEST(HostDecoder, StaysWithinItsMemoryFromBatchToBatch) {
-  const ThreadPool pool(2);
-  const PatchedSample small = grid_sample(1, 1, 0, pool), large = grid_sample(200, 100, 3, pool);
-  constexpr size_t kCount = 1500, kLimit = 2'000'000;
-  const PatchContainer small_container = opened(small.encoded.container),
-                       large_container = opened(large.encoded.container);
-  std::vector<DecodeTask> tasks(2 * kCount + 1, {&small_container, small.requests});
-  tasks[kCount] = {&large_container, large.requests};
-  const Expected<Mesh> expected =
-      decode_container(cpu_backend(), large.encoded.container, large.requests, pool);
-  const size_t before = EmulatedDevice::bytes_in_use();
-  EmulatedDevice::most_bytes_in_use() = before;
-  HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), kLimit};
-  const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks);
-  for (const Expected<Mesh>& mesh : decoded) ASSERT_TRUE(mesh) << mesh.status().to_string();
-  EXPECT_TRUE(same_bits(*decoded[kCount], *expected));
-  EXPECT_LE(EmulatedDevice::most_bytes_in_use(), before + kLimit);
-}
-
-TEST(HostDecoder, UploadsLargeMeshesOnce) {
-  const ThreadPool pool(2);
-  const PatchedSample sample = grid_sample(100, 40, 0, pool);
-  HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), 200'000};
-  EmulatedDevice::work() = {};
-  ASSERT_TRUE(decode(decoder, sample.encoded.container, sample.requests));
-  // Tables of each window, and patches that it refers to.
-  EXPECT_LT(EmulatedDevice::work().uploaded_bytes, 3 * sample.encoded.container.size());
-}
-
-TEST(HostDecoder, DownloadsManyResultsAtOnce) {
-  const ThreadPool pool(2);
-  const PatchedSample sample = grid_sample(4, 1, 2, pool);
-  const PatchContainer container = opened(sample.encoded.container);
-  const std::vector<DecodeTask> tasks(100, {&container, sample.requests});
-  const Expected<Mesh> expected =
-      decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
-  HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  EmulatedDevice::work() = {};
-  for (const Expected<Mesh>& mesh : decode(decoder, tasks)) EXPECT_TRUE(mesh && same_bits(*mesh, *expected));
-  EXPECT_LE(EmulatedDevice::work().downloads, 4u);
-}
-
-// Others took memory meanwhile: what there is room for is decoded.
-TEST(HostDecoder, ShortageIsNoOthersError) {
-  const ThreadPool pool(2);
-  const PatchedSample small = grid_sample(10, 1, 0, pool), large = grid_sample(100, 1, 0, pool);
-  const PatchContainer small_container = opened(small.encoded.container),
-                       large_container = opened(large.encoded.container);
-  const std::vector<DecodeTask> tasks{{&small_container, small.requests},
-                                      {&large_container, large.requests},
-                                      {&small_container, small.requests}};
-  HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  const ShortMemory memory(EmulatedDevice::bytes_in_use() + 150'000);
-  const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks);
-  EXPECT_TRUE(decoded[0]) << decoded[0].status().to_string();
-  EXPECT_EQ(decoded[1].status().code(), StatusCode::kRuntimeFailure);
-  EXPECT_TRUE(decoded[2]) << decoded[2].status().to_string();
-}
-
-// A batch of two, of which the first takes more memory than was foreseen: nobody asked for its attributes, and
-// fast streams do not count them in their headers.
+// A batch of two. The first takes more memory than was planned: it has attributes that are not requested, and
+// fast streams do not count these in their headers.
 class NeedyBatch : public testing::Test {
  protected:
   const ThreadPool pool{2};
@@ -319,7 +137,7 @@ TEST_F(NeedyBatch, IsDecodedAgainForThoseThatNeedMore) {
     expect_indices(modest_outputs, modest);
   }
   ASSERT_GT(launches_at_first, 0u);
-  // One stream in one run each, and the second time there is room for it behind what was uploaded.
+  // Only the needy stream is decoded again. The second batch has room for it, so nothing is uploaded again.
   EXPECT_GT(EmulatedDevice::work().launches, 0u);
   EXPECT_LE(EmulatedDevice::work().most_items, LaunchPlan::kMostRuns);
   EXPECT_LT(EmulatedDevice::work().uploaded_bytes, 20'000u);
@@ -359,7 +177,7 @@ TEST(BatchDecoder, DecodesInPartsWhereTheDeviceIsSmall) {
   expect_indices(outputs, sample);
 }
 
-// What none is right for is an error of start, and of finish as often as it is asked.
+// Without any memory, start fails, and so does each finish.
 TEST(BatchDecoder, FailsWhereThereIsNoMemoryAtAll) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(10, 1, 0, pool);
@@ -380,21 +198,6 @@ TEST(BatchDecoder, FailsWhereThereIsNoMemoryAtAll) {
   expect_indices(outputs, sample);
 }
 
-// Launches do not grow with the attributes of one stream; what is left is done at the end.
-TEST(BatchDecoder, LaunchesNoMoreThanMostStreamsNeed) {
-  const ThreadPool pool(2);
-  const PatchedSample sample = grid_sample(10, 2, 50, pool);
-  HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  EmulatedDevice::work() = {};
-  const Expected<Mesh> decoded = decode(decoder, sample.encoded.container, sample.requests);
-  const Expected<Mesh> expected =
-      decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
-  ASSERT_TRUE(decoded) << decoded.status().to_string();
-  EXPECT_TRUE(same_bits(*decoded, *expected));
-  EXPECT_LE(EmulatedDevice::work().most_items, 2 * LaunchPlan::kMostRuns);
-  EXPECT_LE(EmulatedDevice::work().launches, 3 + 2 * LaunchPlan::kMostRounds);
-}
-
 TEST(BatchDecoder, GrowsInLeaps) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(60, 60, 0, pool);
@@ -410,7 +213,7 @@ TEST(BatchDecoder, GrowsInLeaps) {
   EXPECT_LT(EmulatedDevice::work().reservations, 30u);
 }
 
-// Patches [2, 5) in their places of the mesh.
+// Patches [2, 5) are written to their window of the mesh.
 TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 6})};
@@ -452,7 +255,7 @@ TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
   EXPECT_GT(count, 10'000u);
 }
 
-// Patches [1, 4) of each mesh as they are, one after the other.
+// Patches [1, 4) of each mesh are written one after the other, with all their points.
 TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 5})};
@@ -520,31 +323,7 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   EXPECT_GT(count, 50u);
 }
 
-// Streams for themselves, all of all meshes in one call, as stock Draco has them: nobody says how many points.
-TEST(HostDecoder, TakesStockStreams) {
-  const ThreadPool pool(2);
-  const std::vector<PatchedSample> samples = patched_samples(pool);
-  std::vector<PatchContainer> streams;
-  std::vector<std::span<const AttributeRequest>> requests;
-  for (const PatchedSample& sample : samples)
-    for (const std::span<const uint8_t> stream : opened(sample.encoded.container).streams) {
-      streams.push_back(open_stream(stream));
-      requests.push_back(sample.requests);
-    }
-  std::vector<DecodeTask> tasks;
-  for (size_t i = 0; i < streams.size(); ++i) tasks.push_back({&streams[i], requests[i]});
-  for (const uint64_t limit : {uint64_t{0}, uint64_t{1'000'000}}) {
-    HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), limit};
-    const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks);
-    for (size_t i = 0; i < tasks.size(); ++i) {
-      const Expected<Mesh> expected = decode_stream(draco_backend(), streams[i].bytes, requests[i]);
-      ASSERT_TRUE(expected && decoded[i]) << decoded[i].status().to_string();
-      EXPECT_TRUE(same_bits(*decoded[i], *expected));
-    }
-  }
-}
-
-// A stream in less room than its points take is refused, and writes nothing behind it.
+// A stream with more points than there is room for is refused, and writes nothing outside of the buffers.
 TEST(BatchDecoder, TakesNoMoreRoomThanThereIs) {
   const ThreadPool pool(2);
   const PatchedSample sample = patched_samples(pool).front();
@@ -564,7 +343,7 @@ TEST(BatchDecoder, TakesNoMoreRoomThanThereIs) {
   }
 }
 
-// Bounds are those of points that there are, not of what there is room for.
+// Bounds cover the points of the stream, not the rest of the buffer.
 TEST(BatchDecoder, BoundsStockStreams) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
@@ -595,7 +374,7 @@ TEST(BatchDecoder, BoundsStockStreams) {
   EXPECT_GT(count, 5u);
 }
 
-// What is on the device already is read there.
+// Bytes that are on the device already are read there.
 TEST(BatchDecoder, TakesContainersOnTheDevice) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
@@ -610,13 +389,13 @@ TEST(BatchDecoder, TakesContainersOnTheDevice) {
   ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
   ASSERT_TRUE(decoder.finish().ok());
   EXPECT_EQ(std::memcmp(outputs.indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
-  // And nowhere else.
+  // And only there.
   std::fill(on_device.begin(), on_device.end(), uint8_t{0});
   ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
   EXPECT_EQ(decoder.finish().code(), StatusCode::kInvalidInput);
 }
 
-// What places on grids stand for is what floats are decoded to, bit for bit.
+// Places on grids give the floats that decoding gives, bit for bit.
 TEST(BatchDecoder, WritesPlacesOnGrids) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
@@ -640,7 +419,7 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
                                places.data(), 2 * components, grid.data()}};
       ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
       const Status status = decoder.finish();
-      if (!status.ok()) {  // exact floats, and normals, have no grid
+      if (!status.ok()) {  // exact floats and normals have no grid
         EXPECT_EQ(status.code(), StatusCode::kUnsupported);
         continue;
       }
@@ -655,7 +434,7 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
   EXPECT_GT(count, 20u);
 }
 
-// Places of one array are on one grid, or they are refused.
+// Places in one array must be on one grid.
 TEST(BatchDecoder, RefusesPlacesOnSeveralGrids) {
   const ThreadPool pool(2);
   const auto encoded_on = [&](float size) {
@@ -690,24 +469,7 @@ TEST(BatchDecoder, RefusesPlacesOnSeveralGrids) {
   }
 }
 
-// One attribute of several: the others take memory as well.
-TEST(BatchDecoder, DecodesSomeAttributesOnly) {
-  const ThreadPool pool(2);
-  HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  size_t count = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
-    if (sample.requests.size() < 2) continue;
-    ++count;
-    const std::vector<AttributeRequest> first{sample.requests.front()};
-    const Expected<Mesh> expected = decode_container(cpu_backend(), sample.encoded.container, first, pool);
-    const Expected<Mesh> decoded = decode(decoder, sample.encoded.container, first);
-    ASSERT_TRUE(decoded) << sample.name << ": " << decoded.status().to_string();
-    EXPECT_TRUE(same_bits(*decoded, *expected)) << sample.name;
-  }
-  EXPECT_GT(count, 10u);
-}
-
-// And decodes the rest of the batch.
+// The rest of the batch is decoded.
 TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
   const ThreadPool pool(2);
   const PatchedSample sample = patched_samples(pool).front();
@@ -760,12 +522,12 @@ TEST(BatchDecoder, RefusesWhatCannotBeAskedFor) {
   EXPECT_EQ(refused([](CudaPrimitive& bad) { bad.attributes[0].component_type = ComponentType::kInt16; }),
             StatusCode::kUnsupported);
   ASSERT_TRUE(decoder.start({}).ok());
-  EXPECT_TRUE(decoder.finish().ok());  // of nothing
+  EXPECT_TRUE(decoder.finish().ok());  // an empty batch
   ASSERT_TRUE(decoder.start({&good, 1}).ok());
   EXPECT_TRUE(decoder.finish().ok());
 }
 
-// The patch that is broken is named; what the others own comes out right, and no index is out of range.
+// The error names the broken patch. The values of the others are right, and no index is out of range.
 TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 3})};
@@ -782,7 +544,7 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
     const uint32_t broken = static_cast<uint32_t>(random()) % whole->patch_count();
     std::vector<uint8_t> bytes = sample.encoded.container;
     const auto stream_at = static_cast<size_t>(whole->streams[broken].data() - sample.encoded.container.data());
-    // Behind the header, which the host reads.
+    // Not the header, which the host reads.
     for (size_t at = whole->streams[broken].size() / 3; at < whole->streams[broken].size(); ++at)
       bytes[stream_at + at] = static_cast<uint8_t>(random());
     const PatchContainer input = opened(bytes);
@@ -808,13 +570,6 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
     }
   }
   EXPECT_GT(refused, 10u);
-}
-
-TEST(HostDecoder, TakesAndRefusesMutantsAsTheCpuDoes) {
-  HostDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 4})};
-  expect_mutants_as_on_cpu([&](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
-    return decode(decoder, bytes, requests);
-  });
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// A device on the host: threads and warps of a launch one after the other, in an order of the test's choice,
-// the lanes of warps as the emulated warp runs them. Its memory is poisoned, so that nobody relies on zeros.
+// A device on the host. Threads and warps of a launch run one after the other, in an order that the test
+// chooses, and the emulated warp runs the lanes. Its memory is poisoned, so that code that relies on zeros
+// fails.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +34,7 @@ class EmulatedDevice {
       release();
       ++work().reservations;
       if (!kOnHost && bytes_in_use() + count * sizeof(T) > memory()) return runtime_failure("out of memory");
-      // Just as many bytes: the address sanitizer sees one too many.
+      // Exactly as many bytes as requested, so that the address sanitizer sees any access past them.
       bytes_ = std::make_unique_for_overwrite<std::byte[]>(count * sizeof(T));
       std::memset(bytes_.get(), 0xa5, count * sizeof(T));
       count_ = count;
@@ -61,7 +62,7 @@ class EmulatedDevice {
   template <typename T>
   using HostArray = Memory<T, true>;
 
-  // Of all devices together: how much there is, and how much is taken.
+  // Of all devices together: the size of the memory, and the part of it in use.
   static size_t& memory() {
     static size_t bytes = ~size_t{0};
     return bytes;
@@ -75,7 +76,7 @@ class EmulatedDevice {
     static size_t bytes = 0;
     return bytes;
   }
-  // What all devices together were asked for.
+  // The work of all devices together.
   struct Work {
     size_t uploaded_bytes = 0, downloads = 0, launches = 0, reservations = 0;
     uint32_t most_items = 0;  // of a launch

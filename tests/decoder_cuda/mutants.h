@@ -28,7 +28,7 @@ void expect_mutants_as_on_cpu(Decode decode) {
         static_cast<uint8_t>(random());
     const Expected<Mesh> expected = decode_container(cpu_backend(), bytes, seed.requests, pool);
     const Expected<Mesh> decoded = decode(bytes, seed.requests);
-    // Of a stream that a mutant gave another data type: the CPU converts its values, a device says so.
+    // A mutant may have another data type. The CPU converts its values; a device refuses it.
     if (expected && decoded.status().code() == StatusCode::kUnsupported) continue;
     ASSERT_EQ(decoded.ok(), expected.ok())
         << seed.name << ", mutant " << i << ": " << (decoded ? expected : decoded).status().to_string();

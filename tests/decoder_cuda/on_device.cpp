@@ -1,5 +1,4 @@
-// CudaDecoder on the GPU of this machine. Built where there is a CUDA toolkit, skipped where there is no
-// device.
+// CudaDecoder on the GPU of this machine. Built if there is a CUDA toolkit, skipped if there is no device.
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +14,7 @@
 namespace psplit {
 namespace {
 
-// Memory that the device and the host see.
+// Memory that the device and the host share.
 template <typename T>
 struct Managed {
   T* data = nullptr;
@@ -85,7 +84,7 @@ TEST(CudaDecoder, DecodesPatchesWithoutStitching) {
   }
 }
 
-// From the host and from the device, whole and as a window, in one batch with a broken one.
+// Containers from the host and on the device, a whole one and a window, and a broken one, in one batch.
 TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;
@@ -115,7 +114,7 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
     batch[1].device_bytes = on_device.data;
     std::vector<uint8_t> broken_bytes = bytes;
     const size_t stream_at = static_cast<size_t>(container->streams[last].data() - bytes.data());
-    // Behind the stream's header, which the host reads.
+    // Not the stream's header, which the host reads.
     std::fill(broken_bytes.begin() + static_cast<ptrdiff_t>(stream_at + container->streams[last].size() / 3),
               broken_bytes.end(), uint8_t{0xff});
     const Expected<PatchContainer> broken = open_container(broken_bytes);
@@ -139,7 +138,7 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
   }
 }
 
-// Meshes come out the same where there is memory for a few patches only.
+// Results are the same if there is memory for only a few patches.
 TEST(CudaDecoder, DecodesInWindowsWhereMemoryIsShort) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;

@@ -38,7 +38,7 @@ tinygltf::Model parsed(const fs::path& path) {
   return model;
 }
 
-// The values of an accessor without strides and padding, read as glTF says; empty where it has no buffer view.
+// The values of an accessor without strides and padding. Empty if it has no buffer view.
 std::vector<std::byte> values_of(const tinygltf::Model& model, int index) {
   const tinygltf::Accessor& accessor = model.accessors.at(static_cast<size_t>(index));
   if (accessor.bufferView < 0) return {};
@@ -88,7 +88,7 @@ Mesh mesh_of(const tinygltf::Model& model, size_t mesh = 0, size_t primitive = 0
   return result;
 }
 
-// Attributes in the order of their names, as tinygltf has them.
+// Attributes in the order of their names, as in tinygltf.
 bool same(Mesh a, Mesh b) {
   const auto by_name = [](const Attribute& x, const Attribute& y) { return x.semantic < y.semantic; };
   std::sort(a.attributes.begin(), a.attributes.end(), by_name);
@@ -152,7 +152,7 @@ TEST_F(TinyGltfPlugin, MakesThePlainModelThatTheFileWas) {
       ASSERT_TRUE(status.ok()) << status.to_string();
       expect_plain(model);
       EXPECT_TRUE(same(mesh_of(model), *expected));
-      // And tinygltf writes it as a file that others read.
+      // tinygltf writes the model to a file that can be read again.
       tinygltf::TinyGLTF writer;
       const fs::path plain = folder_ / "plain.gltf";
       ASSERT_TRUE(writer.WriteGltfSceneToFile(&model, plain.string(), false, true, true, false));
@@ -165,7 +165,7 @@ TEST_F(TinyGltfPlugin, MakesThePlainModelThatTheFileWas) {
   }
 }
 
-// The constraint that tinygltf_file_callbacks is there for.
+// The constraint that makes tinygltf_file_callbacks necessary.
 TEST_F(TinyGltfPlugin, TinyGltfAloneRefusesIndicesWithoutABufferView) {
   const fs::path path = write(encoded(make_grid(20, 20)));
   tinygltf::Model model;
@@ -215,7 +215,7 @@ TEST_F(TinyGltfPlugin, DecodesOverAFallback) {
   const Expected<Mesh> expected = read(document);
   tinygltf::Model model = parsed(write(document));
   EXPECT_TRUE(same(mesh_of(model), *expected));
-  // The fallback says the same as the patches: only where it is spoilt does it show which of them was read.
+  // The fallback holds the same data as the patches. A spoilt one shows which of the two was read.
   for (const tinygltf::Accessor& accessor : model.accessors) {
     ASSERT_GE(accessor.bufferView, 0);
     const tinygltf::BufferView& view = model.bufferViews[static_cast<size_t>(accessor.bufferView)];
@@ -255,7 +255,7 @@ TEST_F(TinyGltfPlugin, EqualPrimitivesAreDecodedOnceAndOthersKeepTheirAccessors)
   document.json["meshes"][0]["primitives"].push_back(document.json["meshes"][0]["primitives"][0]);
   document.json["meshes"].push_back(document.json["meshes"][0]);
   tinygltf::Model model = parsed(write(document));
-  // An animation that reads the positions, whatever for: it keeps the accessor that it has.
+  // An animation that uses the positions. It keeps its accessor.
   const int positions = model.meshes[0].primitives[0].attributes.at("POSITION");
   const size_t accessor_count = model.accessors.size(), view_count = model.bufferViews.size();
   tinygltf::Model shared = model;
@@ -418,7 +418,7 @@ TEST_F(TinyGltfPlugin, RefusesMorePrimitivesThanTheirContainersJustify) {
   EXPECT_NE(status.message().find("justify"), std::string::npos) << status.message();
 }
 
-// Stock Draco: what libdraco decodes, bit for bit.
+// Stock Draco decodes as with libdraco, bit for bit.
 
 constexpr const char* kStock = "KHR_draco_mesh_compression";
 
@@ -473,7 +473,7 @@ TEST_F(TinyGltfPlugin, DecodesStockDraco) {
 }
 
 TEST_F(TinyGltfPlugin, DecodesBothExtensionsOfOneModelAtOnce) {
-  // Two meshes in one document, of which one is split.
+  // Two meshes in one document. One of them is split.
   Document document = stock(rich_mesh());
   const Expected<Mesh> expected = read(document);
   Document other = encoded(make_grid(60, 60));
@@ -513,8 +513,7 @@ TEST_F(TinyGltfPlugin, DecodesBothExtensionsOfOneModelAtOnce) {
   EXPECT_TRUE(same(mesh_of(model, 0, 1), *split));
 }
 
-// What a tinygltf leaves that has a decoder of its own: values in buffers of its own, the extension in its
-// place.
+// A tinygltf with a decoder of its own leaves values in its own buffers, and the extension in its place.
 TEST_F(TinyGltfPlugin, DecodesWhatTinyGltfHasDecodedAlready) {
   const Document document = stock(rich_mesh());
   const Expected<Mesh> expected = read(document);
@@ -601,7 +600,7 @@ TEST_F(TinyGltfPlugin, DecodesTheStockDracoOfRealAssets) {
   EXPECT_GE(assets, 7u);
 }
 
-// Assets that nobody here made: with the plugin they are, value for value, what they are as plain files.
+// Assets of other authors. With the plugin they have the same values as their plain files.
 TEST_F(TinyGltfPlugin, LoadsRealAssets) {
   const fs::path corpus = fs::path(PSPLIT_CORPUS) / "gltf";
   if (!fs::is_directory(corpus)) GTEST_SKIP() << "no corpus at " << corpus;

@@ -44,7 +44,7 @@ TEST(CpuBackend, DecodesStockStreamsAsLibdracoDoes) {
         if (!requests) return;  // no glTF asset can hold it
         const auto expected = decode_stream(draco_backend(), stream.bytes, *requests);
         const auto decoded = decode_stream(cpu_backend(), stream.bytes, *requests);
-        // Neither converts numbers that the type asked for cannot hold.
+        // Neither decoder converts a number that the requested type cannot hold.
         ASSERT_EQ(decoded.ok(), expected.ok()) << decoded.status().to_string();
         if (!decoded) return;
         EXPECT_TRUE(same_bits(*decoded, *expected));
@@ -86,7 +86,7 @@ TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
           static_cast<uint8_t>(random());
     const Expected<Mesh> decoded = decode_container(cpu_backend(), bytes, seed.requests, pool);
     if (!decoded) continue;
-    // libdraco is slow on broken streams: it takes memory by what they claim.
+    // libdraco is slow on broken streams: it takes memory according to their claims.
     if (++accepted % 4 != 0) continue;
     const Expected<Mesh> expected = decode_container(draco_backend(), bytes, seed.requests, pool);
     EXPECT_TRUE(!expected || same_bits(*decoded, *expected)) << seed.name << ", mutant " << i;
@@ -94,7 +94,7 @@ TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
   EXPECT_GT(accepted, 40u);
 }
 
-// A directory that claims more than its streams do must not have memory taken for it first.
+// A directory that claims more than its streams is refused before memory is taken for it.
 TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
   const ThreadPool pool(1);
   const PatchedSample sample = patched_samples(pool).front();
@@ -115,7 +115,7 @@ TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
   EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kInvalidInput);
 }
 
-// Points that are all references own nothing, but take memory.
+// A residue may own no points, but its references take memory.
 TEST(CpuBackend, RefusesResiduesThatClaimOtherPoints) {
   const ThreadPool pool(1);
   size_t count = 0;
@@ -139,9 +139,8 @@ TEST(CpuBackend, RefusesResiduesThatClaimOtherPoints) {
   EXPECT_GT(count, 0u);
 }
 
-// Only the residue has no border walk, and the flag says which stream that is: both backends look at the
-// stream.
-TEST(Backends, RefuseAResidueThatIsNoneAndAPatchThatIsOne) {
+// Only the residue has no border walk. A flag says which stream is the residue, so the stream must agree.
+TEST(PatchContainer, RefusesAFlagOfTheResidueThatIsWrong) {
   const ThreadPool pool(1);
   size_t residues = 0, patches = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
@@ -167,7 +166,7 @@ TEST(CpuBackend, SaysWhatIsWrongAndInWhichPatch) {
   const auto sample = std::find_if(all.begin(), all.end(),
                                    [](const PatchedSample& s) { return s.encoded.statistics.patch_count > 2; });
   ASSERT_NE(sample, all.end());
-  // No patch's stream is Draco any more; the first is named.
+  // No stream is Draco any more. The error names the first patch.
   std::vector<uint8_t> bytes = sample->encoded.container;
   for (size_t i = 0; i + 5 <= bytes.size(); ++i)
     if (std::memcmp(&bytes[i], "DRACO", 5) == 0) bytes[i] = 'd';

@@ -1,4 +1,4 @@
-// What the core says of streams, against libdraco and against a walk over their sections.
+// The core's descriptions of streams, against libdraco's and against the sections of the streams.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ TEST(DescribeStream, EqualsWhatLibdracoSaysOfEveryKindOfStream) {
   EXPECT_GT(exact, 100u);
 }
 
-// The smallest stream of one kind with nothing that glTF does not know.
+// The smallest stream of one kind that a glTF asset may hold.
 std::vector<uint8_t> smallest_stream(bool is_sequential) {
   std::vector<uint8_t> smallest;
   for_each_draco_stream(

@@ -10,7 +10,7 @@
 namespace psplit {
 namespace {
 
-// Patch after patch, each attribute's values after the other's, in the order of the stream.
+// The output is patch after patch, and in each patch attribute after attribute, in the order of the stream.
 TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
   const ThreadPool pool(2);
   size_t timed = 0;
@@ -36,7 +36,7 @@ TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
         }
         byte += values_bytes;
       }
-      if (face == 0) continue;  // there is nothing but a residue
+      if (face == 0) continue;  // there is only a residue
       ++timed;
       EXPECT_GT(times.connectivity_ms, 0);
       EXPECT_GT(times.chains_ms, 0);

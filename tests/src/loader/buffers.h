@@ -10,7 +10,7 @@
 
 namespace psplit {
 
-// Buffers for so many points and faces, with `gap` bytes between values that nobody may write to.
+// Buffers for `points` and `faces`, with `gap` bytes between values, which decoding must not touch.
 struct Buffers {
   std::vector<std::byte> indices;
   std::vector<std::vector<std::byte>> values;
@@ -31,7 +31,7 @@ struct Buffers {
   }
   Buffers(const Buffers&) = delete;
 
-  // Tight again; what lies between values must be untouched.
+  // The mesh without gaps. Checks that the gaps are untouched.
   Mesh mesh(std::span<const AttributeRequest> requests, uint32_t points) const {
     Mesh mesh;
     mesh.point_count = points;

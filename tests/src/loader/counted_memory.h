@@ -1,15 +1,15 @@
-// How much memory a test has at most while it looks.
+// Measures the peak of a test's memory.
 #pragma once
 
 #include <cstddef>
 
 namespace psplit {
 
-// From its construction on, of all threads; one at a time.
+// Counts the memory of all threads since its construction. Only one may exist at a time.
 class CountedMemory {
  public:
   CountedMemory();
-  // More than there was at the start.
+  // The peak, above the memory at construction.
   size_t most() const;
 
  private:

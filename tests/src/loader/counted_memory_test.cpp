@@ -1,4 +1,4 @@
-// Counts what operator new hands out in this program; each block has its size in front of it.
+// Replaces operator new in this program to count its memory. Each block has its size in front of it.
 #include "tests/src/loader/counted_memory.h"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,7 @@ void give_back(void* memory) {
 
 void* operator new(size_t size) { return take(size); }
 void* operator new[](size_t size) { return take(size); }
-// Sanitizers have these as well, and would not give back to ours.
+// Sanitizers replace these operators as well, and would not free with ours.
 void* operator new(size_t size, const std::nothrow_t&) noexcept { return take_or_null(size); }
 void* operator new[](size_t size, const std::nothrow_t&) noexcept { return take_or_null(size); }
 void operator delete(void* memory, const std::nothrow_t&) noexcept { give_back(memory); }

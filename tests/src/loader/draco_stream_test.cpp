@@ -35,7 +35,7 @@ const std::vector<Sample>& samples() {
           const auto requests = gltf_attributes(description->attributes);
           if (!requests) return;
           Expected<Mesh> mesh = decode_stream(draco_backend(), stream.bytes, *requests);
-          // Numbers that no glTF type can hold.
+          // Some streams hold numbers that no glTF type can hold.
           if (!mesh || mesh->faces.empty()) return;
           found.push_back({stream.name, stream.bytes, *requests, std::move(*mesh),
                            description->coding == StreamCoding::kSequential});
@@ -102,7 +102,7 @@ TEST(LoaderOfDracoStreams, IsOnePatch) {
   EXPECT_TRUE(same_bits(buffers.mesh(sample.requests, sizes.point_count), sample.expected));
 }
 
-// A model of both extensions: one batch, and one's error is no other's.
+// A model with both extensions is one batch. The error of one primitive does not affect another.
 TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   const ThreadPool pool(2);
   const std::vector<PatchedSample> patched = patched_samples(pool);
@@ -186,7 +186,7 @@ TEST(LoaderOfDracoStreams, RefusesEveryTruncationAndContainersInTheirPlace) {
   for (const bool is_sequential : {false, true}) {
     const Sample& sample = smallest(is_sequential);
     for (size_t length = 0; length < sample.bytes.size(); ++length) {
-      // Of exactly that size, so that a sanitizer sees what is read past it.
+      // An exactly sized buffer, so that a sanitizer sees any read past it.
       const std::vector<uint8_t> part(sample.bytes.begin(),
                                       sample.bytes.begin() + static_cast<ptrdiff_t>(length));
       const PrimitiveSource source{part, sample.requests, sample.expected.point_count, 0, Compression::kDraco};

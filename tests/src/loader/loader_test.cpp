@@ -107,7 +107,7 @@ TEST(Loader, DecodesEachPatchAloneAsItsStreamIs) {
   EXPECT_GT(residues, 0u);
 }
 
-TEST(Loader, DecodesManyAtOnceAndOnesErrorIsNoOthers) {
+TEST(Loader, DecodesManyAtOnceWithSeparateErrors) {
   std::vector<CompressedPrimitive> primitives;
   std::vector<std::unique_ptr<Buffers>> buffers;
   std::vector<PrimitiveLoad> loads;
@@ -180,7 +180,7 @@ TEST(Loader, RefusesAccessorsThatContradictTheDirectory) {
   EXPECT_EQ(CompressedPrimitive::open(source).status().code(), StatusCode::kInvalidInput);
 }
 
-// A header and no more than it can justify: what attributes would take multiplies.
+// The bytes must justify the memory of all attributes together.
 TEST(Loader, RefusesAttributesThatAreLargerThanTheBytesJustify) {
   const PatchedSample& sample = samples().front();
   PrimitiveSource source = source_of(sample);
@@ -213,7 +213,7 @@ TEST(Loader, NamesThePatchThatIsBroken) {
   const PatchedSample& sample = sample_of_many_patches();
   const Expected<PatchContainer> container = open_container(sample.encoded.container);
   ASSERT_TRUE(container);
-  // The tail of the third patch's stream: its header says nothing of that.
+  // The end of the third patch's stream: opening does not read it.
   std::vector<uint8_t> bytes = sample.encoded.container;
   const auto begin = static_cast<size_t>(container->streams[2].data() - sample.encoded.container.data());
   const size_t size = container->streams[2].size();
@@ -267,7 +267,7 @@ TEST(Loader, StopsBetweenPatches) {
   EXPECT_EQ(primitive->decode(buffers.out, options).code(), StatusCode::kCancelled);
   EXPECT_GT(last, 0u);
   EXPECT_LT(last, primitive->patch_count());
-  // Before anything is done, with every backend.
+  // Before the first task, also with other backends.
   const DecodeBackend draco = draco_backend();
   options.backend = &draco;
   options.progress = [](size_t, size_t) { ADD_FAILURE() << "it decodes"; };
@@ -280,7 +280,7 @@ TEST(Loader, RefusesEveryTruncationWithAMessage) {
   for (const PatchedSample& sample : samples()) {
     if (sample.encoded.container.size() > 5000) continue;
     for (size_t length = 0; length < sample.encoded.container.size(); ++length) {
-      // Of exactly that size, so that a sanitizer sees what is read past it.
+      // An exactly sized buffer, so that a sanitizer sees any read past it.
       const std::vector<uint8_t> part(sample.encoded.container.begin(),
                                       sample.encoded.container.begin() + static_cast<ptrdiff_t>(length));
       const Status status = CompressedPrimitive::open({part, sample.requests}).status();
@@ -292,8 +292,7 @@ TEST(Loader, RefusesEveryTruncationWithAMessage) {
   EXPECT_GT(refused, 1000u);
 }
 
-// What decodes of broken bytes decodes in the memory that the header promises, and the sizes are never beyond
-// the limit.
+// Broken bytes decode in the memory that loader.h states, and their counts stay within the limit.
 TEST(Loader, TakesNoMoreMemoryForMutantsThanItSays) {
   std::mt19937 random(7);
   size_t opened = 0, decoded = 0;
@@ -326,7 +325,7 @@ TEST(Loader, TakesNoMoreMemoryForMutantsThanItSays) {
   EXPECT_GT(decoded, 50u);
 }
 
-// The dearest directory: streams of a byte each, all equal, in columns of no width.
+// The directory that takes most memory for its bytes: equal streams of one byte each, in columns without width.
 TEST(Loader, DirectoriesTakeTheStatedMultiple) {
   constexpr uint32_t kCount = 100'000;
   std::vector<StreamEntry> entries(kCount, {1, 1, 3, 0, 0});
