@@ -1,9 +1,8 @@
 // Sends a batch to a device and launches its kernels. A CUDA device (cuda_device.cuh) and its emulation in the
 // tests share this code. A Device has
 //
-//   Array<T>                     memory of the device: reserve(count), size(), data(). It loses its contents
-//   when
-//                                it grows, and never shrinks
+//   Array<T>                     memory of the device: reserve(count), size(), data(). It loses its
+//                                contents when it grows, and never shrinks
 //   HostArray<T>                 the same for pinned memory of the host
 //   upload(to, from, count)      from the host
 //   download(to, from, count)    to the host

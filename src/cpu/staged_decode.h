@@ -1,5 +1,5 @@
-// The stages of decoding with a stopwatch on each: a container's patches on one thread, by the core's decoder
-// as src/cpu drives it. For those who measure; it stitches nothing, and its output is patch after patch.
+// Measures the time of each stage of decoding: a container's patches on one thread, with the core's decoder as
+// src/cpu drives it. It does not stitch; its output is one patch after the other.
 #pragma once
 
 #include <algorithm>
@@ -13,20 +13,20 @@
 #include "src/cpu/decode_patch.h"
 #include "src/stopwatch.h"
 
-// Of what profilers are to tell apart: bench/count_instructions reads these names.
+// Keeps a function visible to profilers: bench/count_instructions reads the names of these functions.
 #define PSPLIT_OWN_FUNCTION [[gnu::noinline]]
 
 namespace psplit {
 
 struct StageTimes {
-  double connectivity_ms = 0;  // header to corner table, and memory made ready
-  double seams_ms = 0;         // to points; by prediction degree the traversal as well, here or above
+  double connectivity_ms = 0;  // from the header to the corner table, preparation of memory included
+  double seams_ms = 0;         // to points. A traversal by prediction degree counts here or above
   double chains_ms = 0;        // traversal and symbols
   double prediction_ms = 0;
   double output_ms = 0;  // faces to 32-bit indices, integers to values
 };
 
-// A stream while it is decoded, in memory for any of a container.
+// The state of one stream while it is decoded. Its memory is large enough for any stream of the container.
 template <typename Index>
 class StreamDecoder {
  public:
@@ -52,7 +52,7 @@ class StreamDecoder {
   std::optional<core::PatchDecoder<Index>> decoder_;
 };
 
-// Streams that are decoded in step, as far as they stand at the same stop.
+// Of the streams that are decoded in step, those that are at the same stop.
 template <typename Index>
 struct AtStop {
   core::PatchDecoder<Index>* decoders[core::kInStep];
@@ -97,7 +97,7 @@ PSPLIT_OWN_FUNCTION void prediction_stage(AtStop<Index>& at, StageTimes& times) 
   at.go_on();
 }
 
-// Where the next patch goes.
+// Where the next patch is written.
 struct StagedOutput {
   std::array<uint32_t, 3>* faces;
   uint8_t* values;
@@ -119,8 +119,8 @@ PSPLIT_OWN_FUNCTION void output_stage(const core::Patch<Index>& patch, StagedOut
   }
 }
 
-// A container, memory to decode its streams in, and room for its mesh without the residue. The container must
-// hold the attributes as they are requested.
+// A container, the memory to decode its streams, and the memory for its mesh without the residue. The container
+// must hold the attributes as they are requested.
 struct StagedInput {
   StagedInput(PatchContainer opened, std::span<const AttributeRequest> requests)
       : container(std::move(opened)) {
@@ -140,11 +140,11 @@ struct StagedInput {
   PatchContainer container;
   std::vector<std::array<uint32_t, 3>> faces;
   std::vector<uint8_t> values;
-  std::vector<StreamDecoder<uint16_t>> narrow;  // none where a stream is too large for 16-bit numbers
+  std::vector<StreamDecoder<uint16_t>> narrow;  // empty if a stream is too large for 16-bit numbers
   std::vector<StreamDecoder<uint32_t>> wide;
 };
 
-// `count` streams in step: core::decode_in_step with a watch.
+// Decodes `count` streams in step, as core::decode_in_step does, and measures the stages.
 template <typename Index>
 core::Fault decode_streams(const core::StreamHeader* headers, std::vector<StreamDecoder<Index>>& decoders,
                            uint32_t count, StagedOutput& out, StageTimes& times) {
@@ -175,7 +175,8 @@ core::Fault decode_streams(const core::StreamHeader* headers, std::vector<Stream
   return core::Fault::kNone;
 }
 
-// One stream after the other; or, `in_step`, as many at once as src/cpu takes, and those left at the end alone.
+// Decodes all patches one after the other or, with `in_step`, as many at a time as src/cpu does and the rest
+// alone.
 inline core::Fault decode_with_core(StagedInput& input, bool in_step, StageTimes& times) {
   const uint32_t count = input.container.patch_count();
   StagedOutput out{input.faces.data(), input.values.data()};

@@ -20,12 +20,12 @@
 //   open       at most 128 bytes for each byte of the container
 //   counts     callers take memory according to them: indices of 4 bytes and the values of all attributes are
 //              together at most limit(container)
-//   decode     each thread takes at most limit(stream) for each of the three streams that it decodes at once,
-//   and
-//              keeps it for the next call. Streams that an encoder wrote take some dozen bytes for each of
-//              their faces and values. In addition: 12 bytes for each point; 8 for each face corner that is a
-//              reference, and as much again while their number grows; 128 for each byte of the container. If an
-//              accessor declares another type than was encoded, also the patch's values once more
+//   decode     each thread takes at most limit(stream) for each of the three streams that it decodes at
+//              once, and keeps it for the next call. Streams that an encoder wrote take some dozen bytes for
+//              each of their faces and values. In addition: 12 bytes for each point; 8 for each face corner
+//              that is a reference, and as much again while their number grows; 128 for each byte of the
+//              container. If an accessor declares another type than was encoded, also the patch's values
+//              once more
 //
 // libdraco's backend decodes all patches of a container to meshes of their own first. CUDA's needs memory of
 // the device for the results.
