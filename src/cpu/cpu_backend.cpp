@@ -19,8 +19,8 @@ Status write_stream(const core::Patch<Index>& patch, std::span<const AttributeRe
       for (uint32_t k = 0; k < 3; ++k) *indices++ = static_cast<Out>(patch.point_at[4 * face + k]);
   });
   for (size_t i = 0; i < requests.size(); ++i) {
-    const auto [bytes, stride] = out.attributes[i];
-    std::byte* const values = bytes.data();
+    std::byte* const values = out.attributes[i].bytes.data();
+    const size_t stride = out.attributes[i].stride;
     Status written = write_attribute(patch, *attributes[i], requests[i],
                                      [&](uint32_t point) { return values + point * stride; });
     if (!written.ok()) return written;

@@ -14,8 +14,8 @@ namespace {
 
 bool equal(const Mesh& a, const Mesh& b) {
   return a.point_count == b.point_count && a.faces == b.faces &&
-         std::ranges::equal(a.attributes, b.attributes,
-                            [](const Attribute& x, const Attribute& y) { return x.values == y.values; });
+         std::equal(a.attributes.begin(), a.attributes.end(), b.attributes.begin(), b.attributes.end(),
+                    [](const Attribute& x, const Attribute& y) { return x.values == y.values; });
 }
 
 // Whole containers, and after each of them its first patch alone and its first stream as a stock stream.
