@@ -1,5 +1,6 @@
-// Values of tagged symbol sequences (symbols.h): groups of plain bits of which each tag says how many every
-// value of its group takes. The tags are decoded, so where groups start is a sum, and lanes take a group each.
+// The values of tagged symbol sequences (symbols.h): groups of plain bits. The tag of a group is the number of
+// bits of each of its values. All tags are decoded before, so a prefix sum says where each group starts, and
+// each lane reads a group.
 #pragma once
 
 #include "src/core/byte_reader.h"
@@ -8,7 +9,7 @@
 
 namespace psplit::core {
 
-// The bits that begin at bit `at`, 57 of them at least. Past the end they are 0.
+// At least 57 bits, from bit `at` on. Past the end they are 0.
 PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at) {
   const uint64_t byte = at / 8;
   const int shift = static_cast<int>(at % 8);
@@ -18,9 +19,9 @@ PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at)
   return bits >> shift;
 }
 
-// Decodes tags.size() groups of `components` values, at most 255, to `out`, which has room for all. The tags
-// may be the last ones of `out`. Every lane has a reader of its own, all at the same byte, and takes the same
-// bytes. A tag above 32 is a fault, and leaves anything in `out`.
+// Decodes tags.size() groups of `components` values, at most 255, to `out`, which has room for all values.
+// `tags` may be the end of `out`. Every lane has a reader of its own. All readers are at the same byte, and
+// take the same bytes. A tag above 32 is a fault; `out` is undefined then.
 template <Lanes L>
 PSPLIT_HD Fault read_tagged(L lanes, ByteReader& reader, View<const uint32_t> tags, uint32_t components,
                             View<uint32_t> out) {
@@ -28,14 +29,14 @@ PSPLIT_HD Fault read_tagged(L lanes, ByteReader& reader, View<const uint32_t> ta
   const uint8_t* data = reader.head();
   const size_t size = reader.remaining();
   const auto group_count = static_cast<uint32_t>(tags.size());
-  uint64_t taken = 0;  // bits of all chunks before
+  uint64_t taken = 0;  // the bits of all chunks before
   for (uint32_t chunk = 0; chunk < group_count; chunk += L::size()) {
     const uint32_t group = chunk + lanes.rank();
     const uint32_t bit_count = group < group_count ? tags[group] : 0;
     if (PSPLIT_UNLIKELY(any(lanes, bit_count > kMostBits))) return Fault::kEntropy;
     const uint32_t together = bit_count * components;
     const Scan<uint32_t> scan = exclusive_scan(lanes, together);
-    lanes.sync();  // values of this chunk may come to lie on its tags, never on later ones
+    lanes.sync();  // the values of this chunk may overwrite its tags, never later ones
     if (group < group_count) {
       const uint64_t mask = (uint64_t{1} << bit_count) - 1;
       uint64_t at = taken + scan.before;
@@ -52,7 +53,7 @@ PSPLIT_HD Fault read_tagged(L lanes, ByteReader& reader, View<const uint32_t> ta
     taken += scan.total;
   }
   lanes.sync();
-  // Bits past the end read as 0, and are not there to be skipped.
+  // Bits past the end were read as 0, but they cannot be skipped.
   return reader.skip((taken + 7) / 8) ? Fault::kNone : Fault::kTruncated;
 }
 

@@ -1,5 +1,6 @@
-// The border of a patch in walking order, from its corner table: what stitch maps count along.
-// src/container/stitch.h has the definition, which knows of faces and points only.
+// The border of a patch in walking order, from its corner table. Stitch maps name points by their place in this
+// walk. The specification defines it by faces and points alone ("border walk",
+// gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 
 #include "src/core/decode_patch.h"
@@ -8,20 +9,20 @@ namespace psplit::core {
 
 inline constexpr size_t kNoWalk = ~size_t{0};
 
-// The border's edges as successor[point]: a border edge runs from a point to its successor. Returns how many,
-// or kNoWalk where two leave one point.
+// Stores the border edges: each runs from a point to successor[point], with the mesh on its left. Returns the
+// number of edges, or kNoWalk if two of them leave one point.
 template <typename Index>
 PSPLIT_HD size_t link_border(const Patch<Index>& patch, View<Index> successor) {
   const CornerTable<Index>& table = patch.mesh.table;
   const View<Index> point_at = patch.point_at;
   size_t edge_count = 0;
-  // The edge across from `corner`, which has nothing, or another point, on its other side. False where another
-  // border edge leaves its point.
+  // Takes the edge across from `corner`, which has no face on its other side, or a face with other points.
+  // Returns false if another border edge leaves the same point.
   const auto link = [&](uint32_t corner) {
     const auto start = static_cast<Index>(next(corner));
     const Index a = point_at[start], b = point_at[previous(corner)];
-    // A face elsewhere that has the edge the other way is among those around `a`, from here to the other end of
-    // the border; then it is not of the border.
+    // The edge is inside the mesh if some face has it in the other direction. Such a face is one of those
+    // around `a`, from here to the other end of the border.
     Index at = start;
     do {
       if (point_at[previous(at)] == b) return true;
@@ -33,12 +34,12 @@ PSPLIT_HD size_t link_border(const Patch<Index>& patch, View<Index> successor) {
     return true;
   };
   if (patch.corner_of_point.empty()) {
-    // Points are vertices, and one edge of the border enters each that is not closed.
+    // The points are the vertices, and one border edge belongs to each that is not closed.
     for (uint32_t v = 0; v < patch.point_count; ++v)
       if (PSPLIT_UNLIKELY(!patch.mesh.closed[v]) && !link(patch.mesh.border[v].corner())) return kNoWalk;
     return edge_count;
   }
-  // Seams between points are borders too: look at each edge that leaves a vertex on one.
+  // Seams between points are borders too. Look at each edge at a vertex on a seam or on the border.
   for (uint32_t v = 0; v < patch.mesh.vertex_count; ++v) {
     if (PSPLIT_LIKELY(patch.mesh.closed[v] && !patch.on_seam[v])) continue;
     const Index first = patch.mesh.first_corner(static_cast<Index>(v));
@@ -60,8 +61,8 @@ PSPLIT_HD size_t border_walk_bytes(uint64_t point_count) {
   return 2 * Arena::bytes<Index>(point_count);
 }
 
-// `walk` has the points of the border one loop after the other, or is empty where there is none. Its arrays
-// stay in the arena.
+// `walk` gets the points of the border, one loop after the other. It is empty if there is no border, or if the
+// border edges do not form loops. Its memory stays taken.
 template <typename Index>
 PSPLIT_HD Fault walk_border(const Patch<Index>& patch, Arena& arena, View<Index>& walk) {
   walk = {};

@@ -1,11 +1,11 @@
-// Reading a stream from front to back, byte by byte or bit by bit. All numbers are little-endian.
+// Readers of a stream, from front to back, by bytes or by bits. All numbers are little-endian.
 #pragma once
 
 #include "src/core/view.h"
 
 namespace psplit::core {
 
-// Reads past the end give 0 and set truncated(), which stays set.
+// Reads past the end return 0 and set truncated(), which stays set.
 class ByteReader {
  public:
   ByteReader() = default;
@@ -14,7 +14,7 @@ class ByteReader {
   PSPLIT_HD bool truncated() const { return truncated_; }
   PSPLIT_HD size_t remaining() const { return size_ - at_; }
   PSPLIT_HD const uint8_t* head() const { return data_ + at_; }
-  // From the start of the stream to here; what a reader that looks backwards may touch.
+  // The number of bytes before head(), which a reader that goes backwards may touch.
   PSPLIT_HD size_t position() const { return at_; }
 
   PSPLIT_HD bool skip(uint64_t count) {
@@ -46,9 +46,9 @@ class ByteReader {
     return value;
   }
 
-  // LEB128 of at most five bytes, bits past 32 dropped.
+  // LEB128 of at most five bytes. Bits above the 32nd are dropped.
   PSPLIT_HD uint32_t varint() { return static_cast<uint32_t>(leb128(5)); }
-  // Of at most ten, for the lengths that Draco writes with 64 bits.
+  // LEB128 of at most ten bytes, for the lengths that Draco writes with 64 bits.
   PSPLIT_HD uint64_t varint64() { return leb128(10); }
 
  private:
@@ -79,18 +79,18 @@ PSPLIT_HD inline uint32_t load_le32(const uint8_t* bytes) {
   return value;
 }
 
-// Bits from the lowest of each byte up. Past the end all bits are 0, as libdraco has it.
+// Reads bits, each byte from its lowest bit. Past the end all bits are 0, as in libdraco.
 class BitReader {
  public:
   BitReader() = default;
   PSPLIT_HD BitReader(const uint8_t* data, size_t size) : next_(data), end_(data + size) {}
 
-  // The next bits, at least `count` of them (up to 56), without taking them.
+  // Returns at least `count` of the next bits, up to 56, and does not take them.
   PSPLIT_HD uint64_t peek(int count) {
     if (PSPLIT_UNLIKELY(filled_ < count)) refill();
     return bits_;
   }
-  // At most as many as were peeked.
+  // `count` is at most what was peeked.
   PSPLIT_HD void take(int count) {
     bits_ >>= count;
     filled_ -= count;
@@ -104,7 +104,7 @@ class BitReader {
     return value;
   }
   PSPLIT_HD uint64_t bits_taken() const { return taken_; }
-  // Bytes that hold the bits taken so far.
+  // The number of bytes that hold the taken bits.
   PSPLIT_HD uint64_t bytes_taken() const { return (taken_ + 7) / 8; }
 
  private:

@@ -1,10 +1,10 @@
-// The corner table: who lies across each edge, and which vertex is at each corner.
+// The corner table: the vertex at each corner, and the corner across each edge.
 //
-// Corner k of face f is number 4 * f + k, k = 0, 1, 2, counter-clockwise; numbers with k = 3 stay unused, which
-// saves the division by three in face, next and previous. Tables are of 16-bit numbers where a patch has at
-// most 16,383 faces, else of 32-bit ones.
+// Corner k of face f has number 4 * f + k, with k = 0, 1, 2 counter-clockwise. Numbers with k = 3 stay unused,
+// which saves a division by three in next and previous. Tables have 16-bit numbers if a patch has at most
+// 16,383 faces, otherwise 32-bit numbers.
 //
-//            v                 opposite(c): the corner that looks at c over the edge between them
+//            v                 opposite[c], o: the corner across the edge that is across from c
 //           /c\                next(c), previous(c): around the face, counter-clockwise
 //          /   \               swing_right(c), swing_left(c): around the vertex, clockwise and back
 //   next  *-----*  previous
@@ -36,7 +36,7 @@ PSPLIT_HD constexpr Index previous(Index corner) {
 
 template <typename Index>
 struct CornerTable {
-  View<Index> opposite;  // kNone on a boundary, and on a seam where the table is an attribute's
+  View<Index> opposite;  // kNone on a border, and on a seam if the table is an attribute's
   View<Index> vertex;
 
   PSPLIT_HD Index swing_left(Index corner) const {

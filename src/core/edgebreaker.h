@@ -107,9 +107,10 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
 //   - C takes `to` off the border. Only the active edge entered it. C also writes border[x], though it has no
 //   vertex x;
 //     the symbol that brings vertex x overwrites that.
-//   - S takes n off the border. Only the active edge entered n, so no other border edge leads there. In
-//   particular v1,
-//     where b ends, is not n. The corners of n are a chain that ends at the border, so relabelling them ends.
+//   - S takes n off the border. Only the active edge entered n, so no other border edge leads there. Nor does
+//   b, which
+//     is not the active edge: that one lies across from the newest corner 0, and waits for nothing. So v1 is
+//     not n. The corners of n are a chain that ends at the border, so relabelling them ends.
 //   - If v1 = v2, the new active edge is a loop of its own. Such a string is invalid. C, L and R still find
 //   their border
 //     edges, so the loop goes on without a branch for this case, and refuses the string at its end. But a C
@@ -145,7 +146,7 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
     } else if (symbol == kS) {
       if (i == 0 || degenerate) return Fault::kConnectivity;
       const uint32_t b = waiting.take(i);
-      if (b == kNone<Index> || b == active || opposite[b] != kNone<Index>) return Fault::kConnectivity;
+      if (b == kNone<Index> || opposite[b] != kNone<Index>) return Fault::kConnectivity;
       const uint32_t p = vertex[previous(b)], n = to;
       if (p == n) return Fault::kConnectivity;
       v0 = p, v1 = vertex[next(b)], v2 = from;

@@ -1,4 +1,5 @@
-// Why a stream does not decode. The core's only error channel: no exceptions, no text on the device.
+// Why a stream does not decode. The core reports errors in no other way: it has no exceptions, and no text on
+// the device.
 #pragma once
 
 #include "src/core/platform.h"
@@ -7,28 +8,28 @@ namespace psplit::core {
 
 enum class Fault : uint8_t {
   kNone,
-  kWorkspace,     // the memory given is too small; more would do
+  kWorkspace,     // the memory is too small; with more it may decode
   kTruncated,     // the stream ends early
   kNotDraco,      // no "DRACO" at its start, or not a mesh
   kVersion,       // not bitstream 2.2
-  kMethod,        // a coding that does not exist, or that 2.2 no longer has
+  kMethod,        // an unknown coding, or one that bitstream 2.2 no longer has
   kCounts,        // counts that contradict each other
-  kConnectivity,  // symbols that make no mesh
-  kSplitEvent,    // a topology split event that fits no symbol
+  kConnectivity,  // symbols that do not form a mesh
+  kSplitEvent,    // a topology split event without a fitting symbol
   kSeams,         // attribute seams that tear a vertex
-  kEntropy,       // a probability table or rANS state that cannot be
+  kEntropy,       // an invalid probability table or rANS state
   kAttribute,     // an attribute's type, component count or transform
-  kPrediction,    // a prediction that its data contradicts
-  kIndex,         // a face with a point that is not there
-  kRow,           // other counts than the directory's row
-  kRequest,       // an attribute that is asked for is not there, or has another type
-  kStitchMap,     // a stitch map that ends early, or has other references than its row counts
+  kPrediction,    // prediction data that contradicts the mesh
+  kIndex,         // a face with a point that does not exist
+  kRow,           // counts other than those of the directory's row
+  kRequest,       // a requested attribute is missing or has another type
+  kStitchMap,     // a stitch map that ends early, or whose number of references differs from its row
   kStitchRun,     // a run that leaves the border of its patch
-  kStitchPair,    // a point that is not there, or that has two references
+  kStitchPair,    // a point that does not exist, or that has two references
   kStitchOwner,   // a reference to a point that its owner does not own
 };
 
-// A phrase to follow "patch 7: ".
+// A phrase that follows "patch 7: ".
 constexpr const char* fault_text(Fault fault) {
   switch (fault) {
     case Fault::kNone: return "no fault";
@@ -38,19 +39,19 @@ constexpr const char* fault_text(Fault fault) {
     case Fault::kVersion: return "not Draco bitstream 2.2";
     case Fault::kMethod: return "a coding method that does not exist";
     case Fault::kCounts: return "counts that contradict each other";
-    case Fault::kConnectivity: return "connectivity symbols that make no mesh";
-    case Fault::kSplitEvent: return "a topology split event that fits no symbol";
+    case Fault::kConnectivity: return "connectivity symbols that do not form a mesh";
+    case Fault::kSplitEvent: return "a topology split event without a fitting symbol";
     case Fault::kSeams: return "attribute seams that tear a vertex";
-    case Fault::kEntropy: return "a broken probability table or rANS state";
+    case Fault::kEntropy: return "an invalid probability table or rANS state";
     case Fault::kAttribute: return "an attribute whose description contradicts itself";
     case Fault::kPrediction: return "prediction data that contradicts the mesh";
-    case Fault::kIndex: return "a face with a point that is not there";
-    case Fault::kRow: return "other counts than the directory's";
-    case Fault::kRequest: return "an attribute that is asked for is missing or has another type";
+    case Fault::kIndex: return "a face with a point that does not exist";
+    case Fault::kRow: return "counts other than the directory's";
+    case Fault::kRequest: return "a requested attribute is missing or has another type";
     case Fault::kStitchMap:
-      return "stitch map: it ends early, or has other references than the directory counts";
+      return "stitch map: it ends early, or its number of references is not the directory's";
     case Fault::kStitchRun: return "stitch map: a run leaves the border of its patch";
-    case Fault::kStitchPair: return "stitch map: a point that is not there, or that has two references";
+    case Fault::kStitchPair: return "stitch map: a point that does not exist, or that has two references";
     case Fault::kStitchOwner: return "stitch map: a reference to a point that its owner does not own";
   }
   return "unknown fault";

@@ -42,7 +42,7 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
         all &= run.running();
       }
     }
-    // Others take the places of those that ended.
+    // The next runs take the places of those that ended.
     for (uint32_t n = 0; n < kRuns; ++n) {
       while (!goes_on(local[n]) && next < count) {
         *at[n] = local[n];

@@ -1,14 +1,16 @@
-// Cooperation of lanes: code that one thread runs alone or the 32 of a warp together, written once.
+// Code for lanes: written once, it runs on one thread alone or on the 32 threads of a warp together.
 //
-// All lanes call the same function with the same arguments, each with its own `lanes`. What they keep in
-// locals each has for itself; arrays are everybody's. Calls are collective unless it says otherwise: every lane
-// must reach them, the same ones in the same order, so no lane may leave early or stand in a branch that others
-// do not take. A fault that one lane finds ends the work of all (any).
+// All lanes call the same function with the same arguments; only `lanes` differs. Local variables belong to one
+// lane, and arrays are shared by all lanes. Calls are collective unless their comment says otherwise: all lanes
+// must make the same calls in the same order. So no lane may return early, or make a collective call in a
+// branch that others do not take. If one lane finds a fault, all lanes end (any).
 //
-// What a lane wrote to an array others may read after the next sync, and overwrite what others read only after
-// it: ballot and shuffle order no memory. The functions here that write arrays end with a sync.
+// After the next sync, other lanes may read what a lane wrote to an array. A lane may overwrite what others
+// read only after a sync, too. ballot and shuffle do not order memory. The functions here that write arrays end
+// with a sync.
 //
-// Kinds of lanes: SerialLanes here, WarpLanes of CUDA (decoder_cuda), and the emulated warp of the tests.
+// The kinds of lanes are SerialLanes here, WarpLanes of CUDA (decoder_cuda), and the emulated warp of the
+// tests.
 #pragma once
 
 #include "src/core/view.h"
@@ -24,20 +26,20 @@ concept SameAs = kSameType<A, B>;
 
 template <typename L>
 concept Lanes = requires(const L lanes, bool flag, uint32_t source, uint32_t word, uint64_t wide) {
-  // A constant power of two, at most 32.
+  // The number of lanes: a constant power of two, at most 32.
   requires(L::size() >= 1 && L::size() <= 32 && (L::size() & (L::size() - 1)) == 0);
-  // This lane, below size(). Not collective.
+  // The number of this lane, below size(). Not collective.
   { lanes.rank() } -> SameAs<uint32_t>;
   // Bit r is the flag of lane r.
   { lanes.ballot(flag) } -> SameAs<uint32_t>;
-  // The word that lane `source` gives; each lane may name another, below size().
+  // The `word` of lane `source`, which is below size(). Each lane may name another source.
   { lanes.shuffle(word, source) } -> SameAs<uint32_t>;
   { lanes.shuffle(wide, source) } -> SameAs<uint64_t>;
-  // Orders what all lanes wrote and read before it ahead of what they write and read after it.
+  // All reads and writes of all lanes before it happen before those after it.
   lanes.sync();
 };
 
-// A thread of its own. Code over it compiles to plain loops.
+// One thread alone. Code for these lanes compiles to plain loops.
 struct SerialLanes {
   PSPLIT_HD static constexpr uint32_t size() { return 1; }
   PSPLIT_HD constexpr uint32_t rank() const { return 0; }
@@ -47,20 +49,20 @@ struct SerialLanes {
   PSPLIT_HD constexpr void sync() const {}
 };
 
-// Whether the flag of any lane is set.
+// Whether `flag` is set in any lane.
 template <Lanes L>
 PSPLIT_HD constexpr bool any(L lanes, bool flag) {
   return lanes.ballot(flag) != 0;
 }
 
-// The word of lane `source`, which is the same for all.
+// The word of lane `source`. All lanes name the same source.
 template <Lanes L, typename Word>
 PSPLIT_HD constexpr Word broadcast(L lanes, Word word, uint32_t source) {
   return lanes.shuffle(word, source);
 }
 
-// Calls body(i) for all i below count, lane r for r, r + size() and so on. Not collective, and the body must
-// not be either: some lanes call it once less. `count` is at most 2^32 - 32.
+// Calls body(i) for all i below `count`: lane r takes r, r + size() and so on. Neither the call nor `body` is
+// collective, as some lanes call `body` once less than others. `count` is at most 2^32 - 32.
 template <Lanes L, typename Body>
 PSPLIT_HD constexpr void for_each_lane_item(L lanes, uint32_t count, Body body) {
   PSPLIT_CORE_CHECK(count <= 0u - L::size());
@@ -73,7 +75,7 @@ PSPLIT_HD void fill(L lanes, View<T> view, T value) {
   lanes.sync();
 }
 
-// The greatest word of all lanes, to all.
+// Returns the greatest word of all lanes, in every lane.
 template <Lanes L, typename Word>
 PSPLIT_HD constexpr Word reduce_max(L lanes, Word word) {
   for (uint32_t step = 1; step < L::size(); step *= 2) {
@@ -85,14 +87,14 @@ PSPLIT_HD constexpr Word reduce_max(L lanes, Word word) {
 
 template <typename Word>
 struct Scan {
-  Word before;  // the sum of the words of lower lanes
-  Word total;   // of all
+  Word before;  // the sum over all lower lanes
+  Word total;   // the sum over all lanes
 };
 
 template <Lanes L, typename Word>
 PSPLIT_HD constexpr Scan<Word> exclusive_scan(L lanes, Word word) {
   const uint32_t rank = lanes.rank();
-  Word sum = word;  // of the last 1, 2, 4 ... lanes up to this one
+  Word sum = word;  // over the last 1, 2, 4 ... lanes up to this one
   for (uint32_t step = 1; step < L::size(); step *= 2) {
     const Word lower = lanes.shuffle(sum, rank >= step ? rank - step : rank);
     if (rank >= step) sum += lower;
@@ -100,7 +102,8 @@ PSPLIT_HD constexpr Scan<Word> exclusive_scan(L lanes, Word word) {
   return {sum - word, broadcast(lanes, sum, L::size() - 1)};
 }
 
-// Replaces each value by the sum of those before it, and returns the sum of all.
+// Exclusive prefix sum: replaces each value with the sum of the values before it. Returns the sum of all
+// values.
 template <Lanes L, typename T>
 PSPLIT_HD constexpr uint32_t scan_array(L lanes, View<T> values) {
   static_assert(sizeof(T) <= sizeof(uint32_t));

@@ -1,5 +1,5 @@
-// What the core needs to know about its compiler: the same headers build under g++, clang and nvcc, for the
-// host and for the device. The core includes <cstddef> and <cstdint> only.
+// Differences between compilers. The headers of the core build with g++, clang and nvcc, for the host and for
+// the device. The core includes only <cstddef> and <cstdint>.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@
 #define PSPLIT_UNLIKELY(x) (x)
 #endif
 
-// A step belongs in the loop that takes it, which keeps the state of its run in registers.
+// For a step of a run: the loop that takes the steps then keeps the state of the run in registers.
 #if defined(__CUDACC__)
 #define PSPLIT_INLINE __forceinline__
 #elif defined(__GNUC__) || defined(__clang__)
@@ -28,22 +28,22 @@
 #define PSPLIT_INLINE
 #endif
 
-// Asks for memory that is needed soon.
+// Loads memory that is needed soon into the cache.
 #if defined(__CUDA_ARCH__)
 #define PSPLIT_PREFETCH(address) ((void)0)
 #else
 #define PSPLIT_PREFETCH(address) __builtin_prefetch(address)
 #endif
 
-// Before a loop over a few things whose state is to live in registers.
+// Before a loop over a few runs whose state is kept in registers.
 #if defined(__CUDACC__)
 #define PSPLIT_UNROLL _Pragma("unroll")
 #else
 #define PSPLIT_UNROLL _Pragma("GCC unroll 8")
 #endif
 
-// Builds with PSPLIT_CORE_CHECKS stop at the first index out of bounds. Others rely on what tests and fuzzers
-// showed with it, and on the checks of everything that a stream says.
+// Builds with PSPLIT_CORE_CHECKS stop at the first index out of bounds. Other builds rely on the explicit
+// checks of what a stream says, and on tests and fuzzers that ran with PSPLIT_CORE_CHECKS.
 #if defined(PSPLIT_CORE_CHECKS) && defined(__CUDA_ARCH__)
 #define PSPLIT_CORE_CHECK(x) ((x) ? (void)0 : __trap())
 #elif defined(PSPLIT_CORE_CHECKS)
@@ -54,7 +54,7 @@
 
 namespace psplit::core {
 
-// The place of the highest bit that is set: of 0 as of 1.
+// The position of the highest set bit; 0 for 0.
 PSPLIT_HD inline uint32_t floor_log2(uint32_t value) {
 #if defined(__CUDA_ARCH__)
   return 31 - static_cast<uint32_t>(__clz(static_cast<int>(value | 1)));
@@ -62,7 +62,7 @@ PSPLIT_HD inline uint32_t floor_log2(uint32_t value) {
   return 31 - static_cast<uint32_t>(__builtin_clz(value | 1));
 #endif
 }
-// How many bits below the lowest that is set are not; `value` is not 0.
+// The position of the lowest set bit. `value` is not 0.
 PSPLIT_HD inline uint32_t trailing_zeros(uint64_t value) {
 #if defined(__CUDA_ARCH__)
   return static_cast<uint32_t>(__ffsll(static_cast<long long>(value))) - 1;
@@ -71,7 +71,8 @@ PSPLIT_HD inline uint32_t trailing_zeros(uint64_t value) {
 #endif
 }
 
-// Choices without branches: all ones where the condition holds, and what that selects.
+// Choices without branches. A mask is all ones if its condition holds, otherwise 0; select returns `a` for all
+// ones.
 PSPLIT_HD constexpr uint32_t mask(bool condition) { return 0u - static_cast<uint32_t>(condition); }
 PSPLIT_HD constexpr uint32_t select(uint32_t if_set, uint32_t a, uint32_t b) { return b ^ ((a ^ b) & if_set); }
 

@@ -1,20 +1,20 @@
-// Attribute seams: edges where an attribute has other values on either side. They turn the corner table into
-// one of the attribute's own, with a vertex for each value, and split vertices into points.
+// Attribute seams: edges with different values of an attribute on their two sides. They turn the mesh's corner
+// table into a table of the attribute, which has a vertex for each value, and they split vertices into points.
 #pragma once
 
 #include "src/core/edgebreaker.h"
 
 namespace psplit::core {
 
-// One attribute's connectivity. Without seams inside the mesh it is the mesh's own.
+// The connectivity of an attribute. Without seams inside the mesh it shares the arrays of the mesh.
 template <typename Index>
 struct AttributeTable {
   CornerTable<Index> table;
-  View<bool> closed;  // by vertex of the table: no border, no seam
+  View<bool> closed;  // by vertex of the table: on no border and no seam
   uint32_t vertex_count = 0;
   bool has_seams = false;
 
-  // For a table with seams, which has arrays of its own.
+  // Only a table with seams has arrays of its own.
   PSPLIT_HD bool allocate(uint32_t face_count, Arena& arena) {
     return arena.take(table.opposite, size_t{4} * face_count) &&
            arena.take(table.vertex, size_t{4} * face_count) && arena.take(closed, size_t{3} * face_count);
@@ -25,24 +25,24 @@ struct AttributeTable {
   }
 };
 
-// The edges between two faces, each by a corner across from it in the first of its faces: what attributes have
-// a bit for. Returns how many; `edges` has room for one at each corner.
+// Lists the edges between two faces, in the order in which a stream has a bit for each. An edge is given by the
+// corner across from it in the first of its two faces, which are never one face. Returns the number of edges.
+// `edges` has room for one edge at each corner.
 template <typename Index>
 PSPLIT_HD uint32_t list_inner_edges(const CornerTable<Index>& table, View<Index> edges) {
   uint32_t count = 0;
   const auto face_count = static_cast<uint32_t>(table.opposite.size() / 4);
   for (uint32_t face = 0; face < face_count; ++face)
     for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) {
-      // A face that lies across two of its own edges counts for both.
       const uint32_t across = table.opposite[corner];
       edges[count] = static_cast<Index>(corner);
-      count += static_cast<uint32_t>(across != kNone<Index>) & static_cast<uint32_t>(across >> 2 >= face);
+      count += static_cast<uint32_t>(across != kNone<Index>) & static_cast<uint32_t>(across >> 2 > face);
     }
   return count;
 }
 
-// Cuts an attribute's table open along its seams: `bits` says which of `edges` are. Vertices of the mesh at an
-// end of a seam are marked in `on_seam`, where there are any.
+// Cuts an attribute's table open along its seams: `bits` says which of `edges` are seams. If there are any,
+// `on_seam` marks the vertices of the mesh at their ends.
 template <typename Index>
 PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, View<uint8_t> bits, Arena& arena,
                           AttributeTable<Index>& out, View<bool> on_seam) {
@@ -62,7 +62,7 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
     return true;
   };
   for (size_t i = 0; i < bits.size();) {
-    // Seams are few.
+    // Most edges are not seams.
     if (bits.size() - i >= 8 && load_le64(bits.data() + i) == 0) {
       i += 8;
       continue;
@@ -73,8 +73,9 @@ PSPLIT_HD Fault cut_seams(const Connectivity<Index>& mesh, View<Index> edges, Vi
   return Fault::kNone;
 }
 
-// Numbers the corners around each vertex: walk(vertex, corners of each number) for those on seams, one number
-// for the others. Vertices in order.
+// Gives each corner a number, vertex by vertex. walk(vertex) sets the numbers at the corners of a vertex on a
+// seam. All corners of any other vertex get the number that whole(vertex) returns. `scratch` has room for the
+// mesh's vertices.
 template <typename Index, typename Walk, typename Whole>
 PSPLIT_HD void number_corners(const Connectivity<Index>& mesh, View<const bool> on_seam, View<Index> scratch,
                               View<Index> number_at, Whole whole, Walk walk) {
@@ -89,8 +90,8 @@ PSPLIT_HD void number_corners(const Connectivity<Index>& mesh, View<const bool> 
     }
 }
 
-// Numbers the values around each vertex: a new one after each seam, clockwise. For a vertex on a seam the first
-// begins at one. `scratch` has room for the mesh's vertices.
+// Numbers the values around each vertex, clockwise, with a new number after each seam. At a vertex on a seam,
+// the first value begins at a seam or at the border. `scratch` has room for the mesh's vertices.
 template <typename Index>
 PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<const bool> on_seam,
                                          View<Index> scratch, AttributeTable<Index>& out) {
@@ -116,8 +117,8 @@ PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<c
   out.vertex_count = count;
 }
 
-// Points: vertices, split wherever an attribute is. `point` is by corner; returns their number. `on_seam`: of
-// any attribute.
+// Splits the vertices wherever an attribute has another value, and stores the resulting point of each corner.
+// Returns the number of points. `on_seam` marks the vertices on a seam of any attribute.
 template <typename Index>
 PSPLIT_HD uint32_t split_into_points(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
                                      View<const bool> on_seam, View<Index> scratch, View<Index> point) {
@@ -132,7 +133,7 @@ PSPLIT_HD uint32_t split_into_points(const Connectivity<Index>& mesh, View<Attri
     const Index leftmost = mesh.first_corner(static_cast<Index>(v));
     Index first = leftmost;
     if (mesh.closed[v]) {
-      // Begin at the first attribute's first seam, if there is any.
+      // Begin where the value of some attribute changes, if it does, so that no point begins in its middle.
       for (size_t i = 0; i < attributes.size() && first == leftmost; ++i) {
         if (!attributes[i].has_seams) continue;
         const View<Index> value = attributes[i].table.vertex;

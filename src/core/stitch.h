@@ -1,9 +1,9 @@
-// From the decoded points of a container's streams to the points of the mesh. The specification, "numbering"
-// and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches); src/container/stitch.h has the definition for whole
-// containers.
+// From the decoded points of a container's streams to the points of the mesh. A stream owns some of its points;
+// the others are references to points that streams own. Specification: "numbering" and "stitch map" (gltf_ext/
+// PSPLIT_mesh_draco_patches).
 //
-//   number_mesh_points   of each stream: its own points, which are references, and what repeats stand for
-//   resolve_references   when all are numbered: the points that the other references stand for
+//   number_mesh_points   for each stream: numbers its own points and its references, and resolves repeats
+//   resolve_references   when all streams are numbered: resolves the other references
 #pragma once
 
 #include "src/core/fault.h"
@@ -14,8 +14,8 @@ namespace psplit::core {
 
 inline constexpr uint32_t kNoPoint = 0xffffffffu;
 
-// Where `reader` is, the first pair of a row whose points are numbered is the first_pair-th reference.
-// Collective.
+// Resolves the repeats of a row whose points are numbered. `reader` is before the first pair, which is
+// reference number first_pair. Collective.
 template <Lanes L>
 PSPLIT_HD Fault resolve_repeats(L lanes, const StitchRow& row, StitchReader reader, uint32_t first_pair,
                                 View<const uint32_t> numbers, View<uint32_t> resolved) {
@@ -31,9 +31,10 @@ PSPLIT_HD Fault resolve_repeats(L lanes, const StitchRow& row, StitchReader read
   return any(lanes, missing) ? Fault::kStitchOwner : Fault::kNone;
 }
 
-// numbers[point] becomes the mesh's number of each point that the stream owns; of the n-th reference of its
-// stitch map, first_reference + n. `walk` has the points of its border. resolved[n] becomes the mesh's number
-// of the n-th reference where that is a repeat; there is one place a reference. Collective.
+// numbers[point] becomes the point's number in the mesh if the stream owns the point, and first_reference + n
+// if the point is the n-th reference of its stitch map. If the n-th reference is a repeat, resolved[n] becomes
+// its number in the mesh; `resolved` has a place for each reference. `walk` has the points of the stream's
+// border. Collective.
 template <Lanes L, typename Index>
 PSPLIT_HD Fault number_mesh_points(L lanes, const StitchRow& row, View<const Index> walk,
                                    View<uint32_t> numbers, View<uint32_t> resolved) {
@@ -45,7 +46,7 @@ PSPLIT_HD Fault number_mesh_points(L lanes, const StitchRow& row, View<const Ind
   for (StitchReader::Run run; reader.next_run(run);) {
     if (run.begin + run.length > walk.size() || run.length > last - reference) return Fault::kStitchRun;
     const View<const Index> along(walk.data() + run.begin, run.length);
-    // A walk has no point twice.
+    // No point is in the walk twice, so no two lanes write the same number.
     for_each_lane_item(lanes, run.length, [&](uint32_t k) {
       uint32_t& number = numbers[along[k]];
       out_of_place |= number != kNoPoint;
@@ -68,7 +69,7 @@ PSPLIT_HD Fault number_mesh_points(L lanes, const StitchRow& row, View<const Ind
   lanes.sync();
   if (reader.broken() || reference != last) return Fault::kStitchMap;
   if (any(lanes, out_of_place)) return Fault::kStitchPair;
-  // The rest is its own.
+  // The stream owns all other points.
   const auto count = static_cast<uint32_t>(numbers.size());
   uint32_t next = row.owned_base;
   for (uint32_t chunk = 0; chunk < count; chunk += L::size()) {
@@ -82,10 +83,11 @@ PSPLIT_HD Fault number_mesh_points(L lanes, const StitchRow& row, View<const Ind
   return has_repeats ? resolve_repeats(lanes, row, pairs, first_pair, numbers, resolved) : Fault::kNone;
 }
 
-// resolved[n] becomes the mesh's number of the n-th reference of a row that number_mesh_points took, which has
-// resolved the repeats. All streams up to this one are numbered: walk_of(stream, place) is the mesh's number of
-// the point at a place of its walk, kNoPoint where that is a reference or there is none; owned_of(stream, rank)
-// of the rank-th point that it owns, or kNoPoint. Collective.
+// resolved[n] becomes the mesh's number of the n-th reference of a row. number_mesh_points has accepted the row
+// and resolved its repeats, and all streams up to this one are numbered. walk_of(stream, place) returns the
+// mesh's number of the point at a place of a stream's walk, or kNoPoint if that is a reference or does not
+// exist. owned_of(stream, rank) returns the mesh's number of the rank-th point that a stream owns, or kNoPoint.
+// Collective.
 template <Lanes L, typename WalkOf, typename OwnedOf>
 PSPLIT_HD Fault resolve_references(L lanes, const StitchRow& row, WalkOf walk_of, OwnedOf owned_of,
                                    View<uint32_t> resolved) {

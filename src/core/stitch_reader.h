@@ -1,5 +1,6 @@
-// Reading one stream's part of a stitch map. The specification has the format, "stitch map" (gltf_ext/
-// PSPLIT_mesh_draco_patches): numbers of whole bytes in containers of version 1, of bits in those of version 2.
+// The reader of one stream's part of a stitch map. Specification: "stitch map"
+// (gltf_ext/PSPLIT_mesh_draco_patches). Numbers take whole bytes in containers of version 1, and bits in
+// containers of version 2.
 #pragma once
 
 #include "src/core/byte_reader.h"
@@ -8,22 +9,22 @@
 
 namespace psplit::core {
 
-// What a directory says of one stream of a container.
+// What the directory of a container says about one stream.
 struct StitchRow {
   View<const uint8_t> bytes;  // its part of the stitch map
-  uint32_t version = 0;       // of the container
+  uint32_t version = 0;       // the container's
   uint32_t stream = 0;        // its place in the container
   uint32_t point_count = 0, reference_count = 0;
-  uint32_t owned_base = 0;       // the mesh's number of the first point that it owns
-  uint32_t first_reference = 0;  // references are numbered from here on for the time being
+  uint32_t owned_base = 0;       // the mesh's number of the first point that the stream owns
+  uint32_t first_reference = 0;  // the temporary number of its first reference
 };
 
-// Reads a part from front to back: all runs, then all pairs, repeats before others. What contradicts itself or
-// the row's number of references is broken; whether points, places and ranks exist is for the caller to check.
+// Reads a part from front to back: all runs, then all pairs, repeats first. A part that contradicts itself or
+// the row's number of references is broken. The caller checks whether points, places and ranks exist.
 class StitchReader {
  public:
-  // `length` points of the walk from `begin` are points of stream `owner`'s walk from `start`, counting up or
-  // down.
+  // The `length` points from place `begin` of this stream's walk are the points from place `start` of stream
+  // `owner`'s walk, where places count up (forward) or down.
   struct Run {
     uint64_t begin = 0;
     uint32_t length = 0, owner = 0, start = 0;
@@ -31,8 +32,8 @@ class StitchReader {
 
     PSPLIT_HD uint32_t place(uint32_t k) const { return forward ? start + k : start - k; }
   };
-  // Decoded point `point` is the target-th that stream `owner` owns; as a repeat, it is decoded point `target`
-  // of its own stream, an earlier one.
+  // Decoded point `point` is the target-th point that stream `owner` owns. A repeat is the same as decoded
+  // point `target` of its own stream, which comes earlier.
   struct Pair {
     uint64_t point = 0;
     uint32_t owner = 0, target = 0;
@@ -51,12 +52,12 @@ class StitchReader {
       return;
     }
     runs_left_ = is_in_bits_ ? number(kinds_.count) : varint();
-    // A run takes four bytes, or has one reference, at least.
+    // A run takes at least four bytes in version 1, and has at least one reference.
     broken_ |= runs_left_ > (is_in_bits_ ? left_ : bytes_.remaining() / 4);
     if (runs_left_ == 0) begin_pairs();
   }
 
-  // False behind the last, and where the part is broken.
+  // Returns false after the last run, and if the part is broken.
   PSPLIT_HD bool next_run(Run& run) {
     if (broken_ || runs_left_ == 0) return false;
     --runs_left_;
@@ -67,7 +68,7 @@ class StitchReader {
     if (runs_left_ == 0) begin_pairs();
     return !broken_;
   }
-  // To be asked behind the last run.
+  // The same for pairs. To be called after the last run.
   PSPLIT_HD bool next_pair(Pair& pair) {
     if (broken_ || (is_in_bits_ ? left_ == 0 : bytes_.remaining() == 0)) return false;
     pair = is_in_bits_ ? pair_of_bits() : pair_of_bytes();
@@ -84,7 +85,7 @@ class StitchReader {
   PSPLIT_HD void begin_pairs() {
     next_ = 0;
     if (!is_in_bits_ || broken_) return;
-    // The first stream has nobody before it.
+    // The first stream can refer to no other stream, so all its pairs are repeats.
     const uint32_t pair_count = left_ == 0 || stream_ == 0 ? 0 : number(kinds_.count);
     broken_ |= pair_count > left_;
     if (broken_) return;
@@ -133,7 +134,7 @@ class StitchReader {
     broken_ |= value < 0 || value > 0xffffffff;
     return static_cast<uint32_t>(value);
   }
-  // The other bits of the last byte are 0.
+  // The unused bits of the last byte are 0.
   PSPLIT_HD void end_bits() {
     const int rest = static_cast<int>(bits_.bytes_taken() * 8 - bits_.bits_taken());
     broken_ |= bits_.bytes_taken() != bytes_.remaining() || bits_.read(rest) != 0;
@@ -190,16 +191,16 @@ class StitchReader {
 
   bool is_in_bits_ = false, broken_ = false;
   uint32_t stream_ = 0, runs_left_ = 0;
-  uint64_t next_ = 0;  // place or point
+  uint64_t next_ = 0;  // the lowest possible place or point
   ByteReader bytes_;
 
   BitReader bits_;
   StitchKinds kinds_;
-  uint32_t left_ = 0, repeats_left_ = 0;  // references
+  uint32_t left_ = 0, repeats_left_ = 0;  // counts of references
   uint32_t last_owner_ = kNoStream;
   ExpectedStart expected_start_;
   ExpectedRank expected_rank_;
-  bool distances_differ_ = false;  // told by their differences
+  bool distances_differ_ = false;  // each distance is coded as a difference
   uint32_t distance_ = 0;
 };
 

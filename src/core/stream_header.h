@@ -1,5 +1,4 @@
-// The front of a Draco stream: what kind it is, and how much it holds. Draco bitstream specification 2.2,
-// "header".
+// The front of a Draco stream: its kind and its counts. Draco bitstream specification 2.2, "header".
 #pragma once
 
 #include "src/core/edgebreaker.h"
@@ -7,22 +6,22 @@
 namespace psplit::core {
 
 struct StreamHeader {
-  bool edgebreaker = false;  // else a sequential mesh
-  bool valence = false;      // Edgebreaker's valence traversal, else the standard one
+  bool edgebreaker = false;  // otherwise a sequential mesh
+  bool valence = false;      // Edgebreaker's valence traversal, otherwise the standard one
   ConnectivityCounts counts;
-  uint32_t point_count = 0;           // of a sequential mesh
-  uint32_t attribute_data_count = 0;  // attributes with connectivity of their own
-  ByteReader body;                    // what follows
+  uint32_t point_count = 0;           // sequential meshes only
+  uint32_t attribute_data_count = 0;  // the number of attribute data, which may have seams
+  ByteReader body;                    // reads what follows the header
 
-  // Whether 16-bit numbers do for all corners, vertices and points.
+  // Whether 16-bit numbers are enough for all corners, vertices and points.
   PSPLIT_HD bool fits_16_bits() const {
     constexpr uint32_t kMost = 0xffff - 8;
     return counts.face_count <= kMaxFaces<uint16_t> && counts.vertex_limit < kMost && point_count < kMost;
   }
 };
 
-// Steps over names and values that say nothing about the geometry. Nested metadata is a flat list: what is
-// missing is counted, not followed.
+// Skips metadata: names and values, which do not concern the geometry. Metadata may nest; this counts the parts
+// that are still to come, without recursion.
 PSPLIT_HD inline Fault skip_metadata(ByteReader& reader) {
   const uint32_t attribute_count = reader.varint();
   for (uint64_t i = 0; i <= attribute_count; ++i) {
@@ -57,7 +56,7 @@ PSPLIT_HD inline Fault read_edgebreaker_counts(StreamHeader& header) {
   const uint32_t s_count = reader.varint();
   counts.split_count = reader.varint();
   if (reader.truncated()) return Fault::kTruncated;
-  // All counts that libdraco checks, and that corners and vertices have 32-bit numbers.
+  // The checks of libdraco, and one that 32-bit numbers are enough for corners and vertices.
   const uint64_t faces = counts.face_count, vertices = vertex_count;
   if (faces >= kMaxFaces<uint32_t> || vertices > 3 * faces || counts.symbol_count > faces ||
       faces > uint64_t{counts.symbol_count} + counts.symbol_count / 3 || s_count > counts.symbol_count ||
@@ -72,7 +71,7 @@ PSPLIT_HD inline Fault read_sequential_counts(StreamHeader& header) {
   header.counts.face_count = reader.varint();
   header.point_count = reader.varint();
   if (reader.truncated()) return Fault::kTruncated;
-  // Every face takes three bytes at least.
+  // Every face takes at least three bytes.
   return header.counts.face_count > reader.remaining() / 3 ? Fault::kCounts : Fault::kNone;
 }
 

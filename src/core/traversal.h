@@ -1,23 +1,22 @@
-// The order in which an attribute's values are stored: a walk over the faces of its corner table that visits
-// every vertex once. Draco bitstream specification 2.2, "edgebreaker traversal" and "prediction degree
-// traversal".
+// The order in which an attribute's values are stored: a walk over the faces of its corner table that meets
+// every vertex. Draco bitstream specification 2.2, "edgebreaker traversal" and "prediction degree traversal".
 #pragma once
 
 #include "src/core/seams.h"
 
 namespace psplit::core {
 
-// Vertices in the order of their values.
+// The vertices in the order of their values.
 template <typename Index>
 struct Sequence {
-  View<Index> corner;  // at which the walk met each
-  View<Index> rank;    // by vertex, its place in the sequence
+  View<Index> corner;  // the corner at which the walk met each vertex
+  View<Index> rank;    // by vertex: its place in the sequence
   uint32_t count = 0;
 
   PSPLIT_HD bool allocate(uint32_t vertex_count, Arena& arena) {
     count = vertex_count;
-    // One more: what is stored at the end of the sequence may turn out not to be part of it. It is a corner
-    // always.
+    // A walk stores a corner behind the last vertex before it finds out that the corner's vertex is not new.
+    // Whatever is stored there is a corner.
     if (!arena.take(corner, size_t{vertex_count} + 1) || !arena.take(rank, vertex_count)) return false;
     corner[vertex_count] = 0;
     return true;
@@ -28,12 +27,12 @@ struct Sequence {
   }
 };
 
-// What a walk has seen. Its answers are 0 or 1, and numbers rather than truths, so that they do not become
-// branches.
+// The faces and vertices that a walk has seen. The answers are the numbers 0 and 1 instead of bool, so that
+// compilers do not make branches of them.
 template <typename Index>
 class Walk {
  public:
-  // Walks to `out`, which has its memory.
+  // The walk is written to `out`, which is allocated.
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
     table_ = attribute.table;
     face_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
@@ -48,7 +47,8 @@ class Walk {
   }
   // The memory that `start` takes.
   PSPLIT_HD static size_t bytes(uint32_t face_count) { return Arena::bytes<bool>(mark_count(face_count)); }
-  // Every vertex has a corner, and every corner a face that the walk comes to.
+  // The walk visits every face, so it meets every vertex that has a corner. A vertex without corners is a
+  // fault.
   PSPLIT_HD Fault finish() const { return count_ == rank_.size() ? Fault::kNone : Fault::kConnectivity; }
 
   PSPLIT_HD uint32_t face_count() const { return face_count_; }
@@ -57,7 +57,7 @@ class Walk {
   PSPLIT_HD uint32_t vertex_at(uint32_t corner) const { return table_.vertex[corner]; }
 
   PSPLIT_HD uint32_t face_seen(uint32_t corner) const { return face_seen_[corner >> 2]; }
-  // The same, and 1 where there is no face.
+  // The same, and 1 if there is no face.
   PSPLIT_HD uint32_t face_done(uint32_t corner) const {
     const uint32_t face = corner >> 2;
     return face_seen_[kNoFaceIsSmall || face < face_count_ ? face : face_count_];
@@ -67,8 +67,7 @@ class Walk {
   PSPLIT_HD void see_face(uint32_t corner) { face_seen_[corner >> 2] = true; }
   PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] < kUnseenClosed; }
 
-  // If the vertex at the corner is a new one, it comes next in the sequence. Returns whether it is new and lies
-  // on no border.
+  // If the vertex at the corner is new, it comes next in the sequence. Returns whether it is new and closed.
   PSPLIT_HD uint32_t see_vertex(uint32_t corner) {
     Index& rank = rank_[vertex_at(corner)];
     const uint32_t before = rank, is_new = before >= kUnseenClosed;
@@ -79,12 +78,13 @@ class Walk {
   }
 
  private:
-  // The face that kNone names may have a mark like all others where that is not too far off.
+  // kNone names a face beyond all others. With 16-bit numbers that face is near enough to have a mark like any
+  // other; with 32-bit numbers its mark comes right behind the others.
   static constexpr bool kNoFaceIsSmall = sizeof(Index) == 2;
   PSPLIT_HD static size_t mark_count(uint32_t face_count) {
     return size_t{kNoFaceIsSmall ? kNone<Index> >> 2 : face_count} + 1;
   }
-  // Ranks of vertices not yet seen: one load says all.
+  // The ranks of vertices that are not seen yet, so that one load answers all questions about a vertex.
   static constexpr uint32_t kUnseenOpen = kNone<Index>, kUnseenClosed = kUnseenOpen - 1;
 
   CornerTable<Index> table_;
@@ -93,7 +93,7 @@ class Walk {
   uint32_t face_count_ = 0, count_ = 0;
 };
 
-// Depth first: to the right while that leads anywhere, the left sides kept for later.
+// Depth first: turns right as long as there is an unvisited face, and keeps the faces on the left for later.
 template <typename Index>
 class DepthFirstTraversal {
  public:
@@ -110,12 +110,13 @@ class DepthFirstTraversal {
   PSPLIT_HD Fault finish() const { return walk_.finish(); }
   PSPLIT_HD bool running() const { return running_; }
 
-  // One face. Where the walk goes next is as good as random, so but for dead ends there are no branches.
+  // Visits one face. The way of the walk is unpredictable, so only dead ends have a branch.
   PSPLIT_HD PSPLIT_INLINE void step() {
     const uint32_t corner = corner_, right = walk_.right_of(corner), left = walk_.left_of(corner);
     walk_.see_face(corner);
     const uint32_t right_done = walk_.face_done(right), left_done = walk_.face_done(left);
-    // Around a new vertex inside the mesh nothing is done yet, and the walk comes back on the left by itself.
+    // Around a new vertex inside the mesh no face is done yet. The walk to the right goes around it, and comes
+    // back on the left by itself.
     const uint32_t inside = walk_.see_vertex(corner);
     waiting_[waiting_count_] = static_cast<Index>(left);
     waiting_count_ += (inside | right_done | left_done) ^ 1;
@@ -146,8 +147,8 @@ class DepthFirstTraversal {
   bool running_ = false;
 };
 
-// By prediction degree: first to faces whose vertices are all seen, then to those whose new vertex other faces
-// can predict as well, then to the others.
+// By prediction degree: goes first to faces whose vertices are all seen, then to faces whose new vertex can be
+// predicted from two visited faces, then to all others.
 template <typename Index>
 class PredictionDegreeTraversal {
  public:
@@ -169,7 +170,7 @@ class PredictionDegreeTraversal {
   PSPLIT_HD Fault finish() const { return walk_.finish(); }
   PSPLIT_HD bool running() const { return running_; }
 
-  // One face.
+  // Visits one face.
   PSPLIT_HD void step() {
     walk_.see_face(corner_);
     walk_.see_vertex(corner_);

@@ -1,4 +1,4 @@
-// Memory that the caller gives: arrays with bounds, and the arena that they are cut from.
+// The caller's memory: arrays with bounds, and the arena from which they are taken.
 #pragma once
 
 #include "src/core/platform.h"
@@ -10,7 +10,7 @@ class View {
  public:
   View() = default;
   PSPLIT_HD View(T* data, size_t size) : data_(data), size_(size) {}
-  // Of things that may be written, for reading.
+  // A read-only view of the same array.
   template <typename U>
   requires(static_cast<const U*>(static_cast<T*>(nullptr)) == nullptr) PSPLIT_HD View(View<U> other)
       : data_(other.data()), size_(other.size()) {}
@@ -32,7 +32,7 @@ class View {
   size_t size_ = 0;
 };
 
-// Hands out arrays one after the other, never more than it was given; what it hands out is not initialized.
+// Takes arrays from the caller's memory, one after the other. They are not initialized.
 class Arena {
  public:
   Arena() = default;
@@ -42,7 +42,7 @@ class Arena {
     size_ = skip < size ? size - skip : 0;
   }
 
-  // False, and no array, where too little is left.
+  // Returns false, and leaves `out`, if too little memory is left.
   template <typename T>
   PSPLIT_HD bool take(View<T>& out, size_t count) {
     static_assert(alignof(T) <= kAlignment);
@@ -53,25 +53,25 @@ class Arena {
     return true;
   }
 
-  // Enough bytes for take(View<T>, count), wherever the array starts.
+  // The most bytes that take needs for `count` values of type T.
   template <typename T>
   PSPLIT_HD static constexpr size_t bytes(uint64_t count) {
     return static_cast<size_t>(count) * sizeof(T) + kAlignment - 1;
   }
 
-  // Gives back all but the first `count` of what was taken last.
+  // `last` is the array that was taken last. Gives back all of it except the first `count` values.
   template <typename T>
   PSPLIT_HD void trim(View<T>& last, size_t count) {
     used_ -= (last.size() - count) * sizeof(T);
     last = last.first(count);
   }
 
-  // What was taken after a mark goes back at release.
+  // release gives back all arrays that were taken after the mark.
   PSPLIT_HD size_t mark() const { return used_; }
   PSPLIT_HD void release(size_t mark) { used_ = mark; }
 
  private:
-  static constexpr size_t kAlignment = 16;  // of vectors
+  static constexpr size_t kAlignment = 16;  // what vectors of 128 bits need
 
   uint8_t* bytes_ = nullptr;
   size_t size_ = 0, used_ = 0;

@@ -1,4 +1,4 @@
-// Groups of bits as lanes take them, against the bits one after the other.
+// Lanes that each read a group of bits get the same values as one reader of all bits.
 #include "src/core/bit_groups.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ Taken one_after_the_other(const std::vector<uint8_t>& bytes, const std::vector<u
   return out;
 }
 
-// What every lane must say alike. Tags are the last values, as SymbolSequence has them.
+// Every lane must return the same. The tags are the end of the values, as in SymbolSequence.
 template <typename Run>
 Taken together(Run run, const std::vector<uint8_t>& bytes, const std::vector<uint32_t>& tags,
                uint32_t components) {
@@ -64,7 +64,7 @@ void expect_same(const std::vector<uint8_t>& bytes, const std::vector<uint32_t>&
 }
 
 struct Groups {
-  std::vector<uint8_t> bytes;  // as many as the tags say
+  std::vector<uint8_t> bytes;  // the tags say how many
   std::vector<uint32_t> tags;
 };
 
@@ -88,7 +88,7 @@ TEST(ReadTagged, TakesWhatASerialReaderTakes) {
       for (const uint32_t most_bits : {0u, 1u, 13u, 32u}) {
         Groups groups = random_groups(random, group_count, components, most_bits);
         expect_same(groups.bytes, groups.tags, components);
-        groups.bytes.resize(groups.bytes.size() + 20, 0xff);  // what follows is no part of it
+        groups.bytes.resize(groups.bytes.size() + 20, 0xff);  // other data may follow
         expect_same(groups.bytes, groups.tags, components);
       }
 }
@@ -98,7 +98,7 @@ TEST(ReadTagged, ReadsZerosPastTheEnd) {
   for (const uint32_t components : {1u, 3u}) {
     const Groups groups = random_groups(random, 40, components, 32);
     for (size_t length = 0; length < groups.bytes.size(); ++length) {
-      // An exactly sized block: one byte too far is seen by the address sanitizer.
+      // The block has exactly this size, so the address sanitizer sees any read past its end.
       const std::vector<uint8_t> bytes(groups.bytes.begin(),
                                        groups.bytes.begin() + static_cast<ptrdiff_t>(length));
       expect_same(bytes, groups.tags, components);

@@ -1,5 +1,5 @@
-// Cooperative algorithms against plain loops, for one lane and for the emulated warp in several orders; and
-// that the emulated warp sees what no warp may do.
+// Collective algorithms give the results of plain loops, on one lane and on the emulated warp in several
+// orders. The emulated warp detects what a warp must not do.
 #include "src/core/lanes.h"
 
 #include <gtest/gtest.h>
@@ -145,7 +145,7 @@ TEST(Lanes, ScanArrays) {
   });
 }
 
-// Races, which the thread sanitizer sees without that they matter.
+// These tests race on purpose, so the thread sanitizer would report them.
 #if !defined(PSPLIT_TSAN)
 TEST(EmulatedWarp, RunsLanesInTheOrderAsked) {
   std::vector<std::vector<uint32_t>> orders;

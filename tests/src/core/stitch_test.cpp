@@ -1,5 +1,5 @@
-// The core's numbering against that of the container, which knows faces and points only: the same numbers, and
-// the same refusals, by one lane and by warps.
+// The core's numbering gives the same numbers as the reference numbering, which knows only faces and points,
+// and refuses the same maps. It runs on one lane and on warps.
 #include "src/core/stitch.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ struct Stitched {
   PatchContainer container;
 };
 
-// Most are right: a point is a reference once, and refers to one that is none.
+// Most maps are valid: each point is a reference at most once, and refers to a point that is not a reference.
 StitchMap random_map(std::mt19937& random, uint32_t stream, bool has_repeats) {
   StitchMap map;
   std::vector<uint8_t> taken(kPoints, 0);
@@ -77,7 +77,7 @@ Stitched random_container(std::mt19937& random) {
   return made;
 }
 
-// What the core makes of a container: numbers, or nothing where it refuses it.
+// The numbers that the core gives to a container's points; empty if it refuses the container.
 template <typename Run>
 std::vector<std::vector<uint32_t>> number_by_core(const PatchContainer& container, Run run) {
   using core::Fault;

@@ -1,0 +1,186 @@
+// Seams on a fan of four faces around vertex 1, and on random meshes against sets of corners.
+#include "src/core/seams.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <set>
+
+#include "tests/src/core/clers_mesh.h"
+
+namespace psplit::core {
+namespace {
+
+template <typename T>
+View<T> view(std::vector<T>& values) {
+  return View<T>(values.data(), values.size());
+}
+
+struct SeamedMesh {
+  explicit SeamedMesh(const std::string& letters) : decoded(letters) {
+    decoded.mesh.drop_merged_vertices(/*keep_order=*/true);
+    scratch.resize(decoded.mesh.vertex_count);
+    edges.resize(3 * decoded.mesh.counts.face_count);
+    edges.resize(list_inner_edges(decoded.mesh.table, view(edges)));
+    on_seam = std::make_unique<bool[]>(scratch.size());
+    on_any_seam = std::make_unique<bool[]>(scratch.size());
+  }
+
+  // `seams` has a byte for each inner edge.
+  void add_attribute(std::vector<uint8_t> seams) {
+    ASSERT_EQ(seams.size(), edges.size());
+    const size_t bytes = AttributeTable<uint16_t>::bytes(decoded.mesh.counts.face_count);
+    memory.emplace_back(bytes);
+    Arena arena(memory.back().data(), bytes);
+    AttributeTable<uint16_t> table;
+    const View<bool> ends(on_seam.get(), scratch.size());
+    ASSERT_EQ(cut_seams(decoded.mesh, view(edges), view(seams), arena, table, ends), Fault::kNone);
+    ASSERT_EQ(table.has_seams, std::count(seams.begin(), seams.end(), 1) > 0);
+    if (table.has_seams) {
+      number_attribute_vertices(decoded.mesh, View<const bool>(ends), view(scratch), table);
+      for (size_t v = 0; v < ends.size(); ++v) on_any_seam[v] |= ends[v];
+    }
+    attributes.push_back(table);
+  }
+  uint32_t split() {
+    points.resize(4 * decoded.mesh.counts.face_count);
+    return split_into_points(decoded.mesh, view(attributes),
+                             View<const bool>(on_any_seam.get(), scratch.size()), view(scratch), view(points));
+  }
+
+  ClersMesh decoded;
+  std::vector<uint16_t> edges, scratch, points;
+  std::vector<AttributeTable<uint16_t>> attributes;
+  std::vector<std::vector<uint8_t>> memory;
+  std::unique_ptr<bool[]> on_seam, on_any_seam;
+};
+
+// Faces (0, 1, 2), (2, 1, 3), (3, 1, 4), (1, 0, 4), with these corners at vertex 1.
+constexpr const char* kFan = "ERRC";
+constexpr uint32_t kAtCenter[] = {1, 5, 9, 12};
+
+TEST(Seams, EveryInnerEdgeIsListedOnceByTheFirstOfItsFaces) {
+  // Edges 1-2, 0-1, 1-3 and 1-4 of the fan.
+  EXPECT_EQ(SeamedMesh(kFan).edges, (std::vector<uint16_t>{0, 2, 4, 8}));
+  EXPECT_TRUE(SeamedMesh("E").edges.empty());
+}
+
+TEST(Seams, WithoutSeamsAnAttributeSharesTheMeshsTable) {
+  SeamedMesh fan(kFan);
+  fan.add_attribute({0, 0, 0, 0});
+  EXPECT_EQ(fan.attributes[0].table.vertex.data(), fan.decoded.mesh.table.vertex.data());
+  EXPECT_EQ(fan.attributes[0].vertex_count, 5u);
+}
+
+TEST(Seams, ASeamSplitsTheVertexAtItsEndOnTheBorder) {
+  SeamedMesh fan(kFan);
+  fan.add_attribute({1, 0, 0, 0});  // edge 1-2: vertex 2 has two values, vertex 1 has one all around
+  const View<uint16_t> value = fan.attributes[0].table.vertex;
+  EXPECT_EQ(fan.attributes[0].vertex_count, 6u);
+  EXPECT_NE(value[2], value[4]);
+  for (const uint32_t corner : kAtCenter) EXPECT_EQ(value[corner], value[kAtCenter[0]]);
+  EXPECT_FALSE(fan.attributes[0].closed[value[kAtCenter[0]]]);  // a seam ends there
+  EXPECT_EQ(fan.split(), 6u);
+}
+
+TEST(Seams, TwoSeamsSplitTheVertexBetweenThem) {
+  SeamedMesh fan(kFan);
+  fan.add_attribute({1, 0, 1, 0});  // edges 1-2 and 1-3 cut out the second face
+  const View<uint16_t> value = fan.attributes[0].table.vertex;
+  EXPECT_EQ(fan.attributes[0].vertex_count, 8u);
+  EXPECT_NE(value[5], value[1]);
+  EXPECT_EQ(value[9], value[1]);
+  EXPECT_EQ(value[12], value[1]);
+}
+
+TEST(Seams, PointsAreSplitWhereAnyAttributeIs) {
+  SeamedMesh fan(kFan);
+  fan.add_attribute({1, 0, 0, 0});  // splits vertex 2
+  fan.add_attribute({0, 0, 1, 0});  // splits vertex 3
+  EXPECT_EQ(fan.split(), 7u);
+  EXPECT_NE(fan.points[2], fan.points[4]);
+  EXPECT_NE(fan.points[6], fan.points[8]);
+  for (const uint32_t corner : kAtCenter) EXPECT_EQ(fan.points[corner], fan.points[kAtCenter[0]]);
+}
+
+TEST(Seams, NeedTheMemoryThatTheySay) {
+  ClersMesh fan(kFan);
+  Arena none;
+  AttributeTable<uint16_t> table;
+  uint16_t edges[] = {0};
+  uint8_t seams[] = {1};
+  bool on_seam[5];
+  EXPECT_EQ(cut_seams(fan.mesh, View<uint16_t>(edges, 1), View<uint8_t>(seams, 1), none, table,
+                      View<bool>(on_seam, 5)),
+            Fault::kWorkspace);
+}
+
+// Sets of corners. Numbers that the stage gave are right if two corners have the same exactly when they are in
+// one set.
+struct CornerSets {
+  explicit CornerSets(size_t count) : parent(count) { std::iota(parent.begin(), parent.end(), 0u); }
+  uint32_t find(uint32_t c) { return parent[c] == c ? c : parent[c] = find(parent[c]); }
+  void join(uint32_t a, uint32_t b) { parent[find(a)] = find(b); }
+
+  template <typename Numbers>
+  void expect_equal(const Numbers& number, uint32_t count) {
+    std::map<uint32_t, uint32_t> set_of;
+    for (uint32_t c = 0; c < parent.size(); ++c) {
+      if (c % 4 == 3) continue;
+      ASSERT_LT(number[c], count);
+      ASSERT_EQ(set_of.emplace(number[c], find(c)).first->second, find(c));
+    }
+    std::set<uint32_t> sets;
+    for (const auto& [ignored, set] : set_of) sets.insert(set);
+    ASSERT_EQ(set_of.size(), count);
+    ASSERT_EQ(sets.size(), count);
+  }
+  std::vector<uint32_t> parent;
+};
+
+TEST(Seams, NumberValuesAndPointsOfRandomMeshes) {
+  std::mt19937 random(1);
+  size_t seamed = 0;
+  for (int round = 0; round < 20000; ++round) {
+    std::string letters = "E";
+    for (size_t length = 1 + random() % 20; letters.size() < length;) letters += "CLRCLRES"[random() % 8];
+    if (ClersMesh(letters).fault != Fault::kNone) continue;
+    SeamedMesh made(letters);
+    const CornerTable<uint16_t>& table = made.decoded.mesh.table;
+    for (int i = 0; i < 2; ++i) {
+      std::vector<uint8_t> seams;
+      while (seams.size() < made.edges.size()) seams.push_back(random() % 3 == 0);
+      made.add_attribute(seams);
+      // Two corners at the end of an inner edge have the same value if the edge is not a seam.
+      CornerSets values(table.opposite.size());
+      for (size_t e = 0; e < seams.size(); ++e) {
+        const uint16_t c = made.edges[e], across = table.opposite[c];
+        if (seams[e] != 0) continue;
+        values.join(next(c), previous(across));
+        values.join(previous(c), next(across));
+      }
+      seamed += made.attributes.back().has_seams;
+      values.expect_equal(made.attributes.back().table.vertex, made.attributes.back().vertex_count);
+    }
+    // They are the same point if all attributes have the same value.
+    CornerSets points(table.opposite.size());
+    const auto join_if_same = [&](uint16_t a, uint16_t b) {
+      for (const AttributeTable<uint16_t>& attribute : made.attributes)
+        if (attribute.has_seams && attribute.table.vertex[a] != attribute.table.vertex[b]) return;
+      points.join(a, b);
+    };
+    for (const uint16_t c : made.edges) {
+      join_if_same(next(c), previous(table.opposite[c]));
+      join_if_same(previous(c), next(table.opposite[c]));
+    }
+    points.expect_equal(made.points, made.split());
+    if (HasFatalFailure()) FAIL() << letters;
+  }
+  EXPECT_GT(seamed, 1000u);
+}
+
+}  // namespace
+}  // namespace psplit::core
