@@ -96,26 +96,21 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
 // Adds a face for each symbol. The function is long because its state has to stay in registers.
 //
 // The symbols may be anything, and yet loads and stores need no checks. Before symbol i:
-//   - Faces 0 to i - 1 are there. Their vertices are below vertex_count, which does not exceed the limit, and
-//   the
+//   - Faces 0 to i - 1 exist. Their vertices are below vertex_count, which does not exceed the limit, and the
 //     arrays have room for three more.
-//   - The border edges are the corners without an opposite corner. One of them leaves each vertex v of the
-//   border,
-//     border[v], and one enters it. Swinging left from the one to the other meets all corners of v.
+//   - The border edges are the corners without an opposite corner. For each vertex v of the border, one of them
+//     leaves it, border[v], and one enters it. Swinging left from the one to the other meets all corners of v.
 //   - The active edge is one of them: border[from] is {active, to}.
 // Each row of the table preserves this:
 //   - C takes `to` off the border. Only the active edge entered it. C also writes border[x], though it has no
-//   vertex x;
-//     the symbol that brings vertex x overwrites that.
+//     vertex x; the symbol that brings vertex x overwrites that.
 //   - S takes n off the border. Only the active edge entered n, so no other border edge leads there. Nor does
-//   b, which
-//     is not the active edge: that one lies across from the newest corner 0, and waits for nothing. So v1 is
-//     not n. The corners of n are a chain that ends at the border, so relabelling them ends.
+//     b, for b is not the active edge: that one lies across from the newest corner 0, and waits for nothing.
+//     So v1 is not n. The corners of n are a chain that ends at the border, so relabelling them ends.
 //   - If v1 = v2, the new active edge is a loop of its own. Such a string is invalid. C, L and R still find
-//   their border
-//     edges, so the loop goes on without a branch for this case, and refuses the string at its end. But a C
-//     here links one edge to two corners, so that the corners of a vertex may be no chain any more. Only S
-//     follows chains, and refuses the string at once.
+//     their border edges, so the loop goes on without a branch for this case, and refuses the string at its
+//     end. But a C here links one edge to two corners, so that the corners of a vertex may no longer be a
+//     chain. Only S follows chains, and refuses the string at once.
 template <typename Index, typename Symbols>
 PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connectivity<Index>& mesh) {
   const ConnectivityCounts counts = mesh.counts;

@@ -78,7 +78,7 @@ class StitchReader {
   PSPLIT_HD bool broken() const { return broken_; }
 
  private:
-  // Where the owner would be no stream, it comes after this one.
+  // If `back` leads before the first stream, returns a number after this stream's, which the callers refuse.
   PSPLIT_HD uint32_t owner(uint64_t back) const {
     return back > stream_ ? 0xffffffffu : stream_ - static_cast<uint32_t>(back);
   }
