@@ -168,7 +168,7 @@ class BatchPlan {
     }
     if (primitive.index_bytes != 2 && primitive.index_bytes != 4) return refused("indices take 2 or 4 bytes");
     if (points > (primitive.index_bytes == 2 ? 0xffffu : 0xfffffffeu))
-      return refused("the indices do not tell so many points apart");
+      return refused("too many points for the size of the indices");
     if (primitive.indices == nullptr && container.face_base[end] > container.face_base[first])
       return refused("nowhere to write indices to");
     if (!is_aligned(primitive.indices, primitive.index_bytes)) return refused("indices that are not aligned");

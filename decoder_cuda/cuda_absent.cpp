@@ -1,4 +1,4 @@
-// Stands in for the CUDA decoder where the build has no CUDA toolkit, so that callers need no #ifdef.
+// Replaces the CUDA decoder in builds without a CUDA toolkit, so that callers need no #ifdef.
 #include "decoder_cuda/psplit_cuda.h"
 
 namespace psplit {

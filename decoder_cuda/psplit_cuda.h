@@ -1,4 +1,4 @@
-// The decoder for CUDA devices. Builds without CUDA have it too: it then says that there is no device.
+// The decoder for CUDA devices. In builds without CUDA, its functions return an error: there is no device.
 #pragma once
 
 #include <cstddef>
@@ -64,7 +64,7 @@ struct CudaAttribute {
   float* grid = nullptr;
 };
 
-// One mesh, or some of its patches: [first, end), where a residue counts as one more patch, the last.
+// One mesh, or its patches [first, end). A residue counts as one more patch, the last.
 //
 // Stitched patches have the faces and points of the mesh that the directory gives them. Indices are the mesh's.
 // Values begin with the first point that patch `first` owns. Patches that they refer to are decoded as well,

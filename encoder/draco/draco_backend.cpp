@@ -65,7 +65,7 @@ bool has_its_points(const draco::Mesh::Face& face, uint32_t point_count) {
   return std::ranges::all_of(face, [&](draco::PointIndex point) { return point.value() < point_count; });
 }
 
-// Of a stream that libdraco decodes. Its API does not tell.
+// Reads the coding of a stream that libdraco decodes. libdraco's API does not tell it.
 StreamCoding read_coding(std::span<const uint8_t> stream) {
   core::ByteReader reader(stream.data(), stream.size());
   reader.skip(8);  // magic, version, kind

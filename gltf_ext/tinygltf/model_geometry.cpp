@@ -50,7 +50,7 @@ Expected<Key> key_of(const tinygltf::Primitive& primitive, Compression compressi
     return invalid_input("patches are triangle lists, and the mode is another");
   if (!is_list && primitive.mode != TINYGLTF_MODE_TRIANGLE_STRIP)
     return invalid_input("Draco meshes are triangles, and the mode is another");
-  if (!extension.IsObject()) return invalid_input("the extension is no object");
+  if (!extension.IsObject()) return invalid_input("the extension is not an object");
   const auto view = unsigned_value(extension.Get("bufferView"));
   if (!view || *view > 0x7fffffffu) return invalid_input("the extension has no buffer view");
   const tinygltf::Value& attributes = extension.Get("attributes");

@@ -19,7 +19,7 @@ namespace psplit {
 
 struct PatchContainer;  // an opened container; CompressedPrimitive::container (src/loader/loader.h) gives it
 
-// Which Draco attribute becomes which glTF attribute.
+// Requests a Draco attribute, by its unique id, as a glTF attribute.
 struct AttributeRequest {
   std::string semantic;
   uint32_t unique_id = 0;

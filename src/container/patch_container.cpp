@@ -139,7 +139,8 @@ Expected<core::StreamHeader> read_header(const PatchContainer& container, uint32
   const StreamEntry& entry = container.entries[patch];
   const bool is_residue = patch >= container.patch_count();
   if (header->edgebreaker == is_residue)
-    return invalid_input(is_residue ? "the residue is no sequential mesh" : "a patch is no Edgebreaker mesh");
+    return invalid_input(is_residue ? "the residue is not a sequential mesh"
+                                    : "a patch is not an Edgebreaker mesh");
   const uint32_t faces = header->counts.face_count, claimed = entry.face_count;
   // A sequential stream needs faces to carry points that no face uses. The directory does not count them.
   if (is_residue ? faces < claimed : faces != claimed) return differs_from_directory("faces", faces, claimed);

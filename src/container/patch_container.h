@@ -71,7 +71,7 @@ struct PatchContainer {
   uint64_t stream_bytes() const;
   uint64_t reference_count() const;
 
-  // The number of points to plan memory for: the row's, or an estimate where the row has only a limit.
+  // The number of points to plan memory for: the row's, or an estimate if the row has only a limit.
   uint32_t likely_point_count(uint32_t patch) const;
 
   // For the core's readers of the stitch map.

@@ -1,4 +1,4 @@
-// What a Draco mesh stream holds, and the glTF attributes that its data become.
+// The contents of a Draco mesh stream, and the glTF attributes that they become.
 #pragma once
 
 #include "src/container/decode_backend.h"

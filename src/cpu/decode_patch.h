@@ -103,7 +103,7 @@ Status find_attributes(const core::Patch<Index>& patch, std::span<const Attribut
   return {};
 }
 
-// Writes an attribute's values where place_of(point) says, in the type asked for.
+// Writes an attribute's values to place_of(point), in the requested type.
 template <typename Index, typename PlaceOf>
 Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
                        const AttributeRequest& request, PlaceOf place_of) {

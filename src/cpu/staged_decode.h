@@ -52,7 +52,7 @@ class StreamDecoder {
   std::optional<core::PatchDecoder<Index>> decoder_;
 };
 
-// Of the streams that are decoded in step, those that are at the same stop.
+// Streams that are decoded in step and wait at the same stop.
 template <typename Index>
 struct AtStop {
   core::PatchDecoder<Index>* decoders[core::kInStep];

@@ -318,7 +318,7 @@ TEST_F(TinyGltfPlugin, NamesMeshPrimitiveAndPatchAndLeavesTheModel) {
   expect_refused([&](Model& model) { model.meshes[1].primitives[0].attributes["POSITION"] = -7; },
                  at + "the extension's attribute POSITION has no accessor", invalid);
   expect_refused([&](Model& model) { model.meshes[1].primitives[0].extensions[kName] = tinygltf::Value(1); },
-                 at + "the extension is no object", invalid);
+                 at + "the extension is not an object", invalid);
   expect_refused([&](Model& model) { model.meshes[1].primitives[0].mode = TINYGLTF_MODE_LINE; },
                  at + "patches are triangle lists, and the mode is another", invalid);
   expect_refused([&](Model& model) { model.meshes[1].primitives[0].indices = 99; },

@@ -132,8 +132,8 @@ TEST(PatchContainer, RefusesEachContradictionWithItsPatch) {
       {"the stream has 100 faces, the directory says 99", 0, [](Parts& p) { p.entries[0].face_count = 99; }},
       {"the stream has 3 faces, the directory says 4", 2, [](Parts& p) { p.entries[2].face_count = 4; }},
       {"the stream has 9 points, the directory says 10", 2, [](Parts& p) { p.entries[2].point_count = 10; }},
-      {"a patch is no Edgebreaker mesh", 1, [](Parts& p) { p.streams[1][8] = 0; }},
-      {"the residue is no sequential mesh", 2,
+      {"a patch is not an Edgebreaker mesh", 1, [](Parts& p) { p.streams[1][8] = 0; }},
+      {"the residue is not a sequential mesh", 2,
        [](Parts& p) {
          p.streams[2] = stream_of({true, 3, 9}, p.streams[2].size());
        }},

@@ -1,4 +1,4 @@
-// Which Draco attribute becomes which glTF attribute.
+// The glTF attributes that Draco attributes become.
 #include "src/container/stream_description.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ StreamAttribute attribute(uint32_t unique_id, DracoSemantic semantic, DataType t
 
 const StreamAttribute kPositions = attribute(0, DracoSemantic::kPosition, DataType::kFloat32, 3);
 
-// "COLOR_0 5121x4 normalized" for the attribute behind positions.
+// "COLOR_0 5121x4 normalized" for the attribute after the positions.
 std::string named(const StreamAttribute& second) {
   const StreamAttribute both[] = {kPositions, second};
   const auto requests = gltf_attributes(both);

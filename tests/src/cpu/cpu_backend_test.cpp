@@ -152,8 +152,8 @@ TEST(PatchContainer, RefusesAFlagOfTheResidueThatIsWrong) {
     const Status status = open_container(bytes).status();
     EXPECT_EQ(status.code(), StatusCode::kInvalidInput) << sample.name;
     EXPECT_EQ(status.place().patch, static_cast<int64_t>(container->entries.size()) - 1);
-    EXPECT_EQ(status.message(),
-              container->has_residue ? "a patch is no Edgebreaker mesh" : "the residue is no sequential mesh");
+    EXPECT_EQ(status.message(), container->has_residue ? "a patch is not an Edgebreaker mesh"
+                                                       : "the residue is not a sequential mesh");
     ++(container->has_residue ? residues : patches);
   }
   EXPECT_GT(residues, 0u);
