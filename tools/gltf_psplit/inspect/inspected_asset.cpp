@@ -26,9 +26,7 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
   if (!patched) return patched.status();
   const Expected<PatchContainer> container = open_container(patched->bytes);
   if (!container) return container.status();
-  const Expected<PatchSummary> summary = summarize_container(patched->bytes);
-  if (!summary) return summary.status();
-  out.summary = *summary;
+  out.summary = summarize_streams(container->entries, container->has_residue, patched->bytes.size());
   out.container_version = container->version;
   out.attributes = patched->requests;
   out.bits.assign(out.attributes.size(), 0);
