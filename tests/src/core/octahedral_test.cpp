@@ -1,4 +1,4 @@
-// Places on the octahedral grid: where axes are, and that corrections reach every place from every other.
+// The axes have known places on the octahedral grid, and corrections reach every place from every other.
 #include "src/core/octahedral.h"
 
 #include <gtest/gtest.h>
@@ -85,8 +85,8 @@ TEST(Octahedral, CorrectionsReachEveryPlaceFromEveryOther) {
     }
 }
 
-// Four predicted values that are a quarter turn apart, and the corrections that lead away from the center by
-// one step.
+// Four predicted values that are a quarter turn apart: the same correction leads each of them one step away
+// from the center.
 TEST(Octahedral, CanonicalizedCorrectionsTurnWithThePredictedValue) {
   const OctahedralGrid grid(kBits);
   const Vec2 from[] = {{-2, -1}, {-1, 2}, {2, 1}, {1, -2}}, to[] = {{-3, -1}, {-1, 3}, {3, 1}, {1, -3}};

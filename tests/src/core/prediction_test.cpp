@@ -1,4 +1,4 @@
-// Each prediction scheme on a mesh made by hand, where its predicted values can be seen.
+// Each prediction scheme on a mesh made by hand, where the predicted values can be checked by hand.
 #include "src/core/prediction.h"
 
 #include <gtest/gtest.h>
@@ -15,14 +15,14 @@ using Values = std::vector<int32_t>;
 
 constexpr WrapRange kWide{-1000, 1000, 2001};
 
-// Two triangles, of which the second has its corner 3 across from corner 0 of the first.
+// Two triangles that share the edge from 1 to 2.
 //
 //     2---3
 //     | \ |
 //     0---1
 const std::vector<std::array<uint16_t, 3>> kSquare{{0, 1, 2}, {3, 2, 1}};
 
-// Value k of a vertex has this correction in component k.
+// Corrections of `components` components: component k of a value is greater by k than component 0.
 Values repeated(const Values& values, uint32_t components) {
   Values out;
   for (const int32_t value : values)
@@ -33,7 +33,7 @@ Values repeated(const Values& values, uint32_t components) {
 template <uint32_t kComponents>
 void expect_parallelogram(uint32_t components = kComponents) {
   SmallMesh mesh(kSquare);
-  // Each value is corrected from the one before; 3 is predicted to be 1 + 2 - 0.
+  // Values 0 to 2 are predicted from the one before, and value 3 from the parallelogram.
   const auto on = mesh.values<kComponents>(repeated({10, 5, 100, -7}, components), components);
   for (ParallelogramSteps<uint16_t, kComponents> steps({on, kWide}); steps.running();) steps.step();
   for (uint32_t v = 0; v < 4; ++v) {
@@ -64,7 +64,7 @@ TEST(Prediction, AParallelogramIsKnownOnceItsThreeValuesAre) {
   EXPECT_FALSE(find_parallelogram(on, 3, uint16_t{1}, found));  // no face is across the edge from 0 to 2
 }
 
-// Vertex 5 has two faces, and a parallelogram over each.
+// Vertex 5 has two faces, and a parallelogram across each.
 //
 //     0---3---1
 //      \ /|\ /
@@ -103,7 +103,8 @@ TEST(Prediction, SeveralParallelogramsPredictTheirMean) {
   EXPECT_EQ(predicted_in_fan<3>(kLeftFace, predict), kLeft);
 }
 
-// Flags of the two parallelograms of vertex 5; a flag that is set excludes one. Nothing if there is a fault.
+// The same with the flags of vertex 5's two parallelograms: a flag that is set excludes one. Nothing if there
+// is a fault.
 template <uint32_t kComponents>
 std::optional<int32_t> predicted_with_creases(uint16_t met, std::vector<uint8_t> flags) {
   std::vector<uint8_t> memory(1 << 20);
@@ -121,7 +122,8 @@ template <uint32_t kComponents>
 void expect_creases_exclude() {
   const auto predicted = predicted_with_creases<kComponents>;
   EXPECT_EQ(predicted(kLeftFace, {0, 0}), (kLeft + kRight) / 2);
-  // To the left of the left face is the right one; from the right face there is only the one to the right.
+  // The first flag is that of the face at which the traversal met the vertex, and the second that of the other
+  // face.
   EXPECT_EQ(predicted(kLeftFace, {1, 0}), kRight);
   EXPECT_EQ(predicted(kLeftFace, {0, 1}), kLeft);
   EXPECT_EQ(predicted(kRightFace, {1, 0}), kLeft);

@@ -49,13 +49,13 @@ TEST(Rans, BitsNeedAState) {
     return RansBits().start(reader);
   };
   EXPECT_EQ(start({128, 0}), Fault::kEntropy);                 // an empty block
-  EXPECT_EQ(start({128, 1, 0x40}), Fault::kEntropy);           // two bytes of which one is there
+  EXPECT_EQ(start({128, 1, 0x40}), Fault::kEntropy);           // one byte of two
   EXPECT_EQ(start({128, 2, 0}), Fault::kTruncated);            // a block longer than the stream
   EXPECT_EQ(start({128, 2, 0xff, 0x7f}), Fault::kNone);        // 4096 + 16383
   EXPECT_EQ(start({128, 4, 0, 0, 0, 0xc0}), Fault::kEntropy);  // bits have at most three bytes
 }
 
-// Symbols with the given probabilities: what comes back, with next and with next_fast.
+// Encodes symbols with the given probabilities, and expects them back from next and from next_fast.
 void expect_symbols_back(const std::vector<uint32_t>& probs, uint32_t precision_bits, uint32_t count) {
   std::mt19937 random(1);
   std::vector<uint32_t> expected(count);

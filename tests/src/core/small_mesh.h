@@ -9,8 +9,8 @@
 
 namespace psplit::core {
 
-// Vertices are in the order of their values: vertex v is value v. The traversal met it at the corner `met` of
-// it, its first corner unless that is changed.
+// Vertex v has value v of the sequence. met[v] is the corner at which the traversal met it: its first corner,
+// unless a test changes that.
 class SmallMesh {
  public:
   explicit SmallMesh(const std::vector<std::array<uint16_t, 3>>& faces) {
@@ -39,7 +39,8 @@ class SmallMesh {
     return {{met.data(), met.size()}, {rank_.data(), rank_.size()}, static_cast<uint32_t>(rank_.size())};
   }
 
-  // kComponents components of each vertex, 0 for `components` of them. `corrections` has them without gaps.
+  // The values to predict, of kComponents components, or of `components` if kComponents is 0. `corrections` has
+  // no gaps.
   template <uint32_t kComponents>
   PredictedValues<uint16_t, kComponents> values(const std::vector<int32_t>& corrections,
                                                 uint32_t components = kComponents) {
@@ -53,7 +54,7 @@ class SmallMesh {
             kZeros,
             components};
   }
-  // What was written to the values of the last call.
+  // A value as it was written since the last call of `values`.
   std::vector<int32_t> value(uint32_t vertex, uint32_t components) const {
     const auto at = values_.begin() + static_cast<ptrdiff_t>(vertex * value_stride(components));
     return {at, at + components};

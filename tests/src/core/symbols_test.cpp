@@ -9,7 +9,7 @@
 namespace psplit::core {
 namespace {
 
-// As many equal probabilities as a table of 12 bits takes, for symbols below 2^bits.
+// Equal probabilities for symbols below 2^bits, in a table of 12 bits.
 std::vector<uint32_t> equal_probs(uint32_t bits) { return std::vector<uint32_t>(1u << bits, 4096u >> bits); }
 
 // Values below 16.
@@ -41,7 +41,7 @@ std::vector<uint32_t> values_below_16(size_t count) {
   return values;
 }
 
-// Decodes one sequence behind which the stream has one more byte.
+// Decodes one sequence; the stream has one more byte behind it.
 struct Decoded {
   Fault fault = Fault::kNone;
   std::vector<uint32_t> values;

@@ -1,4 +1,4 @@
-// The sum of what the stages take: enough for every stream, and not far above what decoding takes.
+// The sum of what the stages declare is enough for every stream, and not far above what decoding takes.
 #include "src/core/workspace.h"
 
 #include <gtest/gtest.h>
@@ -43,7 +43,7 @@ void expect_close(const DracoStream& stream, const StreamHeader& header, Totals&
   // Each sequence of symbols may have a large table, and some marks of faces do not depend on counts.
   const size_t sequences = 1 + values.attributes + (header.valence ? ValenceSymbols<Index>::kLists : 0);
   const size_t fixed = sequences * (size_t{40} << 10);
-  EXPECT_LE(sum, 5 * used + fixed);  // streams without integers take the least of what there is room for
+  EXPECT_LE(sum, 5 * used + fixed);  // streams without integers use the least of it
   totals.sum += sum, totals.used += used, totals.fixed += fixed;
 }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr int32_t kLow = -3, kHigh = 6;
 constexpr WrapRange kRange{kLow, kHigh, kHigh - kLow + 1};
 
-// One value through Wrap<kCount>, which all components must agree on.
+// One value through Wrap<kCount>; all components must agree.
 template <uint32_t kCount>
 int32_t wrapped(int32_t predicted, int32_t correction) {
   int32_t out[4];
