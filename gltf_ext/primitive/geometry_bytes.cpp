@@ -70,6 +70,14 @@ std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& doc
   return bytes;
 }
 
+uint64_t geometry_bytes(const Document& document, std::span<const PrimitiveId> primitives) {
+  uint64_t bytes = 0;
+  ByteCounter counter(document.json);
+  for (const PrimitiveId id : primitives)
+    bytes += counter.primitive(document.json["meshes"][id.mesh]["primitives"][id.primitive]);
+  return bytes;
+}
+
 GeometryOwners::GeometryOwners(const Document& document) : document_(document) {
   for_each_accessor_reference(document.json,
                               [&](const Json& index) { ++accessor_users_[integer_value(index).value_or(-1)]; });

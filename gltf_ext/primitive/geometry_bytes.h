@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "gltf_ext/primitive/primitive_edit.h"
@@ -14,6 +15,9 @@ namespace psplit {
 // do not count, because they are never compressed. Accessors that only describe the data of a stream do not
 // count either. Data that several primitives share count for the first of them.
 std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& document);
+
+// The sum for these primitives. Data that several of them share count once.
+uint64_t geometry_bytes(const Document& document, std::span<const PrimitiveId> primitives);
 
 // The bytes that a document would lose with a geometry.
 class GeometryOwners {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <set>
 
+#include "gltf_ext/document/image_bytes.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
@@ -16,41 +17,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The sizes of files that relative URIs name. Each file counts once; a missing file counts 0.
-class FilesBeside {
- public:
-  explicit FilesBeside(const fs::path& asset) : folder_(asset.parent_path()) {}
-
-  uint64_t bytes_of(const std::string& uri) {
-    const std::string name = percent_decode(uri);
+// The bytes of the files of buffers. Each file counts once; a missing file counts 0.
+uint64_t buffer_file_bytes(const Json& json, const fs::path& folder) {
+  const Json* buffers = array_field(json, "buffers");
+  if (buffers == nullptr) return 0;
+  std::set<std::string> names;
+  for (const Json& buffer : *buffers)
+    if (const std::string* uri = string_field(buffer, "uri"); uri != nullptr && !is_data_uri(*uri))
+      names.insert(percent_decode(*uri));
+  uint64_t bytes = 0;
+  for (const std::string& name : names) {
     std::error_code error;
-    if (!counted_.insert(name).second || !fs::is_regular_file(folder_ / name, error)) return 0;
-    const uintmax_t bytes = fs::file_size(folder_ / name, error);
-    return error ? 0 : bytes;
+    const uintmax_t file_bytes =
+        fs::is_regular_file(folder / name, error) ? fs::file_size(folder / name, error) : 0;
+    if (!error) bytes += file_bytes;
   }
-
- private:
-  fs::path folder_;
-  std::set<std::string> counted_;
-};
-
-// Adds the images. Only images in files of their own add to `files`; the others are part of it already.
-void add_images(const Json& json, FilesBeside& beside, AssetBytes& bytes) {
-  const Json* images = array_field(json, "images");
-  if (images == nullptr) return;
-  std::set<int64_t> counted_views;
-  for (const Json& image : *images) {
-    if (const std::string* uri = string_field(image, "uri")) {
-      const uint64_t image_bytes = is_data_uri(*uri) ? uri->size() : beside.bytes_of(*uri);
-      bytes.textures += image_bytes;
-      if (!is_data_uri(*uri)) bytes.files += image_bytes;
-    } else if (const auto index = integer_field(image, "bufferView");
-               index && counted_views.insert(*index).second) {
-      const Json* view = top_level_object(json, "bufferViews", *index);
-      const auto length = view == nullptr ? std::nullopt : integer_field(*view, "byteLength");
-      bytes.textures += static_cast<uint64_t>(std::max<int64_t>(0, length.value_or(0)));
-    }
-  }
+  return bytes;
 }
 
 // The JSON of an asset. Of a GLB, only the header and the JSON chunk are read; of a file that begins neither
@@ -82,12 +64,11 @@ AssetBytes bytes_on_disk(const std::string& path) {
   if (error) return {};
   const Expected<Json> json = read_json(path);
   if (!json) return bytes;  // a mesh file refers to no other files
-  FilesBeside beside(path);
-  if (const Json* buffers = array_field(*json, "buffers"))
-    for (const Json& buffer : *buffers)
-      if (const std::string* uri = string_field(buffer, "uri"); uri != nullptr && !is_data_uri(*uri))
-        bytes.files += beside.bytes_of(*uri);
-  add_images(*json, beside, bytes);
+  const fs::path folder = fs::path(path).parent_path();
+  bytes.files += buffer_file_bytes(*json, folder);
+  const ImageBytes images = image_bytes(*json, folder);
+  bytes.files += images.in_files;
+  bytes.textures = images.total();
   return bytes;
 }
 
