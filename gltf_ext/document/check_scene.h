@@ -1,5 +1,4 @@
-// What must hold for the parts of a glTF tree that psplit itself only passes through, so that loaders can
-// follow them.
+// Checks the parts of a glTF tree that psplit only passes through, so that loaders can follow their indices.
 #pragma once
 
 #include "gltf_ext/json/json.h"

@@ -1,4 +1,4 @@
-// What must hold for a glTF tree before its indices may be followed.
+// Checks a glTF tree, so that its indices may be followed.
 #pragma once
 
 #include "gltf_ext/json/json.h"

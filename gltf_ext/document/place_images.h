@@ -1,4 +1,4 @@
-// Where the images of an asset go when the asset is written to another place.
+// Places the images of an asset that is written to another folder.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace psplit {
 
-// What becomes of images that are files.
+// What to do with images that are files.
 enum class ImagePlacement {
   kEmbed,      // buffer views
   kCopy,       // files in the output's folder

@@ -1,4 +1,4 @@
-// What writing a document tells its caller.
+// The result of writing a document.
 #pragma once
 
 #include <cstdint>

@@ -63,6 +63,34 @@ bool is_image_of_gltf(const std::string& path) {
   return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
 }
 
+// Reads the numbers of a statement. A single number stands for a grey.
+void read_numbers(Scanner& scanner, std::span<float> values, Losses& losses) {
+  for (size_t i = 0; i < values.size(); ++i) {
+    const std::string_view word = scanner.word();
+    if (word.empty() && i == 1) {
+      values[1] = values[2] = values[0];
+      return;
+    }
+    const std::optional<float> number = parse_float(word);
+    if (!number) {  // also spectral curves and CIE colours
+      losses.add("line of the materials is not understood: left out",
+                 "lines of the materials are not understood: left out");
+      return;
+    }
+    values[i] = *number;
+  }
+}
+
+// The file of a texture statement; empty if glTF cannot refer to it.
+std::string read_texture_path(Scanner& scanner, Losses& losses) {
+  const auto [path, has_options] = without_options(scanner.rest_of_line().value_or(""));
+  if (has_options) losses.say("scales and other options of textures are left out");
+  if (!uri_of_path(path).empty() && is_image_of_gltf(path)) return path;
+  losses.say("the texture " + in_quotes(path) +
+             " is left out: glTF allows relative paths of .png and .jpg files");
+  return "";
+}
+
 }  // namespace
 
 std::string uri_of_path(const std::string& path) {
@@ -86,30 +114,10 @@ void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
   const auto finish = [&] {
     if (material != nullptr) material->json = json_of(name, settings);
   };
-  const auto numbers = [&](std::span<float> values) {
-    for (size_t i = 0; i < values.size(); ++i) {
-      const std::string_view word = scanner.word();
-      if (word.empty() && i == 1) {  // a single number is a grey
-        values[1] = values[2] = values[0];
-        return;
-      }
-      const std::optional<float> number = parse_float(word);
-      if (!number) {  // also spectral curves and CIE colours
-        losses.add("line of the materials is not understood: left out",
-                   "lines of the materials are not understood: left out");
-        return;
-      }
-      values[i] = *number;
-    }
-  };
+  const auto numbers = [&](std::span<float> values) { read_numbers(scanner, values, losses); };
   const auto texture = [&](const char* member) {
-    const auto [path, has_options] = without_options(scanner.rest_of_line().value_or(""));
-    if (has_options) losses.say("scales and other options of textures are left out");
-    if (uri_of_path(path).empty() || !is_image_of_gltf(path))
-      losses.say("the texture " + in_quotes(path) +
-                 " is left out: glTF allows relative paths of .png and .jpg files");
-    else
-      material->textures[member] = path;
+    const std::string path = read_texture_path(scanner, losses);
+    if (!path.empty()) material->textures[member] = path;
   };
   bool more = true;
   for (; more; more = scanner.next_line()) {
