@@ -35,8 +35,7 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
     patched.push_back(ids[i]);
     patched_meshes.push_back(&*meshes[i]);
   }
-  if (Status status = check_decoded(document, patched, patched_meshes, backend, pool); !status.ok())
-    return status;
+  if (Status status = check_decoded(document, patched, patched_meshes); !status.ok()) return status;
 
   PrimitiveEditor editor(document);
   for (size_t i = 0; i < groups.size(); ++i) {

@@ -9,7 +9,7 @@
 namespace psplit {
 namespace {
 
-// The kind is behind the magic and two bytes of version.
+// The kind follows the magic and two bytes of version.
 bool is_point_cloud_stream(std::span<const uint8_t> stream) {
   constexpr size_t kKind = 7;
   constexpr uint8_t kPointCloud = 0;

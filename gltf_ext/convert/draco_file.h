@@ -1,4 +1,4 @@
-// .drc files: one Draco mesh stream as a document.
+// A .drc file, which is one Draco mesh stream, as a document.
 #pragma once
 
 #include "gltf_ext/document/document.h"
@@ -6,12 +6,12 @@
 
 namespace psplit {
 
-// Whether bytes begin as every Draco stream does.
+// Whether bytes begin with the magic of Draco.
 bool is_draco(std::span<const uint8_t> bytes);
 
-// A document of one node whose primitive holds the stream as it is, as KHR_draco_mesh_compression; attributes
-// are those of gltf_attributes. `describe` is asked once; nothing else decodes the stream. Errors: those of
-// `describe` and of gltf_attributes, and kUnsupported for point clouds.
+// A document of one node. Its primitive holds the unchanged stream as KHR_draco_mesh_compression, with the
+// attributes of gltf_attributes. `describe` is called once; the stream is not decoded otherwise. Errors: those
+// of `describe` and gltf_attributes, and kUnsupported for point clouds.
 Expected<Document> document_from_draco(std::span<const uint8_t> stream, const DescribeStream& describe);
 
 }  // namespace psplit

@@ -8,14 +8,15 @@
 #include "gltf_ext/convert/patch_counts.h"
 #include "gltf_ext/convert/patch_primitives.h"
 #include "gltf_ext/convert/read_jobs.h"
+#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
 
 namespace psplit {
 namespace {
 
-// The accessors' bounds are those of decoded values: what encode_mesh did not decode to verify it is decoded
-// now.
+// Decodes the meshes that encode_mesh did not decode to verify: the accessors need the bounds of decoded
+// values.
 void decode_unverified(std::vector<EncodeJob>& jobs, const DecodeBackend& backend, const ThreadPool& pool) {
   std::vector<EncodeJob*> left;
   std::vector<PatchContainer> containers;
@@ -60,7 +61,7 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Pro
     else
       job.status = encoded.status();
     job.options.patch_encoded = {};
-    // Faces that are dropped or in no patch are done as well.
+    // Faces that are dropped or in no patch count as done.
     if (progress) progress(done += job.mesh.faces.size() - done_of_job, faces);
   });
 }
@@ -83,15 +84,15 @@ Status report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports
   return {};
 }
 
-// One run of bytes, and the geometry that it stands for.
+// A container or stream, and its geometry.
 struct StoredPart {
   std::span<const uint8_t> bytes;
   const Mesh& mesh;
   const std::vector<uint32_t>& source_point;
 };
 
-// A container as the primitive's extension, or each Draco stream as a primitive of its own: `patches` holds
-// those of each job, none where it is a container.
+// Stores a container as the primitive's extension, or each Draco stream as a primitive of its own. `patches`
+// has the streams of each job, and is empty for a container.
 void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
                     const std::vector<std::vector<PatchPrimitive>>& patches, bool with_fallback,
                     EncodeReports& reports) {
@@ -135,7 +136,7 @@ void choose_storage(EncodeJob& job, const EncodeDocumentOptions& options) {
                                                                        : container->stream_bytes();
 }
 
-// glTF wants the bounds of positions. A .drc file does not say them; they are known once it was decoded.
+// glTF requires the bounds of positions. A .drc file does not state them; they are known after decoding.
 void set_position_bounds(Document& document, const EncodeJob& job) {
   const Attribute* position = job.mesh.find("POSITION");
   const PrimitiveId id = job.group.ids.front();
@@ -148,8 +149,8 @@ void set_position_bounds(Document& document, const EncodeJob& job) {
   describe_decoded(accessor, data, true);
 }
 
-// Takes out the geometry that stays as it is, because it cannot be encoded or would only grow, and says why.
-// What grows because the user wants patches gets a warning.
+// Removes the jobs whose geometry stays as it is, because it cannot be encoded or would grow, and reports the
+// reason. Geometry that grows because the user asks for patches gets a warning.
 Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options,
                              std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   const bool is_wanted = options.always_patches || options.patches > 0 || options.patch_faces > 0;
@@ -192,6 +193,9 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress) {
+  // With Compat::kKhr, read_jobs decodes and checks primitives in patches.
+  if (options.compat == Compat::kNone)
+    if (Status status = check_patches(document, backend, pool); !status.ok()) return status;
   Expected<EncodeJobs> read = read_jobs(document, options, backend, pool);
   if (!read) return read.status();
   EncodeReports reports(document, *read);

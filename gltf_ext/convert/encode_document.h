@@ -14,8 +14,13 @@ namespace psplit {
 // PSPLIT_mesh_draco_patches, and primitives that stay whole become KHR_draco_mesh_compression. Two kinds are
 // left as they are, unless patches were asked for by number, by size or by always_patches: stock Draco that
 // would not become smaller, and plain geometry that is smaller than its stream. EXT_mesh_manifold is dropped
-// from the meshes of replaced primitives, because its data refer to indices. After an error the document is
-// unusable. `progress` counts faces, patch by patch, and is called from any thread.
+// from the meshes of replaced primitives, because its data refer to indices.
+//
+// Primitives that are in patches already stay as they are, except with Compat::kKhr. They are decoded once and
+// checked whole (check_decoded in validate.h); an invalid one is an error.
+//
+// After an error the document is unusable. `progress` counts faces, patch by patch, and is called from any
+// thread.
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress = {});

@@ -21,7 +21,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
   std::vector<StockStream> streams(jobs.size());
   std::vector<Mesh> decoded(jobs.size());
   pool.for_each(jobs.size(), [&](size_t i) {
-    // Draco does not say which point became which, and morph targets need to know.
+    // Morph targets need the source of each point, which Draco does not state.
     Expected<StockStream> stream =
         encode_stock_stream(jobs[i].mesh, jobs[i].codings, options.encode_speed, !jobs[i].morphs.empty());
     if (!stream) {
@@ -35,7 +35,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
       return;
     }
     if (!jobs[i].morphs.empty() && stream->source_point.size() != mesh->point_count)
-      jobs[i].status = runtime_failure("libdraco decodes other points than it should");
+      jobs[i].status = runtime_failure("libdraco decodes another number of points than expected");
     streams[i] = std::move(*stream);
     decoded[i] = std::move(*mesh);
   });

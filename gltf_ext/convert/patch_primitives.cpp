@@ -7,7 +7,8 @@
 namespace psplit {
 namespace {
 
-// Whether the stream holds what stitching made of it: its faces from `face_base` on, and its points' values.
+// Whether the stream equals its part of the stitched mesh: the faces from `face_base` on, and the values of its
+// points.
 bool is_part_of(const Mesh& part, std::span<const Face> faces, const std::vector<uint32_t>& numbers,
                 const Mesh& whole, size_t face_base) {
   for (size_t i = 0; i < faces.size(); ++i)
@@ -43,7 +44,7 @@ Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encode
     if (!meshes[i]) return meshes[i].status().at(place);
     if (meshes[i]->faces.size() < container->entries[i].face_count ||
         meshes[i]->point_count != container->entries[i].point_count)
-      return runtime_failure("verification: a stream has other counts than its row", place);
+      return runtime_failure("verification: the counts of a stream differ from its row", place);
     faces.push_back(std::span<const Face>(meshes[i]->faces).first(container->entries[i].face_count));
   }
   const auto numbers = number_points(*container, faces, pool);
@@ -54,7 +55,7 @@ Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encode
   pool.for_each(meshes.size(), [&](size_t i) {
     if (encoded.decoded &&
         !is_part_of(*meshes[i], faces[i], (*numbers)[i], *encoded.decoded, container->face_base[i]))
-      statuses[i] = runtime_failure("verification: a stream on its own is not its part of the mesh",
+      statuses[i] = runtime_failure("verification: a stream differs from its part of the mesh",
                                     {.patch = static_cast<int64_t>(i)});
     patches[i].stream = container->streams[i];
     for (const uint32_t number : (*numbers)[i]) patches[i].source_point.push_back(encoded.source_point[number]);

@@ -1,5 +1,4 @@
-// Patches as primitives of their own, each one ordinary KHR_draco_mesh_compression: what any loader opens
-// today.
+// Each patch as a primitive of its own, in ordinary KHR_draco_mesh_compression, which existing loaders support.
 #pragma once
 
 #include <span>
@@ -10,22 +9,21 @@
 
 namespace psplit {
 
-// One stream of a container on its own.
+// One stream of a container.
 struct PatchPrimitive {
   std::span<const uint8_t> stream;     // of the container
-  Mesh mesh;                           // what it decodes to
+  Mesh mesh;                           // the decoded stream
   std::vector<uint32_t> source_point;  // for each decoded point, the point of the input
 };
 
-// The container's streams, decoded; where encode_mesh decoded the whole, each must be the part of it that its
-// row says. `requests` are the mesh's attributes. Errors: those of the backend, and kRuntimeFailure for a
-// difference.
+// Decodes the container's streams. If encode_mesh decoded the whole, each stream must equal its part of it.
+// `requests` are the mesh's attributes. Errors: those of the backend, and kRuntimeFailure for a difference.
 Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encoded,
                                                        std::span<const AttributeRequest> requests,
                                                        const DecodeBackend& backend, const ThreadPool& pool);
 
-// Puts counts[i] copies of each primitive of groups[i] in its place, and returns for each group the groups of
-// first copies, of second copies and so on. `groups` name primitives of the document as it was before.
+// Replaces each primitive of groups[i] by counts[i] copies. Returns for each group the group of the first
+// copies, of the second copies, and so on. `groups` refers to the primitives of the unchanged document.
 std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,
                                                            std::span<const PrimitiveGroup> groups,
                                                            std::span<const size_t> counts);

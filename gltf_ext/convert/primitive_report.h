@@ -1,4 +1,4 @@
-// What encoding a document did to each primitive.
+// The result of encoding a document, for each primitive.
 #pragma once
 
 #include <string>
@@ -27,7 +27,7 @@ struct PrimitiveReport {
   bool repeated = false;
   uint64_t faces = 0, points = 0;  // of the input; 0 if it was not read
   uint64_t input_bytes = 0;        // gltf_ext/primitive/geometry_bytes.h
-  // Of the output's container or streams, without a fallback; input_bytes for kAsItWas.
+  // Those of the output's container or streams, without a fallback; input_bytes for kAsItWas.
   uint64_t bytes = 0;
   std::vector<StreamEntry> streams;  // the container's directory
   bool has_residue = false;

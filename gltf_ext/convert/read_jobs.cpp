@@ -8,6 +8,7 @@
 
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/convert/shared_points.h"
+#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
@@ -49,7 +50,7 @@ class ExactAttributes {
   std::set<std::string> named_;
 };
 
-// What no grid can hold (integers, NaN, normals that are no directions) is kept exactly.
+// Values that no grid can hold are kept exactly: integers, NaN, normals that are not directions.
 AttributeCoding coding_of(const Attribute& attribute, const ExactAttributes& exact,
                           const EncodeDocumentOptions& options) {
   if (options.lossless || attribute.component_type != ComponentType::kFloat32) return {};
@@ -68,8 +69,8 @@ AttributeCoding coding_of(const Attribute& attribute, const ExactAttributes& exa
   return grid.ok() ? std::move(*grid) : AttributeCoding{};
 }
 
-// For every mesh the lowest one that it shares a geometry with, be it over others: the geometry is stored once,
-// so all of them are quantized as one.
+// For each mesh the lowest mesh that it shares a geometry with, directly or through other meshes. A shared
+// geometry is stored once, so all these meshes are quantized as one.
 std::map<size_t, size_t> joined_meshes(const std::vector<EncodeJob>& jobs) {
   std::map<size_t, size_t> lowest;
   const auto root = [&](size_t mesh) {
@@ -85,7 +86,7 @@ std::map<size_t, size_t> joined_meshes(const std::vector<EncodeJob>& jobs) {
   return lowest;
 }
 
-// Meshes that must fit together get one grid per semantic.
+// Gives meshes that must fit together one grid for each semantic.
 void share_grids(std::vector<EncodeJob>& jobs, QuantizationVolume volume) {
   if (volume == QuantizationVolume::kPrimitive) return;
   const std::map<size_t, size_t> joined = joined_meshes(jobs);
@@ -106,7 +107,7 @@ void share_grids(std::vector<EncodeJob>& jobs, QuantizationVolume volume) {
   visit([&](const auto& key, AttributeCoding& coding) { coding = grids.at(key); });
 }
 
-// The extension that means points or faces of a primitive by their place, which splitting changes, or null.
+// An extension that refers to points or faces of the primitive by index, or null: splitting changes indices.
 const char* order_dependent_extension(const Json& primitive) {
   for (const char* name :
        {"CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility", "FB_ngon_encoding"})
@@ -121,7 +122,7 @@ const char* order_dependent_extension(const Json& primitive) {
   return any_by_place ? kFeatures : nullptr;
 }
 
-// libdraco's values have no padding between columns, and a VEC4 would no longer be a matrix.
+// Whether elements are two padded columns. libdraco's values have no padding, and a VEC4 would not be a matrix.
 bool is_padded_pair_of_columns(const Document& document, const Json& accessor_index) {
   const auto index = integer_value(accessor_index);
   const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
@@ -130,7 +131,7 @@ bool is_padded_pair_of_columns(const Document& document, const Json& accessor_in
   return layout && layout->columns == 2 && component_bytes(layout->component_type) == 1;
 }
 
-// Why a primitive is left as it is; empty when it is to be encoded.
+// The reason why a primitive stays as it is; empty if it is encoded.
 Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
                                      const EncodeDocumentOptions& options) {
   const Expected<PrimitiveKind> kind = primitive_kind(document, id);
@@ -179,6 +180,21 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
   return {};
 }
 
+// Primitives in patches are checked whole before they are encoded again, on the meshes that encoding needs
+// anyway.
+Status check_patched(const Document& document, const std::vector<PrimitiveId>& ids,
+                     const std::vector<Expected<Mesh>>& meshes) {
+  std::vector<PrimitiveId> patched;
+  std::vector<const Mesh*> decoded;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    if (primitive_kind(document, ids[i])->storage != PrimitiveStorage::kPatches) continue;
+    if (!meshes[i]) return meshes[i].status();
+    patched.push_back(ids[i]);
+    decoded.push_back(&*meshes[i]);
+  }
+  return patched.empty() ? Status() : check_decoded(document, patched, decoded);
+}
+
 }  // namespace
 
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
@@ -196,8 +212,8 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
       result.skipped[{id.mesh, id.primitive}] = *reason;
   }
   std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
-  // What is compressed is decoded at once. All else is read in its turn: primitives may share points, of which
-  // each keeps its own before the next is read.
+  // Compressed primitives are decoded together. Plain ones are read one after the other: primitives may share
+  // points, and each job drops the points of others before the next is read.
   const auto is_compressed = [&](const PrimitiveGroup& group) {
     return primitive_kind(document, group.ids.front())->storage != PrimitiveStorage::kPlain;
   };
@@ -205,6 +221,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
   for (const PrimitiveGroup& group : groups)
     if (is_compressed(group)) compressed.push_back(group.ids.front());
   std::vector<Expected<Mesh>> decoded = read_primitives(document, compressed, backend, pool);
+  if (Status status = check_patched(document, compressed, decoded); !status.ok()) return status;
   auto next_decoded = decoded.begin();
   for (PrimitiveGroup& group : groups) {
     EncodeJob job;
@@ -231,7 +248,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     job.options.encode_speed = options.encode_speed;
     job.options.keep_duplicates = options.keep_duplicates;
     job.options.drop_degenerate = !options.keep_degenerate;
-    // A patch of its own has no place for them.
+    // A patch of its own cannot store them.
     job.options.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
     job.options.standalone_residue = options.compat == Compat::kKhr;
     job.options.verify = options.verify;

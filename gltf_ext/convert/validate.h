@@ -1,22 +1,16 @@
 // Every rule of PSPLIT_mesh_draco_patches, checked against a whole document.
 #pragma once
 
-#include <string>
+#include <span>
 #include <vector>
 
+#include "gltf_ext/convert/finding.h"
 #include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
 
-struct Finding {
-  std::string rule;  // stable: see the table in validate.cpp
-  std::string message;
-  Place place;
-  bool error = true;                            // otherwise a warning
-  StatusCode code = StatusCode::kInvalidInput;  // or kUnsupported: what is beyond this decoder may be right
-};
-
-// Decodes every patch and checks every reference. Empty when nothing is wrong.
+// Decodes every patch once and checks every rule, primitives in parallel. Returns the findings in the order of
+// the primitives; empty if the document is valid.
 std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
                                        const ThreadPool& pool);
 
@@ -24,13 +18,14 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
 Status check_readable(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                       const ThreadPool& pool);
 
-// What decoding refuses beside what cannot be decoded: the first error of the rules, all but "attribute-type"
-// and "copies", which take every stream once more. `meshes` are what the primitives `ids`, in patches, decode
-// to.
+// The first error of all rules, except those that need each stream ("attribute-type" and "copies"). meshes[i]
+// is the decoded mesh of primitive ids[i], which is in patches: so a caller that reads the meshes checks them
+// without decoding them again.
 Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
-                     std::span<const Mesh* const> meshes, const DecodeBackend& backend, const ThreadPool& pool);
+                     std::span<const Mesh* const> meshes);
 
-// The same of all primitives in patches, decoded for it: for commands that pass them on as they are.
+// Decodes all primitives in patches and checks them with check_decoded: for commands that pass them on
+// unchanged. The meshes are not kept.
 Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool);
 
 }  // namespace psplit

@@ -1,5 +1,8 @@
 #include "src/cpu/container_decoder.h"
 
+#include <cstring>
+#include <string>
+
 #include "src/core/stitch.h"
 #include "src/cpu/decode_patch.h"
 
@@ -8,13 +11,14 @@ namespace psplit {
 using core::Fault;
 
 ContainerDecoder::ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool,
-                                   Steps& steps)
+                                   Steps& steps, std::vector<StreamFindings>* findings)
     : container_(*task.container),
       requests_(task.requests),
       has_references_(container_.reference_count() > 0),
       out_(out),
       pool_(pool),
       steps_(steps),
+      findings_(findings),
       patches_(container_.entries.size()) {}
 
 Status ContainerDecoder::decode() {
@@ -101,12 +105,18 @@ Status ContainerDecoder::write_patch(uint32_t i, const core::Patch<Index>& patch
         if (number >= total) placeholders.push_back({3 * (first_face + face) + k, number - total});
       }
   });
+  if (findings_ != nullptr) {
+    check_types<Index>(i, attributes);
+    keep_copies(i, numbers);
+  }
   for (size_t k = 0; k < requests_.size(); ++k) {
     std::byte* const values = out_.attributes[k].bytes.data();
-    const size_t stride = out_.attributes[k].stride;
+    const size_t stride = out_.attributes[k].stride, copy_bytes = requests_[k].value_bytes();
+    std::byte* const copies = patches_[i].copies.empty() ? nullptr : patches_[i].copies[k].data();
     Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
       // The owner writes; every copy holds the same bits.
-      return numbers[point] < total ? values + numbers[point] * stride : nullptr;
+      if (numbers[point] < total) return values + numbers[point] * stride;
+      return copies == nullptr ? nullptr : copies + (numbers[point] - total) * copy_bytes;
     });
     if (!status.ok()) return status;
   }
@@ -116,6 +126,50 @@ Status ContainerDecoder::write_patch(uint32_t i, const core::Patch<Index>& patch
     patches_[i].walk[at] = number < total ? number : core::kNoPoint;
   }
   return {};
+}
+
+template <typename Index>
+void ContainerDecoder::check_types(uint32_t i, std::span<const core::Attribute<Index>* const> attributes) {
+  Status& types = (*findings_)[i].types;
+  for (size_t k = requests_.size(); k-- > 0;)
+    if (attributes[k]->type != stored_type(requests_[k].component_type))
+      types = invalid_input(requests_[k].semantic + " is stored in another type than its accessor's",
+                            {.patch = static_cast<int64_t>(i)});
+}
+
+// Makes room for the values of references. Copies in the residue may have any values.
+void ContainerDecoder::keep_copies(uint32_t i, const std::vector<uint32_t>& numbers) {
+  if (i >= container_.patch_count()) return;
+  StitchedPatch& patch = patches_[i];
+  patch.copied_points.resize(patch.references.size());
+  for (uint32_t point = 0; point < numbers.size(); ++point)
+    if (numbers[point] >= container_.point_count())
+      patch.copied_points[numbers[point] - container_.point_count()] = point;
+  patch.copies.resize(requests_.size());
+  for (size_t k = 0; k < requests_.size(); ++k)
+    patch.copies[k].resize(patch.references.size() * requests_[k].value_bytes());
+}
+
+// Reports the first attribute with a difference, at its first decoded point.
+void ContainerDecoder::check_copies(uint32_t i) {
+  StitchedPatch& patch = patches_[i];
+  for (size_t k = 0; k < patch.copies.size(); ++k) {
+    const size_t width = requests_[k].value_bytes();
+    const AttributeBuffer& out = out_.attributes[k];
+    size_t first = patch.references.size();
+    for (size_t r = 0; r < patch.references.size(); ++r)
+      if ((first == patch.references.size() || patch.copied_points[r] < patch.copied_points[first]) &&
+          std::memcmp(patch.copies[k].data() + r * width, out.bytes.data() + patch.references[r] * out.stride,
+                      width) != 0)
+        first = r;
+    if (first == patch.references.size()) continue;
+    (*findings_)[i].copies =
+        invalid_input(requests_[k].semantic + " of decoded point " +
+                          std::to_string(patch.copied_points[first]) + " differs from that of point " +
+                          std::to_string(patch.references[first]) + ", of which it is a copy",
+                      {.patch = static_cast<int64_t>(i)});
+    return;
+  }
 }
 
 core::View<uint32_t> ContainerDecoder::references_of(uint32_t i) {
@@ -141,7 +195,23 @@ Status ContainerDecoder::resolve_references(uint32_t i) {
     for (const Placeholder& placeholder : patches_[i].placeholders)
       out[placeholder.corner] = static_cast<Out>(numbers[placeholder.reference]);
   });
+  check_copies(i);
   return {};
+}
+
+Expected<CheckedMesh> decode_checked(const PatchContainer& container,
+                                     std::span<const AttributeRequest> requests, const ThreadPool& pool) {
+  CheckedMesh result;
+  result.streams.resize(container.entries.size());
+  const Expected<PrimitiveBuffers> out = allocate_mesh(container.point_count(), container.face_count(),
+                                                       requests, container.bytes.size(), result.mesh);
+  if (!out) return out.status();
+  const Watch watch;
+  Steps steps(watch, container.entries.size());
+  if (Status status = ContainerDecoder({&container, requests}, *out, pool, steps, &result.streams).decode();
+      !status.ok())
+    return status;
+  return result;
 }
 
 }  // namespace psplit

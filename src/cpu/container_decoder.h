@@ -6,6 +6,7 @@
 
 #include "src/container/decode_backend.h"
 #include "src/container/patch_container.h"
+#include "src/cpu/checked_decode.h"
 #include "src/cpu/scratch.h"
 
 namespace psplit {
@@ -30,8 +31,10 @@ class Steps {
 // with placeholders for references. In the second, references take the numbers that their owners gave.
 class ContainerDecoder {
  public:
-  // `out` has room for the container's counts. All arguments must outlive the decoder.
-  ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool, Steps& steps);
+  // `out` has room for the container's counts. If `findings` is not null, it has an element for each stream,
+  // and the streams are checked as decode_checked says. All arguments must outlive the decoder.
+  ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool, Steps& steps,
+                   std::vector<StreamFindings>* findings = nullptr);
 
   Status decode();
 
@@ -44,6 +47,9 @@ class ContainerDecoder {
     std::vector<uint32_t> walk;  // the mesh's numbers along the border; kNoPoint for references
     std::vector<Placeholder> placeholders;
     std::vector<uint32_t> references;  // the mesh's numbers, after the second round
+    // With findings: the decoded point of each reference, and the values of its copy for each request.
+    std::vector<uint32_t> copied_points;
+    std::vector<std::vector<std::byte>> copies;
     Status status;
   };
 
@@ -54,6 +60,10 @@ class ContainerDecoder {
   template <typename Index>
   Status write_patch(uint32_t i, const core::Patch<Index>& patch, core::Arena& arena,
                      std::vector<uint32_t>& numbers);
+  template <typename Index>
+  void check_types(uint32_t i, std::span<const core::Attribute<Index>* const> attributes);
+  void keep_copies(uint32_t i, const std::vector<uint32_t>& numbers);
+  void check_copies(uint32_t i);
   core::View<uint32_t> references_of(uint32_t i);
   Status resolve_references(uint32_t i);
 
@@ -63,6 +73,7 @@ class ContainerDecoder {
   const PrimitiveBuffers& out_;
   const ThreadPool& pool_;
   Steps& steps_;
+  std::vector<StreamFindings>* const findings_;
   std::vector<StitchedPatch> patches_;
 };
 

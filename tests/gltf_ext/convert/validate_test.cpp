@@ -5,13 +5,24 @@
 
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {
 namespace {
 
+// The findings with libdraco's decoder. The CPU's decoder must give findings for the same rules and places.
 std::vector<Finding> validate(const Document& document) {
-  return validate_document(document, draco_backend(), test_pool());
+  const std::vector<Finding> findings = validate_document(document, draco_backend(), test_pool());
+  const std::vector<Finding> others = validate_document(document, cpu_backend(), test_pool());
+  EXPECT_EQ(findings.size(), others.size());
+  for (size_t i = 0; i < std::min(findings.size(), others.size()); ++i) {
+    EXPECT_EQ(findings[i].rule, others[i].rule);
+    EXPECT_EQ(findings[i].place.mesh, others[i].place.mesh);
+    EXPECT_EQ(findings[i].place.primitive, others[i].place.primitive);
+    EXPECT_EQ(findings[i].place.patch, others[i].place.patch);
+  }
+  return findings;
 }
 
 // Two meshes; mesh 1, primitive 1 is a wavy grid in four patches.
@@ -204,10 +215,10 @@ TEST(Validate, ADirectoryThatLies) {
 
 TEST(Validate, AccessorCounts) {
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "TEXCOORD_0")["count"] = 3; }),
-            std::string("accessor-count ") + kPlace + ": TEXCOORD_0 counts another number than 130\n");
-  EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices").erase("count"); }),
-            std::string("accessor-count ") + kPlace +
-                ": the accessor of the indices counts another number than 648\n");
+            std::string("accessor-count ") + kPlace + ": TEXCOORD_0 has another count than 130\n");
+  EXPECT_EQ(
+      broken([](Document& document) { the_accessor(document, "indices").erase("count"); }),
+      std::string("accessor-count ") + kPlace + ": the accessor of the indices has another count than 648\n");
 }
 
 TEST(Validate, AccessorTypes) {
@@ -241,7 +252,7 @@ TEST(Validate, IndexTypes) {
 
 TEST(Validate, IndexShape) {
   EXPECT_EQ(broken([](Document& document) { the_accessor(document, "indices")["type"] = "VEC3"; }),
-            std::string("index-type ") + kPlace + ": indices are no scalars\n");
+            std::string("index-type ") + kPlace + ": indices are not scalars\n");
 }
 
 TEST(Validate, Exclusions) {
@@ -261,6 +272,35 @@ TEST(Validate, Exclusions) {
     Json& view = document.json["bufferViews"][the_extension(document)["bufferView"].get<size_t>()];
     view["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}};
   });
+}
+
+// Equal primitives share a container. A backend other than the CPU's decodes it once more.
+TEST(Validate, DecodesEachContainerOnce) {
+  Document document = patched();
+  document.json["meshes"].push_back(document.json["meshes"][1]);
+  const DecodeBackend unused{
+      "cpu", [](std::span<const DecodeTask> tasks, const BuffersFor&, const ThreadPool&, const Watch&) {
+        ADD_FAILURE() << "decodes " << tasks.size() << " containers again";
+        return std::vector<Status>(tasks.size());
+      }};
+  EXPECT_TRUE(validate_document(document, unused, test_pool()).empty());
+  size_t decoded = 0;
+  const DecodeBackend counting{"another", [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
+                                              const ThreadPool& pool, const Watch& watch) {
+                                 decoded += tasks.size();
+                                 return draco_backend().decode_into(tasks, buffers_for, pool, watch);
+                               }};
+  EXPECT_TRUE(validate_document(document, counting, test_pool()).empty());
+  EXPECT_EQ(decoded, 1u);
+}
+
+TEST(Validate, EqualPrimitivesHaveTheSameFindings) {
+  EXPECT_EQ(broken([](Document& document) {
+              document.json["meshes"].push_back(document.json["meshes"][1]);
+              the_accessor(document, "NORMAL")["count"] = 7;
+            }),
+            std::string("accessor-count ") + kPlace + ": NORMAL has another count than 130\n" +
+                "accessor-count asset.glb: mesh 2, primitive 1: NORMAL has another count than 130\n");
 }
 
 // Small integers are stored with 16 bits; decoders can convert them to bytes.
@@ -305,8 +345,8 @@ TEST(Validate, FallbackData) {
       const Json& view = document.json["bufferViews"][accessor["bufferView"].get<size_t>()];
       document.buffers[view["buffer"].get<size_t>()][view["byteOffset"].get<size_t>()] ^= 1;
     };
-    EXPECT_EQ(broken(change, Fallback::kUncompressed),
-              std::string("fallback ") + kPlace + ": " + name + " has other data than the patches decode to\n");
+    EXPECT_EQ(broken(change, Fallback::kUncompressed), std::string("fallback ") + kPlace + ": " + name +
+                                                           " differs from the decoded data of the patches\n");
   }
 }
 
@@ -316,13 +356,13 @@ TEST(Validate, CountsBesideThePatches) {
     the_accessor(document, "COLOR_1")["count"] = 4;
   });
   EXPECT_TRUE(
-      extra.ends_with(std::string("accessor-count ") + kPlace + ": COLOR_1 counts another number than 130\n"))
+      extra.ends_with(std::string("accessor-count ") + kPlace + ": COLOR_1 has another count than 130\n"))
       << extra;
   const std::string morph = broken([](Document& document) {
     the_primitive(document)["targets"] = Json::array({{{"POSITION", the_primitive(document)["indices"]}}});
   });
-  EXPECT_EQ(morph, std::string("accessor-count ") + kPlace +
-                       ": morph target POSITION counts another number than 130\n");
+  EXPECT_EQ(morph,
+            std::string("accessor-count ") + kPlace + ": morph target POSITION has another count than 130\n");
 }
 
 // Without indices a fallback is incomplete, and loaders ignore all of it.
@@ -335,7 +375,7 @@ TEST(Validate, WhatIsNoWholeFallbackIsAWarning) {
       },
       Fallback::kUncompressed);
   EXPECT_EQ(found, std::string("fallback (warning) ") + kPlace +
-                       ": POSITION has other data than the patches decode to\n");
+                       ": POSITION differs from the decoded data of the patches\n");
 }
 
 TEST(Validate, ExtraAttributes) {

@@ -193,11 +193,21 @@ TEST(Meshopt, HostileViewsAreRefused) {
   EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["count"] = 63; }), "fewer elements"), "");
   EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["count"] = -1; }), "has no valid"), "");
   EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["byteStride"] = 0; }), "has no valid"), "");
-  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["byteStride"] = 13; }), "no such mode"), "");
-  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["mode"] = "POINTS"; }), "no such mode"), "");
-  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["mode"] = "TRIANGLES"; }), "no such mode"), "");
-  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["filter"] = "OCTAHEDRAL"; }), "no such mode"), "");
-  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["filter"] = "ELSE"; }), "no such mode"), "");
+  EXPECT_EQ(
+      has(refusal([](Json& meshopt, Json&) { meshopt["byteStride"] = 13; }), "an illegal combination of mode"),
+      "");
+  EXPECT_EQ(
+      has(refusal([](Json& meshopt, Json&) { meshopt["mode"] = "POINTS"; }), "an illegal combination of mode"),
+      "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["mode"] = "TRIANGLES"; }),
+                "an illegal combination of mode"),
+            "");
+  EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["filter"] = "OCTAHEDRAL"; }),
+                "an illegal combination of mode"),
+            "");
+  EXPECT_EQ(
+      has(refusal([](Json& meshopt, Json&) { meshopt["filter"] = "ELSE"; }), "an illegal combination of mode"),
+      "");
   EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt.erase("mode"); }), "has no valid"), "");
   EXPECT_EQ(has(refusal([](Json& meshopt, Json&) { meshopt["byteLength"] = 1000000; }), "reaches past"), "");
 }

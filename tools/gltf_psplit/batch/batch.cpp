@@ -7,7 +7,6 @@
 #include <thread>
 
 #include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/content_hash.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/batch/batch_report.h"
@@ -138,7 +137,6 @@ class Batch {
       return {};
     }
     if (Status status = check_output(item); !status.ok()) return status;
-    if (Status status = check_patches(*document, find_backend({}), session_.pool); !status.ok()) return status;
     outcome.sizes.input = bytes_on_disk(document->source.string());
     const auto reports = encode_document(*document, arguments_.encode.options, find_backend({}), session_.pool);
     if (!reports) return reports.status();

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
@@ -59,8 +58,6 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   WriteReport written;
   written.files = {arguments.output};
   if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
-  if (Status status = check_patches(*document, find_backend({}), session.pool); !status.ok())
-    return std::move(status).at({.file = arguments.input});
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<std::vector<PrimitiveReport>> reports = [&] {
     ProgressBar bar("encoding", session.log);

@@ -1,0 +1,23 @@
+// The rules of PSPLIT_mesh_draco_patches for one primitive.
+#pragma once
+
+#include <vector>
+
+#include "gltf_ext/convert/finding.h"
+#include "gltf_ext/primitive/read_primitives.h"
+
+namespace psplit {
+
+// Whether the accessors of indices and of all attributes have data of their own.
+bool has_fallback(const Document& document, PrimitiveId id);
+
+// Checks a primitive in patches by every rule. Each stream is decoded once, by the CPU's decoder. If `backend`
+// is another one, it decodes the container too, and the rules for decoded data are checked on its mesh.
+std::vector<Finding> check_patched_primitive(const Document& document, PrimitiveId id,
+                                             const DecodeBackend& backend, const ThreadPool& pool);
+
+// Checks a primitive in patches by all rules except those that need each stream: "attribute-type" and "copies".
+// `mesh` is its decoded mesh, and may have more attributes than the patches.
+std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const Mesh& mesh);
+
+}  // namespace psplit

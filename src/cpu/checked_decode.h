@@ -1,0 +1,29 @@
+// Decoding a container, with the checks of a validator on the way: each stream is decoded once.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "src/container/decode_backend.h"
+#include "src/container/patch_container.h"
+
+namespace psplit {
+
+// What the specification forbids in a stream although it can be decoded. The statuses have the patch as their
+// place.
+struct StreamFindings {
+  Status types;   // an attribute is stored in another type than its request's
+  Status copies;  // the copy of a point has other values than the point; always ok for the residue
+};
+
+struct CheckedMesh {
+  Mesh mesh;
+  std::vector<StreamFindings> streams;  // one for each stream
+};
+
+// Decodes like cpu_backend, and checks each stream. Keeps the values of all copies until the end. `container`
+// comes from open_container. Errors are those of cpu_backend.
+Expected<CheckedMesh> decode_checked(const PatchContainer& container,
+                                     std::span<const AttributeRequest> requests, const ThreadPool& pool);
+
+}  // namespace psplit
