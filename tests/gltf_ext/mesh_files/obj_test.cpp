@@ -149,7 +149,7 @@ TEST(Obj, WhatIsLeftOutIsSaid) {
   EXPECT_EQ(warnings_of(asset),
             "1 face of fewer than 3 corners is left out\n2 lines and points are left out\n"
             "lines that begin with \"curv\" are left out\n"
-            "1 corner names a normal that is not there: its face has none\n"
+            "1 corner names a normal that does not exist: its face gets none\n"
             "1 normal was not of unit length: normalized\n"
             "1 normal had no direction: made from the faces around it\n");
   EXPECT_EQ(floats_of(mesh_of(asset), "NORMAL"), (std::vector<float>{0, 0, 1, 0, 0, 1, 0, 1, 0}));
