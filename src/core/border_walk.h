@@ -3,7 +3,7 @@
 // gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 
-#include "src/core/decode_patch.h"
+#include "src/core/patch.h"
 
 namespace psplit::core {
 

@@ -2,6 +2,7 @@
 // (edgebreaker.h). Draco bitstream specification 2.2, "edgebreaker decoder".
 #pragma once
 
+#include "src/core/edgebreaker.h"
 #include "src/core/stream_header.h"
 
 namespace psplit::core {
@@ -16,7 +17,9 @@ class EdgebreakerDecoder {
     mesh.counts = header.counts;
     if (!mesh.allocate(arena)) return Fault::kWorkspace;
     mark_ = arena.mark();
-    if (const Fault fault = read_split_events(header.counts, reader, arena); fault != Fault::kNone)
+    if (!arena.take(events_, header.counts.split_count)) return Fault::kWorkspace;
+    if (const Fault fault = read_split_events(reader, header.counts.symbol_count, events_);
+        fault != Fault::kNone)
       return fault;
     if (!is_valence_) {
       const uint64_t size = reader.varint64();
@@ -65,25 +68,6 @@ class EdgebreakerDecoder {
   }
 
  private:
-  PSPLIT_HD Fault read_split_events(const ConnectivityCounts& counts, ByteReader& reader, Arena& arena) {
-    if (!arena.take(events_, counts.split_count)) return Fault::kWorkspace;
-    uint64_t source = 0;
-    for (SplitEvent* event = events_.data(); event != events_.data() + events_.size(); ++event) {
-      source += reader.varint();
-      const uint64_t back = reader.varint();
-      if (reader.truncated()) return Fault::kTruncated;
-      if (source >= counts.symbol_count || back > source) return Fault::kSplitEvent;
-      // Encoders count symbols from the other end.
-      event->source = static_cast<uint32_t>(counts.symbol_count - 1 - source);
-      event->split = static_cast<uint32_t>(counts.symbol_count - 1 - (source - back));
-    }
-    if (counts.split_count == 0) return Fault::kNone;
-    BitReader edges(reader.head(), reader.remaining());
-    for (SplitEvent* event = events_.data(); event != events_.data() + events_.size(); ++event)
-      event->right_edge = edges.read(1);
-    return reader.skip(edges.bytes_taken()) ? Fault::kNone : Fault::kTruncated;
-  }
-
   bool is_valence_ = false;
   size_t mark_ = 0;
   View<SplitEvent> events_;

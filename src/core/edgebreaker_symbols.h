@@ -19,6 +19,23 @@ struct SplitEvent {
   uint32_t right_edge = 0;
 };
 
+// Reads as many events as there are in `events`. Their sources descend, as encoders count from the other end.
+PSPLIT_HD inline Fault read_split_events(ByteReader& reader, uint32_t symbol_count, View<SplitEvent> events) {
+  uint64_t source = 0;
+  for (size_t i = 0; i < events.size(); ++i) {
+    source += reader.varint();
+    const uint64_t back = reader.varint();
+    if (reader.truncated()) return Fault::kTruncated;
+    if (source >= symbol_count || back > source) return Fault::kSplitEvent;
+    events[i].source = static_cast<uint32_t>(symbol_count - 1 - source);
+    events[i].split = static_cast<uint32_t>(symbol_count - 1 - (source - back));
+  }
+  if (events.empty()) return Fault::kNone;
+  BitReader edges(reader.head(), reader.remaining());
+  for (size_t i = 0; i < events.size(); ++i) events[i].right_edge = edges.read(1);
+  return reader.skip(edges.bytes_taken()) ? Fault::kNone : Fault::kTruncated;
+}
+
 // The standard traversal: one string of bits.
 class StandardSymbols {
  public:

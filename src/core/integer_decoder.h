@@ -4,6 +4,7 @@
 
 #include "src/core/attributes.h"
 #include "src/core/prediction.h"
+#include "src/core/symbols.h"
 
 namespace psplit::core {
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "src/core/patch.h"
+#include "src/core/rans.h"
 #include "src/core/stream_header.h"
 
 namespace psplit::core {

@@ -2,7 +2,9 @@
 // table into a table of the attribute, which has a vertex for each value, and they split vertices into points.
 #pragma once
 
-#include "src/core/edgebreaker.h"
+#include "src/core/byte_reader.h"
+#include "src/core/connectivity.h"
+#include "src/core/fault.h"
 
 namespace psplit::core {
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "src/core/patch.h"
+#include "src/core/symbols.h"
 
 namespace psplit::core {
 

@@ -1,7 +1,9 @@
 // The front of a Draco stream: its kind and its counts. Draco bitstream specification 2.2, "header".
 #pragma once
 
-#include "src/core/edgebreaker.h"
+#include "src/core/byte_reader.h"
+#include "src/core/connectivity.h"
+#include "src/core/fault.h"
 
 namespace psplit::core {
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "src/core/border_walk.h"
+#include "src/core/decode_patch.h"
 
 namespace psplit::core {
 

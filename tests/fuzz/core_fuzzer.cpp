@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "src/core/border_walk.h"
+#include "src/core/decode_patch.h"
 
 namespace {
 
