@@ -8,6 +8,7 @@
 #include "encoder/draco/patch_stream.h"
 #include "encoder/stitching/build_stitching.h"
 #include "encoder/verify.h"
+#include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
 #include "src/stopwatch.h"
 
@@ -49,62 +50,6 @@ Status check_input(const Mesh& mesh, std::span<const AttributeCoding> codings, s
         return invalid_input("an index is " + std::to_string(point) + ", but there are " +
                              std::to_string(mesh.point_count) + " points");
   return {};
-}
-
-bool repeats_a_point(const std::array<uint32_t, 3>& face) {
-  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
-// The mesh that will be stored: duplicates merged, what the user drops dropped. `kept` maps its points to the
-// input's.
-struct Reduced {
-  Mesh mesh;
-  std::vector<uint32_t> kept;
-};
-
-Reduced reduce(const Mesh& input, const EncodeOptions& options, std::span<const std::byte> extra,
-               size_t extra_stride, EncodeStatistics& statistics) {
-  std::vector<uint32_t> lowest;
-  if (!options.keep_duplicates) lowest = find_duplicates(input, extra, extra_stride);
-  const auto representative = [&](uint32_t point) { return lowest.empty() ? point : lowest[point]; };
-
-  Reduced reduced;
-  reduced.mesh.faces.reserve(input.faces.size());
-  std::vector<uint8_t> used(input.point_count, options.drop_unused ? 0 : 1);
-  for (const auto& face : input.faces) {
-    const std::array<uint32_t, 3> merged = {representative(face[0]), representative(face[1]),
-                                            representative(face[2])};
-    if (options.drop_degenerate && repeats_a_point(merged)) {
-      ++statistics.dropped_faces;
-      continue;
-    }
-    for (uint32_t point : merged) used[point] = 1;
-    reduced.mesh.faces.push_back(merged);
-  }
-
-  std::vector<uint32_t> number(input.point_count, kNone);
-  for (uint32_t point = 0; point < input.point_count; ++point) {
-    if (representative(point) != point) {
-      ++statistics.merged_points;
-    } else if (!used[point]) {
-      ++statistics.dropped_points;
-    } else {
-      number[point] = static_cast<uint32_t>(reduced.kept.size());
-      reduced.kept.push_back(point);
-    }
-  }
-  for (auto& face : reduced.mesh.faces)
-    for (uint32_t& point : face) point = number[point];
-  reduced.mesh.point_count = static_cast<uint32_t>(reduced.kept.size());
-  for (const Attribute& attribute : input.attributes) {
-    Attribute& copy = reduced.mesh.attributes.emplace_back(Attribute{
-        attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}});
-    const size_t stride = attribute.stride();
-    copy.values.resize(stride * reduced.kept.size());
-    for (size_t i = 0; i < reduced.kept.size(); ++i)
-      std::memcpy(copy.values.data() + i * stride, attribute.values.data() + reduced.kept[i] * stride, stride);
-  }
-  return reduced;
 }
 
 // Faces by patch, those that repeat an index set aside: Edgebreaker cannot carry them.
@@ -218,7 +163,12 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
   const Stopwatch total;
   EncodedMesh encoded;
   EncodeStatistics& statistics = encoded.statistics;
-  const Reduced reduced = reduce(input, options, extra_point_data, extra_stride, statistics);
+  const ReducedMesh reduced =
+      reduce(input, {options.keep_duplicates, options.drop_degenerate, options.drop_unused}, extra_point_data,
+             extra_stride);
+  statistics.merged_points = reduced.merged_points;
+  statistics.dropped_faces = reduced.dropped_faces;
+  statistics.dropped_points = reduced.dropped_points;
   const Mesh& mesh = reduced.mesh;
   if (mesh.faces.empty()) return unsupported("no triangles but degenerate ones");
   if (!options.patch_of_face.empty() && options.patch_of_face.size() != mesh.faces.size())
@@ -296,7 +246,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
     statistics.verify_ms = verify_time.ms();
   }
   encoded.source_point = std::move(stitching.source_point);
-  for (uint32_t& point : encoded.source_point) point = reduced.kept[point];
+  for (uint32_t& point : encoded.source_point) point = reduced.source_point[point];
   return encoded;
 }
 

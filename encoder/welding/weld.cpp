@@ -61,28 +61,6 @@ std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byt
   return lowest;
 }
 
-void merge_duplicates(Mesh& mesh) {
-  const std::vector<uint32_t> lowest = find_duplicates(mesh, {}, 0);
-  std::vector<uint32_t> number(mesh.point_count), kept;
-  for (uint32_t point = 0; point < mesh.point_count; ++point) {
-    if (lowest[point] == point) {
-      number[point] = static_cast<uint32_t>(kept.size());
-      kept.push_back(point);
-    } else {
-      number[point] = number[lowest[point]];
-    }
-  }
-  for (auto& face : mesh.faces)
-    for (uint32_t& point : face) point = number[point];
-  for (Attribute& attribute : mesh.attributes) {
-    const size_t stride = attribute.stride();
-    for (size_t i = 0; i < kept.size(); ++i)
-      std::memmove(attribute.values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
-    attribute.values.resize(kept.size() * stride);
-  }
-  mesh.point_count = static_cast<uint32_t>(kept.size());
-}
-
 WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool) {
   WeldedMesh welded;
   welded.mesh = &mesh;

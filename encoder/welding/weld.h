@@ -18,9 +18,6 @@ std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std:
 // For each point the lowest point that equals it in every attribute and in the extra bytes.
 std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride);
 
-// Merges points that are equal in every attribute, each to the lowest of its equals.
-void merge_duplicates(Mesh& mesh);
-
 // Vertices are points of equal position; around a vertex, points of equal value share it. Points that would be
 // equal in every attribute are kept apart by a value of their own in the last attribute.
 WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool);

@@ -53,9 +53,7 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Pro
         done_of_job += count;
         progress(done += count, faces);
       };
-    size_t stride = 0;
-    const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
-    Expected<EncodedMesh> encoded = encode_mesh(job.mesh, job.codings, job.options, pool, extra, stride);
+    Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
     if (encoded.ok())
       job.encoded = std::move(*encoded);
     else
@@ -200,9 +198,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   if (!read) return read.status();
   EncodeReports reports(document, *read);
   std::vector<EncodeJob>& jobs = read->jobs;
-  std::vector<uint64_t> faces;
-  for (const EncodeJob& job : jobs) faces.push_back(job.mesh.faces.size());
-  const std::vector<uint32_t> counts = patch_counts(faces, options);
+  const std::vector<uint32_t> counts = patch_counts(jobs, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
   encode_jobs(jobs, pool, progress);
   decode_unverified(jobs, backend, pool);

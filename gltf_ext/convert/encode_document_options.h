@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "encoder/coding/choose_codings.h"
 #include "encoder/partition/partition.h"
 
 namespace psplit {
@@ -43,6 +44,10 @@ struct EncodeDocumentOptions {
   Fallback fallback = Fallback::kNone;
   Compat compat = Compat::kNone;
   bool verify = true;
+
+  CodingOptions coding() const {
+    return {position_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless};
+  }
 };
 
 }  // namespace psplit

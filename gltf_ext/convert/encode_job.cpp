@@ -4,7 +4,10 @@
 #include <cstring>
 
 namespace psplit {
+namespace {
 
+// Data that keeps points apart whose attributes are equal: morph targets, and weights before rounding. Returns
+// `stride` bytes for each point.
 std::vector<std::byte> distinguishing_bytes(const EncodeJob& job, size_t& stride) {
   std::vector<std::pair<const Array<std::byte>*, size_t>> sources;
   for (const MorphAttribute& morph : job.morphs)
@@ -20,6 +23,22 @@ std::vector<std::byte> distinguishing_bytes(const EncodeJob& job, size_t& stride
     offset += width;
   }
   return bytes;
+}
+
+}  // namespace
+
+ReducedMesh reduce_job(const EncodeJob& job) {
+  size_t stride = 0;
+  const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
+  const EncodeOptions& options = job.options;
+  return reduce(job.mesh, {options.keep_duplicates, options.drop_degenerate, options.drop_unused}, extra,
+                stride);
+}
+
+Expected<EncodedMesh> encode_job(const EncodeJob& job, const EncodeOptions& options, const ThreadPool& pool) {
+  size_t stride = 0;
+  const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
+  return encode_mesh(job.mesh, job.codings, options, pool, extra, stride);
 }
 
 std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "encoder/encode_mesh.h"
+#include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 
@@ -28,9 +29,12 @@ struct EncodeJob {
   }
 };
 
-// Data that keeps points apart whose attributes are equal: morph targets, and weights before rounding. Returns
-// `stride` bytes for each point.
-std::vector<std::byte> distinguishing_bytes(const EncodeJob& job, size_t& stride);
+// The mesh that encode_job stores.
+ReducedMesh reduce_job(const EncodeJob& job);
+
+// Encodes the job with `options`, which may differ from the job's in the patches and in verification. Points
+// whose morph targets differ stay apart, and points whose weights differed before rounding.
+Expected<EncodedMesh> encode_job(const EncodeJob& job, const EncodeOptions& options, const ThreadPool& pool);
 
 // Morph targets in the order of the stored points: point i is source_point[i] of the input.
 std::vector<MorphAttribute> reorder(const std::vector<MorphAttribute>& morphs,

@@ -38,4 +38,10 @@ std::vector<uint32_t> patch_counts(std::span<const uint64_t> faces, const Encode
   return counts;
 }
 
+std::vector<uint32_t> patch_counts(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& options) {
+  std::vector<uint64_t> faces;
+  for (const EncodeJob& job : jobs) faces.push_back(job.mesh.faces.size());
+  return patch_counts(faces, options);
+}
+
 }  // namespace psplit

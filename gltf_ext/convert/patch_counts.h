@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/convert/encode_job.h"
 
 namespace psplit {
 
@@ -14,5 +15,8 @@ uint64_t default_patch_count(uint64_t faces, uint64_t min_faces = kMinFaces);
 
 // The number of patches of each primitive, given its number of faces.
 std::vector<uint32_t> patch_counts(std::span<const uint64_t> faces, const EncodeDocumentOptions& options);
+
+// The same of jobs.
+std::vector<uint32_t> patch_counts(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& options);
 
 }  // namespace psplit

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstring>
 #include <set>
 
+#include "encoder/coding/choose_codings.h"
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/convert/shared_points.h"
 #include "gltf_ext/convert/validate.h"
@@ -16,57 +15,17 @@
 namespace psplit {
 namespace {
 
-bool all_unit_vectors(const Attribute& attribute) {
-  for (size_t at = 0; at < attribute.values.size(); at += 12) {
-    std::array<float, 3> v{};
-    std::memcpy(v.data(), attribute.values.data() + at, 12);
-    const double square =
-        double{v[0]} * double{v[0]} + double{v[1]} * double{v[1]} + double{v[2]} * double{v[2]};
-    if (!(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) return false;
-  }
-  return true;
-}
-
-// Attributes that name things or hold data of the application, which must not be rounded though they are
-// floats: feature ids (EXT_mesh_features, and _BATCHID of 3D Tiles before it) and what EXT_structural_metadata
-// reads.
-class ExactAttributes {
- public:
-  explicit ExactAttributes(const Json& json) {
-    const Json* metadata = extension_field(json, "EXT_structural_metadata");
-    if (metadata == nullptr) return;
-    for_each_element(*metadata, "propertyAttributes", [&](const Json& group) {
-      for_each_member(group, "properties", [&](const Json& property) {
-        if (const std::string* semantic = string_field(property, "attribute")) named_.insert(*semantic);
-      });
+// The attributes that EXT_structural_metadata reads: data of the application, which must not be rounded.
+std::set<std::string> metadata_attributes(const Json& json) {
+  std::set<std::string> names;
+  const Json* metadata = extension_field(json, "EXT_structural_metadata");
+  if (metadata == nullptr) return names;
+  for_each_element(*metadata, "propertyAttributes", [&](const Json& group) {
+    for_each_member(group, "properties", [&](const Json& property) {
+      if (const std::string* semantic = string_field(property, "attribute")) names.insert(*semantic);
     });
-  }
-
-  bool contains(const std::string& semantic) const {
-    return semantic.starts_with("_FEATURE_ID_") || semantic == "_BATCHID" || named_.contains(semantic);
-  }
-
- private:
-  std::set<std::string> named_;
-};
-
-// Values that no grid can hold are kept exactly: integers, NaN, normals that are not directions.
-AttributeCoding coding_of(const Attribute& attribute, const ExactAttributes& exact,
-                          const EncodeDocumentOptions& options) {
-  if (options.lossless || attribute.component_type != ComponentType::kFloat32) return {};
-  if (exact.contains(attribute.semantic)) return {};
-  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
-  if (attribute.semantic == "NORMAL" && attribute.component_count == 3) {
-    if (options.normal_bits < 2 || !all_unit_vectors(attribute)) return {};
-    return {options.normal_bits, true, {}, 0};
-  }
-  const int bits = attribute.semantic == "POSITION" ? options.position_bits
-                   : starts("TEXCOORD_")            ? options.texcoord_bits
-                   : starts("COLOR_")               ? options.color_bits
-                                                    : options.generic_bits;
-  if (bits == 0) return {};
-  Expected<AttributeCoding> grid = fit_grid(attribute, bits);
-  return grid.ok() ? std::move(*grid) : AttributeCoding{};
+  });
+  return names;
 }
 
 // For each mesh the lowest mesh that it shares a geometry with, directly or through other meshes. A shared
@@ -200,7 +159,7 @@ Status check_patched(const Document& document, const std::vector<PrimitiveId>& i
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const DecodeBackend& backend, const ThreadPool& pool) {
   EncodeJobs result;
-  const ExactAttributes exact(document.json);
+  const std::set<std::string> exact = metadata_attributes(document.json);
   SharedPoints shared_points;
   std::vector<PrimitiveId> wanted;
   for (const PrimitiveId id : all_primitives(document)) {
@@ -238,10 +197,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
       for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
       continue;
     }
-    for (Attribute& attribute : job.mesh.attributes) {
-      if (!options.lossless && !exact.contains(attribute.semantic)) trim_noise(attribute);
-      job.codings.push_back(coding_of(attribute, exact, options));
-    }
+    job.codings = choose_codings(job.mesh, options.coding(), exact);
     job.options.refine = options.refine;
     job.options.method = options.method;
     job.options.distance = options.distance;

@@ -34,20 +34,6 @@ TEST(FindDuplicates, NeedsEveryAttributeAndTheExtraBytesEqual) {
   EXPECT_EQ(find_duplicates(mesh, extra, 1), (std::vector<uint32_t>{0, 1, 2}));
 }
 
-TEST(Weld, MergesPointsThatAreEqualInAllAttributes) {
-  Mesh mesh;
-  mesh.point_count = 4;
-  mesh.attributes = {floats("POSITION", 1, {1, 2, 1, 1}), floats("_A", 1, {5, 5, 5, 6})};
-  mesh.faces = {{0, 1, 2}, {3, 2, 1}};
-  merge_duplicates(mesh);
-  EXPECT_EQ(mesh.point_count, 3u);
-  EXPECT_EQ(mesh.faces[0], (std::array<uint32_t, 3>{0, 1, 0}));
-  EXPECT_EQ(mesh.faces[1], (std::array<uint32_t, 3>{2, 0, 1}));
-  const Attribute first = floats("POSITION", 1, {1, 2, 1}), second = floats("_A", 1, {5, 5, 6});
-  EXPECT_EQ(mesh.attributes[0].values, first.values);
-  EXPECT_EQ(mesh.attributes[1].values, second.values);
-}
-
 TEST(Weld, SharesValuesAroundAVertexOnly) {
   Mesh mesh;
   mesh.point_count = 4;

@@ -3,10 +3,103 @@
 #include <gtest/gtest.h>
 
 #include "encoder/draco/draco_backend.h"
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/convert/read_jobs.h"
+#include "tests/support/procedural_meshes.h"
+#include "tests/support/reproducible_meshes.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {
 namespace {
+
+Document document_of(std::span<const Mesh> meshes) {
+  Document document = document_from_mesh(meshes.front());
+  for (const Mesh& mesh : meshes.subspan(1)) {
+    Document other = document_from_mesh(mesh);
+    Json primitive = other.json["meshes"][0]["primitives"][0];
+    const auto move_accessor = [&](Json& index) {
+      const Json accessor = other.json["accessors"][index.get<size_t>()];
+      const auto bytes = buffer_view_bytes(other, accessor["bufferView"].get<int64_t>());
+      index = document.json["accessors"].size();
+      document.json["accessors"].push_back(accessor);
+      document.json["accessors"].back()["bufferView"] = append_buffer_view(document, *bytes);
+    };
+    for (Json& index : primitive["attributes"]) move_accessor(index);
+    move_accessor(primitive["indices"]);
+    document.json["meshes"].push_back({{"primitives", Json::array({primitive})}});
+  }
+  return document;
+}
+
+std::vector<EncodeJob> read_all(const Document& document, const EncodeDocumentOptions& coding) {
+  Expected<EncodeJobs> read = read_jobs(document, coding, draco_backend(), ThreadPool(2));
+  if (!read) {
+    ADD_FAILURE() << read.status().to_string();
+    return {};
+  }
+  return std::move(read->jobs);
+}
+
+// What `encode` needs: normals of which none is a unit vector, weights that do not add up to one, feature ids,
+// points and faces that it drops, meshes that share grids and one that is there twice.
+std::vector<Mesh> every_kind_of_mesh() {
+  Mesh odd = make_sheet(20, 20);
+  std::vector<float> normals(size_t{3} * odd.point_count, 3.0f);
+  std::vector<float> weights(size_t{4} * odd.point_count, 0.2501f);
+  odd.attributes[1] = make_attribute("NORMAL", ComponentType::kFloat32, 3, false, normals);
+  odd.attributes[5] = make_attribute("WEIGHTS_0", ComponentType::kFloat32, 4, false, weights);
+  odd.attributes.back().semantic = "_FEATURE_ID_0";
+  Mesh exact = make_sheet(9, 7);
+  exact.attributes.back().semantic = "_BATCHID";
+  return {make_sheet(60, 50), make_sheet_with_residue(), odd, exact, odd, make_sheet(12, 12),
+          make_sheet(11, 12), make_sheet(10, 12)};
+}
+
+// The bytes that `encode --always-patches` writes of all primitives together, and their patches.
+std::pair<uint64_t, uint64_t> encoded_bytes(Document document, EncodeDocumentOptions options) {
+  options.always_patches = true;
+  const auto reports = encode_document(document, options, draco_backend(), ThreadPool(2));
+  EXPECT_TRUE(reports.ok()) << reports.status().to_string();
+  std::pair<uint64_t, uint64_t> sums;
+  for (const PrimitiveReport& report : *reports) {
+    EXPECT_EQ(report.skipped, "");
+    if (report.repeated) continue;
+    sums.first += report.bytes;
+    sums.second += report.streams.size() - (report.has_residue ? 1 : 0);
+  }
+  return sums;
+}
+
+TEST(Comparison, MeasuresTheBytesThatEncodeWrites) {
+  const Document document = document_of(every_kind_of_mesh());
+  EncodeDocumentOptions lossless, coarse, fast;
+  lossless.lossless = true;
+  coarse.position_bits = 9;
+  coarse.normal_bits = 5;
+  coarse.generic_bits = 7;
+  fast.encode_speed = 9;
+  fast.refine = false;
+  for (const EncodeDocumentOptions& coding : {EncodeDocumentOptions(), lossless, coarse, fast}) {
+    ComparisonOptions options;
+    options.coding = coding;
+    options.rules = {{}, {.patches = 1}, {.patches = 9}, {.patches = 40}, {.patch_faces = 500}};
+    options.thread_counts = {1};
+    options.stock_speeds = {};
+    options.repeat = 1;
+    const std::vector<DecodeBackend> backends{draco_backend()};
+    const auto comparison = compare_codecs(read_all(document, coding), options, backends, ThreadPool(2));
+    ASSERT_TRUE(comparison.ok()) << comparison.status().to_string();
+    for (size_t i = 0; i < options.rules.size(); ++i) {
+      const PatchSummary& summary = comparison->splits[i].summary;
+      const auto [bytes, patches] = encoded_bytes(document, apply_rule(coding, options.rules[i]));
+      EXPECT_EQ(summary.total_bytes, bytes) << i;
+      EXPECT_EQ(summary.patches, patches) << i;
+      EXPECT_EQ(summary.faces, comparison->faces) << i;
+      EXPECT_EQ(summary.points, comparison->points) << i;
+    }
+  }
+}
 
 TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
   const ThreadPool pool(2);
@@ -18,16 +111,17 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
     points += mesh.point_count;
   }
   ComparisonOptions options;
-  options.patch_counts = {6, 24};
+  options.rules = {{.patches = 6}, {.patches = 24}};
   options.thread_counts = {1, 2};
   options.repeat = 1;
   options.stock_speeds = {10, 0, 10};
   const std::vector<DecodeBackend> backends{draco_backend()};
   size_t done = 0, total = 0;
-  const auto comparison = compare_codecs(*meshes, options, backends, pool, [&](size_t now, size_t all) {
-    EXPECT_EQ(now, ++done);
-    total = all;
-  });
+  const auto comparison =
+      compare_codecs(read_all(document_of(*meshes), {}), options, backends, pool, [&](size_t now, size_t all) {
+        EXPECT_EQ(now, ++done);
+        total = all;
+      });
   ASSERT_TRUE(comparison.ok()) << comparison.status().to_string();
   // Stock Draco at three speeds, meshoptimizer in two forms, and each split with two decoders and in stages.
   EXPECT_EQ(total, 2u * (3 + 2 + 2 * (2 + 1)));
@@ -73,7 +167,7 @@ TEST(Comparison, ReportsADecoderThatLosesFaces) {
   const auto meshes = generate_shape({Shape::kBlob, 2000, 1, false, false}, pool);
   ASSERT_TRUE(meshes.ok());
   ComparisonOptions options;
-  options.patch_counts = {2};
+  options.rules = {{.patches = 2}};
   options.thread_counts = {1};
   DecodeBackend lossy = draco_backend();
   lossy.decode_into = [](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool&,
@@ -81,7 +175,7 @@ TEST(Comparison, ReportsADecoderThatLosesFaces) {
     const PatchContainer& container = *tasks.front().container;
     return std::vector<Status>{buffers_for(0, container.point_count(), container.face_count() - 1).status()};
   };
-  const auto comparison = compare_codecs(*meshes, options, std::vector{lossy}, pool);
+  const auto comparison = compare_codecs(read_all(document_of(*meshes), {}), options, std::vector{lossy}, pool);
   ASSERT_FALSE(comparison.ok());
   EXPECT_EQ(comparison.status().code(), StatusCode::kDiffers);
 }

@@ -6,9 +6,8 @@
 #include <memory>
 
 #include "decoder_cuda/psplit_cuda.h"
-#include "encoder/welding/weld.h"
 #include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/convert/patch_counts.h"
+#include "gltf_ext/convert/read_jobs.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/compare/comparison.h"
 #include "tools/gltf_psplit/compare/comparison_report.h"
@@ -33,6 +32,7 @@ namespace {
 struct Arguments {
   std::string input, output = "-", format = "text";
   BackendChoice backend;
+  std::vector<uint64_t> patch_counts;
   ComparisonOptions options;
   SamenessOptions sameness;
   bool wide = false;
@@ -41,9 +41,8 @@ struct Arguments {
 // Faces of a patch in a cut that has enough patches for a GPU.
 constexpr uint64_t kGpuPatchFaces = 1200;
 
-// The triangle primitives of an uncompressed asset. A .drc file is accepted too, as its original may not exist.
-Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, const Session& session) {
-  std::vector<PrimitiveId> ids;
+// A .drc file is accepted, as its original may not exist.
+Status check_uncompressed(const Document& document) {
   for (const PrimitiveId id : all_primitives(document)) {
     const Place place{.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
     const Expected<PrimitiveKind> kind = primitive_kind(document, id);
@@ -51,65 +50,51 @@ Expected<std::vector<PrimitiveId>> find_triangles(const Document& document, cons
     if (kind->storage != PrimitiveStorage::kPlain && !document.from_draco)
       return unsupported(
           "is compressed already; compare from the original, or decode it first if there is none", place);
-    if (!kind->triangles) {
-      session.log.note(describe_place(id.mesh, id.primitive) + " is left out, because it has no triangles");
-      continue;
+  }
+  return {};
+}
+
+// The primitives that `encode` would encode.
+Expected<std::vector<EncodeJob>> read_uncompressed(const Document& document,
+                                                   const EncodeDocumentOptions& coding,
+                                                   const Session& session) {
+  if (Status status = check_uncompressed(document); !status.ok()) return status;
+  Expected<EncodeJobs> read = read_jobs(document, coding, find_backend({}), session.pool);
+  if (!read) return read.status();
+  for (const auto& [id, reason] : read->skipped)
+    session.log.note(describe_place(id.first, id.second) + " is left out: " + reason);
+  if (read->jobs.empty()) return unsupported("has no triangles");
+  return std::move(read->jobs);
+}
+
+// One patch for each primitive; as `encode` cuts by default and with --profile speed; and smaller patches. Of
+// rules that do not make more patches than the one before, only that one is kept.
+std::vector<PatchRule> default_rules(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& coding) {
+  std::vector<PatchRule> rules{{.patches = 1}};
+  uint64_t most = jobs.size();
+  for (const PatchRule& rule :
+       {PatchRule{}, PatchRule{.patch_faces = kSpeedPatchFaces}, PatchRule{.patch_faces = kGpuPatchFaces}})
+    if (const uint64_t count = count_patches(jobs, coding, rule); count > most) {
+      rules.push_back(rule);
+      most = count;
     }
-    ids.push_back(id);
-  }
-  return ids;
+  return rules;
 }
 
-Expected<std::vector<Mesh>> read_meshes(const Document& document, std::span<const PrimitiveId> ids,
-                                        const Session& session) {
-  std::vector<Mesh> meshes;
-  for (Expected<Mesh>& mesh : read_primitives(document, ids, find_backend({}), session.pool)) {
-    if (!mesh) return mesh.status();
-    if (mesh->faces.empty()) continue;
-    // Stock Draco's own tools merge equal points before they encode, and so does `encode`. So all codecs get
-    // the merged mesh.
-    merge_duplicates(*mesh);
-    meshes.push_back(std::move(*mesh));
-  }
-  if (meshes.empty()) return unsupported("has no triangles");
-  return meshes;
+// Of the measured rules, the one for the picture: one that makes as many patches as `encode` does by default,
+// if that splits any primitive; otherwise the middle one.
+PatchRule pictured_rule(std::span<const EncodeJob> jobs, const ComparisonOptions& options) {
+  const uint64_t usual = count_patches(jobs, options.coding, {});
+  std::vector<std::pair<uint64_t, PatchRule>> counts;
+  for (const PatchRule& rule : options.rules)
+    counts.emplace_back(count_patches(jobs, options.coding, rule), rule);
+  std::ranges::stable_sort(counts, {}, [](const auto& entry) { return entry.first; });
+  const auto found = std::ranges::find(counts, usual, [](const auto& entry) { return entry.first; });
+  return usual > jobs.size() && found != counts.end() ? found->second : counts[counts.size() / 2].second;
 }
 
-uint64_t patch_count_of(uint64_t faces, uint64_t patch_faces) {
-  return std::max<uint64_t>(1, (faces + patch_faces / 2) / patch_faces);
-}
-
-// The number of patches that `encode` makes by default.
-uint64_t usual_count(std::span<const Mesh> meshes) {
-  uint64_t count = 0;
-  for (const Mesh& mesh : meshes) count += default_patch_count(mesh.faces.size());
-  return count;
-}
-
-// One patch for each primitive; as `encode` cuts by default and with --profile speed; and smaller patches.
-std::vector<uint64_t> default_patch_counts(std::span<const Mesh> meshes) {
-  uint64_t faces = 0;
-  for (const Mesh& mesh : meshes) faces += mesh.faces.size();
-  std::vector<uint64_t> counts{1};
-  for (const uint64_t count :
-       {usual_count(meshes), patch_count_of(faces, kSpeedPatchFaces), patch_count_of(faces, kGpuPatchFaces)})
-    if (count > std::max<uint64_t>(counts.back(), meshes.size())) counts.push_back(count);
-  return counts;
-}
-
-// Of the measured patch counts, the one for the picture: that of `encode`, if it is measured and splits any
-// primitive; otherwise the middle one.
-uint64_t pictured_count(std::span<const Mesh> meshes, std::vector<uint64_t> counts) {
-  std::ranges::sort(counts);
-  const uint64_t usual = usual_count(meshes);
-  const bool is_measured = std::ranges::find(counts, usual) != counts.end();
-  return usual > meshes.size() && is_measured ? usual : counts[counts.size() / 2];
-}
-
-// Draws the asset in `patch_count` patches, cut as for the measurements.
-Expected<PatchPicture> draw_patches(Document& document, uint64_t patch_count, EncodeDocumentOptions coding,
-                                    const Session& session) {
-  coding.patches = patch_count;
+// Draws the asset in patches, cut as for the measurements.
+Expected<PatchPicture> draw_patches(Document& document, EncodeDocumentOptions coding, const Session& session) {
   coding.always_patches = true;
   coding.verify = false;
   const auto reports = encode_document(document, coding, find_backend({}), session.pool);
@@ -124,31 +109,38 @@ Expected<PatchPicture> draw_patches(Document& document, uint64_t patch_count, En
   return PatchPicture{std::move(*png), summary.patches};
 }
 
+// Reads the input, fills in what of the report and of the options depends on it, and returns the jobs to
+// measure.
+Expected<std::vector<EncodeJob>> read_compared(const Arguments& arguments, const Session& session,
+                                               ComparisonOptions& options, ComparisonReport& report) {
+  const ProgressBar bar("reading", session.log);
+  Expected<Document> document = read_input(arguments.input, session.log);
+  if (!document) return document.status();
+  if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok()) return status;
+  Expected<std::vector<EncodeJob>> jobs = read_uncompressed(*document, options.coding, session);
+  if (!jobs) return jobs;
+  if (!document->from_draco) {
+    std::vector<PrimitiveId> ids;
+    for (const EncodeJob& job : *jobs) ids.insert(ids.end(), job.group.ids.begin(), job.group.ids.end());
+    report.asset = measure_parts(*document, ids);
+  }
+  for (const uint64_t patches : arguments.patch_counts) options.rules.push_back({.patches = patches});
+  if (options.rules.empty()) options.rules = default_rules(*jobs, options.coding);
+  if (arguments.format == "html") {
+    const EncodeDocumentOptions coding = apply_rule(options.coding, pictured_rule(*jobs, options));
+    if (Expected<PatchPicture> picture = draw_patches(*document, coding, session))
+      report.picture = std::move(*picture);
+    else
+      session.log.warning("the page has no picture: " + picture.status().to_string());
+  }
+  return jobs;
+}
+
 Status run_compare(Arguments arguments, const Session& session) {
   ComparisonReport report;
   ComparisonOptions& options = arguments.options;
-  Expected<std::vector<Mesh>> meshes = [&]() -> Expected<std::vector<Mesh>> {
-    const ProgressBar bar("reading", session.log);
-    Expected<Document> document = read_input(arguments.input, session.log);
-    if (!document) return document.status();
-    if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
-      return status;
-    const Expected<std::vector<PrimitiveId>> ids = find_triangles(*document, session);
-    if (!ids) return ids.status();
-    Expected<std::vector<Mesh>> read = read_meshes(*document, *ids, session);
-    if (!read) return read;
-    if (!document->from_draco) report.asset = measure_parts(*document, *ids);
-    if (options.patch_counts.empty()) options.patch_counts = default_patch_counts(*read);
-    if (arguments.format == "html") {
-      const uint64_t count = pictured_count(*read, options.patch_counts);
-      if (Expected<PatchPicture> picture = draw_patches(*document, count, options.coding, session))
-        report.picture = std::move(*picture);
-      else
-        session.log.warning("the page has no picture: " + picture.status().to_string());
-    }
-    return read;
-  }();
-  if (!meshes) return meshes.status().at({.file = arguments.input});
+  const Expected<std::vector<EncodeJob>> jobs = read_compared(arguments, session, options, report);
+  if (!jobs) return jobs.status().at({.file = arguments.input});
   options.thread_counts = {1};
   if (session.pool.thread_count() > 1) options.thread_counts.push_back(session.pool.thread_count());
 
@@ -161,7 +153,7 @@ Status run_compare(Arguments arguments, const Session& session) {
   }
   Expected<Comparison> comparison = [&] {
     ProgressBar bar("comparing", session.log);
-    return compare_codecs(*meshes, options, backends, session.pool, bar.callback());
+    return compare_codecs(*jobs, options, backends, session.pool, bar.callback());
   }();
   if (!comparison) return comparison.status().at({.file = arguments.input});
   report.input = arguments.input == "-" ? "stdin" : std::filesystem::path(arguments.input).filename().string();
@@ -173,10 +165,10 @@ Status run_compare(Arguments arguments, const Session& session) {
                                                                    : to_text(report, arguments.wide));
 }
 
-void add_measuring_options(CLI::App& command, ComparisonOptions& options) {
+void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_counts, ComparisonOptions& options) {
   command
       .add_option(
-          "--patches", options.patch_counts,
+          "--patches", patch_counts,
           "Patch counts to measure, over all primitives together. Default: one patch for each primitive, the "
           "count of `encode`, and the counts for patches of 4800 and of 1200 faces")
       ->delimiter(',')
@@ -184,13 +176,14 @@ void add_measuring_options(CLI::App& command, ComparisonOptions& options) {
       ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
       ->type_name("A,B,C");
   command
-      .add_option("--repeat", options.repeat, "Number of timed rounds. In each round, every decoder runs once")
+      .add_option("--repeat", arguments->options.repeat,
+                  "Number of timed rounds. In each round, every decoder runs once")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str()
       ->type_name("N");
   command
       .add_option(
-          "--stock-speeds", options.stock_speeds,
+          "--stock-speeds", arguments->options.stock_speeds,
           "Draco speeds to measure stock Draco with. --encode-speed is always measured too; all ratios refer "
           "to it")
       ->delimiter(',')
@@ -215,7 +208,7 @@ void add_compare_command(CLI::App& app, Action& action) {
           "gzipped; - reads stdin")
       ->required();
   add_sameness_options(command, arguments->sameness);
-  add_measuring_options(command, arguments->options);
+  add_measuring_options(command, arguments->patch_counts, arguments->options);
   add_format_option(command, arguments->format, {"text", "json", "html"});
   command.get_option("--format")
       ->description("Format of the result. html is a page with charts, for one file only");

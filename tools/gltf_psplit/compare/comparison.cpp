@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <numeric>
 
-#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
-#include "encoder/encode_mesh.h"
-#include "encoder/partition/partition.h"
+#include "gltf_ext/convert/patch_counts.h"
 #include "src/cpu/staged_decode.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -29,18 +28,6 @@ struct Encoded {
   std::vector<MeshoptMesh> meshopt;
   std::vector<Split> splits;
 };
-
-Expected<AttributeCoding> choose_coding(const Attribute& attribute, const EncodeDocumentOptions& options) {
-  const std::string& name = attribute.semantic;
-  if (options.lossless || attribute.component_type != ComponentType::kFloat32) return AttributeCoding{};
-  if (name == "NORMAL" && attribute.component_count == 3)
-    return AttributeCoding{.bits = options.normal_bits, .octahedral = true, .origin = {}, .range = 0};
-  int bits = options.generic_bits;
-  if (name == "POSITION") bits = options.position_bits;
-  if (name.starts_with("TEXCOORD_")) bits = options.texcoord_bits;
-  if (name.starts_with("COLOR_")) bits = options.color_bits;
-  return fit_grid(attribute, bits);
-}
 
 std::vector<AttributeRequest> make_requests(const Mesh& mesh, std::span<const uint32_t> unique_ids) {
   std::vector<AttributeRequest> requests;
@@ -80,28 +67,23 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
   return {};
 }
 
-Status encode_split(std::span<const Mesh> meshes, std::span<const std::vector<AttributeCoding>> codings,
-                    uint64_t patch_count, const ComparisonOptions& options, const ThreadPool& pool,
-                    Encoded::Split& split, SplitRow& row) {
-  std::vector<uint64_t> face_counts;
-  for (const Mesh& mesh : meshes) face_counts.push_back(mesh.faces.size());
-  const std::vector<uint32_t> shares = distribute_patches(face_counts, patch_count);
-  for (size_t i = 0; i < meshes.size(); ++i) {
-    EncodeOptions encode_options;
-    encode_options.patch_count = shares[i];
-    encode_options.encode_speed = options.coding.encode_speed;
+Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, const EncodeDocumentOptions& coding,
+                    std::span<const uint8_t> is_empty, const ThreadPool& pool, Encoded::Split& split,
+                    SplitRow& row) {
+  const std::vector<uint32_t> counts = patch_counts(jobs, apply_rule(coding, rule));
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    if (is_empty[i]) continue;
+    EncodeOptions encode_options = jobs[i].options;
+    encode_options.patch_count = counts[i];
     encode_options.verify = false;
-    encode_options.refine = options.coding.refine;
-    encode_options.method = options.coding.method;
-    encode_options.distance = options.coding.distance;
-    Expected<EncodedMesh> mesh = encode_mesh(meshes[i], codings[i], encode_options, pool);
+    Expected<EncodedMesh> mesh = encode_job(jobs[i], encode_options, pool);
     if (!mesh) return mesh.status();
     const Expected<PatchSummary> summary = summarize_container(mesh->container);
     if (!summary) return summary.status();
     row.summary += *summary;
     row.partition_ms += mesh->statistics.partition_ms;
     row.encode_ms += mesh->statistics.encode_ms;
-    split.requests.push_back(make_requests(meshes[i], mesh->unique_ids));
+    split.requests.push_back(make_requests(jobs[i].mesh, mesh->unique_ids));
     split.meshes.push_back(std::move(*mesh));
   }
   return {};
@@ -170,49 +152,47 @@ std::vector<StageRow> summarize_stages(std::span<const StageTimes> rounds) {
   return rows;
 }
 
-}  // namespace
-
-Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const ComparisonOptions& options,
-                                    std::span<const DecodeBackend> backends, const ThreadPool& pool,
-                                    const Progress& progress) {
-  Comparison comparison;
-  Encoded encoded;
+Status encode_all(std::span<const EncodeJob> jobs, const ComparisonOptions& options, const ThreadPool& pool,
+                  Encoded& encoded, Comparison& comparison) {
   for (const int speed : all_speeds(options)) comparison.stock_speeds.push_back({.speed = speed, .decode = {}});
   encoded.stock.resize(comparison.stock_speeds.size());
-  std::vector<std::vector<AttributeCoding>> codings;
-  for (const Mesh& mesh : meshes) {
+  std::vector<uint8_t> is_empty;
+  for (const EncodeJob& job : jobs) {
+    const Mesh mesh = reduce_job(job).mesh;
+    is_empty.push_back(mesh.faces.empty());
+    if (mesh.faces.empty()) continue;
     comparison.faces += mesh.faces.size();
     comparison.points += mesh.point_count;
-    std::vector<AttributeCoding>& mesh_codings = codings.emplace_back();
-    for (const Attribute& attribute : mesh.attributes) {
-      Expected<AttributeCoding> coding = choose_coding(attribute, options.coding);
-      if (!coding) return coding.status();
-      mesh_codings.push_back(std::move(*coding));
-    }
-    if (Status status = encode_rivals(mesh, mesh_codings, options, encoded, comparison); !status.ok())
+    if (Status status = encode_rivals(mesh, job.codings, options, encoded, comparison); !status.ok())
       return status;
   }
-  const auto base = std::ranges::find(comparison.stock_speeds, options.coding.encode_speed, &StockRow::speed);
-  encoded.splits.resize(options.patch_counts.size());
-  comparison.splits.resize(options.patch_counts.size());
+  if (comparison.faces == 0) return unsupported("has no triangles");
+  comparison.stock = *std::ranges::find(comparison.stock_speeds, options.coding.encode_speed, &StockRow::speed);
+  encoded.splits.resize(options.rules.size());
+  comparison.splits.resize(options.rules.size());
   for (size_t i = 0; i < encoded.splits.size(); ++i) {
     SplitRow& row = comparison.splits[i];
     if (Status status =
-            encode_split(meshes, codings, options.patch_counts[i], options, pool, encoded.splits[i], row);
+            encode_split(jobs, options.rules[i], options.coding, is_empty, pool, encoded.splits[i], row);
         !status.ok())
       return status;
-    row.overhead = static_cast<double>(row.summary.total_bytes) / static_cast<double>(base->bytes) - 1;
+    row.overhead =
+        static_cast<double>(row.summary.total_bytes) / static_cast<double>(comparison.stock.bytes) - 1;
   }
+  return {};
+}
 
-  std::vector<std::unique_ptr<ThreadPool>> pools;
-  for (const int threads : options.thread_counts) pools.push_back(std::make_unique<ThreadPool>(threads));
-  const DecodeBackend stock_backend = draco_backend();
+// Everything that is timed, in an order that fill_timings follows. Contenders refer to the arguments.
+std::vector<Contender> make_contenders(const Encoded& encoded, const Comparison& comparison,
+                                       std::span<const DecodeBackend> backends,
+                                       std::span<const std::unique_ptr<ThreadPool>> pools,
+                                       const DecodeBackend& stock_backend,
+                                       std::vector<std::vector<StageTimes>>& stage_rounds) {
   std::vector<Contender> contenders;
   for (const Encoded::Stock& stock : encoded.stock)
     contenders.push_back({"stock Draco", [&] { return decode_stock(stock, stock_backend); }});
   for (const MeshoptForm form : {MeshoptForm::kZstd, MeshoptForm::kPlain})
     contenders.push_back({"meshoptimizer", [&encoded, form] { return decode_rival(encoded, form); }});
-  std::vector<std::vector<StageTimes>> stage_rounds(encoded.splits.size());
   for (size_t i = 0; i < encoded.splits.size(); ++i) {
     for (const DecodeBackend& backend : backends)
       for (const auto& decode_pool : pools)
@@ -225,25 +205,61 @@ Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const Comparis
                             return decode_stages(split, rounds.emplace_back());
                           }});
   }
-  const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, options.repeat, progress);
-  if (!timings) return timings.status();
+  return contenders;
+}
 
-  size_t next = 0;
-  for (StockRow& row : comparison.stock_speeds) row.decode = (*timings)[next++];
-  comparison.stock = *base;
-  comparison.meshopt.decode = (*timings)[next++];
-  comparison.meshopt_plain.decode = (*timings)[next++];
+void fill_timings(std::span<const Timing> timings, const ComparisonOptions& options,
+                  std::span<const DecodeBackend> backends,
+                  std::span<const std::vector<StageTimes>> stage_rounds, Comparison& comparison) {
+  auto next = timings.begin();
+  for (StockRow& row : comparison.stock_speeds) {
+    row.decode = *next++;
+    if (row.speed == comparison.stock.speed) comparison.stock.decode = row.decode;
+  }
+  comparison.meshopt.decode = *next++;
+  comparison.meshopt_plain.decode = *next++;
   for (size_t i = 0; i < comparison.splits.size(); ++i) {
     SplitRow& row = comparison.splits[i];
     for (const DecodeBackend& backend : backends)
       for (const int threads : options.thread_counts) {
-        const Timing timing = (*timings)[next++];
+        const Timing timing = *next++;
         row.decode.push_back(
             {backend.name, threads, timing, comparison.stock.decode.median_ms / timing.median_ms});
       }
-    ++next;
+    ++next;                                                                // the stages, which time themselves
     row.stages = summarize_stages(std::span(stage_rounds[i]).subspan(1));  // the first round is not timed
   }
+}
+
+}  // namespace
+
+EncodeDocumentOptions apply_rule(EncodeDocumentOptions coding, const PatchRule& rule) {
+  coding.patches = rule.patches;
+  coding.patch_faces = rule.patch_faces;
+  return coding;
+}
+
+uint64_t count_patches(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& coding,
+                       const PatchRule& rule) {
+  const std::vector<uint32_t> counts = patch_counts(jobs, apply_rule(coding, rule));
+  return std::accumulate(counts.begin(), counts.end(), uint64_t{0});
+}
+
+Expected<Comparison> compare_codecs(std::span<const EncodeJob> jobs, const ComparisonOptions& options,
+                                    std::span<const DecodeBackend> backends, const ThreadPool& pool,
+                                    const Progress& progress) {
+  Comparison comparison;
+  Encoded encoded;
+  if (Status status = encode_all(jobs, options, pool, encoded, comparison); !status.ok()) return status;
+  std::vector<std::unique_ptr<ThreadPool>> pools;
+  for (const int threads : options.thread_counts) pools.push_back(std::make_unique<ThreadPool>(threads));
+  const DecodeBackend stock_backend = draco_backend();
+  std::vector<std::vector<StageTimes>> stage_rounds(encoded.splits.size());
+  const std::vector<Contender> contenders =
+      make_contenders(encoded, comparison, backends, pools, stock_backend, stage_rounds);
+  const Expected<std::vector<Timing>> timings = measure_interleaved(contenders, options.repeat, progress);
+  if (!timings) return timings.status();
+  fill_timings(*timings, options, backends, stage_rounds, comparison);
   return comparison;
 }
 

@@ -6,13 +6,20 @@
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/convert/encode_job.h"
 #include "tools/gltf_psplit/compare/measure.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 
 namespace psplit {
 
+// How the meshes are cut, as EncodeDocumentOptions has it: `patches` over all meshes together, or patches of
+// `patch_faces` faces, or, if both are 0, as `encode` cuts by default.
+struct PatchRule {
+  uint64_t patches = 0, patch_faces = 0;
+};
+
 struct ComparisonOptions {
-  std::vector<uint64_t> patch_counts;       // each over all meshes together
+  std::vector<PatchRule> rules;             // one row of patches for each
   std::vector<int> thread_counts;           // for decoding patches
   std::vector<int> stock_speeds{0, 5, 10};  // in addition to coding.encode_speed
   int repeat = 5;
@@ -67,9 +74,20 @@ struct Comparison {
   std::vector<SplitRow> splits;
 };
 
+// `coding` with the rule's patches.
+EncodeDocumentOptions apply_rule(EncodeDocumentOptions coding, const PatchRule& rule);
+
+// The number of patches that the rule makes of all jobs.
+uint64_t count_patches(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& coding,
+                       const PatchRule& rule);
+
+// Measures what read_jobs read with options.coding. The containers are those that encode_document writes with
+// `always_patches`; stock Draco and meshoptimizer get the same codings and the mesh that is left once duplicate
+// points, degenerate faces and unused points are dropped. EncodeJobs of which no face is left are skipped.
+//
 // Encodes once, with `pool`, and times decoding with measure_interleaved. kDiffers if the decoded faces and
 // points of a container are not those that its directory states.
-Expected<Comparison> compare_codecs(std::span<const Mesh> meshes, const ComparisonOptions& options,
+Expected<Comparison> compare_codecs(std::span<const EncodeJob> jobs, const ComparisonOptions& options,
                                     std::span<const DecodeBackend> backends, const ThreadPool& pool,
                                     const Progress& progress = {});
 

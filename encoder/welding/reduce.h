@@ -1,0 +1,37 @@
+// The part of a mesh that is stored: without duplicate points, degenerate faces and unused points.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "src/mesh/mesh.h"
+
+namespace psplit {
+
+struct ReduceOptions {
+  bool keep_duplicates = false;  // keep points apart that are equal in everything
+  bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
+  bool drop_unused = false;      // drop points that no face uses
+};
+
+struct ReducedMesh {
+  Mesh mesh;
+  std::vector<uint32_t> source_point;  // for each of its points, the point of the input
+  uint64_t merged_points = 0;
+  uint64_t dropped_faces = 0;
+  uint64_t dropped_points = 0;
+};
+
+// Whether two of the face's points are the same.
+bool repeats_a_point(const std::array<uint32_t, 3>& face);
+
+// Points and faces keep their order; each group of equal points becomes its lowest. `extra` holds
+// `extra_stride` more bytes for each point: points that differ there are not duplicates. Every index must be
+// below mesh.point_count.
+ReducedMesh reduce(const Mesh& mesh, const ReduceOptions& options, std::span<const std::byte> extra = {},
+                   size_t extra_stride = 0);
+
+}  // namespace psplit

@@ -1,0 +1,64 @@
+#include "encoder/welding/reduce.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/procedural_meshes.h"
+
+namespace psplit {
+namespace {
+
+Attribute floats(const char* semantic, uint8_t components, const std::vector<float>& values) {
+  return make_attribute(semantic, ComponentType::kFloat32, components, false, values);
+}
+
+TEST(Reduce, MergesPointsThatAreEqualInAllAttributes) {
+  Mesh mesh;
+  mesh.point_count = 4;
+  mesh.attributes = {floats("POSITION", 1, {1, 2, 1, 1}), floats("_A", 1, {5, 5, 5, 6})};
+  mesh.faces = {{0, 1, 2}, {3, 2, 1}};
+  const ReducedMesh reduced = reduce(mesh, {});
+  EXPECT_EQ(reduced.source_point, (std::vector<uint32_t>{0, 1, 3}));
+  EXPECT_EQ(reduced.merged_points, 1u);
+  EXPECT_EQ(reduced.mesh.point_count, 3u);
+  EXPECT_EQ(reduced.mesh.faces[0], (std::array<uint32_t, 3>{0, 1, 0}));
+  EXPECT_EQ(reduced.mesh.faces[1], (std::array<uint32_t, 3>{2, 0, 1}));
+  const Attribute first = floats("POSITION", 1, {1, 2, 1}), second = floats("_A", 1, {5, 5, 6});
+  EXPECT_EQ(reduced.mesh.attributes[0].values, first.values);
+  EXPECT_EQ(reduced.mesh.attributes[1].values, second.values);
+}
+
+// Point 1 equals point 0, which makes the second face degenerate; no face uses point 4.
+Mesh with_everything_to_drop() {
+  Mesh mesh;
+  mesh.point_count = 5;
+  mesh.attributes = {floats("POSITION", 1, {1, 1, 2, 3, 4})};
+  mesh.faces = {{1, 2, 3}, {0, 1, 3}};
+  return mesh;
+}
+
+TEST(Reduce, DropsWhatTheOptionsName) {
+  const ReducedMesh reduced = reduce(with_everything_to_drop(), {.drop_degenerate = true, .drop_unused = true});
+  EXPECT_EQ(reduced.mesh.point_count, 3u);
+  ASSERT_EQ(reduced.mesh.faces.size(), 1u);
+  EXPECT_EQ(reduced.mesh.faces[0], (std::array<uint32_t, 3>{0, 1, 2}));
+  EXPECT_EQ(reduced.source_point, (std::vector<uint32_t>{0, 2, 3}));
+  EXPECT_EQ(reduced.merged_points, 1u);
+  EXPECT_EQ(reduced.dropped_faces, 1u);
+  EXPECT_EQ(reduced.dropped_points, 1u);
+}
+
+TEST(Reduce, ExtraBytesKeepPointsApart) {
+  const std::vector<std::byte> extra = {std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}, std::byte{0}};
+  const ReducedMesh reduced = reduce(with_everything_to_drop(), {.drop_degenerate = true}, extra, 1);
+  EXPECT_EQ(reduced.mesh.point_count, 5u);
+  EXPECT_EQ(reduced.dropped_faces, 0u);
+}
+
+TEST(Reduce, KeepsEverythingWhenAsked) {
+  const ReducedMesh reduced = reduce(with_everything_to_drop(), {.keep_duplicates = true});
+  EXPECT_EQ(reduced.source_point, (std::vector<uint32_t>{0, 1, 2, 3, 4}));
+  EXPECT_EQ(reduced.mesh.faces, with_everything_to_drop().faces);
+}
+
+}  // namespace
+}  // namespace psplit
