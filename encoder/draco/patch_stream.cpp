@@ -135,6 +135,69 @@ Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh&
   return run_encoder(encoder, "mesh");
 }
 
+// The values that a patch uses of each attribute, in the order of unique ids.
+std::vector<PatchValues> values_of_patch(const WeldedMesh& welded, const PatchMesh& patch) {
+  std::vector<PatchValues> values;
+  for (const size_t i : attribute_order(*welded.mesh))
+    values.emplace_back(welded.value_of_point[i], patch.points);
+  return values;
+}
+
+// The stream of a patch whose every attribute value is its own index.
+Expected<std::vector<uint8_t>> encode_twin(const PatchMesh& patch, std::span<const PatchValues> values,
+                                           int encode_speed) {
+  draco::Mesh twin;
+  set_faces(twin, patch);
+  for (size_t k = 0; k < values.size(); ++k) {
+    const auto role = k == 0 ? draco::GeometryAttribute::POSITION : draco::GeometryAttribute::GENERIC;
+    draco::PointAttribute* target = add_attribute(twin, role, 1, draco::DT_UINT32, false, values[k]);
+    for (uint32_t v = 0; v < values[k].values.size(); ++v)
+      target->SetAttributeValue(draco::AttributeValueIndex(v), &v);
+  }
+  draco::ExpertEncoder encoder(twin);
+  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+  encoder.SetSpeedOptions(encode_speed, encode_speed);
+  encoder.SetUseBuiltInAttributeCompression(false);
+  for (int id = 0; id < twin.num_attributes(); ++id)
+    if (const draco::Status status = encoder.SetAttributePredictionScheme(id, draco::PREDICTION_NONE);
+        !status.ok())
+      return runtime_failure(std::string("libdraco refuses an option: ") + status.error_msg());
+  return run_encoder(encoder, "order of points");
+}
+
+// Finds the patch's point with the values of each decoded point of its twin: a point is the tuple of its
+// values.
+Expected<std::vector<uint32_t>> find_points(const draco::Mesh& twin, std::span<const PatchValues> values,
+                                            size_t point_count) {
+  const auto value = [&](size_t attribute, uint32_t point) { return values[attribute].index[point]; };
+  std::vector<uint32_t> by_tuple(point_count);
+  std::iota(by_tuple.begin(), by_tuple.end(), 0u);
+  std::sort(by_tuple.begin(), by_tuple.end(), [&](uint32_t a, uint32_t b) {
+    for (size_t k = 0; k < values.size(); ++k)
+      if (value(k, a) != value(k, b)) return value(k, a) < value(k, b);
+    return false;
+  });
+  std::vector<uint32_t> tuple(values.size()), points;
+  points.reserve(twin.num_points());
+  for (uint32_t i = 0; i < twin.num_points(); ++i) {
+    for (size_t k = 0; k < values.size(); ++k) {
+      const auto* attribute = twin.GetAttributeByUniqueId(static_cast<uint32_t>(k));
+      attribute->GetMappedValue(draco::PointIndex(i), &tuple[k]);
+    }
+    const auto compare = [&](uint32_t point) {
+      for (size_t k = 0; k < tuple.size(); ++k)
+        if (value(k, point) != tuple[k]) return value(k, point) < tuple[k] ? -1 : 1;
+      return 0;
+    };
+    const auto found = std::partition_point(by_tuple.begin(), by_tuple.end(),
+                                            [&](uint32_t point) { return compare(point) < 0; });
+    if (found == by_tuple.end() || compare(*found) != 0)
+      return runtime_failure("libdraco's decoded point is none of the patch's points");
+    points.push_back(*found);
+  }
+  return points;
+}
+
 }  // namespace
 
 std::vector<uint32_t> stream_unique_ids(const Mesh& mesh) {
@@ -162,31 +225,13 @@ Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const
   return is_better ? std::move(compressed) : std::move(plain);
 }
 
-// Draco's order of decoded points follows from connectivity and seams alone, not from values. So a twin of the
-// patch, whose every attribute value is its own index, is encoded and decoded: what comes out of it names the
-// points in the order of the real stream.
+// Draco's order of decoded points follows from connectivity and seams alone, not from values. So this encodes
+// and decodes a twin of the patch whose every attribute value is its own index. The values that come out name
+// the points in the order of the real stream.
 Expected<DecodedOrder> edgebreaker_order(const WeldedMesh& welded, const PatchMesh& patch, int encode_speed) {
-  draco::Mesh twin;
-  set_faces(twin, patch);
-  std::vector<PatchValues> values;
-  for (size_t i : attribute_order(*welded.mesh)) {
-    const auto role = values.empty() ? draco::GeometryAttribute::POSITION : draco::GeometryAttribute::GENERIC;
-    values.emplace_back(welded.value_of_point[i], patch.points);
-    draco::PointAttribute* target = add_attribute(twin, role, 1, draco::DT_UINT32, false, values.back());
-    for (uint32_t v = 0; v < values.back().values.size(); ++v)
-      target->SetAttributeValue(draco::AttributeValueIndex(v), &v);
-  }
-  draco::ExpertEncoder encoder(twin);
-  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
-  encoder.SetSpeedOptions(encode_speed, encode_speed);
-  encoder.SetUseBuiltInAttributeCompression(false);
-  for (int id = 0; id < twin.num_attributes(); ++id)
-    if (const draco::Status status = encoder.SetAttributePredictionScheme(id, draco::PREDICTION_NONE);
-        !status.ok())
-      return runtime_failure(std::string("libdraco refuses an option: ") + status.error_msg());
-  Expected<std::vector<uint8_t>> stream = run_encoder(encoder, "order of points");
+  const std::vector<PatchValues> values = values_of_patch(welded, patch);
+  Expected<std::vector<uint8_t>> stream = encode_twin(patch, values, encode_speed);
   if (!stream) return stream.status();
-
   draco::DecoderBuffer buffer;
   buffer.Init(reinterpret_cast<const char*>(stream->data()), stream->size());
   draco::Decoder decoder;
@@ -194,43 +239,17 @@ Expected<DecodedOrder> edgebreaker_order(const WeldedMesh& welded, const PatchMe
   if (!decoded.ok())
     return runtime_failure(std::string("libdraco cannot decode the order of points: ") +
                            decoded.status().error_msg());
-  const draco::Mesh& mesh = *decoded.value();
+  const draco::Mesh& twin = *decoded.value();
 
   DecodedOrder order;
-  order.faces.reserve(mesh.num_faces());
-  for (uint32_t i = 0; i < mesh.num_faces(); ++i) {
-    const draco::Mesh::Face& face = mesh.face(draco::FaceIndex(i));
+  order.faces.reserve(twin.num_faces());
+  for (uint32_t i = 0; i < twin.num_faces(); ++i) {
+    const draco::Mesh::Face& face = twin.face(draco::FaceIndex(i));
     order.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
   }
-
-  // A point is the tuple of its values: find each decoded tuple among the patch's points.
-  const size_t point_count = patch.points.size();
-  const auto value = [&](size_t attribute, uint32_t point) { return values[attribute].index[point]; };
-  std::vector<uint32_t> by_tuple(point_count);
-  std::iota(by_tuple.begin(), by_tuple.end(), 0u);
-  std::sort(by_tuple.begin(), by_tuple.end(), [&](uint32_t a, uint32_t b) {
-    for (size_t k = 0; k < values.size(); ++k)
-      if (value(k, a) != value(k, b)) return value(k, a) < value(k, b);
-    return false;
-  });
-  std::vector<uint32_t> tuple(values.size());
-  order.patch_point.reserve(mesh.num_points());
-  for (uint32_t i = 0; i < mesh.num_points(); ++i) {
-    for (size_t k = 0; k < values.size(); ++k) {
-      const auto* attribute = mesh.GetAttributeByUniqueId(static_cast<uint32_t>(k));
-      attribute->GetMappedValue(draco::PointIndex(i), &tuple[k]);
-    }
-    const auto compare = [&](uint32_t point) {
-      for (size_t k = 0; k < tuple.size(); ++k)
-        if (value(k, point) != tuple[k]) return value(k, point) < tuple[k] ? -1 : 1;
-      return 0;
-    };
-    const auto found = std::partition_point(by_tuple.begin(), by_tuple.end(),
-                                            [&](uint32_t point) { return compare(point) < 0; });
-    if (found == by_tuple.end() || compare(*found) != 0)
-      return runtime_failure("libdraco's decoded point is none of the patch's points");
-    order.patch_point.push_back(*found);
-  }
+  Expected<std::vector<uint32_t>> points = find_points(twin, values, patch.points.size());
+  if (!points) return points.status();
+  order.patch_point = std::move(*points);
   return order;
 }
 

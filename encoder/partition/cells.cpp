@@ -10,70 +10,87 @@ constexpr uint32_t kStretch = 1 << 16;
 // With more than this many times the wanted cells, the ends of the stretches have cut too many cells off.
 constexpr double kCutOff = 1.5;
 
-// Grows cells only from [begin, end), numbers them from 0 on, and returns their number.
+// Grows cells from the cells [begin, end) of a graph, numbered from 0 on.
 template <typename Graph>
-uint32_t grow_within(const Graph& graph, uint32_t begin, uint32_t end, uint32_t members, uint32_t face_limit,
-                     std::vector<uint32_t>& number) {
+class StretchGrower {
+ public:
+  StretchGrower(const Graph& graph, uint32_t begin, uint32_t end, uint32_t members, uint32_t face_limit,
+                std::vector<uint32_t>& number)
+      : graph_(graph), begin_(begin), end_(end), members_(members), face_limit_(face_limit), number_(number) {}
+
+  // Returns the number of grown cells.
+  uint32_t run() {
+    for (uint32_t seed = begin_; seed < end_; ++seed)
+      if (number_[seed] == kNoCell) grow_from(seed);
+    return static_cast<uint32_t>(face_counts_.size());
+  }
+
+ private:
   struct Candidate {
     uint32_t cell, edges;
   };
-  std::vector<uint32_t> face_counts, member_counts;
-  std::vector<Candidate> around;
-  const auto count_edge = [&](uint32_t key, uint32_t edges) {
-    for (Candidate& candidate : around)
-      if (candidate.cell == key) {
+
+  void grow_from(uint32_t seed) {
+    const auto own = static_cast<uint32_t>(face_counts_.size());
+    uint32_t faces = 0, count = 0, newest = seed;
+    around_.clear();
+    for (;;) {
+      number_[newest] = own;
+      faces += graph_.face_count(newest);
+      if (++count == members_) break;
+      graph_.for_each_link(newest, [&](uint32_t next, uint32_t edges) {
+        if (next >= begin_ && next < end_ && number_[next] == kNoCell) count_edge(next, edges);
+      });
+      size_t best = around_.size();
+      for (size_t i = 0; i < around_.size(); ++i)
+        if (faces + graph_.face_count(around_[i].cell) <= face_limit_ &&
+            (best == around_.size() || around_[i].edges > around_[best].edges))
+          best = i;
+      if (best == around_.size()) break;
+      newest = around_[best].cell;
+      around_[best] = around_.back();
+      around_.pop_back();
+    }
+    if (count == 1 && members_ > 1 && joins_neighbour(seed, own, faces)) return;
+    face_counts_.push_back(faces);
+    member_counts_.push_back(count);
+  }
+
+  // A single cell that is left between others joins one of them, if any has room.
+  bool joins_neighbour(uint32_t seed, uint32_t own, uint32_t faces) {
+    around_.clear();
+    graph_.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
+      if (next < begin_ || next >= end_) return;
+      const uint32_t cell = number_[next];
+      if (cell != kNoCell && cell != own && member_counts_[cell] < 2 * members_ &&
+          face_counts_[cell] + faces <= face_limit_)
+        count_edge(cell, edges);
+    });
+    const auto best =
+        std::max_element(around_.begin(), around_.end(),
+                         [](const Candidate& a, const Candidate& b) { return a.edges < b.edges; });
+    if (best == around_.end()) return false;
+    number_[seed] = best->cell;
+    face_counts_[best->cell] += faces;
+    ++member_counts_[best->cell];
+    return true;
+  }
+
+  void count_edge(uint32_t cell, uint32_t edges) {
+    for (Candidate& candidate : around_)
+      if (candidate.cell == cell) {
         candidate.edges += edges;
         return;
       }
-    around.push_back({key, edges});
-  };
-  for (uint32_t seed = begin; seed < end; ++seed) {
-    if (number[seed] != kNoCell) continue;
-    const auto own = static_cast<uint32_t>(face_counts.size());
-    uint32_t faces = 0, count = 0, newest = seed;
-    around.clear();
-    for (;;) {
-      number[newest] = own;
-      faces += graph.face_count(newest);
-      if (++count == members) break;
-      graph.for_each_link(newest, [&](uint32_t next, uint32_t edges) {
-        if (next >= begin && next < end && number[next] == kNoCell) count_edge(next, edges);
-      });
-      size_t best = around.size();
-      for (size_t i = 0; i < around.size(); ++i)
-        if (faces + graph.face_count(around[i].cell) <= face_limit &&
-            (best == around.size() || around[i].edges > around[best].edges))
-          best = i;
-      if (best == around.size()) break;
-      newest = around[best].cell;
-      around[best] = around.back();
-      around.pop_back();
-    }
-    // A single cell that is left between others joins one of them.
-    if (count == 1 && members > 1) {
-      around.clear();
-      graph.for_each_link(seed, [&](uint32_t next, uint32_t edges) {
-        if (next < begin || next >= end) return;
-        const uint32_t cell = number[next];
-        if (cell != kNoCell && cell != own && member_counts[cell] < 2 * members &&
-            face_counts[cell] + faces <= face_limit)
-          count_edge(cell, edges);
-      });
-      const auto best =
-          std::max_element(around.begin(), around.end(),
-                           [](const Candidate& a, const Candidate& b) { return a.edges < b.edges; });
-      if (best != around.end()) {
-        number[seed] = best->cell;
-        face_counts[best->cell] += faces;
-        ++member_counts[best->cell];
-        continue;
-      }
-    }
-    face_counts.push_back(faces);
-    member_counts.push_back(count);
+    around_.push_back({cell, edges});
   }
-  return static_cast<uint32_t>(face_counts.size());
-}
+
+  const Graph& graph_;
+  uint32_t begin_, end_, members_, face_limit_;
+  std::vector<uint32_t>& number_;
+  std::vector<uint32_t> face_counts_, member_counts_;  // of the grown cells
+  std::vector<Candidate> around_;                      // the neighbours of the cell that grows
+};
 
 template <typename Graph>
 Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit, const ThreadPool& pool) {
@@ -81,14 +98,15 @@ Coarsening grow(const Graph& graph, uint32_t members, uint32_t face_limit, const
   Coarsening grown{std::vector<uint32_t>(cell_count, kNoCell), 0};
   std::vector<uint32_t> first(cell_count / kStretch + 2, 0);  // the first number of each stretch
   pool.for_ranges(cell_count, kStretch, [&](size_t begin, size_t end) {
-    first[begin / kStretch + 1] = grow_within(graph, static_cast<uint32_t>(begin), static_cast<uint32_t>(end),
-                                              members, face_limit, grown.coarse_of);
+    StretchGrower grower(graph, static_cast<uint32_t>(begin), static_cast<uint32_t>(end), members, face_limit,
+                         grown.coarse_of);
+    first[begin / kStretch + 1] = grower.run();
   });
   std::partial_sum(first.begin(), first.end(), first.begin());
   grown.count = first.back();
   if (cell_count > kStretch && static_cast<double>(grown.count) * members > kCutOff * cell_count) {
     grown.coarse_of.assign(cell_count, kNoCell);
-    grown.count = grow_within(graph, 0, cell_count, members, face_limit, grown.coarse_of);
+    grown.count = StretchGrower(graph, 0, cell_count, members, face_limit, grown.coarse_of).run();
     return grown;
   }
   pool.for_ranges(cell_count, kStretch, [&](size_t begin, size_t end) {
