@@ -11,6 +11,7 @@
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "encoder/encode_mesh.h"
 #include "gltf_ext/document/primitive_id.h"
-#include "src/container/patch_container.h"
+#include "src/container/stream_entry.h"
 
 namespace psplit {
 

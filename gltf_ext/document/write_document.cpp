@@ -4,6 +4,7 @@
 
 #include "gltf_ext/document/named_binary.h"
 #include "gltf_ext/document/pack_buffers.h"
+#include "gltf_ext/document/place_images.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"

@@ -19,6 +19,7 @@
 #include <span>
 #include <vector>
 
+#include "src/container/stream_entry.h"
 #include "src/core/stitch_reader.h"
 #include "src/core/stream_header.h"
 #include "src/status.h"
@@ -27,16 +28,6 @@ namespace psplit {
 
 // The version that write_container writes. Version 1 can be read as well: its stitch maps have another format.
 inline constexpr uint8_t kContainerVersion = 2;
-
-// One row of the directory.
-struct StreamEntry {
-  uint32_t stream_bytes = 0;
-  uint32_t face_count = 0;
-  uint32_t point_count = 0;      // as decoded, references included
-  uint32_t reference_count = 0;  // points that another stream, or an earlier point of this one, owns
-  uint32_t stitch_bytes = 0;
-  bool operator==(const StreamEntry&) const = default;
-};
 
 // An opened container, or one stock Draco stream as a container of one patch. The directory, the headers of all
 // streams and the number of bytes agree. Its spans point into the bytes that were opened, which must outlive
