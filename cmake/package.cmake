@@ -1,36 +1,56 @@
-# What users link: psplit::decoder, psplit::cuda and psplit::tinygltf, under the same names and with the same include
-# paths whether find_package, add_subdirectory or FetchContent brings them. Each holds the objects of the library of its
-# name in this tree, is static or shared as BUILD_SHARED_LIBS says, and has none of our flags. The command and the tests
-# link the libraries of the tree, where they see what shared libraries hide.
+# The libraries that users link: psplit::decoder, psplit::cuda, psplit::tinygltf, psplit::encoder and psplit::gltf. They
+# have the same names and the same include paths with find_package, add_subdirectory and FetchContent. Each holds the
+# objects of libraries in this tree, is static or shared as BUILD_SHARED_LIBS says, and adds none of our compiler flags.
+# The command and the tests link the libraries of the tree instead, because shared libraries hide what tests need.
 
 set(components decoder cuda)
 set(headers
-    src/export.h src/status.h src/parallel.h src/mesh/mesh.h src/core/data_type.h src/container/decode_backend.h
-    src/container/stream_description.h src/cpu/cpu_backend.h src/loader/loader.h decoder_cuda/psplit_cuda.h)
+    src/psplit.h src/export.h src/status.h src/parallel.h src/mesh/mesh.h src/core/data_type.h
+    src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/loader/loader.h
+    decoder_cuda/psplit_cuda.h)
 if(PSPLIT_HAS_TINYGLTF)
   list(APPEND components tinygltf)
   list(APPEND headers gltf_ext/tinygltf/tinygltf_plugin.h)
 endif()
+if(PSPLIT_BUILD_ENCODER)
+  list(APPEND components encoder gltf)
+  list(APPEND headers
+       encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/quantization.h
+       encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h
+       gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
+       gltf_ext/convert/encode_document_options.h gltf_ext/convert/primitive_report.h gltf_ext/document/document.h
+       gltf_ext/document/image_placement.h gltf_ext/document/primitive_id.h gltf_ext/document/write_document.h
+       gltf_ext/document/write_report.h gltf_ext/json/json.h src/container/stream_entry.h)
+endif()
+# The libraries of this tree whose objects a component holds, if they are not only the one of its name.
+set(tinygltf_objects psplit_tinygltf psplit_json)
+set(encoder_objects psplit_encoder psplit_partition)
+set(gltf_objects psplit_gltf psplit_json)
 
-# Headers include each other as psplit/src/... here: a folder src of the user's is then not taken for ours.
+# Installed headers include each other as psplit/src/..., so that a folder src of the user's is not taken for ours.
 # `#include "src/loader/loader.h"` finds them too.
 foreach(header IN LISTS headers)
   file(READ ${PROJECT_SOURCE_DIR}/${header} text)
-  string(REGEX REPLACE "#include \"(src|decoder_cuda|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
+  string(REGEX REPLACE "#include \"(src|decoder_cuda|encoder|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${header} CONTENT "${text}" @ONLY)
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
 endforeach()
 
 include(GNUInstallDirs)
 foreach(component IN LISTS components)
-  set(tree psplit_${component})
   set(package psplit_${component}_package)
-  set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden
-                        VISIBILITY_INLINES_HIDDEN ON)
-  target_compile_definitions(${tree} PRIVATE $<$<BOOL:${BUILD_SHARED_LIBS}>:PSPLIT_BUILDS_SHARED>)
-  add_library(${package} $<TARGET_OBJECTS:${tree}>)
+  if(NOT DEFINED ${component}_objects)
+    set(${component}_objects psplit_${component})
+  endif()
+  add_library(${package})
+  foreach(tree IN LISTS ${component}_objects)
+    set_target_properties(${tree} PROPERTIES CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden
+                          VISIBILITY_INLINES_HIDDEN ON)
+    target_compile_definitions(${tree} PRIVATE $<$<BOOL:${BUILD_SHARED_LIBS}>:PSPLIT_BUILDS_SHARED>)
+    target_sources(${package} PRIVATE $<TARGET_OBJECTS:${tree}>)
+  endforeach()
   add_library(psplit::${component} ALIAS ${package})
-  set_target_properties(${package} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME ${component} OUTPUT_NAME ${tree}
+  set_target_properties(${package} PROPERTIES LINKER_LANGUAGE CXX EXPORT_NAME ${component} OUTPUT_NAME psplit_${component}
                         ARCHIVE_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/package
                         VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   target_compile_features(${package} PUBLIC cxx_std_20)
@@ -42,17 +62,34 @@ foreach(component IN LISTS components)
   target_link_options(${package} PRIVATE $<$<BOOL:${PSPLIT_SANITIZE}>:-fsanitize=${PSPLIT_SANITIZE}>)
 endforeach()
 
+# A library that has no CMake package is found again by psplit-config.cmake, as psplit::<name>.
+function(psplit_link_found package tree name)
+  target_link_libraries(${package} PRIVATE $<BUILD_INTERFACE:${tree}> $<INSTALL_INTERFACE:psplit::${name}>)
+endfunction()
+# A shared library holds a copy of what another one hides and it needs.
+function(psplit_link_hidden package)
+  if(BUILD_SHARED_LIBS)
+    foreach(tree IN LISTS ARGN)
+      target_link_libraries(${package} PRIVATE $<BUILD_INTERFACE:${tree}>)
+    endforeach()
+  endif()
+endfunction()
+
 target_link_libraries(psplit_decoder_package PRIVATE TBB::tbb Threads::Threads)
 target_link_libraries(psplit_cuda_package PUBLIC psplit_decoder_package)
 if(PSPLIT_HAS_CUDA)
   target_link_libraries(psplit_cuda_package PRIVATE CUDA::cudart_static)
-  if(BUILD_SHARED_LIBS)
-    # It plans by what the decoder's library hides: a copy of that.
-    target_link_libraries(psplit_cuda_package PRIVATE $<BUILD_INTERFACE:psplit_decoder>)
-  endif()
+  psplit_link_hidden(psplit_cuda_package psplit_decoder)
 endif()
 if(PSPLIT_HAS_TINYGLTF)
-  set_target_properties(psplit_json PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
-  target_sources(psplit_tinygltf_package PRIVATE $<TARGET_OBJECTS:psplit_json>)
   target_link_libraries(psplit_tinygltf_package PUBLIC psplit_decoder_package psplit_cuda_package TinyGLTF::TinyGLTF)
+endif()
+if(PSPLIT_BUILD_ENCODER)
+  target_link_libraries(psplit_encoder_package PUBLIC psplit_decoder_package)
+  psplit_link_hidden(psplit_encoder_package psplit_decoder)
+  psplit_link_found(psplit_encoder_package psplit_draco_package draco_library)
+  target_link_libraries(psplit_gltf_package PUBLIC psplit_encoder_package nlohmann_json::nlohmann_json
+                        PRIVATE meshoptimizer::meshoptimizer ZLIB::ZLIB)
+  psplit_link_hidden(psplit_gltf_package psplit_encoder psplit_decoder)
+  psplit_link_found(psplit_gltf_package psplit_xxhash_package xxhash_library)
 endif()

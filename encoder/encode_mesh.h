@@ -11,6 +11,7 @@
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/partition/partition.h"
+#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
 #include "src/status.h"
@@ -65,8 +66,9 @@ struct EncodedMesh {
 // kInvalidInput (indices out of range, no POSITION, values that a quantization grid cannot hold), kUnsupported
 // (nothing but degenerate faces, where these are dropped, among others), kRuntimeFailure (verification failed:
 // a bug).
-Expected<EncodedMesh> encode_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                  const EncodeOptions& options, const ThreadPool& pool,
-                                  std::span<const std::byte> extra_point_data = {}, size_t extra_stride = 0);
+PSPLIT_EXPORT Expected<EncodedMesh> encode_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                                const EncodeOptions& options, const ThreadPool& pool,
+                                                std::span<const std::byte> extra_point_data = {},
+                                                size_t extra_stride = 0);
 
 }  // namespace psplit

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
+#include "src/export.h"
 #include "src/mesh/mesh.h"
 
 namespace psplit {
@@ -23,7 +24,7 @@ struct CodingOptions {
 // Attributes that are quantized first lose what lies outside of glTF's limits by rounding noise only
 // (trim_noise). The caller rounds skin weights once all grids are final (round_weights): meshes that share a
 // grid merge theirs before (merge_grids).
-std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
-                                            const std::set<std::string>& exact = {});
+PSPLIT_EXPORT std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
+                                                          const std::set<std::string>& exact = {});
 
 }  // namespace psplit

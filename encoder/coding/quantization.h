@@ -6,15 +6,16 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
+#include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/status.h"
 
 namespace psplit {
 
 // The grid that holds all values of the attribute. Fails on NaN and infinity.
-Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
+PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
 // The smallest grid of the same bits that holds both.
-AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b);
+PSPLIT_EXPORT AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b);
 
 // The values whose bounding box is the grid's: libdraco takes origin and range from the extremes of an
 // attribute's values, computing range as the largest (maximum - minimum). Nothing where no float gives exactly
@@ -32,7 +33,7 @@ void trim_noise(Attribute& attribute);
 
 // Rounds quantized weights to their grid such that the weights of a point, all WEIGHTS_n together, keep their
 // sum, which glTF wants to be one; a sum that is nearly one becomes one.
-void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings);
+PSPLIT_EXPORT void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings);
 
 // How far what libdraco decodes may be from what it was given: a component on a grid, and the chord between
 // unit vectors on an octahedron.

@@ -8,16 +8,17 @@
 
 #include "src/container/decode_backend.h"
 #include "src/container/stream_description.h"
+#include "src/export.h"
 
 namespace psplit {
 
 // Decodes each stream with libdraco to a mesh of libdraco's, one thread for each patch. Stock streams may be of
 // any bitstream that libdraco knows. Errors: kInvalidInput. Checks before each task whether to stop, and
 // reports progress in tasks. Thread-safe.
-DecodeBackend draco_backend();
+PSPLIT_EXPORT DecodeBackend draco_backend();
 
 // The version of the libdraco that this was built with.
-std::string draco_version();
+PSPLIT_EXPORT std::string draco_version();
 
 // One Draco mesh stream as libdraco decodes it, with faces and points in its order.
 Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests);

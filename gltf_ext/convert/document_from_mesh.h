@@ -2,11 +2,12 @@
 #pragma once
 
 #include "gltf_ext/document/document.h"
+#include "src/export.h"
 #include "src/mesh/mesh.h"
 
 namespace psplit {
 
 // One scene, one node, one mesh, one plain primitive.
-Document document_from_mesh(const Mesh& mesh);
+PSPLIT_EXPORT Document document_from_mesh(const Mesh& mesh);
 
 }  // namespace psplit

@@ -7,6 +7,7 @@
 #include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/document/document.h"
 #include "src/container/decode_backend.h"
+#include "src/export.h"
 
 namespace psplit {
 
@@ -21,8 +22,10 @@ namespace psplit {
 //
 // After an error the document is unusable. `progress` counts faces, patch by patch, and is called from any
 // thread.
-Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
-                                                       const DecodeBackend& backend, const ThreadPool& pool,
-                                                       const Progress& progress = {});
+PSPLIT_EXPORT Expected<std::vector<PrimitiveReport>> encode_document(Document& document,
+                                                                     const EncodeDocumentOptions& options,
+                                                                     const DecodeBackend& backend,
+                                                                     const ThreadPool& pool,
+                                                                     const Progress& progress = {});
 
 }  // namespace psplit

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gltf_ext/json/json.h"
+#include "src/export.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -29,20 +30,22 @@ struct Document {
 // Buffer views that meshoptimizer compressed are decoded (decode_meshopt.h). Images stay as they are. The
 // structure is checked (check_structure.h), so that later code can index accessors, buffer views and buffers
 // safely. Errors: kIo, kInvalidInput, kUnsupported.
-Expected<Document> read_document(const std::filesystem::path& path);
+PSPLIT_EXPORT Expected<Document> read_document(const std::filesystem::path& path);
 
 // The same for a file in memory. If the bytes are moved in, those of a GLB become the buffer without a copy.
-Expected<Document> parse_document(std::vector<uint8_t>&& file, const std::filesystem::path& source);
-Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source);
+PSPLIT_EXPORT Expected<Document> parse_document(std::vector<uint8_t>&& file,
+                                                const std::filesystem::path& source);
+PSPLIT_EXPORT Expected<Document> parse_document(std::span<const uint8_t> file,
+                                                const std::filesystem::path& source);
 
 // A new document with one mesh, one node and one scene.
-Document new_document();
+PSPLIT_EXPORT Document new_document();
 
 // The bytes of a buffer view. Errors: kInvalidInput if the index or the range is invalid; kUnsupported if the
 // view was compressed by a newer meshoptimizer than the linked one, or if its buffer has no bytes.
-Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
+PSPLIT_EXPORT Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
 
 // Appends bytes as a new buffer view (4-byte aligned) and returns its index.
-int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes);
+PSPLIT_EXPORT int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes);
 
 }  // namespace psplit

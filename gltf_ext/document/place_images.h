@@ -4,17 +4,11 @@
 #include <filesystem>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/document/image_placement.h"
 #include "gltf_ext/document/pack_buffers.h"
 #include "gltf_ext/document/write_report.h"
 
 namespace psplit {
-
-// What to do with images that are files.
-enum class ImagePlacement {
-  kEmbed,      // buffer views
-  kCopy,       // files in the output's folder
-  kReference,  // the input's files, by URIs that lead to them from the output's folder
-};
 
 // Embeds, copies or refers to each image that is a file, and adds to the report what became of it. `packed` is
 // the document to be written, made from `document`; `output` is the path of its file. An image stays as it is

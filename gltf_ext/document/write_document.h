@@ -4,8 +4,9 @@
 #include <optional>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/place_images.h"
+#include "gltf_ext/document/image_placement.h"
 #include "gltf_ext/document/write_report.h"
+#include "src/export.h"
 
 namespace psplit {
 
@@ -20,7 +21,7 @@ struct WriteOptions {
 // are removed, unless `document` was read from it. All buffers become one. A .gltf gets a second buffer for
 // data that only the fallback of compressed primitives uses. No other file is replaced: if the name of a copied
 // image is taken, the copy is named after its content. Errors: kUsage, kIo, kUnsupported.
-Status write_document(const Document& document, const std::filesystem::path& path,
-                      const WriteOptions& options = {}, WriteReport* report = nullptr);
+PSPLIT_EXPORT Status write_document(const Document& document, const std::filesystem::path& path,
+                                    const WriteOptions& options = {}, WriteReport* report = nullptr);
 
 }  // namespace psplit

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Installs psplit, static and shared, and builds and runs gltf_ext/examples as a project that finds it, and as one that
-brings its sources:
+"""Installs psplit as static and as shared libraries. Builds and runs gltf_ext/examples as a project that finds it, as one
+that brings its sources, and with pkg-config:
 
   run_package.py --source FOLDER --build FOLDER --psplit COMMAND --cmake COMMAND --compiler COMMAND --shared ON|OFF
 
---build is a finished build, of static or shared libraries as --shared says; the other kind is built here, without
-what needs libdraco. The project has a folder src of its own, from which no header of ours may be taken.
+--build is a finished build, of static or shared libraries as --shared says. The other kind is built here, without the
+command and the tests. The project has a folder src of its own, from which no header of ours may be taken.
 """
-import argparse, json, pathlib, re, struct, subprocess, sys, tempfile
+import argparse, json, os, pathlib, re, shutil, struct, subprocess, sys, tempfile
 
 parser = argparse.ArgumentParser()
 for name in ("source", "build", "psplit", "cmake", "compiler", "shared"):
@@ -83,12 +83,46 @@ def run_examples(kind, examples, assets):
     print(f"{kind}: {model.strip()}; {patch.strip()}; {drc.strip()}; GPU: {device}")
 
 
+def run_encoders(kind, examples, assets, folder):
+    """What the examples of psplit::encoder and psplit::gltf write is what the command writes."""
+    expect("encode_mesh", r"^7 patches, \d+ bytes: 24000 triangles, 12221 points$", run(examples / "encode_mesh", 7))
+    written, wanted = folder / "example.glb", folder / "command.glb"
+    said = run(examples / "encode_gltf", assets["plain"], written, 4000)
+    expect("encode_gltf", r"^mesh 0, primitive 0: 5 patches, \d+ bytes\n", said)
+    run(options.psplit, "encode", "-q", "--patch-faces", 4000, assets["plain"], wanted)
+    if written.read_bytes() != wanted.read_bytes():
+        sys.exit(f"{kind}: encode_gltf and gltf-psplit write different files")
+    run(examples / "encode_gltf", source / "README.md", written, code=3)
+    print(f"{kind}: {said.strip()}")
+
+
+def check_pkg_config(kind, prefix, folder, assets):
+    """The examples that need neither tinygltf nor CUDA, compiled by pkg-config's flags alone."""
+    if not shutil.which("pkg-config"):
+        print("pkg-config is not installed: its files are not tested")
+        return
+    folder.mkdir()
+    paths = sorted({str(file.parent) for file in prefix.rglob("psplit-*.pc")})
+    variables = dict(os.environ, PKG_CONFIG_PATH=":".join(paths))
+    for name, package in (("decode_draco", "psplit-decoder"), ("encode_mesh", "psplit-encoder"), ("encode_gltf", "psplit-gltf")):
+        done = subprocess.run(["pkg-config", "--cflags", "--libs", package], env=variables, capture_output=True, text=True)
+        if done.returncode != 0:
+            sys.exit(f"pkg-config {package}: {done.stderr}")
+        library = next(prefix.rglob("libpsplit_decoder.*")).parent
+        run(options.compiler, "-std=c++20", "-o", folder / name, source / "gltf_ext" / "examples" / f"{name}.cpp",
+            *done.stdout.split(), f"-Wl,-rpath,{library}")
+    run(folder / "decode_draco", assets["drc"])
+    run_encoders(kind + ", pkg-config", folder, assets, folder)
+
+
 def check(kind, prefix, folder, assets):
     """Builds the examples against what is installed, and runs them."""
     make_project(folder / "project")
     configure(folder / "project", folder / "examples", f"-DCMAKE_PREFIX_PATH={prefix}", user_flags(folder))
     run(options.cmake, "--build", folder / "examples")
     run_examples(kind, folder / "examples", assets)
+    run_encoders(kind, folder / "examples", assets, folder)
+    check_pkg_config(kind, prefix, folder / "pkg-config", assets)
 
 
 def user_flags(folder):
@@ -111,9 +145,14 @@ find_package(psplit REQUIRED COMPONENTS {components})
     expect("tinygltf without TinyGLTF", r"psplit::tinygltf: no CMake package TinyGLTF was found", tinygltf)
     if "psplit::decoder:" in tinygltf:
         sys.exit(f"the decoder is not missing: {tinygltf}")
-    both = said_without("TBB", "decoder tinygltf meshes")
+    gltf = said_without("nlohmann_json", "decoder encoder gltf")
+    expect("gltf without JSON", r"psplit::gltf: no CMake package nlohmann_json was found", gltf)
+    if "psplit::encoder:" in gltf:
+        sys.exit(f"the encoder is not missing: {gltf}")
+    both = said_without("TBB", "decoder tinygltf meshes encoder")
     expect("without TBB", r"psplit::decoder: no CMake package TBB \(oneTBB\) was found", both)
     expect("without TBB", r"psplit::tinygltf: no CMake package TBB \(oneTBB\) was found", both)
+    expect("without TBB", r"psplit::encoder: no CMake package TBB \(oneTBB\) was found", both)
     expect("an unknown component", r"psplit::meshes: there is no such component", both)
 
 
@@ -151,7 +190,7 @@ foreach(name CMAKE_BUILD_TYPE BUILD_SHARED_LIBS CMAKE_CXX_STANDARD CMAKE_CXX_EXT
     message(FATAL_ERROR "psplit sets ${name} to ${${name}}")
   endif()
 endforeach()
-foreach(target gltf-psplit psplit_encoder loader_tests)
+foreach(target gltf-psplit loader_tests)
   if(TARGET ${target})
     message(FATAL_ERROR "psplit builds ${target}")
   endif()
@@ -164,8 +203,14 @@ endif()
     build = folder / "examples"
     run(options.cmake, "-G", "Ninja", "-S", folder / "project", "-B", build, f"-DCMAKE_CXX_COMPILER={options.compiler}",
         f"-DFETCHCONTENT_SOURCE_DIR_PSPLIT={source}", user_flags(folder))
+    if "psplit_encoder" in run(options.cmake, "--build", build, "--target", "help"):
+        sys.exit("psplit builds its encoder, which nobody asked for")
     run(options.cmake, "--build", build, "--target", "decode_draco", "print_model", "one_patch", "load_to_gpu")
     run_examples("sources", build, assets)
+    # The encoder comes if the project asks for it.
+    run(options.cmake, build, "-DPSPLIT_BUILD_ENCODER=ON")
+    run(options.cmake, "--build", build, "--target", "encode_mesh")
+    expect("encode_mesh", r"^4 patches", run(build / "encode_mesh"))
 
 
 with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
@@ -173,7 +218,7 @@ with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
     asset = folder / "asset.glb"
     run(options.psplit, "generate", "-q", folder / "plain.glb", "--shape", "blob", "--faces", 20000, "--seed", 1)
     run(options.psplit, "encode", "-q", "--patches", 5, folder / "plain.glb", asset)
-    assets = {"patches": asset, "stock": folder / "stock.glb", "drc": folder / "stock.drc"}
+    assets = {"plain": folder / "plain.glb", "patches": asset, "stock": folder / "stock.glb", "drc": folder / "stock.drc"}
     run(options.psplit, "decode", "-q", asset, assets["stock"], "--to", "draco")
     assets["drc"].write_bytes(stock_stream(assets["stock"]))
     for shared in ("OFF", "ON"):
@@ -181,7 +226,7 @@ with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
         build = options.build
         if shared != options.shared:
             build = folder / f"{kind}-build"
-            configure(source, build, "-DPSPLIT_BUILD_ENCODER=OFF", "-DPSPLIT_CUDA=OFF", "-DBUILD_SHARED_LIBS=" + shared)
+            configure(source, build, "-DPSPLIT_BUILD_TOOLS=OFF", "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_CUDA=OFF", "-DBUILD_SHARED_LIBS=" + shared)
             run(options.cmake, "--build", build)
         run(options.cmake, "--install", build, "--prefix", folder / kind)
         libraries = sorted(path.name for path in (folder / kind).rglob("libpsplit_*"))

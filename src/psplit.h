@@ -1,0 +1,33 @@
+// The public headers of psplit::decoder, in the order in which to read them.
+//
+// status.h and mesh.h have the types that everything returns: an Expected<T> holds a T or a Status, and a Mesh
+// is one triangle primitive in plain arrays. loader.h is the one header that most loaders need: it turns the
+// bytes of a primitive into indices and attributes in the caller's memory. The rest is for more than that.
+// parallel.h has the pool of threads that decoding uses, decode_backend.h what a decoder is (the CPU's is the
+// default), cpu_backend.h the CPU's decoder and single Draco files, and stream_description.h what a Draco
+// stream holds.
+//
+// Each other component of the package has headers of its own:
+//
+//   psplit::cuda      decoder_cuda/psplit_cuda.h             decodes on a GPU
+//   psplit::tinygltf  gltf_ext/tinygltf/tinygltf_plugin.h    loads whole glTF files with tinygltf
+//   psplit::encoder   encoder/coding/choose_codings.h        chooses how the attributes of a mesh are stored
+//                     encoder/encode_mesh.h                  a mesh in, a patch container out
+//                     encoder/draco/draco_backend.h          decodes with libdraco, to compare
+//   psplit::gltf      gltf_ext/document/document.h           reads a glTF document
+//                     gltf_ext/convert/encode_document.h     encodes all of its meshes
+//                     gltf_ext/convert/decode_document.h     decodes all of its meshes
+//                     gltf_ext/document/write_document.h     writes it
+//
+// gltf_ext/examples has a program for each of these.
+#pragma once
+
+// clang-format off: the order is for readers.
+#include "src/container/decode_backend.h"
+#include "src/container/stream_description.h"
+#include "src/cpu/cpu_backend.h"
+#include "src/loader/loader.h"
+#include "src/mesh/mesh.h"
+#include "src/parallel.h"
+#include "src/status.h"
+// clang-format on
