@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 #include "encoder/draco/describe_attribute.h"
-#include "encoder/stitching/stitch_map.h"
+#include "encoder/stitching/number_points.h"
 #include "src/container/claims.h"
 #include "src/core/stream_header.h"
 

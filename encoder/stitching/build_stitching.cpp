@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "encoder/stitching/stitch_map.h"
+
 namespace psplit {
 namespace {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "encoder/stitching/stitch_map.h"
+#include "encoder/stitching/border_walk.h"
 #include "src/parallel.h"
 
 namespace psplit {

@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "encoder/stitching/stitch_map.h"
+#include "encoder/stitching/number_points.h"
 
 namespace psplit {
 namespace {

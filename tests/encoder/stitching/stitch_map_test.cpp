@@ -4,6 +4,8 @@
 
 #include <random>
 
+#include "encoder/stitching/border_walk.h"
+#include "encoder/stitching/number_points.h"
 #include "tests/support/version_1.h"
 
 namespace psplit {

@@ -12,7 +12,7 @@
 #include <optional>
 #include <random>
 
-#include "encoder/stitching/stitch_map.h"
+#include "encoder/stitching/border_walk.h"
 #include "src/core/workspace.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/emulated_warp.h"

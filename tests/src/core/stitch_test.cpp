@@ -6,6 +6,8 @@
 
 #include <random>
 
+#include "encoder/stitching/border_walk.h"
+#include "encoder/stitching/number_points.h"
 #include "encoder/stitching/stitch_map.h"
 #include "tests/support/emulated_warp.h"
 #include "tests/support/version_1.h"
