@@ -15,7 +15,7 @@ Status differs(const std::string& what) { return runtime_failure("verification: 
 std::array<uint32_t, 3> lowest_first(const std::array<uint32_t, 3>& face) {
   std::array<uint32_t, 3> rotated = face;
   std::rotate(rotated.begin(), std::min_element(rotated.begin(), rotated.end()), rotated.end());
-  // With a repeated index the lowest may stand first in two rotations.
+  // If an index occurs twice, two rotations may begin with the lowest. Take one of them always.
   if (rotated[0] == rotated[2]) rotated = {rotated[0], rotated[0], rotated[1]};
   return rotated;
 }

@@ -1,4 +1,4 @@
-// Proves that a container holds the mesh it was made from.
+// Checks that a container holds the mesh that it was made from.
 #pragma once
 
 #include <span>
@@ -9,9 +9,10 @@
 
 namespace psplit {
 
-// `decoded` is what a decoder made of the container, `source_point` the claim of which input point each of its
-// points is. The claim must be a bijection onto the points of `mesh`; under it the faces must be the same with
-// the same orientation, exact attributes the same bits, and quantized ones within half a step of their grid.
+// `decoded` is the decoded container, and `source_point` names the input point of each of its points. Checks
+// that `source_point` is a bijection onto the points of `mesh`; that the faces are the same under it, with the
+// same orientation; that exact attributes have the same bits; and that quantized ones differ by at most half a
+// step of their grid.
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                       std::span<const uint32_t> source_point);
 

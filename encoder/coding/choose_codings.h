@@ -21,9 +21,9 @@ struct CodingOptions {
 // are not finite, and normals that are not unit vectors. So are attributes that name things: feature ids
 // (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and the semantics in `exact`.
 //
-// Attributes that are quantized first lose what lies outside of glTF's limits by rounding noise only
-// (trim_noise). The caller rounds skin weights once all grids are final (round_weights): meshes that share a
-// grid merge theirs before (merge_grids).
+// Values of quantized attributes that exceed glTF's limits by rounding noise are set to the limits first
+// (trim_noise). Call round_weights when all grids are final: meshes that share a grid merge theirs before that
+// (merge_grids).
 PSPLIT_EXPORT std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
                                                           const std::set<std::string>& exact = {});
 

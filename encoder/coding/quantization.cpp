@@ -11,7 +11,7 @@ namespace {
 // Below this the reciprocal of a grid step is no longer a float, and libdraco divides by it.
 float smallest_range(int bits) { return std::ldexp(1e-37f, bits); }
 
-// Widens the range until grid_extremes finds it: a few steps of the float, if any.
+// Widens the range until grid_extremes finds values. That takes a few float steps at most.
 void settle(AttributeCoding& coding) {
   for (int step = 0; step < 64 && !grid_extremes(coding); ++step) {
     // The component nearest to zero has the finest floats.
@@ -22,7 +22,8 @@ void settle(AttributeCoding& coding) {
   }
 }
 
-// What glTF lets the values of an attribute be. A grid from end to end decodes to nothing outside of it.
+// The limits that glTF sets for the values of an attribute. A grid that ends at both decodes to no value
+// outside.
 struct Limits {
   float low, high;
 };
@@ -35,7 +36,7 @@ std::optional<Limits> limits_of(const Attribute& attribute) {
 
 float steps_of(int bits) { return static_cast<float>((int64_t{1} << bits) - 1); }
 
-// TANGENT.w is an end of its limits, but the last multiple of a rounded step may lie beside it (at 5 bits).
+// TANGENT.w is at one of its limits. But the last multiple of a rounded step may miss the limit (at 5 bits).
 int bits_that_reach_the_end(int bits) {
   while (steps_of(bits) * (1.0f / steps_of(bits)) != 1.0f) ++bits;
   return bits;
@@ -55,7 +56,7 @@ void set_float(Attribute& attribute, size_t i, float value) {
   std::memcpy(attribute.values.data() + i * sizeof(float), &value, sizeof(float));
 }
 
-// Whole steps that add up to what the weights do: the largest remainders are rounded up. A sum beside one, as
+// Rounds weights to whole steps with the same sum: the largest remainders are rounded up. A sum near one, as
 // other quantizers leave it (8 bits: up to 2 / 255 off), becomes one.
 void round_together(std::span<double> weights, double steps) {
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
@@ -132,7 +133,7 @@ AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b) 
   merged.range = 0;
   for (size_t c = 0; c < merged.origin.size(); ++c) {
     merged.origin[c] = std::min(a.origin[c], b.origin[c]);
-    // An extent is at most the range, so this covers both, if not always with the smallest box.
+    // An extent is at most the range, so this covers both grids, though not always with the smallest box.
     const float high = std::max(a.origin[c] + a.range, b.origin[c] + b.range);
     merged.range = std::max(merged.range, high - merged.origin[c]);
   }
@@ -181,13 +182,14 @@ void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings) {
 
 double grid_bound(int bits, float origin, float range) {
   const double step = double{range} / (std::ldexp(1.0, bits) - 1.0);
-  // The rest is float rounding, in libdraco, of the offset, the division by the step, and the sum.
+  // The other term is libdraco's float rounding of the offset, of the division by the step, and of the sum.
   return 0.5 * step + 4e-7 * (std::fabs(double{origin}) + double{range});
 }
 
-// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid of c = 2^(bits-1) - 1 steps an axis: up
-// to 1/2c off in two components, 1/c in the third, and, where the rounded sum exceeds 1, another 1/c in one of
-// them: less than 1.7/c in all. Back on the sphere lengths grow by at most sqrt(3).
+// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid with c = 2^(bits-1) - 1 steps on each
+// axis. The error is up to 1/2c in two components and 1/c in the third. If the rounded sum exceeds 1, one
+// component has another 1/c. That is less than 1.7/c in all. Back on the sphere, lengths grow by at most
+// sqrt(3).
 double octahedral_bound(int bits) { return 3.0 / (std::ldexp(1.0, bits - 1) - 1.0) + 1e-6; }
 
 }  // namespace psplit

@@ -1,4 +1,4 @@
-// Quantization grids that libdraco keeps to the bit.
+// Quantization grids that libdraco reproduces to the bit.
 #pragma once
 
 #include <optional>
@@ -12,31 +12,30 @@
 
 namespace psplit {
 
-// The grid that holds all values of the attribute. Fails on NaN and infinity.
+// The grid that holds all values of the attribute. Errors: kInvalidInput for NaN and infinity, or if the extent
+// is not a float.
 PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
-// The smallest grid of the same bits that holds both.
+// The smallest grid with the same bits that holds both.
 PSPLIT_EXPORT AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b);
 
-// The values whose bounding box is the grid's: libdraco takes origin and range from the extremes of an
-// attribute's values, computing range as the largest (maximum - minimum). Nothing where no float gives exactly
-// the range.
-//
-// (libdraco's explicit quantization will not do: it passes numbers as text of six decimals.)
+// Values whose bounding box is the grid's. libdraco takes origin and range from the extremes of an attribute's
+// values, and computes the range as the largest (maximum - minimum). Returns nothing if no float gives exactly
+// the range. (libdraco's explicit quantization cannot be used: it passes numbers as text with six decimals.)
 struct GridExtremes {
   std::vector<float> low, high;
 };
 std::optional<GridExtremes> grid_extremes(const AttributeCoding& coding);
 
-// Puts values that are beyond glTF's limits by no more than rounding noise back on them: then fit_grid's grid
-// ends there too, and no decoded value is outside.
+// Sets values that exceed glTF's limits by no more than rounding noise to the limits. Then fit_grid's grid ends
+// there too, and no decoded value is outside.
 void trim_noise(Attribute& attribute);
 
-// Rounds quantized weights to their grid such that the weights of a point, all WEIGHTS_n together, keep their
-// sum, which glTF wants to be one; a sum that is nearly one becomes one.
+// Rounds quantized weights to their grid so that the weights of a point, over all WEIGHTS_n, keep their sum.
+// glTF wants the sum to be one; a sum that is nearly one becomes one.
 PSPLIT_EXPORT void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings);
 
-// How far what libdraco decodes may be from what it was given: a component on a grid, and the chord between
-// unit vectors on an octahedron.
+// How far decoded values may be from the input: in one component on a grid, and as the chord between unit
+// vectors on an octahedral grid.
 double grid_bound(int bits, float origin, float range);
 double octahedral_bound(int bits);
 

@@ -1,4 +1,4 @@
-// libdraco's attributes in our words.
+// Describes libdraco's attributes in psplit's types.
 #pragma once
 
 #include <draco/attributes/point_attribute.h>
@@ -7,7 +7,7 @@
 
 namespace psplit {
 
-// Types and semantics have the same numbers here and there. Bits of quantization are not known.
+// Types and semantics have the same numbers in both libraries. The bits of quantization stay unknown.
 inline StreamAttribute describe_attribute(const draco::PointAttribute& source) {
   StreamAttribute attribute;
   attribute.unique_id = source.unique_id();

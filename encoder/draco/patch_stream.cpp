@@ -26,8 +26,8 @@ draco::DataType draco_type(ComponentType type) {
   return draco::DT_INVALID;
 }
 
-// The Draco type steers prediction. Normals that are not on the octahedral grid, and texture coordinates that
-// are not pairs, would be predicted by schemes that cannot take them.
+// Draco's attribute type selects the prediction. Normals that are not on the octahedral grid, and texture
+// coordinates that are not pairs, must not get the schemes of their types, which cannot handle them.
 draco::GeometryAttribute::Type draco_role(const Attribute& attribute, const AttributeCoding& coding) {
   const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
   if (attribute.semantic == "POSITION") return draco::GeometryAttribute::POSITION;
@@ -46,8 +46,8 @@ std::vector<size_t> attribute_order(const Mesh& mesh) {
   return order;
 }
 
-// The distinct values that a patch uses of one attribute: `values` holds points of the mesh, ascending, and
-// `index` for each of the patch's points its place among them.
+// The distinct values of one attribute in a patch. `values` holds points of the mesh, ascending. `index` holds,
+// for each point of the patch, the place of its value in `values`.
 struct PatchValues {
   std::vector<uint32_t> values;
   std::vector<uint32_t> index;
@@ -73,7 +73,7 @@ void set_faces(draco::Mesh& mesh, const PatchMesh& patch) {
   }
 }
 
-// `spare` values follow those that points use; libdraco does not store them.
+// Leaves room for `spare` values after those that points use. libdraco does not store them.
 draco::PointAttribute* add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type role, uint8_t components,
                                      draco::DataType type, bool normalized, const PatchValues& values,
                                      size_t spare = 0) {
@@ -101,7 +101,7 @@ void fill_mesh(draco::Mesh& mesh, const WeldedMesh& welded, const PatchMesh& pat
       target->SetAttributeValue(draco::AttributeValueIndex(v),
                                 source.values.data() + values.values[v] * stride);
     if (!on_grid) continue;
-    // Every patch gets the grid of the whole mesh: the spare values are its extremes.
+    // Every patch must have the grid of the whole mesh, so the spare values are the extremes of that grid.
     const GridExtremes extremes =
         grid_extremes(codings[i]).value_or(GridExtremes{codings[i].origin, codings[i].origin});
     const auto spare = static_cast<uint32_t>(values.values.size());
@@ -126,7 +126,7 @@ Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh&
   draco::ExpertEncoder encoder(mesh);
   encoder.SetEncodingMethod(method);
   encoder.SetSpeedOptions(encode_speed, encode_speed);
-  encoder.options().SetGlobalBool("compress_connectivity", compress_indices);  // of sequential streams
+  encoder.options().SetGlobalBool("compress_connectivity", compress_indices);  // for sequential streams
   int id = 0;
   for (size_t i : attribute_order(*welded.mesh)) {
     if (codings[i].bits > 0) encoder.SetAttributeQuantization(id, codings[i].bits);
@@ -192,7 +192,7 @@ Expected<std::vector<uint32_t>> find_points(const draco::Mesh& twin, std::span<c
     const auto found = std::partition_point(by_tuple.begin(), by_tuple.end(),
                                             [&](uint32_t point) { return compare(point) < 0; });
     if (found == by_tuple.end() || compare(*found) != 0)
-      return runtime_failure("libdraco's decoded point is none of the patch's points");
+      return runtime_failure("libdraco decodes a point that the patch does not have");
     points.push_back(*found);
   }
   return points;
@@ -217,7 +217,7 @@ Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const
   constexpr int kMethod = draco::MESH_SEQUENTIAL_ENCODING;
   Expected<std::vector<uint8_t>> plain = encode(welded, patch, codings, encode_speed, kMethod);
   if (!plain) return plain;
-  // libdraco's decoder refuses compressed indices where not three bytes a face follow the header.
+  // libdraco's decoder refuses compressed indices unless at least three bytes for each face follow the header.
   constexpr size_t kMostHeaderBytes = 64;
   const size_t least = 3 * patch.faces.size() + kMostHeaderBytes;
   Expected<std::vector<uint8_t>> compressed = encode(welded, patch, codings, encode_speed, kMethod, true);

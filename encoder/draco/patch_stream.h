@@ -1,4 +1,4 @@
-// One patch, or a whole mesh, to one Draco stream.
+// Encodes one patch, or a whole mesh, as one Draco stream.
 #pragma once
 
 #include <array>
@@ -12,30 +12,30 @@
 
 namespace psplit {
 
-// A part of a welded mesh with points of its own, numbered from 0.
+// A part of a welded mesh. Its points have numbers of their own, from 0.
 struct PatchMesh {
   std::vector<uint32_t> points;                // points of the mesh
   std::vector<std::array<uint32_t, 3>> faces;  // indices into `points`
-  // Where not empty, the points of the mesh whose values stand in for those of `points`.
+  // If not empty, the points of the mesh whose values are stored for those of `points`.
   std::vector<uint32_t> value_points;
 };
 
-// What a decoder of the patch's stream will see: faces, and for each decoded point the patch's point it is.
-// Points recur where Edgebreaker has to split one.
+// The faces and points that a decoder of the patch's stream returns. `patch_point` has the patch's point for
+// each decoded point. A point occurs more than once if Edgebreaker has to split it.
 struct DecodedOrder {
   std::vector<std::array<uint32_t, 3>> faces;
   std::vector<uint32_t> patch_point;
 };
 
-// Draco's unique ids of the mesh's attributes in every stream that these functions write: POSITION is 0 and the
-// others follow in order.
+// Draco's unique ids of the mesh's attributes in every stream that these functions write: POSITION has 0, and
+// the others follow in their order.
 std::vector<uint32_t> stream_unique_ids(const Mesh& mesh);
 
 // An Edgebreaker stream. No face may use a vertex twice.
 Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
                                                   std::span<const AttributeCoding> codings, int encode_speed);
-// A sequential stream: keeps the order of points and faces, and takes any face. Indices are compressed where
-// that is smaller.
+// A sequential stream. It keeps the order of points and faces, and takes any face. Indices are compressed if
+// that makes the stream smaller.
 Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const PatchMesh& patch,
                                                  std::span<const AttributeCoding> codings, int encode_speed);
 

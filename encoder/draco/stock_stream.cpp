@@ -19,7 +19,7 @@ Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const Attr
   StockStream stock;
   stock.unique_ids = stream_unique_ids(mesh);
   Expected<std::vector<uint8_t>> bytes = encode_edgebreaker(welded, whole, codings, encode_speed);
-  // Edgebreaker cannot carry a mesh whose every face is degenerate.
+  // Edgebreaker cannot encode a mesh with degenerate faces only.
   const bool is_sequential = !bytes.ok();
   if (is_sequential) bytes = encode_sequential(welded, whole, codings, encode_speed);
   if (!bytes) return bytes.status();

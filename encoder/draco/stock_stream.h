@@ -1,5 +1,5 @@
-// A whole mesh as one stock Draco stream: what KHR_draco_mesh_compression stores, and what psplit is
-// measured against.
+// Encodes a whole mesh as one stock Draco stream, as KHR_draco_mesh_compression stores it. psplit is measured
+// against these streams.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@ namespace psplit {
 struct StockStream {
   std::vector<uint8_t> bytes;
   std::vector<uint32_t> unique_ids;  // one per attribute of the mesh, in order
-  // Draco drops degenerate faces and unused points and splits non-manifold vertices; these are the counts
-  // that a decoder of the stream will see.
+  // The counts that a decoder of the stream returns: Draco drops degenerate faces and unused points, and splits
+  // non-manifold vertices.
   uint32_t face_count = 0;
   uint32_t point_count = 0;
-  // For each decoded point the point of the mesh that it is, where it was asked for.
+  // For each decoded point the point of the mesh that it is, if the caller asked for it.
   std::vector<uint32_t> source_point;
 };
 

@@ -13,11 +13,11 @@ constexpr uint32_t kNone = 0xffffffffu;
 struct Owner {
   uint32_t stream = kNone;
   uint32_t point = 0;           // decoded point of the stream
-  uint32_t rank = 0;            // among the points that the stream owns
-  uint32_t walk_place = kNone;  // in the stream's border walk
+  uint32_t rank = 0;            // number among the points that the stream owns
+  uint32_t walk_place = kNone;  // place in the stream's border walk
 };
 
-// Extends a run from walk[begin] for as long as the same owner's walk goes along, in one direction.
+// The length of the run from walk[begin] on: as long as the owner's walk continues in the same direction.
 uint32_t run_length(std::span<const uint32_t> walk, const OwnedStream& stream, std::span<const Owner> owners,
                     std::span<const uint8_t> is_reference, size_t begin, bool forward) {
   const Owner& first = owners[stream.points[walk[begin]]];
@@ -25,7 +25,7 @@ uint32_t run_length(std::span<const uint32_t> walk, const OwnedStream& stream, s
   for (; begin + length < walk.size(); ++length) {
     const uint32_t point = walk[begin + length];
     const Owner& owner = owners[stream.points[point]];
-    // Counting down past the walk's first place would end at kNone, which is no place.
+    // Counting down past the walk's first place would give kNone, which is not a place.
     if (!forward && length > first.walk_place) break;
     const uint32_t place = forward ? first.walk_place + length : first.walk_place - length;
     if (!is_reference[point] || owner.stream != first.stream || owner.walk_place != place) break;
@@ -33,8 +33,8 @@ uint32_t run_length(std::span<const uint32_t> walk, const OwnedStream& stream, s
   return length;
 }
 
-// The fewest points that are stored as a run: shorter ones are repeats, where the stream owns them itself, and
-// pairs, where another does.
+// The least length of a run. Shorter ones are stored as repeats if the stream owns the points itself, otherwise
+// as pairs.
 struct LeastLengths {
   uint32_t own = 1, others = 1;
 };
@@ -71,7 +71,8 @@ StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const 
   return map;
 }
 
-// The shortest part that any choice of runs makes. Long runs, the common ones, leave no choice.
+// The shortest encoding over all choices of least lengths. Usually all runs are long, and there is only one
+// choice.
 std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number, std::span<const uint32_t> walk,
                                    std::span<const Owner> owners, const std::vector<uint8_t>& is_reference) {
   const auto point_count = static_cast<uint32_t>(stream.points.size());
@@ -123,7 +124,7 @@ Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_c
         ++stitching.reference_counts[i];
       }
     }
-    // Only the decoded point that is owned can be the target of a run.
+    // Only a decoded point that its stream owns can be the target of a run.
     for (uint32_t place = 0; place < walks[i].size(); ++place)
       if (!is_reference[i][walks[i][place]]) owners[streams[i].points[walks[i][place]]].walk_place = place;
   }

@@ -1,4 +1,4 @@
-// Builds the stitch map: who owns each point, and how every other use of it refers to the owner.
+// Builds the stitch map: which stream owns each point, and how all other streams refer to it.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace psplit {
 
-// A stream as its decoder will see it, with the mesh's point behind each of its decoded points.
+// A stream as its decoder returns it, with the mesh's point for each decoded point.
 struct OwnedStream {
   std::vector<Face> faces;
   std::vector<uint32_t> points;  // mesh point of each decoded point
@@ -23,7 +23,7 @@ struct Stitching {
   std::vector<uint32_t> source_point;      // mesh point of each point of the stitched mesh, in its order
 };
 
-// The owner of a point is the first stream that uses it, at the first decoded point that is it.
+// The first stream that uses a point owns it, at its first decoded point that is that point.
 Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_count, const ThreadPool& pool);
 
 }  // namespace psplit

@@ -91,7 +91,7 @@ void separate_flat_faces(WeldedMesh& welded) {
     for (size_t c = 0; c < 3; ++c) {
       const uint32_t a = face[c], b = face[(c + 1) % 3];
       if (a == b || vertex[a] != vertex[b]) continue;
-      // One of the two at least is not the lowest of its vertex, so that no other point leaves with it.
+      // At least one of the two is not the lowest point of its vertex. It can leave alone.
       const uint32_t leaving = vertex[a] == a ? b : a;
       vertex[leaving] = leaving;
     }

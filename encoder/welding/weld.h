@@ -1,4 +1,4 @@
-// Finds equal points and equal values: what makes a vertex, a seam, a duplicate.
+// Finds equal points and equal values, which make vertices, seams and duplicates.
 #pragma once
 
 #include <cstdint>
@@ -10,21 +10,20 @@
 
 namespace psplit {
 
-// For each row of `bytes`, the lowest row with the same `stride` bytes and, where `group` is not empty, the
-// same group. Values are compared as bits: -0 and 0 differ, a NaN equals itself.
+// For each row of `bytes`, the lowest row with the same `stride` bytes and, if `group` is not empty, the same
+// group. Values are compared as bits: -0 and 0 differ, and a NaN equals itself.
 std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std::byte> bytes, size_t stride,
                                         std::span<const uint32_t> group = {});
 
 // For each point the lowest point that equals it in every attribute and in the extra bytes.
 std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride);
 
-// Vertices are points of equal position; around a vertex, points of equal value share it. Points that would be
-// equal in every attribute are kept apart by a value of their own in the last attribute.
+// Points of equal position share a vertex, and points of one vertex share equal values. If points are equal in
+// every attribute, each gets a value of its own in the last attribute, so that they stay apart.
 WeldedMesh weld(const Mesh& mesh, const ThreadPool& pool);
 
-// Gives different vertices to the points of each face, where these are different points: morph targets and
-// skins may move apart what one position holds together. Then Edgebreaker carries every face that repeats no
-// index.
+// Gives different vertices to the different points of each face: morph targets and skins may move points apart
+// that have one position. Then Edgebreaker can encode every face that repeats no index.
 void separate_flat_faces(WeldedMesh& welded);
 
 }  // namespace psplit

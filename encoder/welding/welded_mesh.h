@@ -8,11 +8,11 @@
 
 namespace psplit {
 
-// Points of a mesh and the values they use. Two points share a value of an attribute where value_of_point says
-// so: shared positions make a vertex, differing values around a vertex make a seam.
+// Points with the same entry in value_of_point share that attribute's value. Points that share a position make
+// a vertex; different values at a vertex make a seam.
 struct WeldedMesh {
   const Mesh* mesh = nullptr;
-  // Per attribute of the mesh, for each point the lowest point that holds the same value.
+  // For each attribute of the mesh and each point, the lowest point that has the same value.
   std::vector<std::vector<uint32_t>> value_of_point;
 };
 
