@@ -1,5 +1,5 @@
-// Whole containers to meshes: our CPU backend beside libdraco, the same patches, on one thread and on all.
-// --benchmark_enable_random_interleaving=true --benchmark_repetitions=9 measures them in turn.
+// Decodes whole containers to meshes: psplit's CPU backend and libdraco, with the same patches, on one thread
+// and on all. --benchmark_enable_random_interleaving=true --benchmark_repetitions=9 interleaves them.
 #include <benchmark/benchmark.h>
 
 #include "bench/samples.h"
@@ -33,7 +33,7 @@ void register_all() {
             ->Unit(benchmark::kMillisecond)
             ->UseRealTime();
       }
-      // One patch has no use for a second thread.
+      // With a single patch, a second thread has no work.
       if (thread_count == all || kind.patch_faces == 0) break;
     }
 }

@@ -1,4 +1,4 @@
-// libdraco's Edgebreaker decoder, with the time that connectivity and attributes take.
+// libdraco's Edgebreaker decoder with times for connectivity and for attributes.
 #pragma once
 
 #include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
@@ -11,7 +11,7 @@
 namespace psplit {
 
 struct DracoTimes {
-  double connectivity_ms = 0;  // with seams and points
+  double connectivity_ms = 0;  // including seams and points
   double attributes_ms = 0;    // traversal to values
 };
 
@@ -19,7 +19,7 @@ class DracoStages : public draco::MeshEdgebreakerDecoder {
  public:
   explicit DracoStages(DracoTimes& times) : times_(times) {}
 
-  // False where libdraco gives up.
+  // Returns false if libdraco fails.
   bool decode(std::span<const uint8_t> stream, draco::Mesh& mesh) {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(stream.data()), stream.size());

@@ -1,5 +1,5 @@
-// The CUDA decoder on the GPU of this machine, beside libdraco on one thread and our CPU backend on all: bits
-// first, then times. Prints a table, and JSON to the file that --json names.
+// Compares the CUDA decoder on this machine's GPU with libdraco on one thread and with psplit's CPU backend on
+// all threads: first the bits, then the times. Prints a table, and writes JSON to the file that --json names.
 //
 //   gpu_benchmark [--quick] [--json FILE]
 #include <cuda_runtime_api.h>
@@ -45,7 +45,7 @@ struct DeviceMemory {
   DeviceMemory& operator=(const DeviceMemory&) = delete;
 };
 
-// Bytes a second, read and written, of a copy within the device.
+// Bytes per second, read and written, of a copy on the device.
 double copy_bandwidth() {
   constexpr size_t kBytes = size_t{1} << 30;
   const DeviceMemory from(kBytes), to(kBytes);
@@ -65,7 +65,7 @@ double copy_bandwidth() {
   return 2.0 * kBytes / (median(times) * 1e-3);
 }
 
-// Of a mesh as one stream.
+// Results for a mesh as one stream.
 double stock_ms(const Mesh& mesh, int speed) {
   const Sample whole = encode_sample(mesh, 1, speed);
   const PatchContainer container = check(open_container(whole.container));
@@ -77,7 +77,7 @@ double stock_ms(const Mesh& mesh, int speed) {
 Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, double bandwidth) {
   const Sample sample = encode_sample(mesh, patch_count, speed);
   const PatchContainer container = check(open_container(sample.container));
-  // Indices, and each attribute, in memory of their own.
+  // The indices and each attribute have memory of their own.
   size_t output_bytes = size_t{12} * container.face_count();
   const DeviceMemory indices(output_bytes);
   std::vector<std::unique_ptr<DeviceMemory>> values;
@@ -176,8 +176,8 @@ Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, do
   return row;
 }
 
-// A scene of many small primitives in one batch, each in so many patches, or stock where that is 1: whole
-// calls, beside libdraco on one thread and the CPU backend on all.
+// A scene of many small primitives in one batch, each in `patch_count` patches, or as stock Draco if that is 1.
+// Times whole calls, also of libdraco on one thread and of the CPU backend on all threads.
 Json measure_scene(size_t primitive_count, uint64_t faces, uint32_t patch_count) {
   constexpr size_t kDifferent = 16;
   std::vector<Sample> samples;

@@ -1,11 +1,11 @@
-// Partitions: ours beside METIS k-way on the same graph of faces and shared edges, and meshoptimizer's meshlets
-// where these can be as large.
+// Compares psplit's partition with METIS k-way, on the same graph of faces and shared edges, and with
+// meshoptimizer's meshlets if these can be large enough.
 //
-//   partition_benchmark [FACES ...]       of a generated mesh each, or of the file that PSPLIT_BENCH_MESH names
-//   partition_benchmark --benchmark_...   times alone, as Google Benchmark takes and tells them: scripts/bench
+//   partition_benchmark [FACES ...]       for a generated mesh of each size, or for PSPLIT_BENCH_MESH's file
+//   partition_benchmark --benchmark_...   times only, with Google Benchmark's options, for scripts/bench
 //
-// Times are medians of interleaved runs. METIS is given its graph; ours makes its own, which "graph" is the
-// time of alone.
+// Times are medians of interleaved runs. METIS gets its graph ready-made. psplit builds its own; "graph" is the
+// time of that alone.
 #include <benchmark/benchmark.h>
 #include <meshoptimizer.h>
 #include <metis.h>
@@ -22,7 +22,7 @@
 namespace psplit {
 namespace {
 
-// Of meshes of more faces than these there are fewer rounds.
+// Meshes with more faces than this get fewer rounds.
 constexpr size_t kManyFaces = 2'000'000;
 constexpr uint64_t kUsualFaces = 1'000'000;
 constexpr uint32_t kPatchFaces[] = {4800, 1200, 440};
@@ -34,12 +34,12 @@ double ms_of(const std::function<void()>& work) {
 }
 
 struct Quality {
-  uint32_t patches = 0, apart = 0, not_disks = 0;  // patches of several components; others that are no disks
+  uint32_t patches = 0, apart = 0, not_disks = 0;  // patches with several components; others that are not disks
   double replication = 0, balance = 0;
   uint64_t references = 0;
 };
 
-// Of a patch: whether its faces are connected by edges, and vertices - edges + faces.
+// For a patch: whether its faces are connected by edges, and vertices - edges + faces.
 struct Shape2d {
   bool is_connected = true;
   int64_t euler = 0;
@@ -131,8 +131,8 @@ std::vector<uint32_t> metis(MetisGraph& graph, uint32_t patch_count) {
   return {part.begin(), part.end()};
 }
 
-// Of at most so many faces each; the triangles of a meshlet are not told which they were, so they are looked
-// up.
+// Meshlets of at most `most_faces` faces. meshoptimizer does not say which faces the triangles of a meshlet
+// are, so they are searched.
 std::vector<uint32_t> meshlets(const Mesh& mesh, size_t most_faces, double& ms) {
   constexpr size_t kMostVertices = 255;
   const size_t index_count = 3 * mesh.faces.size();

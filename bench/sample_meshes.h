@@ -39,7 +39,7 @@ void add_attribute(Mesh& mesh, const char* semantic,
   mesh.attributes.push_back(std::move(attribute));
 }
 
-// Smooth normals, of faces by their areas.
+// Smooth normals: the sum of the faces' normals, weighted by area.
 inline void add_normals(Mesh& mesh) {
   const std::vector<std::array<float, 3>> at = positions_of(mesh);
   std::vector<std::array<float, 3>> normals(mesh.point_count);
@@ -60,8 +60,8 @@ inline void add_normals(Mesh& mesh) {
   add_attribute(mesh, "NORMAL", normals);
 }
 
-// Longitude and latitude around the middle, both from 0 to 1. Where longitude starts again points are doubled,
-// and the faces there use the copies, which lie beyond 1: a seam.
+// Longitude and latitude around the middle, both from 0 to 1. There is a seam where longitude starts again:
+// points there are doubled, and the faces use the copies, whose values exceed 1.
 inline void add_texcoords(Mesh& mesh) {
   const std::vector<std::array<float, 3>> at = positions_of(mesh);
   std::array<float, 3> low = at[0], high = at[0];
@@ -101,7 +101,7 @@ inline void add_texcoords(Mesh& mesh) {
   add_attribute(mesh, "TEXCOORD_0", texcoords);
 }
 
-// Positions only, or with normals and texture coordinates, which are made where a file has none.
+// Has positions only, or also normals and texture coordinates, which are computed if a file has none.
 inline Mesh bench_mesh(uint64_t faces, bool all_attributes) {
   const ThreadPool pool;
   const char* path = std::getenv("PSPLIT_BENCH_MESH");

@@ -1,4 +1,4 @@
-// Encoded meshes to decode: Draco's speeds, patch sizes and kinds of attributes.
+// Encoded meshes to decode, with several speeds of Draco, patch sizes and kinds of attributes.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@
 namespace psplit {
 
 struct SampleKind {
-  bool all_attributes = false;  // normals and texture coordinates as well
-  uint32_t patch_faces = 0;     // 0: the whole mesh is one patch
+  bool all_attributes = false;  // also normals and texture coordinates
+  uint32_t patch_faces = 0;     // 0 makes the whole mesh one patch
   int speed = 0;
 
   std::string name() const {
@@ -37,8 +37,8 @@ struct Sample {
   uint64_t face_count = 0;
 };
 
-// Positions at 14 bits, normals at 10, texture coordinates at 12.
-// In patches of its own, or as the faces' patches are given.
+// Quantizes positions to 14 bits, normals to 10 and texture coordinates to 12.
+// Cuts the mesh, or takes the given patch of each face.
 inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed,
                             std::span<const uint32_t> patch_of_face = {}) {
   std::vector<AttributeCoding> codings;
@@ -63,7 +63,7 @@ inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed,
   return sample;
 }
 
-// Encoded when it is first asked for, on all threads, and kept.
+// Encodes the sample at its first use, on all threads, and keeps it.
 inline const Sample& sample(const SampleKind& kind) {
   static std::map<SampleKind, Sample> samples;
   const auto [at, is_new] = samples.try_emplace(kind);

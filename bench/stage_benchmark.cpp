@@ -1,10 +1,10 @@
-// The stages of decoding, one thread: our core beside libdraco, the same patches. Counters are milliseconds of
-// each stage.
+// The stages of decoding on one thread: psplit's core and libdraco, with the same patches. The counters are
+// milliseconds of each stage.
 //
 //   stage_benchmark [--benchmark_...]           measures
-//   stage_benchmark --write SAMPLE FILE         writes the container of a sample, for:
-//   stage_benchmark --count DECODER FILE        decodes it once: what bench/count_instructions runs
-//   stage_benchmark --peak DECODER FILE         the same, and says how many megabytes that took at most
+//   stage_benchmark --write SAMPLE FILE         writes the container of a sample for the next two
+//   stage_benchmark --count DECODER FILE        decodes it once; bench/count_instructions runs this
+//   stage_benchmark --peak DECODER FILE         does the same, and prints the peak of memory in megabytes
 #include <benchmark/benchmark.h>
 #include <sys/resource.h>
 
@@ -28,7 +28,7 @@ bool decode_with_draco(StagedInput& input, DracoTimes& times) {
   return true;
 }
 
-// Milliseconds an iteration; zero where a decoder does not tell stages apart.
+// Milliseconds per iteration; zero if a decoder does not time its stages.
 void report(benchmark::State& state, const StageTimes& ours, const DracoTimes& draco) {
   const auto count = [&](const char* stage, double sum_ms) {
     state.counters[stage] = benchmark::Counter(sum_ms, benchmark::Counter::kAvgIterations);
@@ -74,7 +74,7 @@ void register_all() {
   }
 }
 
-// A sample as a file: the number of its attributes, each one's id and components, the container.
+// The file format of a sample: the number of its attributes, the id and components of each, the container.
 void write_sample(const std::string& name, const char* path) {
   for (const SampleKind& kind : sample_kinds()) {
     if (kind.name() != name) continue;
@@ -104,7 +104,7 @@ Sample read_sample(const char* path) {
   return sample;
 }
 
-// All of what is counted, and nothing else.
+// Exactly the code whose instructions are counted.
 PSPLIT_OWN_FUNCTION bool counted_decode(const std::string& decoder, const Sample& from, StagedInput& input,
                                         const ThreadPool& pool) {
   for (const DecodeBackend& backend : {cpu_backend(), draco_backend()})

@@ -1,10 +1,10 @@
-# What `cmake --install` puts where find_package(psplit) finds it: libraries, each as a component of its own, the headers
-# that their users need, and the command with its manual page.
+# Installs what find_package(psplit) finds: the libraries, each as a component of its own, their public headers, and the
+# command with its manual page.
 include(CMakePackageConfigHelpers)
 
 install(DIRECTORY ${PROJECT_BINARY_DIR}/include/psplit DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 
-# Libraries find each other where they lie, wherever that is.
+# Libraries find each other in their own folder.
 if(APPLE)
   set(rpath @loader_path)
 else()
@@ -52,14 +52,14 @@ endforeach()
 
 configure_package_config_file(cmake/psplit-config.cmake.in ${PROJECT_BINARY_DIR}/psplit-config.cmake
                               INSTALL_DESTINATION ${package_folder})
-# Until 1.0, each minor version may change what it promises.
+# Until 1.0, each minor version may change its interface.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/psplit-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/psplit-config.cmake ${PROJECT_BINARY_DIR}/psplit-config-version.cmake
         DESTINATION ${package_folder})
 
 if(PSPLIT_BUILD_TOOLS)
   install(TARGETS gltf-psplit RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-  # The command describes itself.
+  # The manual page is made from the command's own help.
   if(NOT CMAKE_CROSSCOMPILING)
     set(man_page ${PROJECT_BINARY_DIR}/gltf-psplit.1)
     add_custom_command(OUTPUT ${man_page}

@@ -1,4 +1,4 @@
-# Writes gltf-psplit.1 from what the command says of itself:
+# Writes gltf-psplit.1 from the command's own help:
 #
 #   cmake -D COMMAND=FILE -D VERSION=TEXT -D PAGE=FILE -P man_page.cmake
 
@@ -13,7 +13,7 @@ function(help_of words text)
   set(${text} "${said}" PARENT_SCOPE)
 endfunction()
 
-# As troff reads text: with nothing that it takes for a command.
+# Escapes text for troff, so that nothing in it is taken for a command.
 function(escape text result)
   string(REPLACE "\\" "\\e" text "${text}")
   string(REPLACE "-" "\\-" text "${text}")
@@ -22,7 +22,8 @@ function(escape text result)
   set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 
-# Help as troff: "  NAME  words" is a tagged paragraph, whose words may go on in deeper lines; "Heading:" a heading.
+# Converts help to troff. "  NAME  words" becomes a tagged paragraph, whose words may continue in deeper lines; "Heading:"
+# becomes a heading.
 function(as_troff help result)
   string(REPLACE ";" "@semicolon@" help "${help}")
   string(REPLACE "[" "@open@" help "${help}")
@@ -54,7 +55,7 @@ function(as_troff help result)
       string(APPEND page "${line}\n")
     endif()
   endforeach()
-  # Paragraphs without words.
+  # Removes paragraphs without words.
   string(REGEX REPLACE "(\\.PP\n)+(\\.SS|\\.PP|$)" "\\2" page "${page}")
   set(${result} "${page}" PARENT_SCOPE)
 endfunction()
@@ -78,7 +79,7 @@ endif()
 foreach(verb IN LISTS verbs)
   string(STRIP "${verb}" verb)
   help_of("${verb}" help)
-  # What all of them say is said once.
+  # Text that all commands have in common appears once.
   string(REGEX REPLACE "\nExit codes:.*" "\n" help "${help}")
   as_troff("${help}" text)
   string(APPEND page ".SH \"GLTF\\-PSPLIT ${verb}\"\n${text}")
