@@ -54,12 +54,7 @@ inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed,
   options.patch_of_face = patch_of_face;
   Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, ThreadPool());
   if (!encoded) give_up(encoded.status());
-  Sample sample{std::move(encoded->container), {}, mesh.faces.size()};
-  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
-    const Attribute& attribute = mesh.attributes[i];
-    sample.requests.push_back({attribute.semantic, encoded->unique_ids[i], attribute.component_type,
-                               attribute.component_count, attribute.normalized});
-  }
+  Sample sample{std::move(encoded->container), std::move(encoded->requests), mesh.faces.size()};
   return sample;
 }
 

@@ -200,11 +200,14 @@ Expected<std::vector<uint32_t>> find_points(const draco::Mesh& twin, std::span<c
 
 }  // namespace
 
-std::vector<uint32_t> stream_unique_ids(const Mesh& mesh) {
-  std::vector<uint32_t> ids(mesh.attributes.size());
+std::vector<AttributeRequest> stream_requests(const Mesh& mesh) {
+  std::vector<AttributeRequest> requests;
+  for (const Attribute& attribute : mesh.attributes)
+    requests.push_back(
+        {attribute.semantic, 0, attribute.component_type, attribute.component_count, attribute.normalized});
   uint32_t next = 0;
-  for (size_t i : attribute_order(mesh)) ids[i] = next++;
-  return ids;
+  for (const size_t i : attribute_order(mesh)) requests[i].unique_id = next++;
+  return requests;
 }
 
 Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,

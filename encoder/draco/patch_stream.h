@@ -8,6 +8,7 @@
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/welding/welded_mesh.h"
+#include "src/container/decode_backend.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -27,9 +28,9 @@ struct DecodedOrder {
   std::vector<uint32_t> patch_point;
 };
 
-// Draco's unique ids of the mesh's attributes in every stream that these functions write: POSITION has 0, and
-// the others follow in their order.
-std::vector<uint32_t> stream_unique_ids(const Mesh& mesh);
+// How to request each attribute of the mesh, in order, from a decoder of any stream that these functions write.
+// Draco's unique id of POSITION is 0; those of the others follow in their order.
+std::vector<AttributeRequest> stream_requests(const Mesh& mesh);
 
 // An Edgebreaker stream. No face may use a vertex twice.
 Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,

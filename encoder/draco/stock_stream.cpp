@@ -17,7 +17,7 @@ Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const Attr
   whole.faces.assign(mesh.faces.begin(), mesh.faces.end());
 
   StockStream stock;
-  stock.unique_ids = stream_unique_ids(mesh);
+  stock.requests = stream_requests(mesh);
   Expected<std::vector<uint8_t>> bytes = encode_edgebreaker(welded, whole, codings, encode_speed);
   // Edgebreaker cannot encode a mesh with degenerate faces only.
   const bool is_sequential = !bytes.ok();

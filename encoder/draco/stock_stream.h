@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "encoder/coding/attribute_coding.h"
+#include "src/container/decode_backend.h"
 #include "src/mesh/mesh.h"
 #include "src/status.h"
 
@@ -14,7 +15,7 @@ namespace psplit {
 
 struct StockStream {
   std::vector<uint8_t> bytes;
-  std::vector<uint32_t> unique_ids;  // one per attribute of the mesh, in order
+  std::vector<AttributeRequest> requests;  // one for each attribute of the mesh, in order
   // The counts that a decoder of the stream returns: Draco drops degenerate faces and unused points, and splits
   // non-manifold vertices.
   uint32_t face_count = 0;

@@ -20,20 +20,11 @@ namespace {
 // values.
 void decode_unverified(std::vector<EncodeJob>& jobs, const DecodeBackend& backend, const ThreadPool& pool) {
   std::vector<EncodeJob*> left;
-  std::vector<PatchContainer> containers;
-  std::vector<std::vector<AttributeRequest>> requests;
-  for (EncodeJob& job : jobs) {
-    if (!job.status.ok() || job.encoded.decoded) continue;
-    Expected<PatchContainer> container = open_container(job.encoded.container);
-    job.status = container.status();
-    if (!container) continue;
-    left.push_back(&job);
-    containers.push_back(std::move(*container));
-    requests.push_back(requests_of(job.mesh, job.encoded.unique_ids));
-  }
+  for (EncodeJob& job : jobs)
+    if (job.status.ok() && !job.encoded.decoded) left.push_back(&job);
   if (left.empty()) return;
   std::vector<DecodeTask> tasks;
-  for (size_t i = 0; i < left.size(); ++i) tasks.push_back({&containers[i], requests[i]});
+  for (const EncodeJob* job : left) tasks.push_back({job->encoded.opened.get(), job->encoded.requests});
   std::vector<Expected<Mesh>> meshes = backend.decode(tasks, pool, {});
   for (size_t i = 0; i < left.size(); ++i) {
     left[i]->status = meshes[i].status();
@@ -65,22 +56,20 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Pro
   });
 }
 
-Status report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) {
+void report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   for (const EncodeJob& job : jobs) {
-    Expected<PatchContainer> container = open_container(job.encoded.container);
-    if (!container) return container.status();
+    std::vector<StreamEntry> entries = job.encoded.opened->entries;
     if (job.stored_as != StoredAs::kPatches)
-      for (StreamEntry& entry : container->entries) entry.stitch_bytes = 0;
+      for (StreamEntry& entry : entries) entry.stitch_bytes = 0;
     for (const PrimitiveId id : job.group.ids) {
       PrimitiveReport& report = reports[id];
       report.stored_as = job.stored_as;
       report.bytes = job.stored_bytes;
-      report.streams = container->entries;
-      report.has_residue = container->has_residue;
+      report.streams = entries;
+      report.has_residue = job.encoded.opened->has_residue;
       report.statistics = job.encoded.statistics;
     }
   }
-  return {};
 }
 
 // A container or stream, and its geometry.
@@ -110,7 +99,7 @@ void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
       const int64_t view = append_buffer_view(document, part.bytes);
       editor.set_geometry(group, part.mesh, reorder(job.morphs, part.source_point),
                           with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere);
-      set_draco_extension(document, group, extension, view, job.mesh, job.encoded.unique_ids);
+      set_draco_extension(document, group, extension, view, job.encoded.requests);
     };
     if (job.stored_as == StoredAs::kPatches)
       store(repeated[i][0], {job.encoded.container, *job.encoded.decoded, job.encoded.source_point});
@@ -130,9 +119,8 @@ void choose_storage(EncodeJob& job, const EncodeDocumentOptions& options) {
     job.stored_as = is_whole ? StoredAs::kDraco : StoredAs::kPatchPrimitives;
   else
     job.stored_as = is_whole && !options.always_patches ? StoredAs::kDraco : StoredAs::kPatches;
-  const Expected<PatchContainer> container = open_container(job.encoded.container);
-  job.stored_bytes = job.stored_as == StoredAs::kPatches || !container ? job.encoded.container.size()
-                                                                       : container->stream_bytes();
+  job.stored_bytes =
+      job.stored_as == StoredAs::kPatches ? job.encoded.container.size() : job.encoded.opened->stream_bytes();
 }
 
 // glTF requires the bounds of positions. A .drc file does not state them; they are known after decoding.
@@ -204,13 +192,12 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   encode_jobs(jobs, pool, progress);
   decode_unverified(jobs, backend, pool);
   if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
-  if (Status status = report_streams(jobs, reports); !status.ok()) return status;
+  report_streams(jobs, reports);
 
   std::vector<std::vector<PatchPrimitive>> patches(jobs.size());
   for (size_t i = 0; i < jobs.size(); ++i) {
     if (jobs[i].stored_as == StoredAs::kPatches) continue;
-    auto primitives =
-        patch_primitives(jobs[i].encoded, requests_of(jobs[i].mesh, jobs[i].encoded.unique_ids), backend, pool);
+    auto primitives = patch_primitives(jobs[i].encoded, backend, pool);
     if (!primitives) return primitives.status().at(jobs[i].place(document));
     patches[i] = std::move(*primitives);
   }

@@ -28,8 +28,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
       jobs[i].status = stream.status();
       return;
     }
-    Expected<Mesh> mesh = backend.decode(open_stream(stream->bytes),
-                                         requests_of(jobs[i].mesh, stream->unique_ids), ThreadPool(1));
+    Expected<Mesh> mesh = backend.decode(open_stream(stream->bytes), stream->requests, ThreadPool(1));
     if (!mesh) {
       jobs[i].status = mesh.status();
       return;
@@ -46,8 +45,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
     const int64_t view = append_buffer_view(document, streams[i].bytes);
     editor.set_geometry(jobs[i].group, decoded[i], reorder(jobs[i].morphs, streams[i].source_point),
                         GeometryData::kStoredElsewhere);
-    set_draco_extension(document, jobs[i].group, kStockExtensionName, view, jobs[i].mesh,
-                        streams[i].unique_ids);
+    set_draco_extension(document, jobs[i].group, kStockExtensionName, view, streams[i].requests);
     for (const PrimitiveId id : jobs[i].group.ids) {
       reports[id].stored_as = StoredAs::kDraco;
       reports[id].bytes = streams[i].bytes.size();

@@ -28,36 +28,34 @@ bool is_part_of(const Mesh& part, std::span<const Face> faces, const std::vector
 
 }  // namespace
 
-Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encoded,
-                                                       std::span<const AttributeRequest> requests,
-                                                       const DecodeBackend& backend, const ThreadPool& pool) {
-  const Expected<PatchContainer> container = open_container(encoded.container);
-  if (!container) return container.status();
+Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encoded, const DecodeBackend& backend,
+                                                       const ThreadPool& pool) {
+  const PatchContainer& container = *encoded.opened;
   std::vector<PatchContainer> alone;
-  for (uint32_t i = 0; i < container->entries.size(); ++i) alone.push_back(container->alone(i));
+  for (uint32_t i = 0; i < container.entries.size(); ++i) alone.push_back(container.alone(i));
   std::vector<DecodeTask> tasks;
-  for (const PatchContainer& patch : alone) tasks.push_back({&patch, requests});
+  for (const PatchContainer& patch : alone) tasks.push_back({&patch, encoded.requests});
   std::vector<Expected<Mesh>> meshes = backend.decode(tasks, pool, {});
   std::vector<std::span<const Face>> faces;
   for (size_t i = 0; i < meshes.size(); ++i) {
     const Place place{.patch = static_cast<int64_t>(i)};
     if (!meshes[i]) return meshes[i].status().at(place);
-    if (meshes[i]->faces.size() < container->entries[i].face_count ||
-        meshes[i]->point_count != container->entries[i].point_count)
+    if (meshes[i]->faces.size() < container.entries[i].face_count ||
+        meshes[i]->point_count != container.entries[i].point_count)
       return runtime_failure("verification: the counts of a stream differ from its row", place);
-    faces.push_back(std::span<const Face>(meshes[i]->faces).first(container->entries[i].face_count));
+    faces.push_back(std::span<const Face>(meshes[i]->faces).first(container.entries[i].face_count));
   }
-  const auto numbers = number_points(*container, faces, pool);
+  const auto numbers = number_points(container, faces, pool);
   if (!numbers) return numbers.status();
 
   std::vector<PatchPrimitive> patches(meshes.size());
   std::vector<Status> statuses(meshes.size());
   pool.for_each(meshes.size(), [&](size_t i) {
     if (encoded.decoded &&
-        !is_part_of(*meshes[i], faces[i], (*numbers)[i], *encoded.decoded, container->face_base[i]))
+        !is_part_of(*meshes[i], faces[i], (*numbers)[i], *encoded.decoded, container.face_base[i]))
       statuses[i] = runtime_failure("verification: a stream differs from its part of the mesh",
                                     {.patch = static_cast<int64_t>(i)});
-    patches[i].stream = container->streams[i];
+    patches[i].stream = container.streams[i];
     for (const uint32_t number : (*numbers)[i]) patches[i].source_point.push_back(encoded.source_point[number]);
   });
   for (size_t i = 0; i < meshes.size(); ++i) {

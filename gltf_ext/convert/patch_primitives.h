@@ -17,10 +17,9 @@ struct PatchPrimitive {
 };
 
 // Decodes the container's streams. If encode_mesh decoded the whole, each stream must equal its part of it.
-// `requests` are the mesh's attributes. Errors: those of the backend, and kRuntimeFailure for a difference.
-Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encoded,
-                                                       std::span<const AttributeRequest> requests,
-                                                       const DecodeBackend& backend, const ThreadPool& pool);
+// Errors: those of the backend, and kRuntimeFailure for a difference.
+Expected<std::vector<PatchPrimitive>> patch_primitives(const EncodedMesh& encoded, const DecodeBackend& backend,
+                                                       const ThreadPool& pool);
 
 // Replaces each primitive of groups[i] by counts[i] copies. Returns for each group the group of the first
 // copies, of the second copies, and so on. `groups` refers to the primitives of the unchanged document.

@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
   // A loader knows the container's bytes, and from JSON the attributes.
   psplit::PrimitiveSource source;
   source.bytes = encoded->container;
-  source.attributes.push_back({"POSITION", encoded->unique_ids[0], psplit::ComponentType::kFloat32, 3, false});
+  source.attributes = encoded->requests;
   const auto primitive = psplit::CompressedPrimitive::open(source);
   if (!primitive) return fail(primitive.status());
   std::cout << encoded->statistics.patch_count << " patches, " << encoded->container.size()

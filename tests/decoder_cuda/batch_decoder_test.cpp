@@ -460,7 +460,8 @@ TEST(BatchDecoder, RefusesPlacesOnSeveralGrids) {
     std::vector<float> grid(4);
     CudaPrimitive primitive{.container = &input};
     primitive.indices = indices.data();
-    primitive.attributes = {{small.unique_ids[0], ComponentType::kUint16, 3, places.data(), 6, grid.data()}};
+    primitive.attributes = {
+        {small.requests[0].unique_id, ComponentType::kUint16, 3, places.data(), 6, grid.data()}};
     BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     const Status status = decoder.finish();

@@ -35,9 +35,7 @@ inline PatchedSample grid_sample(uint32_t side, uint32_t patch_count, uint32_t a
   options.encode_speed = speed;
   options.verify = false;
   PatchedSample sample{"grid", std::move(*encode_mesh(mesh, codings, options, pool)), {}};
-  for (size_t i = 0; i < mesh.attributes.size(); ++i)
-    sample.requests.push_back({mesh.attributes[i].semantic, sample.encoded.unique_ids[i],
-                               ComponentType::kFloat32, mesh.attributes[i].component_count});
+  sample.requests = sample.encoded.requests;
   return sample;
 }
 

@@ -46,16 +46,6 @@ Coded default_codings(const Mesh& mesh, bool lossless) {
   return coded;
 }
 
-std::vector<AttributeRequest> requests_of(const Mesh& mesh, const EncodedMesh& encoded) {
-  std::vector<AttributeRequest> requests;
-  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
-    const Attribute& attribute = mesh.attributes[i];
-    requests.push_back({attribute.semantic, encoded.unique_ids[i], attribute.component_type,
-                        attribute.component_count, attribute.normalized});
-  }
-  return requests;
-}
-
 std::vector<NamedMesh> catalogue() {
   std::vector<NamedMesh> meshes = procedural_meshes();
   for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
@@ -69,8 +59,7 @@ void expect_same_mesh_back(const NamedMesh& named, const EncodeOptions& options,
   const ThreadPool pool(2);
   const Expected<EncodedMesh> encoded = encode_mesh(mesh, coded.codings, options, pool);
   ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-  const Expected<Mesh> decoded =
-      decode_container(draco_backend(), encoded->container, requests_of(mesh, *encoded), pool);
+  const Expected<Mesh> decoded = decode_container(draco_backend(), encoded->container, encoded->requests, pool);
   ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
   EXPECT_EQ(compare_meshes(mesh, *decoded, coded.tolerances), "");
 }
@@ -210,7 +199,7 @@ TEST(EncodeMesh, DegenerateFacesCostTheirIndicesOnly) {
   // Every decoder takes the owner's values.
   const ThreadPool pool(2);
   for (const DecodeBackend& backend : {draco_backend(), cpu_backend()}) {
-    const Expected<Mesh> decoded = decode_container(backend, with->container, requests_of(mesh, *with), pool);
+    const Expected<Mesh> decoded = decode_container(backend, with->container, with->requests, pool);
     ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
     EXPECT_EQ(compare_meshes(mesh, *decoded, coded.tolerances), "");
   }
@@ -245,7 +234,7 @@ TEST(DecodeContainer, EveryMutantIsRefusedOrDecodes) {
   options.patch_count = 2;
   const auto encoded = encode_mesh(mesh, default_codings(mesh, false).codings, options, ThreadPool(1));
   ASSERT_TRUE(encoded.ok());
-  const std::vector<AttributeRequest> requests = requests_of(mesh, *encoded);
+  const std::vector<AttributeRequest> requests = encoded->requests;
   const PatchContainer original = *open_container(encoded->container);
   // The streams themselves are libdraco's to defend; directory and stitch map are ours.
   const size_t ours = original.header_bytes + original.stitch_bytes();

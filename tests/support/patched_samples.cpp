@@ -34,11 +34,7 @@ std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
         std::abort();
       }
       PatchedSample sample{mesh.name + (lossless ? ", lossless" : ""), std::move(*encoded), {}};
-      for (size_t i = 0; i < mesh.mesh.attributes.size(); ++i) {
-        const Attribute& attribute = mesh.mesh.attributes[i];
-        sample.requests.push_back({attribute.semantic, sample.encoded.unique_ids[i], attribute.component_type,
-                                   attribute.component_count, attribute.normalized});
-      }
+      sample.requests = sample.encoded.requests;
       made.push_back(std::move(sample));
     }
   for (Version1Container& old : version_1_containers()) {

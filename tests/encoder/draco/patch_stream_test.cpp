@@ -80,12 +80,10 @@ TEST_P(PatchStream, OrderIsThatOfTheRealStream) {
   const auto order = edgebreaker_order(welded, patch, speed);
   ASSERT_TRUE(order.ok()) << order.status().to_string();
 
-  const std::vector<uint32_t> ids = stream_unique_ids(mesh);
-  EXPECT_EQ(ids, (std::vector<uint32_t>{1, 0, 2}));
-  std::vector<AttributeRequest> requests;
-  for (size_t i = 0; i < ids.size(); ++i)
-    requests.push_back({mesh.attributes[i].semantic, ids[i], mesh.attributes[i].component_type,
-                        mesh.attributes[i].component_count, false});
+  const std::vector<AttributeRequest> requests = stream_requests(mesh);
+  EXPECT_EQ(requests[0].unique_id, 1u);
+  EXPECT_EQ(requests[1].unique_id, 0u);
+  EXPECT_EQ(requests[2].unique_id, 2u);
   const auto decoded = decode_draco_stream(*stream, requests);
   ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
   EXPECT_TRUE(
@@ -110,7 +108,8 @@ TEST_P(PatchStream, OrderIsThatOfTheRealStream) {
   EXPECT_EQ(description->point_count, order->patch_point.size());
   std::map<uint32_t, int> bits;
   for (const StreamAttribute& attribute : description->attributes) bits[attribute.unique_id] = attribute.bits;
-  EXPECT_EQ(bits, (std::map<uint32_t, int>{{ids[0], 12}, {ids[1], 14}, {ids[2], 0}}));
+  EXPECT_EQ(bits, (std::map<uint32_t, int>{
+                      {requests[0].unique_id, 12}, {requests[1].unique_id, 14}, {requests[2].unique_id, 0}}));
 }
 
 INSTANTIATE_TEST_SUITE_P(SpeedsAndSeams, PatchStream,

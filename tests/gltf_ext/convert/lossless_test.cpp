@@ -64,14 +64,8 @@ TEST(Lossless, OneStockStreamIsTheSameBitsToo) {
   const std::vector<AttributeCoding> codings(mesh.attributes.size());
   const auto stock = encode_stock_stream(mesh, codings, 5);
   ASSERT_TRUE(stock.ok()) << stock.status().to_string();
-  std::vector<AttributeRequest> requests;
-  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
-    const Attribute& attribute = mesh.attributes[i];
-    requests.push_back({attribute.semantic, stock->unique_ids[i], attribute.component_type,
-                        attribute.component_count, attribute.normalized});
-  }
   for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
-    const Expected<Mesh> decoded = decode_stream(backend, stock->bytes, requests);
+    const Expected<Mesh> decoded = decode_stream(backend, stock->bytes, stock->requests);
     ASSERT_TRUE(decoded.ok()) << backend.name << ": " << decoded.status().to_string();
     EXPECT_EQ(changed_components(mesh, *decoded), 0u) << backend.name;
   }

@@ -208,11 +208,9 @@ TEST(PatchPrimitives, RefuseAStreamThatIsNotItsPartOfTheMesh) {
   options.patch_count = 3;
   auto encoded = encode_mesh(mesh, codings, options, test_pool());
   ASSERT_TRUE(encoded);
-  const std::vector<AttributeRequest> requests{
-      {"POSITION", encoded->unique_ids[0], ComponentType::kFloat32, 3, false}};
-  EXPECT_TRUE(patch_primitives(*encoded, requests, draco_backend(), test_pool()));
+  EXPECT_TRUE(patch_primitives(*encoded, draco_backend(), test_pool()));
   encoded->decoded->attributes[0].values[100] ^= std::byte{1};
-  const auto refused = patch_primitives(*encoded, requests, draco_backend(), test_pool());
+  const auto refused = patch_primitives(*encoded, draco_backend(), test_pool());
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.status().code(), StatusCode::kRuntimeFailure);
 }

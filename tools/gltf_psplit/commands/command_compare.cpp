@@ -176,14 +176,13 @@ void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_count
       ->check(CLI::Range(uint64_t{1}, uint64_t{0xffffffff}))
       ->type_name("A,B,C");
   command
-      .add_option("--repeat", arguments->options.repeat,
-                  "Number of timed rounds. In each round, every decoder runs once")
+      .add_option("--repeat", options.repeat, "Number of timed rounds. In each round, every decoder runs once")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str()
       ->type_name("N");
   command
       .add_option(
-          "--stock-speeds", arguments->options.stock_speeds,
+          "--stock-speeds", options.stock_speeds,
           "Draco speeds to measure stock Draco with. --encode-speed is always measured too; all ratios refer "
           "to it")
       ->delimiter(',')

@@ -16,28 +16,10 @@ namespace {
 
 // All encoded data that the decoders are timed on. Contenders refer to its parts, so these must not move.
 struct Encoded {
-  struct Stock {
-    std::vector<StockStream> streams;
-    std::vector<std::vector<AttributeRequest>> requests;
-  };
-  struct Split {
-    std::vector<EncodedMesh> meshes;
-    std::vector<std::vector<AttributeRequest>> requests;
-  };
-  std::vector<Stock> stock;  // one for each speed
+  std::vector<std::vector<StockStream>> stock;  // one for each speed
   std::vector<MeshoptMesh> meshopt;
-  std::vector<Split> splits;
+  std::vector<std::vector<EncodedMesh>> splits;  // one for each rule
 };
-
-std::vector<AttributeRequest> make_requests(const Mesh& mesh, std::span<const uint32_t> unique_ids) {
-  std::vector<AttributeRequest> requests;
-  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
-    const Attribute& attribute = mesh.attributes[i];
-    requests.push_back({attribute.semantic, unique_ids[i], attribute.component_type, attribute.component_count,
-                        attribute.normalized});
-  }
-  return requests;
-}
 
 std::vector<int> all_speeds(const ComparisonOptions& options) {
   std::vector<int> speeds = options.stock_speeds;
@@ -55,8 +37,7 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
     row.encode_ms += elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, row.speed); });
     if (!stock) return stock.status();
     row.bytes += stock->bytes.size();
-    encoded.stock[i].requests.push_back(make_requests(mesh, stock->unique_ids));
-    encoded.stock[i].streams.push_back(std::move(*stock));
+    encoded.stock[i].push_back(std::move(*stock));
   }
   Expected<MeshoptMesh> meshopt = encode_meshopt(
       mesh, {options.coding.position_bits, options.coding.texcoord_bits, options.coding.lossless});
@@ -68,7 +49,7 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
 }
 
 Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, const EncodeDocumentOptions& coding,
-                    std::span<const uint8_t> is_empty, const ThreadPool& pool, Encoded::Split& split,
+                    std::span<const uint8_t> is_empty, const ThreadPool& pool, std::vector<EncodedMesh>& split,
                     SplitRow& row) {
   const std::vector<uint32_t> counts = patch_counts(jobs, apply_rule(coding, rule));
   for (size_t i = 0; i < jobs.size(); ++i) {
@@ -78,21 +59,18 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
     encode_options.verify = false;
     Expected<EncodedMesh> mesh = encode_job(jobs[i], encode_options, pool);
     if (!mesh) return mesh.status();
-    const Expected<PatchSummary> summary = summarize_container(mesh->container);
-    if (!summary) return summary.status();
-    row.summary += *summary;
+    row.summary += summarize_streams(mesh->opened->entries, mesh->opened->has_residue, mesh->container.size());
     row.partition_ms += mesh->statistics.partition_ms;
     row.encode_ms += mesh->statistics.encode_ms;
-    split.requests.push_back(make_requests(jobs[i].mesh, mesh->unique_ids));
-    split.meshes.push_back(std::move(*mesh));
+    split.push_back(std::move(*mesh));
   }
   return {};
 }
 
-Status decode_stock(const Encoded::Stock& stock, const DecodeBackend& backend) {
+Status decode_stock(std::span<const StockStream> stock, const DecodeBackend& backend) {
   const ThreadPool one(1);
-  for (size_t i = 0; i < stock.streams.size(); ++i) {
-    const Expected<Mesh> mesh = backend.decode(open_stream(stock.streams[i].bytes), stock.requests[i], one);
+  for (const StockStream& stream : stock) {
+    const Expected<Mesh> mesh = backend.decode(open_stream(stream.bytes), stream.requests, one);
     if (!mesh) return mesh.status();
   }
   return {};
@@ -106,17 +84,17 @@ Status decode_rival(const Encoded& encoded, MeshoptForm form) {
   return {};
 }
 
-Status decode_split(const Encoded::Split& split, const PatchSummary& summary, const DecodeBackend& backend,
-                    const ThreadPool& pool) {
+Status decode_split(const std::vector<EncodedMesh>& split, const PatchSummary& summary,
+                    const DecodeBackend& backend, const ThreadPool& pool) {
   uint64_t faces = 0, points = 0;
   std::vector<DecodeTask> tasks;
   std::vector<PatchContainer> containers;
-  for (const EncodedMesh& mesh : split.meshes) {
+  for (const EncodedMesh& mesh : split) {
     Expected<PatchContainer> container = open_container(mesh.container);
     if (!container) return container.status();
     containers.push_back(std::move(*container));
   }
-  for (size_t i = 0; i < containers.size(); ++i) tasks.push_back({&containers[i], split.requests[i]});
+  for (size_t i = 0; i < containers.size(); ++i) tasks.push_back({&containers[i], split[i].requests});
   for (const Expected<Mesh>& mesh : backend.decode(tasks, pool, {})) {
     if (!mesh) return mesh.status();
     faces += mesh->faces.size();
@@ -126,9 +104,9 @@ Status decode_split(const Encoded::Split& split, const PatchSummary& summary, co
   return {StatusCode::kDiffers, "decoded faces and points are not those of the directory"};
 }
 
-Status decode_stages(const Encoded::Split& split, StageTimes& times) {
-  for (size_t i = 0; i < split.meshes.size(); ++i) {
-    StagedInput input(*open_container(split.meshes[i].container), split.requests[i]);
+Status decode_stages(std::span<const EncodedMesh> split, StageTimes& times) {
+  for (const EncodedMesh& mesh : split) {
+    StagedInput input(*mesh.opened, mesh.requests);
     const core::Fault fault = decode_with_core(input, /*in_step=*/true, times);
     if (fault != core::Fault::kNone) return runtime_failure(core::fault_text(fault));
   }
@@ -189,7 +167,7 @@ std::vector<Contender> make_contenders(const Encoded& encoded, const Comparison&
                                        const DecodeBackend& stock_backend,
                                        std::vector<std::vector<StageTimes>>& stage_rounds) {
   std::vector<Contender> contenders;
-  for (const Encoded::Stock& stock : encoded.stock)
+  for (const std::vector<StockStream>& stock : encoded.stock)
     contenders.push_back({"stock Draco", [&] { return decode_stock(stock, stock_backend); }});
   for (const MeshoptForm form : {MeshoptForm::kZstd, MeshoptForm::kPlain})
     contenders.push_back({"meshoptimizer", [&encoded, form] { return decode_rival(encoded, form); }});

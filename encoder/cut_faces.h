@@ -1,0 +1,40 @@
+// Divides the faces of a mesh among the streams of its container.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "encoder/draco/patch_stream.h"
+#include "encoder/partition/partition.h"
+#include "encoder/welding/welded_mesh.h"
+#include "src/parallel.h"
+
+namespace psplit {
+
+// Faces of the mesh by patch. Faces that repeat an index are in the residue, because Edgebreaker cannot encode
+// them.
+struct Cut {
+  std::vector<std::vector<uint32_t>> patches;
+  std::vector<uint32_t> residue_faces;
+};
+
+// Partitions the mesh, or takes the given patch of each of its faces if `patch_of_face` is not empty.
+Cut cut_faces(const WeldedMesh& welded, const PartitionOptions& options,
+              std::span<const uint32_t> patch_of_face, const ThreadPool& pool);
+
+// Faces of a mesh with the points that they use.
+PatchMesh extract(const Mesh& mesh, std::span<const uint32_t> faces);
+
+// The residue's faces, the points that no face uses, and faces of padding: a sequential decoder needs at least
+// as many corners as points.
+struct Residue {
+  PatchMesh patch;
+  uint32_t face_count = 0;   // without padding
+  uint32_t owned_count = 0;  // points that no other stream has
+};
+
+// With `standalone`, points that other streams own have their true values here, too.
+Residue extract_residue(const Mesh& mesh, const Cut& cut, bool standalone);
+
+}  // namespace psplit
