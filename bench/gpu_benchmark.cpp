@@ -74,6 +74,8 @@ double stock_ms(const Mesh& mesh, int speed) {
   return ms_since(start);
 }
 
+// Measures one mesh. The function is long because the decoder, its buffers and the bits that the CPU must
+// reproduce belong to one sample.
 Json measure(const Mesh& mesh, uint32_t patch_count, int speed, double stock, double bandwidth) {
   const Sample sample = encode_sample(mesh, patch_count, speed);
   const PatchContainer container = check(open_container(sample.container));
