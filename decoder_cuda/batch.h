@@ -52,8 +52,8 @@ struct PrimitiveTask {
   bool is_stitched = true;      // if not, every stream has all its points, one stream after the other
   void* indices = nullptr;      // three for each face
   uint32_t index_bytes = 4;     // 2 or 4
-  float* bounds =
-      nullptr;  // or null: for each stream three least and three greatest of the first target's values
+  // May be null. For each stream, the three smallest and the three largest values of the first target.
+  float* bounds = nullptr;
 };
 
 enum class StreamUse : uint8_t {

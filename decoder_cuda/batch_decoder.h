@@ -94,7 +94,8 @@ class BatchDecoder {
   const Status& status(size_t primitive) const { return statuses_[primitive]; }
   // After finish: the number of points of a stock stream; 0 after an error.
   uint32_t point_count(size_t primitive) const {
-    return statuses_[primitive].ok() ? point_counts_[plan_.primitives()[primitive].first_stream] : 0;
+    const size_t stream = plan_.primitives()[primitive].first_stream;
+    return statuses_[primitive].ok() && stream < point_counts_.size() ? point_counts_[stream] : 0;
   }
 
  private:

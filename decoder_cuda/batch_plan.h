@@ -151,6 +151,7 @@ class BatchPlan {
   }
 
   static Status check(const CudaPrimitive& primitive) {
+    if (primitive.container == nullptr) return {StatusCode::kUsage, "no container"};
     const PatchContainer& container = *primitive.container;
     if (Status status = check_container(container); !status.ok()) return status;
     const uint32_t first = primitive.first, end = end_of(primitive);

@@ -27,13 +27,36 @@ struct DownloadedRange {
       std::memcpy(to + first, source, end - first);
       return;
     }
-    for (size_t at = first; at < end;) {
-      const size_t value = at / value_bytes, within = at % value_bytes;
-      const size_t part = std::min(value_bytes - within, end - at);
-      if (within < kept_bytes)
-        std::memcpy(to + value * stride + within, source + (at - first), std::min(part, kept_bytes - within));
-      at += part;
+    // A chunk may begin and end within a value.
+    const size_t whole_first = std::min((first + value_bytes - 1) / value_bytes * value_bytes, end);
+    const size_t whole_end = std::max(end / value_bytes * value_bytes, whole_first);
+    hand_out_part(first, whole_first, source);
+    const uint8_t* const values = source + (whole_first - first);
+    const size_t value = whole_first / value_bytes, count = (whole_end - whole_first) / value_bytes;
+    switch (kept_bytes) {
+      case 2: copy_values<2>(value, count, values); break;
+      case 4: copy_values<4>(value, count, values); break;
+      case 8: copy_values<8>(value, count, values); break;
+      case 12: copy_values<12>(value, count, values); break;
+      default: copy_values<0>(value, count, values); break;
     }
+    hand_out_part(whole_end, end, source + (whole_end - first));
+  }
+
+ private:
+  // Bytes [first, end), all of one value.
+  void hand_out_part(size_t first, size_t end, const uint8_t* source) const {
+    const size_t value = first / value_bytes, within = first % value_bytes;
+    if (first < end && within < kept_bytes)
+      std::memcpy(to + value * stride + within, source, std::min(end - first, kept_bytes - within));
+  }
+
+  // `count` whole values. kKept is kept_bytes, for copies that need no call, or 0 for any number.
+  template <size_t kKept>
+  void copy_values(size_t value, size_t count, const uint8_t* source) const {
+    std::byte* out = to + value * stride;
+    for (; count > 0; --count, out += stride, source += value_bytes)
+      std::memcpy(out, source, kKept > 0 ? kKept : kept_bytes);
   }
 };
 

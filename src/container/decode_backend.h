@@ -84,8 +84,8 @@ struct PSPLIT_EXPORT DecodeBackend {
 
 // Gives `mesh` the counts, the attributes and the memory for them, not zeroed. Errors: kInvalidInput if
 // `stored_bytes`, which the mesh is decoded from, do not justify that much memory.
-Expected<PrimitiveBuffers> allocate_mesh(uint32_t point_count, uint32_t face_count,
-                                         std::span<const AttributeRequest> requests, uint64_t stored_bytes,
-                                         Mesh& mesh);
+PSPLIT_EXPORT Expected<PrimitiveBuffers> allocate_mesh(uint32_t point_count, uint32_t face_count,
+                                                       std::span<const AttributeRequest> requests,
+                                                       uint64_t stored_bytes, Mesh& mesh);
 
 }  // namespace psplit

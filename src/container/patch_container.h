@@ -41,8 +41,8 @@ struct PatchContainer {
   // False for an Edgebreaker stream that no directory describes. Its row has the largest number of points that
   // it can decode to. The true number is known only after decoding.
   bool is_point_count_known = true;
-  // Not ok for a stock stream whose header the core refuses. Only libdraco can decode such a stream, if its
-  // bitstream is older than 2.2. `headers` is empty, and the row counts no faces and no points.
+  // Not ok for a stock stream that the core refuses: the error. `headers` is then empty, and the row counts no
+  // faces and no points. libdraco may still decode the stream, for example if its bitstream is older than 2.2.
   Status refusal;
 
   std::vector<StreamEntry> entries;               // the patches, then the residue if there is one
@@ -55,6 +55,7 @@ struct PatchContainer {
   std::vector<uint32_t> face_base;
   uint64_t header_bytes = 0;  // header and columns
 
+  // Without the residue. Functions that take a patch take the residue as well: it comes after the patches.
   uint32_t patch_count() const { return static_cast<uint32_t>(entries.size()) - (has_residue ? 1 : 0); }
   uint32_t point_count() const { return owned_base.back(); }
   uint32_t face_count() const { return face_base.back(); }
@@ -81,8 +82,8 @@ struct PatchContainer {
 // kInvalidInput, and kUnsupported for unknown versions, with the patch in their place.
 Expected<PatchContainer> open_container(std::span<const uint8_t> bytes);
 
-// A stock Draco mesh stream as a container of one patch. `most_points` limits the number of points that it may
-// decode to. Never fails: see `refusal`.
+// A stock Draco mesh stream as a container of one patch. Its row counts no more than `most_points` points; a
+// backend may decode more, and the caller's BuffersFor compares. Never fails: see `refusal`.
 PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points = 0xfffffffeu);
 
 // The errors of open_container that the header and the directory show, without those of the streams.

@@ -54,11 +54,9 @@ void ContainerDecoder::decode_patch(uint32_t i) {
 }
 
 void ContainerDecoder::decode_patch(uint32_t i, Scratch& scratch) {
-  Status status =
-      with_decoded(container_, i, requests_, scratch,
-                   [&]<typename Index>(const core::Patch<Index>& patch, core::Arena& arena) -> Status {
-                     return write_patch(i, patch, arena, scratch.numbers);
-                   });
+  Status status = with_decoded(container_, i, requests_, scratch, [&](const auto& patch, core::Arena& arena) {
+    return write_patch(i, patch, arena, scratch.numbers);
+  });
   patches_[i].status = std::move(status).at({.patch = i});
 }
 
@@ -68,25 +66,25 @@ void ContainerDecoder::decode_patches(uint32_t first) {
   Scratch& scratch = *lease;
   const auto left = decode_in_step(container_, first, requests_, scratch,
                                    [&](uint32_t n, const auto& patch, core::Arena& arena) {
-                                     Status status = write_patch(first + n, patch, arena, scratch.numbers);
-                                     const bool is_done = status.code() != StatusCode::kRuntimeFailure;
-                                     patches_[first + n].status = std::move(status).at({.patch = first + n});
-                                     return is_done;
+                                     auto status = write_patch(first + n, patch, arena, scratch.numbers);
+                                     if (!status) return false;
+                                     patches_[first + n].status = std::move(*status).at({.patch = first + n});
+                                     return true;
                                    });
   for (uint32_t n = 0; n < kInStep; ++n)
     if (left[n]) decode_patch(first + n, scratch);
 }
 
 template <typename Index>
-Status ContainerDecoder::write_patch(uint32_t i, const core::Patch<Index>& patch, core::Arena& arena,
-                                     std::vector<uint32_t>& numbers) {
+std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patch<Index>& patch,
+                                                    core::Arena& arena, std::vector<uint32_t>& numbers) {
   const StreamEntry& entry = container_.entries[i];
   if (patch.point_count != entry.point_count)
     return differs_from_directory("points", patch.point_count, entry.point_count);
   std::vector<const core::Attribute<Index>*> attributes;
   if (Status status = find_attributes(patch, requests_, attributes); !status.ok()) return status;
   core::View<Index> border;
-  if (has_references_ && core::walk_border(patch, arena, border) == Fault::kWorkspace) return more_memory();
+  if (has_references_ && core::walk_border(patch, arena, border) == Fault::kWorkspace) return std::nullopt;
   numbers.resize(entry.point_count);
   const Fault fault =
       core::number_mesh_points(core::SerialLanes(), container_.stitch_row(i), core::View<const Index>(border),
@@ -125,7 +123,7 @@ Status ContainerDecoder::write_patch(uint32_t i, const core::Patch<Index>& patch
     const uint32_t number = numbers[border[at]];
     patches_[i].walk[at] = number < total ? number : core::kNoPoint;
   }
-  return {};
+  return Status();
 }
 
 template <typename Index>

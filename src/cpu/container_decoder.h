@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 #include <vector>
 
 #include "src/container/decode_backend.h"
@@ -57,9 +58,10 @@ class ContainerDecoder {
   void decode_patch(uint32_t i);
   void decode_patch(uint32_t i, Scratch& scratch);
   void decode_patches(uint32_t first);
+  // std::nullopt if it needs more memory than the arena has left.
   template <typename Index>
-  Status write_patch(uint32_t i, const core::Patch<Index>& patch, core::Arena& arena,
-                     std::vector<uint32_t>& numbers);
+  std::optional<Status> write_patch(uint32_t i, const core::Patch<Index>& patch, core::Arena& arena,
+                                    std::vector<uint32_t>& numbers);
   template <typename Index>
   void check_types(uint32_t i, std::span<const core::Attribute<Index>* const> attributes);
   void keep_copies(uint32_t i, const std::vector<uint32_t>& numbers);

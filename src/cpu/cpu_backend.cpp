@@ -53,15 +53,16 @@ std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const Buffers
   const auto decode = [&](size_t i) -> Status {
     if (steps.stopped()) return cancelled();
     const PatchContainer& container = *tasks[i].container;
-    if (!container.refusal.ok()) return container.refusal;
     if (container.is_stock) {
-      Status status = decode_stream(
-          tasks[i], [&](uint32_t points, uint32_t faces) { return buffers_for(i, points, faces); });
+      const auto buffers = [&](uint32_t points, uint32_t faces) { return buffers_for(i, points, faces); };
+      Status status = container.refusal.ok() ? decode_stream(tasks[i], buffers) : container.refusal;
       steps.finish(1);
       return status;
     }
     const Expected<PrimitiveBuffers> out = buffers_for(i, container.point_count(), container.face_count());
-    return out ? ContainerDecoder(tasks[i], *out, pool, steps).decode() : out.status();
+    if (out) return ContainerDecoder(tasks[i], *out, pool, steps).decode();
+    steps.finish(container.entries.size());
+    return out.status();
   };
   // The largest first, so that no thread begins a large one when all others are done.
   std::vector<size_t> order(tasks.size());

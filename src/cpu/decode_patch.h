@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,9 +18,6 @@ namespace psplit {
 
 using core::kInStep;
 
-// A result of `use` below: it needs more memory than the arena has left.
-inline Status more_memory() { return runtime_failure("the scratch is too small"); }
-
 // The memory that any honest stream decodes in.
 template <typename Index>
 size_t likely_size(const PatchContainer& container, uint32_t patch,
@@ -32,8 +30,9 @@ size_t likely_size(const PatchContainer& container, uint32_t patch,
                          core::justified_bytes(stream_bytes)));
 }
 
-// Decodes a patch, and returns the result of use(patch, arena). If that is more_memory(), or if the scratch was
-// too small, decodes again in more memory, up to the amount that the stream's bytes justify.
+// Decodes a patch, and returns the status that use(patch, arena) returns. If `use` returns std::nullopt because
+// it needs more memory than the arena has left, or if the scratch was too small, decodes again in more memory,
+// up to the amount that the stream's bytes justify.
 template <typename Use>
 Status with_decoded(const PatchContainer& container, uint32_t patch, std::span<const AttributeRequest> requests,
                     Scratch& scratch, Use use) {
@@ -46,8 +45,7 @@ Status with_decoded(const PatchContainer& container, uint32_t patch, std::span<c
       decoded = {};
       const core::Fault fault = core::decode_patch<Index>(header, arena, decoded);
       if (fault == core::Fault::kNone) {
-        Status status = use(decoded, arena);
-        if (status.code() != StatusCode::kRuntimeFailure) return status;
+        if (std::optional<Status> status = use(decoded, arena)) return std::move(*status);
       } else if (fault != core::Fault::kWorkspace) {
         return status_of(fault);
       }

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/version_1.h"
@@ -73,11 +74,32 @@ TEST_F(OpenedOnce, AnErrorOfTheCallerEndsOneTask) {
   std::vector<Mesh> meshes(tasks.size());
   const auto buffers_for = [&](size_t i, uint32_t points, uint32_t faces) -> Expected<PrimitiveBuffers> {
     if (i % 3 == 1) return io_failure("no room");
+    if (i % 3 == 2) return runtime_failure("no memory");
     return allocate_mesh(points, faces, tasks[i].requests, containers[i].bytes.size(), meshes[i]);
   };
   const std::vector<Status> statuses = cpu_backend().decode_into(tasks, buffers_for, pool, {});
+  constexpr StatusCode kCodes[] = {StatusCode::kOk, StatusCode::kIo, StatusCode::kRuntimeFailure};
   for (size_t i = 0; i < tasks.size(); ++i)
-    EXPECT_EQ(statuses[i].code(), i % 3 == 1 ? StatusCode::kIo : StatusCode::kOk) << statuses[i].to_string();
+    EXPECT_EQ(statuses[i].code(), kCodes[i % 3]) << statuses[i].to_string();
+}
+
+TEST_F(OpenedOnce, ProgressReachesItsTotalDespiteErrors) {
+  std::vector<uint8_t> older(containers[2].bytes.begin(), containers[2].bytes.end());
+  older[6] = 1;  // bitstream 2.1
+  containers[2] = open_stream(older);
+  ASSERT_FALSE(containers[2].refusal.ok());
+  const auto no_memory = [](size_t, uint32_t, uint32_t) -> Expected<PrimitiveBuffers> {
+    return io_failure("full");
+  };
+  std::atomic<size_t> furthest = 0, total = 0;
+  const Progress progress = [&](size_t done, size_t of) {
+    for (size_t before = furthest; before < done && !furthest.compare_exchange_weak(before, done);) continue;
+    total = of;
+  };
+  for (const Status& status : cpu_backend().decode_into(tasks, no_memory, pool, {progress}))
+    EXPECT_FALSE(status.ok());
+  EXPECT_GT(total, 0u);
+  EXPECT_EQ(furthest, total);
 }
 
 TEST_F(OpenedOnce, RefusedStreamsEndWithTheirRefusal) {
