@@ -157,7 +157,7 @@ find_package(psplit REQUIRED COMPONENTS {components})
 
 
 def check_exports(prefix):
-    """Shared libraries export what the installed headers declare, and of the standard library what everybody does."""
+    """Shared libraries export only what the installed headers declare, and instances of the standard library's templates."""
     headers = " ".join(path.read_text() for path in (prefix / "include").rglob("*.h"))
     declared = set(re.findall(r"\w+", re.sub(r"//.*", "", headers)))
     for library in sorted((prefix / "lib").rglob("libpsplit_*.so")):
