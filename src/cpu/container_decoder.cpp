@@ -103,20 +103,18 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
         if (number >= total) placeholders.push_back({3 * (first_face + face) + k, number - total});
       }
   });
-  if (findings_ != nullptr) {
-    check_types<Index>(i, attributes);
-    keep_copies(i, numbers);
-  }
   for (size_t k = 0; k < requests_.size(); ++k) {
     std::byte* const values = out_.attributes[k].bytes.data();
-    const size_t stride = out_.attributes[k].stride, copy_bytes = requests_[k].value_bytes();
-    std::byte* const copies = patches_[i].copies.empty() ? nullptr : patches_[i].copies[k].data();
+    const size_t stride = out_.attributes[k].stride;
     Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
       // The owner writes; every copy holds the same bits.
-      if (numbers[point] < total) return values + numbers[point] * stride;
-      return copies == nullptr ? nullptr : copies + (numbers[point] - total) * copy_bytes;
+      return numbers[point] < total ? values + numbers[point] * stride : nullptr;
     });
     if (!status.ok()) return status;
+  }
+  if (findings_ != nullptr) {
+    check_types<Index>(i, attributes);
+    if (Status status = keep_copies<Index>(i, patch, attributes, numbers); !status.ok()) return status;
   }
   patches_[i].walk.resize(border.size());
   for (size_t at = 0; at < border.size(); ++at) {
@@ -135,17 +133,28 @@ void ContainerDecoder::check_types(uint32_t i, std::span<const core::Attribute<I
                             {.patch = static_cast<int64_t>(i)});
 }
 
-// Makes room for the values of references. Copies in the residue may have any values.
-void ContainerDecoder::keep_copies(uint32_t i, const std::vector<uint32_t>& numbers) {
-  if (i >= container_.patch_count()) return;
-  StitchedPatch& patch = patches_[i];
-  patch.copied_points.resize(patch.references.size());
+// Keeps the values of references. Copies in the residue may have any values.
+template <typename Index>
+Status ContainerDecoder::keep_copies(uint32_t i, const core::Patch<Index>& patch,
+                                     std::span<const core::Attribute<Index>* const> attributes,
+                                     const std::vector<uint32_t>& numbers) {
+  if (i >= container_.patch_count()) return {};
+  StitchedPatch& stitched = patches_[i];
+  const uint32_t total = container_.point_count();
+  stitched.copied_points.resize(stitched.references.size());
   for (uint32_t point = 0; point < numbers.size(); ++point)
-    if (numbers[point] >= container_.point_count())
-      patch.copied_points[numbers[point] - container_.point_count()] = point;
-  patch.copies.resize(requests_.size());
-  for (size_t k = 0; k < requests_.size(); ++k)
-    patch.copies[k].resize(patch.references.size() * requests_[k].value_bytes());
+    if (numbers[point] >= total) stitched.copied_points[numbers[point] - total] = point;
+  stitched.copies.resize(requests_.size());
+  for (size_t k = 0; k < requests_.size(); ++k) {
+    const size_t width = requests_[k].value_bytes();
+    std::vector<std::byte>& copies = stitched.copies[k];
+    copies.resize(stitched.references.size() * width);
+    Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
+      return numbers[point] < total ? nullptr : copies.data() + (numbers[point] - total) * width;
+    });
+    if (!status.ok()) return status;
+  }
+  return {};
 }
 
 // Reports the first attribute with a difference, at its first decoded point.

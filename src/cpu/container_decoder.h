@@ -64,7 +64,10 @@ class ContainerDecoder {
                                     std::vector<uint32_t>& numbers);
   template <typename Index>
   void check_types(uint32_t i, std::span<const core::Attribute<Index>* const> attributes);
-  void keep_copies(uint32_t i, const std::vector<uint32_t>& numbers);
+  template <typename Index>
+  Status keep_copies(uint32_t i, const core::Patch<Index>& patch,
+                     std::span<const core::Attribute<Index>* const> attributes,
+                     const std::vector<uint32_t>& numbers);
   void check_copies(uint32_t i);
   core::View<uint32_t> references_of(uint32_t i);
   Status resolve_references(uint32_t i);
