@@ -22,6 +22,7 @@ Comparison comparison_of(const std::vector<Measured>& list) {
   comparison.meshopt.decode = comparison.meshopt_plain.decode = steady(10);
   for (const Measured& measured : list) {
     SplitRow& row = comparison.splits.emplace_back();
+    row.rule.patches = measured.patches;
     row.summary.patches = measured.patches;
     row.summary.total_bytes = static_cast<uint64_t>(1e6 * (1 + measured.overhead));
     row.overhead = measured.overhead;
@@ -60,6 +61,17 @@ TEST(ComparisonSummary, RecommendsTheFastestThatIsAffordable) {
       "Take 45 patches (--patches 45). If time counts for more than bytes, take 182 patches: 4.3 times as "
       "fast as stock Draco on 2 threads, for 7.0 % more bytes.");
   EXPECT_NE(summary.rule.find("3 % more bytes"), std::string::npos) << summary.rule;
+}
+
+TEST(ComparisonSummary, NamesTheOptionThatMakesThePatches) {
+  Comparison comparison = comparison_of({{13, 0.01, 24, 12}, {4, 0.005, 28, 16}});
+  const auto recommendation = [&](const PatchRule& rule) {
+    comparison.splits[0].rule = rule;
+    return summarize_comparison(comparison, "a", 15).recommendation;
+  };
+  EXPECT_EQ(recommendation({.patches = 9}), "Take 13 patches (--patches 9).");
+  EXPECT_EQ(recommendation({.patch_faces = 4800}), "Take 13 patches (--patch-faces 4800).");
+  EXPECT_EQ(recommendation({}), "Take 13 patches (the default).");
 }
 
 TEST(ComparisonSummary, RecommendsTheFewestPatchesOfWhatIsAboutAsFast) {

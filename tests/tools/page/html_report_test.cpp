@@ -51,6 +51,7 @@ ComparisonReport sample_report() {
   comparison.meshopt_plain = {400005, timing(2.25)};
   for (const uint64_t patches : {3u, 40u, 500u, 6000u}) {
     SplitRow& row = comparison.splits.emplace_back();
+    row.rule.patches = patches;
     row.summary = {.patches = patches,
                    .faces = 100000,
                    .points = 50000,

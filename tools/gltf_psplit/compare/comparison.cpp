@@ -148,6 +148,7 @@ Status encode_all(std::span<const EncodeJob> jobs, const ComparisonOptions& opti
   comparison.stock = *std::ranges::find(comparison.stock_speeds, options.coding.encode_speed, &StockRow::speed);
   encoded.splits.resize(options.rules.size());
   comparison.splits.resize(options.rules.size());
+  for (size_t i = 0; i < options.rules.size(); ++i) comparison.splits[i].rule = options.rules[i];
   for (size_t i = 0; i < encoded.splits.size(); ++i) {
     SplitRow& row = comparison.splits[i];
     if (Status status =

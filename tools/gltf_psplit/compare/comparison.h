@@ -52,6 +52,7 @@ struct DecodeRow {
 };
 
 struct SplitRow {
+  PatchRule rule;
   PatchSummary summary;
   double overhead = 0;                     // bytes / stock bytes - 1
   double partition_ms = 0, encode_ms = 0;  // encode_ms includes partition_ms

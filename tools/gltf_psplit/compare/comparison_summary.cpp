@@ -76,12 +76,20 @@ std::string headline_text(const SplitRow& row, const std::string& name) {
   return text + "; on one thread it is " + speed.substr(0, speed.rfind(" as")) + ".";
 }
 
+// How `encode` is told to cut as in that row. A number of patches in the report may differ from that of
+// --patches, for example if the asset has more primitives.
+std::string option_text(const PatchRule& rule) {
+  if (rule.patches > 0) return "--patches " + std::to_string(rule.patches);
+  if (rule.patch_faces > 0) return "--patch-faces " + std::to_string(rule.patch_faces);
+  return "the default";
+}
+
 std::string recommendation_text(const std::vector<SplitRow>& splits, size_t recommended) {
   const SplitRow& row = splits[recommended];
   if (splits.size() == 1)
     return "Only " + patches_text(row) + " " + (row.summary.patches == 1 ? "was" : "were") +
            " measured, so nothing can be recommended: --patches takes several counts, as in --patches 1,8,64.";
-  std::string text = "Take " + patches_text(row) + " (--patches " + std::to_string(row.summary.patches) + ").";
+  std::string text = "Take " + patches_text(row) + " (" + option_text(row.rule) + ").";
   const SplitRow& fastest = splits[find_fast(splits, HUGE_VAL)];
   if (best_ms(row) <= best_ms(fastest) * (1 + kAboutAsFast)) return text;
   const DecodeRow& decode = fastest_decoder(fastest);
