@@ -9,7 +9,8 @@ namespace psplit::core {
 
 inline constexpr size_t kNoWalk = ~size_t{0};
 
-// Stores the border edges: each runs from a point to successor[point], with the mesh on its left. Returns the
+// Stores the border edges: each runs from a point to successor[point], with the mesh on its left (the borders
+// in edgebreaker.h have it on their right). Returns the
 // number of edges, or kNoWalk if two of them leave one point.
 template <typename Index>
 PSPLIT_HD size_t link_border(const Patch<Index>& patch, View<Index> successor) {

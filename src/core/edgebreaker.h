@@ -39,7 +39,7 @@ namespace psplit::core {
 template <typename Index>
 class WaitingEdges {
  public:
-  // The sources of `events` descend, as streams have them.
+  // The sources of `events` never ascend, and their splits are below symbol_count, as read_split_events has it.
   PSPLIT_HD Fault start(View<const SplitEvent> events, uint32_t symbol_count, Arena& arena) {
     if (!arena.take(stack_, symbol_count)) return Fault::kWorkspace;
     events_ = events;
@@ -99,18 +99,22 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
 //   - Faces 0 to i - 1 exist. Their vertices are below vertex_count, which does not exceed the limit, and the
 //     arrays have room for three more.
 //   - The border edges are the corners without an opposite corner. For each vertex v of the border, one of them
-//     leaves it, border[v], and one enters it. Swinging left from the one to the other meets all corners of v.
+//     enters it, and one leaves it: border[v]. Swinging left from the one that enters to the one that leaves
+//     meets all corners of v.
 //   - The active edge is one of them: border[from] is {active, to}.
 // Each row of the table preserves this:
 //   - C takes `to` off the border. Only the active edge entered it. C also writes border[x], though it has no
 //     vertex x; the symbol that brings vertex x overwrites that.
-//   - S takes n off the border. Only the active edge entered n, so no other border edge leads there. Nor does
-//     b, for b is not the active edge: that one lies across from the newest corner 0, and waits for nothing.
-//     So v1 is not n. The corners of n are a chain that ends at the border, so relabelling them ends.
-//   - If v1 = v2, the new active edge is a loop of its own. Such a string is invalid. C, L and R still find
-//     their border edges, so the loop goes on without a branch for this case, and refuses the string at its
+//   - S takes n off the border. It checks that b is a border edge and not the active one, and that p is not n.
+//     Then p is not `from` either, for one border edge leaves each vertex. Only the active edge entered n, so b
+//     does not, and v1 is not n. The corners of n are a chain that ends at the border, so relabelling them
+//     ends. A border edge from n to p becomes a loop from p to p, which is an edge like any other.
+//   - If v1 = v2, the new active edge is a loop. The string is refused. C, L and R still find their border
+//     edges, so the loop over the symbols goes on without a branch for this case, and refuses the string at its
 //     end. But a C here links one edge to two corners, so that the corners of a vertex may no longer be a
 //     chain. Only S follows chains, and refuses the string at once.
+// The stack of waiting edges gets at most one edge for each E after the first, and one at the end: no more than
+// there are symbols.
 template <typename Index, typename Symbols>
 PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connectivity<Index>& mesh) {
   const ConnectivityCounts counts = mesh.counts;
@@ -189,7 +193,9 @@ PSPLIT_HD Fault add_start_faces(RansBits& start_faces, WaitingEdges<Index>& wait
   for (uint32_t a = waiting.pop(); a != kNone<Index>; a = waiting.pop()) {
     if (!start_faces.next()) continue;
     if (face_count == mesh.counts.face_count) return Fault::kCounts;
-    // The hole has the border edges a, b and c, from p to n to x and back to p.
+    // The hole should have the border edges a, b and c, from p to n to x and back to p. As in add_faces, one
+    // border edge leaves each vertex of the border: so b and c exist, and a, b and c are three edges, unless a
+    // is a loop.
     if (opposite[a] != kNone<Index>) return Fault::kConnectivity;
     const uint32_t p = vertex[previous(a)], n = vertex[next(a)];
     const uint32_t b = mesh.border[n].corner(), x = vertex[next(b)], c = mesh.border[x].corner();
@@ -212,8 +218,8 @@ PSPLIT_HD size_t connectivity_scratch_bytes(const ConnectivityCounts& counts) {
 }
 
 // Decodes all symbols, which may be anything, and adds the components' start faces. `mesh` has its counts and
-// its memory; the arena is as before afterwards. On success every corner has its vertex, every pair of opposite
-// corners names each other, and each vertex that is not merged has one fan of faces.
+// its memory. On success the arena is as before, every corner has its vertex, every pair of opposite corners
+// names each other, and each vertex that is not merged has one fan of faces.
 template <typename Index, typename Symbols>
 PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, RansBits& start_faces,
                                     Arena& arena, Connectivity<Index>& mesh) {

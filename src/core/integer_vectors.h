@@ -29,18 +29,27 @@ PSPLIT_HD constexpr uint64_t product(int64_t a, int64_t b) {
   return static_cast<uint64_t>(a) * static_cast<uint64_t>(b);
 }
 
-PSPLIT_HD constexpr Vec3 minus(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+PSPLIT_HD constexpr int64_t wrapping_add(int64_t a, int64_t b) {
+  return static_cast<int64_t>(static_cast<uint64_t>(a) + static_cast<uint64_t>(b));
+}
+PSPLIT_HD constexpr int64_t wrapping_sub(int64_t a, int64_t b) {
+  return static_cast<int64_t>(static_cast<uint64_t>(a) - static_cast<uint64_t>(b));
+}
+
+PSPLIT_HD constexpr Vec3 plus(Vec3 a, Vec3 b) {
+  return {wrapping_add(a.x, b.x), wrapping_add(a.y, b.y), wrapping_add(a.z, b.z)};
+}
+PSPLIT_HD constexpr Vec3 minus(Vec3 a, Vec3 b) {
+  return {wrapping_sub(a.x, b.x), wrapping_sub(a.y, b.y), wrapping_sub(a.z, b.z)};
+}
 PSPLIT_HD constexpr uint64_t dot(Vec3 a, Vec3 b) {
   return product(a.x, b.x) + product(a.y, b.y) + product(a.z, b.z);
 }
 // Adds the cross product of a and b to `sum`.
 PSPLIT_HD constexpr void add_cross(Vec3& sum, Vec3 a, Vec3 b) {
-  const auto add = [](int64_t& to, uint64_t what) {
-    to = static_cast<int64_t>(static_cast<uint64_t>(to) + what);
-  };
-  add(sum.x, product(a.y, b.z) - product(a.z, b.y));
-  add(sum.y, product(a.z, b.x) - product(a.x, b.z));
-  add(sum.z, product(a.x, b.y) - product(a.y, b.x));
+  sum = plus(sum, {static_cast<int64_t>(product(a.y, b.z) - product(a.z, b.y)),
+                   static_cast<int64_t>(product(a.z, b.x) - product(a.x, b.z)),
+                   static_cast<int64_t>(product(a.x, b.y) - product(a.y, b.x))});
 }
 
 // floor(sqrt(x)), exactly.

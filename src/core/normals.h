@@ -57,14 +57,15 @@ PSPLIT_HD inline Vec3 normal_at(const CornerTable<Index>& table, const Positions
 template <typename Index>
 PSPLIT_HD void predict_from_geometry(const PredictedValues<Index, 2>& on, const Positions<Index>& positions,
                                      PredictionData& data) {
-  constexpr uint64_t kBound = 1u << 29;  // of the length, so that a product with the grid's center fits
+  // Normals are shortened to about this length, so that a product with the grid's center fits.
+  constexpr uint64_t kBound = 1u << 29;
   constexpr uint64_t kMost = ~uint64_t{0} >> 1;
   const bool canonicalized = data.transform == Transform::kOctahedronCanonicalized;
   for (uint32_t i = 0; i < on.sequence.count; ++i) {
     const Index corner = on.sequence.corner[i];
     Vec3 normal = normal_at(on.table, positions, corner);
     const uint64_t x = magnitude(normal.x), y = magnitude(normal.y), z = magnitude(normal.z);
-    const uint64_t length = y > kMost - x || z > kMost - x - y ? kMost : x + y + z;
+    const uint64_t length = x > kMost || y > kMost - x || z > kMost - x - y ? kMost : x + y + z;
     if (length > kBound) {
       const auto quotient = static_cast<int64_t>(length / kBound);
       normal = {normal.x / quotient, normal.y / quotient, normal.z / quotient};

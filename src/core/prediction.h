@@ -16,9 +16,23 @@
 
 namespace psplit::core {
 
-// Computes the values of an attribute from its corrections, except those that ParallelogramSteps and
-// NormalSteps compute (see IntegerDecoder). kComponents is 0 if their number is known only at run time.
-// Only kTexCoords and kGeometricNormal read `positions`. The arena is not released.
+// Predicts each value to be the value before it. Component by component: the components are short chains of
+// their own, which run at the same time. With all components in a vector register they would be one long chain.
+template <typename Index, uint32_t kComponents>
+PSPLIT_HD void predict_by_difference(const PredictedValues<Index, kComponents>& on, const WrapRange& range) {
+  const Wrap<1> wrap(range);
+  for (uint32_t i = 0; i < on.sequence.count; ++i) {
+    const int32_t *const before = on.before(i), *const by = on.correction(i);
+    int32_t* const out = on.at(on.sequence.corner[i]);
+    for (uint32_t k = 0; k < on.components(); ++k)
+      wrap(Components<1>(before + k), Components<1>(by + k)).store(out + k);
+  }
+}
+
+// Computes the values of an attribute from its corrections, except parallelograms of two and three components
+// and normals by difference: ParallelogramSteps and NormalSteps compute those (see IntegerDecoder). kComponents
+// is 0 if their number is known only at run time. Only kTexCoords and kGeometricNormal read `positions`. The
+// arena is not released.
 template <typename Index, uint32_t kComponents>
 PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Positions<Index>& positions,
                         PredictionData& data, Arena& arena) {
@@ -28,9 +42,7 @@ PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Pos
       for (uint32_t i = 0; i < on.sequence.count; ++i)
         for (uint32_t k = 0; k < on.components(); ++k) on.at(on.sequence.corner[i])[k] = on.correction(i)[k];
       return Fault::kNone;
-    case Scheme::kDifference:
-      for (uint32_t i = 0; i < on.sequence.count; ++i) wrapped.correct(i, on.before(i));
-      return Fault::kNone;
+    case Scheme::kDifference: return predict_by_difference(on, data.wrap), Fault::kNone;
     case Scheme::kParallelogram:
       for (ParallelogramSteps<Index, kComponents> steps(wrapped); steps.running();) steps.step();
       return Fault::kNone;

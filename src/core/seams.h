@@ -28,7 +28,8 @@ struct AttributeTable {
 };
 
 // Lists the edges between two faces, in the order in which a stream has a bit for each. An edge is given by the
-// corner across from it in the first of its two faces, which are never one face. Returns the number of edges.
+// corner across from it in the first of its two faces. These differ, because Edgebreaker links each new face
+// only to older ones. Returns the number of edges.
 // `edges` has room for one edge at each corner.
 template <typename Index>
 PSPLIT_HD uint32_t list_inner_edges(const CornerTable<Index>& table, View<Index> edges) {

@@ -62,9 +62,8 @@ class TexCoordsPredictor {
     if (scale <= 0 || orientations_left_ == 0) return Fault::kPrediction;
     const uint64_t foot_s = product(n[0], scale) + product(along, edge_s);
     const uint64_t foot_t = product(n[1], scale) + product(along, edge_t);
-    const Vec3 foot_at{n_at.x + along * pn.x / scale, n_at.y + along * pn.y / scale,
-                       n_at.z + along * pn.z / scale};
-    const Vec3 height = minus(tip_at, foot_at);
+    const Vec3 foot{along * pn.x / scale, along * pn.y / scale, along * pn.z / scale};  // from n on
+    const Vec3 height = minus(tip_at, plus(n_at, foot));
     const auto length = static_cast<int64_t>(integer_sqrt(dot(height, height) * pn_square));
     const bool up = orientations_[--orientations_left_] != 0;
     const uint64_t up_s = product(edge_t, length), up_t = product(-edge_s, length);

@@ -237,7 +237,7 @@ class PredictionDegreeTraversal {
   bool running_ = false;
 };
 
-// Makes the whole walk at once. The arena is as before afterwards.
+// Makes the whole walk at once. On success the arena is as before afterwards.
 template <typename Index>
 PSPLIT_HD Fault traverse_by_prediction_degree(const AttributeTable<Index>& attribute, Arena& arena,
                                               const Sequence<Index>& out) {

@@ -152,8 +152,8 @@ TEST(Prediction, EveryParallelogramNeedsACreaseFlag) {
 // The square in space, in four places a vertex.
 constexpr int32_t kPositions[16] = {0, 0, 0, 0, 10, 0, 0, 0, 0, 10, 0, 0, 10, 10, 0, 0};
 
-Positions<uint16_t> positions_of(SmallMesh& mesh) {
-  return {mesh.table(), mesh.table(), mesh.sequence(), {kPositions, 16}, false};
+Positions<uint16_t> positions_of(SmallMesh& mesh, View<const int32_t> values = {kPositions, 16}) {
+  return {mesh.table(), mesh.table(), mesh.sequence(), values, false};
 }
 
 TEST(Prediction, TextureCoordinatesHaveTheShapeOfTheTriangleInSpace) {
@@ -202,6 +202,40 @@ TEST(Prediction, ANormalIsCorrectedFromTheOneBefore) {
   for (uint32_t v = 0; v < 4; ++v) {
     last = grid.correct(last, {corrections[2 * v], corrections[2 * v + 1]}, true);
     EXPECT_EQ(mesh.value(v, 2), (Values{last.s, last.t})) << v;
+  }
+}
+
+// A range of positions of 2^32 is more than any encoder has. Sums then wrap around: builds with a sanitizer for
+// overflows decode them, too.
+TEST(Prediction, PositionsOfAnySizeGiveNormalsOnTheGrid) {
+  constexpr int32_t kLeast = INT32_MIN;
+  SmallMesh mesh({{0, 1, 2}, {0, 2, 3}});
+  const int32_t positions[16] = {kLeast, kLeast, kLeast, 0, 1, 0, kLeast, 0, -1, 0, 0, 0, kLeast, kLeast, 0, 0};
+  PredictionData data;
+  data.transform = Transform::kOctahedron;
+  data.grid = OctahedralGrid(10);
+  predict_from_geometry(mesh.values<2>(Values(8, 0)), positions_of(mesh, {positions, 16}), data);
+  for (uint32_t v = 0; v < 4; ++v)
+    for (const int32_t place : mesh.value(v, 2)) {
+      EXPECT_GE(place, 0) << v;
+      EXPECT_LE(place, 1022) << v;
+    }
+}
+
+TEST(Prediction, PositionsOfAnySizeGiveTextureCoordinatesInTheRange) {
+  constexpr int32_t kLeast = INT32_MIN, kMost = INT32_MAX;
+  // Vertex 0 and 1 have the edge, vertex 2 is the tip.
+  SmallMesh mesh({{2, 0, 1}});
+  const int32_t positions[12] = {kMost,       kLeast, kLeast,    0,          -907160925, 787471729,
+                                 -1439015196, 0,      147483647, 1636976142, -411013501, 0};
+  std::vector<uint8_t> orientations{1};
+  const WrappedValues<uint16_t, 2> on(mesh.values<2>(Values{0, 0, 1, 1, 0, 0}), WrapRange{0, 100, 101});
+  const Fault fault =
+      TexCoordsPredictor<uint16_t>(on, positions_of(mesh, {positions, 12}), {orientations.data(), 1}).predict();
+  ASSERT_EQ(fault, Fault::kNone);
+  for (const int32_t coordinate : mesh.value(2, 2)) {
+    EXPECT_GE(coordinate, 0);
+    EXPECT_LE(coordinate, 100);
   }
 }
 
