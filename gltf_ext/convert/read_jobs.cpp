@@ -139,6 +139,29 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
   return {};
 }
 
+EncodeOptions options_of_jobs(const EncodeDocumentOptions& options) {
+  EncodeOptions result;
+  result.refine = options.refine;
+  result.method = options.method;
+  result.distance = options.distance;
+  result.encode_speed = options.encode_speed;
+  result.keep_duplicates = options.keep_duplicates;
+  result.drop_degenerate = !options.keep_degenerate;
+  // A patch of its own cannot store unused points.
+  result.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
+  result.standalone_residue = options.compat == Compat::kKhr;
+  result.verify = options.verify;
+  return result;
+}
+
+// Keeps the weights as they were, and rounds those of the mesh.
+void round_job_weights(EncodeJob& job) {
+  for (size_t i = 0; i < job.codings.size(); ++i)
+    if (job.mesh.attributes[i].semantic.starts_with("WEIGHTS_") && job.codings[i].bits > 0)
+      job.unrounded.push_back(job.mesh.attributes[i]);
+  round_weights(job.mesh, job.codings);
+}
+
 // Primitives in patches are checked whole before they are encoded again, on the meshes that encoding needs
 // anyway.
 Status check_patched(const Document& document, const std::vector<PrimitiveId>& ids,
@@ -198,27 +221,13 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
       continue;
     }
     job.codings = choose_codings(job.mesh, options.coding(), exact);
-    job.options.refine = options.refine;
-    job.options.method = options.method;
-    job.options.distance = options.distance;
-    job.options.encode_speed = options.encode_speed;
-    job.options.keep_duplicates = options.keep_duplicates;
-    job.options.drop_degenerate = !options.keep_degenerate;
-    // A patch of its own cannot store them.
-    job.options.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
-    job.options.standalone_residue = options.compat == Compat::kKhr;
-    job.options.verify = options.verify;
+    job.options = options_of_jobs(options);
     result.jobs.push_back(std::move(job));
     shared_points.divide(document, result.jobs);
   }
   shared_points.finish(result.jobs);
   share_grids(result.jobs, options.volume);
-  for (EncodeJob& job : result.jobs) {
-    for (size_t i = 0; i < job.codings.size(); ++i)
-      if (job.mesh.attributes[i].semantic.starts_with("WEIGHTS_") && job.codings[i].bits > 0)
-        job.unrounded.push_back(job.mesh.attributes[i]);
-    round_weights(job.mesh, job.codings);
-  }
+  for (EncodeJob& job : result.jobs) round_job_weights(job);
   return result;
 }
 
