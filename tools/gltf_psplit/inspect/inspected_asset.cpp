@@ -30,7 +30,6 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
   out.container_version = container->version;
   out.attributes = patched->requests;
   out.bits.assign(out.attributes.size(), 0);
-  if (container->streams.empty()) return {};
   // All streams of a container are coded alike, except the last if it holds the residue.
   const Expected<StreamDescription> stream = describe(container->streams[0]);
   return (stream ? add_coding(*stream, out) : stream.status()).at({.patch = 0});

@@ -18,7 +18,7 @@ struct InspectedPrimitive {
   PrimitiveStorage storage = PrimitiveStorage::kPlain;
   PatchSummary summary;
   std::optional<uint32_t> container_version;  // only for patches
-  std::optional<StreamCoding> coding;         // nothing if there is no stream
+  std::optional<StreamCoding> coding;         // of the first stream; nothing for a plain primitive
   std::vector<AttributeRequest> attributes;
   std::vector<int> bits;  // one for each attribute; 0 if it is stored exactly
 };

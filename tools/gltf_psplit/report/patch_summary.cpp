@@ -37,12 +37,6 @@ PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_re
   return summary;
 }
 
-Expected<PatchSummary> summarize_container(std::span<const uint8_t> container) {
-  const Expected<PatchContainer> parsed = open_container(container);
-  if (!parsed) return parsed.status();
-  return summarize_streams(parsed->entries, parsed->has_residue, container.size());
-}
-
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes) {
   PatchSummary summary;
   summary.patches = 1;

@@ -33,7 +33,6 @@ struct PatchSummary {
 // Summarizes the rows of a directory. Of `total_bytes`, all bytes outside the streams and stitch maps are the
 // directory's.
 PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes);
-Expected<PatchSummary> summarize_container(std::span<const uint8_t> container);
 // Summarizes a stock Draco stream of `stream_bytes` bytes as one patch.
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);
 
