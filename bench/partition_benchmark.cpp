@@ -10,7 +10,6 @@
 #include <meshoptimizer.h>
 #include <metis.h>
 
-#include <chrono>
 #include <functional>
 #include <string_view>
 
@@ -28,9 +27,9 @@ constexpr uint64_t kUsualFaces = 1'000'000;
 constexpr uint32_t kPatchFaces[] = {4800, 1200, 440};
 
 double ms_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return watch.ms();
 }
 
 struct Quality {

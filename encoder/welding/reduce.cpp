@@ -21,10 +21,6 @@ Attribute select_points(const Attribute& attribute, std::span<const uint32_t> po
 
 }  // namespace
 
-bool repeats_a_point(const std::array<uint32_t, 3>& face) {
-  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-}
-
 ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, std::span<const std::byte> extra,
                    size_t extra_stride) {
   std::vector<uint32_t> lowest;

@@ -26,7 +26,9 @@ struct ReducedMesh {
 };
 
 // Whether two of the face's points are the same.
-bool repeats_a_point(const std::array<uint32_t, 3>& face);
+inline bool repeats_a_point(const std::array<uint32_t, 3>& face) {
+  return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
+}
 
 // Points and faces keep their order; each group of equal points becomes its lowest. `extra` holds
 // `extra_stride` more bytes for each point: points that differ there are not duplicates. Every index must be

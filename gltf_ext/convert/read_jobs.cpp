@@ -1,11 +1,11 @@
 #include "gltf_ext/convert/read_jobs.h"
 
 #include <algorithm>
-#include <array>
 #include <set>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/shared_points.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/element_layout.h"
@@ -104,12 +104,6 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
   for (const auto& [semantic, index] : primitive["attributes"].items())
     if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
   return std::string();
-}
-
-bool all_degenerate(const Mesh& mesh) {
-  return std::all_of(mesh.faces.begin(), mesh.faces.end(), [](const std::array<uint32_t, 3>& face) {
-    return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
-  });
 }
 
 Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, std::string& skipped) {
@@ -214,7 +208,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     std::string skipped;
     if (Status status = read_job(document, std::move(mesh), job, skipped); !status.ok())
       return std::move(status).at(job.place(document));
-    if (!options.keep_degenerate && skipped.empty() && all_degenerate(job.mesh))
+    if (!options.keep_degenerate && skipped.empty() && std::ranges::all_of(job.mesh.faces, repeats_a_point))
       skipped = "no triangles but degenerate ones";
     if (!skipped.empty()) {
       for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;

@@ -158,7 +158,7 @@ class GzipStream : public ByteStream {
 
 }  // namespace
 
-Expected<std::unique_ptr<ByteStream>> open_stream(const fs::path& path) {
+Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path) {
   if (path == "-") return std::unique_ptr<ByteStream>(new FileStream(stdin, "stdin", std::nullopt));
   std::error_code error;
   const fs::file_status status = fs::status(path, error);

@@ -31,7 +31,7 @@ class ByteStream {
 };
 
 // A file, or stdin for "-". Errors: kIo (folders included).
-Expected<std::unique_ptr<ByteStream>> open_stream(const std::filesystem::path& path);
+Expected<std::unique_ptr<ByteStream>> open_byte_stream(const std::filesystem::path& path);
 
 // The bytes must outlive the stream.
 std::unique_ptr<ByteStream> memory_stream(std::span<const uint8_t> bytes);

@@ -119,7 +119,7 @@ OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& file
     std::error_code error;
     if (source == "-" || !fs::is_regular_file(path, error)) return io_failure("no file " + path.string());
     files.push_back(path);
-    return open_stream(path);
+    return open_byte_stream(path);
   };
 }
 
@@ -186,7 +186,7 @@ Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& s
 }
 
 Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe) {
-  Expected<std::unique_ptr<ByteStream>> stream = open_stream(path);
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
   return read_asset(std::move(*stream), path, describe);
 }

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <new>
 #include <thread>
 
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/files/content_hash.h"
+#include "src/stopwatch.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/batch/batch_report.h"
 #include "tools/gltf_psplit/files/asset_output.h"
@@ -44,16 +44,14 @@ class Batch {
     if (writes_report_file())
       if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
 
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     for (const BatchItem& item : items_)
       outcomes_.push_back({.input = item.input, .output = item.output.string()});
     {
       ProgressBar bar("encoding", session_.log);
       encode_all(bar);
     }
-    const double wall_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-    const BatchReport done = report(wall_ms);
+    const BatchReport done = report(watch.ms());
     if (!spares_report_ && (!arguments_.report.empty() || !stdout_is_terminal())) {
       const std::string& path = arguments_.report.empty() ? "-" : arguments_.report;
       if (Status status = write_text(path, report_text(to_json(done))); !status.ok()) return status;
@@ -104,7 +102,7 @@ class Batch {
 
   void encode_item(size_t i) {
     BatchOutcome& outcome = outcomes_[i];
-    const auto begin = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     try {
       outcome.status = encode(items_[i], outcome);
     } catch (const std::bad_alloc&) {
@@ -114,8 +112,7 @@ class Batch {
     }
     outcome.status = std::move(outcome.status).at({.file = items_[i].input});
     if (!outcome.status.ok()) session_.log.error(outcome.status);
-    outcome.wall_ms =
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    outcome.wall_ms = watch.ms();
   }
 
   Status encode(const BatchItem& item, BatchOutcome& outcome) {

@@ -1,10 +1,10 @@
 // gltf-psplit decode: converts patches and stock Draco to plain glTF, or to stock Draco.
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <memory>
 
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document_stock.h"
+#include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
@@ -68,7 +68,7 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
 
 Status run_decode(const Arguments& arguments, const Session& session) {
   if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   Expected<Document> document = read_input(arguments.input, session.log, arguments.backend.name);
   if (!document) return document.status();
   if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
@@ -78,21 +78,19 @@ Status run_decode(const Arguments& arguments, const Session& session) {
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<Decoded> counts = convert(*document, arguments, session);
   if (!counts) return counts.status().at({.file = arguments.input});
-  if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
-    return std::move(status).at({.file = arguments.output});
-  log_written(written, session.log);
+  if (Status status = write_asset(*document, arguments.output, arguments.write, session.log, written);
+      !status.ok())
+    return status;
   sizes.output = bytes_on_disk(arguments.output);
-  const double wall_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
     Json report{{"input", arguments.input},         {"output", arguments.output},
                 {"files", sizes_json(sizes)},       {"threads", session.pool.thread_count()},
                 {"primitives", counts->primitives}, {"decoded", counts->decoded},
                 {"encoded", counts->encoded},       {"wall_ms", wall_ms}};
-    append_written(report, written);
-    if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
-    if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
+    if (Status status = write_asset_report(std::move(report), arguments.report, written); !status.ok())
+      return status;
   }
   const std::string bytes = sizes_text(sizes);
   session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
@@ -106,11 +104,7 @@ void add_decode_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command =
       *app.add_subcommand("decode", "Decode patches and stock Draco into plain or stock Draco glTF");
-  command
-      .add_option(
-          "IN", arguments->input,
-          "The input: a .gltf, .glb, .drc, .ply, .obj, .stl or .off file, optionally gzipped; - reads stdin")
-      ->required();
+  add_input_option(command, arguments->input);
   add_output_option(command, arguments->output);
   command
       .add_option("--to", arguments->target,

@@ -1,10 +1,10 @@
 // gltf-psplit encode: converts plain glTF or a mesh file to PSPLIT_mesh_draco_patches.
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <memory>
 
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/files/operating_system.h"
+#include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
@@ -51,7 +51,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
   const EncodeDocumentOptions& options = arguments.encode.options;
 
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   Expected<Document> document = read_input(arguments.input, session.log);
   if (!document) return document.status();
   if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
@@ -70,18 +70,16 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   if (result.split_count + result.draco_count == 0)
     session.log.warning("nothing to encode in " + arguments.input);
   warn_of_growth(result, session.log, arguments.input);
-  if (Status status = write_document(*document, arguments.output, arguments.write, &written); !status.ok())
-    return std::move(status).at({.file = arguments.output});
-  log_written(written, session.log);
+  if (Status status = write_asset(*document, arguments.output, arguments.write, session.log, written);
+      !status.ok())
+    return status;
   sizes.output = bytes_on_disk(arguments.output);
-  const double wall_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
     Json report = report_json(arguments, result, sizes, wall_ms, session);
-    append_written(report, written);
-    if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
-    if (Status status = write_text(arguments.report, report_text(report)); !status.ok()) return status;
+    if (Status status = write_asset_report(std::move(report), arguments.report, written); !status.ok())
+      return status;
   }
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
   session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " +
@@ -95,11 +93,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
 void add_encode_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand("encode", "Split the meshes of an asset into Draco patches");
-  command
-      .add_option(
-          "IN", arguments->input,
-          "The input: a .gltf, .glb, .drc, .ply, .obj, .stl or .off file, optionally gzipped; - reads stdin")
-      ->required();
+  add_input_option(command, arguments->input);
   add_output_option(command, arguments->output);
   const auto resolve = add_encode_options(command, arguments->encode);
   add_images_option(command, arguments->write);

@@ -3,12 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <memory>
 #include <optional>
 
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/files/files.h"
+#include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/many_files.h"
 #include "tools/gltf_psplit/files/output_checks.h"
@@ -50,7 +50,7 @@ std::optional<ImageSize> parse_size(const std::string& text) {
 
 Status write_preview(const Document& document, const std::string& input, const Arguments& arguments,
                      const Session& session) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const Expected<Image> image = [&] {
     ProgressBar bar("drawing", session.log);
     return draw_preview(document, *parse_size(arguments.preview_size), find_backend(arguments.backend),
@@ -60,10 +60,8 @@ Status write_preview(const Document& document, const std::string& input, const A
   const auto file = encode_png(*image);
   if (!file) return file.status().at({.file = arguments.preview});
   if (Status status = write_file(arguments.preview, {*file}); !status.ok()) return status;
-  const double wall_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   session.log.note(arguments.preview + ": " + std::to_string(image->size.width) + " x " +
-                   std::to_string(image->size.height) + " pixels; " + as_duration(wall_ms));
+                   std::to_string(image->size.height) + " pixels; " + as_duration(watch.ms()));
   return {};
 }
 

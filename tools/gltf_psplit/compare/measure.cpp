@@ -1,15 +1,16 @@
 #include "tools/gltf_psplit/compare/measure.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+
+#include "src/stopwatch.h"
 
 namespace psplit {
 
 double elapsed_ms(const std::function<void()>& work) {
-  const auto begin = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   work();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return watch.ms();
 }
 
 Timing summarize_samples(std::vector<double> samples_ms) {

@@ -3,6 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
+#include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/text_output.h"
+
 namespace psplit {
 namespace {
 
@@ -43,6 +46,20 @@ void append_written(Json& object, const WriteReport& report) {
   object["images"] = {
       {"embedded", report.embedded_images}, {"copied", report.copied_images}, {"bytes", report.image_bytes}};
   object["warnings"] = report.warnings;
+}
+
+Status write_asset(const Document& document, const std::string& output, const WriteOptions& options,
+                   const Log& log, WriteReport& written) {
+  if (Status status = write_document(document, output, options, &written); !status.ok())
+    return std::move(status).at({.file = output});
+  log_written(written, log);
+  return {};
+}
+
+Status write_asset_report(Json report, const std::string& path, const WriteReport& written) {
+  append_written(report, written);
+  if (Status status = check_not_an_output(path, "--report", written); !status.ok()) return status;
+  return write_text(path, report_text(report));
 }
 
 }  // namespace psplit

@@ -27,4 +27,10 @@ void log_written(const WriteReport& report, const Log& log, const std::string& p
 // Appends the same as JSON: "images" and "warnings" of an asset.
 void append_written(Json& object, const WriteReport& report);
 
+// Writes the document, and logs what `written` then reports. Errors are those of write_document, with the file.
+Status write_asset(const Document& document, const std::string& output, const WriteOptions& options,
+                   const Log& log, WriteReport& written);
+// Writes the JSON of --report with what append_written adds. kUsage if that would replace a written file.
+Status write_asset_report(Json report, const std::string& path, const WriteReport& written);
+
 }  // namespace psplit

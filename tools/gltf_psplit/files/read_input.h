@@ -6,7 +6,14 @@
 #include "gltf_ext/document/document.h"
 #include "tools/gltf_psplit/report/log.h"
 
+namespace CLI {
+class App;
+}
+
 namespace psplit {
+
+// IN: the input's path. `path` must outlive the parse.
+void add_input_option(CLI::App& command, std::string& path);
 
 // Reads any file that read_asset supports (gltf_ext/mesh_files/read_asset.h); "-" is stdin. Its warnings go to
 // the log. The document of a Draco file holds the file's stream, which the named backend described.
