@@ -1,0 +1,56 @@
+// Encoders of flags, symbols and numbers that write the same bytes as libdraco's encoder. The core has their
+// decoders (rans.h, symbols.h).
+//
+// J. Duda: Asymmetric numeral systems, 2013. The formats are those of the Draco bitstream specification 2.2.
+// The choices of libdraco's encoder (which coding, which precision, which probabilities) are in its folder
+// compression/entropy.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace psplit {
+
+inline constexpr int kMostSymbolLevel = 10;
+// The level of symbols that are not an attribute's.
+inline constexpr int kDefaultSymbolLevel = 7;
+
+// LEB128.
+void append_varint(uint64_t value, std::vector<uint8_t>& out);
+
+// Plain bits, each byte from its lowest bit.
+class BitWriter {
+ public:
+  explicit BitWriter(std::vector<uint8_t>& out) : out_(out) {}
+  // `count` is at most 32, and `value` has no bits above them.
+  void write(uint32_t value, uint32_t count) {
+    bits_ |= uint64_t{value} << filled_;
+    for (filled_ += count; filled_ >= 8; filled_ -= 8, bits_ >>= 8) out_.push_back(static_cast<uint8_t>(bits_));
+  }
+  // Fills the last byte with zeros.
+  void finish() {
+    if (filled_ > 0) out_.push_back(static_cast<uint8_t>(bits_));
+    bits_ = 0, filled_ = 0;
+  }
+
+ private:
+  std::vector<uint8_t>& out_;
+  uint64_t bits_ = 0;
+  uint32_t filled_ = 0;
+};
+
+// Writes flags, each a byte, as bits that share one probability.
+void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out);
+
+// Writes symbols in groups of `components`, which divides their number, with the coding that libdraco's encoder
+// takes at this level. Writes nothing if there are no symbols. Returns false for symbols that libdraco's
+// encoder cannot write: more than 2^18 - 1 different ones, or symbols of 32 bits.
+bool encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
+                    std::vector<uint8_t>& out);
+
+// The levels, a bit for each, at which libdraco's encoder writes `symbol_bits` to a stream of these symbols
+// with the raw coding. That byte is the only effect of the level; the precision follows from it.
+uint32_t possible_symbol_levels(std::span<const uint32_t> symbols, uint32_t symbol_bits);
+
+}  // namespace psplit
