@@ -1,0 +1,313 @@
+#include <memory>
+
+#include "src/condensed/draco_fields.h"
+#include "src/condensed/entropy_encoder.h"
+#include "src/condensed/stream_layout.h"
+#include "src/condensed/symbol_lists.h"
+#include "src/core/edgebreaker.h"
+#include "src/core/seams.h"
+#include "src/core/symbols.h"
+#include "src/core/workspace.h"
+
+namespace psplit {
+namespace {
+
+using core::Fault;
+
+// Reads fields, for StreamLayout.
+class FieldsReader {
+ public:
+  FieldsReader(std::span<const uint8_t> stream, const core::StreamHeader& header)
+      : header_(header),
+        literals_(stream),
+        bytes_left_(core::justified_bytes(stream.size())),
+        size_(stream.size()) {
+    fields_.possible_levels = (2u << kMostSymbolLevel) - 1;
+  }
+
+  Expected<DracoFields> read() {
+    // The arena is needed for the connectivity first, then for its seams, and for one table of symbols at a
+    // time.
+    const size_t symbols = core::SymbolSequence::bytes() + core::RansTable::slot_bytes(~uint64_t{0}, size_);
+    const size_t arena_bytes = symbols + connectivity_bytes();
+    if (!claim(arena_bytes)) return fault_status(Fault::kWorkspace);
+    memory_.reset(new uint8_t[arena_bytes]);
+    arena_ = core::Arena(memory_.get(), arena_bytes);
+    if (Status status = StreamLayout(*this).walk(); !status.ok()) return status;
+    literals_.skip(literals_.remaining());
+    literals_.copy_to(fields_.skeleton);
+    for (int level = kMostSymbolLevel; level >= 0; --level)
+      if ((fields_.possible_levels >> level & 1) != 0) fields_.symbol_level = level;
+    return std::move(fields_);
+  }
+
+  Literals& literals() { return literals_; }
+
+  Status counts() {
+    literals_.copy_to(fields_.skeleton);
+    fields_.vertex_count = literals_.varint();
+    fields_.face_count = literals_.varint();
+    literals_.leave_out();
+    return {};
+  }
+
+  Status connectivity(bool is_valence, uint32_t data_count) {
+    literals_.copy_to(fields_.skeleton);
+    fields_.symbol_count = literals_.varint();
+    literals_.varint();  // the number of S
+    literals_.varint();  // the number of split events
+    Fault fault = read_connectivity(is_valence, data_count);
+    literals_.leave_out();
+    return fault_status(fault);
+  }
+
+  uint32_t value_count(const core::Group<uint32_t>& group) const {
+    return group.per_corner ? seam_vertex_counts_[static_cast<size_t>(group.attribute_data)]
+                            : mesh_.vertex_count;
+  }
+
+  Status raw(uint32_t count, const core::Attribute<uint32_t>& description) {
+    literals_.copy_to(fields_.skeleton);
+    AttributeFields& attribute = fields_.attributes.emplace_back();
+    attribute.count = count;
+    attribute.components = description.components;
+    const uint64_t bytes = uint64_t{count} * description.stride();
+    const uint8_t* const head = literals_.head();
+    if (!literals_.skip(bytes)) return fault_status(Fault::kTruncated);
+    attribute.raw.assign(head, head + bytes);
+    literals_.leave_out();
+    return {};
+  }
+
+  Status symbols(uint32_t count, uint32_t components) {
+    literals_.copy_to(fields_.skeleton);
+    AttributeFields& attribute = fields_.attributes.emplace_back();
+    attribute.count = count;
+    attribute.components = components;
+    const uint64_t total = uint64_t{count} * components;
+    if (total > 0xffffffffu || !claim(total * sizeof(uint32_t))) return fault_status(Fault::kWorkspace);
+    attribute.symbols.resize(static_cast<size_t>(total));
+    constexpr uint8_t kRaw = 1;
+    const bool is_raw = total > 0 && literals_.remaining() >= 2 && literals_.head()[0] == kRaw;
+    const uint32_t symbol_bits = is_raw ? literals_.head()[1] : 0;
+    const Fault fault = read_symbols(count, components, attribute.symbols);
+    if (fault == Fault::kNone && is_raw)
+      fields_.possible_levels &= possible_symbol_levels(attribute.symbols, symbol_bits);
+    literals_.leave_out();
+    return fault_status(fault);
+  }
+
+  Status creases() {
+    Fault fault = Fault::kNone;
+    for (std::vector<uint8_t>& flags : fields_.attributes.back().creases) {
+      const uint32_t count = literals_.varint();
+      if (count > 0 && fault == Fault::kNone) fault = read_flags(count, flags);
+    }
+    literals_.leave_out();
+    return fault_status(fault);
+  }
+  Status orientations() {
+    const uint32_t count = literals_.u32();
+    const Fault fault = read_flags(count, fields_.attributes.back().same_orientations);
+    literals_.leave_out();
+    return fault_status(fault);
+  }
+  Status wrap() {
+    core::WrapRange range;
+    const Fault fault = range.read(literals_);
+    fields_.attributes.back().wrap_min = range.low;
+    fields_.attributes.back().wrap_max = range.high;
+    literals_.leave_out();
+    return fault_status(fault);
+  }
+  Status flips() {
+    literals_.copy_to(fields_.skeleton);
+    const uint32_t count = fields_.attributes.back().count;
+    Fault fault = Fault::kWorkspace;
+    if (claim(count)) {
+      core::RansBits bits;
+      fault = bits.start(literals_);
+      if (fault == Fault::kNone) append_flags(bits, count, fields_.attributes.back().flips);
+    }
+    literals_.leave_out();
+    return fault_status(fault);
+  }
+
+ private:
+  // Memory that the bytes of the stream must justify.
+  bool claim(uint64_t bytes) {
+    if (bytes > bytes_left_) return false;
+    bytes_left_ -= bytes;
+    return true;
+  }
+
+  size_t connectivity_bytes() const {
+    const core::ConnectivityCounts& counts = header_.counts;
+    const uint64_t corners = uint64_t{3} * counts.face_count, vertices = counts.vertex_limit;
+    using core::Arena;
+    const size_t decoding = Valences::bytes(counts) + core::connectivity_scratch_bytes<uint32_t>(counts) +
+                            core::decode_symbols_bytes(counts.symbol_count);
+    const size_t seams = Arena::bytes<uint32_t>(corners) + Arena::bytes<bool>(vertices) +
+                         Arena::bytes<uint32_t>(vertices) +
+                         core::AttributeTable<uint32_t>::bytes(counts.face_count);
+    return core::Connectivity<uint32_t>::bytes(counts) + decoding +
+           (header_.attribute_data_count > 0 ? seams : 0);
+  }
+
+  static void append_flags(core::RansBits& bits, uint32_t count, std::vector<uint8_t>& flags) {
+    flags.resize(count);
+    for (uint8_t& flag : flags) flag = static_cast<uint8_t>(bits.next_fast());
+  }
+  // No scheme has more flags than there are corners.
+  Fault read_flags(uint32_t count, std::vector<uint8_t>& flags) {
+    if (count > 3 * header_.counts.face_count) return Fault::kPrediction;
+    if (!claim(count)) return Fault::kWorkspace;
+    core::RansBits bits;
+    const Fault fault = bits.start(literals_);
+    if (fault == Fault::kNone) append_flags(bits, count, flags);
+    return fault;
+  }
+
+  Fault read_symbols(uint32_t count, uint32_t components, std::vector<uint32_t>& out) {
+    const size_t mark = arena_.mark();
+    core::SymbolSequence sequence;
+    Fault fault = sequence.start(literals_, count, components, arena_, {out.data(), out.size()});
+    if (fault == Fault::kNone) {
+      core::SymbolSequence* const one = &sequence;
+      core::step_symbols<1>(&one, 1);
+      fault = sequence.finish(core::SerialLanes(), literals_);
+    }
+    arena_.release(mark);
+    return fault;
+  }
+
+  Fault read_connectivity(bool is_valence, uint32_t data_count) {
+    const core::ConnectivityCounts& counts = header_.counts;
+    if (!claim(uint64_t{3} * counts.symbol_count)) return Fault::kWorkspace;
+    if (counts.split_count > literals_.remaining() / 2) return Fault::kTruncated;
+    fields_.split_events.resize(counts.split_count);
+    const core::View<core::SplitEvent> events(fields_.split_events.data(), counts.split_count);
+    Fault fault = core::read_split_events(literals_, counts.symbol_count, events);
+    if (fault != Fault::kNone) return fault;
+    core::BitReader symbols;
+    if (!is_valence) {
+      const uint64_t size = literals_.varint64();
+      symbols = core::BitReader(literals_.head(), literals_.remaining());
+      if (!literals_.skip(size)) return Fault::kTruncated;
+    }
+    core::RansBits start_faces;
+    fault = start_faces.start(literals_);
+    std::vector<core::RansBits> seams(data_count);
+    for (core::RansBits& bits : seams)
+      if (fault == Fault::kNone) fault = bits.start(literals_);
+    if (fault == Fault::kNone && is_valence) fault = read_lists();
+    if (fault == Fault::kNone) fault = decode_mesh(is_valence, symbols, events, start_faces);
+    return fault == Fault::kNone ? read_seams(seams) : fault;
+  }
+
+  Fault read_lists() {
+    uint32_t left = header_.counts.symbol_count;
+    for (std::vector<uint8_t>& list : fields_.symbol_lists) {
+      const uint32_t count = literals_.varint();
+      if (count > left) return Fault::kCounts;
+      left -= count;
+      list.resize(count);
+      uint32_t most = 0;
+      const Fault fault = core::decode_symbols(literals_, count, arena_, [&](uint32_t i, uint32_t symbol) {
+        list[i] = static_cast<uint8_t>(symbol);
+        most = std::max(most, symbol);
+      });
+      if (fault != Fault::kNone) return fault;
+      if (most >= std::size(kClersOfNumber)) return Fault::kConnectivity;
+    }
+    return Fault::kNone;
+  }
+
+  Fault decode_mesh(bool is_valence, core::BitReader symbols, core::View<const core::SplitEvent> events,
+                    core::RansBits start_faces) {
+    const core::ConnectivityCounts& counts = header_.counts;
+    fields_.symbols.resize(counts.symbol_count);
+    uint8_t* const out = fields_.symbols.data();
+    mesh_.counts = counts;
+    if (!mesh_.allocate(arena_)) return Fault::kWorkspace;
+    const size_t mark = arena_.mark();
+    core::RansBits again = start_faces;
+    Fault fault;
+    if (is_valence) {
+      core::View<uint32_t> valences;
+      if (!arena_.take(valences, Valences::room(counts))) return Fault::kWorkspace;
+      core::fill(valences, 0u);
+      fault = core::decode_connectivity(ListedSymbols(valences, fields_.symbol_lists, out), events, again,
+                                        arena_, mesh_);
+    } else {
+      fault = core::decode_connectivity(StoredStandardSymbols(symbols, out), events, again, arena_, mesh_);
+    }
+    if (fault != Fault::kNone) return fault;
+    arena_.release(mark);
+    mesh_.drop_merged_vertices(/*keep_order=*/true);
+    append_flags(start_faces, component_count(), fields_.start_faces);
+    return Fault::kNone;
+  }
+
+  // The edges that wait when all symbols are decoded: each E begins one, and each S ends one, unless it takes
+  // an edge that a split event set aside.
+  uint32_t component_count() const {
+    std::vector<bool> has_event(fields_.symbols.size());
+    for (const core::SplitEvent& event : fields_.split_events)
+      if (event.split > event.source) has_event[event.split] = true;
+    uint32_t count = 0;
+    for (size_t i = 0; i < fields_.symbols.size(); ++i) {
+      count += fields_.symbols[i] == core::kE ? 1 : 0;
+      count -= fields_.symbols[i] == core::kS && !has_event[i] ? 1 : 0;
+    }
+    return count;
+  }
+
+  Fault read_seams(std::vector<core::RansBits>& seams) {
+    fields_.seams.resize(seams.size());
+    seam_vertex_counts_.assign(seams.size(), mesh_.vertex_count);
+    if (seams.empty()) return Fault::kNone;
+    core::View<uint32_t> edges, scratch;
+    core::View<bool> on_seam;
+    if (!arena_.take(edges, size_t{3} * header_.counts.face_count) ||
+        !arena_.take(scratch, mesh_.vertex_count) || !arena_.take(on_seam, mesh_.vertex_count))
+      return Fault::kWorkspace;
+    const uint32_t edge_count = core::list_inner_edges(mesh_.table, edges);
+    edges = edges.first(edge_count);
+    for (size_t i = 0; i < seams.size(); ++i) {
+      std::vector<uint8_t>& flags = fields_.seams[i];
+      if (!claim(edge_count)) return Fault::kWorkspace;
+      append_flags(seams[i], edge_count, flags);
+      core::AttributeTable<uint32_t> table;
+      const size_t mark = arena_.mark();
+      const Fault fault = core::cut_seams(mesh_, edges, {flags.data(), flags.size()}, arena_, table, on_seam);
+      if (fault != Fault::kNone) return fault;
+      if (table.has_seams) core::number_attribute_vertices(mesh_, on_seam, scratch, table);
+      seam_vertex_counts_[i] = table.vertex_count;
+      arena_.release(mark);
+    }
+    return Fault::kNone;
+  }
+
+  const core::StreamHeader& header_;
+  Literals literals_;
+  uint64_t bytes_left_;
+  size_t size_;
+  std::unique_ptr<uint8_t[]> memory_;
+  core::Arena arena_;
+  core::Connectivity<uint32_t> mesh_;
+  std::vector<uint32_t> seam_vertex_counts_;  // by attribute data
+  DracoFields fields_;
+};
+
+}  // namespace
+
+Expected<DracoFields> read_fields(std::span<const uint8_t> stream) {
+  core::StreamHeader header;
+  if (const Fault fault = core::read_stream_header(stream.data(), stream.size(), header); fault != Fault::kNone)
+    return fault_status(fault);
+  if (!header.edgebreaker) return unsupported("a sequential mesh");
+  return FieldsReader(stream, header).read();
+}
+
+}  // namespace psplit

@@ -1,0 +1,163 @@
+// The layout of an Edgebreaker stream of Draco: the order of its literal bytes and of its fields. Draco
+// bitstream specification 2.2. One walk serves the reader of fields, whose literals are the stream itself, and
+// their writer, whose literals are the skeleton: it calls the coder wherever fields follow.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "src/core/attributes.h"
+#include "src/core/prediction_data.h"
+#include "src/core/stream_header.h"
+#include "src/status.h"
+
+namespace psplit {
+
+inline Status fault_status(core::Fault fault) {
+  if (fault == core::Fault::kNone) return {};
+  const char* const text = core::fault_text(fault);
+  return fault == core::Fault::kVersion ? unsupported(text) : invalid_input(text);
+}
+
+// Reads literal bytes, and copies those that were read.
+class Literals : public core::ByteReader {
+ public:
+  explicit Literals(std::span<const uint8_t> bytes) : ByteReader(bytes.data(), bytes.size()), bytes_(bytes) {}
+
+  // Appends the bytes since the last call of either function.
+  void copy_to(std::vector<uint8_t>& out) {
+    const auto from = bytes_.begin();
+    out.insert(out.end(), from + static_cast<std::ptrdiff_t>(done_),
+               from + static_cast<std::ptrdiff_t>(position()));
+    leave_out();
+  }
+  void leave_out() { done_ = position(); }
+
+ private:
+  std::span<const uint8_t> bytes_;
+  size_t done_ = 0;
+};
+
+// A Coder reads or writes fields: each function does so for the fields that its name says, in the order of
+// calls.
+//
+//   Literals& literals();
+//   Status counts();                                        vertices and faces
+//   Status connectivity(bool valence, uint32_t data_count);  from the number of symbols to the seams and lists
+//   uint32_t value_count(const Group&);                     of each attribute of the group, before these:
+//   Status raw(uint32_t count, const Attribute&);            a whole attribute
+//   Status symbols(uint32_t count, uint32_t components);    begins any other attribute
+//   Status creases(); Status orientations(); Status wrap(); Status flips();
+//
+// All literals are checked for what the decoder requires, as they may be anything.
+template <typename Coder>
+class StreamLayout {
+ public:
+  explicit StreamLayout(Coder& coder) : coder_(coder), literals_(coder.literals()) {}
+
+  Status walk() {
+    Status status = walk_connectivity();
+    if (status.ok()) status = read_descriptions();
+    for (uint32_t g = 0; g < groups_.size() && status.ok(); ++g) status = walk_group(groups_[g]);
+    if (status.ok() && literals_.truncated()) status = fault_status(core::Fault::kTruncated);
+    return status;
+  }
+
+ private:
+  using Group = core::Group<uint32_t>;
+  using Attribute = core::Attribute<uint32_t>;
+
+  Status walk_connectivity() {
+    constexpr uint32_t kBytesBeforeFlags = 9, kHasMetadata = 0x8000;
+    literals_.skip(kBytesBeforeFlags);
+    if ((literals_.u16() & kHasMetadata) != 0)
+      if (const core::Fault fault = core::skip_metadata(literals_); fault != core::Fault::kNone)
+        return fault_status(fault);
+    const uint8_t traversal = literals_.u8();
+    if (literals_.truncated()) return fault_status(core::Fault::kTruncated);
+    constexpr uint8_t kStandard = 0, kValence = 2;
+    if (traversal != kStandard && traversal != kValence) return fault_status(core::Fault::kMethod);
+    if (Status status = coder_.counts(); !status.ok()) return status;
+    data_count_ = literals_.u8();
+    if (data_count_ > core::kMaxAttributeData) return fault_status(core::Fault::kAttribute);
+    return coder_.connectivity(traversal == kValence, data_count_);
+  }
+
+  Status read_descriptions() {
+    const uint32_t group_count = literals_.u8();
+    if (group_count > core::kMaxAttributeData + 1) return fault_status(core::Fault::kAttribute);
+    groups_.resize(group_count);
+    for (Group& group : groups_) {
+      group.attribute_data = static_cast<int8_t>(literals_.u8());
+      group.per_corner = literals_.u8() != 0;
+      literals_.u8();  // the order of values
+      const int64_t data = group.attribute_data;
+      if (data >= int64_t{data_count_} || (data < 0 && group.per_corner))
+        return fault_status(core::Fault::kAttribute);
+    }
+    // A description takes more than 4 bytes.
+    attributes_.resize(std::min<size_t>(literals_.remaining() / 4, core::kMaxAttributes));
+    const core::View<Attribute> all(attributes_.data(), attributes_.size());
+    uint32_t attribute_count = 0;
+    for (uint32_t g = 0; g < group_count; ++g)
+      if (const core::Fault fault =
+              core::read_descriptions(literals_, static_cast<uint8_t>(g), groups_[g], all, attribute_count);
+          fault != core::Fault::kNone)
+        return fault_status(fault);
+    return {};
+  }
+
+  Status walk_group(const Group& group) {
+    const uint32_t count = coder_.value_count(group), end = group.first + group.count;
+    for (uint32_t i = group.first; i < end; ++i)
+      if (Status status = walk_attribute(count, attributes_[i]); !status.ok()) return status;
+    for (uint32_t i = group.first; i < end; ++i)
+      if (const core::Fault fault = core::read_transform(literals_, attributes_[i]);
+          fault != core::Fault::kNone)
+        return fault_status(fault);
+    return {};
+  }
+
+  Status walk_attribute(uint32_t count, const Attribute& attribute) {
+    using core::Scheme;
+    if (attribute.coding == core::Coding::kRaw) return coder_.raw(count, attribute);
+    const auto scheme = static_cast<Scheme>(literals_.u8());
+    const bool is_normal = attribute.coding == core::Coding::kNormal, is_predicted = scheme != Scheme::kNone;
+    auto transform = core::Transform::kWrap;
+    if (is_predicted) {
+      transform = static_cast<core::Transform>(literals_.u8());
+      const bool is_wrap = transform == core::Transform::kWrap;
+      if (is_wrap == is_normal || transform < core::Transform::kWrap ||
+          transform > core::Transform::kOctahedronCanonicalized)
+        return fault_status(core::Fault::kMethod);
+    }
+    constexpr int8_t kDeprecated = 3, kMost = 6;
+    const auto number = static_cast<int8_t>(scheme);
+    const bool fits =
+        is_normal ? number <= 0 || scheme == Scheme::kGeometricNormal : scheme != Scheme::kGeometricNormal;
+    if (number < -2 || number == -1 || number == kDeprecated || number > kMost || !fits)
+      return unsupported("a prediction scheme that is deprecated, or that does not fit its attribute");
+    const uint8_t is_entropy_coded = literals_.u8();
+    if (literals_.truncated()) return fault_status(core::Fault::kTruncated);
+    if (is_entropy_coded == 0) return unsupported("integers that are not entropy-coded");
+
+    Status status = coder_.symbols(count, attribute.value_components());
+    if (status.ok() && scheme == Scheme::kConstrainedMultiParallelogram) status = coder_.creases();
+    if (status.ok() && scheme == Scheme::kTexCoords) status = coder_.orientations();
+    if (status.ok() && is_predicted && !is_normal) status = coder_.wrap();
+    // The grid's largest number, and its center.
+    if (is_predicted && is_normal)
+      literals_.skip(transform == core::Transform::kOctahedronCanonicalized ? 2 * sizeof(uint32_t)
+                                                                            : sizeof(uint32_t));
+    if (status.ok() && scheme == Scheme::kGeometricNormal) status = coder_.flips();
+    return status;
+  }
+
+  Coder& coder_;
+  Literals& literals_;
+  uint32_t data_count_ = 0;
+  std::vector<Group> groups_;
+  std::vector<Attribute> attributes_;
+};
+
+}  // namespace psplit

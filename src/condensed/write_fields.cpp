@@ -1,0 +1,166 @@
+#include <algorithm>
+
+#include "src/condensed/draco_fields.h"
+#include "src/condensed/entropy_encoder.h"
+#include "src/condensed/stream_layout.h"
+#include "src/condensed/symbol_lists.h"
+
+namespace psplit {
+namespace {
+
+Status contradiction() { return invalid_input("fields of a stream that contradict each other"); }
+
+// Writes fields, for StreamLayout.
+class FieldsWriter {
+ public:
+  explicit FieldsWriter(const DracoFields& fields) : fields_(fields), literals_(fields.skeleton) {
+    out_.reserve(fields.skeleton.size() + fields.symbols.size());
+  }
+
+  Expected<std::vector<uint8_t>> write() {
+    if (Status status = StreamLayout(*this).walk(); !status.ok()) return status;
+    if (attribute_count_ != fields_.attributes.size()) return contradiction();
+    literals_.skip(literals_.remaining());
+    literals_.copy_to(out_);
+    return std::move(out_);
+  }
+
+  Literals& literals() { return literals_; }
+
+  Status counts() {
+    literals_.copy_to(out_);
+    append_varint(fields_.vertex_count, out_);
+    append_varint(fields_.face_count, out_);
+    return {};
+  }
+
+  Status connectivity(bool is_valence, uint32_t data_count) {
+    literals_.copy_to(out_);
+    if (fields_.seams.size() != data_count) return contradiction();
+    append_varint(fields_.symbol_count, out_);
+    append_varint(count_s(is_valence), out_);
+    if (Status status = split_events(); !status.ok()) return status;
+    if (!is_valence)
+      if (Status status = standard_symbols(); !status.ok()) return status;
+    encode_flags(fields_.start_faces, out_);
+    for (const std::vector<uint8_t>& seams : fields_.seams) encode_flags(seams, out_);
+    if (is_valence)
+      for (const std::vector<uint8_t>& list : fields_.symbol_lists) {
+        append_varint(list.size(), out_);
+        const std::vector<uint32_t> symbols(list.begin(), list.end());
+        if (!encode_symbols(symbols, 1, kDefaultSymbolLevel, out_)) return contradiction();
+      }
+    return {};
+  }
+
+  uint32_t value_count(const core::Group<uint32_t>&) const {
+    return attribute_count_ < fields_.attributes.size() ? fields_.attributes[attribute_count_].count : 0;
+  }
+
+  Status raw(uint32_t count, const core::Attribute<uint32_t>& description) {
+    literals_.copy_to(out_);
+    const uint64_t bytes = uint64_t{count} * description.stride();
+    if (!next_attribute() || attribute().count != count || attribute().raw.size() != bytes)
+      return contradiction();
+    out_.insert(out_.end(), attribute().raw.begin(), attribute().raw.end());
+    return {};
+  }
+
+  Status symbols(uint32_t count, uint32_t components) {
+    literals_.copy_to(out_);
+    if (!next_attribute() || attribute().count != count || attribute().components != components ||
+        attribute().symbols.size() != uint64_t{count} * components ||
+        !encode_symbols(attribute().symbols, components, fields_.symbol_level, out_))
+      return contradiction();
+    return {};
+  }
+
+  Status creases() {
+    for (const std::vector<uint8_t>& flags : attribute().creases) {
+      append_varint(flags.size(), out_);
+      if (!flags.empty()) encode_flags(flags, out_);
+    }
+    return {};
+  }
+  Status orientations() {
+    append_u32(static_cast<uint32_t>(attribute().same_orientations.size()));
+    encode_flags(attribute().same_orientations, out_);
+    return {};
+  }
+  Status wrap() {
+    append_u32(static_cast<uint32_t>(attribute().wrap_min));
+    append_u32(static_cast<uint32_t>(attribute().wrap_max));
+    return {};
+  }
+  Status flips() {
+    literals_.copy_to(out_);
+    encode_flags(attribute().flips, out_);
+    return {};
+  }
+
+ private:
+  uint64_t count_s(bool is_valence) const {
+    if (!is_valence)
+      return static_cast<uint64_t>(std::count(fields_.symbols.begin(), fields_.symbols.end(), core::kS));
+    uint64_t count = 0;
+    for (const std::vector<uint8_t>& list : fields_.symbol_lists)
+      count += static_cast<uint64_t>(std::count(list.begin(), list.end(), kNumberOfClers[core::kS]));
+    return count;
+  }
+
+  // Encoders number symbols from the other end.
+  Status split_events() {
+    append_varint(fields_.split_events.size(), out_);
+    if (fields_.split_events.empty()) return {};
+    uint32_t last = 0;
+    for (const core::SplitEvent& event : fields_.split_events) {
+      if (event.source > event.split || event.split >= fields_.symbol_count) return contradiction();
+      const uint32_t source = fields_.symbol_count - 1 - event.source;
+      if (source < last) return contradiction();
+      append_varint(source - last, out_);
+      append_varint(event.split - event.source, out_);
+      last = source;
+    }
+    BitWriter edges(out_);
+    for (const core::SplitEvent& event : fields_.split_events) edges.write(event.right_edge != 0 ? 1 : 0, 1);
+    edges.finish();
+    return {};
+  }
+
+  Status standard_symbols() {
+    if (fields_.symbols.size() != fields_.symbol_count) return contradiction();
+    std::vector<uint8_t> block;
+    block.reserve(fields_.symbols.size() / 4);
+    BitWriter bits(block);
+    for (const uint8_t symbol : fields_.symbols) bits.write(symbol & 7u, symbol == core::kC ? 1 : 3);
+    bits.finish();
+    append_varint(block.size(), out_);
+    out_.insert(out_.end(), block.begin(), block.end());
+    return {};
+  }
+
+  void append_u32(uint32_t value) {
+    for (uint32_t i = 0; i < 4; ++i) out_.push_back(static_cast<uint8_t>(value >> 8 * i));
+  }
+
+  bool next_attribute() { return attribute_count_++ < fields_.attributes.size(); }
+  const AttributeFields& attribute() const { return fields_.attributes[attribute_count_ - 1]; }
+
+  const DracoFields& fields_;
+  Literals literals_;
+  std::vector<uint8_t> out_;
+  size_t attribute_count_ = 0;  // those that are written or being written
+};
+
+}  // namespace
+
+Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields) { return FieldsWriter(fields).write(); }
+
+bool is_reproducible(std::span<const uint8_t> stream) {
+  const Expected<DracoFields> fields = read_fields(stream);
+  if (!fields) return false;
+  const Expected<std::vector<uint8_t>> again = write_fields(*fields);
+  return again.ok() && std::ranges::equal(*again, stream);
+}
+
+}  // namespace psplit
