@@ -1,0 +1,27 @@
+// Expands condensed streams to the Draco streams that they were made from, bit for bit. Specification:
+// "condensed streams" (gltf_ext/PSPLIT_mesh_draco_patches).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "src/export.h"
+#include "src/status.h"
+
+namespace psplit {
+
+struct CondensedHead;
+
+// What expands one condensed stream.
+struct CondensedStream {
+  std::span<const uint8_t> bytes;
+  uint32_t skeleton = 0;                     // its number in the head
+  uint32_t face_count = 0, point_count = 0;  // of its row
+};
+
+// The Draco stream. The bytes may be anything. Errors: kInvalidInput. Thread-safe.
+PSPLIT_EXPORT Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head,
+                                                           const CondensedStream& stream);
+
+}  // namespace psplit
