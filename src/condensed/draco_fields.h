@@ -70,9 +70,10 @@ struct DracoFields {
   std::vector<AttributeFields> attributes;  // in the order of the stream
 
   // The level of compression that libdraco's symbol encoder is told: 10 - speed. It changes the precision of
-  // tables of attributes. Several levels may give the same bytes: bit l of possible_levels says that level l
-  // does. A stream that no level gives has none, and does not come back. read_fields sets symbol_level to the
-  // lowest possible one. Streams of one primitive have a level in common.
+  // attributes' tables. 11 stands for versions before 1.2.5, which had no levels. Several levels may give the
+  // same bytes: bit l of possible_levels says that level l does. Without any, the stream does not come back.
+  // read_fields sets symbol_level to the lowest possible level. Streams of one primitive have a level in
+  // common.
   int symbol_level = 0;
   uint32_t possible_levels = 0;
 };

@@ -65,6 +65,7 @@ void normalize(std::vector<Entry>& entries, size_t symbol_count, uint32_t precis
     if (sum < total) entries[order.back()].prob += static_cast<uint32_t>(total - sum);
     // libdraco leaves the symbol with the lowest probability as it is. That may be one that does not occur.
     const bool all_occur = entries.size() == size_t{entries.back().symbol} + 1;
+    // The loop ends: all precisions have more than twice as many places as there are symbols.
     while (sum > total) {
       const double scale = total_d / static_cast<double>(sum);
       for (size_t j = order.size(); j-- > (all_occur ? 1u : 0u) && sum > total;) {
@@ -138,7 +139,8 @@ constexpr uint32_t kMostRawBits = 18;
 
 // The byte that libdraco stores before the table of the raw coding. The precision of probabilities follows from
 // it.
-uint32_t symbol_bits_at(uint32_t unique_count, int level) {
+uint32_t symbol_bits_at(uint32_t unique_count, uint32_t max_symbol, int level) {
+  if (level == kLevelBeforeLevels) return static_cast<uint32_t>(std::bit_width(std::max(max_symbol, 1u)));
   const int change = level < 4 ? -2 : level < 6 ? -1 : level < 8 ? 0 : level < 10 ? 1 : 2;
   const int bits = std::bit_width(unique_count) + change;
   return static_cast<uint32_t>(std::clamp(bits, 1, static_cast<int>(kMostRawBits)));
@@ -203,7 +205,7 @@ bool encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int 
   out.push_back(is_tagged ? 0 : 1);
   if (!is_tagged) {
     if (entries.size() >> kMostRawBits != 0) return false;
-    const uint32_t symbol_bits = symbol_bits_at(static_cast<uint32_t>(entries.size()), level);
+    const uint32_t symbol_bits = symbol_bits_at(static_cast<uint32_t>(entries.size()), max_symbol, level);
     out.push_back(static_cast<uint8_t>(symbol_bits));
     write_rans(symbols, entries, symbol_bits, out);
     return true;
@@ -222,8 +224,8 @@ uint32_t possible_symbol_levels(std::span<const uint32_t> symbols, uint32_t symb
   uint32_t max_symbol = 0, levels = 0;
   for (const uint32_t symbol : symbols) max_symbol = std::max(max_symbol, symbol);
   const auto unique_count = static_cast<uint32_t>(count_symbols(symbols, max_symbol).size());
-  for (int level = 0; level <= kMostSymbolLevel; ++level)
-    if (symbol_bits_at(unique_count, level) == symbol_bits) levels |= 1u << level;
+  for (int level = 0; level <= kLevelBeforeLevels; ++level)
+    if (symbol_bits_at(unique_count, max_symbol, level) == symbol_bits) levels |= 1u << level;
   return levels;
 }
 

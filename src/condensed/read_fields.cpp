@@ -22,7 +22,7 @@ class FieldsReader {
         literals_(stream),
         bytes_left_(core::justified_bytes(stream.size())),
         size_(stream.size()) {
-    fields_.possible_levels = (2u << kMostSymbolLevel) - 1;
+    fields_.possible_levels = (2u << kLevelBeforeLevels) - 1;
   }
 
   Expected<DracoFields> read() {
@@ -36,7 +36,7 @@ class FieldsReader {
     if (Status status = StreamLayout(*this).walk(); !status.ok()) return status;
     literals_.skip(literals_.remaining());
     literals_.copy_to(fields_.skeleton);
-    for (int level = kMostSymbolLevel; level >= 0; --level)
+    for (int level = kLevelBeforeLevels; level >= 0; --level)
       if ((fields_.possible_levels >> level & 1) != 0) fields_.symbol_level = level;
     return std::move(fields_);
   }

@@ -44,13 +44,7 @@ class FieldsWriter {
       if (Status status = standard_symbols(); !status.ok()) return status;
     encode_flags(fields_.start_faces, out_);
     for (const std::vector<uint8_t>& seams : fields_.seams) encode_flags(seams, out_);
-    if (is_valence)
-      for (const std::vector<uint8_t>& list : fields_.symbol_lists) {
-        append_varint(list.size(), out_);
-        const std::vector<uint32_t> symbols(list.begin(), list.end());
-        if (!encode_symbols(symbols, 1, kDefaultSymbolLevel, out_)) return contradiction();
-      }
-    return {};
+    return is_valence ? symbol_lists() : Status();
   }
 
   uint32_t value_count(const core::Group<uint32_t>&) const {
@@ -136,6 +130,17 @@ class FieldsWriter {
     bits.finish();
     append_varint(block.size(), out_);
     out_.insert(out_.end(), block.begin(), block.end());
+    return {};
+  }
+
+  Status symbol_lists() {
+    const bool has_levels = fields_.symbol_level != kLevelBeforeLevels;
+    for (const std::vector<uint8_t>& list : fields_.symbol_lists) {
+      append_varint(list.size(), out_);
+      const std::vector<uint32_t> symbols(list.begin(), list.end());
+      if (!encode_symbols(symbols, 1, has_levels ? kDefaultSymbolLevel : kLevelBeforeLevels, out_))
+        return contradiction();
+    }
     return {};
   }
 
