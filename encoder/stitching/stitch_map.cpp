@@ -1,9 +1,6 @@
 #include "encoder/stitching/stitch_map.h"
 
-#include <algorithm>
-#include <bit>
-
-#include "src/core/stitch_codes.h"
+#include "src/container/bit_string.h"
 
 namespace psplit {
 namespace {
@@ -11,30 +8,6 @@ namespace {
 Status broken(uint32_t patch, const char* what) {
   return invalid_input(std::string("stitch map: ") + what, {.patch = patch});
 }
-
-// Fills each byte from its lowest bit up.
-class BitWriter {
- public:
-  void put(uint64_t bits, uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i, ++bit_count_) {
-      if (bit_count_ % 8 == 0) bytes_.push_back(0);
-      bytes_.back() |= static_cast<uint8_t>((bits >> i & 1) << bit_count_ % 8);
-    }
-  }
-  void number(core::NumberKind& kind, uint64_t value) {
-    const uint64_t high = (value >> kind.order()) + 1;
-    const auto zeros = static_cast<uint32_t>(std::bit_width(high)) - 1;
-    put(uint64_t{1} << zeros, zeros + 1);
-    put(high, zeros);  // its highest bit is known
-    put(value, kind.order());
-    kind.follow(static_cast<uint32_t>(value));
-  }
-  std::vector<uint8_t> take() { return std::move(bytes_); }
-
- private:
-  std::vector<uint8_t> bytes_;
-  uint32_t bit_count_ = 0;  // modulo 2^32
-};
 
 // Writes what core::StitchReader reads.
 class StitchWriter {
@@ -60,7 +33,7 @@ class StitchWriter {
   // If a step takes more than 32 bits, the owner is named as if it were another one.
   bool goes_on(bool is_first, bool is_same_owner, int64_t step) {
     const bool result = !is_first && is_same_owner && core::fold(step) <= 0xffffffffu;
-    if (!is_first) bits_.put(result ? 0 : 1, 1);
+    if (!is_first) bits_.bits(result ? 0 : 1, 1);
     return result;
   }
   void write_runs(std::span<const StitchRun> runs) {
@@ -70,7 +43,7 @@ class StitchWriter {
       const uint32_t skip = run.begin - (last ? last->begin + last->length : 0);
       bits_.number(kinds_.walk_skip, skip);
       bits_.number(kinds_.length, run.length - 1);
-      if (run.length > 1) bits_.put(run.forward ? 1 : 0, 1);
+      if (run.length > 1) bits_.bits(run.forward ? 1 : 0, 1);
       const int64_t step = expected.step(skip, run.start);
       if (goes_on(last == nullptr, last && run.owner == last->owner, step)) {
         bits_.number(kinds_.start_step, core::fold(step));
@@ -83,7 +56,7 @@ class StitchWriter {
     }
   }
   void write_repeats(std::span<const StitchRepeat> repeats, bool distances_differ) {
-    if (!repeats.empty()) bits_.put(distances_differ ? 1 : 0, 1);
+    if (!repeats.empty()) bits_.bits(distances_differ ? 1 : 0, 1);
     uint32_t next = 0, last_distance = 0;
     for (const StitchRepeat& repeat : repeats) {
       bits_.number(kinds_.point_skip, repeat.point - next);
@@ -114,7 +87,7 @@ class StitchWriter {
 
   uint32_t patch_;
   core::StitchKinds kinds_;
-  BitWriter bits_;
+  BitStringWriter bits_;
 };
 
 }  // namespace

@@ -1,0 +1,86 @@
+// Strings of bits: numbers in the codes of src/core/stitch_codes.h, one after the other. Each byte is filled
+// from its lowest bit up, and the unused bits of the last byte are 0. Specification: "Numbers of bits"
+// (gltf_ext/PSPLIT_mesh_draco_patches).
+#pragma once
+
+#include <bit>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "src/core/byte_reader.h"
+#include "src/core/stitch_codes.h"
+
+namespace psplit {
+
+// Any bytes may be read. Past their end, and after a code that is too long, broken() holds and the results have
+// no meaning.
+class BitStringReader {
+ public:
+  explicit BitStringReader(std::span<const uint8_t> bytes)
+      : bits_(bytes.data(), bytes.size()), size_(bytes.size()) {}
+
+  // `count` is at most 32.
+  uint32_t bits(int count) {
+    const uint32_t value = bits_.read(count);
+    is_broken_ |= bits_.bytes_taken() > size_;
+    return value;
+  }
+  uint32_t number(core::NumberKind& kind) {
+    const uint64_t ahead = bits_.peek(33) & 0x1ffffffffu;
+    const uint32_t order = kind.order();
+    const uint32_t zeros = ahead == 0 ? 33 : core::trailing_zeros(ahead);
+    if (zeros + order > 32) {
+      is_broken_ = true;
+      return 0;
+    }
+    bits_.take(static_cast<int>(zeros) + 1);
+    const uint64_t high = (uint64_t{1} << zeros) - 1 + bits_.read(static_cast<int>(zeros));
+    const uint64_t value = high << order | bits(static_cast<int>(order));
+    is_broken_ |= value > 0xffffffffu;
+    kind.follow(static_cast<uint32_t>(value));
+    return static_cast<uint32_t>(value);
+  }
+  int64_t signed_number(core::NumberKind& kind) { return core::unfold(number(kind)); }
+
+  bool broken() const { return is_broken_; }
+  // Whether nothing is left but the unused bits of the last byte, which must be 0. Takes these.
+  bool ends_here() {
+    const int rest = static_cast<int>(bits_.bytes_taken() * 8 - bits_.bits_taken());
+    return !is_broken_ && bits_.bytes_taken() == size_ && bits_.read(rest) == 0;
+  }
+
+ private:
+  core::BitReader bits_;
+  size_t size_;
+  bool is_broken_ = false;
+};
+
+class BitStringWriter {
+ public:
+  void bits(uint64_t value, uint32_t count) {
+    for (uint32_t i = 0; i < count; ++i, ++bit_count_) {
+      if (bit_count_ % 8 == 0) bytes_.push_back(0);
+      bytes_.back() |= static_cast<uint8_t>((value >> i & 1) << bit_count_ % 8);
+    }
+  }
+  // `value` is below 2^32.
+  void number(core::NumberKind& kind, uint64_t value) {
+    const uint64_t high = (value >> kind.order()) + 1;
+    const auto zeros = static_cast<uint32_t>(std::bit_width(high)) - 1;
+    bits(uint64_t{1} << zeros, zeros + 1);
+    bits(high, zeros);  // its highest bit is known
+    bits(value, kind.order());
+    kind.follow(static_cast<uint32_t>(value));
+  }
+  // -2^31 <= value < 2^31
+  void signed_number(core::NumberKind& kind, int64_t value) { number(kind, core::fold(value)); }
+
+  std::vector<uint8_t> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<uint8_t> bytes_;
+  uint32_t bit_count_ = 0;  // modulo 2^32
+};
+
+}  // namespace psplit
