@@ -1,8 +1,8 @@
-// The fields of a Draco Edgebreaker mesh stream: what it says, apart from the entropy coding of its fields.
+// A Draco mesh stream of Edgebreaker as its fields: counts, symbols and flags without their entropy coding.
 //
-// read_fields takes a stream apart, and write_fields puts it together again: it codes the fields exactly as
-// libdraco's encoder does. So a stream from libdraco can be stored as its fields, under any model, and comes
-// back bit for bit.
+// read_fields takes a stream apart. write_fields puts it together again: it codes the fields exactly as
+// libdraco's encoder does. So a stream of libdraco can be stored as its fields, under any model, and comes back
+// bit for bit.
 #pragma once
 
 #include <array>
@@ -23,9 +23,9 @@ struct AttributeFields {
   uint32_t count = 0;       // values
   uint32_t components = 0;  // of each value; two for octahedral normals
 
-  // count * components symbols in the order of the stream. They are corrections, or values if none is
-  // predicted. Zigzag symbols of signed numbers (core::signed_of_symbol), except for octahedral transforms,
-  // whose symbols are the corrections themselves. Empty if the attribute is stored raw.
+  // count * components symbols in the order of the stream. They stand for corrections, or for values if the
+  // attribute is not predicted. Octahedral corrections are symbols as they are. All other symbols stand for
+  // signed numbers (core::signed_of_symbol). Empty if the attribute is stored raw.
   std::vector<uint32_t> symbols;
   // The bytes of an attribute that is stored raw: lossless floats and other values that are not coded.
   std::vector<uint8_t> raw;
@@ -51,8 +51,8 @@ struct DracoFields {
   // The literal bytes of the stream, in their order, without the fields: the header and the metadata, the
   // traversal's type; the number of attribute data; groups, descriptions of attributes and types of their
   // decoders; for each attribute its scheme and its transform, the flag that it is compressed, the octahedral
-  // grid; the transforms of each group; bytes behind the end. Streams of one primitive usually have the same
-  // skeleton, except for the ranges of quantization.
+  // grid; the transforms of each group; bytes behind the end. Streams of one primitive often have the same
+  // skeleton.
   std::vector<uint8_t> skeleton;
 
   // The counts of the header.
@@ -83,9 +83,9 @@ struct DracoFields {
 // decoded, and for counts that the bytes do not justify. The bytes may be anything. Thread-safe.
 PSPLIT_EXPORT Expected<DracoFields> read_fields(std::span<const uint8_t> stream);
 
-// The stream that libdraco's encoder writes for these fields. Reads neither possible_levels nor, of a valence
-// traversal, `symbols`. The fields may be anything: an error, kInvalidInput, says that they contradict each
-// other. Thread-safe.
+// Returns the stream that libdraco's encoder writes for these fields. Does not use possible_levels, nor
+// `symbols` of a valence traversal. The fields may be anything: an error, kInvalidInput, says that they
+// contradict each other. Thread-safe.
 PSPLIT_EXPORT Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields);
 
 // Fills symbol_lists of a valence traversal from vertex_count, face_count, symbol_count, symbols, split_events

@@ -11,7 +11,8 @@ namespace {
 struct Entry {
   uint32_t symbol = 0;
   uint32_t frequency = 0;
-  uint32_t prob = 0, first = 0;  // a part of 1 << precision, and the sum of those of all lower symbols
+  uint32_t prob = 0;   // as a part of 1 << precision
+  uint32_t first = 0;  // the sum of the probabilities of all lower symbols
 };
 
 std::vector<Entry> count_symbols(std::span<const uint32_t> symbols, uint32_t max_symbol) {
@@ -33,7 +34,7 @@ std::vector<Entry> count_symbols(std::span<const uint32_t> symbols, uint32_t max
 }
 
 // libdraco's estimates decide between the codings. Terms, types and their order are libdraco's, so that sums
-// round alike.
+// round alike. log2 is the C library's in both; another library may round the last bit differently.
 int64_t entropy_bits(const std::vector<Entry>& entries, size_t symbol_count) {
   double bits = 0;
   const auto count = static_cast<double>(symbol_count);
@@ -63,7 +64,7 @@ void normalize(std::vector<Entry>& entries, size_t symbol_count, uint32_t precis
     std::stable_sort(order.begin(), order.end(),
                      [&](uint32_t a, uint32_t b) { return entries[a].prob < entries[b].prob; });
     if (sum < total) entries[order.back()].prob += static_cast<uint32_t>(total - sum);
-    // libdraco leaves the symbol with the lowest probability as it is. That may be one that does not occur.
+    // libdraco never changes the first of its sorted symbols. It also sorts symbols that do not occur.
     const bool all_occur = entries.size() == size_t{entries.back().symbol} + 1;
     // The loop ends: all precisions have more than twice as many places as there are symbols.
     while (sum > total) {
@@ -142,7 +143,7 @@ constexpr uint32_t kMostRawBits = 18;
 uint32_t symbol_bits_at(uint32_t unique_count, uint32_t max_symbol, int level) {
   if (level == kLevelBeforeLevels) return static_cast<uint32_t>(std::bit_width(std::max(max_symbol, 1u)));
   const int change = level < 4 ? -2 : level < 6 ? -1 : level < 8 ? 0 : level < 10 ? 1 : 2;
-  const int bits = std::bit_width(unique_count) + change;
+  const int bits = static_cast<int>(std::bit_width(unique_count)) + change;
   return static_cast<uint32_t>(std::clamp(bits, 1, static_cast<int>(kMostRawBits)));
 }
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include "src/condensed/draco_fields.h"

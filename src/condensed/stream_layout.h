@@ -1,8 +1,9 @@
-// The layout of an Edgebreaker stream of Draco: the order of its literal bytes and of its fields. Draco
-// bitstream specification 2.2. One walk serves the reader of fields, whose literals are the stream itself, and
-// their writer, whose literals are the skeleton: it calls the coder wherever fields follow.
+// The layout of a Draco stream of Edgebreaker: the order of its literal bytes and of its fields. Draco
+// bitstream specification 2.2. One walk serves two coders. The reader of fields takes the literal bytes from
+// the stream itself. The writer takes them from the skeleton. The walk calls the coder wherever fields follow.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -38,18 +39,17 @@ class Literals : public core::ByteReader {
   size_t done_ = 0;
 };
 
-// A Coder reads or writes fields: each function does so for the fields that its name says, in the order of
-// calls.
+// Walks through a stream. A Coder reads or writes fields. The walk calls its functions in this order:
 //
-//   Literals& literals();
-//   Status counts();                                        vertices and faces
-//   Status connectivity(bool valence, uint32_t data_count);  from the number of symbols to the seams and lists
-//   uint32_t value_count(const Group&);                     of each attribute of the group, before these:
-//   Status raw(uint32_t count, const Attribute&);            a whole attribute
-//   Status symbols(uint32_t count, uint32_t components);    begins any other attribute
-//   Status creases(); Status orientations(); Status wrap(); Status flips();
+//   Literals& literals();                                     at the start
+//   Status counts();                                          the numbers of vertices and faces
+//   Status connectivity(bool is_valence, uint32_t data_count);  from the number of symbols to seams and lists
+//   uint32_t value_count(const Group&);                       for each group; then for each of its attributes:
+//   Status raw(uint32_t count, const Attribute&);             the values of an attribute that is stored raw
+//   Status symbols(uint32_t count, uint32_t components);      of any other attribute, and those of these
+//   Status creases(), orientations(), wrap(), flips();        functions that its prediction needs
 //
-// All literals are checked for what the decoder requires, as they may be anything.
+// The literal bytes may be anything. The walk checks them as the decoder does.
 template <typename Coder>
 class StreamLayout {
  public:

@@ -13,7 +13,7 @@ bool are_clers(const std::vector<uint8_t>& symbols) {
   return std::ranges::all_of(symbols, [](uint8_t symbol) { return symbol < 8 && (kClers >> symbol & 1) != 0; });
 }
 
-// What core::add_faces requires.
+// Whether the events are as core::add_faces requires.
 bool are_events(const std::vector<core::SplitEvent>& events, uint32_t symbol_count) {
   for (size_t i = 0; i < events.size(); ++i)
     if (events[i].split >= symbol_count || (i > 0 && events[i].source > events[i - 1].source)) return false;

@@ -21,7 +21,7 @@ namespace {
 
 using Bytes = std::vector<uint8_t>;
 
-// Where the stream that is written again differs, or nothing.
+// Writes the fields, and returns the place of the first difference from the stream, or an empty string.
 std::string difference(std::span<const uint8_t> stream, const DracoFields& fields) {
   const Expected<Bytes> again = write_fields(fields);
   if (!again) return again.status().message();
@@ -30,7 +30,7 @@ std::string difference(std::span<const uint8_t> stream, const DracoFields& field
   return "byte " + std::to_string(at - again->begin()) + " of " + std::to_string(stream.size());
 }
 
-// What a stream has, to see that the tests meet everything.
+// Counts streams by feature. It shows that the tests meet all features.
 struct Features {
   size_t streams = 0, events = 0, handles = 0, valence = 0, components = 0, closed = 0, seams = 0, raw = 0,
          creases = 0, orientations = 0, flips = 0, wraps = 0, levels = 0;
