@@ -1,5 +1,5 @@
-// The codes of the numbers in a stitch map of version 2, shared by its reader and its writer. Specification:
-// "numbers" and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches).
+// The codes of numbers in bits: those of a stitch map of version 2, shared by its reader and its writer, and
+// those of condensed streams. Specification: "numbers" and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 
 #include "src/core/platform.h"
@@ -26,6 +26,23 @@ class NumberKind {
  private:
   uint32_t sixteenths_;
 };
+
+// Reads a number of a kind. `bits` is a reader with peek, take and read, such as BitReader. Returns false if
+// the code is invalid, or if the number needs more than 32 bits.
+template <typename Bits>
+PSPLIT_HD bool read_number(Bits& bits, NumberKind& kind, uint32_t& value) {
+  const uint64_t ahead = bits.peek(33) & 0x1ffffffffu;
+  const uint32_t order = kind.order();
+  const uint32_t zeros = ahead == 0 ? 33 : trailing_zeros(ahead);
+  value = 0;
+  if (zeros + order > 32) return false;
+  bits.take(static_cast<int>(zeros) + 1);
+  const uint64_t high = (uint64_t{1} << zeros) - 1 + bits.read(static_cast<int>(zeros));
+  const uint64_t whole = high << order | bits.read(static_cast<int>(order));
+  value = static_cast<uint32_t>(whole);
+  kind.follow(value);
+  return whole <= 0xffffffffu;
+}
 
 // The kinds of numbers in a stream's part of the map, with their initial orders.
 struct StitchKinds {

@@ -116,19 +116,9 @@ class StitchReader {
   // Version 2.
   PSPLIT_HD bool bit() { return bits_.read(1) != 0; }
   PSPLIT_HD uint32_t number(NumberKind& kind) {
-    const uint64_t ahead = bits_.peek(33) & 0x1ffffffffu;
-    const uint32_t order = kind.order();
-    const uint32_t zeros = ahead == 0 ? 33 : trailing_zeros(ahead);
-    if (zeros + order > 32) {
-      broken_ = true;
-      return 0;
-    }
-    bits_.take(static_cast<int>(zeros) + 1);
-    const uint64_t high = (uint64_t{1} << zeros) - 1 + bits_.read(static_cast<int>(zeros));
-    const uint64_t value = high << order | bits_.read(static_cast<int>(order));
-    broken_ |= value > 0xffffffffu || bits_.bytes_taken() > bytes_.remaining();
-    kind.follow(static_cast<uint32_t>(value));
-    return static_cast<uint32_t>(value);
+    uint32_t value;
+    broken_ |= !read_number(bits_, kind, value) || bits_.bytes_taken() > bytes_.remaining();
+    return value;
   }
   PSPLIT_HD uint32_t checked(int64_t value) {
     broken_ |= value < 0 || value > 0xffffffff;

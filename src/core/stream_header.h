@@ -1,7 +1,7 @@
 // The front of a Draco stream: its kind and its counts. Draco bitstream specification 2.2, "header".
 #pragma once
 
-#include "src/core/byte_reader.h"
+#include "src/core/condensed/condensed_stream.h"
 #include "src/core/connectivity.h"
 #include "src/core/fault.h"
 
@@ -14,6 +14,10 @@ struct StreamHeader {
   uint32_t point_count = 0;           // sequential meshes only
   uint32_t attribute_data_count = 0;  // the number of attribute data, which may have seams
   ByteReader body;                    // reads what follows the header
+  // A condensed stream, in place of a Draco stream: then `body` reads its skeleton.
+  CondensedStream condensed;
+
+  PSPLIT_HD bool is_condensed() const { return !condensed.bytes.empty(); }
 
   // Whether 16-bit numbers are enough for all corners, vertices and points.
   PSPLIT_HD bool fits_16_bits() const {
@@ -45,27 +49,39 @@ PSPLIT_HD inline Fault skip_metadata(ByteReader& reader) {
   return Fault::kNone;
 }
 
+// The checks of libdraco, and one that 32-bit numbers are enough for corners and vertices. Sets the limit of
+// vertices. The other counts are set.
+PSPLIT_HD inline Fault finish_edgebreaker_counts(uint32_t vertex_count, uint32_t split_symbol_count,
+                                                 ConnectivityCounts& counts) {
+  const uint64_t faces = counts.face_count, vertices = vertex_count;
+  if (faces >= kMaxFaces<uint32_t> || vertices > 3 * faces || counts.symbol_count > faces ||
+      faces > uint64_t{counts.symbol_count} + counts.symbol_count / 3 ||
+      split_symbol_count > counts.symbol_count || counts.split_count > faces ||
+      vertices * (vertices > 0 ? vertices - 1 : 0) / 2 < 3 * faces / 2)
+    return Fault::kCounts;
+  counts.vertex_limit = vertex_count + split_symbol_count;
+  return Fault::kNone;
+}
+
+PSPLIT_HD inline Fault read_traversal(StreamHeader& header) {
+  const uint8_t traversal = header.body.u8();
+  if (traversal != 0 && traversal != 2) return header.body.truncated() ? Fault::kTruncated : Fault::kMethod;
+  header.valence = traversal == 2;
+  return Fault::kNone;
+}
+
 PSPLIT_HD inline Fault read_edgebreaker_counts(StreamHeader& header) {
   ByteReader& reader = header.body;
-  const uint8_t traversal = reader.u8();
-  if (traversal != 0 && traversal != 2) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
-  header.valence = traversal == 2;
+  if (const Fault fault = read_traversal(header); fault != Fault::kNone) return fault;
   ConnectivityCounts& counts = header.counts;
   const uint32_t vertex_count = reader.varint();
   counts.face_count = reader.varint();
   header.attribute_data_count = reader.u8();
   counts.symbol_count = reader.varint();
-  const uint32_t s_count = reader.varint();
+  const uint32_t split_symbol_count = reader.varint();
   counts.split_count = reader.varint();
   if (reader.truncated()) return Fault::kTruncated;
-  // The checks of libdraco, and one that 32-bit numbers are enough for corners and vertices.
-  const uint64_t faces = counts.face_count, vertices = vertex_count;
-  if (faces >= kMaxFaces<uint32_t> || vertices > 3 * faces || counts.symbol_count > faces ||
-      faces > uint64_t{counts.symbol_count} + counts.symbol_count / 3 || s_count > counts.symbol_count ||
-      counts.split_count > faces || vertices * (vertices > 0 ? vertices - 1 : 0) / 2 < 3 * faces / 2)
-    return Fault::kCounts;
-  counts.vertex_limit = vertex_count + s_count;
-  return Fault::kNone;
+  return finish_edgebreaker_counts(vertex_count, split_symbol_count, counts);
 }
 
 PSPLIT_HD inline Fault read_sequential_counts(StreamHeader& header) {
@@ -77,7 +93,8 @@ PSPLIT_HD inline Fault read_sequential_counts(StreamHeader& header) {
   return header.counts.face_count > reader.remaining() / 3 ? Fault::kCounts : Fault::kNone;
 }
 
-PSPLIT_HD inline Fault read_stream_header(const uint8_t* bytes, size_t size, StreamHeader& header) {
+// Reads up to what a mesh of the header's kind begins with.
+PSPLIT_HD inline Fault read_kind(const uint8_t* bytes, size_t size, StreamHeader& header) {
   ByteReader& reader = header.body;
   reader = ByteReader(bytes, size);
   constexpr uint8_t kMagic[5] = {'D', 'R', 'A', 'C', 'O'};
@@ -95,6 +112,11 @@ PSPLIT_HD inline Fault read_stream_header(const uint8_t* bytes, size_t size, Str
   if ((flags & kHasMetadata) != 0)
     if (const Fault fault = skip_metadata(reader); fault != Fault::kNone) return fault;
   header.edgebreaker = method == kEdgebreaker;
+  return Fault::kNone;
+}
+
+PSPLIT_HD inline Fault read_stream_header(const uint8_t* bytes, size_t size, StreamHeader& header) {
+  if (const Fault fault = read_kind(bytes, size, header); fault != Fault::kNone) return fault;
   return header.edgebreaker ? read_edgebreaker_counts(header) : read_sequential_counts(header);
 }
 

@@ -1,0 +1,193 @@
+#include "src/container/condensed_head.h"
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "src/core/byte_reader.h"
+#include "src/core/stitch_codes.h"
+
+namespace psplit {
+namespace {
+
+using core::kSlotBits;
+using core::kSlots;
+using core::NumberKind;
+using core::SymbolContext;
+
+constexpr uint32_t kMostSkeletons = 255, kMostSkeletonBytes = 4096;
+constexpr uint32_t kMostAttributes = 256, kMostAttributeData = 128;
+constexpr uint32_t kMostHistory = 5;
+
+class HeadReader {
+ public:
+  explicit HeadReader(std::span<const uint8_t> bytes) : bytes_(bytes), bits_(bytes.data(), bytes.size()) {}
+
+  Expected<CondensedHead> read() {
+    Status status = read_skeletons();
+    if (status.ok()) status = read_contexts();
+    if (status.ok()) status = read_attributes();
+    if (status.ok()) status = read_seams();
+    if (status.ok()) status = check_end();
+    if (!status.ok()) return status;
+    return std::move(head_);
+  }
+
+ private:
+  static Status invalid(const std::string& cause) { return invalid_input("head: " + cause); }
+  // All bits that were read are there.
+  bool truncated() const { return broken_ || bits_.bytes_taken() > bytes_.size(); }
+  Status check_truncation() const { return truncated() ? invalid("it ends early") : Status(); }
+
+  uint32_t number(NumberKind& kind) {
+    uint32_t value = 0;
+    broken_ |= !core::read_number(bits_, kind, value);
+    return value;
+  }
+  bool bit() { return bits_.read(1) != 0; }
+
+  Status read_skeletons() {
+    const uint64_t count = uint64_t{number(count_)} + 1;
+    if (truncated()) return check_truncation();
+    if (count > kMostSkeletons) return invalid("more than 255 skeletons");
+    NumberKind length_kind{5};
+    for (uint64_t i = 0; i < count; ++i) {
+      const uint32_t length = number(length_kind);
+      if (truncated()) return check_truncation();
+      if (length > kMostSkeletonBytes) return invalid("a skeleton of more than 4096 bytes");
+      std::vector<uint8_t>& skeleton = head_.skeletons.emplace_back(length);
+      for (uint8_t& byte : skeleton) byte = static_cast<uint8_t>(bits_.read(8));
+      if (truncated()) return check_truncation();
+    }
+    return {};
+  }
+
+  Status read_contexts() {
+    constexpr uint32_t kValence = 8, kValenceContexts = 30;
+    const uint32_t coding = bits_.read(4);
+    if (coding > kMostHistory && coding != kValence) return invalid("unknown contexts of symbols");
+    head_.has_valence_contexts = coding == kValence;
+    uint32_t count = head_.has_valence_contexts ? kValenceContexts : 1;
+    for (uint32_t k = 0; k < coding && !head_.has_valence_contexts; ++k) count *= SymbolContext::kCount;
+    NumberKind frequency_kind{4};
+    for (uint32_t i = 0; i < count; ++i) {
+      std::array<uint32_t, SymbolContext::kCount> frequencies;
+      uint64_t sum = 0;
+      for (uint32_t& frequency : frequencies) sum += frequency = number(frequency_kind);
+      if (truncated()) return check_truncation();
+      if (sum != 0 && sum != kSlots) return invalid("frequencies of symbols that do not sum to 4096");
+      SymbolContext& context =
+          head_.contexts.emplace_back(sum == 0 ? unused_context() : context_of(frequencies));
+      if (!head_.has_valence_contexts) context.next = i * SymbolContext::kCount % count;
+    }
+    return {};
+  }
+  static SymbolContext context_of(const std::array<uint32_t, SymbolContext::kCount>& frequencies) {
+    constexpr std::array<uint32_t, SymbolContext::kCount> kCodes = {0, 1, 3, 5, 7};  // core::Clers
+    SymbolContext context;
+    uint32_t first = 0;
+    for (uint32_t s = 0; s < SymbolContext::kCount; ++s) {
+      if (s > 0) context.bounds |= uint64_t{first} << 16 * (s - 1);
+      if (frequencies[s] > 0) context.symbols[s] = kCodes[s] << 24 | (frequencies[s] - 1) << kSlotBits | first;
+      first += frequencies[s];
+    }
+    return context;
+  }
+  static SymbolContext unused_context() {
+    SymbolContext context;
+    for (uint32_t& symbol : context.symbols) symbol = SymbolContext::kInvalid << 24 | (kSlots - 1) << kSlotBits;
+    return context;
+  }
+
+  Status read_attributes() {
+    const uint64_t count = uint64_t{number(count_)} + 1;
+    if (truncated()) return check_truncation();
+    if (count > kMostAttributes) return invalid("models of more than 256 attributes");
+    for (uint64_t i = 0; i < count; ++i) {
+      core::AttributeModel& model = head_.attributes.emplace_back();
+      model.by_creation = bit();
+      if (model.by_creation) {
+        model.two = bit();
+        model.mean = bit();
+      }
+      for (uint32_t t = 0; t < (model.by_creation ? 3u : 2u); ++t)
+        if (Status status = read_token_table(model.tables[t]); !status.ok()) return status;
+      model.has_flags = bit();
+      if (!model.has_flags) continue;
+      bool is_valid = true;
+      for (uint16_t& crease : model.creases) is_valid &= read_probability(crease);
+      is_valid &= read_probability(model.orientations);
+      is_valid &= read_probability(model.flips);
+      if (!is_valid) return truncated() ? check_truncation() : invalid("a probability of 0");
+    }
+    return check_truncation();
+  }
+  bool read_probability(uint16_t& probability) {
+    probability = static_cast<uint16_t>(bits_.read(kSlotBits));
+    return probability > 0;
+  }
+
+  Status read_token_table(uint16_t& number_of_table) {
+    const uint32_t used = number(used_);
+    if (truncated()) return check_truncation();
+    if (used > core::kTokenCount) return invalid("a table of more than 116 tokens");
+    if (used == 0) return {};
+    NumberKind frequency_kind{4};
+    std::array<uint32_t, core::kTokenCount> frequencies{};
+    uint64_t sum = 0;
+    for (uint32_t token = 0; token < used; ++token) sum += frequencies[token] = number(frequency_kind);
+    if (truncated()) return check_truncation();
+    if (sum != kSlots) return invalid("frequencies of tokens that do not sum to 4096");
+    // At most three tables for each of 256 attributes.
+    number_of_table = static_cast<uint16_t>(head_.token_tables.size() / kSlots);
+    for (uint32_t token = 0; token < used; ++token)
+      for (uint32_t offset = 0; offset < frequencies[token]; ++offset)
+        head_.token_tables.push_back((frequencies[token] - 1) << 20 | token << kSlotBits | offset);
+    return {};
+  }
+
+  Status read_seams() {
+    const uint32_t count = number(count_);
+    if (truncated()) return check_truncation();
+    if (count > kMostAttributeData) return invalid("models of more than 128 attribute data");
+    for (uint32_t i = 0; i < count; ++i) {
+      core::SeamModel& seam = head_.seams.emplace_back();
+      const bool is_valid = read_probability(seam.after[0]) && read_probability(seam.after[1]);
+      if (!is_valid) return truncated() ? check_truncation() : invalid("a probability of 0");
+    }
+    return {};
+  }
+
+  // The unused bits of the last byte are 0.
+  Status check_end() {
+    if (truncated()) return check_truncation();
+    const auto rest = static_cast<int>(bits_.bytes_taken() * 8 - bits_.bits_taken());
+    if (bits_.bytes_taken() != bytes_.size() || bits_.read(rest) != 0)
+      return invalid("it does not end with its last bit");
+    return {};
+  }
+
+  std::span<const uint8_t> bytes_;
+  core::BitReader bits_;
+  NumberKind count_{0}, used_{5};
+  bool broken_ = false;
+  CondensedHead head_;
+};
+
+}  // namespace
+
+core::CondensedModels CondensedHead::models() const {
+  core::CondensedModels models;
+  models.has_valence_contexts = has_valence_contexts;
+  // The history before the first symbol is of E alone, the last of the symbols.
+  models.first_context = has_valence_contexts ? 0 : static_cast<uint32_t>(contexts.size()) - 1;
+  models.contexts = {contexts.data(), contexts.size()};
+  models.token_tables = {token_tables.data(), token_tables.size()};
+  models.attributes = {attributes.data(), attributes.size()};
+  models.seams = {seams.data(), seams.size()};
+  return models;
+}
+
+Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes) { return HeadReader(bytes).read(); }
+
+}  // namespace psplit

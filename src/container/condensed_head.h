@@ -1,0 +1,35 @@
+// The head of a container with condensed streams: what its streams share. Specification: "head"
+// (gltf_ext/PSPLIT_mesh_draco_patches).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "src/core/condensed/models.h"
+#include "src/export.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// Safe to share between threads.
+struct CondensedHead {
+  // The literal bytes of the Draco streams.
+  std::vector<std::vector<uint8_t>> skeletons;
+
+  // What models() has views of. The lengths of all vectors are those that the bytes of the head say.
+  bool has_valence_contexts = false;
+  std::vector<core::SymbolContext> contexts;
+  std::vector<core::TokenEntry> token_tables;  // core::kSlots entries for each table
+  std::vector<core::AttributeModel> attributes;
+  std::vector<core::SeamModel> seams;
+
+  // Valid as long as the vectors do not change.
+  core::CondensedModels models() const;
+};
+
+// Reads a head, which is not empty. Any bytes may be given. Takes memory in proportion to the bytes: at most 16
+// KiB for each table of theirs. Errors: kInvalidInput, with "head: " before the cause.
+PSPLIT_EXPORT Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes);
+
+}  // namespace psplit

@@ -1,0 +1,31 @@
+// What a stream's header knows of a condensed stream.
+#pragma once
+
+#include "src/core/condensed/section.h"
+
+namespace psplit::core {
+
+// The bytes of the stream and the shared models; both must outlive it. The stream's numbers are plain bits of
+// its first section, which is the last one in the bytes: the places say from which bit on a decoder reads them.
+struct CondensedStream {
+  View<const uint8_t> bytes;  // empty for a Draco stream
+  CondensedModels models;
+  uint32_t attribute_count = 0;
+  uint32_t split_symbol_count = 0;  // of S
+  uint32_t interior_count = 0;      // components that end with a start face
+  uint32_t component_count = 0;
+  uint64_t start_faces_at = 0;  // a bit for each component, if some end with a start face and others do not
+  uint64_t events_at = 0;       // split events
+  uint64_t seams_at = 0;        // for each attribute data whether it has seams
+  uint64_t lengths_at = 0;      // of all sections except the first, and behind them the attributes' numbers
+  size_t first_section = 0;     // where the first section begins, behind all others
+
+  PSPLIT_HD bool has_start_face_bits() const { return interior_count > 0 && interior_count < component_count; }
+  PSPLIT_HD SectionReader numbers(uint64_t at) const {
+    SectionReader reader(bytes.data(), bytes.size());
+    reader.go_to_bit(at);
+    return reader;
+  }
+};
+
+}  // namespace psplit::core

@@ -1,0 +1,61 @@
+// The models that all condensed streams of a container share, from the container's head. Read-only views, which
+// a driver may also point to copies in the memory of a device. src/container/condensed_head.h reads them.
+//
+// All tables have probabilities in 1 / 4096. A table gives a number below 4096, the slot, to a symbol: the
+// first symbol has the first slots, as many as its frequency, and so on.
+#pragma once
+
+#include "src/core/view.h"
+
+namespace psplit::core {
+
+inline constexpr uint32_t kSlotBits = 12, kSlots = 1u << kSlotBits;
+
+// The probabilities of the next of Edgebreaker's symbols, C, S, L, R or E, in one context.
+struct SymbolContext {
+  // The numbers of symbols in this order, and the symbols' codes in core::Clers.
+  static constexpr uint32_t kCount = 5;
+  // The code in a context that is never used. It is not a symbol, and add_faces refuses it.
+  static constexpr uint32_t kInvalid = 6;
+
+  uint64_t bounds = 0;  // four numbers of 16 bits: the first slot of symbols 1 to 4
+  // By symbol: its code << 24 | (frequency - 1) << 12 | first slot. Never used for a frequency of 0.
+  uint32_t symbols[kCount] = {};
+  uint32_t next = 0;  // the next context after symbol s is next + s, except for valence contexts
+};
+
+// A token table has an entry for each slot: (frequency - 1) << 20 | token << 12 | slot - first slot of the
+// token.
+using TokenEntry = uint32_t;
+inline constexpr uint32_t kTokenCount = 116;
+
+// How an attribute's values are stored.
+struct AttributeModel {
+  static constexpr uint32_t kTables = 3, kCreaseContexts = 4;
+  static constexpr uint16_t kNoTable = 0xffff;
+
+  bool by_creation = false;  // in order of creation, with our prediction; otherwise as in the Draco stream
+  bool two = false;          // by creation: up to two parallelograms predict a value, otherwise one
+  bool mean = false;         // by creation: a value without parallelogram is predicted from two values
+  bool has_flags = false;
+  // Numbers of token tables; kNoTable for a table that is never used.
+  uint16_t tables[kTables] = {kNoTable, kNoTable, kNoTable};
+  // With has_flags: the probabilities of a 1.
+  uint16_t creases[kCreaseContexts] = {}, orientations = 0, flips = 0;
+};
+
+// The probabilities of a seam, after an edge without a seam and after one with a seam.
+struct SeamModel {
+  uint16_t after[2] = {};
+};
+
+struct CondensedModels {
+  bool has_valence_contexts = false;
+  uint32_t first_context = 0;  // without valence: the context of the second symbol
+  View<const SymbolContext> contexts;
+  View<const TokenEntry> token_tables;  // kSlots entries for each table
+  View<const AttributeModel> attributes;
+  View<const SeamModel> seams;  // by attribute data
+};
+
+}  // namespace psplit::core
