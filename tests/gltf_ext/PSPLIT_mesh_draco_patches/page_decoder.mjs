@@ -3,11 +3,11 @@
 //
 // Names in the comments ("Columns", "Border walk" ...) are sections of the page.
 
-export class Invalid extends Error {}
+// condensed_streams.mjs has what only containers of version 3 have.
+import { bit_reader, demand, kinds_of } from './bits.mjs';
+import { directory_rows, expand, parse_head } from './condensed_streams.mjs';
 
-function demand(holds, why) {
-  if (!holds) throw new Invalid(why);
-}
+export { Invalid } from './bits.mjs';
 
 // --- glTF ----------------------------------------------------------------------------------------------------
 
@@ -99,19 +99,9 @@ function decode_stream(draco, stream, requests) {
 
 // --- the container -------------------------------------------------------------------------------------------
 
-// "Parts", "Header" and "Columns". All sums are below 2^53, so they are exact.
-export function parse_container(bytes) {
+// "Header" and "Columns": the rows, and where they end.
+function column_rows(bytes, view, count) {
   demand(bytes.length >= 52, 'shorter than its header');
-  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  demand([0x50, 0x53, 0x50, 0x4c].every((letter, i) => bytes[i] === letter), 'wrong magic');
-  const version = bytes[4];
-  demand(version === 1 || version === 2, 'another version');
-  demand((bytes[5] & 0xfe) === 0, 'unknown flags');
-  demand(view.getUint16(6, true) === 0, 'bytes 6 and 7 are not 0');
-  const has_residue = bytes[5] === 1;
-  const count = view.getUint32(8, true);
-  demand(count >= 1 && count <= bytes.length, 'an impossible number of streams');
-
   let at = 52;
   const columns = [];
   for (let c = 0; c < 5; ++c) {
@@ -124,18 +114,45 @@ export function parse_container(bytes) {
     const read = { 0: () => 0, 1: (i) => view.getUint8(i), 2: (i) => view.getUint16(i, true),
       4: (i) => view.getUint32(i, true) }[width];
     columns.push(Array.from({ length: count }, (_, row) => base + read(at + row * width)));
-    demand(columns[c].every((value) => value < 2 ** 32), 'a value of a column is too large');
     demand(bytes.subarray(end, padded_end).every((byte) => byte === 0), 'a column is not padded with zeros');
     at = padded_end;
   }
-  const rows = columns[0].map((stream_bytes, i) => ({
-    stream_bytes, faces: columns[1][i], points: columns[2][i], references: columns[3][i],
-    stitch_bytes: columns[4][i], is_residue: has_residue && i === count - 1,
-  }));
+  const rows = columns[0].map((stream_bytes, i) => ({ stream_bytes, faces: columns[1][i], points: columns[2][i],
+    references: columns[3][i], stitch_bytes: columns[4][i], condensed: false }));
+  return { rows, at };
+}
+
+// "Version 3": the rows, the head, and where they end.
+function condensed_rows(bytes, view, count) {
+  demand(bytes.length >= 20, 'shorter than its header');
+  const directory_end = 20 + view.getUint32(12, true), at = directory_end + view.getUint32(16, true);
+  demand(at <= bytes.length, 'ends within its directory or head');
+  const head = at > directory_end ? parse_head(bytes.subarray(directory_end, at)) : null;
+  const rows = directory_rows(bytes.subarray(20, directory_end), count, head?.skeletons.length ?? 0);
+  demand(rows.some(({ condensed }) => condensed) === (head !== null), 'a head without condensed streams, or no head');
+  return { rows, at, head };
+}
+
+// "Parts". All sums are below 2^53, so they are exact.
+export function parse_container(bytes) {
+  demand(bytes.length >= 12, 'shorter than its header');
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  demand([0x50, 0x53, 0x50, 0x4c].every((letter, i) => bytes[i] === letter), 'wrong magic');
+  const version = bytes[4];
+  demand(version >= 1 && version <= 3, 'another version');
+  demand((bytes[5] & 0xfe) === 0, 'unknown flags');
+  demand(view.getUint16(6, true) === 0, 'bytes 6 and 7 are not 0');
+  const count = view.getUint32(8, true);
+  demand(count >= 1 && count <= bytes.length, 'an impossible number of streams');
+  const parts = version === 3 ? condensed_rows(bytes, view, count) : column_rows(bytes, view, count);
+  const { rows, head } = parts;
+  rows.forEach((row, i) => { row.is_residue = bytes[5] === 1 && i === count - 1; });
   let points = 0, faces = 0;
   for (const row of rows) {
+    for (const column of ['stream_bytes', 'faces', 'points', 'references', 'stitch_bytes'])
+      demand(row[column] >= 0 && row[column] < 2 ** 32, 'a value of a row is too large');
     demand(row.stream_bytes >= 1, 'an empty stream');
-    demand(row.is_residue || (row.faces >= 1 && row.points <= 3 * row.faces), 'an impossible patch');
+    demand(row.is_residue ? !row.condensed : row.faces >= 1 && row.points <= 3 * row.faces, 'an impossible patch');
     demand(row.references <= row.points, 'more references than points');
     demand((row.stitch_bytes === 0) === (row.references === 0), 'references and stitch map contradict each other');
     row.base = points;
@@ -144,6 +161,7 @@ export function parse_container(bytes) {
     faces += row.faces;
   }
   demand(points <= 2 ** 32 - 2 && 3 * faces <= 2 ** 32 - 1, 'more than glTF can index');
+  let { at } = parts;
   const total = rows.reduce((sum, row) => sum + row.stitch_bytes + row.stream_bytes, at);
   demand(total === bytes.length, 'the length is not the sum of the parts');
   for (const [part, length] of [['stitch', 'stitch_bytes'], ['stream', 'stream_bytes']])
@@ -151,7 +169,7 @@ export function parse_container(bytes) {
       row[part] = bytes.subarray(at, at + row[length]);
       at += row[length];
     }
-  return { version, rows, points, faces };
+  return { version, rows, points, faces, head };
 }
 
 // "Border walk".
@@ -181,48 +199,14 @@ function border_walk(corners, points) {
   return walk;
 }
 
-// "Numbers of bits".
-function bit_reader(part) {
-  let at = 0;
-  const bits = (count) => {
-    let value = 0;
-    for (let i = 0; i < count; ++i, ++at) {
-      demand(at < 8 * part.length, 'the stitch map ends within a number');
-      value += ((part[at >> 3] >> (at & 7)) & 1) * 2 ** i;
-    }
-    return value;
-  };
-  const number = (kind) => {
-    let zeros = 0;
-    while (bits(1) === 0) zeros += 1;
-    const order = Math.floor(kind.state / 16);
-    const high = 2 ** zeros - 1 + bits(zeros);
-    const value = high * 2 ** order + bits(order);
-    demand(value < 2 ** 32, 'a number of more than 32 bits');
-    kind.state = Math.floor((3 * kind.state + 16 * Math.floor(Math.log2(Math.max(1, value)))) / 4);
-    return value;
-  };
-  const signed = (kind) => {
-    const value = number(kind);
-    return value % 2 === 0 ? value / 2 : -(value + 1) / 2;
-  };
-  const end = () => {
-    demand(Math.ceil(at / 8) === part.length, 'the stitch map goes on');
-    demand(bits(8 * part.length - at) === 0, 'the last byte is not padded with zeros');
-  };
-  return { bits, number, signed, end };
-}
-
 // "Stitch map": runs, repeats and pairs in the part of stream p.
 function parse_stitch(row, p) {
   const runs = [], repeats = [], pairs = [];
   if (row.stitch.length === 0) return { runs, repeats, pairs };
-  const { bits, number, signed, end } = bit_reader(row.stitch);
+  const { bits, number, signed, end } = bit_reader(row.stitch, 'stitch map');
   const log2 = (value) => Math.floor(Math.log2(value));
-  const kinds = {};
-  for (const [name, order] of Object.entries({
-    count: 0, back: 0, place: Math.max(0, log2(row.points) - 1), walk_skip: 1, length: 1, start_step: 2,
-    point_skip: log2(row.points / row.references), distance: 1, rank_step: 1 })) kinds[name] = { state: 16 * order };
+  const kinds = kinds_of({ count: 0, back: 0, place: Math.max(0, log2(row.points) - 1), walk_skip: 1, length: 1,
+    start_step: 2, point_skip: log2(row.points / row.references), distance: 1, rank_step: 1 });
   let left = row.references;
 
   const run_count = number(kinds.count);
@@ -319,13 +303,16 @@ function parse_stitch_1(part, p) {
 
 // The mesh of a container: indices, the tightly packed values of every request, and which features of the format it uses.
 export function decode_container(draco, bytes, requests) {
-  const { version, rows, points, faces } = parse_container(bytes);
+  const { version, rows, points, faces, head } = parse_container(bytes);
   const uses = { version_1: version === 1, streams: rows.length, residues: 0, dropped_faces: 0, runs: 0,
-    forward_runs: 0, repeats: 0, pairs: 0, own_points: 0 };
+    forward_runs: 0, repeats: 0, pairs: 0, own_points: 0, condensed: 0, stored: 0 };
+  const decode = (stream, wanted) => decode_stream(draco, stream, wanted);
 
   // "Streams".
   rows.forEach((row, p) => {
-    const decoded = decode_stream(draco, row.stream, requests);
+    if (version === 3) uses[row.condensed ? 'condensed' : 'stored'] += 1;
+    const stream = row.condensed ? expand(row, head, decode, uses) : row.stream;
+    const decoded = decode(stream, requests);
     demand(decoded.sequential === row.is_residue, 'only the residue is sequential');
     demand(decoded.points === row.points, 'other points than the row says');
     const decoded_faces = decoded.corners.length / 3;

@@ -1,0 +1,584 @@
+// "Version 3" of the specification: the directory, the head, and condensed streams. Each of them becomes a Draco stream
+// that a stock Draco decoder accepts. Its symbols are not entropy-coded, so it has other bytes than libdraco's.
+import { bit_reader, demand, kinds_of, unfold } from './bits.mjs';
+
+// "Directory".
+export function directory_rows(part, count, skeleton_count) {
+  const { bits, number, signed, end } = bit_reader(part, 'directory');
+  const kinds = kinds_of({ skeleton: 0, faces: 6, points: 3, references: 3, stitch: 2, bytes: 6 });
+  const mean = {};
+  // Numbers of any size, as products may have more than 53 bits.
+  const near_sum = (column, base) => {
+    const step = signed(kinds[column]);
+    const value = base + Math.floor((mean[column] ?? 0) / 16) + step;
+    mean[column] = mean[column] === undefined ? 16 * step : mean[column] + step;
+    return value;
+  };
+  const near_ratio = (column, known) => {
+    const scale = BigInt(Math.max(known, 1)), last = mean[column];
+    const value = (((last ?? 0n) * scale) >> 10n) + BigInt(signed(kinds[column]));
+    demand(value >= 0n && value < 2n ** 32n, 'a value of a row is too large');
+    const ratio = (64n * value) / scale;
+    mean[column] = last === undefined ? 16n * ratio : last + ratio - (last >> 4n);
+    return Number(value);
+  };
+  const rows = [];
+  while (rows.length < count) {
+    const condensed = bits(1) === 1;
+    const skeleton = condensed && skeleton_count > 1 ? number(kinds.skeleton) : 0;
+    demand(!condensed || skeleton < skeleton_count, 'a skeleton that does not exist');
+    const faces = near_sum('faces', 0);
+    const points = near_sum('points', Math.floor(faces / 2));
+    const references = near_sum('references', 0);
+    for (const value of [faces, points, references])
+      demand(value >= 0 && value < 2 ** 32, 'a value of a row is too large');
+    const stitch_bytes = references > 0 ? near_ratio('stitch', references) : 0;
+    const stream_bytes = near_ratio('bytes', points);
+    rows.push({ condensed, skeleton, faces, points, references, stitch_bytes, stream_bytes });
+  }
+  end();
+  return rows;
+}
+
+// "Head".
+export function parse_head(part) {
+  const { bits, number, end } = bit_reader(part, 'head');
+  const kinds = kinds_of({ count: 0, length: 5, used: 5 });
+  const times = (count, read) => Array.from({ length: count }, read);
+  const probability = () => {
+    const value = bits(12);
+    demand(value > 0, 'a probability of 0');
+    return value;
+  };
+  const sum = (frequencies) => frequencies.reduce((a, b) => a + b, 0);
+
+  const skeleton_count = number(kinds.count) + 1;
+  demand(skeleton_count <= 255, 'too many skeletons');
+  const skeletons = times(skeleton_count, () => {
+    const length = number(kinds.length);
+    demand(length >= 1 && length <= 4096, 'a skeleton of an impossible length');
+    return Uint8Array.from(times(length, () => bits(8)));
+  });
+
+  const symbol_contexts = bits(4);
+  demand(symbol_contexts <= 5 || symbol_contexts === 8, 'impossible contexts of symbols');
+  let { frequency } = kinds_of({ frequency: 4 });
+  const contexts = times(symbol_contexts === 8 ? 30 : 5 ** symbol_contexts, () => times(5, () => number(frequency)));
+  demand(contexts.every((context) => [0, 4096].includes(sum(context))), 'frequencies with another sum');
+
+  const token_table = () => {
+    const used = number(kinds.used);
+    demand(used <= 116, 'too many tokens');
+    ({ frequency } = kinds_of({ frequency: 4 }));
+    const frequencies = times(used, () => number(frequency));
+    demand(used === 0 || sum(frequencies) === 4096, 'frequencies with another sum');
+    return frequencies;
+  };
+  const attribute_count = number(kinds.count) + 1;
+  demand(attribute_count <= 256, 'too many attributes');
+  const attributes = times(attribute_count, () => {
+    const by_creation = bits(1) === 1;
+    const [backward, two, mean] = times(3, () => by_creation && bits(1) === 1);
+    const tables = times(by_creation ? 3 : 2, token_table);
+    const flags = bits(1) === 1
+      ? { creases: times(4, probability), orientations: probability(), flips: probability() } : null;
+    return { by_creation, backward, two, mean, tables, flags };
+  });
+  const data_count = number(kinds.count);
+  demand(data_count <= 128, 'too many attribute data');
+  const seams = times(data_count, () => times(2, probability));
+  end();
+  return { skeletons, symbol_contexts, contexts, attributes, seams };
+}
+
+const kRaw = 0, kNormals = 3; // types of decoders; 1 and 2 are integers and quantized values
+const kNone = -2, kMultiParallelogram = 4, kTexCoords = 5, kGeometricNormal = 6; // schemes
+const kWrap = 1, kCanonicalized = 3; // transforms
+
+// The literal bytes of a skeleton, and what they say of the attributes.
+function parse_skeleton(bytes) {
+  let at = 0;
+  const u8 = () => {
+    demand(at < bytes.length, 'a skeleton breaks off');
+    return bytes[at++];
+  };
+  const skip = (count) => { for (let i = 0; i < count; ++i) u8(); };
+  const since = (start) => bytes.subarray(start, at);
+  const varint = () => {
+    let value = 0;
+    for (let i = 0; ; ++i) {
+      const byte = u8();
+      demand(i < 4 || byte <= 15, 'a number of more than 32 bits in a skeleton');
+      value += (byte & 0x7f) * 2 ** (7 * i);
+      if (byte < 0x80) return value;
+    }
+  };
+  const skip_metadata = () => {
+    for (let entries = varint(); entries > 0; --entries) {
+      skip(u8());
+      skip(varint());
+    }
+    for (let children = varint(); children > 0; --children) {
+      skip(u8());
+      skip_metadata();
+    }
+  };
+
+  demand(bytes.at(-1) <= 11, 'an impossible level of compression');
+  bytes = bytes.subarray(0, -1);
+  skip(9);
+  demand([0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1].every((byte, i) => bytes[i] === byte), 'a skeleton is not Edgebreaker 2.2');
+  skip(1);
+  if ((u8() & 0x80) !== 0) {
+    for (let attributes = varint(); attributes > 0; --attributes) {
+      varint();
+      skip_metadata();
+    }
+    skip_metadata();
+  }
+  const front = since(0), traversal = u8();
+  demand(traversal === 0 || traversal === 2, 'an impossible traversal');
+  const data_count = u8(), descriptions_start = at;
+
+  const decoders = Array.from({ length: u8() }, () => ({ data: (u8() << 24) >> 24, at_corners: u8() !== 0, traversal: u8() }));
+  const attributes = [];
+  for (const decoder of decoders) {
+    demand(decoder.data < data_count && (decoder.data >= 0 || !decoder.at_corners), 'attribute data that do not exist');
+    decoder.attributes = Array.from({ length: varint() }, () => {
+      skip(1);
+      const data_type = u8(), components = u8();
+      skip(1);
+      varint();
+      const attribute = { decoder, data_type, components, place: attributes.length };
+      attributes.push(attribute);
+      return attribute;
+    });
+    for (const attribute of decoder.attributes) attribute.type = u8();
+  }
+  const descriptions = since(descriptions_start);
+
+  for (const decoder of decoders) {
+    for (const attribute of decoder.attributes) {
+      demand(attribute.type <= kNormals, 'an impossible type of a decoder');
+      attribute.bytes = [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1][attribute.data_type];
+      if (attribute.type === kRaw) {
+        demand(attribute.bytes <= 4, 'raw components of 8 bytes');
+        continue;
+      }
+      attribute.scheme = (u8() << 24) >> 24;
+      attribute.transform = attribute.scheme === kNone ? 0 : u8();
+      demand(u8() === 1, 'symbols that are not coded');
+      const start = at, octahedral = attribute.transform > kWrap;
+      demand(attribute.transform <= kCanonicalized, 'an impossible transform');
+      demand(attribute.scheme === kNone || octahedral === (attribute.type === kNormals), 'a transform of other attributes');
+      skip(octahedral ? (attribute.transform === kCanonicalized ? 8 : 4) : 0);
+      attribute.transform_data = since(start);
+      attribute.greatest = octahedral ? attribute.transform_data[0] + attribute.transform_data[1] * 2 ** 8 +
+        attribute.transform_data[2] * 2 ** 16 + attribute.transform_data[3] * 2 ** 24 : 0;
+    }
+    const start = at;
+    for (const { type, components } of decoder.attributes) skip(type === 2 ? 4 * components + 5 : type === kNormals ? 1 : 0);
+    decoder.transforms = since(start);
+  }
+  return { front, data_count, descriptions, decoders, attributes };
+}
+
+// "Sections": decisions of the entropy coder. Plain bits come from `bits`, which reads the section from its end.
+function section(bytes, { bits, bytes_taken }) {
+  let at = 0;
+  const word = () => {
+    demand(at + 2 <= bytes.length, 'a section ends within its words');
+    at += 2;
+    return bytes[at - 2] + 256 * bytes[at - 1];
+  };
+  let state = word() + 65536 * word();
+  const take = (first, frequency) => {
+    state = frequency * Math.floor(state / 4096) + (state % 4096) - first;
+    if (state < 65536) state = 65536 * state + word();
+  };
+  const decode = (table) => {
+    let first = 0, symbol = 0;
+    while (symbol < table.length && first + table[symbol] <= state % 4096) first += table[symbol++];
+    demand(symbol < table.length, 'coded with a table in which nothing is coded');
+    take(first, table[symbol]);
+    return symbol;
+  };
+  const flag = (probability) => {
+    const is_set = state % 4096 < probability;
+    take(is_set ? 0 : probability, is_set ? probability : 4096 - probability);
+    return is_set ? 1 : 0;
+  };
+  const token_value = (table) => {
+    const t = decode(table);
+    if (t < 64) return t;
+    const n = Math.floor((t - 64) / 2) + 5;
+    return (2 + (t % 2)) * 2 ** n + bits(n);
+  };
+  const end = () => {
+    demand(state === 65536, 'the last state of a section');
+    demand(at + bytes_taken() === bytes.length, 'words and bits do not fill a section');
+  };
+  return { decode, flag, token_value, signed_value: (table) => unfold(token_value(table)), end };
+}
+
+// A bit reader that begins with the last byte.
+const from_the_end = (bytes) => bit_reader(Uint8Array.from(bytes).reverse(), 'section');
+
+const next = (corner) => (corner % 3 === 2 ? corner - 2 : corner + 1);
+const previous = (corner) => (corner % 3 === 0 ? corner + 2 : corner - 1);
+const kC = 0, kS = 1, kL = 2, kR = 3, kE = 4;
+
+// Draco's "Edgebreaker decoder": the corner table of the symbols that next_symbol(valence of the vertex at corner 1 of the last face)
+// returns.
+function decode_connectivity(faces, symbol_count, events, start_faces, next_symbol) {
+  const opposite = new Int32Array(3 * faces).fill(-1), vertex = new Int32Array(3 * faces);
+  const valence = [], stack = [], set_aside = new Map();
+  let symbol = kE, splits = 0;
+  const link = (a, b) => {
+    demand(a !== undefined && opposite[a] === -1 && opposite[b] === -1 && a !== b, 'symbols that do not form a mesh');
+    opposite[a] = b;
+    opposite[b] = a;
+  };
+  const border_before = (corner) => {
+    let at = previous(corner);
+    while (opposite[at] >= 0 && at !== corner) at = previous(opposite[at]);
+    return at;
+  };
+  const add = (corner, vertices, more) => vertices.forEach((v, k) => {
+    vertex[corner + k] = v;
+    valence[v] = (valence[v] ?? 0) + more[k];
+  });
+
+  const waiting = events.slice();
+  for (let i = 0; i < symbol_count; ++i) {
+    const corner = 3 * i, created = valence.length;
+    if (i > 0) symbol = next_symbol(valence[vertex[corner - 2]]);
+    const a = stack.at(-1);
+    if (symbol === kC) {
+      const b = border_before(a);
+      const vertices = [vertex[next(a)], vertex[next(b)], vertex[previous(a)]];
+      link(a, corner + 1);
+      link(b, corner + 2);
+      add(corner, vertices, [0, 1, 1]);
+    } else if (symbol === kS) {
+      splits += 1;
+      const b = stack.pop();
+      if (set_aside.has(i)) stack.push(set_aside.get(i));
+      const a = stack.at(-1);
+      demand(a !== undefined, 'symbols that do not form a mesh');
+      const kept = vertex[previous(a)], merged = vertex[next(b)];
+      demand(kept !== merged, 'symbols that do not form a mesh');
+      for (let c = 0; c < corner; ++c) if (vertex[c] === merged) vertex[c] = kept;
+      valence[kept] += valence[merged];
+      const vertices = [kept, vertex[next(a)], vertex[previous(b)]];
+      link(a, corner + 2);
+      link(b, corner + 1);
+      add(corner, vertices, [0, 1, 1]);
+    } else if (symbol === kL) {
+      const vertices = [vertex[next(a)], created, vertex[previous(a)]];
+      link(a, corner + 1);
+      add(corner, vertices, [1, 2, 1]);
+    } else if (symbol === kR) {
+      const vertices = [vertex[previous(a)], vertex[next(a)], created];
+      link(a, corner + 2);
+      add(corner, vertices, [1, 1, 2]);
+    } else {
+      stack.push(undefined);
+      add(corner, [created, created + 1, created + 2], [2, 2, 2]);
+    }
+    demand(vertex[corner + 1] !== vertex[corner + 2], 'symbols that do not form a mesh');
+    stack[stack.length - 1] = corner;
+    if (symbol === kC || symbol === kS) continue;
+    while (waiting.length > 0 && waiting.at(-1).source === symbol_count - 1 - i) {
+      const { split, edge } = waiting.pop();
+      set_aside.set(symbol_count - 1 - split, edge === 1 ? next(corner) : previous(corner));
+    }
+  }
+  demand(waiting.length === 0, 'a split event of no symbol');
+
+  demand(stack.length === start_faces.length, 'another number of components');
+  let corner = 3 * symbol_count;
+  for (const has_start_face of start_faces) {
+    const a = stack.pop();
+    if (has_start_face === 0) continue;
+    demand(opposite[a] === -1, 'symbols that do not form a mesh');
+    const b = border_before(a), c = border_before(b);
+    demand(a !== b && vertex[next(c)] === vertex[previous(a)], 'a start face that is not a triangle');
+    const vertices = [vertex[next(b)], vertex[next(c)], vertex[next(a)]];
+    link(corner, a);
+    link(corner + 1, b);
+    link(corner + 2, c);
+    add(corner, vertices, [0, 0, 0]);
+    corner += 3;
+  }
+  demand(corner === 3 * faces, 'another number of start faces');
+  return { opposite, vertex, splits };
+}
+
+// The edges between two faces, in Draco's order, each by the corner across from it in the first face.
+function inner_edges({ opposite }) {
+  const edges = [];
+  opposite.forEach((across, corner) => { if (across > corner) edges.push(corner); });
+  return edges;
+}
+
+// The corner table of an attribute: cut along seams, with vertices numbered in order of creation.
+function attribute_table({ opposite }, seams, backward) {
+  const cut = opposite.slice();
+  for (const corner of seams) cut[corner] = cut[opposite[corner]] = -1;
+  const vertex = new Int32Array(cut.length).fill(-1), corner_of = [];
+  const table = { opposite: cut, vertex, corner_of };
+  const see = (corner) => {
+    if (vertex[corner] !== -1) return;
+    vertex[corner] = corner_of.length;
+    for (const swing of [swing_left, swing_right])
+      for (let at = swing(table, corner); at !== -1 && vertex[at] === -1; at = swing(table, at))
+        vertex[at] = corner_of.length;
+    corner_of.push(corner);
+  };
+  for (let corner = 0; corner < cut.length; corner += 3) {
+    const first = backward ? cut.length - 3 - corner : corner;
+    for (const k of backward ? [1, 2, 0] : [0, 1, 2]) see(first + k);
+  }
+  return table;
+}
+const swing_left = ({ opposite }, c) => (opposite[next(c)] === -1 ? -1 : next(opposite[next(c)]));
+const swing_right = ({ opposite }, c) => (opposite[previous(c)] === -1 ? -1 : previous(opposite[previous(c)]));
+
+// "Order of creation": values[vertex][component], of an attribute with a table.
+function values_by_creation(coder, { opposite, vertex, corner_of }, components, { two, mean, tables }, uses) {
+  const values = [];
+  const table = { opposite, vertex };
+  const zeros = new Array(components).fill(0);
+  const combine = (f, ...others) => zeros.map((_, k) => f(...others.map((other) => other[k])) | 0);
+  const middle = (p, q) => combine((x, y) => x + (((y - x) | 0) >> 1), p, q);
+  corner_of.forEach((c, i) => {
+    const before = (corner) => vertex[corner] < i;
+    const at = (corner) => values[vertex[corner]];
+    const found = [];
+    for (const candidate of two ? [c, swing_left(table, c), swing_right(table, c)] : [c]) {
+      const o = candidate === -1 ? -1 : opposite[candidate], a = next(candidate), b = previous(candidate);
+      if (o !== -1 && before(a) && before(b) && before(o) && found.length < 2)
+        found.push(combine((x, y, far) => x + y - far, at(a), at(b), at(o)));
+    }
+    const a = next(c), b = previous(c);
+    const predicted = found.length === 2 ? middle(...found)
+      : found.length === 1 ? found[0]
+        : before(a) && before(b) ? (mean ? middle(at(a), at(b)) : at(a))
+          : before(a) ? at(a) : before(b) ? at(b) : i > 0 ? values[i - 1] : zeros;
+    uses[`by_creation_${found.length}`] = (uses[`by_creation_${found.length}`] ?? 0) + 1;
+    values.push(predicted.map((value) => (value + coder.signed_value(tables[found.length])) | 0));
+  });
+  return values;
+}
+
+// A condensed attribute in Draco's order: what its Draco stream has for it.
+function read_in_draco_order(coder, attribute, count, tables, flags, flag_counts) {
+  const { type, components, scheme, transform, greatest } = attribute;
+  const width = type === kNormals ? 2 : components, symbols = [];
+  for (let i = 0; i < count * width; ++i) {
+    const table = tables[i < 3 * width ? 0 : 1];
+    if (type === kRaw) {
+      const sum = (symbols[i - width] ?? 0) + coder.signed_value(table), modulus = 2 ** (8 * attribute.bytes);
+      symbols.push(((sum % modulus) + modulus) % modulus);
+    } else if (transform > kWrap) {
+      const c = coder.signed_value(table);
+      demand(Math.abs(c) <= (greatest - 1) / 2, 'a correction of a normal out of its range');
+      symbols.push(c >= 0 ? c : c + greatest);
+    } else {
+      symbols.push(coder.token_value(table));
+    }
+  }
+  const list = (length, probability) => Array.from({ length }, () => {
+    demand(flags !== null, 'flags without probabilities');
+    return coder.flag(probability(flags));
+  });
+  const creases = scheme === kMultiParallelogram ? flag_counts.map((n, k) => list(n, (own) => own.creases[k])) : [];
+  const orientations = scheme === kTexCoords ? list(flag_counts[0], (own) => own.orientations) : [];
+  const flips = scheme === kGeometricNormal ? list(count, (own) => own.flips) : [];
+  return { symbols, creases, orientations, flips };
+}
+
+// "Condensed streams": the fields of the stream of a row.
+function read_fields(row, skeleton, head, uses) {
+  const { stream, faces, points } = row;
+  const plain = from_the_end(stream);
+  const { bits, number, signed } = plain;
+  const kinds = kinds_of({ count: 0, vertices: 0, splits: 2, event: 8, bytes: 8, low: 12, extent: 12, flags: 8 });
+  const fields = { faces };
+  const interior = number(kinds.count);
+  fields.vertices = points - signed(kinds.vertices);
+  fields.splits = number(kinds.splits);
+  const components = number(kinds.count) + 1;
+  demand(interior <= components && interior < faces && components <= faces, 'impossible start faces');
+  demand(fields.vertices >= 0 && 16 * (faces + fields.vertices + points) <= 2 ** 26 + 4096 * stream.length,
+    'claims more than its bytes justify');
+  const some = interior > 0 && interior < components;
+  fields.start_faces = Array.from({ length: components }, () => (some ? bits(1) : interior > 0 ? 1 : 0));
+  const event_count = number(kinds.count);
+  demand(event_count <= faces, 'too many split events');
+  let source = 0;
+  fields.symbol_count = faces - interior;
+  fields.events = Array.from({ length: event_count }, () => {
+    source += number(kinds.event);
+    const split = source - number(kinds.event);
+    demand(source < fields.symbol_count && split >= 0, 'an impossible split event');
+    return { source, split, edge: bits(1) };
+  });
+  const has_seams = Array.from({ length: skeleton.data_count }, () => bits(1));
+  const lengths = skeleton.attributes.slice(1).map(() => number(kinds.bytes));
+  const attributes = skeleton.attributes.map((attribute) => ({ ...attribute, by_creation:
+    head.attributes[attribute.place].by_creation && (attribute.type === 1 || attribute.type === 2) &&
+    [kNone, 0, 1].includes(attribute.scheme) }));
+  for (const attribute of attributes)
+    if (!attribute.by_creation && attribute.transform === kWrap) {
+      attribute.low = signed(kinds.low);
+      attribute.high = attribute.low + number(kinds.extent);
+    }
+  for (const attribute of attributes) {
+    const lists = attribute.by_creation ? 0 : attribute.scheme === kMultiParallelogram ? 4 : attribute.scheme === kTexCoords ? 1 : 0;
+    attribute.flag_counts = Array.from({ length: lists }, () => number(kinds.flags));
+    demand(attribute.flag_counts.every((count) => count <= 3 * faces), 'too many flags');
+  }
+
+  // The places of the sections.
+  const main_start = lengths.reduce((sum, length) => sum + length, 0);
+  demand(main_start <= stream.length, 'sections that do not fit');
+  let at = 0;
+  const coders = attributes.map((_, place) => {
+    if (place === 0) return section(stream.subarray(main_start), plain);
+    const bytes = stream.subarray(at, at + lengths[place - 1]);
+    at += bytes.length;
+    return section(bytes, from_the_end(bytes));
+  });
+  const main = coders[0] ?? section(stream, plain);
+
+  // "Connectivity".
+  fields.symbols = [kE];
+  const { symbol_contexts } = head, context_count = head.contexts.length;
+  let context = context_count - 1;
+  fields.mesh = decode_connectivity(faces, fields.symbol_count, fields.events, fields.start_faces, (valence) => {
+    if (symbol_contexts === 8) context = 5 * (Math.min(7, Math.max(2, valence)) - 2) + fields.symbols.at(-1);
+    const symbol = main.decode(head.contexts[context]);
+    context = (5 * context + symbol) % context_count;
+    fields.symbols.push(symbol);
+    return symbol;
+  });
+  demand(fields.mesh.splits === fields.splits, 'another number of S');
+  demand(fields.start_faces.filter((flag) => flag === 1).length === interior, 'other start faces');
+  const edges = inner_edges(fields.mesh);
+  fields.seams = has_seams.map((any, data) => {
+    let last = 0;
+    return edges.map(() => (last = any === 1 ? main.flag(head.seams[data][last]) : 0));
+  });
+
+  // "Attributes".
+  attributes.forEach((attribute, place) => {
+    const { decoder } = attribute, entry = head.attributes[place];
+    const cuts = decoder.at_corners ? edges.filter((_, e) => fields.seams[decoder.data][e] === 1) : [];
+    attribute.table = attribute_table(fields.mesh, cuts, attribute.by_creation && entry.backward);
+    const count = attribute.table.corner_of.length, coder = coders[place];
+    if (attribute.by_creation)
+      attribute.values = values_by_creation(coder, attribute.table, attribute.components, entry, uses);
+    else
+      Object.assign(attribute, read_in_draco_order(coder, attribute, count, entry.tables, entry.flags, attribute.flag_counts));
+    if (place > 0) coder.end();
+  });
+  main.end();
+  fields.attributes = attributes;
+  return fields;
+}
+
+// --- writing a Draco stream -----------------------------------------------------------------------------------
+
+// The bytes of bits as Draco's rAbs coder decodes them, all with the same probability.
+function coded_bits(flags) {
+  const bytes = [];
+  let state = 4096;
+  for (const flag of flags.toReversed()) {
+    if (state >= 4096 * 128) {
+      bytes.push(state % 256);
+      state = Math.floor(state / 256);
+    }
+    state = Math.floor(state / 128) * 256 + (state % 128) + (flag === 1 ? 0 : 128);
+  }
+  state -= 4096;
+  const length = state < 2 ** 6 ? 1 : state < 2 ** 14 ? 2 : 3;
+  for (let k = 0; k < length; ++k) bytes.push(Math.floor(state / 256 ** k) % 256);
+  bytes[bytes.length - 1] += 64 * (length - 1);
+  return [128, ...varint(bytes.length), ...bytes];
+}
+
+function varint(value) {
+  return value < 128 ? [value] : [(value % 128) + 128, ...varint(Math.floor(value / 128))];
+}
+const integer = (value, size) => Array.from({ length: size }, (_, k) => Math.floor((value >>> 0) / 256 ** k) % 256);
+const i32 = (value) => integer(value, 4);
+function packed_bits(bits) {
+  const bytes = new Array(Math.ceil(bits.length / 8)).fill(0);
+  bits.forEach((bit, i) => { bytes[i >> 3] |= bit << (i & 7); });
+  return bytes;
+}
+
+// Everything before the decoders of attributes, with the standard traversal.
+function connectivity_bytes({ front, data_count }, { vertices, faces, splits, symbols, events, start_faces, seams }) {
+  let last = 0;
+  const deltas = events.flatMap(({ source, split }) => {
+    const delta = source - last;
+    last = source;
+    return [...varint(delta), ...varint(source - split)];
+  });
+  const symbol_bits = packed_bits(symbols.flatMap((symbol) => [[0], [1, 0, 0], [1, 1, 0], [1, 0, 1], [1, 1, 1]][symbol]));
+  return [...front, 0, ...varint(vertices), ...varint(faces), data_count, ...varint(symbols.length), ...varint(splits),
+    ...varint(events.length), ...deltas, ...packed_bits(events.map(({ edge }) => edge)),
+    ...varint(symbol_bits.length), ...symbol_bits, ...coded_bits(start_faces), ...seams.flatMap(coded_bits)];
+}
+
+// Draco's order of the values of each decoder: the rank of the value at each corner. The stock decoder says it: it decodes
+// a stream of the same mesh whose only attributes are these ranks, as raw floats.
+function draco_ranks(skeleton, fields, decode) {
+  const { decoders } = skeleton, kGeneric = 4, kFloat32 = 9;
+  const table_of = (decoder) => fields.attributes.find((attribute) => attribute.decoder === decoder)?.table;
+  const used = decoders.filter(table_of);
+  const bytes = [...connectivity_bytes(skeleton, fields), used.length,
+    ...used.flatMap(({ data, at_corners, traversal }) => [data & 255, at_corners ? 1 : 0, traversal]),
+    ...used.flatMap((_, id) => [1, kGeneric, kFloat32, 1, 0, id, kRaw]),
+    ...used.flatMap((decoder) => [...new Uint8Array(Float32Array.from(table_of(decoder).corner_of.keys()).buffer)])];
+  const requests = used.map((_, id) => ({ id, componentType: 5126, components: 1 }));
+  const { corners, values } = decode(Uint8Array.from(bytes), requests);
+  return new Map(used.map((decoder, id) => {
+    const rank_of_point = new Float32Array(values[id].buffer);
+    return [decoder, [...corners].map((point) => rank_of_point[point])];
+  }));
+}
+
+// The bytes of an attribute. Its symbols are stored as they are, in four bytes each.
+function attribute_bytes(attribute, ranks) {
+  const { type, scheme, transform } = attribute;
+  if (attribute.by_creation) {
+    const ordered = [], rank_at = ranks.get(attribute.decoder);
+    attribute.values.forEach((value, vertex) => { ordered[rank_at[attribute.table.corner_of[vertex]]] = value; });
+    return [kNone & 255, 0, 4, ...ordered.flat().flatMap((value) => i32(value < 0 ? -2 * value - 1 : 2 * value))];
+  }
+  const { symbols, creases, orientations, flips } = attribute;
+  if (type === kRaw) return symbols.flatMap((symbol) => integer(symbol, attribute.bytes));
+  return [scheme & 255, ...(scheme === kNone ? [] : [transform]), 0, 4, ...symbols.flatMap(i32),
+    ...creases.flatMap((list) => [...varint(list.length), ...(list.length > 0 ? coded_bits(list) : [])]),
+    ...(scheme === kTexCoords ? [...i32(orientations.length), ...coded_bits(orientations)] : []),
+    ...(transform === kWrap ? [...i32(attribute.low), ...i32(attribute.high)] : attribute.transform_data),
+    ...(scheme === kGeometricNormal ? coded_bits(flips) : [])];
+}
+
+// "Expanding": a Draco stream with the fields of a condensed one. `decode` is a stock decoder.
+export function expand(row, head, decode, uses) {
+  const skeleton = parse_skeleton(head.skeletons[row.skeleton]);
+  demand(skeleton.attributes.length <= head.attributes.length && skeleton.data_count <= head.seams.length,
+    'more attributes than the head has');
+  const fields = read_fields(row, skeleton, head, uses);
+  const ranks = fields.attributes.some(({ by_creation }) => by_creation) ? draco_ranks(skeleton, fields, decode) : null;
+  const of_decoder = (decoder) => [
+    ...fields.attributes.flatMap((attribute) => (attribute.decoder === decoder ? attribute_bytes(attribute, ranks) : [])),
+    ...decoder.transforms];
+  return Uint8Array.from([...connectivity_bytes(skeleton, fields), ...skeleton.descriptions,
+    ...skeleton.decoders.flatMap(of_decoder)]);
+}
