@@ -1,5 +1,7 @@
 #include "src/container/claims.h"
 
+#include "src/container/condensed_head.h"
+#include "src/core/condensed/condensed_header.h"
 #include "src/core/workspace.h"
 
 namespace psplit {
@@ -17,6 +19,16 @@ Status wrong_version(std::span<const uint8_t> stream) {
                      " than 2.2, the only one that is decoded");
 }
 
+// The header, unless it has a fault or claims more than the stream's bytes justify.
+Expected<core::StreamHeader> justified_header(Fault fault, const core::StreamHeader& header,
+                                              size_t stream_bytes) {
+  const uint64_t elements =
+      uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
+  if (fault == Fault::kNone && elements * 16 > core::justified_bytes(stream_bytes)) fault = Fault::kWorkspace;
+  if (fault != Fault::kNone) return status_of(fault);
+  return header;
+}
+
 }  // namespace
 
 Status status_of(Fault fault) {
@@ -31,11 +43,18 @@ Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream)
   core::StreamHeader header;
   const Fault fault = core::read_stream_header(stream.data(), stream.size(), header);
   if (fault == Fault::kVersion) return wrong_version(stream);
-  if (fault != Fault::kNone) return status_of(fault);
-  const uint64_t elements =
-      uint64_t{header.counts.face_count} + header.counts.vertex_limit + header.point_count;
-  if (elements * 16 > core::justified_bytes(stream.size())) return status_of(Fault::kWorkspace);
-  return header;
+  return justified_header(fault, header, stream.size());
+}
+
+Expected<core::StreamHeader> read_condensed_header(const PatchContainer& container, uint32_t patch) {
+  const StreamEntry& entry = container.entries[patch];
+  const std::vector<uint8_t>& skeleton = container.head->skeletons[entry.skeleton];
+  const std::span<const uint8_t> stream = container.streams[patch];
+  core::StreamHeader header;
+  const Fault fault =
+      core::read_condensed_header({skeleton.data(), skeleton.size()}, {stream.data(), stream.size()},
+                                  container.head->models(), entry.face_count, entry.point_count, header);
+  return justified_header(fault, header, stream.size());
 }
 
 Status check_claims(const PatchContainer& container) {

@@ -14,6 +14,9 @@ Status status_of(core::Fault fault);
 // Errors: those of status_of, and kInvalidInput for counts that the stream's bytes do not justify.
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
 
+// The same for a condensed stream of a container.
+Expected<core::StreamHeader> read_condensed_header(const PatchContainer& container, uint32_t patch);
+
 // Whether the bytes justify the memory for all faces and points. open_container checks this. Of a stock stream,
 // callers check it that take memory for the largest number of points that it may have.
 Status check_claims(const PatchContainer& container);

@@ -14,7 +14,8 @@ class ExpectedSum {
  public:
   std::optional<int64_t> from(int64_t base) const { return base + (sixteenths_ >> 4); }
   void follow(int64_t base, int64_t value) {
-    sixteenths_ = is_first_ ? 16 * (value - base) : sixteenths_ + value - base - (sixteenths_ >> 4);
+    const int64_t step = value - base - (sixteenths_ >> 4);
+    sixteenths_ = is_first_ ? 16 * step : sixteenths_ + step;
     is_first_ = false;
   }
 
@@ -129,6 +130,11 @@ class Rows {
 };
 
 }  // namespace
+
+uint32_t count_skeletons(std::span<const uint8_t> head) {
+  core::NumberKind count(0);
+  return head.empty() ? 0 : BitStringReader(head).number(count) + 1;
+}
 
 Status read_condensed_directory(std::span<const uint8_t> bytes, uint32_t skeleton_count,
                                 std::span<StreamEntry> entries) {

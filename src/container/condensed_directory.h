@@ -15,6 +15,9 @@ namespace psplit {
 // The least bits of a row. A reader checks by them whether a directory can have as many rows as it claims.
 inline constexpr uint64_t kLeastRowBits = 5;
 
+// The number of skeletons of a head, which is its first number; 0 without a head.
+uint32_t count_skeletons(std::span<const uint8_t> head);
+
 // Reads one row into each of `entries`. `skeleton_count` is the head's. Errors: kInvalidInput for bits that end
 // early or go on too long, for numbers that do not have 32 bits, and for skeletons that do not exist, with the
 // row as the patch of the place.

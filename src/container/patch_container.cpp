@@ -5,6 +5,10 @@
 #include <utility>
 
 #include "src/container/claims.h"
+#include "src/container/column_directory.h"
+#include "src/container/condensed_directory.h"
+#include "src/container/condensed_head.h"
+#include "src/container/little_endian.h"
 #include "src/core/workspace.h"
 
 namespace psplit {
@@ -13,39 +17,20 @@ namespace {
 constexpr std::array<uint8_t, 4> kMagic = {'P', 'S', 'P', 'L'};
 constexpr uint8_t kFlagResidue = 1;
 constexpr size_t kFixedHeaderBytes = 12;
-constexpr size_t kColumnDescriptorBytes = 8;
-
-constexpr std::array<uint32_t StreamEntry::*, 5> kColumns = {
-    &StreamEntry::stream_bytes, &StreamEntry::face_count, &StreamEntry::point_count,
-    &StreamEntry::reference_count, &StreamEntry::stitch_bytes};
-constexpr size_t kHeaderBytes = kFixedHeaderBytes + kColumns.size() * kColumnDescriptorBytes;
-
-size_t align4(size_t value) { return (value + 3) & ~size_t{3}; }
-
-uint32_t load(const uint8_t* at, size_t width) {
-  uint32_t value = 0;
-  for (size_t i = 0; i < width; ++i) value |= static_cast<uint32_t>(at[i]) << (8 * i);
-  return value;
-}
-
-void append(std::vector<uint8_t>& bytes, uint32_t value, size_t width) {
-  for (size_t i = 0; i < width; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
-}
-
-uint8_t width_of(uint32_t value) { return value == 0 ? 0 : value < 0x100 ? 1 : value < 0x10000 ? 2 : 4; }
+constexpr size_t kCondensedHeaderBytes = kFixedHeaderBytes + 8;
 
 // The fixed part of the header, to version, residue flag and stream count.
 Status read_fixed_header(std::span<const uint8_t> bytes, PatchContainer& container) {
-  if (bytes.size() < kHeaderBytes) return invalid_input("container: shorter than its header");
+  if (bytes.size() < kCondensedHeaderBytes) return invalid_input("container: shorter than its header");
   if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return invalid_input("container: wrong magic");
-  if (bytes[4] == 0 || bytes[4] > kContainerVersion)
+  if (bytes[4] == 0 || bytes[4] > kCondensedContainerVersion)
     return unsupported("container: version " + std::to_string(bytes[4]) + " is not known");
   if ((bytes[5] & ~kFlagResidue) != 0) return invalid_input("container: unknown flags");
-  if (load(&bytes[6], 2) != 0) return invalid_input("container: reserved bytes are not zero");
-  const uint32_t count = load(&bytes[8], 4);
-  // A Draco stream is never empty, so the bytes bound the count before anything is allocated.
+  if (load_integer(&bytes[6], 2) != 0) return invalid_input("container: reserved bytes are not zero");
+  const uint32_t count = load_integer(&bytes[8], 4);
+  // A stream is never empty, so the bytes bound the count before anything is allocated.
   if (count == 0) return invalid_input("container: no streams");
-  if (count > bytes.size() - kHeaderBytes) return invalid_input("container: more streams than bytes");
+  if (count > bytes.size() - kCondensedHeaderBytes) return invalid_input("container: more streams than bytes");
   container.bytes = bytes;
   container.version = bytes[4];
   container.has_residue = (bytes[5] & kFlagResidue) != 0;
@@ -53,33 +38,40 @@ Status read_fixed_header(std::span<const uint8_t> bytes, PatchContainer& contain
   return {};
 }
 
+// Versions 1 and 2.
 Status read_columns(PatchContainer& container) {
-  const std::span<const uint8_t> bytes = container.bytes;
-  const size_t count = container.entries.size();
-  size_t at = kHeaderBytes;
-  for (size_t column = 0; column < kColumns.size(); ++column) {
-    const uint8_t* descriptor = &bytes[kFixedHeaderBytes + column * kColumnDescriptorBytes];
-    const uint32_t base = load(descriptor, 4);
-    const size_t width = descriptor[4];
-    if ((width != 0 && width != 1 && width != 2 && width != 4) || load(descriptor + 5, 3) != 0)
-      return invalid_input("container: a directory column has an impossible width");
-    if (bytes.size() - at < align4(count * width)) return invalid_input("container: ends within the directory");
-    for (size_t i = 0; i < count; ++i) {
-      const uint32_t offset = load(bytes.data() + at + i * width, width);
-      if (offset > 0xffffffffu - base) return invalid_input("container: a directory value overflows");
-      container.entries[i].*kColumns[column] = base + offset;
-    }
-    const auto padding = bytes.subspan(at + count * width, align4(count * width) - count * width);
-    if (std::any_of(padding.begin(), padding.end(), [](uint8_t byte) { return byte != 0; }))
-      return invalid_input("container: padding of the directory is not zero");
-    at += align4(count * width);
-  }
-  container.header_bytes = at;
+  const Expected<size_t> read =
+      read_column_directory(container.bytes.subspan(kFixedHeaderBytes), container.entries);
+  if (!read) return read.status();
+  container.header_bytes = kFixedHeaderBytes + *read;
   return {};
+}
+
+// Version 3. The rows name skeletons, so the head is read first.
+Status read_head_and_rows(PatchContainer& container) {
+  const std::span<const uint8_t> rest = container.bytes.subspan(kCondensedHeaderBytes);
+  const uint32_t directory_bytes = load_integer(&container.bytes[kFixedHeaderBytes], 4);
+  container.head_bytes = load_integer(&container.bytes[kFixedHeaderBytes + 4], 4);
+  if (directory_bytes > rest.size() || container.head_bytes > rest.size() - directory_bytes)
+    return invalid_input("container: ends within the directory or the head");
+  if (container.entries.size() * kLeastRowBits > uint64_t{8} * directory_bytes)
+    return invalid_input("container: more streams than rows in the directory");
+  container.header_bytes = kCondensedHeaderBytes + directory_bytes + container.head_bytes;
+  if (container.head_bytes > 0) {
+    Expected<CondensedHead> head = read_condensed_head(rest.subspan(directory_bytes, container.head_bytes));
+    if (!head) return head.status();
+    container.head = std::make_shared<const CondensedHead>(std::move(*head));
+  }
+  const auto skeleton_count = static_cast<uint32_t>(container.head ? container.head->skeletons.size() : 0);
+  Status status = read_condensed_directory(rest.first(directory_bytes), skeleton_count, container.entries);
+  if (status.ok() && container.head && container.condensed_count() == 0)
+    status = invalid_input("container: a head, but no condensed stream");
+  return status;
 }
 
 Status check_entry(const StreamEntry& entry, bool is_residue) {
   if (entry.stream_bytes == 0) return invalid_input("directory: an empty stream");
+  if (entry.is_condensed && is_residue) return invalid_input("directory: the residue is condensed");
   if (entry.face_count == 0 && !is_residue) return invalid_input("directory: a patch without faces");
   if (entry.reference_count > entry.point_count) return invalid_input("directory: more references than points");
   if (entry.reference_count == 0 && entry.stitch_bytes > 0)
@@ -114,7 +106,10 @@ Status sum_entries(PatchContainer& container) {
 
 Status read_directory(std::span<const uint8_t> bytes, PatchContainer& container) {
   Status status = read_fixed_header(bytes, container);
-  if (status.ok()) status = read_columns(container);
+  if (status.ok()) {
+    const bool has_head = container.version == kCondensedContainerVersion;
+    status = has_head ? read_head_and_rows(container) : read_columns(container);
+  }
   if (status.ok()) status = sum_entries(container);
   if (status.ok() &&
       bytes.size() - container.header_bytes != container.stitch_bytes() + container.stream_bytes())
@@ -134,9 +129,10 @@ void slice(PatchContainer& container) {
 }
 
 Expected<core::StreamHeader> read_header(const PatchContainer& container, uint32_t patch) {
-  Expected<core::StreamHeader> header = read_stream_header(container.streams[patch]);
-  if (!header) return header;
   const StreamEntry& entry = container.entries[patch];
+  Expected<core::StreamHeader> header = entry.is_condensed ? read_condensed_header(container, patch)
+                                                           : read_stream_header(container.streams[patch]);
+  if (!header) return header;
   const bool is_residue = patch >= container.patch_count();
   if (header->edgebreaker == is_residue)
     return invalid_input(is_residue ? "the residue is not a sequential mesh"
@@ -150,6 +146,19 @@ Expected<core::StreamHeader> read_header(const PatchContainer& container, uint32
   if (!is_residue && entry.point_count > uint64_t{3} * faces)
     return invalid_input("more points than its faces have corners");
   return header;
+}
+
+std::vector<uint8_t> fixed_header(uint8_t version, bool has_residue, size_t stream_count) {
+  std::vector<uint8_t> bytes(kMagic.begin(), kMagic.end());
+  bytes.push_back(version);
+  bytes.push_back(has_residue ? kFlagResidue : 0);
+  append_integer(bytes, 0, 2);
+  append_integer(bytes, static_cast<uint32_t>(stream_count), 4);
+  return bytes;
+}
+
+void append_parts(std::span<const std::vector<uint8_t>> parts, std::vector<uint8_t>& bytes) {
+  for (const std::vector<uint8_t>& part : parts) bytes.insert(bytes.end(), part.begin(), part.end());
 }
 
 // A container of one patch that has no stitch map.
@@ -179,6 +188,10 @@ uint64_t PatchContainer::stream_bytes() const {
   return sum;
 }
 
+uint32_t PatchContainer::condensed_count() const {
+  return static_cast<uint32_t>(std::ranges::count(entries, true, &StreamEntry::is_condensed));
+}
+
 uint64_t PatchContainer::reference_count() const {
   uint64_t sum = 0;
   for (const StreamEntry& entry : entries) sum += entry.reference_count;
@@ -203,7 +216,10 @@ core::StitchRow PatchContainer::stitch_row(uint32_t patch) const {
 
 PatchContainer PatchContainer::alone(uint32_t patch) const {
   PatchContainer container = single(streams[patch], entries[patch].face_count, entries[patch].point_count);
+  container.entries[0].is_condensed = entries[patch].is_condensed;
+  container.entries[0].skeleton = entries[patch].skeleton;
   container.headers = {headers[patch]};
+  container.head = head;
   return container;
 }
 
@@ -216,7 +232,9 @@ Expected<PatchContainer> open_container(std::span<const uint8_t> bytes) {
   PatchContainer container;
   if (Status status = read_directory(bytes, container); !status.ok()) return status;
   slice(container);
-  container.headers.reserve(container.entries.size());
+  constexpr uint64_t kLeastStreamBytes = 4;  // a section of a condensed stream; Draco streams have more
+  container.headers.reserve(
+      std::min<uint64_t>(container.entries.size(), container.stream_bytes() / kLeastStreamBytes));
   for (uint32_t i = 0; i < container.entries.size(); ++i) {
     const Expected<core::StreamHeader> header = read_header(container, i);
     if (!header) return header.status().at({.patch = i});
@@ -250,32 +268,26 @@ Status check_directory(std::span<const uint8_t> bytes) {
 std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool has_residue,
                                      std::span<const std::vector<uint8_t>> stitch,
                                      std::span<const std::vector<uint8_t>> streams) {
-  std::vector<uint8_t> bytes(kMagic.begin(), kMagic.end());
-  bytes.push_back(kContainerVersion);
-  bytes.push_back(has_residue ? kFlagResidue : 0);
-  append(bytes, 0, 2);
-  append(bytes, static_cast<uint32_t>(entries.size()), 4);
+  std::vector<uint8_t> bytes = fixed_header(kContainerVersion, has_residue, entries.size());
+  append_column_directory(entries, bytes);
+  append_parts(stitch, bytes);
+  append_parts(streams, bytes);
+  return bytes;
+}
 
-  std::array<uint32_t, kColumns.size()> bases{};
-  std::array<uint8_t, kColumns.size()> widths{};
-  for (size_t column = 0; column < kColumns.size(); ++column) {
-    uint32_t low = 0xffffffffu, high = 0;
-    for (const StreamEntry& entry : entries) {
-      low = std::min(low, entry.*kColumns[column]);
-      high = std::max(high, entry.*kColumns[column]);
-    }
-    bases[column] = low;
-    widths[column] = width_of(high - low);
-    append(bytes, low, 4);
-    append(bytes, widths[column], 4);  // width and three zero bytes
-  }
-  for (size_t column = 0; column < kColumns.size(); ++column) {
-    for (const StreamEntry& entry : entries)
-      append(bytes, entry.*kColumns[column] - bases[column], widths[column]);
-    bytes.resize(align4(bytes.size()));
-  }
-  for (const std::vector<uint8_t>& part : stitch) bytes.insert(bytes.end(), part.begin(), part.end());
-  for (const std::vector<uint8_t>& part : streams) bytes.insert(bytes.end(), part.begin(), part.end());
+std::optional<std::vector<uint8_t>> write_condensed_container(std::span<const StreamEntry> entries,
+                                                              bool has_residue, std::span<const uint8_t> head,
+                                                              std::span<const std::vector<uint8_t>> stitch,
+                                                              std::span<const std::vector<uint8_t>> streams) {
+  const auto directory = write_condensed_directory(entries, count_skeletons(head));
+  if (!directory) return std::nullopt;
+  std::vector<uint8_t> bytes = fixed_header(kCondensedContainerVersion, has_residue, entries.size());
+  append_integer(bytes, static_cast<uint32_t>(directory->size()), 4);
+  append_integer(bytes, static_cast<uint32_t>(head.size()), 4);
+  bytes.insert(bytes.end(), directory->begin(), directory->end());
+  bytes.insert(bytes.end(), head.begin(), head.end());
+  append_parts(stitch, bytes);
+  append_parts(streams, bytes);
   return bytes;
 }
 

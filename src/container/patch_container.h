@@ -9,6 +9,10 @@
 //   stitch map  per stream, concatenated (src/core/stitch_reader.h)
 //   streams     per stream, concatenated: Draco 2.2 meshes
 //
+// Version 3 has the same parts with a smaller directory (condensed_directory.h), and a head before the stitch
+// map (condensed_head.h). Its streams may be condensed: they hold the fields of a Draco stream, coded with the
+// head.
+//
 // Streams are the patches in order. If kResidue is set, the last stream is the residue: a sequential Draco mesh
 // with the faces and points that Edgebreaker cannot carry.
 //
@@ -16,6 +20,8 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -28,6 +34,10 @@ namespace psplit {
 
 // The version that write_container writes. Version 1 can be read as well: its stitch maps have another format.
 inline constexpr uint8_t kContainerVersion = 2;
+// The version that write_condensed_container writes.
+inline constexpr uint8_t kCondensedContainerVersion = 3;
+
+struct CondensedHead;
 
 // An opened container, or one stock Draco stream as a container of one patch. The directory, the headers of all
 // streams and the number of bytes agree. Its spans point into the bytes that were opened, which must outlive
@@ -53,7 +63,11 @@ struct PatchContainer {
   std::vector<uint32_t> owned_base;
   // face_base[i] is the number of the first face of entry i; the last element is the total of faces.
   std::vector<uint32_t> face_base;
-  uint64_t header_bytes = 0;  // header and columns
+  // What the condensed streams have in common; null if no stream is condensed. The headers of these refer to
+  // it.
+  std::shared_ptr<const CondensedHead> head;
+  uint64_t header_bytes = 0;  // header, directory and head
+  uint32_t head_bytes = 0;
 
   // Without the residue. Functions that take a patch take the residue as well: it comes after the patches.
   uint32_t patch_count() const { return static_cast<uint32_t>(entries.size()) - (has_residue ? 1 : 0); }
@@ -62,6 +76,7 @@ struct PatchContainer {
   uint64_t stitch_bytes() const;
   uint64_t stream_bytes() const;
   uint64_t reference_count() const;
+  uint32_t condensed_count() const;  // of the streams
 
   // The number of points to plan memory for: the row's, or an estimate if the row has only a limit.
   uint32_t likely_point_count(uint32_t patch) const;
@@ -69,7 +84,8 @@ struct PatchContainer {
   // For the core's readers of the stitch map.
   core::StitchRow stitch_row(uint32_t patch) const;
 
-  // One patch as a container of its own, with all its points. A residue has the faces that its row counts.
+  // One patch as a container of its own, with all its points. A residue has the faces that its row counts. A
+  // condensed patch stays condensed.
   PatchContainer alone(uint32_t patch) const;
 
   // Sets the number of points of a stock stream, for a caller that knows it: glTF's accessors say it. The
@@ -93,5 +109,12 @@ Status check_directory(std::span<const uint8_t> bytes);
 std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool has_residue,
                                      std::span<const std::vector<uint8_t>> stitch,
                                      std::span<const std::vector<uint8_t>> streams);
+
+// The same as version 3. The entries say which of `streams` are condensed with the head; it is empty if none
+// is. Nothing if the directory of version 3 cannot hold the entries.
+std::optional<std::vector<uint8_t>> write_condensed_container(std::span<const StreamEntry> entries,
+                                                              bool has_residue, std::span<const uint8_t> head,
+                                                              std::span<const std::vector<uint8_t>> stitch,
+                                                              std::span<const std::vector<uint8_t>> streams);
 
 }  // namespace psplit

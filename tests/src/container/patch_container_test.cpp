@@ -48,14 +48,17 @@ std::vector<uint8_t> written(const Parts& parts, bool has_residue = true) {
   return write_container(parts.entries, has_residue, parts.stitch, parts.streams);
 }
 
+// As version 3, with streams that are stored as they are.
+std::vector<uint8_t> written_in_bits(const Parts& parts) {
+  return *write_condensed_container(parts.entries, true, {}, parts.stitch, parts.streams);
+}
+
 Status open_status(const Parts& parts) {
   const std::vector<uint8_t> bytes = written(parts);
   return open_container(bytes).status();
 }
 
-TEST(PatchContainer, GivesBackWhatWasWritten) {
-  const Parts parts = three_streams();
-  const std::vector<uint8_t> bytes = written(parts);
+void expect_parts(const std::vector<uint8_t>& bytes, const Parts& parts) {
   const Expected<PatchContainer> container = open_container(bytes);
   ASSERT_TRUE(container.ok()) << container.status().to_string();
   EXPECT_EQ(container->entries, parts.entries);
@@ -77,6 +80,19 @@ TEST(PatchContainer, GivesBackWhatWasWritten) {
   EXPECT_EQ(container->stitch_row(1).owned_base, 60u);
 }
 
+TEST(PatchContainer, GivesBackWhatWasWritten) {
+  const Parts parts = three_streams();
+  expect_parts(written(parts), parts);
+  expect_parts(written_in_bits(parts), parts);
+  EXPECT_LT(written_in_bits(parts).size(), written(parts).size());
+  // Stitch maps are those of version 2.
+  const std::vector<uint8_t> bytes = written_in_bits(parts);
+  const PatchContainer container = *open_container(bytes);
+  EXPECT_EQ(container.version, 3);
+  EXPECT_EQ(container.head, nullptr);
+  EXPECT_EQ(container.condensed_count(), 0u);
+}
+
 TEST(PatchContainer, OneStreamCostsFiftyTwoBytes) {
   const std::vector<StreamEntry> entries = {{1000, 12, 8, 0, 0}};
   const std::vector<std::vector<uint8_t>> stitch = {{}}, streams = {std::vector<uint8_t>(1000)};
@@ -84,19 +100,19 @@ TEST(PatchContainer, OneStreamCostsFiftyTwoBytes) {
 }
 
 TEST(PatchContainer, RefusesEveryTruncationAndEveryExtension) {
-  std::vector<uint8_t> bytes = written(three_streams());
-  for (size_t length = 0; length < bytes.size(); ++length) {
-    // An exactly sized buffer, so that a sanitizer sees any read past it.
-    const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
-    EXPECT_FALSE(open_container(part).ok()) << length;
-    EXPECT_FALSE(check_directory(part).ok()) << length;
+  for (std::vector<uint8_t> bytes : {written(three_streams()), written_in_bits(three_streams())}) {
+    for (size_t length = 0; length < bytes.size(); ++length) {
+      // An exactly sized buffer, so that a sanitizer sees any read past it.
+      const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
+      EXPECT_FALSE(open_container(part).ok()) << length;
+      EXPECT_FALSE(check_directory(part).ok()) << length;
+    }
+    bytes.push_back(0);
+    EXPECT_FALSE(open_container(bytes).ok());
   }
-  bytes.push_back(0);
-  EXPECT_FALSE(open_container(bytes).ok());
 }
 
-TEST(PatchContainer, EveryChangedHeaderByteIsAnErrorOrAnotherDirectory) {
-  const std::vector<uint8_t> bytes = written(three_streams());
+void expect_errors_or_directories(const std::vector<uint8_t>& bytes) {
   const PatchContainer original = *open_container(bytes);
   size_t opened = 0;
   for (size_t at = 0; at < original.header_bytes; ++at)
@@ -113,6 +129,11 @@ TEST(PatchContainer, EveryChangedHeaderByteIsAnErrorOrAnotherDirectory) {
       EXPECT_EQ(container->headers.size(), container->entries.size());
     }
   EXPECT_GT(opened, original.header_bytes);  // the bytes as they are, and others
+}
+
+TEST(PatchContainer, EveryChangedHeaderByteIsAnErrorOrAnotherDirectory) {
+  expect_errors_or_directories(written(three_streams()));
+  expect_errors_or_directories(written_in_bits(three_streams()));
 }
 
 // A change of one part, and what is said of it.
@@ -175,16 +196,34 @@ TEST(PatchContainer, TellsItsVersion) {
 
 TEST(PatchContainer, RefusesAnotherVersionAsUnsupported) {
   std::vector<uint8_t> bytes = written(three_streams());
-  for (const uint8_t version : {uint8_t{0}, uint8_t{3}, uint8_t{255}}) {
+  for (const uint8_t version : {uint8_t{0}, uint8_t{4}, uint8_t{255}}) {
     bytes[4] = version;
     EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kUnsupported) << int{version};
   }
 }
 
 TEST(PatchContainer, RefusesAStreamCountThatTheBytesCannotHold) {
-  std::vector<uint8_t> bytes = written(three_streams());
-  bytes[8] = bytes[9] = bytes[10] = bytes[11] = 0xff;
-  EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kInvalidInput);
+  for (std::vector<uint8_t> bytes : {written(three_streams()), written_in_bits(three_streams())}) {
+    bytes[8] = bytes[9] = bytes[10] = bytes[11] = 0xff;
+    EXPECT_EQ(open_container(bytes).status().message(), "container: more streams than bytes");
+  }
+}
+
+// The lengths of directory and head, changed one by one.
+TEST(PatchContainer, RefusesPartsOfVersion3ThatTheBytesCannotHold) {
+  const std::vector<uint8_t> bytes = written_in_bits(three_streams());
+  const auto with = [&](size_t at, uint32_t value) {
+    std::vector<uint8_t> mutant = bytes;
+    for (size_t i = 0; i < 4; ++i) mutant[at + i] = static_cast<uint8_t>(value >> 8 * i);
+    return open_container(mutant).status().message();
+  };
+  const auto rest = static_cast<uint32_t>(bytes.size() - 20);
+  for (const uint32_t directory_bytes : {rest + 1, 0xffffffffu})
+    EXPECT_EQ(with(12, directory_bytes), "container: ends within the directory or the head");
+  EXPECT_EQ(with(16, rest), "container: ends within the directory or the head");
+  EXPECT_EQ(with(12, 1), "container: more streams than rows in the directory");
+  // 367 bytes of streams for as many rows: 5 bits are the least that a row takes.
+  EXPECT_EQ(with(8, 300), "container: more streams than rows in the directory");
 }
 
 // A patch without its directory: no references, and the faces that its row counts.
