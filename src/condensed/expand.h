@@ -6,21 +6,18 @@
 #include <span>
 #include <vector>
 
-#include "src/export.h"
-#include "src/status.h"
+#include "src/container/condensed_head.h"
 
 namespace psplit {
 
-struct CondensedHead;
-
-// What expands one condensed stream.
+// A condensed stream, and what its row says about it.
 struct CondensedStream {
   std::span<const uint8_t> bytes;
-  uint32_t skeleton = 0;                     // its number in the head
-  uint32_t face_count = 0, point_count = 0;  // of its row
+  uint32_t skeleton = 0;  // its number in the head
+  uint32_t face_count = 0, point_count = 0;
 };
 
-// The Draco stream. The bytes may be anything. Errors: kInvalidInput. Thread-safe.
+// The Draco stream. The bytes and the row may be anything. Errors: kInvalidInput. Thread-safe.
 PSPLIT_EXPORT Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head,
                                                            const CondensedStream& stream);
 

@@ -80,7 +80,8 @@ class FieldsReader {
     return {};
   }
 
-  Status symbols(uint32_t count, uint32_t components) {
+  Status symbols(uint32_t count, const PredictedAttribute& predicted) {
+    const uint32_t components = predicted.attribute.value_components();
     literals_.copy_to(fields_.skeleton);
     AttributeFields& attribute = fields_.attributes.emplace_back();
     attribute.count = count;
@@ -246,22 +247,8 @@ class FieldsReader {
     if (fault != Fault::kNone) return fault;
     arena_.release(mark);
     mesh_.drop_merged_vertices(/*keep_order=*/true);
-    append_flags(start_faces, component_count(), fields_.start_faces);
+    append_flags(start_faces, component_count(fields_), fields_.start_faces);
     return Fault::kNone;
-  }
-
-  // The edges that wait when all symbols are decoded: each E begins one, and each S ends one, unless it takes
-  // an edge that a split event set aside.
-  uint32_t component_count() const {
-    std::vector<bool> has_event(fields_.symbols.size());
-    for (const core::SplitEvent& event : fields_.split_events)
-      if (event.split > event.source) has_event[event.split] = true;
-    uint32_t count = 0;
-    for (size_t i = 0; i < fields_.symbols.size(); ++i) {
-      count += fields_.symbols[i] == core::kE ? 1 : 0;
-      count -= fields_.symbols[i] == core::kS && !has_event[i] ? 1 : 0;
-    }
-    return count;
   }
 
   Fault read_seams(std::vector<core::RansBits>& seams) {

@@ -39,6 +39,13 @@ class Literals : public core::ByteReader {
   size_t done_ = 0;
 };
 
+// An attribute of integers, and how they are predicted.
+struct PredictedAttribute {
+  const core::Attribute<uint32_t>& attribute;
+  core::Scheme scheme;
+  core::Transform transform;  // unless the scheme is kNone
+};
+
 // Walks through a stream. A Coder reads or writes fields. The walk calls its functions in this order:
 //
 //   Literals& literals();                                     at the start
@@ -46,7 +53,7 @@ class Literals : public core::ByteReader {
 //   Status connectivity(bool is_valence, uint32_t data_count);  from the number of symbols to seams and lists
 //   uint32_t value_count(const Group&);                       for each group; then for each of its attributes:
 //   Status raw(uint32_t count, const Attribute&);             the values of an attribute that is stored raw
-//   Status symbols(uint32_t count, uint32_t components);      of any other attribute, and those of these
+//   Status symbols(uint32_t count, const PredictedAttribute&);  of any other, and those of these
 //   Status creases(), orientations(), wrap(), flips();        functions that its prediction needs
 //
 // The literal bytes may be anything. The walk checks them as the decoder does.
@@ -90,7 +97,7 @@ class StreamLayout {
     for (Group& group : groups_) {
       group.attribute_data = static_cast<int8_t>(literals_.u8());
       group.per_corner = literals_.u8() != 0;
-      literals_.u8();  // the order of values
+      group.by_prediction_degree = literals_.u8() == 1;
       const int64_t data = group.attribute_data;
       if (data >= int64_t{data_count_} || (data < 0 && group.per_corner))
         return fault_status(core::Fault::kAttribute);
@@ -141,7 +148,7 @@ class StreamLayout {
     if (literals_.truncated()) return fault_status(core::Fault::kTruncated);
     if (is_entropy_coded == 0) return unsupported("integers that are not entropy-coded");
 
-    Status status = coder_.symbols(count, attribute.value_components());
+    Status status = coder_.symbols(count, {attribute, scheme, transform});
     if (status.ok() && scheme == Scheme::kConstrainedMultiParallelogram) status = coder_.creases();
     if (status.ok() && scheme == Scheme::kTexCoords) status = coder_.orientations();
     if (status.ok() && is_predicted && !is_normal) status = coder_.wrap();

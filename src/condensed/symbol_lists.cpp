@@ -22,7 +22,19 @@ bool are_events(const std::vector<core::SplitEvent>& events, uint32_t symbol_cou
 
 }  // namespace
 
-Status list_symbols(DracoFields& fields) {
+uint32_t component_count(const DracoFields& fields) {
+  std::vector<bool> has_event(fields.symbols.size());
+  for (const core::SplitEvent& event : fields.split_events)
+    if (event.split > event.source) has_event[event.split] = true;
+  uint32_t count = 0;
+  for (size_t i = 0; i < fields.symbols.size(); ++i) {
+    count += fields.symbols[i] == core::kE ? 1 : 0;
+    count -= fields.symbols[i] == core::kS && !has_event[i] ? 1 : 0;
+  }
+  return count;
+}
+
+Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields) {
   using core::Arena;
   const auto s_count = static_cast<uint64_t>(std::ranges::count(fields.symbols, core::kS));
   const uint64_t faces = fields.face_count, limit = fields.vertex_count + s_count;
@@ -31,7 +43,7 @@ Status list_symbols(DracoFields& fields) {
                    faces >= fields.symbol_count && faces <= fields.symbol_count + fields.start_faces.size() &&
                    faces < core::kMaxFaces<uint32_t> && limit <= 3 * faces + s_count && limit < 0xfffffff0u &&
                    are_events(fields.split_events, fields.symbol_count);
-  for (std::vector<uint8_t>& list : fields.symbol_lists) list.clear();
+  std::vector<uint8_t> lists(fields.symbols.size());
   core::Connectivity<uint32_t> mesh;
   mesh.counts = {fields.face_count, static_cast<uint32_t>(limit), fields.symbol_count,
                  static_cast<uint32_t>(fields.split_events.size())};
@@ -49,11 +61,19 @@ Status list_symbols(DracoFields& fields) {
     core::fill(mesh.table.opposite, core::kNone<uint32_t>);
     fault = waiting.start({fields.split_events.data(), fields.split_events.size()}, fields.symbol_count, arena);
     if (fault == core::Fault::kNone)
-      fault =
-          core::add_faces(ListingSymbols(valences, fields.symbols.data(), fields.symbol_lists), waiting, mesh);
+      fault = core::add_faces(NotedLists(valences, fields.symbols.data(), lists.data()), waiting, mesh);
   }
-  for (std::vector<uint8_t>& list : fields.symbol_lists) std::ranges::reverse(list);
-  return fault == core::Fault::kNone ? Status() : invalid_input(core::fault_text(fault));
+  if (fault != core::Fault::kNone) return invalid_input(core::fault_text(fault));
+  return lists;
+}
+
+Status list_symbols(DracoFields& fields) {
+  for (std::vector<uint8_t>& list : fields.symbol_lists) list.clear();
+  const Expected<std::vector<uint8_t>> lists = lists_of_symbols(fields);
+  if (!lists) return lists.status();
+  for (size_t i = fields.symbols.size(); i-- > 1;)
+    fields.symbol_lists[(*lists)[i]].push_back(kNumberOfClers[fields.symbols[i]]);
+  return {};
 }
 
 }  // namespace psplit

@@ -52,6 +52,7 @@ class Valences {
     valences_[v2] += symbol == core::kE || symbol == core::kR ? 2 : 1;
   }
   void merged(uint32_t p, uint32_t n) { valences_[p] += valences_[n]; }
+  void brought(uint32_t, uint32_t) {}
 
  private:
   core::View<uint32_t> valences_;
@@ -81,21 +82,28 @@ class ListedSymbols : public Valences {
   uint8_t* out_;
 };
 
-// Takes core::Clers in their order, and appends each to its list: the lists become those of the stream
-// backwards.
-class ListingSymbols : public Valences {
+// Takes core::Clers in their order, and notes the list of each except the first.
+class NotedLists : public Valences {
  public:
-  ListingSymbols(core::View<uint32_t> valences, const uint8_t* symbols, SymbolLists& lists)
-      : Valences(valences), symbols_(symbols), lists_(&lists) {}
+  NotedLists(core::View<uint32_t> valences, const uint8_t* symbols, uint8_t* lists)
+      : Valences(valences), symbols_(symbols), lists_(lists) {}
   uint32_t next(uint32_t to) {
-    const uint8_t symbol = *symbols_++;
-    if (to != core::kNone<uint32_t>) (*lists_)[list(to)].push_back(kNumberOfClers[symbol]);
-    return symbol;
+    *lists_++ = static_cast<uint8_t>(to != core::kNone<uint32_t> ? list(to) : 0);
+    return *symbols_++;
   }
 
  private:
   const uint8_t* symbols_;
-  SymbolLists* lists_;
+  uint8_t* lists_;
 };
+
+// The components of the mesh: the edges that wait when all symbols are decoded. Each E begins one, and each S
+// ends one, unless it takes an edge that a split event set aside. The splits of the events are symbols.
+uint32_t component_count(const DracoFields& fields);
+
+// The list that has each symbol in a valence traversal, from vertex_count, face_count, symbol_count, symbols,
+// split_events and start_faces. 0 for the first symbol, which no list has. Errors: kInvalidInput if they do not
+// form a mesh.
+Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields);
 
 }  // namespace psplit

@@ -60,7 +60,8 @@ class FieldsWriter {
     return {};
   }
 
-  Status symbols(uint32_t count, uint32_t components) {
+  Status symbols(uint32_t count, const PredictedAttribute& predicted) {
+    const uint32_t components = predicted.attribute.value_components();
     literals_.copy_to(out_);
     if (!next_attribute() || attribute().count != count || attribute().components != components ||
         attribute().symbols.size() != uint64_t{count} * components ||

@@ -58,11 +58,11 @@ class BitStringReader {
 
 class BitStringWriter {
  public:
+  // The lowest `count` bits, at most 56.
   void bits(uint64_t value, uint32_t count) {
-    for (uint32_t i = 0; i < count; ++i, ++bit_count_) {
-      if (bit_count_ % 8 == 0) bytes_.push_back(0);
-      bytes_.back() |= static_cast<uint8_t>((value >> i & 1) << bit_count_ % 8);
-    }
+    pending_ |= (value & ((uint64_t{1} << count) - 1)) << pending_count_;
+    for (pending_count_ += count; pending_count_ >= 8; pending_count_ -= 8, pending_ >>= 8)
+      bytes_.push_back(static_cast<uint8_t>(pending_));
   }
   // `value` is below 2^32.
   void number(core::NumberKind& kind, uint64_t value) {
@@ -76,11 +76,17 @@ class BitStringWriter {
   // -2^31 <= value < 2^31
   void signed_number(core::NumberKind& kind, int64_t value) { number(kind, core::fold(value)); }
 
-  std::vector<uint8_t> take() { return std::move(bytes_); }
+  uint64_t bit_count() const { return 8 * uint64_t{bytes_.size()} + pending_count_; }
+  std::vector<uint8_t> take() {
+    if (pending_count_ > 0) bytes_.push_back(static_cast<uint8_t>(pending_));
+    pending_ = 0, pending_count_ = 0;
+    return std::exchange(bytes_, {});
+  }
 
  private:
   std::vector<uint8_t> bytes_;
-  uint32_t bit_count_ = 0;  // modulo 2^32
+  uint64_t pending_ = 0;
+  uint32_t pending_count_ = 0;  // below 8
 };
 
 }  // namespace psplit

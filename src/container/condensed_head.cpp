@@ -52,9 +52,12 @@ class HeadReader {
     if (count > kMostSkeletons) return invalid("more than 255 skeletons");
     NumberKind length_kind{5};
     for (uint64_t i = 0; i < count; ++i) {
-      const uint32_t length = number(length_kind);
+      constexpr uint32_t kMostLevel = 11;
+      const uint32_t level = bits_.read(4), length = number(length_kind);
       if (truncated()) return check_truncation();
       if (length > kMostSkeletonBytes) return invalid("a skeleton of more than 4096 bytes");
+      if (level > kMostLevel) return invalid("an unknown level of entropy coding");
+      head_.levels.push_back(static_cast<uint8_t>(level));
       std::vector<uint8_t>& skeleton = head_.skeletons.emplace_back(length);
       for (uint8_t& byte : skeleton) byte = static_cast<uint8_t>(bits_.read(8));
       if (truncated()) return check_truncation();
@@ -107,6 +110,7 @@ class HeadReader {
       core::AttributeModel& model = head_.attributes.emplace_back();
       model.by_creation = bit();
       if (model.by_creation) {
+        model.backward = bit();
         model.two = bit();
         model.mean = bit();
       }

@@ -16,6 +16,7 @@ namespace psplit {
 struct CondensedHead {
   // The literal bytes of the Draco streams.
   std::vector<std::vector<uint8_t>> skeletons;
+  std::vector<uint8_t> levels;  // by skeleton: libdraco's level of entropy coding, 0 to 11
 
   // What models() has views of. The lengths of all vectors are those that the bytes of the head say.
   bool has_valence_contexts = false;

@@ -1,0 +1,39 @@
+// The symbols that a condensed patch codes, and the tables that code them, before they are written.
+#pragma once
+
+#include <algorithm>
+
+#include "encoder/condensing/source_stream.h"
+
+namespace psplit {
+
+// How the values of one attribute are coded.
+struct ValueCoding {
+  bool by_creation = false;  // in the order of creation, with our prediction; otherwise Draco's corrections
+  bool backward = false;     // from the last face to the first
+  bool two = false;          // up to two parallelograms
+  bool mean = false;         // of both neighbours, for values without a parallelogram
+};
+
+// The symbols of one attribute, component after component of each value.
+struct CodedValues {
+  std::vector<uint32_t> symbols;
+  std::vector<uint8_t> table;  // of each value
+};
+
+// How Edgebreaker's symbols are coded: 0 to 5 are contexts of that number of symbols before.
+inline constexpr uint32_t kMostLastSymbols = 5, kValenceContexts = 8;
+uint32_t context_count(uint32_t symbol_contexts);
+
+inline bool has_seams(const std::vector<uint8_t>& seams) { return std::ranges::find(seams, 1) != seams.end(); }
+
+// The contexts of all symbols except the first. Empty if the symbols do not form a mesh.
+std::vector<uint16_t> contexts_of_symbols(const DracoFields& fields, uint32_t symbol_contexts);
+
+// Draco's corrections, or the raw values, of an attribute in Draco's order.
+CodedValues code_in_draco_order(const AttributeFields& fields, const SkeletonAttribute& attribute);
+// The values of an attribute in the order of creation.
+CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
+                             ValueCoding coding);
+
+}  // namespace psplit

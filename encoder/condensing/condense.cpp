@@ -1,0 +1,261 @@
+#include "encoder/condensing/condense.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "encoder/condensing/choose_models.h"
+#include "encoder/condensing/write_patch.h"
+#include "src/condensed/expand.h"
+
+namespace psplit {
+namespace {
+
+// One pass over the streams of a primitive after the other. Sums are made of parts that do not depend on the
+// number of threads.
+class Condenser {
+ public:
+  Condenser(std::span<const std::vector<uint8_t>> streams, std::span<const DecodedCounts> counts,
+            const ThreadPool& pool)
+      : streams_(streams), counts_(counts), pool_(pool), patches_(streams.size()) {
+    result_.bytes.assign(streams.begin(), streams.end());
+    result_.is_condensed.resize(streams.size());
+    result_.skeleton.resize(streams.size());
+  }
+
+  CondensedStreams condense(bool smallest) {
+    read_streams();
+    share_skeletons();
+    if (skeletons_.empty()) return std::move(result_);
+    const Codings codings = choose_codings(smallest);
+    code_patches(codings);
+    write_patches();
+    return std::move(result_);
+  }
+
+ private:
+  struct Patch {
+    bool is_condensable = false;
+    uint32_t skeleton = 0;
+    CodedPatch coded;
+  };
+  // What the coded patches of one part count.
+  struct Counts {
+    explicit Counts(size_t context_count, size_t attribute_count, size_t data_count)
+        : symbols(context_count), attributes(attribute_count), flags(attribute_count), seams(data_count) {}
+    SymbolCounts symbols;
+    std::vector<AttributeCounts> attributes;
+    std::vector<FlagCounts> flags;
+    std::vector<SeamCounts> seams;
+  };
+
+  void read_streams() {
+    pool_.for_each(streams_.size(), [&](size_t i) {
+      std::optional<DracoFields> fields = condensable_fields(streams_[i], counts_[i]);
+      if (!fields) return;
+      const Expected<Skeleton> skeleton = read_skeleton(fields->skeleton);
+      if (!skeleton || !has_condensable_attributes(*fields, *skeleton)) return;
+      patches_[i].is_condensable = true;
+      patches_[i].coded.fields = std::move(*fields);
+      patches_[i].coded.point_count = counts_[i].point_count;
+    });
+  }
+
+  // Streams with the same literal bytes share a skeleton, if they have a level in common.
+  void share_skeletons() {
+    std::vector<uint32_t> levels;  // possible ones, by skeleton
+    for (Patch& patch : patches_) {
+      if (!patch.is_condensable) continue;
+      DracoFields& fields = patch.coded.fields;
+      uint32_t s = 0;
+      while (s < levels.size() &&
+             (models_.skeletons[s].literals != fields.skeleton || (levels[s] & fields.possible_levels) == 0))
+        ++s;
+      if (s == kMostSkeletons) {
+        patch.is_condensable = false;
+        continue;
+      }
+      if (s == levels.size()) {
+        models_.skeletons.push_back({fields.skeleton, 0});
+        levels.push_back(fields.possible_levels);
+        skeletons_.push_back(*read_skeleton(fields.skeleton));
+      }
+      patch.skeleton = s;
+      levels[s] &= fields.possible_levels;
+    }
+    for (size_t s = 0; s < levels.size(); ++s) models_.skeletons[s].symbol_level = std::countr_zero(levels[s]);
+    for (const Skeleton& skeleton : skeletons_) {
+      attribute_count_ = std::max(attribute_count_, skeleton.attributes.size());
+      data_count_ = std::max<size_t>(data_count_, skeleton.data_count);
+    }
+  }
+
+  const Skeleton& skeleton_of(const Patch& patch) const { return skeletons_[patch.skeleton]; }
+
+  // Calls body(part, i) for each stream i in some order, where streams of the same part follow each other.
+  template <typename Body>
+  void for_parts(size_t count, Body body) const {
+    pool_.for_each(kParts, [&](size_t part) {
+      for (size_t i = part * count / kParts; i < (part + 1) * count / kParts; ++i) body(part, i);
+    });
+  }
+
+  std::unique_ptr<DecodedSource> decode(size_t i) const {
+    const Skeleton& skeleton = skeleton_of(patches_[i]);
+    const bool is_needed = std::ranges::any_of(skeleton.attributes, [](const SkeletonAttribute& attribute) {
+      return attribute.allows_creation_order();
+    });
+    return is_needed ? DecodedSource::decode(streams_[i], counts_[i].point_count, skeleton) : nullptr;
+  }
+
+  Codings choose_codings(bool smallest) const {
+    std::vector<size_t> condensable;
+    uint64_t faces = 0;
+    for (size_t i = 0; i < patches_.size(); ++i)
+      if (patches_[i].is_condensable) condensable.push_back(i), faces += counts_[i].face_count;
+    const size_t every = std::min<size_t>(1 + faces / kSampleFaces, condensable.size());
+    std::vector<CodingCounts> parts(kParts, CodingCounts(attribute_count_));
+    uint64_t sample_faces = 0;
+    for (size_t n = 0; n < condensable.size(); n += every) sample_faces += counts_[condensable[n]].face_count;
+    for_parts((condensable.size() + every - 1) / every, [&](size_t part, size_t n) {
+      const size_t i = condensable[n * every];
+      parts[part].add(patches_[i].coded.fields, skeleton_of(patches_[i]), decode(i).get());
+    });
+    for (size_t part = 1; part < kParts; ++part) parts[0] += parts[part];
+    const double scale = static_cast<double>(faces) / static_cast<double>(std::max<uint64_t>(sample_faces, 1));
+    return parts[0].choose(scale, smallest);
+  }
+
+  void code_patches(const Codings& codings) {
+    models_.symbol_contexts = codings.symbol_contexts;
+    std::vector<Counts> parts(kParts,
+                              Counts(context_count(codings.symbol_contexts), attribute_count_, data_count_));
+    for_parts(patches_.size(), [&](size_t part, size_t i) {
+      if (!patches_[i].is_condensable) return;
+      code_patch(codings, i);
+      if (patches_[i].is_condensable) count_patch(patches_[i], parts[part]);
+    });
+    for (size_t part = 1; part < kParts; ++part) add_counts(parts[part], parts[0]);
+    set_tables(codings, parts[0]);
+  }
+
+  void code_patch(const Codings& codings, size_t i) {
+    Patch& patch = patches_[i];
+    DracoFields& fields = patch.coded.fields;
+    const Skeleton& skeleton = skeleton_of(patch);
+    const auto is_by_creation = [&](uint32_t a) {
+      return codings.values[a].by_creation && skeleton.attributes[a].allows_creation_order();
+    };
+    std::unique_ptr<DecodedSource> source;
+    for (uint32_t a = 0; a < skeleton.attributes.size(); ++a)
+      if (is_by_creation(a) && source == nullptr && (source = decode(i)) == nullptr) {
+        patch.is_condensable = false;
+        return;
+      }
+    patch.coded.contexts = contexts_of_symbols(fields, codings.symbol_contexts);
+    for (uint32_t a = 0; a < skeleton.attributes.size(); ++a) {
+      patch.coded.attributes.push_back(
+          is_by_creation(a) ? code_by_creation(*source, a, skeleton.attributes[a].components, codings.values[a])
+                            : code_in_draco_order(fields.attributes[a], skeleton.attributes[a]));
+      fields.attributes[a].symbols = {};
+      fields.attributes[a].raw = {};
+    }
+  }
+
+  void count_patch(const Patch& patch, Counts& counts) const {
+    const DracoFields& fields = patch.coded.fields;
+    add_symbols(fields, patch.coded.contexts, counts.symbols);
+    for (size_t a = 0; a < fields.attributes.size(); ++a) {
+      counts.attributes[a].add(patch.coded.attributes[a], skeleton_of(patch).attributes[a].components);
+      for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
+        for (const uint8_t flag : flags_of_kind(fields.attributes[a], kind)) ++counts.flags[a][kind][flag];
+    }
+    for (size_t data = 0; data < fields.seams.size(); ++data) {
+      const std::vector<uint8_t>& seams = fields.seams[data];
+      if (!has_seams(seams)) continue;
+      uint8_t before = 0;
+      for (const uint8_t seam : seams) {
+        ++counts.seams[data][before][seam];
+        before = seam;
+      }
+    }
+  }
+
+  static void add_counts(const Counts& from, Counts& to) {
+    to.symbols += from.symbols;
+    const auto add_bits = [](const auto& bits, auto& sums) {
+      for (size_t i = 0; i < bits.size(); ++i)
+        for (size_t bit = 0; bit < 2; ++bit) sums[i][bit] += bits[i][bit];
+    };
+    for (size_t a = 0; a < to.attributes.size(); ++a) {
+      to.attributes[a] += from.attributes[a];
+      add_bits(from.flags[a], to.flags[a]);
+    }
+    for (size_t data = 0; data < to.seams.size(); ++data) add_bits(from.seams[data], to.seams[data]);
+  }
+
+  void set_tables(const Codings& codings, const Counts& counts) {
+    models_.symbol_tables = symbol_tables(counts.symbols);
+    for (size_t a = 0; a < attribute_count_; ++a) {
+      AttributeModel& model = models_.attributes.emplace_back();
+      model.coding = codings.values[a];
+      model.tables = token_tables(counts.attributes[a], model.coding);
+      for (uint32_t kind = 0; kind < kFlagKinds; ++kind) {
+        const auto [zeros, ones] = counts.flags[a][kind];
+        model.has_flags |= zeros + ones > 0;
+        model.flag_probability[kind] = fitting_probability(zeros, ones);
+      }
+    }
+    for (const SeamCounts& seams : counts.seams)
+      models_.seam_probability.push_back(
+          {fitting_probability(seams[0][0], seams[0][1]), fitting_probability(seams[1][0], seams[1][1])});
+  }
+
+  // Condenses each stream that gets smaller and comes back, if that saves more than the head takes.
+  void write_patches() {
+    std::vector<uint8_t> head_bytes = write_head(models_);
+    const Expected<CondensedHead> head = read_condensed_head(head_bytes);
+    if (!head) return;
+    const CodingTables tables(models_);
+    std::vector<uint64_t> saved(streams_.size());
+    std::vector<std::vector<uint8_t>> condensed(streams_.size());
+    pool_.for_each(streams_.size(), [&](size_t i) {
+      Patch& patch = patches_[i];
+      if (!patch.is_condensable) return;
+      condensed[i] = write_patch(patch.coded, skeleton_of(patch), models_, tables);
+      patch.coded = {};
+      if (condensed[i].size() >= streams_[i].size()) return;
+      const Expected<std::vector<uint8_t>> expanded =
+          expand_stream(*head, {condensed[i], patch.skeleton, counts_[i].face_count, counts_[i].point_count});
+      if (expanded.ok() && *expanded == streams_[i]) saved[i] = streams_[i].size() - condensed[i].size();
+    });
+    if (std::accumulate(saved.begin(), saved.end(), uint64_t{0}) <= head_bytes.size()) return;
+    result_.head = std::move(head_bytes);
+    for (size_t i = 0; i < streams_.size(); ++i) {
+      if (saved[i] == 0) continue;
+      result_.bytes[i] = std::move(condensed[i]);
+      result_.is_condensed[i] = 1;
+      result_.skeleton[i] = static_cast<uint8_t>(patches_[i].skeleton);
+    }
+  }
+
+  static constexpr size_t kParts = 32;
+  static constexpr uint64_t kSampleFaces = 1 << 18;
+
+  std::span<const std::vector<uint8_t>> streams_;
+  std::span<const DecodedCounts> counts_;
+  const ThreadPool& pool_;
+  std::vector<Patch> patches_;
+  std::vector<Skeleton> skeletons_;
+  size_t attribute_count_ = 0, data_count_ = 0;  // of the skeletons that have most
+  Models models_;
+  CondensedStreams result_;
+};
+
+}  // namespace
+
+CondensedStreams condense(std::span<const std::vector<uint8_t>> draco_streams,
+                          std::span<const DecodedCounts> counts, bool smallest, const ThreadPool& pool) {
+  return Condenser(draco_streams, counts, pool).condense(smallest);
+}
+
+}  // namespace psplit

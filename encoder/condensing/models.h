@@ -1,0 +1,72 @@
+// The models that all condensed streams of a primitive share, and the statistics that they are made from.
+#pragma once
+
+#include <array>
+
+#include "encoder/condensing/coded_patch.h"
+#include "encoder/condensing/frequencies.h"
+#include "encoder/condensing/token.h"
+#include "src/container/bit_string.h"
+
+namespace psplit {
+
+inline constexpr uint32_t kClersCount = 5;
+// The flags of an attribute: creases with 1 to 4 parallelograms, orientations, flips.
+inline constexpr uint32_t kFlagKinds = AttributeFields::kCreaseLists + 2;
+inline const std::vector<uint8_t>& flags_of_kind(const AttributeFields& fields, uint32_t kind) {
+  constexpr uint32_t kOrientations = AttributeFields::kCreaseLists;
+  return kind < kOrientations    ? fields.creases[kind]
+         : kind == kOrientations ? fields.same_orientations
+                                 : fields.flips;
+}
+
+using TokenCounts = std::array<uint64_t, kTokens>;
+using BitCounts = std::array<uint64_t, 2>;
+using ClersCounts = std::array<uint64_t, kClersCount>;
+
+// How often each symbol is coded with each table.
+struct AttributeCounts {
+  std::array<TokenCounts, 3> tokens{};
+  void add(const CodedValues& values, uint32_t components);
+  AttributeCounts& operator+=(const AttributeCounts& other);
+};
+using SymbolCounts = std::vector<ClersCounts>;  // by context
+SymbolCounts& operator+=(SymbolCounts& to, const SymbolCounts& from);
+void add_symbols(const DracoFields& fields, std::span<const uint16_t> contexts, SymbolCounts& counts);
+using FlagCounts = std::array<BitCounts, kFlagKinds>;
+using SeamCounts = std::array<BitCounts, 2>;  // after no seam, and after a seam
+
+struct AttributeModel {
+  ValueCoding coding;
+  std::vector<std::vector<uint16_t>> tables;  // frequencies of tokens: two tables, or three by creation
+  bool has_flags = false;
+  std::array<uint32_t, kFlagKinds> flag_probability{};
+};
+
+struct SkeletonModel {
+  std::vector<uint8_t> literals;
+  int symbol_level = 0;
+};
+
+struct Models {
+  std::vector<SkeletonModel> skeletons;
+  uint32_t symbol_contexts = 0;
+  std::vector<std::array<uint16_t, kClersCount>> symbol_tables;
+  std::vector<AttributeModel> attributes;
+  std::vector<std::array<uint32_t, 2>> seam_probability;  // by attribute data
+};
+
+// Tables that fit counts.
+std::vector<std::array<uint16_t, kClersCount>> symbol_tables(const SymbolCounts& counts);
+std::vector<std::vector<uint16_t>> token_tables(const AttributeCounts& counts, ValueCoding coding);
+
+// The bits that symbols with these counts take, without their tables.
+double symbol_bits(const SymbolCounts& counts, std::span<const std::array<uint16_t, kClersCount>> tables);
+double value_bits(const AttributeCounts& counts, std::span<const std::vector<uint16_t>> tables);
+
+void write_symbol_tables(std::span<const std::array<uint16_t, kClersCount>> tables, BitStringWriter& out);
+void write_token_tables(std::span<const std::vector<uint16_t>> tables, BitStringWriter& out);
+// The head of a container.
+std::vector<uint8_t> write_head(const Models& models);
+
+}  // namespace psplit

@@ -1,0 +1,74 @@
+// Writes one section of a condensed stream: entropy-coded words from its front, plain bits from its back.
+// Specification: "sections".
+//
+// J. Duda: Asymmetric numeral systems, 2013.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "encoder/condensing/frequencies.h"
+#include "src/container/bit_string.h"
+
+namespace psplit {
+
+// The slots of a symbol: its frequency, and the sum of those of lower symbols.
+struct SymbolSlots {
+  uint16_t first = 0, frequency = 0;
+};
+// One for each symbol.
+inline std::vector<SymbolSlots> slots_of(std::span<const uint16_t> frequencies) {
+  std::vector<SymbolSlots> slots;
+  uint32_t first = 0;
+  for (const uint16_t frequency : frequencies) {
+    slots.push_back({static_cast<uint16_t>(first), frequency});
+    first += frequency;
+  }
+  return slots;
+}
+
+class SectionWriter {
+ public:
+  BitStringWriter& plain() { return plain_; }
+  // A symbol whose frequency is not 0.
+  void code(SymbolSlots slots) { coded_.push_back(slots); }
+  // A bit that is 1 with a probability of 1 to 4095 parts of 4096.
+  void code_bit(bool bit, uint32_t probability) {
+    const auto ones = static_cast<uint16_t>(probability);
+    code(bit ? SymbolSlots{0, ones} : SymbolSlots{ones, static_cast<uint16_t>(kFrequencySum - ones)});
+  }
+
+  // Appends the section, and returns how many bytes it takes. A decoder takes the symbols in their order, so
+  // they are coded from the last to the first.
+  uint32_t append_to(std::vector<uint8_t>& bytes) {
+    constexpr uint32_t kStart = 1u << 16;
+    std::vector<uint16_t> words;
+    uint64_t state = kStart;
+    for (size_t i = coded_.size(); i-- > 0;) {
+      const auto [first, frequency] = coded_[i];
+      if (state >= uint64_t{frequency} << 20) {
+        words.push_back(static_cast<uint16_t>(state));
+        state >>= 16;
+      }
+      state = state / frequency * kFrequencySum + state % frequency + first;
+    }
+    words.push_back(static_cast<uint16_t>(state >> 16));
+    words.push_back(static_cast<uint16_t>(state));
+    const size_t begin = bytes.size();
+    const std::vector<uint8_t> bits = plain_.take();
+    bytes.reserve(begin + 2 * words.size() + bits.size());
+    for (size_t i = words.size(); i-- > 0;) {
+      bytes.push_back(static_cast<uint8_t>(words[i]));
+      bytes.push_back(static_cast<uint8_t>(words[i] >> 8));
+    }
+    bytes.insert(bytes.end(), bits.rbegin(), bits.rend());
+    coded_.clear();
+    return static_cast<uint32_t>(bytes.size() - begin);
+  }
+
+ private:
+  BitStringWriter plain_;
+  std::vector<SymbolSlots> coded_;
+};
+
+}  // namespace psplit

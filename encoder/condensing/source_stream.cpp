@@ -1,0 +1,53 @@
+#include "encoder/condensing/source_stream.h"
+
+#include <algorithm>
+
+#include "src/core/workspace.h"
+
+namespace psplit {
+
+std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_stream,
+                                              const DecodedCounts& counts) {
+  Expected<DracoFields> fields = read_fields(draco_stream);
+  if (!fields || fields->possible_levels == 0 || fields->symbols.empty() || fields->symbols[0] != core::kE ||
+      fields->face_count != counts.face_count || fields->skeleton.size() > kMostSkeletonBytes)
+    return std::nullopt;
+  // The number of faces without a symbol says how many start faces there are.
+  const auto interior = static_cast<uint64_t>(std::ranges::count(fields->start_faces, 1));
+  if (fields->start_faces.empty() || interior != fields->face_count - fields->symbol_count) return std::nullopt;
+  return std::move(*fields);
+}
+
+bool has_condensable_attributes(const DracoFields& fields, const Skeleton& skeleton) {
+  if (fields.attributes.size() != skeleton.attributes.size() || fields.attributes.empty() ||
+      fields.seams.size() != skeleton.data_count)
+    return false;
+  for (size_t i = 0; i < fields.attributes.size(); ++i) {
+    const SkeletonAttribute& attribute = skeleton.attributes[i];
+    constexpr uint32_t kMostComponentBytes = 4;
+    if (attribute.is_raw && attribute.component_bytes > kMostComponentBytes) return false;
+    if (attribute.grid_max > 0 && std::ranges::any_of(fields.attributes[i].symbols, [&](uint32_t symbol) {
+          return symbol >= attribute.grid_max;
+        }))
+      return false;
+  }
+  return true;
+}
+
+std::unique_ptr<DecodedSource> DecodedSource::decode(std::span<const uint8_t> draco_stream,
+                                                     uint32_t point_count, const Skeleton& skeleton) {
+  core::StreamHeader header;
+  if (core::read_stream_header(draco_stream.data(), draco_stream.size(), header) != core::Fault::kNone)
+    return nullptr;
+  core::ValueCounts values{point_count, static_cast<uint32_t>(skeleton.attributes.size()), 0};
+  for (const SkeletonAttribute& attribute : skeleton.attributes) values.components += attribute.components;
+  const size_t size = core::workspace_bytes<uint32_t>(header, draco_stream.size(), values);
+  if (size > core::justified_bytes(draco_stream.size())) return nullptr;
+  auto source = std::make_unique<DecodedSource>();
+  source->memory_.reset(new uint8_t[size]);
+  core::Arena arena(source->memory_.get(), size);
+  if (core::decode_patch<uint32_t>(header, arena, source->patch_) != core::Fault::kNone) return nullptr;
+  return source;
+}
+
+}  // namespace psplit

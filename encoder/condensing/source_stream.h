@@ -1,0 +1,48 @@
+// One Draco stream that may be condensed: its fields, and the values of its attributes.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "encoder/condensing/condense.h"
+#include "src/condensed/creation_order.h"
+#include "src/condensed/draco_fields.h"
+#include "src/condensed/skeleton.h"
+#include "src/core/decode_patch.h"
+
+namespace psplit {
+
+// The fields, if they follow all rules of condensed streams and come back from them.
+std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_stream,
+                                              const DecodedCounts& counts);
+
+// The rules that need the skeleton of the fields.
+bool has_condensable_attributes(const DracoFields& fields, const Skeleton& skeleton);
+
+// A decoded stream: its corner tables, and its values.
+class DecodedSource {
+ public:
+  // Null if the core does not decode the stream.
+  static std::unique_ptr<DecodedSource> decode(std::span<const uint8_t> draco_stream, uint32_t point_count,
+                                               const Skeleton& skeleton);
+
+  const core::CornerTable<uint32_t>& table(uint32_t attribute) const {
+    return patch_.groups[patch_.attributes[attribute].group].table.table;
+  }
+  uint32_t vertex_count(uint32_t attribute) const {
+    return patch_.groups[patch_.attributes[attribute].group].table.vertex_count;
+  }
+  // A component of the value of a vertex of the table.
+  int32_t number(uint32_t attribute, uint32_t vertex, uint32_t component) const {
+    const core::Attribute<uint32_t>& from = patch_.attributes[attribute];
+    return from.values[size_t{vertex} * core::value_stride(from.value_components()) + component];
+  }
+
+ private:
+  std::unique_ptr<uint8_t[]> memory_;
+  core::Patch<uint32_t> patch_;
+};
+
+}  // namespace psplit

@@ -1,0 +1,136 @@
+#include "encoder/condensing/write_patch.h"
+
+#include <algorithm>
+
+#include "src/condensed/symbol_lists.h"
+
+namespace psplit {
+namespace {
+
+class PatchWriter {
+ public:
+  PatchWriter(const CodedPatch& patch, const Skeleton& skeleton, const Models& models,
+              const CodingTables& tables)
+      : patch_(patch), fields_(patch.fields), skeleton_(skeleton), models_(models), tables_(tables) {}
+
+  std::vector<uint8_t> write() {
+    // The main section comes last, and its plain bits begin at its end: they say where all sections are.
+    std::vector<uint8_t> bytes;
+    std::vector<uint32_t> lengths;
+    for (uint32_t i = 1; i < patch_.attributes.size(); ++i) {
+      SectionWriter section;
+      code_attribute(i, section);
+      lengths.push_back(section.append_to(bytes));
+    }
+    SectionWriter main;
+    write_connectivity_numbers(main.plain());
+    write_attribute_numbers(lengths, main.plain());
+    code_symbols(main);
+    code_seams(main);
+    code_attribute(0, main);
+    main.append_to(bytes);
+    return bytes;
+  }
+
+ private:
+  void write_connectivity_numbers(BitStringWriter& out) {
+    core::NumberKind count(0), vertices(0), splits(2), event_kind(8);
+    const uint32_t interior = fields_.face_count - fields_.symbol_count;
+    const auto components = static_cast<uint32_t>(fields_.start_faces.size());
+    out.number(count, interior);
+    out.signed_number(vertices, int64_t{patch_.point_count} - fields_.vertex_count);
+    out.number(splits, static_cast<uint32_t>(std::ranges::count(fields_.symbols, core::kS)));
+    out.number(count, components - 1);
+    if (interior > 0 && interior < components)
+      for (const uint8_t flag : fields_.start_faces) out.bits(flag, 1);
+    out.number(count, static_cast<uint32_t>(fields_.split_events.size()));
+    uint32_t last = 0;  // counted from the other end, as encoders do
+    for (const core::SplitEvent& event : fields_.split_events) {
+      const uint32_t source = fields_.symbol_count - 1 - event.source;
+      out.number(event_kind, source - last);
+      out.number(event_kind, event.split - event.source);
+      out.bits(event.right_edge, 1);
+      last = source;
+    }
+    for (const std::vector<uint8_t>& seams : fields_.seams) out.bits(has_seams(seams), 1);
+  }
+
+  void write_attribute_numbers(std::span<const uint32_t> section_bytes, BitStringWriter& out) {
+    core::NumberKind bytes(8), low(12), extent(12), flags(8);
+    for (const uint32_t count : section_bytes) out.number(bytes, count);
+    for (uint32_t i = 0; i < patch_.attributes.size(); ++i) {
+      if (!skeleton_.attributes[i].has_wrap_range() || is_by_creation(i)) continue;
+      const AttributeFields& attribute = fields_.attributes[i];
+      out.signed_number(low, attribute.wrap_min);
+      out.number(extent, static_cast<uint32_t>(attribute.wrap_max) - static_cast<uint32_t>(attribute.wrap_min));
+    }
+    for (uint32_t i = 0; i < patch_.attributes.size(); ++i) {
+      const AttributeFields& attribute = fields_.attributes[i];
+      const core::Scheme scheme = skeleton_.attributes[i].scheme;
+      if (scheme == core::Scheme::kConstrainedMultiParallelogram)
+        for (const std::vector<uint8_t>& list : attribute.creases)
+          out.number(flags, static_cast<uint32_t>(list.size()));
+      if (scheme == core::Scheme::kTexCoords)
+        out.number(flags, static_cast<uint32_t>(attribute.same_orientations.size()));
+    }
+  }
+
+  bool is_by_creation(uint32_t i) const {
+    return models_.attributes[i].coding.by_creation && skeleton_.attributes[i].allows_creation_order();
+  }
+
+  void code_symbols(SectionWriter& out) {
+    for (size_t i = 0; i < patch_.contexts.size(); ++i)
+      out.code(tables_.symbols[patch_.contexts[i]][kNumberOfClers[fields_.symbols[i + 1]]]);
+  }
+
+  void code_seams(SectionWriter& out) {
+    for (size_t data = 0; data < fields_.seams.size(); ++data) {
+      if (!has_seams(fields_.seams[data])) continue;
+      uint8_t before = 0;
+      for (const uint8_t seam : fields_.seams[data]) {
+        out.code_bit(seam != 0, models_.seam_probability[data][before]);
+        before = seam;
+      }
+    }
+  }
+
+  void code_attribute(uint32_t i, SectionWriter& out) {
+    const CodedValues& values = patch_.attributes[i];
+    const uint32_t components = skeleton_.attributes[i].components;
+    for (size_t value = 0; value < values.table.size(); ++value) {
+      const std::vector<SymbolSlots>& slots = tables_.tokens[i][values.table[value]];
+      for (uint32_t k = 0; k < components; ++k) {
+        const Token token = token_of(values.symbols[value * components + k]);
+        out.code(slots[token.token]);
+        out.plain().bits(token.extra, token.extra_bits);
+      }
+    }
+    for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
+      for (const uint8_t flag : flags_of_kind(fields_.attributes[i], kind))
+        out.code_bit(flag != 0, models_.attributes[i].flag_probability[kind]);
+  }
+
+  const CodedPatch& patch_;
+  const DracoFields& fields_;
+  const Skeleton& skeleton_;
+  const Models& models_;
+  const CodingTables& tables_;
+};
+
+}  // namespace
+
+CodingTables::CodingTables(const Models& models) {
+  for (const auto& table : models.symbol_tables) symbols.push_back(slots_of(table));
+  for (const AttributeModel& attribute : models.attributes) {
+    auto& slots = tokens.emplace_back();
+    for (const std::vector<uint16_t>& table : attribute.tables) slots.push_back(slots_of(table));
+  }
+}
+
+std::vector<uint8_t> write_patch(const CodedPatch& patch, const Skeleton& skeleton, const Models& models,
+                                 const CodingTables& tables) {
+  return PatchWriter(patch, skeleton, models, tables).write();
+}
+
+}  // namespace psplit

@@ -1,0 +1,29 @@
+// Writes a condensed patch: the fields that are not in its skeleton, under the models. Specification: "a
+// condensed patch".
+#pragma once
+
+#include "encoder/condensing/models.h"
+#include "encoder/condensing/section_writer.h"
+
+namespace psplit {
+
+// The models' tables, ready for coding.
+struct CodingTables {
+  explicit CodingTables(const Models& models);
+  std::vector<std::vector<SymbolSlots>> symbols;              // by context
+  std::vector<std::vector<std::vector<SymbolSlots>>> tokens;  // by attribute and table
+};
+
+// A patch whose values and symbols are coded. Of its fields it needs everything except the attributes' symbols
+// and raw bytes.
+struct CodedPatch {
+  DracoFields fields;
+  uint32_t point_count = 0;
+  std::vector<uint16_t> contexts;       // of all symbols except the first
+  std::vector<CodedValues> attributes;  // in the order of the stream
+};
+
+std::vector<uint8_t> write_patch(const CodedPatch& patch, const Skeleton& skeleton, const Models& models,
+                                 const CodingTables& tables);
+
+}  // namespace psplit

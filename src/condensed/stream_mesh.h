@@ -1,0 +1,113 @@
+// The mesh of an Edgebreaker stream, for those who need its corner tables and the order of its values, but not
+// its values.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "src/condensed/entropy_encoder.h"
+#include "src/condensed/symbol_lists.h"
+#include "src/core/edgebreaker.h"
+#include "src/core/traversal.h"
+
+namespace psplit {
+
+class StreamMesh {
+ public:
+  StreamMesh(const core::ConnectivityCounts& counts, uint32_t data_count) : data_count_(data_count) {
+    mesh_.counts = counts;
+  }
+  // The memory that this takes at most.
+  uint64_t bytes() const {
+    using core::Arena;
+    const uint64_t vertices = mesh_.counts.vertex_limit, corners = uint64_t{3} * mesh_.counts.face_count;
+    const uint64_t table = core::AttributeTable<uint32_t>::bytes(mesh_.counts.face_count);
+    // For each table one sequence.
+    const uint64_t sequences =
+        core::Sequence<uint32_t>::bytes(vertices) + data_count_ * core::Sequence<uint32_t>::bytes(corners);
+    const uint64_t walk = std::max(
+        core::DepthFirstTraversal<uint32_t>::bytes(mesh_.counts.face_count),
+        core::PredictionDegreeTraversal<uint32_t>::bytes(mesh_.counts.face_count, std::max(corners, vertices)));
+    return core::Connectivity<uint32_t>::bytes(mesh_.counts) + Valences::bytes(mesh_.counts) +
+           core::connectivity_scratch_bytes<uint32_t>(mesh_.counts) + Arena::bytes<uint32_t>(corners) +
+           Arena::bytes<bool>(vertices) + Arena::bytes<uint32_t>(vertices) + data_count_ * table +
+           2 * sequences + walk;
+  }
+  // To be called first. Takes all memory.
+  void allocate() {
+    const auto size = static_cast<size_t>(bytes());
+    memory_.reset(new uint8_t[size]);
+    arena_ = core::Arena(memory_.get(), size);
+  }
+
+  // Decodes the connectivity. make_symbols(valences) returns the symbols for core::add_faces; `valences` has
+  // what Valences needs. `start_faces` has a flag for each component.
+  template <typename MakeSymbols>
+  core::Fault decode(MakeSymbols make_symbols, core::View<const core::SplitEvent> events,
+                     const std::vector<uint8_t>& start_faces) {
+    std::vector<uint8_t> flags;
+    encode_flags(start_faces, flags);
+    core::ByteReader reader(flags.data(), flags.size());
+    core::RansBits start_face_bits;
+    core::View<uint32_t> valences;
+    core::Fault fault = start_face_bits.start(reader);
+    if (fault != core::Fault::kNone) return fault;
+    if (!mesh_.allocate(arena_) || !arena_.take(valences, Valences::room(mesh_.counts)))
+      return core::Fault::kWorkspace;
+    core::fill(valences, 0u);
+    fault = core::decode_connectivity(make_symbols(valences), events, start_face_bits, arena_, mesh_);
+    if (fault != core::Fault::kNone) return fault;
+    mesh_.drop_merged_vertices(/*keep_order=*/true);
+    return list_edges();
+  }
+
+  // Edges between two faces: the number of flags for seams of each attribute data.
+  uint32_t edge_count() const { return static_cast<uint32_t>(edges_.size()); }
+
+  // To be called for each attribute data in order.
+  core::Fault cut(std::vector<uint8_t>& seams) {
+    core::AttributeTable<uint32_t>& table = tables_.emplace_back();
+    const core::Fault fault =
+        core::cut_seams(mesh_, edges_, {seams.data(), seams.size()}, arena_, table, on_seam_);
+    if (fault == core::Fault::kNone && table.has_seams)
+      core::number_attribute_vertices(mesh_, on_seam_, scratch_, table);
+    return fault;
+  }
+
+  core::AttributeTable<uint32_t> table(const core::Group<uint32_t>& group) const {
+    if (group.per_corner) return tables_[static_cast<size_t>(group.attribute_data)];
+    return {mesh_.table, mesh_.closed, mesh_.vertex_count, false};
+  }
+
+  // The order of the values of a group.
+  core::Fault find_sequence(const core::Group<uint32_t>& group, core::Sequence<uint32_t>& out) {
+    const core::AttributeTable<uint32_t> walked = table(group);
+    if (!out.allocate(walked.vertex_count, arena_)) return core::Fault::kWorkspace;
+    if (group.by_prediction_degree) return core::traverse_by_prediction_degree(walked, arena_, out);
+    const size_t mark = arena_.mark();
+    core::DepthFirstTraversal<uint32_t> walk;
+    if (const core::Fault fault = walk.start(walked, arena_, out); fault != core::Fault::kNone) return fault;
+    while (walk.running()) walk.step();
+    arena_.release(mark);
+    return walk.finish();
+  }
+
+ private:
+  core::Fault list_edges() {
+    if (!arena_.take(edges_, size_t{3} * mesh_.counts.face_count) ||
+        !arena_.take(on_seam_, mesh_.vertex_count) || !arena_.take(scratch_, mesh_.vertex_count))
+      return core::Fault::kWorkspace;
+    edges_ = edges_.first(core::list_inner_edges(mesh_.table, edges_));
+    return core::Fault::kNone;
+  }
+
+  uint32_t data_count_;
+  std::unique_ptr<uint8_t[]> memory_;
+  core::Arena arena_;
+  core::Connectivity<uint32_t> mesh_;
+  core::View<uint32_t> edges_, scratch_;
+  core::View<bool> on_seam_;
+  std::vector<core::AttributeTable<uint32_t>> tables_;  // by attribute data
+};
+
+}  // namespace psplit
