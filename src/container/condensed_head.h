@@ -14,7 +14,7 @@ namespace psplit {
 
 // Safe to share between threads.
 struct CondensedHead {
-  // The literal bytes of the Draco streams.
+  // The literal bytes of the Draco streams. The last byte is not one of them: see the specification.
   std::vector<std::vector<uint8_t>> skeletons;
   std::vector<uint8_t> levels;  // by skeleton: libdraco's level of entropy coding, 0 to 11
 

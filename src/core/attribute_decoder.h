@@ -2,6 +2,7 @@
 // attribute.
 #pragma once
 
+#include "src/core/condensed/condensed_attributes.h"
 #include "src/core/integer_decoder.h"
 #include "src/core/patch.h"
 #include "src/core/stream_header.h"
@@ -15,8 +16,10 @@ class AttributeDecoder {
       : header_(header), arena_(arena), patch_(patch) {}
 
   // Reads groups and descriptions, finds the sequence of each group, and reads the first attributes. Afterwards
-  // sequences() and traversals() are pending. `seam_tables` are by attribute data.
-  PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables) {
+  // sequences(), traversals() and tokens of condensed() are pending. `seam_tables` are by attribute data.
+  // `section` and `birth_corners` are for condensed streams only: see CondensedAttributes::start.
+  PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables,
+                        const SectionReader& section, View<const Index> birth_corners) {
     const uint32_t group_count = reader.u8();
     if (reader.truncated()) return Fault::kTruncated;
     if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
@@ -36,8 +39,12 @@ class AttributeDecoder {
     if (!arena_.take(sequences_, attribute_count) || !arena_.take(integers_, attribute_count))
       return Fault::kWorkspace;
     for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};
-    const Fault fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
-    return fault == Fault::kNone ? read(reader) : fault;
+    Fault fault = Fault::kNone;
+    if (header_.is_condensed()) fault = condensed_.read(header_, reader, patch_, integers_, arena_);
+    if (fault == Fault::kNone) fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
+    if (fault != Fault::kNone || !header_.is_condensed()) return fault == Fault::kNone ? read(reader) : fault;
+    group_ = group_count;
+    return condensed_.start(header_.condensed, section, birth_corners, patch_, integers_, arena_);
   }
 
   // The symbols of the attributes that were read last, and the walks over the groups' tables.
@@ -45,6 +52,8 @@ class AttributeDecoder {
     return View<SymbolSequence>(sequences_.data() + first_pending_, sequence_count_ - first_pending_);
   }
   PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return traversals_.first(traversal_count_); }
+  // Those of a condensed stream, otherwise none.
+  PSPLIT_HD View<CondensedAttribute<Index>> condensed() const { return condensed_.attributes(); }
 
   // Finish traversals and sequences after their steps were taken. finish_sequences is collective.
   PSPLIT_HD Fault finish_traversals() {
@@ -59,6 +68,8 @@ class AttributeDecoder {
     return Fault::kNone;
   }
 
+  PSPLIT_HD Fault finish_tokens() { return condensed_.finish_tokens(patch_, integers_, arena_); }
+
   // Whether all attributes are read; otherwise read_on reads more, and sequences() are pending again.
   PSPLIT_HD bool is_read() const { return group_ == patch_.groups.size(); }
   PSPLIT_HD Fault read_on(ByteReader& reader) {
@@ -70,13 +81,13 @@ class AttributeDecoder {
   template <Lanes L>
   PSPLIT_HD void start_predictions(L lanes) {
     for (uint32_t i = 0; i < integers_.size(); ++i)
-      if (patch_.attributes[i].coding != Coding::kRaw) integers_[i].start_prediction(lanes);
+      if (has_integers(i)) integers_[i].start_prediction(lanes, header_.is_condensed());
   }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
   // Finishes the integers after their steps were taken.
   PSPLIT_HD Fault finish_predictions() {
     for (uint32_t i = 0; i < integers_.size(); ++i) {
-      if (patch_.attributes[i].coding == Coding::kRaw) continue;
+      if (!has_integers(i)) continue;
       if (const Fault fault = integers_[i].finish(arena_); fault != Fault::kNone) return fault;
     }
     return Fault::kNone;
@@ -94,7 +105,8 @@ class AttributeDecoder {
     return Arena::bytes<Group<Index>>(groups) + Arena::bytes<DepthFirstTraversal<Index>>(groups) +
            Arena::bytes<Attribute<Index>>(attributes) + Arena::bytes<SymbolSequence>(attributes) +
            Arena::bytes<IntegerDecoder<Index>>(attributes) + sequences +
-           IntegerDecoder<Index>::bytes(values.points, attributes, values.components);
+           IntegerDecoder<Index>::bytes(values.points, attributes, values.components) +
+           (header.is_condensed() ? CondensedAttributes<Index>::bytes(header, values) : 0);
   }
   PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header, const ValueCounts& values) {
     const size_t descriptions = Arena::bytes<Attribute<Index>>(kMaxAttributes);
@@ -107,6 +119,12 @@ class AttributeDecoder {
   }
 
  private:
+  // Whether integers_ decodes the attribute.
+  PSPLIT_HD bool has_integers(uint32_t attribute) const {
+    return patch_.attributes[attribute].coding != Coding::kRaw &&
+           (!header_.is_condensed() || !condensed()[attribute].by_creation);
+  }
+
   PSPLIT_HD Fault read_groups(ByteReader& reader) {
     bool has_shared = false;
     for (Group<Index>* group = patch_.groups.data(); group != patch_.groups.data() + patch_.groups.size();
@@ -151,6 +169,7 @@ class AttributeDecoder {
       const Connectivity<Index>& mesh = patch_.mesh;
       group.table = group.per_corner ? seam_tables[static_cast<size_t>(group.attribute_data)]
                                      : AttributeTable<Index>{mesh.table, mesh.closed, mesh.vertex_count, false};
+      if (header_.is_condensed() && !condensed_.needs_sequence(group)) continue;
       if (const Fault fault = find_sequence(group); fault != Fault::kNone) return fault;
     }
     return Fault::kNone;
@@ -160,7 +179,7 @@ class AttributeDecoder {
     // The same walk over the same table gives the same sequence.
     for (const Group<Index>* other = patch_.groups.data(); other != &group; ++other) {
       if (group.table.has_seams || other->table.has_seams ||
-          other->by_prediction_degree != group.by_prediction_degree)
+          other->by_prediction_degree != group.by_prediction_degree || other->sequence.corner.empty())
         continue;
       group.sequence = other->sequence;
       return Fault::kNone;
@@ -199,7 +218,7 @@ class AttributeDecoder {
     if (!waits_for_tags_) {
       SymbolSequence& symbols = sequences_[sequence_count_++];
       symbols = {};
-      const Attribute<Index>* position = find_position();
+      const Attribute<Index>* position = patch_.position_before(attribute_);
       const Fault fault = integers.start(reader, header_.edgebreaker, group, attribute,
                                          position != nullptr ? &patch_.groups[position->group] : nullptr,
                                          position, arena_, symbols);
@@ -208,13 +227,6 @@ class AttributeDecoder {
     }
     waits_for_tags_ = false;
     return integers.read_prediction(reader, /*corner_limit=*/3 * patch_.face_count, arena_);
-  }
-
-  // The first attribute of positions, if it is decoded before the one that is read.
-  PSPLIT_HD const Attribute<Index>* find_position() const {
-    for (uint32_t i = 0; i < attribute_; ++i)
-      if (patch_.attributes[i].semantic == Attribute<Index>::kPosition) return &patch_.attributes[i];
-    return nullptr;
   }
 
   const StreamHeader& header_;
@@ -228,6 +240,7 @@ class AttributeDecoder {
   View<SymbolSequence> sequences_;
   uint32_t first_pending_ = 0, sequence_count_ = 0;
   View<IntegerDecoder<Index>> integers_;
+  CondensedAttributes<Index> condensed_;
 };
 
 }  // namespace psplit::core

@@ -37,6 +37,22 @@ class Components {
     return sum;
   }
 
+  // Half of each component, rounded down.
+  PSPLIT_HD Components half() const {
+    Components out;
+    for (uint32_t k = 0; k < kCount; ++k) out.values_[k] = values_[k] >> 1;
+    return out;
+  }
+  // The signed numbers that symbols stand for (signed_of_symbol).
+  PSPLIT_HD Components signed_of_symbols() const {
+    Components out;
+    for (uint32_t k = 0; k < kCount; ++k) {
+      const auto symbol = static_cast<uint32_t>(values_[k]);
+      out.values_[k] = static_cast<int32_t>(symbol >> 1 ^ (0 - (symbol & 1)));
+    }
+    return out;
+  }
+
   PSPLIT_HD int32_t& operator[](uint32_t k) { return values_[k]; }
 
  private:
@@ -64,6 +80,8 @@ class Components<3> {
   friend Components operator/(Components sum, int32_t count) {
     return Components(reinterpret_cast<Lanes>(reinterpret_cast<Signed>(sum.lanes_) / count));
   }
+  Components half() const { return Components(reinterpret_cast<Lanes>(reinterpret_cast<Signed>(lanes_) >> 1)); }
+  Components signed_of_symbols() const { return Components((lanes_ >> 1) ^ (0 - (lanes_ & 1))); }
   friend Components operator&(Components a, Components b) { return Components(a.lanes_ & b.lanes_); }
   // All ones in each component in which a > b.
   friend Components above(Components a, Components b) {

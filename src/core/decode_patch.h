@@ -16,6 +16,7 @@
 #pragma once
 
 #include "src/core/attribute_decoder.h"
+#include "src/core/condensed/condensed_connectivity.h"
 #include "src/core/edgebreaker_decoder.h"
 #include "src/core/schedule.h"
 #include "src/core/seam_decoder.h"
@@ -43,6 +44,9 @@ class PatchDecoder {
 
   PSPLIT_HD Stop stop() const { return stop_; }
   PSPLIT_HD View<BitSteps> seams() const { return seams_.steps(); }
+  PSPLIT_HD View<ContextSymbolSteps> condensed_symbols() const { return condensed_.steps(); }
+  PSPLIT_HD View<CondensedSeamSteps> condensed_seams() const { return seams_.condensed_steps(); }
+  PSPLIT_HD View<CondensedAttribute<Index>> condensed_attributes() const { return attributes_.condensed(); }
   PSPLIT_HD View<SymbolSequence> sequences() const {
     return stop_ == Stop::kSymbolLists ? edgebreaker_.symbol_lists() : attributes_.sequences();
   }
@@ -82,6 +86,8 @@ class PatchDecoder {
 
   PSPLIT_HD Fault start_edgebreaker() {
     if (header_.attribute_data_count > kMaxAttributeData) return Fault::kAttribute;
+    if (header_.is_condensed())
+      return stop_at(Stop::kSymbolLists, condensed_.start(header_, arena_, patch_.mesh));
     Fault fault = edgebreaker_.start(header_, reader_, arena_, patch_.mesh);
     if (fault == Fault::kNone) fault = seams_.read(reader_, header_.attribute_data_count);
     if (fault != Fault::kNone) return fault;
@@ -90,11 +96,18 @@ class PatchDecoder {
   }
   PSPLIT_HD Fault finish_edgebreaker() {
     const bool has_attribute_data = header_.attribute_data_count > 0;
-    const Fault fault = edgebreaker_.finish(reader_, arena_, /*keep_order=*/has_attribute_data, patch_.mesh);
+    const bool keep_order = has_attribute_data;
+    const Fault fault = header_.is_condensed()
+                            ? condensed_.finish(header_.condensed, arena_, keep_order, patch_.mesh)
+                            : edgebreaker_.finish(reader_, arena_, keep_order, patch_.mesh);
     if (fault != Fault::kNone) return fault;
     patch_.point_at = patch_.mesh.table.vertex;
     patch_.point_count = patch_.mesh.vertex_count;
-    return has_attribute_data ? stop_at(Stop::kSeams, seams_.start(patch_.mesh, arena_)) : start_attributes();
+    if (!has_attribute_data) return start_attributes();
+    return stop_at(Stop::kSeams, header_.is_condensed()
+                                     ? seams_.start(header_.condensed, condensed_.section(),
+                                                    header_.attribute_data_count, patch_.mesh, arena_)
+                                     : seams_.start(patch_.mesh, arena_));
   }
 
   PSPLIT_HD Fault finish_seams() {
@@ -103,11 +116,16 @@ class PatchDecoder {
   }
 
   PSPLIT_HD Fault start_attributes() {
-    return stop_at(Stop::kChains, attributes_.start(reader_, seams_.tables()));
+    const View<CondensedSeamSteps> seams = condensed_seams();
+    const SectionReader& section = seams.empty() ? condensed_.section() : seams[0].section();
+    return stop_at(Stop::kChains,
+                   attributes_.start(reader_, seams_.tables(), section, condensed_.birth_corners()));
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {
     Fault fault = alone(lanes, [&] { return attributes_.finish_traversals(); });
+    if (fault == Fault::kNone && header_.is_condensed())
+      fault = alone(lanes, [&] { return attributes_.finish_tokens(); });
     if (fault == Fault::kNone) fault = attributes_.finish_sequences(lanes, reader_);
     if (fault != Fault::kNone) return fault;
     const bool is_read = attributes_.is_read();
@@ -130,6 +148,7 @@ class PatchDecoder {
   Patch<Index>& patch_;
   Stop stop_ = Stop::kDone;
   EdgebreakerDecoder<Index> edgebreaker_;
+  CondensedConnectivity<Index> condensed_;
   SeamDecoder<Index> seams_;
   AttributeDecoder<Index> attributes_;
 };

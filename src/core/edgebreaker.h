@@ -93,7 +93,10 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
   opposite[b] = static_cast<Index>(a);
 }
 
-// Adds a face for each symbol. The function is long because its state has to stay in registers.
+// Adds a face for each symbol. The function is long because its state has to stay in registers. It tells
+// `symbols` about the face (added), and about vertices that S merged. If `symbols` has brought(vertex, corner),
+// it also says at which corner a vertex is new. C brings no vertex, but calls it as well: the symbol that
+// brings that vertex calls it again.
 //
 // The symbols may be anything, and yet loads and stores need no checks. Before symbol i:
 //   - Faces 0 to i - 1 exist. Their vertices are below vertex_count, which does not exceed the limit, and the
@@ -122,6 +125,9 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
   const View<BorderEdge<Index>> border = mesh.border;
   uint32_t active = 0, from = 0, to = kNone<Index>, vertex_count = 0;
   bool degenerate = false;
+  const auto brought = [&](uint32_t v, uint32_t corner) {
+    if constexpr (requires { symbols.brought(v, corner); }) symbols.brought(v, corner);
+  };
   for (uint32_t i = 0; i < counts.symbol_count; ++i) {
     const uint32_t symbol = symbols.next(to);
     const uint32_t c0 = 4 * i, c1 = c0 + 1, c2 = c0 + 2, x = vertex_count;
@@ -141,6 +147,7 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       opposite[across] = static_cast<Index>(c2);
       opposite[select(if_c, c2, unused)] = static_cast<Index>(across);
       border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
+      brought(x, c1 - if_r);
       vertex_count += 1 + if_c;
     } else if (symbol == kS) {
       if (i == 0 || degenerate) return Fault::kConnectivity;
@@ -156,6 +163,7 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
     } else if (symbol == kE) {
       if (i > 0) waiting.push(active);
       v0 = x, v1 = x + 1, v2 = x + 2;
+      brought(v0, c0), brought(v1, c1), brought(v2, c2);
       vertex_count += 3;
       border[v0] = {c1, v2};
       border[v1] = {c2, v0};
@@ -185,8 +193,8 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
 
 // Every component leaves a border where its encoding began: an open one, or a hole in the shape of one more
 // face. The faces come behind those of symbols; a bit for each edge that waits says whether there is one.
-template <typename Index>
-PSPLIT_HD Fault add_start_faces(RansBits& start_faces, WaitingEdges<Index>& waiting,
+template <typename Index, typename StartFaces>
+PSPLIT_HD Fault add_start_faces(StartFaces& start_faces, WaitingEdges<Index>& waiting,
                                 Connectivity<Index>& mesh) {
   const View<Index> opposite = mesh.table.opposite, vertex = mesh.table.vertex;
   uint32_t face_count = mesh.counts.symbol_count;
@@ -220,8 +228,9 @@ PSPLIT_HD size_t connectivity_scratch_bytes(const ConnectivityCounts& counts) {
 // Decodes all symbols, which may be anything, and adds the components' start faces. `mesh` has its counts and
 // its memory. On success the arena is as before, every corner has its vertex, every pair of opposite corners
 // names each other, and each vertex that is not merged has one fan of faces.
-template <typename Index, typename Symbols>
-PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, RansBits& start_faces,
+// `start_faces` says for each component whether it has a start face.
+template <typename Index, typename Symbols, typename StartFaces>
+PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, StartFaces& start_faces,
                                     Arena& arena, Connectivity<Index>& mesh) {
   const ConnectivityCounts& counts = mesh.counts;
   if (counts.symbol_count == 0) return counts.face_count == 0 ? Fault::kNone : Fault::kCounts;

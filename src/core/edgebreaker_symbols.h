@@ -19,6 +19,16 @@ struct SplitEvent {
   uint32_t right_edge = 0;
 };
 
+// A stream counts symbols from the last one on, and `source` from the event before. Returns false if there are
+// no such symbols.
+PSPLIT_HD inline bool set_split_event(uint32_t symbol_count, uint64_t source, uint64_t back,
+                                      SplitEvent& event) {
+  if (source >= symbol_count || back > source) return false;
+  event.source = static_cast<uint32_t>(symbol_count - 1 - source);
+  event.split = static_cast<uint32_t>(symbol_count - 1 - (source - back));
+  return true;
+}
+
 // Reads as many events as there are in `events`. Their sources descend, as encoders count from the other end.
 PSPLIT_HD inline Fault read_split_events(ByteReader& reader, uint32_t symbol_count, View<SplitEvent> events) {
   uint64_t source = 0;
@@ -26,9 +36,7 @@ PSPLIT_HD inline Fault read_split_events(ByteReader& reader, uint32_t symbol_cou
     source += reader.varint();
     const uint64_t back = reader.varint();
     if (reader.truncated()) return Fault::kTruncated;
-    if (source >= symbol_count || back > source) return Fault::kSplitEvent;
-    events[i].source = static_cast<uint32_t>(symbol_count - 1 - source);
-    events[i].split = static_cast<uint32_t>(symbol_count - 1 - (source - back));
+    if (!set_split_event(symbol_count, source, back, events[i])) return Fault::kSplitEvent;
   }
   if (events.empty()) return Fault::kNone;
   BitReader edges(reader.head(), reader.remaining());
@@ -53,18 +61,53 @@ class StandardSymbols {
   BitReader bits_;
 };
 
-// The valence traversal: a list of symbols for each valence. The valence of the vertex that a C would close, as
-// far as it is known, says which list has the next symbol.
+// The valences of vertices, as far as they are known while symbols are decoded.
+template <typename Valence>
+class Valences {
+ public:
+  static constexpr uint32_t kLowest = 2, kHighest = 7, kClasses = kHighest - kLowest + 1;
+
+  PSPLIT_HD Fault start(const ConnectivityCounts& counts, Arena& arena) {
+    if (!arena.take(of_, size_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
+    fill(of_, Valence{0});
+    return Fault::kNone;
+  }
+  // The memory that `start` takes.
+  PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
+    return Arena::bytes<Valence>(uint64_t{counts.vertex_limit} + 3);
+  }
+
+  // The number of a vertex's valence among those from kLowest to kHighest.
+  PSPLIT_HD uint32_t class_of(uint32_t vertex) const {
+    const uint32_t valence = of_[vertex];
+    return (valence < kLowest ? kLowest : valence > kHighest ? kHighest : valence) - kLowest;
+  }
+  // The symbol added the face with these vertices.
+  PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
+    grow(v0, symbol == kE ? 2 : symbol == kL || symbol == kR ? 1 : 0);
+    grow(v1, symbol == kE || symbol == kL ? 2 : 1);
+    grow(v2, symbol == kE || symbol == kR ? 2 : 1);
+  }
+  // An S made vertex n part of vertex p.
+  PSPLIT_HD void merged(uint32_t p, uint32_t n) { grow(p, of_[n]); }
+
+ private:
+  PSPLIT_HD void grow(uint32_t vertex, uint32_t by) { of_[vertex] = static_cast<Valence>(of_[vertex] + by); }
+
+  View<Valence> of_;
+};
+
+// The valence traversal: a list of symbols for each valence. The valence of the vertex that a C would close
+// says which list has the next symbol.
 template <typename Valence>
 class ValenceSymbols {
  public:
-  static constexpr uint32_t kLowest = 2, kHighest = 7, kLists = kHighest - kLowest + 1;
+  static constexpr uint32_t kLists = Valences<Valence>::kClasses;
 
   // Starts a sequence for each list. All of them are to be decoded before `finish`.
   PSPLIT_HD Fault start(ByteReader& reader, const ConnectivityCounts& counts, Arena& arena,
                         View<SymbolSequence> sequences) {
-    if (!arena.take(valences_, size_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
-    fill(valences_, Valence{0});
+    if (const Fault fault = valences_.start(counts, arena); fault != Fault::kNone) return fault;
     for (uint32_t i = 0; i < kLists; ++i) {
       List& list = lists_[i];
       list.left = reader.varint();
@@ -84,8 +127,8 @@ class ValenceSymbols {
   // The memory that `start` takes, without the sequences' tables, if the lists have no more symbols than the
   // stream.
   PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
-    return Arena::bytes<Valence>(uint64_t{counts.vertex_limit} + 3) +
-           Arena::bytes<uint32_t>(counts.symbol_count) + (kLists - 1) * Arena::bytes<uint32_t>(0);
+    return Valences<Valence>::bytes(counts) + Arena::bytes<uint32_t>(counts.symbol_count) +
+           (kLists - 1) * Arena::bytes<uint32_t>(0);
   }
 
   PSPLIT_HD Fault finish(ByteReader& reader, View<SymbolSequence> sequences) {
@@ -106,19 +149,13 @@ class ValenceSymbols {
   // `to` is the vertex that a C would close, kNone before the first symbol, which is always E.
   PSPLIT_HD uint32_t next(uint32_t to) {
     if (to == kNone<Valence>) return kE;
-    const uint32_t valence = valences_[to];
-    List& list = lists_[(valence < kLowest ? kLowest : valence > kHighest ? kHighest : valence) - kLowest];
+    List& list = lists_[valences_.class_of(to)];
     return list.left > 0 ? list.symbols[--list.left] : uint32_t{kInvalid};
   }
-
-  // The symbol added the face with these vertices.
   PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
-    grow(v0, symbol == kE ? 2 : symbol == kL || symbol == kR ? 1 : 0);
-    grow(v1, symbol == kE || symbol == kL ? 2 : 1);
-    grow(v2, symbol == kE || symbol == kR ? 2 : 1);
+    valences_.added(symbol, v0, v1, v2);
   }
-  // An S made vertex n part of vertex p.
-  PSPLIT_HD void merged(uint32_t p, uint32_t n) { grow(p, valences_[n]); }
+  PSPLIT_HD void merged(uint32_t p, uint32_t n) { valences_.merged(p, n); }
 
  private:
   static constexpr uint8_t kInvalid = 6;
@@ -127,12 +164,9 @@ class ValenceSymbols {
     uint8_t* symbols = nullptr;
     uint32_t left = 0;
   };
-  PSPLIT_HD void grow(uint32_t vertex, uint32_t by) {
-    valences_[vertex] = static_cast<Valence>(valences_[vertex] + by);
-  }
 
   List lists_[kLists];
-  View<Valence> valences_;
+  Valences<Valence> valences_;
 };
 
 }  // namespace psplit::core

@@ -17,24 +17,45 @@ class IntegerDecoder {
   PSPLIT_HD Fault start(ByteReader& reader, bool is_edgebreaker, const Group<Index>& group,
                         Attribute<Index>& attribute, const Group<Index>* positions,
                         const Attribute<Index>* position, Arena& arena, SymbolSequence& symbols) {
+    Fault fault = describe(reader, is_edgebreaker, group, attribute, positions, position);
+    if (fault == Fault::kNone) fault = allocate(arena);
+    if (fault != Fault::kNone) return fault;
+    return reader.u8() != 0 ? symbols.start(reader, group.sequence.count, attribute.value_components(), arena,
+                                            this->symbols())
+                            : read_plain(reader, this->symbols());
+  }
+
+  // The parts of `start`, for condensed streams. describe reads the scheme. allocate takes memory, also that of
+  // symbols().
+  PSPLIT_HD Fault describe(ByteReader& reader, bool is_edgebreaker, const Group<Index>& group,
+                           Attribute<Index>& attribute, const Group<Index>* positions,
+                           const Attribute<Index>* position) {
     group_ = &group;
     attribute_ = &attribute;
     positions_ = positions;
     position_ = position;
-    if (const Fault fault = read_scheme(reader, is_edgebreaker); fault != Fault::kNone) return fault;
-    const uint32_t components = attribute.value_components(), count = group.sequence.count;
-    const uint64_t total = uint64_t{count} * components;
+    return read_scheme(reader, is_edgebreaker);
+  }
+  PSPLIT_HD Fault allocate(Arena& arena) {
+    const uint32_t components = attribute_->value_components();
+    const uint64_t total = uint64_t{group_->sequence.count} * components;
     if (total > 0xffffffffu) return Fault::kCounts;
     // One correction more, because a vector register loads four numbers for a value of three components.
-    if (!arena.take(attribute.values, size_t{group.table.vertex_count} * value_stride(components)) ||
+    if (!arena.take(attribute_->values, size_t{group_->table.vertex_count} * value_stride(components)) ||
         !arena.take(corrections_, static_cast<size_t>(total) + 1) ||
         !arena.take(zeros_, zero_count(components)))
       return Fault::kWorkspace;
     fill(zeros_, 0);
-    // Symbols turn into corrections in place.
-    const View<uint32_t> out(reinterpret_cast<uint32_t*>(corrections_.data()), static_cast<size_t>(total));
-    return reader.u8() != 0 ? symbols.start(reader, count, components, arena, out) : read_plain(reader, out);
+    return Fault::kNone;
   }
+  // Symbols turn into corrections in place.
+  PSPLIT_HD View<uint32_t> symbols() const {
+    return View<uint32_t>(reinterpret_cast<uint32_t*>(corrections_.data()), corrections_.size() - 1);
+  }
+  PSPLIT_HD uint32_t value_count() const { return group_->sequence.count; }
+  // What is stored besides symbols. A condensed stream sets it itself.
+  PSPLIT_HD PredictionData& data() { return data_; }
+
   // The memory that `start` and read_prediction take for `attributes` attributes that have `components`
   // components together, without the slots of symbols' tables. value_stride adds at most one place to each
   // attribute.
@@ -53,9 +74,10 @@ class IntegerDecoder {
 
   // Makes the steps of the most frequent predictions ready, when symbols and sequence are known. At most one of
   // the three kinds is running. Any number of steps may be taken before finish. Collective.
+  // `is_condensed`: corrections of octahedral transforms are signed as well.
   template <Lanes L>
-  PSPLIT_HD void start_prediction(L lanes) {
-    const bool is_signed = data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap;
+  PSPLIT_HD void start_prediction(L lanes, bool is_condensed) {
+    const bool is_signed = data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap || is_condensed;
     for_each_lane_item(lanes, is_signed ? static_cast<uint32_t>(corrections_.size()) - 1 : 0, [&](uint32_t i) {
       corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
     });

@@ -73,7 +73,7 @@ PSPLIT_HD void predict_from_geometry(const PredictedValues<Index, 2>& on, const 
     const int32_t* by = on.correction(i);
     int32_t* const out = on.at(corner);
     const Vec2 value =
-        data.grid.correct(data.grid.project(normal, data.flips.next()), {by[0], by[1]}, canonicalized);
+        data.grid.correct(data.grid.project(normal, data.flip(i)), {by[0], by[1]}, canonicalized);
     out[0] = value.s, out[1] = value.t;
   }
 }

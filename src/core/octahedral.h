@@ -17,6 +17,8 @@ class OctahedralGrid {
   PSPLIT_HD explicit OctahedralGrid(int bits)
       : max_quantized_((1 << bits) - 1), max_((1 << bits) - 2), center_(max_ / 2) {}
 
+  PSPLIT_HD uint32_t max_quantized() const { return static_cast<uint32_t>(max_quantized_); }
+
   // Applies a correction to a predicted value. Canonicalized coding first turns the predicted value into the
   // bottom left quadrant, so that corrections of all four quadrants have the same statistics. The direction of
   // a normal is unpredictable, so there are no branches.

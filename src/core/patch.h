@@ -17,6 +17,13 @@ struct Patch {
   Connectivity<Index> mesh;  // of an Edgebreaker stream, otherwise empty
   View<bool> on_seam;        // by vertex: whether a seam of any attribute ends there; empty without seams
 
+  // The first attribute of positions, if it comes before this attribute.
+  PSPLIT_HD const Attribute<Index>* position_before(uint32_t attribute) const {
+    for (uint32_t i = 0; i < attribute; ++i)
+      if (attributes[i].semantic == Attribute<Index>::kPosition) return &attributes[i];
+    return nullptr;
+  }
+
   // Writes an attribute's values by point. For `type`, kAligned and `place_of` see ValueWriter. Not collective:
   // each lane writes its points.
   template <bool kAligned = false, Lanes L, typename PlaceOf>

@@ -43,6 +43,11 @@ class PredictionData {
   View<uint8_t> orientations;
   // For kGeometricNormal: whether the predicted normal points the other way.
   RansBits flips;
+  View<const uint8_t> flips_by_value;  // of a condensed stream, in place of `flips`
+
+  PSPLIT_HD bool flip(uint32_t value) {
+    return flips_by_value.empty() ? flips.next() : flips_by_value[value] != 0;
+  }
 
   // Reads everything that follows the corrections of `scheme` and `transform`. No scheme has more flags than
   // there are corners: `corner_limit`.
@@ -54,6 +59,26 @@ class PredictionData {
     if (fault != Fault::kNone) return fault;
     fault = transform == Transform::kWrap ? wrap.read(reader) : read_grid(reader);
     return fault == Fault::kNone && scheme == Scheme::kGeometricNormal ? flips.start(reader) : fault;
+  }
+  // The grid of the octahedral transforms, which `read` reads as well.
+  PSPLIT_HD Fault read_grid(ByteReader& reader) {
+    const uint32_t max_quantized = reader.u32();
+    if (transform == Transform::kOctahedronCanonicalized) reader.u32();  // the center, which follows from it
+    if (reader.truncated()) return Fault::kTruncated;
+    int bits = 0;
+    while (bits < 31 && (1u << bits) - 1 < max_quantized) ++bits;
+    if (bits < 2 || bits > 30 || (max_quantized & 1) == 0) return Fault::kPrediction;
+    grid = OctahedralGrid(bits);
+    return Fault::kNone;
+  }
+  // Sets the orientations. same(i) says whether orientation i is the same as the one before.
+  template <typename Same>
+  PSPLIT_HD void find_orientations(Same same) {
+    uint8_t orientation = 1;
+    for (uint32_t i = 0; i < orientations.size(); ++i) {
+      if (!same(i)) orientation ^= 1;
+      orientations[i] = orientation;
+    }
   }
   // The memory that `read` takes, if the stream stores no more flags than `value_count` values can use.
   PSPLIT_HD static constexpr size_t bytes(uint64_t value_count) {
@@ -86,22 +111,7 @@ class PredictionData {
     // Each bit says whether an orientation is the same as the one before.
     RansBits same;
     if (const Fault fault = same.start(reader); fault != Fault::kNone) return fault;
-    uint8_t orientation = 1;
-    for (uint32_t i = 0; i < count; ++i) {
-      if (!same.next()) orientation ^= 1;
-      orientations[i] = orientation;
-    }
-    return Fault::kNone;
-  }
-
-  PSPLIT_HD Fault read_grid(ByteReader& reader) {
-    const uint32_t max_quantized = reader.u32();
-    if (transform == Transform::kOctahedronCanonicalized) reader.u32();  // the center, which follows from it
-    if (reader.truncated()) return Fault::kTruncated;
-    int bits = 0;
-    while (bits < 31 && (1u << bits) - 1 < max_quantized) ++bits;
-    if (bits < 2 || bits > 30 || (max_quantized & 1) == 0) return Fault::kPrediction;
-    grid = OctahedralGrid(bits);
+    find_orientations([&](uint32_t) { return same.next(); });
     return Fault::kNone;
   }
 };

@@ -2,16 +2,19 @@
 // several runs in turn, or each lane of a warp takes those of one run.
 #pragma once
 
-#include "src/core/integer_decoder.h"
+#include "src/core/condensed/condensed_attributes.h"
+#include "src/core/condensed/context_symbols.h"
+#include "src/core/condensed/seam_steps.h"
 
 namespace psplit::core {
 
 // The runs of steps that a decoder waits for. Runs at the same stop are independent of each other.
 enum class Stop : uint8_t {
-  kSymbolLists,  // sequences(): the symbols of a valence traversal
-  kSeams,        // seams()
-  kChains,       // sequences() of the attributes, and traversals()
-  kPrediction,   // parallelograms_3d(), parallelograms_2d() and normals() of integers()
+  kSymbolLists,  // sequences(): the symbols of a valence traversal; condensed_symbols()
+  kSeams,        // seams(), condensed_seams()
+  kChains,       // sequences() of the attributes, traversals(), and the tokens of condensed_attributes()
+  kPrediction,   // parallelograms_3d(), parallelograms_2d() and normals() of integers(), and the created values
+                 // of condensed_attributes()
   kDone,
 };
 
@@ -70,13 +73,20 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
         decoders, count, [](Decoder& decoder) { return decoder.integers(); },
         [=](Integers & integers) -> auto& { return (integers.*steps)(); }, step_all<kInStep, Run, Run>);
   };
+  const auto attributes = [](Decoder& decoder) { return decoder.condensed_attributes(); };
   switch (decoders[0]->stop()) {
     case Stop::kSeams:
+      for_runs<CondensedSeamSteps>(
+          decoders, count, [](Decoder& decoder) { return decoder.condensed_seams(); }, itself,
+          step_all<kInStep, CondensedSeamSteps, CondensedSeamSteps>);
       for_runs<BitSteps>(
           decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
           step_all<kInStep, BitSteps, BitSteps>);
       return;
     case Stop::kSymbolLists:
+      for_runs<ContextSymbolSteps>(
+          decoders, count, [](Decoder& decoder) { return decoder.condensed_symbols(); }, itself,
+          step_all<kInStep, ContextSymbolSteps, ContextSymbolSteps>);
       for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
       return;
     case Stop::kChains: {
@@ -87,9 +97,15 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
         step_both(traversals(*decoders[0])[0], sequences(*decoders[0])[0]);
       for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
       for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
+      for_runs<TokenSequence>(
+          decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.tokens; },
+          step_tokens<kInStep>);
       return;
     }
     case Stop::kPrediction:
+      for_runs<CreatedValues<Index>>(
+          decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.created; },
+          step_created<kInStep, Index>);
       take_predictions(&Integers::parallelograms_3d);
       take_predictions(&Integers::parallelograms_2d);
       take_predictions(&Integers::normals);
@@ -103,10 +119,14 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
 template <typename Index>
 PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index>& decoder) {
   switch (decoder.stop()) {
-    case Stop::kSeams: return static_cast<uint32_t>(decoder.seams().size());
+    case Stop::kSeams: return static_cast<uint32_t>(decoder.seams().size() + decoder.condensed_seams().size());
     case Stop::kSymbolLists:
-    case Stop::kChains: return static_cast<uint32_t>(decoder.sequences().size() + decoder.traversals().size());
-    case Stop::kPrediction: return static_cast<uint32_t>(decoder.integers().size());
+      return static_cast<uint32_t>(decoder.sequences().size() + decoder.condensed_symbols().size());
+    case Stop::kChains:
+      return static_cast<uint32_t>(decoder.sequences().size() + decoder.traversals().size() +
+                                   decoder.condensed_attributes().size());
+    case Stop::kPrediction:
+      return static_cast<uint32_t>(decoder.integers().size() + decoder.condensed_attributes().size());
     case Stop::kDone: break;
   }
   return 0;
@@ -117,16 +137,33 @@ PSPLIT_HD void take_run(const PatchDecoder<Index>& decoder, uint32_t number) {
     Run* const one = &run;
     step_all<1, Run>(&one, 1);
   };
+  // The runs of Draco streams come first.
   switch (decoder.stop()) {
-    case Stop::kSeams: return step_through(decoder.seams()[number]);
+    case Stop::kSeams: {
+      const View<BitSteps> seams = decoder.seams();
+      if (number < seams.size()) return step_through(seams[number]);
+      return step_through(decoder.condensed_seams()[number - seams.size()]);
+    }
     case Stop::kSymbolLists:
     case Stop::kChains: {
       const View<SymbolSequence> sequences = decoder.sequences();
-      if (number >= sequences.size()) return step_through(decoder.traversals()[number - sequences.size()]);
-      SymbolSequence* const one = &sequences[number];
-      return step_symbols<1>(&one, 1);
+      if (number < sequences.size()) {
+        SymbolSequence* const one = &sequences[number];
+        return step_symbols<1>(&one, 1);
+      }
+      number -= static_cast<uint32_t>(sequences.size());
+      if (decoder.stop() == Stop::kSymbolLists) return step_through(decoder.condensed_symbols()[number]);
+      const auto traversals = decoder.traversals();
+      if (number < traversals.size()) return step_through(traversals[number]);
+      TokenSequence* const one = &decoder.condensed_attributes()[number - traversals.size()].tokens;
+      return step_tokens<1>(&one, 1);
     }
     case Stop::kPrediction: {
+      if (number >= decoder.integers().size()) {
+        CreatedValues<Index>* const one =
+            &decoder.condensed_attributes()[number - decoder.integers().size()].created;
+        return step_created<1>(&one, 1);
+      }
       IntegerDecoder<Index>& integers = decoder.integers()[number];
       step_through(integers.parallelograms_3d());
       step_through(integers.parallelograms_2d());

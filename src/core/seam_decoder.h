@@ -1,6 +1,7 @@
 // The seams of a stream's attributes, and the points that follow from them (seams.h).
 #pragma once
 
+#include "src/core/condensed/seam_steps.h"
 #include "src/core/patch.h"
 #include "src/core/rans.h"
 #include "src/core/stream_header.h"
@@ -20,16 +21,29 @@ class SeamDecoder {
 
   // Makes the steps ready that decode a bit for each inner edge, when the mesh is known.
   PSPLIT_HD Fault start(const Connectivity<Index>& mesh, Arena& arena) {
-    if (!arena.take(tables_, count_) || !arena.take(steps_, count_) ||
-        !arena.take(inner_edges_, size_t{3} * mesh.counts.face_count))
-      return Fault::kWorkspace;
-    const uint32_t edge_count = list_inner_edges(mesh.table, inner_edges_);
-    inner_edges_ = inner_edges_.first(edge_count);
-    if (!arena.take(seams_, size_t{count_} * edge_count)) return Fault::kWorkspace;
+    if (const Fault fault = list_edges(mesh, arena); fault != Fault::kNone) return fault;
+    if (!arena.take(steps_, count_)) return Fault::kWorkspace;
     for (uint32_t i = 0; i < count_; ++i) steps_[i] = BitSteps(bits_[i], seams_of(i));
     return Fault::kNone;
   }
   PSPLIT_HD View<BitSteps> steps() const { return steps_; }
+
+  // The same for the `count` attribute data of a condensed stream. `section` is behind the symbols.
+  PSPLIT_HD Fault start(const CondensedStream& stream, const SectionReader& section, uint32_t count,
+                        const Connectivity<Index>& mesh, Arena& arena) {
+    count_ = count;
+    SectionReader has_seams = stream.numbers(stream.seams_at);
+    bool any_seams = false;
+    for (uint32_t i = 0; i < count; ++i) any_seams |= has_seams.read(1) != 0;
+    // Without seams no edges are needed.
+    const Fault fault = any_seams ? list_edges(mesh, arena) : take_tables(arena);
+    if (fault != Fault::kNone) return fault;
+    if (!arena.take(condensed_steps_, 1)) return Fault::kWorkspace;
+    fill(seams_, uint8_t{0});
+    condensed_steps_[0] = {stream, section, count, seams_, inner_edges_.size()};
+    return Fault::kNone;
+  }
+  PSPLIT_HD View<CondensedSeamSteps> condensed_steps() const { return condensed_steps_; }
 
   // Cuts a table for each attribute data, and splits vertices into points, after all steps were taken.
   PSPLIT_HD Fault finish(Arena& arena, Patch<Index>& patch) {
@@ -60,13 +74,22 @@ class SeamDecoder {
     const uint64_t count = header.attribute_data_count, faces = header.counts.face_count;
     const uint64_t vertices = header.counts.vertex_limit, inner_edges = 3 * faces / 2;
     return Arena::bytes<AttributeTable<Index>>(count) + Arena::bytes<BitSteps>(count) +
-           Arena::bytes<Index>(3 * faces) + Arena::bytes<uint8_t>(count * inner_edges) +
-           2 * Arena::bytes<bool>(vertices) + Arena::bytes<Index>(vertices) +
-           count * AttributeTable<Index>::bytes(header.counts.face_count) + Arena::bytes<Index>(4 * faces) +
-           Arena::bytes<Index>(values.points);
+           (header.is_condensed() ? Arena::bytes<CondensedSeamSteps>(1) : 0) + Arena::bytes<Index>(3 * faces) +
+           Arena::bytes<uint8_t>(count * inner_edges) + 2 * Arena::bytes<bool>(vertices) +
+           Arena::bytes<Index>(vertices) + count * AttributeTable<Index>::bytes(header.counts.face_count) +
+           Arena::bytes<Index>(4 * faces) + Arena::bytes<Index>(values.points);
   }
 
  private:
+  PSPLIT_HD Fault take_tables(Arena& arena) {
+    return arena.take(tables_, count_) ? Fault::kNone : Fault::kWorkspace;
+  }
+  PSPLIT_HD Fault list_edges(const Connectivity<Index>& mesh, Arena& arena) {
+    if (const Fault fault = take_tables(arena); fault != Fault::kNone) return fault;
+    if (!arena.take(inner_edges_, size_t{3} * mesh.counts.face_count)) return Fault::kWorkspace;
+    inner_edges_ = inner_edges_.first(list_inner_edges(mesh.table, inner_edges_));
+    return arena.take(seams_, size_t{count_} * inner_edges_.size()) ? Fault::kNone : Fault::kWorkspace;
+  }
   PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
     return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());
   }
@@ -86,6 +109,7 @@ class SeamDecoder {
   View<Index> inner_edges_;
   View<uint8_t> seams_;  // by attribute data and edge
   View<BitSteps> steps_;
+  View<CondensedSeamSteps> condensed_steps_;
   View<AttributeTable<Index>> tables_;
 };
 

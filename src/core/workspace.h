@@ -33,9 +33,11 @@ PSPLIT_HD size_t workspace_bytes(const StreamHeader& header, size_t stream_bytes
   size_t kept = RansTable::slot_bytes(symbols, stream_bytes) + AttributeDecoder<Index>::bytes(header, values);
   size_t connectivity = 0;
   if (header.edgebreaker) {
-    kept += EdgebreakerDecoder<Index>::bytes(header);
+    kept += header.is_condensed() ? CondensedConnectivity<Index>::bytes(header.counts)
+                                  : EdgebreakerDecoder<Index>::bytes(header);
     if (header.attribute_data_count > 0) kept += SeamDecoder<Index>::bytes(header, values);
-    connectivity = EdgebreakerDecoder<Index>::scratch_bytes(header);
+    connectivity = header.is_condensed() ? CondensedConnectivity<Index>::scratch_bytes(header)
+                                         : EdgebreakerDecoder<Index>::scratch_bytes(header);
   } else {
     kept += sequential_bytes<Index>(faces);
     connectivity = sequential_scratch_bytes(faces);

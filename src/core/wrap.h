@@ -13,10 +13,14 @@ struct WrapRange {
   int32_t low = 0, high = 0, modulus = 0;
 
   PSPLIT_HD Fault read(ByteReader& reader) {
-    low = static_cast<int32_t>(reader.u32());
-    high = static_cast<int32_t>(reader.u32());
-    if (reader.truncated()) return Fault::kTruncated;
-    const int64_t difference = int64_t{high} - low;
+    const auto from = static_cast<int32_t>(reader.u32()), to = static_cast<int32_t>(reader.u32());
+    return reader.truncated() ? Fault::kTruncated : set(from, to);
+  }
+  PSPLIT_HD Fault set(int64_t from, int64_t to) {
+    const int64_t difference = to - from;
+    low = static_cast<int32_t>(from);
+    high = static_cast<int32_t>(to);
+    if (low != from || high != to) return Fault::kPrediction;
     if (difference < 0 || difference >= 0x7fffffff) return Fault::kPrediction;
     modulus = static_cast<int32_t>(difference + 1);
     return Fault::kNone;

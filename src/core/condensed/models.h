@@ -35,7 +35,7 @@ struct AttributeModel {
   static constexpr uint16_t kNoTable = 0xffff;
 
   bool by_creation = false;  // in order of creation, with our prediction; otherwise as in the Draco stream
-  bool backward = false;     // by creation: from the last face to the first
+  bool backward = false;     // by creation: from the last decoded face to the first
   bool two = false;          // by creation: up to two parallelograms predict a value, otherwise one
   bool mean = false;         // by creation: a value without parallelogram is predicted from two values
   bool has_flags = false;

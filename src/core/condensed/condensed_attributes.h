@@ -1,0 +1,287 @@
+// The attributes of a condensed stream: the rest of its skeleton, their numbers, and the section of each.
+#pragma once
+
+#include "src/core/condensed/condensed_numbers.h"
+#include "src/core/condensed/creation.h"
+#include "src/core/condensed/token_steps.h"
+#include "src/core/integer_decoder.h"
+#include "src/core/patch.h"
+#include "src/core/stream_header.h"
+
+namespace psplit::core {
+
+template <typename Index>
+struct CondensedAttribute {
+  const AttributeModel* model = nullptr;
+  bool by_creation = false;
+  uint32_t section_bytes = 0;  // not of the first
+  uint32_t flag_counts[AttributeModel::kCreaseContexts] = {};
+  View<uint32_t> raw_symbols;  // of an attribute that is stored raw
+  TokenSequence tokens;
+  CreatedValues<Index> created;  // by creation
+};
+
+template <typename Index>
+class CondensedAttributes {
+ public:
+  // Reads what follows the descriptions of attributes, and the numbers of all attributes. `integers` are by
+  // attribute.
+  PSPLIT_HD Fault read(const StreamHeader& header, ByteReader& reader, Patch<Index>& patch,
+                       View<IntegerDecoder<Index>> integers, Arena& arena) {
+    const CondensedModels& models = header.condensed.models;
+    if (patch.attributes.size() != header.condensed.attribute_count) return Fault::kAttribute;
+    if (!arena.take(attributes_, patch.attributes.size()) || !arena.take(orders_, 2 * patch.groups.size()))
+      return Fault::kWorkspace;
+    for (size_t i = 0; i < orders_.size(); ++i) orders_[i] = {};
+    for (uint32_t g = 0; g < patch.groups.size(); ++g) {
+      const Group<Index>& group = patch.groups[g];
+      for (uint32_t i = group.first; i < group.first + group.count; ++i) {
+        attributes_[i] = {};
+        attributes_[i].model = &models.attributes[i];
+        const Fault fault = read_scheme(reader, i, patch, integers[i]);
+        if (fault != Fault::kNone) return fault;
+      }
+      for (uint32_t i = group.first; i < group.first + group.count; ++i)
+        if (const Fault fault = read_transform(reader, patch.attributes[i]); fault != Fault::kNone)
+          return fault;
+    }
+    return read_numbers(header, patch, integers);
+  }
+
+  // Whether values of the group are in the order of Draco's stream.
+  PSPLIT_HD bool needs_sequence(const Group<Index>& group) const {
+    for (uint32_t i = group.first; i < group.first + group.count; ++i)
+      if (!attributes_[i].by_creation) return true;
+    return false;
+  }
+
+  // Makes the tokens ready, when the groups have their tables and the length of their sequences. `section` is
+  // the first one, behind everything before attributes. `birth_corners` are those of CondensedConnectivity.
+  PSPLIT_HD Fault start(const CondensedStream& stream, const SectionReader& section,
+                        View<const Index> birth_corners, Patch<Index>& patch,
+                        View<IntegerDecoder<Index>> integers, Arena& arena) {
+    size_t at = 0;
+    for (uint32_t i = 0; i < attributes_.size(); ++i) {
+      SectionReader own = section;
+      own.go_to_bit(numbers_end_);
+      if (i > 0) {
+        const size_t bytes = attributes_[i].section_bytes;
+        own = SectionReader(stream.bytes.data() + at, bytes);
+        if (const Fault fault = own.start_words(0); fault != Fault::kNone) return fault;
+        at += bytes;
+      }
+      const Fault fault = attributes_[i].by_creation
+                              ? start_created(i, birth_corners, own, stream.models, patch, arena)
+                              : start_traversed(i, own, stream.models, patch, integers[i], arena);
+      if (fault != Fault::kNone) return fault;
+    }
+    return Fault::kNone;
+  }
+  // Their tokens are pending after start, then their created values.
+  PSPLIT_HD View<CondensedAttribute<Index>> attributes() const { return attributes_; }
+
+  // Reads what follows the tokens, after all of their steps.
+  PSPLIT_HD Fault finish_tokens(Patch<Index>& patch, View<IntegerDecoder<Index>> integers, Arena& arena) {
+    for (uint32_t i = 0; i < attributes_.size(); ++i) {
+      CondensedAttribute<Index>& attribute = attributes_[i];
+      const Coding coding = patch.attributes[i].coding;
+      Fault fault = Fault::kNone;
+      if (coding == Coding::kRaw)
+        fault = write_raw(attribute, patch.attributes[i], arena);
+      else if (!attribute.by_creation)
+        fault = read_flags(attribute, integers[i], arena);
+      if (fault != Fault::kNone) return fault;
+      if (!attribute.tokens.section().is_at_end()) return Fault::kSection;
+    }
+    return Fault::kNone;
+  }
+
+  // The memory that all of them take and keep, besides that of the integers.
+  PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
+    const uint64_t orders = 2 * (uint64_t{header.attribute_data_count} + 1);
+    return Arena::bytes<CondensedAttribute<Index>>(values.attributes) + Arena::bytes<Sequence<Index>>(orders) +
+           orders * Sequence<Index>::bytes(values.points) +
+           CreatedValues<Index>::bytes(values.points, values.attributes, values.components) +
+           values.attributes * Arena::bytes<uint8_t>(values.points);
+  }
+
+ private:
+  PSPLIT_HD Fault read_scheme(ByteReader& reader, uint32_t i, Patch<Index>& patch,
+                              IntegerDecoder<Index>& integers) {
+    Attribute<Index>& description = patch.attributes[i];
+    CondensedAttribute<Index>& attribute = attributes_[i];
+    if (description.coding == Coding::kRaw)
+      return data_type_bytes(description.type) <= sizeof(uint32_t) ? Fault::kNone : Fault::kMethod;
+    const Attribute<Index>* const position = patch.position_before(i);
+    const uint8_t scheme = ByteReader(reader).u8();
+    const Fault fault =
+        integers.describe(reader, /*is_edgebreaker=*/true, patch.groups[description.group], description,
+                          position != nullptr ? &patch.groups[position->group] : nullptr, position);
+    if (fault != Fault::kNone) return fault;
+    PredictionData& data = integers.data();
+    // Draco decodes a scheme that does not fit its attribute as another scheme; its encoder does not write it.
+    if (static_cast<uint8_t>(data.scheme) != scheme) return Fault::kMethod;
+    if (reader.u8() == 0) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
+    const bool is_predictable = data.scheme == Scheme::kNone || data.scheme == Scheme::kDifference ||
+                                data.scheme == Scheme::kParallelogram;
+    attribute.by_creation =
+        attribute.model->by_creation && is_predictable && description.coding != Coding::kNormal;
+    const bool has_grid = data.scheme != Scheme::kNone && data.transform != Transform::kWrap;
+    return has_grid ? data.read_grid(reader) : Fault::kNone;
+  }
+
+  PSPLIT_HD Fault read_numbers(const StreamHeader& header, const Patch<Index>& patch,
+                               View<IntegerDecoder<Index>> integers) {
+    CondensedNumbers numbers(header.condensed.numbers(header.condensed.lengths_at));
+    CondensedKinds kinds;
+    for (uint32_t i = 1; i < attributes_.size(); ++i)
+      attributes_[i].section_bytes = numbers.number(kinds.bytes);
+    for (uint32_t i = 0; i < attributes_.size(); ++i) {
+      PredictionData& data = integers[i].data();
+      if (patch.attributes[i].coding == Coding::kRaw || attributes_[i].by_creation ||
+          data.scheme == Scheme::kNone || data.transform != Transform::kWrap)
+        continue;
+      const int64_t low = numbers.signed_number(kinds.low), extent = numbers.number(kinds.extent);
+      if (const Fault fault = data.wrap.set(low, low + extent); fault != Fault::kNone) return fault;
+    }
+    for (uint32_t i = 0; i < attributes_.size(); ++i) {
+      const Scheme scheme = integers[i].data().scheme;
+      if (patch.attributes[i].coding == Coding::kRaw) continue;
+      const bool has_creases = scheme == Scheme::kConstrainedMultiParallelogram,
+                 has_orientations = scheme == Scheme::kTexCoords;
+      const bool has_flags = has_creases || has_orientations || scheme == Scheme::kGeometricNormal;
+      if (has_flags && !attributes_[i].model->has_flags) return Fault::kAttribute;
+      for (uint32_t k = 0; k < (has_creases        ? AttributeModel::kCreaseContexts
+                                : has_orientations ? 1
+                                                   : 0);
+           ++k) {
+        attributes_[i].flag_counts[k] = numbers.number(kinds.flags);
+        // No scheme has more flags than there are corners.
+        if (attributes_[i].flag_counts[k] > uint64_t{3} * patch.face_count) return Fault::kPrediction;
+      }
+    }
+    numbers_end_ = numbers.place();
+    return numbers.broken() ? Fault::kTruncated : Fault::kNone;
+  }
+
+  PSPLIT_HD static bool has_tables(const AttributeModel& model, uint32_t used) {
+    for (uint32_t t = 0; t < AttributeModel::kTables; ++t)
+      if ((used >> t & 1) != 0 && model.tables[t] == AttributeModel::kNoTable) return false;
+    return true;
+  }
+
+  PSPLIT_HD Fault start_created(uint32_t i, View<const Index> birth_corners, const SectionReader& section,
+                                const CondensedModels& models, Patch<Index>& patch, Arena& arena) {
+    CondensedAttribute<Index>& attribute = attributes_[i];
+    Attribute<Index>& description = patch.attributes[i];
+    Sequence<Index>& order = orders_[2 * description.group + attribute.model->backward];
+    Fault fault = find_order(description.group, attribute.model->backward, birth_corners, patch, order, arena);
+    if (fault == Fault::kNone)
+      fault =
+          attribute.created.start(*attribute.model, patch.groups[description.group], order, description, arena);
+    if (fault != Fault::kNone) return fault;
+    if (!has_tables(*attribute.model, attribute.created.used_tables())) return Fault::kEntropy;
+    attribute.tokens.start(section, models, *attribute.model, description.components,
+                           attribute.created.table_of(), attribute.created.symbols());
+    return Fault::kNone;
+  }
+  // Finds the order of a group's vertices, unless it is known.
+  PSPLIT_HD Fault find_order(uint32_t group, bool backward, View<const Index> birth_corners,
+                             const Patch<Index>& patch, Sequence<Index>& order, Arena& arena) {
+    const AttributeTable<Index>& table = patch.groups[group].table;
+    if (!order.corner.empty()) return Fault::kNone;
+    for (uint32_t other = 0; other < group && !table.has_seams; ++other) {
+      const Sequence<Index>& known = orders_[2 * other + backward];
+      if (patch.groups[other].table.has_seams || known.corner.empty()) continue;
+      order = known;
+      return Fault::kNone;
+    }
+    if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
+    CreationOrder<Index> creation(table.table, order);
+    if (backward)
+      creation.see_backward(patch.face_count);
+    else if (table.has_seams)
+      creation.see_forward(patch.face_count);
+    else
+      creation.see(birth_corners);  // no other corner can be the first one of its vertex
+    return creation.finish();
+  }
+
+  PSPLIT_HD Fault start_traversed(uint32_t i, const SectionReader& section, const CondensedModels& models,
+                                  Patch<Index>& patch, IntegerDecoder<Index>& integers, Arena& arena) {
+    constexpr uint32_t kFirst = 3;  // values with a table of their own
+    CondensedAttribute<Index>& attribute = attributes_[i];
+    const Attribute<Index>& description = patch.attributes[i];
+    const uint32_t count = patch.groups[description.group].sequence.count;
+    View<uint8_t> table_of;
+    if (!arena.take(table_of, count)) return Fault::kWorkspace;
+    for (uint32_t value = 0; value < count; ++value) table_of[value] = value >= kFirst;
+    if (!has_tables(*attribute.model, (count > 0 ? 1 : 0) | (count > kFirst ? 2 : 0))) return Fault::kEntropy;
+    View<uint32_t> symbols;
+    if (description.coding == Coding::kRaw) {
+      if (!arena.take(attribute.raw_symbols, size_t{count} * description.components)) return Fault::kWorkspace;
+      symbols = attribute.raw_symbols;
+    } else {
+      if (const Fault fault = integers.allocate(arena); fault != Fault::kNone) return fault;
+      symbols = integers.symbols();
+    }
+    attribute.tokens.start(section, models, *attribute.model, description.value_components(), table_of,
+                           symbols);
+    return Fault::kNone;
+  }
+
+  // Each component is stored as its difference from the same component of the value before.
+  PSPLIT_HD static Fault write_raw(const CondensedAttribute<Index>& attribute, Attribute<Index>& description,
+                                   Arena& arena) {
+    const uint32_t bytes = data_type_bytes(description.type), components = description.components;
+    const View<uint32_t> symbols = attribute.raw_symbols;
+    View<uint8_t> raw;
+    if (!arena.take(raw, symbols.size() * bytes)) return Fault::kWorkspace;
+    description.raw = raw.data();
+    for (size_t i = 0; i < symbols.size(); ++i) {
+      symbols[i] = signed_of_symbol(symbols[i]) + (i >= components ? symbols[i - components] : 0);
+      for (uint32_t k = 0; k < bytes; ++k) raw[i * bytes + k] = static_cast<uint8_t>(symbols[i] >> 8 * k);
+    }
+    return Fault::kNone;
+  }
+
+  PSPLIT_HD static Fault take_flags(SectionReader& section, uint32_t probability, uint32_t count,
+                                    View<uint8_t>& flags, Arena& arena) {
+    if (!arena.take(flags, count)) return Fault::kWorkspace;
+    for (uint32_t i = 0; i < count; ++i) flags[i] = static_cast<uint8_t>(section.next_bit(probability));
+    return Fault::kNone;
+  }
+  PSPLIT_HD static Fault read_flags(CondensedAttribute<Index>& attribute, IntegerDecoder<Index>& integers,
+                                    Arena& arena) {
+    PredictionData& data = integers.data();
+    SectionReader& section = attribute.tokens.section();
+    const AttributeModel& model = *attribute.model;
+    Fault fault = Fault::kNone;
+    if (data.scheme != Scheme::kNone && data.transform != Transform::kWrap) {
+      // Symbols are signed, and Draco's corrections are below the number of values in the grid.
+      const View<uint32_t> symbols = integers.symbols();
+      uint32_t too_large = 0;
+      for (size_t i = 0; i < symbols.size(); ++i) too_large |= mask(symbols[i] >= data.grid.max_quantized());
+      if (too_large != 0) return Fault::kPrediction;
+    }
+    if (data.scheme == Scheme::kConstrainedMultiParallelogram)
+      for (uint32_t k = 0; k < kMaxParallelograms && fault == Fault::kNone; ++k)
+        fault = take_flags(section, model.creases[k], attribute.flag_counts[k], data.creases[k], arena);
+    if (data.scheme == Scheme::kTexCoords) {
+      fault = take_flags(section, model.orientations, attribute.flag_counts[0], data.orientations, arena);
+      if (fault == Fault::kNone) data.find_orientations([&](uint32_t k) { return data.orientations[k] != 0; });
+    }
+    View<uint8_t> flips;
+    if (data.scheme == Scheme::kGeometricNormal) {
+      fault = take_flags(section, model.flips, integers.value_count(), flips, arena);
+      data.flips_by_value = flips;
+    }
+    return fault;
+  }
+
+  View<CondensedAttribute<Index>> attributes_;
+  View<Sequence<Index>> orders_;  // of creation, by group; empty until it is needed
+  uint64_t numbers_end_ = 0;
+};
+
+}  // namespace psplit::core

@@ -1,0 +1,122 @@
+// The connectivity of a condensed stream: its symbols, split events and start faces to a corner table
+// (edgebreaker.h).
+#pragma once
+
+#include "src/core/condensed/condensed_numbers.h"
+#include "src/core/condensed/context_symbols.h"
+#include "src/core/edgebreaker.h"
+#include "src/core/stream_header.h"
+
+namespace psplit::core {
+
+// Which components have a start face.
+class CondensedStartFaces {
+ public:
+  PSPLIT_HD explicit CondensedStartFaces(const CondensedStream& stream)
+      : has_bits_(stream.has_start_face_bits()),
+        all_(stream.interior_count > 0),
+        bits_(stream.numbers(stream.start_faces_at)) {}
+  PSPLIT_HD bool next() {
+    ++count_;
+    return has_bits_ ? bits_.read(1) != 0 : all_;
+  }
+  PSPLIT_HD uint32_t count() const { return count_; }
+
+ private:
+  bool has_bits_, all_;
+  SectionReader bits_;
+  uint32_t count_ = 0;
+};
+
+template <typename Index>
+class CondensedConnectivity {
+ public:
+  // Reads the split events, and makes the steps of symbols ready, if their contexts do not need the mesh.
+  PSPLIT_HD Fault start(const StreamHeader& header, Arena& arena, Connectivity<Index>& mesh) {
+    const CondensedStream& stream = header.condensed;
+    mesh.counts = header.counts;
+    if (!mesh.allocate(arena) || !arena.take(birth_corners_, birth_room(header.counts)))
+      return Fault::kWorkspace;
+    mark_ = arena.mark();
+    if (!arena.take(events_, header.counts.split_count)) return Fault::kWorkspace;
+    if (const Fault fault = read_events(stream, header.counts.symbol_count); fault != Fault::kNone)
+      return fault;
+    section_ = stream.numbers(0);
+    if (const Fault fault = section_.start_words(stream.first_section); fault != Fault::kNone) return fault;
+    if (stream.models.has_valence_contexts) return valences_.start(header.counts, arena);
+    if (!arena.take(symbols_, header.counts.symbol_count) || !arena.take(steps_, 1)) return Fault::kWorkspace;
+    steps_[0] = ContextSymbolSteps(section_, stream.models, symbols_);
+    return Fault::kNone;
+  }
+  // To be taken before finish. Empty for contexts of valences.
+  PSPLIT_HD View<ContextSymbolSteps> steps() const { return steps_; }
+
+  // Decodes the mesh, and releases all memory that was taken since start, except that of birth_corners.
+  // `keep_order` is that of Connectivity::drop_merged_vertices.
+  PSPLIT_HD Fault finish(const CondensedStream& stream, Arena& arena, bool keep_order,
+                         Connectivity<Index>& mesh) {
+    CondensedStartFaces start_faces(stream);
+    Fault fault;
+    if (stream.models.has_valence_contexts) {
+      ValenceContextSymbols<Index> symbols(valences_, stream.models, section_, birth_corners_);
+      fault = decode_connectivity(symbols, events_, start_faces, arena, mesh);
+    } else {
+      section_ = steps_[0].section();
+      DecodedSymbols<Index> symbols(symbols_, birth_corners_);
+      fault = decode_connectivity(symbols, events_, start_faces, arena, mesh);
+    }
+    if (fault != Fault::kNone) return fault;
+    if (start_faces.count() != stream.component_count || mesh.merged_count != stream.split_symbol_count)
+      return Fault::kCounts;
+    birth_corners_ = birth_corners_.first(mesh.vertex_count);
+    mesh.drop_merged_vertices(keep_order);
+    arena.release(mark_);
+    steps_ = {};
+    return Fault::kNone;
+  }
+  // By vertex, merged ones included and before they were dropped: the corner at which it was new. These corners
+  // ascend.
+  PSPLIT_HD View<const Index> birth_corners() const { return birth_corners_; }
+  // Behind the symbols.
+  PSPLIT_HD const SectionReader& section() const { return section_; }
+
+  // The memory that this takes and keeps, and the memory that it takes and releases.
+  PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
+    return Connectivity<Index>::bytes(counts) + Arena::bytes<Index>(birth_room(counts));
+  }
+  PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header) {
+    const ConnectivityCounts& counts = header.counts;
+    const size_t symbols = Arena::bytes<uint8_t>(counts.symbol_count) + Arena::bytes<ContextSymbolSteps>(1);
+    return Arena::bytes<SplitEvent>(counts.split_count) + connectivity_scratch_bytes<Index>(counts) +
+           (header.condensed.models.has_valence_contexts ? Valences<Index>::bytes(counts) : symbols);
+  }
+
+ private:
+  // The last symbol may bring three vertices more than the limit before the excess is found.
+  PSPLIT_HD static size_t birth_room(const ConnectivityCounts& counts) {
+    return size_t{counts.vertex_limit} + 3;
+  }
+
+  PSPLIT_HD Fault read_events(const CondensedStream& stream, uint32_t symbol_count) {
+    CondensedNumbers numbers(stream.numbers(stream.events_at));
+    CondensedKinds kinds;
+    uint64_t source = 0;
+    for (size_t i = 0; i < events_.size(); ++i) {
+      const CondensedNumbers::SplitEventNumbers event = numbers.split_event(kinds.event);
+      source += event.source_delta;
+      if (!set_split_event(symbol_count, source, event.back, events_[i])) return Fault::kSplitEvent;
+      events_[i].right_edge = event.right_edge;
+    }
+    return Fault::kNone;
+  }
+
+  size_t mark_ = 0;
+  SectionReader section_;
+  View<SplitEvent> events_;
+  View<Index> birth_corners_;
+  Valences<Index> valences_;
+  View<uint8_t> symbols_;
+  View<ContextSymbolSteps> steps_;
+};
+
+}  // namespace psplit::core

@@ -1,0 +1,113 @@
+// Edgebreaker's symbols of a condensed stream. The probabilities of a symbol depend on its context: on the last
+// few symbols, or on the last symbol and the valence of the vertex that a C would close.
+#pragma once
+
+#include "src/core/condensed/section.h"
+#include "src/core/edgebreaker_symbols.h"
+
+namespace psplit::core {
+
+// Decodes a symbol. Returns its place in the order C, S, L, R, E, and sets its code, which is invalid if the
+// context is never used.
+PSPLIT_HD PSPLIT_INLINE inline uint32_t next_symbol(SectionReader& section, const SymbolContext& context,
+                                                    uint32_t& clers) {
+  constexpr uint64_t kOnes = 0x0001000100010001u;
+  // Compares the slot with the first slots of symbols 1 to 4 at once: a bit for each that is not above the
+  // slot, and their sum.
+  const uint32_t slot = section.slot();
+  const uint64_t reached = ((slot * kOnes | kOnes << 15) - context.bounds) >> 15 & kOnes;
+  const auto symbol = static_cast<uint32_t>(reached * kOnes >> 48);
+  const uint32_t entry = context.symbols[symbol];
+  section.leave((entry >> kSlotBits & (kSlots - 1)) + 1, slot - entry % kSlots);
+  clers = entry >> 24;
+  return symbol;
+}
+
+// Decodes all symbols in contexts of the last few, each to a byte with its code.
+class ContextSymbolSteps {
+ public:
+  ContextSymbolSteps() = default;
+  // `out` has room for at least one symbol. The first one is always E, and is not coded.
+  PSPLIT_HD ContextSymbolSteps(const SectionReader& section, const CondensedModels& models, View<uint8_t> out)
+      : section_(section),
+        contexts_(models.contexts.data()),
+        context_(models.first_context),
+        at_(out.data()),
+        end_(out.data() + out.size()) {
+    *at_++ = kE;
+  }
+
+  PSPLIT_HD bool running() const { return at_ != end_; }
+  PSPLIT_HD PSPLIT_INLINE void step() {
+    const SymbolContext& context = contexts_[context_];
+    uint32_t clers;
+    context_ = context.next + next_symbol(section_, context, clers);
+    *at_++ = static_cast<uint8_t>(clers);
+  }
+  // Behind the symbols, when all steps were taken.
+  PSPLIT_HD const SectionReader& section() const { return section_; }
+
+ private:
+  SectionReader section_;
+  const SymbolContext* contexts_ = nullptr;
+  uint32_t context_ = 0;
+  uint8_t* at_ = nullptr;
+  uint8_t* end_ = nullptr;
+};
+
+// For add_faces: notes the corner at which each vertex is new.
+template <typename Index>
+class BirthCorners {
+ public:
+  PSPLIT_HD explicit BirthCorners(View<Index> corners) : corners_(corners) {}
+  PSPLIT_HD void brought(uint32_t vertex, uint32_t corner) { corners_[vertex] = static_cast<Index>(corner); }
+
+ private:
+  View<Index> corners_;
+};
+
+// Symbols that are decoded to bytes.
+template <typename Index>
+class DecodedSymbols : public BirthCorners<Index> {
+ public:
+  PSPLIT_HD DecodedSymbols(View<const uint8_t> symbols, View<Index> birth_corners)
+      : BirthCorners<Index>(birth_corners), at_(symbols.data()) {}
+  PSPLIT_HD uint32_t next(uint32_t) { return *at_++; }
+  PSPLIT_HD void added(uint32_t, uint32_t, uint32_t, uint32_t) {}
+  PSPLIT_HD void merged(uint32_t, uint32_t) {}
+
+ private:
+  const uint8_t* at_;
+};
+
+// Symbols in contexts of valences, which are known only while faces are added. They are read from `section`.
+template <typename Index>
+class ValenceContextSymbols : public BirthCorners<Index> {
+ public:
+  PSPLIT_HD ValenceContextSymbols(const Valences<Index>& valences, const CondensedModels& models,
+                                  SectionReader& section, View<Index> birth_corners)
+      : BirthCorners<Index>(birth_corners),
+        valences_(valences),
+        contexts_(models.contexts.data()),
+        section_(section) {}
+
+  PSPLIT_HD uint32_t next(uint32_t to) {
+    if (to == kNone<Index>) return kE;
+    const uint32_t context = SymbolContext::kCount * valences_.class_of(to) + last_;
+    uint32_t clers;
+    last_ = next_symbol(section_, contexts_[context], clers);
+    return clers;
+  }
+  PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
+    valences_.added(symbol, v0, v1, v2);
+  }
+  PSPLIT_HD void merged(uint32_t p, uint32_t n) { valences_.merged(p, n); }
+
+ private:
+  Valences<Index> valences_;
+  const SymbolContext* contexts_;
+  SectionReader& section_;
+  uint32_t last_ = SymbolContext::kCount - 1;  // E
+};
+
+}  // namespace psplit::core
