@@ -1,6 +1,9 @@
-// "Version 3" of the specification: the directory, the head, and condensed streams. Each of them becomes a Draco stream
-// that a stock Draco decoder accepts. Its symbols are not entropy-coded, so it has other bytes than libdraco's.
+// "Version 3" of the specification: the directory, the head, and condensed streams with their fields.
 import { bit_reader, demand, kinds_of, unfold } from './bits.mjs';
+import { attribute_table, decode_connectivity, inner_edges, kE, next, previous, swing_left, swing_right }
+  from './corner_table.mjs';
+import { kCanonicalized, kGeometricNormal, kMultiParallelogram, kNone, kNormals, kRaw, kTexCoords, kWrap,
+  write_draco_stream } from './write_draco_stream.mjs';
 
 // "Directory".
 export function directory_rows(part, count, skeleton_count) {
@@ -55,7 +58,8 @@ export function parse_head(part) {
   const skeleton_count = number(kinds.count) + 1;
   demand(skeleton_count <= 255, 'too many skeletons');
   const skeletons = times(skeleton_count, () => {
-    const length = number(kinds.length);
+    const level = bits(4), length = number(kinds.length);
+    demand(level <= 11, 'an impossible level of compression');
     demand(length >= 1 && length <= 4096, 'a skeleton of an impossible length');
     return Uint8Array.from(times(length, () => bits(8)));
   });
@@ -91,9 +95,6 @@ export function parse_head(part) {
   return { skeletons, symbol_contexts, contexts, attributes, seams };
 }
 
-const kRaw = 0, kNormals = 3; // types of decoders; 1 and 2 are integers and quantized values
-const kNone = -2, kMultiParallelogram = 4, kTexCoords = 5, kGeometricNormal = 6; // schemes
-const kWrap = 1, kCanonicalized = 3; // transforms
 
 // The literal bytes of a skeleton, and what they say of the attributes.
 function parse_skeleton(bytes) {
@@ -124,10 +125,9 @@ function parse_skeleton(bytes) {
     }
   };
 
-  demand(bytes.at(-1) <= 11, 'an impossible level of compression');
-  bytes = bytes.subarray(0, -1);
   skip(9);
-  demand([0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1].every((byte, i) => bytes[i] === byte), 'a skeleton is not Edgebreaker 2.2');
+  demand([0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1].every((byte, i) => bytes[i] === byte),
+    'a skeleton is not Edgebreaker 2.2');
   skip(1);
   if ((u8() & 0x80) !== 0) {
     for (let attributes = varint(); attributes > 0; --attributes) {
@@ -140,7 +140,8 @@ function parse_skeleton(bytes) {
   demand(traversal === 0 || traversal === 2, 'an impossible traversal');
   const data_count = u8(), descriptions_start = at;
 
-  const decoders = Array.from({ length: u8() }, () => ({ data: (u8() << 24) >> 24, at_corners: u8() !== 0, traversal: u8() }));
+  const decoders = Array.from({ length: u8() }, () =>
+    ({ data: (u8() << 24) >> 24, at_corners: u8() !== 0, traversal: u8() }));
   const attributes = [];
   for (const decoder of decoders) {
     demand(decoder.data < data_count && (decoder.data >= 0 || !decoder.at_corners), 'attribute data that do not exist');
@@ -224,127 +225,6 @@ function section(bytes, { bits, bytes_taken }) {
 // A bit reader that begins with the last byte.
 const from_the_end = (bytes) => bit_reader(Uint8Array.from(bytes).reverse(), 'section');
 
-const next = (corner) => (corner % 3 === 2 ? corner - 2 : corner + 1);
-const previous = (corner) => (corner % 3 === 0 ? corner + 2 : corner - 1);
-const kC = 0, kS = 1, kL = 2, kR = 3, kE = 4;
-
-// Draco's "Edgebreaker decoder": the corner table of the symbols that next_symbol(valence of the vertex at corner 1 of the last face)
-// returns.
-function decode_connectivity(faces, symbol_count, events, start_faces, next_symbol) {
-  const opposite = new Int32Array(3 * faces).fill(-1), vertex = new Int32Array(3 * faces);
-  const valence = [], stack = [], set_aside = new Map();
-  let symbol = kE, splits = 0;
-  const link = (a, b) => {
-    demand(a !== undefined && opposite[a] === -1 && opposite[b] === -1 && a !== b, 'symbols that do not form a mesh');
-    opposite[a] = b;
-    opposite[b] = a;
-  };
-  const border_before = (corner) => {
-    let at = previous(corner);
-    while (opposite[at] >= 0 && at !== corner) at = previous(opposite[at]);
-    return at;
-  };
-  const add = (corner, vertices, more) => vertices.forEach((v, k) => {
-    vertex[corner + k] = v;
-    valence[v] = (valence[v] ?? 0) + more[k];
-  });
-
-  const waiting = events.slice();
-  for (let i = 0; i < symbol_count; ++i) {
-    const corner = 3 * i, created = valence.length;
-    if (i > 0) symbol = next_symbol(valence[vertex[corner - 2]]);
-    const a = stack.at(-1);
-    if (symbol === kC) {
-      const b = border_before(a);
-      const vertices = [vertex[next(a)], vertex[next(b)], vertex[previous(a)]];
-      link(a, corner + 1);
-      link(b, corner + 2);
-      add(corner, vertices, [0, 1, 1]);
-    } else if (symbol === kS) {
-      splits += 1;
-      const b = stack.pop();
-      if (set_aside.has(i)) stack.push(set_aside.get(i));
-      const a = stack.at(-1);
-      demand(a !== undefined, 'symbols that do not form a mesh');
-      const kept = vertex[previous(a)], merged = vertex[next(b)];
-      demand(kept !== merged, 'symbols that do not form a mesh');
-      for (let c = 0; c < corner; ++c) if (vertex[c] === merged) vertex[c] = kept;
-      valence[kept] += valence[merged];
-      const vertices = [kept, vertex[next(a)], vertex[previous(b)]];
-      link(a, corner + 2);
-      link(b, corner + 1);
-      add(corner, vertices, [0, 1, 1]);
-    } else if (symbol === kL) {
-      const vertices = [vertex[next(a)], created, vertex[previous(a)]];
-      link(a, corner + 1);
-      add(corner, vertices, [1, 2, 1]);
-    } else if (symbol === kR) {
-      const vertices = [vertex[previous(a)], vertex[next(a)], created];
-      link(a, corner + 2);
-      add(corner, vertices, [1, 1, 2]);
-    } else {
-      stack.push(undefined);
-      add(corner, [created, created + 1, created + 2], [2, 2, 2]);
-    }
-    demand(vertex[corner + 1] !== vertex[corner + 2], 'symbols that do not form a mesh');
-    stack[stack.length - 1] = corner;
-    if (symbol === kC || symbol === kS) continue;
-    while (waiting.length > 0 && waiting.at(-1).source === symbol_count - 1 - i) {
-      const { split, edge } = waiting.pop();
-      set_aside.set(symbol_count - 1 - split, edge === 1 ? next(corner) : previous(corner));
-    }
-  }
-  demand(waiting.length === 0, 'a split event of no symbol');
-
-  demand(stack.length === start_faces.length, 'another number of components');
-  let corner = 3 * symbol_count;
-  for (const has_start_face of start_faces) {
-    const a = stack.pop();
-    if (has_start_face === 0) continue;
-    demand(opposite[a] === -1, 'symbols that do not form a mesh');
-    const b = border_before(a), c = border_before(b);
-    demand(a !== b && vertex[next(c)] === vertex[previous(a)], 'a start face that is not a triangle');
-    const vertices = [vertex[next(b)], vertex[next(c)], vertex[next(a)]];
-    link(corner, a);
-    link(corner + 1, b);
-    link(corner + 2, c);
-    add(corner, vertices, [0, 0, 0]);
-    corner += 3;
-  }
-  demand(corner === 3 * faces, 'another number of start faces');
-  return { opposite, vertex, splits };
-}
-
-// The edges between two faces, in Draco's order, each by the corner across from it in the first face.
-function inner_edges({ opposite }) {
-  const edges = [];
-  opposite.forEach((across, corner) => { if (across > corner) edges.push(corner); });
-  return edges;
-}
-
-// The corner table of an attribute: cut along seams, with vertices numbered in order of creation.
-function attribute_table({ opposite }, seams, backward) {
-  const cut = opposite.slice();
-  for (const corner of seams) cut[corner] = cut[opposite[corner]] = -1;
-  const vertex = new Int32Array(cut.length).fill(-1), corner_of = [];
-  const table = { opposite: cut, vertex, corner_of };
-  const see = (corner) => {
-    if (vertex[corner] !== -1) return;
-    vertex[corner] = corner_of.length;
-    for (const swing of [swing_left, swing_right])
-      for (let at = swing(table, corner); at !== -1 && vertex[at] === -1; at = swing(table, at))
-        vertex[at] = corner_of.length;
-    corner_of.push(corner);
-  };
-  for (let corner = 0; corner < cut.length; corner += 3) {
-    const first = backward ? cut.length - 3 - corner : corner;
-    for (const k of backward ? [1, 2, 0] : [0, 1, 2]) see(first + k);
-  }
-  return table;
-}
-const swing_left = ({ opposite }, c) => (opposite[next(c)] === -1 ? -1 : next(opposite[next(c)]));
-const swing_right = ({ opposite }, c) => (opposite[previous(c)] === -1 ? -1 : previous(opposite[previous(c)]));
-
 // "Order of creation": values[vertex][component], of an attribute with a table.
 function values_by_creation(coder, { opposite, vertex, corner_of }, components, { two, mean, tables }, uses) {
   const values = [];
@@ -373,8 +253,8 @@ function values_by_creation(coder, { opposite, vertex, corner_of }, components, 
 }
 
 // A condensed attribute in Draco's order: what its Draco stream has for it.
-function read_in_draco_order(coder, attribute, count, tables, flags, flag_counts) {
-  const { type, components, scheme, transform, greatest } = attribute;
+function read_in_draco_order(coder, attribute, count, { tables, flags }) {
+  const { type, components, scheme, transform, greatest, flag_counts } = attribute;
   const width = type === kNormals ? 2 : components, symbols = [];
   for (let i = 0; i < count * width; ++i) {
     const table = tables[i < 3 * width ? 0 : 1];
@@ -436,7 +316,7 @@ function read_fields(row, skeleton, head, uses) {
       attribute.high = attribute.low + number(kinds.extent);
     }
   for (const attribute of attributes) {
-    const lists = attribute.by_creation ? 0 : attribute.scheme === kMultiParallelogram ? 4 : attribute.scheme === kTexCoords ? 1 : 0;
+    const lists = attribute.scheme === kMultiParallelogram ? 4 : attribute.scheme === kTexCoords ? 1 : 0;
     attribute.flag_counts = Array.from({ length: lists }, () => number(kinds.flags));
     demand(attribute.flag_counts.every((count) => count <= 3 * faces), 'too many flags');
   }
@@ -481,7 +361,7 @@ function read_fields(row, skeleton, head, uses) {
     if (attribute.by_creation)
       attribute.values = values_by_creation(coder, attribute.table, attribute.components, entry, uses);
     else
-      Object.assign(attribute, read_in_draco_order(coder, attribute, count, entry.tables, entry.flags, attribute.flag_counts));
+      Object.assign(attribute, read_in_draco_order(coder, attribute, count, entry));
     if (place > 0) coder.end();
   });
   main.end();
@@ -489,96 +369,10 @@ function read_fields(row, skeleton, head, uses) {
   return fields;
 }
 
-// --- writing a Draco stream -----------------------------------------------------------------------------------
-
-// The bytes of bits as Draco's rAbs coder decodes them, all with the same probability.
-function coded_bits(flags) {
-  const bytes = [];
-  let state = 4096;
-  for (const flag of flags.toReversed()) {
-    if (state >= 4096 * 128) {
-      bytes.push(state % 256);
-      state = Math.floor(state / 256);
-    }
-    state = Math.floor(state / 128) * 256 + (state % 128) + (flag === 1 ? 0 : 128);
-  }
-  state -= 4096;
-  const length = state < 2 ** 6 ? 1 : state < 2 ** 14 ? 2 : 3;
-  for (let k = 0; k < length; ++k) bytes.push(Math.floor(state / 256 ** k) % 256);
-  bytes[bytes.length - 1] += 64 * (length - 1);
-  return [128, ...varint(bytes.length), ...bytes];
-}
-
-function varint(value) {
-  return value < 128 ? [value] : [(value % 128) + 128, ...varint(Math.floor(value / 128))];
-}
-const integer = (value, size) => Array.from({ length: size }, (_, k) => Math.floor((value >>> 0) / 256 ** k) % 256);
-const i32 = (value) => integer(value, 4);
-function packed_bits(bits) {
-  const bytes = new Array(Math.ceil(bits.length / 8)).fill(0);
-  bits.forEach((bit, i) => { bytes[i >> 3] |= bit << (i & 7); });
-  return bytes;
-}
-
-// Everything before the decoders of attributes, with the standard traversal.
-function connectivity_bytes({ front, data_count }, { vertices, faces, splits, symbols, events, start_faces, seams }) {
-  let last = 0;
-  const deltas = events.flatMap(({ source, split }) => {
-    const delta = source - last;
-    last = source;
-    return [...varint(delta), ...varint(source - split)];
-  });
-  const symbol_bits = packed_bits(symbols.flatMap((symbol) => [[0], [1, 0, 0], [1, 1, 0], [1, 0, 1], [1, 1, 1]][symbol]));
-  return [...front, 0, ...varint(vertices), ...varint(faces), data_count, ...varint(symbols.length), ...varint(splits),
-    ...varint(events.length), ...deltas, ...packed_bits(events.map(({ edge }) => edge)),
-    ...varint(symbol_bits.length), ...symbol_bits, ...coded_bits(start_faces), ...seams.flatMap(coded_bits)];
-}
-
-// Draco's order of the values of each decoder: the rank of the value at each corner. The stock decoder says it: it decodes
-// a stream of the same mesh whose only attributes are these ranks, as raw floats.
-function draco_ranks(skeleton, fields, decode) {
-  const { decoders } = skeleton, kGeneric = 4, kFloat32 = 9;
-  const table_of = (decoder) => fields.attributes.find((attribute) => attribute.decoder === decoder)?.table;
-  const used = decoders.filter(table_of);
-  const bytes = [...connectivity_bytes(skeleton, fields), used.length,
-    ...used.flatMap(({ data, at_corners, traversal }) => [data & 255, at_corners ? 1 : 0, traversal]),
-    ...used.flatMap((_, id) => [1, kGeneric, kFloat32, 1, 0, id, kRaw]),
-    ...used.flatMap((decoder) => [...new Uint8Array(Float32Array.from(table_of(decoder).corner_of.keys()).buffer)])];
-  const requests = used.map((_, id) => ({ id, componentType: 5126, components: 1 }));
-  const { corners, values } = decode(Uint8Array.from(bytes), requests);
-  return new Map(used.map((decoder, id) => {
-    const rank_of_point = new Float32Array(values[id].buffer);
-    return [decoder, [...corners].map((point) => rank_of_point[point])];
-  }));
-}
-
-// The bytes of an attribute. Its symbols are stored as they are, in four bytes each.
-function attribute_bytes(attribute, ranks) {
-  const { type, scheme, transform } = attribute;
-  if (attribute.by_creation) {
-    const ordered = [], rank_at = ranks.get(attribute.decoder);
-    attribute.values.forEach((value, vertex) => { ordered[rank_at[attribute.table.corner_of[vertex]]] = value; });
-    return [kNone & 255, 0, 4, ...ordered.flat().flatMap((value) => i32(value < 0 ? -2 * value - 1 : 2 * value))];
-  }
-  const { symbols, creases, orientations, flips } = attribute;
-  if (type === kRaw) return symbols.flatMap((symbol) => integer(symbol, attribute.bytes));
-  return [scheme & 255, ...(scheme === kNone ? [] : [transform]), 0, 4, ...symbols.flatMap(i32),
-    ...creases.flatMap((list) => [...varint(list.length), ...(list.length > 0 ? coded_bits(list) : [])]),
-    ...(scheme === kTexCoords ? [...i32(orientations.length), ...coded_bits(orientations)] : []),
-    ...(transform === kWrap ? [...i32(attribute.low), ...i32(attribute.high)] : attribute.transform_data),
-    ...(scheme === kGeometricNormal ? coded_bits(flips) : [])];
-}
-
 // "Expanding": a Draco stream with the fields of a condensed one. `decode` is a stock decoder.
 export function expand(row, head, decode, uses) {
   const skeleton = parse_skeleton(head.skeletons[row.skeleton]);
   demand(skeleton.attributes.length <= head.attributes.length && skeleton.data_count <= head.seams.length,
     'more attributes than the head has');
-  const fields = read_fields(row, skeleton, head, uses);
-  const ranks = fields.attributes.some(({ by_creation }) => by_creation) ? draco_ranks(skeleton, fields, decode) : null;
-  const of_decoder = (decoder) => [
-    ...fields.attributes.flatMap((attribute) => (attribute.decoder === decoder ? attribute_bytes(attribute, ranks) : [])),
-    ...decoder.transforms];
-  return Uint8Array.from([...connectivity_bytes(skeleton, fields), ...skeleton.descriptions,
-    ...skeleton.decoders.flatMap(of_decoder)]);
+  return write_draco_stream(skeleton, read_fields(row, skeleton, head, uses), decode);
 }
