@@ -83,6 +83,8 @@ class HeadReader {
           head_.contexts.emplace_back(sum == 0 ? unused_context() : context_of(frequencies));
       if (!head_.has_valence_contexts) context.next = i * SymbolContext::kCount % count;
     }
+    // The step behind a symbol goes to another context for each symbol, also if all of them are the same.
+    if (count == 1) head_.contexts.resize(SymbolContext::kCount, head_.contexts.front());
     return {};
   }
   static SymbolContext context_of(const std::array<uint32_t, SymbolContext::kCount>& frequencies) {

@@ -10,6 +10,7 @@
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "tests/support/condensed_samples.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/mesh_file_seeds.h"
 #include "tests/support/procedural_meshes.h"
@@ -69,13 +70,10 @@ int main(int argc, char** argv) {
     std::cerr << "usage: write_seeds FOLDER\n";
     return 1;
   }
-  const fs::path core = fs::path(argv[1]) / "core_fuzzer", container = fs::path(argv[1]) / "container_fuzzer",
-                 document = fs::path(argv[1]) / "document_fuzzer",
-                 mesh_file = fs::path(argv[1]) / "mesh_file_fuzzer";
-  fs::create_directories(core);
-  fs::create_directories(container);
-  fs::create_directories(document);
-  fs::create_directories(mesh_file);
+  const fs::path folder = argv[1], core = folder / "core_fuzzer", container = folder / "container_fuzzer",
+                 expand = folder / "expand_fuzzer", document = folder / "document_fuzzer",
+                 mesh_file = folder / "mesh_file_fuzzer";
+  for (const fs::path& path : {core, container, expand, document, mesh_file}) fs::create_directories(path);
   size_t number = 0;
   psplit::for_each_draco_stream([&](const psplit::DracoStream& stream) { write(core, number++, stream.bytes); },
                                 psplit::StreamSet::kSmall);
@@ -93,7 +91,11 @@ int main(int argc, char** argv) {
     psplit::EncodeOptions options;
     options.patch_count = 4;
     const auto encoded = psplit::encode_mesh(named.mesh, codings, options, pool);
-    if (encoded) write(container, number++, encoded->container);
+    if (!encoded) continue;
+    write(container, number++, encoded->container);
+    const std::vector<uint8_t> condensed = psplit::as_version_3(*encoded->opened, number % 2 == 0, pool);
+    write(container, number++, condensed);
+    write(expand, number++, condensed);
   }
   for (const psplit::Version1Container& old : psplit::version_1_containers())
     write(container, number++, old.bytes);

@@ -149,8 +149,7 @@ class CondensedAttributes {
       if (patch.attributes[i].coding == Coding::kRaw) continue;
       const bool has_creases = scheme == Scheme::kConstrainedMultiParallelogram,
                  has_orientations = scheme == Scheme::kTexCoords;
-      const bool has_flags = has_creases || has_orientations || scheme == Scheme::kGeometricNormal;
-      if (has_flags && !attributes_[i].model->has_flags) return Fault::kAttribute;
+      bool has_flags = scheme == Scheme::kGeometricNormal;
       for (uint32_t k = 0; k < (has_creases        ? AttributeModel::kCreaseContexts
                                 : has_orientations ? 1
                                                    : 0);
@@ -158,7 +157,9 @@ class CondensedAttributes {
         attributes_[i].flag_counts[k] = numbers.number(kinds.flags);
         // No scheme has more flags than there are corners.
         if (attributes_[i].flag_counts[k] > uint64_t{3} * patch.face_count) return Fault::kPrediction;
+        has_flags |= attributes_[i].flag_counts[k] > 0;
       }
+      if (has_flags && !attributes_[i].model->has_flags) return Fault::kAttribute;
     }
     numbers_end_ = numbers.place();
     return numbers.broken() ? Fault::kTruncated : Fault::kNone;
