@@ -82,23 +82,42 @@ function compare(file, expected) {
 const expected = JSON.parse(readFileSync(path.join(samples, 'expected.json'), 'utf8'));
 for (const name of Object.keys(expected)) compare(path.join(samples, name), expected[name]);
 
-// The page's own example: the dump decodes to the mesh on the page, and its tables explain the bytes of the dump.
+// The page's own examples: each dump decodes to the mesh on the page, and the tables explain the bytes of the dump.
 {
   const page = readFileSync(path.join(samples, '..', 'README.md'), 'utf8');
   const from_hex = (text) => Buffer.from(text.replace(/[^0-9a-f]/g, ''), 'hex');
-  const dump = from_hex([...page.matchAll(/^[0-9a-f]{2}  ((?:[0-9a-f]{2} ?)+)$/gm)].map((line) => line[1]).join(''));
-  const mesh = decode_container(draco, new Uint8Array(dump), [{ id: 0, componentType: 5126, components: 3 }]);
-  check(mesh.points === 6 && mesh.indices.join(' ') === '0 1 2 1 3 2 4 0 2 3 5 4', 'the example decodes to another mesh');
-  check(mesh.uses.runs === 1 && mesh.uses.repeats === 1 && mesh.uses.pairs === 1, 'the example has other references');
-  check(!mesh.uses.unequal_copies, 'copies of a point differ in the example');
-  let explained = 0;
-  for (const [, at, cell] of page.matchAll(/^\| ([0-9a-f]{2}) \| (`[^|]*) \|/gm)) {
-    const bytes = from_hex([...cell.matchAll(/`([0-9a-f ]+)`/g)].map((quoted) => quoted[1]).join(''));
-    const place = parseInt(at, 16);
-    check(bytes.equals(dump.subarray(place, place + bytes.length)), `the example has other bytes at ${at}`);
-    explained += bytes.length;
-  }
-  check(explained === 73 + 79, `${explained} bytes of the example are explained`);
+  const quoted = (cell, digits) => [...cell.matchAll(new RegExp(`\`(${digits}+)\``, 'g'))].map(([, text]) => text);
+  const to_bits = (bytes) => [...bytes].map((byte) => byte.toString(2).padStart(8, '0').split('').reverse().join('')).join('');
+  const examples = page.slice(page.indexOf('### Example\n')).split('### Example of version 3\n');
+  const dumps = examples.map((text) =>
+    from_hex([...text.matchAll(/^[0-9a-f]{2}  ((?:[0-9a-f]{2} ?)+)$/gm)].map((line) => line[1]).join('')));
+  [73 + 79, 20 + 7 + 5 + 5 + 10].forEach((wanted, i) => {
+    const dump = dumps[i], what = `example ${i + 1}`;
+    const mesh = decode_container(draco, new Uint8Array(dump), [{ id: 0, componentType: 5126, components: 3 }]);
+    check(mesh.points === 6 && mesh.indices.join(' ') === '0 1 2 1 3 2 4 0 2 3 5 4', `${what} decodes to another mesh`);
+    check(mesh.uses.runs === 1 && mesh.uses.repeats === 1 && mesh.uses.pairs === 1, `${what} has other references`);
+    check(mesh.uses.condensed === (i === 1 ? 2 : 0), `${what} has other streams`);
+    check(!mesh.uses.unequal_copies, `copies of a point differ in ${what}`);
+    let explained = 0;
+    for (const [, at, cell] of examples[i].matchAll(/^\| ([0-9a-f]{2}) \| (`[^|]*) \|/gm)) {
+      const bytes = from_hex(quoted(cell, '[0-9a-f ]').join(''));
+      const place = parseInt(at, 16);
+      check(bytes.equals(dump.subarray(place, place + bytes.length)), `${what} has other bytes at ${at}`);
+      explained += bytes.length;
+    }
+    check(explained === wanted, `${explained} bytes of ${what} are explained`);
+  });
+  // The tables of bits: a part of the stitch map; the directory, the head, and the last byte of a stream.
+  const [first, second] = dumps;
+  const parts = [[first.subarray(0x44, 0x49)], [second.subarray(0x14, 0x1b), second.subarray(0x1b, 0x64), second.subarray(0x6d, 0x6e)]];
+  parts.forEach((wanted, i) => {
+    const tables = examples[i].split(/^\| bits \|.*$/m).slice(1).map((table) => table.trimStart().split('\n\n')[0]);
+    wanted.forEach((bytes, t) => {
+      const said = [...tables[t].matchAll(/^\| (`[^|]*) \|/gm)].flatMap(([, cell]) =>
+        quoted(cell, '[0-9a-f ]').map((text) => (/^[01]+$/.test(text) && text !== '00' ? text : to_bits(from_hex(text)))));
+      check(said.join('') === to_bits(bytes), `table ${t + 1} of bits in example ${i + 1}`);
+    });
+  });
 }
 
 const scene = in_scratch('scene.glb');
