@@ -19,6 +19,7 @@
 #include <cstring>
 
 #include "decoder_cuda/batch_plan.h"
+#include "decoder_cuda/expanded_containers.h"
 
 namespace psplit {
 
@@ -68,7 +69,7 @@ class BatchDecoder {
   // device fails. All others come from finish.
   Status start(std::span<const CudaPrimitive> primitives) {
     if (is_running_) (void)device_.wait();  // for a batch without a finish
-    statuses_ = plan_.make(primitives);
+    make_plan(primitives);
     layout_ = Layout(plan_);
     faults_.assign(2 * plan_.streams().size(), core::Fault::kNone);
     point_counts_.assign(plan_.streams().size(), 0);
@@ -99,6 +100,24 @@ class BatchDecoder {
   }
 
  private:
+  // Plans, with expanded containers in the place of condensed ones.
+  void make_plan(std::span<const CudaPrimitive> primitives) {
+    expanded_.clear();
+    std::vector<CudaPrimitive> plain(primitives.begin(), primitives.end());
+    std::vector<Status> failures(plain.size());
+    for (size_t i = 0; i < plain.size(); ++i) {
+      if (plain[i].container == nullptr) continue;
+      const Expected<const PatchContainer*> container = expanded_.find(*plain[i].container);
+      failures[i] = container.status().at({.primitive = static_cast<int64_t>(i)});
+      if (container && *container == plain[i].container) continue;
+      plain[i].container = container ? *container : nullptr;
+      plain[i].device_bytes = nullptr;  // these are condensed
+    }
+    statuses_ = plan_.make(plain);
+    for (size_t i = 0; i < plain.size(); ++i)
+      if (!failures[i].ok()) statuses_[i] = std::move(failures[i]);
+  }
+
   // The places of everything in the one array that a batch has on the device, so that one limit holds for all
   // of it. Tables and pieces of containers come first: they are uploaded. The workspace is last: only it may
   // grow.
@@ -264,6 +283,7 @@ class BatchDecoder {
 
   Device device_;
   uint64_t memory_limit_ = ~uint64_t{0};
+  ExpandedContainers expanded_;  // of the batch
   BatchPlan plan_;
   Layout layout_;
   std::vector<Status> statuses_;     // by primitive

@@ -1,6 +1,7 @@
 #include "encoder/encode_mesh.h"
 
 #include "encoder/coding/quantization.h"
+#include "encoder/condensing/condense.h"
 #include "encoder/cut_faces.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
@@ -9,6 +10,7 @@
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
 #include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
@@ -98,7 +100,7 @@ Status encode_residue(const WeldedMesh& welded, const Cut& cut, std::span<const 
   return {};
 }
 
-Expected<std::vector<uint8_t>> join_streams(const Streams& streams, const Stitching& stitching) {
+Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const Stitching& stitching) {
   std::vector<StreamEntry> entries;
   for (size_t i = 0; i < streams.owned.size(); ++i) {
     if (streams.bytes[i].size() > 0xffffffffu) return unsupported("a patch takes more than 4 GB");
@@ -107,7 +109,39 @@ Expected<std::vector<uint8_t>> join_streams(const Streams& streams, const Stitch
                        static_cast<uint32_t>(streams.owned[i].points.size()), stitching.reference_counts[i],
                        static_cast<uint32_t>(stitching.maps[i].size())});
   }
-  return write_container(entries, streams.has_residue, stitching.maps, streams.bytes);
+  return entries;
+}
+
+// The container as version 3, if that is smaller than `most_bytes`.
+std::optional<std::vector<uint8_t>> condensed_container(std::vector<StreamEntry> entries,
+                                                        const Streams& streams, const Stitching& stitching,
+                                                        const EncodeOptions& options, size_t most_bytes,
+                                                        const ThreadPool& pool) {
+  std::vector<DecodedCounts> counts;
+  for (const StreamEntry& entry : entries) counts.push_back({entry.face_count, entry.point_count});
+  const CondensedStreams condensed = condense(streams.bytes, counts, options.condense_smallest, pool);
+  for (size_t i = 0; i < entries.size(); ++i) {
+    entries[i].stream_bytes = static_cast<uint32_t>(condensed.bytes[i].size());
+    entries[i].is_condensed = condensed.is_condensed[i] != 0;
+    entries[i].skeleton = condensed.skeleton[i];
+  }
+  auto container =
+      write_condensed_container(entries, streams.has_residue, condensed.head, stitching.maps, condensed.bytes);
+  if (container && container->size() >= most_bytes) container.reset();
+  return container;
+}
+
+Expected<std::vector<uint8_t>> join_streams(const Streams& streams, const Stitching& stitching,
+                                            const EncodeOptions& options, const ThreadPool& pool) {
+  const Expected<std::vector<StreamEntry>> entries = make_entries(streams, stitching);
+  if (!entries) return entries.status();
+  std::vector<uint8_t> container =
+      write_container(*entries, streams.has_residue, stitching.maps, streams.bytes);
+  if (!options.condense) return container;
+  // A single stream can also be stored without a container.
+  const size_t most_bytes = entries->size() == 1 ? entries->front().stream_bytes : container.size();
+  auto condensed = condensed_container(*entries, streams, stitching, options, most_bytes, pool);
+  return condensed ? std::move(*condensed) : std::move(container);
 }
 
 }  // namespace
@@ -142,7 +176,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
   if (Status status = encode_residue(welded, cut, codings, options, streams, statistics); !status.ok())
     return status;
   Stitching stitching = build_stitching(streams.owned, mesh.point_count, pool);
-  Expected<std::vector<uint8_t>> container = join_streams(streams, stitching);
+  Expected<std::vector<uint8_t>> container = join_streams(streams, stitching, options, pool);
   if (!container) return container.status();
   encoded.container = std::move(*container);
   encoded.requests = stream_requests(mesh);
@@ -153,7 +187,9 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
 
   if (options.verify) {
     const Stopwatch verify_time;
-    Expected<Mesh> decoded = draco_backend().decode(*encoded.opened, encoded.requests, pool);
+    // Condensed streams were already expanded to those of libdraco. The core decodes them without expanding.
+    const DecodeBackend backend = encoded.opened->condensed_count() > 0 ? cpu_backend() : draco_backend();
+    Expected<Mesh> decoded = backend.decode(*encoded.opened, encoded.requests, pool);
     if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
     if (Status status = verify_decoded(mesh, codings, *decoded, stitching.source_point); !status.ok())
       return status;

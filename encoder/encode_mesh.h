@@ -28,8 +28,12 @@ struct EncodeOptions {
   bool drop_unused = false;      // drop points that no face uses
   // Store the true values of the residue's copies too, so that its stream can be decoded alone.
   bool standalone_residue = false;
-  bool verify = true;  // decode the container and compare it with the input before returning
-  bool refine = true;  // see PartitionOptions for this and the next two
+  // Condense the streams (encoder/condensing/condense.h): the container has version 3 if that saves bytes. Each
+  // condensed stream is expanded again and compared with libdraco's.
+  bool condense = false;
+  bool condense_smallest = false;  // see condense
+  bool verify = true;              // decode the container and compare it with the input before returning
+  bool refine = true;              // see PartitionOptions for this and the next two
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   // The patch of each face that is not dropped. If empty, encode_mesh partitions the mesh itself.

@@ -15,6 +15,7 @@
 
 #include "encoder/draco/describe_attribute.h"
 #include "encoder/stitching/number_points.h"
+#include "src/condensed/expand_container.h"
 #include "src/container/claims.h"
 #include "src/core/stream_header.h"
 
@@ -212,9 +213,19 @@ Status decode_stream(std::span<const uint8_t> stream, std::span<const AttributeR
   return {};
 }
 
-Expected<Mesh> decode_patch(const PatchContainer& container, size_t patch,
+// Returns decode(stream) of a patch's Draco stream. libdraco knows only Draco streams, so condensed ones are
+// expanded first.
+template <typename Result, typename Decode>
+Result with_draco_stream(const PatchContainer& container, uint32_t patch, Decode decode) {
+  if (!container.entries[patch].is_condensed) return decode(container.streams[patch]);
+  const Expected<std::vector<uint8_t>> stream = expand_patch(container, patch);
+  return stream ? decode(*stream) : stream.status();
+}
+
+Expected<Mesh> decode_patch(const PatchContainer& container, uint32_t patch,
                             std::span<const AttributeRequest> requests) {
-  Expected<Mesh> mesh = decode_draco_stream(container.streams[patch], requests);
+  Expected<Mesh> mesh = with_draco_stream<Expected<Mesh>>(
+      container, patch, [&](std::span<const uint8_t> stream) { return decode_draco_stream(stream, requests); });
   if (!mesh) return mesh;
   const StreamEntry& entry = container.entries[patch];
   const auto face_count = static_cast<uint32_t>(mesh->faces.size());
@@ -233,7 +244,7 @@ Status decode_container(const DecodeTask& task, const PrimitiveBuffers& out, con
   std::vector<Mesh> patches(count);
   std::vector<Status> statuses(count);
   pool.for_each(count, [&](size_t i) {
-    Expected<Mesh> patch = decode_patch(container, i, task.requests);
+    Expected<Mesh> patch = decode_patch(container, static_cast<uint32_t>(i), task.requests);
     statuses[i] = patch.status().at({.patch = static_cast<int64_t>(i)});
     if (patch) patches[i] = std::move(*patch);
   });
@@ -274,8 +285,10 @@ std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const Buffers
     const PatchContainer& container = *tasks[i].container;
     if (container.is_stock) {
       const uint32_t most_faces = container.refusal.ok() ? container.face_count() : kAllFaces;
-      return decode_stream(container.bytes, tasks[i].requests, most_faces,
-                           [&](uint32_t points, uint32_t count) { return buffers_for(i, points, count); });
+      return with_draco_stream<Status>(container, 0, [&](std::span<const uint8_t> stream) {
+        return decode_stream(stream, tasks[i].requests, most_faces,
+                             [&](uint32_t points, uint32_t count) { return buffers_for(i, points, count); });
+      });
     }
     const Expected<PrimitiveBuffers> out = buffers_for(i, container.point_count(), container.face_count());
     return out ? decode_container(tasks[i], *out, pool) : out.status();

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "encoder/coding/quantization.h"
-#include "src/container/patch_container.h"
+#include "src/condensed/expand_container.h"
 
 namespace psplit {
 namespace {
@@ -40,15 +40,23 @@ Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& doc
   const auto stored = stored_primitive(document, id, patched ? kExtensionName : kStockExtensionName);
   if (!stored) return stored.status();
   std::vector<std::span<const uint8_t>> streams{stored->bytes};
+  Expected<PatchContainer> container = PatchContainer();
   if (patched) {
-    const Expected<PatchContainer> container = open_container(stored->bytes);
+    container = open_container(stored->bytes);
     if (!container) return container.status();
     streams = container->streams;
   }
 
   // The patches that psplit writes share their grids. Those of other encoders may not.
   std::vector<Expected<StreamDescription>> descriptions(streams.size(), StreamDescription{});
-  pool.for_each(streams.size(), [&](size_t i) { descriptions[i] = describe(streams[i]); });
+  pool.for_each(streams.size(), [&](size_t i) {
+    if (!patched || !container->entries[i].is_condensed) {
+      descriptions[i] = describe(streams[i]);
+      return;
+    }
+    const auto expanded = expand_patch(*container, static_cast<uint32_t>(i));
+    descriptions[i] = expanded ? describe(*expanded) : expanded.status();
+  });
   for (size_t i = 0; i < streams.size(); ++i) {
     if (!descriptions[i]) return descriptions[i].status().at({.patch = patched ? static_cast<int64_t>(i) : -1});
     for (const AttributeRequest& request : stored->requests) {

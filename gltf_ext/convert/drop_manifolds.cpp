@@ -10,7 +10,8 @@ void drop_manifolds(Document& document, std::span<const EncodeJob> jobs, Primiti
                     EncodeReports& reports) {
   constexpr const char* kManifold = "EXT_mesh_manifold";
   std::set<size_t> dropped;
-  for (const EncodeJob& job : jobs)
+  for (const EncodeJob& job : jobs) {
+    if (job.keeps_stream) continue;  // and with it the order of points
     for (const PrimitiveId id : job.group.ids) {
       Json& mesh = document.json["meshes"][id.mesh];
       if (const Json* manifold = extension_field(mesh, kManifold)) {
@@ -25,6 +26,7 @@ void drop_manifolds(Document& document, std::span<const EncodeJob> jobs, Primiti
       if (dropped.contains(id.mesh))
         reports[id].warnings.push_back(std::string(kManifold) + " is dropped: its data refer to indices");
     }
+  }
   if (!dropped.empty()) unlist_unused_extension(document, kManifold);
 }
 

@@ -2,6 +2,7 @@
 
 #include <atomic>
 
+#include "gltf_ext/convert/condense_stock.h"
 #include "gltf_ext/convert/draco_extension.h"
 #include "gltf_ext/convert/drop_manifolds.h"
 #include "gltf_ext/convert/encode_reports.h"
@@ -32,7 +33,8 @@ void decode_unverified(std::vector<EncodeJob>& jobs, const DecodeBackend& backen
   }
 }
 
-void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Progress& progress) {
+void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const ThreadPool& pool,
+                 const Progress& progress) {
   size_t faces = 0;
   for (const EncodeJob& job : jobs) faces += job.mesh.faces.size();
   std::atomic<size_t> done = 0;
@@ -40,16 +42,19 @@ void encode_jobs(std::vector<EncodeJob>& jobs, const ThreadPool& pool, const Pro
   pool.for_each(jobs.size(), [&](size_t i) {
     EncodeJob& job = jobs[i];
     std::atomic<size_t> done_of_job = 0;
+    if (job.options.condense && job.options.patch_count == 1) job.status = condense_stock(document, job);
     if (progress)
       job.options.patch_encoded = [&](size_t count) {
         done_of_job += count;
         progress(done += count, faces);
       };
-    Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
-    if (encoded.ok())
-      job.encoded = std::move(*encoded);
-    else
-      job.status = encoded.status();
+    if (job.status.ok() && !job.keeps_stream) {
+      Expected<EncodedMesh> encoded = encode_job(job, job.options, pool);
+      if (encoded.ok())
+        job.encoded = std::move(*encoded);
+      else
+        job.status = encoded.status();
+    }
     job.options.patch_encoded = {};
     // Faces that are dropped or in no patch count as done.
     if (progress) progress(done += job.mesh.faces.size() - done_of_job, faces);
@@ -67,6 +72,7 @@ void report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) 
       report.bytes = job.stored_bytes;
       report.streams = entries;
       report.has_residue = job.encoded.opened->has_residue;
+      report.head_bytes = job.encoded.opened->head_bytes;
       report.statistics = job.encoded.statistics;
     }
   }
@@ -115,10 +121,12 @@ void choose_storage(EncodeJob& job, const EncodeDocumentOptions& options) {
   const EncodeStatistics& statistics = job.encoded.statistics;
   const bool is_whole =
       statistics.patch_count == 1 && statistics.residue_faces == 0 && statistics.residue_points == 0;
+  const bool is_condensed = job.encoded.opened->condensed_count() > 0;
   if (options.compat == Compat::kKhr)
     job.stored_as = is_whole ? StoredAs::kDraco : StoredAs::kPatchPrimitives;
   else
-    job.stored_as = is_whole && !options.always_patches ? StoredAs::kDraco : StoredAs::kPatches;
+    job.stored_as =
+        is_whole && !is_condensed && !options.always_patches ? StoredAs::kDraco : StoredAs::kPatches;
   job.stored_bytes =
       job.stored_as == StoredAs::kPatches ? job.encoded.container.size() : job.encoded.opened->stream_bytes();
 }
@@ -189,7 +197,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   std::vector<EncodeJob>& jobs = read->jobs;
   const std::vector<uint32_t> counts = patch_counts(jobs, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
-  encode_jobs(jobs, pool, progress);
+  encode_jobs(document, jobs, pool, progress);
   decode_unverified(jobs, backend, pool);
   if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
   report_streams(jobs, reports);

@@ -19,6 +19,7 @@ struct EncodeJob {
   std::vector<AttributeCoding> codings;
   EncodeOptions options;
   EncodedMesh encoded;
+  bool keeps_stream = false;  // `encoded` is the stock Draco stream of the input, condensed
   StoredAs stored_as = StoredAs::kAsItWas;
   uint64_t stored_bytes = 0;  // of the container or the streams
   Status status;

@@ -31,6 +31,7 @@ struct PrimitiveReport {
   uint64_t bytes = 0;
   std::vector<StreamEntry> streams;  // the container's directory
   bool has_residue = false;
+  uint64_t head_bytes = 0;  // of a container of version 3
   EncodeStatistics statistics;
 };
 

@@ -144,6 +144,8 @@ EncodeOptions options_of_jobs(const EncodeDocumentOptions& options) {
   // A patch of its own cannot store unused points.
   result.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
   result.standalone_residue = options.compat == Compat::kKhr;
+  result.condense = options.condense && options.compat == Compat::kNone;
+  result.condense_smallest = options.condense_smallest;
   result.verify = options.verify;
   return result;
 }

@@ -27,19 +27,9 @@ class BitStringReader {
     return value;
   }
   uint32_t number(core::NumberKind& kind) {
-    const uint64_t ahead = bits_.peek(33) & 0x1ffffffffu;
-    const uint32_t order = kind.order();
-    const uint32_t zeros = ahead == 0 ? 33 : core::trailing_zeros(ahead);
-    if (zeros + order > 32) {
-      is_broken_ = true;
-      return 0;
-    }
-    bits_.take(static_cast<int>(zeros) + 1);
-    const uint64_t high = (uint64_t{1} << zeros) - 1 + bits_.read(static_cast<int>(zeros));
-    const uint64_t value = high << order | bits(static_cast<int>(order));
-    is_broken_ |= value > 0xffffffffu;
-    kind.follow(static_cast<uint32_t>(value));
-    return static_cast<uint32_t>(value);
+    uint32_t value;
+    is_broken_ |= !core::read_number(bits_, kind, value) || bits_.bytes_taken() > size_;
+    return value;
   }
   int64_t signed_number(core::NumberKind& kind) { return core::unfold(number(kind)); }
 

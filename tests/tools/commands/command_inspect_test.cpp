@@ -25,6 +25,8 @@ TEST_F(InspectCommand, JsonHasTheDocumentedKeys) {
   const auto& bytes = primitive.at("bytes");
   EXPECT_EQ(bytes.at("payload").get<int>() + bytes.at("directory").get<int>() + bytes.at("stitch").get<int>(),
             bytes.at("total").get<int>());
+  EXPECT_EQ(bytes.at("head"), 0);
+  EXPECT_EQ(primitive.at("condensed_patches"), 0);
   EXPECT_NEAR(primitive.at("bits_per_point").get<double>(), 8 * bytes.at("total").get<double>() / points, 1e-9);
   const auto& position = primitive.at("attributes").at(0);
   EXPECT_EQ(position.at("semantic"), "POSITION");
@@ -110,6 +112,7 @@ TEST_F(InspectCommand, ShowsAStockDracoStreamAsOnePatch) {
     EXPECT_EQ(primitive.at("balance"), 1.0);
     EXPECT_EQ(primitive.at("bytes"), nlohmann::json({{"payload", std::filesystem::file_size(drc)},
                                                      {"directory", 0},
+                                                     {"head", 0},
                                                      {"stitch", 0},
                                                      {"total", std::filesystem::file_size(drc)}}));
     EXPECT_NEAR(primitive.at("bits_per_point").get<double>(),

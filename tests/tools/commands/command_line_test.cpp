@@ -7,7 +7,8 @@
 namespace psplit {
 namespace {
 
-const char* const kCommands[] = {"encode", "batch", "decode", "inspect", "validate", "compare", "generate"};
+const char* const kCommands[] = {"encode",  "batch",    "decode",  "expand",
+                                 "inspect", "validate", "compare", "generate"};
 
 class CommandLine : public CommandOnSamples {};
 

@@ -105,7 +105,8 @@ Expected<PatchPicture> draw_patches(Document& document, EncodeDocumentOptions co
   if (!png) return png.status();
   PatchSummary summary;
   for (const PrimitiveReport& report : *reports)
-    if (report.skipped.empty()) summary += summarize_streams(report.streams, report.has_residue, report.bytes);
+    if (report.skipped.empty())
+      summary += summarize_streams(report.streams, report.has_residue, report.head_bytes, report.bytes);
   return PatchPicture{std::move(*png), summary.patches};
 }
 

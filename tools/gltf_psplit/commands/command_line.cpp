@@ -139,6 +139,7 @@ void add_commands(CLI::App& app, Action& action) {
   add_encode_command(app, action);
   add_batch_command(app, action);
   add_decode_command(app, action);
+  add_expand_command(app, action);
   add_inspect_command(app, action);
   add_validate_command(app, action);
   add_compare_command(app, action);

@@ -18,6 +18,7 @@ using Action = std::function<Status(const Session&)>;
 void add_encode_command(CLI::App& app, Action& action);
 void add_batch_command(CLI::App& app, Action& action);
 void add_decode_command(CLI::App& app, Action& action);
+void add_expand_command(CLI::App& app, Action& action);
 void add_inspect_command(CLI::App& app, Action& action);
 void add_validate_command(CLI::App& app, Action& action);
 void add_compare_command(CLI::App& app, Action& action);

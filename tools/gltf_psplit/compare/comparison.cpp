@@ -59,7 +59,8 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
     encode_options.verify = false;
     Expected<EncodedMesh> mesh = encode_job(jobs[i], encode_options, pool);
     if (!mesh) return mesh.status();
-    row.summary += summarize_streams(mesh->opened->entries, mesh->opened->has_residue, mesh->container.size());
+    row.summary += summarize_streams(mesh->opened->entries, mesh->opened->has_residue, mesh->opened->head_bytes,
+                                     mesh->container.size());
     row.partition_ms += mesh->statistics.partition_ms;
     row.encode_ms += mesh->statistics.encode_ms;
     split.push_back(std::move(*mesh));

@@ -56,6 +56,17 @@ std::string attributes_text(const InspectedPrimitive& primitive) {
   return text;
 }
 
+// Where the bytes of a condensed primitive are.
+std::string sections_text(const InspectedPrimitive& primitive) {
+  const PatchSummary& summary = primitive.summary;
+  if (summary.condensed_patches == 0) return "";
+  return describe_place(primitive.id.mesh, primitive.id.primitive) + ": " +
+         with_separators(summary.condensed_patches) + " of " + counted(summary.patches, "patch") +
+         " condensed; bytes: directory " + with_separators(summary.directory_bytes) + ", head " +
+         with_separators(summary.head_bytes) + ", stitch map " + with_separators(summary.stitch_bytes) +
+         ", streams " + with_separators(summary.payload_bytes) + "\n";
+}
+
 // Each set of attributes once, with the number of primitives that have it.
 std::string attribute_sets_text(const InspectedAsset& asset) {
   std::vector<std::pair<std::string, uint64_t>> sets;
@@ -80,8 +91,9 @@ void add_row(TextTable& table, const std::vector<std::string>& names, const Patc
        {with_separators(summary.patches), with_separators(summary.faces), with_separators(summary.points),
         with_separators(summary.references), as_share(summary.replication()),
         with_decimals(summary.balance(), 3), with_separators(summary.payload_bytes),
-        with_separators(summary.directory_bytes), with_separators(summary.stitch_bytes),
-        with_separators(summary.total_bytes), with_decimals(summary.bits_per_point(), 2), attributes})
+        with_separators(summary.directory_bytes), with_separators(summary.head_bytes),
+        with_separators(summary.stitch_bytes), with_separators(summary.total_bytes),
+        with_decimals(summary.bits_per_point(), 2), attributes})
     row.push_back(cell);
   table.add(std::move(row));
 }
@@ -90,7 +102,7 @@ std::string primitives_table(const InspectedAsset& asset, bool wide) {
   if (asset.compressed.empty()) return "";
   TextTable table(
       {"mesh", "primitive", "storage", "coding", "patches", "faces", "points", "references", "replication",
-       "balance", "payload", "directory", "stitch", "total bytes", "bits/point", "attributes"},
+       "balance", "payload", "directory", "head", "stitch", "total bytes", "bits/point", "attributes"},
       0);
   table.align_last_left();
   for (const InspectedPrimitive& primitive : asset.compressed)
@@ -102,7 +114,9 @@ std::string primitives_table(const InspectedAsset& asset, bool wide) {
   if (wide) return table.to_string();
   table.keep_columns(std::vector<std::string>{"mesh", "primitive", "storage", "coding", "patches", "faces",
                                               "points", "replication", "total bytes", "bits/point"});
-  return table.to_string() + attribute_sets_text(asset);
+  std::string sections;
+  for (const InspectedPrimitive& primitive : asset.compressed) sections += sections_text(primitive);
+  return table.to_string() + attribute_sets_text(asset) + sections;
 }
 
 }  // namespace

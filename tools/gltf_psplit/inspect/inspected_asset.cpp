@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "src/container/patch_container.h"
+#include "src/condensed/expand_container.h"
 
 namespace psplit {
 namespace {
@@ -26,12 +26,15 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
   if (!patched) return patched.status();
   const Expected<PatchContainer> container = open_container(patched->bytes);
   if (!container) return container.status();
-  out.summary = summarize_streams(container->entries, container->has_residue, patched->bytes.size());
+  out.summary = summarize_streams(container->entries, container->has_residue, container->head_bytes,
+                                  patched->bytes.size());
   out.container_version = container->version;
   out.attributes = patched->requests;
   out.bits.assign(out.attributes.size(), 0);
   // All streams of a container are coded alike, except the last if it holds the residue.
-  const Expected<StreamDescription> stream = describe(container->streams[0]);
+  const Expected<std::vector<uint8_t>> first = expand_patch(*container, 0);
+  if (!first) return first.status();
+  const Expected<StreamDescription> stream = describe(*first);
   return (stream ? add_coding(*stream, out) : stream.status()).at({.patch = 0});
 }
 

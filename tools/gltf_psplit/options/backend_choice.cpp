@@ -55,11 +55,13 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
 }  // namespace
 
 // These limits are not measured. A device decodes one stream more slowly than a CPU core does, and its start
-// takes longer than the CPU needs for some hundred kilobytes.
+// takes longer than the CPU needs for some hundred kilobytes. Condensed streams do not count: the CPU has to
+// expand them for a device, in about the time that it decodes them in.
 bool is_worth_a_gpu(std::span<const DecodeTask> tasks) {
   constexpr size_t kFewestStreams = 64, kFewestBytes = size_t{256} << 10;
   size_t bytes = 0, streams = 0;
   for (const DecodeTask& task : tasks) {
+    if (task.container->condensed_count() > 0) continue;
     bytes += task.container->bytes.size();
     streams += task.container->entries.size();
   }

@@ -35,7 +35,8 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
           .add_option(
               "--profile", arguments.profile,
               "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
-              "30000 faces for larger primitives. size: at most 4 patches of a primitive. speed: patches of "
+              "30000 faces for larger primitives. size: at most 4 patches of a primitive, and with --condense "
+              "the smallest coding. speed: patches of "
               "4800 faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
               "override the profile")
           ->check(CLI::IsMember({"speed", "balanced", "size"}))
@@ -89,6 +90,16 @@ void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
       ->type_name("KIND");
 }
 
+void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
+  CLI::Option* condense = command.add_flag(
+      "--condense", arguments.condense,
+      "Condense the streams: code them with tables that all patches of a primitive share. That takes fewer "
+      "bytes, and needs a loader that decodes condensed patches. Stock Draco that is not split is condensed as "
+      "it is; the subcommand expand restores it. No effect with --compat khr");
+  command.add_flag("--no-condense", arguments.no_condense, "Do not condense streams; the default")
+      ->excludes(condense);
+}
+
 }  // namespace
 
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
@@ -110,12 +121,15 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   add_volume_option(command, arguments);
   add_keep_options(command, options);
   add_storage_options(command, arguments);
+  add_condense_options(command, arguments);
   command.add_flag("--no-verify", arguments.no_verify,
                    "Do not check the result by decoding it and comparing it with the input");
   return [&arguments, patches, patch_faces] {
     if (patches->empty() && patch_faces->empty()) apply_profile(arguments);
     EncodeDocumentOptions& resolved = arguments.options;
     resolved.verify = !arguments.no_verify;
+    resolved.condense = arguments.condense && !arguments.no_condense;
+    resolved.condense_smallest = resolved.condense && arguments.profile == "size";
     resolved.volume = arguments.volume == "mesh"    ? QuantizationVolume::kMesh
                       : arguments.volume == "scene" ? QuantizationVolume::kScene
                                                     : QuantizationVolume::kPrimitive;
@@ -133,7 +147,7 @@ void group_encode_options(CLI::App& command) {
        {"--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
         "--quantize-generic", "--quantization-volume", "--lossless"}},
       {"What is kept", {"--keep-degenerate", "--keep-unused", "--keep-duplicates"}},
-      {"What is written", {"--images", "--fallback", "--compat", "--as"}},
+      {"What is written", {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--as"}},
   };
   for (const auto& [group, names] : groups)
     for (const char* name : names)
@@ -142,27 +156,28 @@ void group_encode_options(CLI::App& command) {
 
 std::string describe_options(const EncodeDocumentOptions& options) {
   const EncodeDocumentOptions& o = options;
-  return Json{{"format", kContainerVersion},
-              {"patches", o.patches},
-              {"least_patch_faces", o.least_patch_faces},
-              {"patch_faces", o.patch_faces},
-              {"most_patches", o.most_patches},
-              {"min_faces", o.min_faces},
-              {"always_patches", o.always_patches},
-              {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits}},
-              {"volume", static_cast<int>(o.volume)},
-              {"refine", o.refine},
-              {"method", static_cast<int>(o.method)},
-              {"distance", static_cast<int>(o.distance)},
-              {"encode_speed", o.encode_speed},
-              {"lossless", o.lossless},
-              {"keep_degenerate", o.keep_degenerate},
-              {"keep_unused", o.keep_unused},
-              {"keep_duplicates", o.keep_duplicates},
-              {"fallback", static_cast<int>(o.fallback)},
-              {"compat", static_cast<int>(o.compat)},
-              {"verify", o.verify}}
-      .dump();
+  Json described{{"format", kContainerVersion},
+                 {"patches", o.patches},
+                 {"least_patch_faces", o.least_patch_faces},
+                 {"patch_faces", o.patch_faces},
+                 {"most_patches", o.most_patches},
+                 {"min_faces", o.min_faces},
+                 {"always_patches", o.always_patches},
+                 {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits}},
+                 {"volume", static_cast<int>(o.volume)},
+                 {"refine", o.refine},
+                 {"method", static_cast<int>(o.method)},
+                 {"distance", static_cast<int>(o.distance)},
+                 {"encode_speed", o.encode_speed},
+                 {"lossless", o.lossless},
+                 {"keep_degenerate", o.keep_degenerate},
+                 {"keep_unused", o.keep_unused},
+                 {"keep_duplicates", o.keep_duplicates},
+                 {"fallback", static_cast<int>(o.fallback)},
+                 {"compat", static_cast<int>(o.compat)},
+                 {"verify", o.verify}};
+  if (o.condense) described["condense"] = {kCondensedContainerVersion, o.condense_smallest};
+  return described.dump();
 }
 
 }  // namespace psplit

@@ -19,6 +19,7 @@ inline constexpr uint64_t kSpeedPatchFaces = 4800;
 struct EncodeArguments {
   std::string profile, gpu, volume = "mesh", fallback = "none", compat = "none";
   EncodeDocumentOptions options;
+  bool condense = false, no_condense = false;
   bool no_verify = false;
 };
 

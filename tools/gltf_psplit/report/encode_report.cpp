@@ -34,15 +34,16 @@ void append_row(Json& object, const EncodeRow& row) {
 
 std::string row_text(const EncodeRow& row) {
   const PatchSummary& summary = row.summary;
-  const uint64_t map_bytes = summary.directory_bytes + summary.stitch_bytes;
+  const uint64_t map_bytes = summary.directory_bytes + summary.head_bytes + summary.stitch_bytes;
   const double map_share =
       summary.total_bytes == 0 ? 0 : static_cast<double>(map_bytes) / static_cast<double>(summary.total_bytes);
   return counted(summary.patches, "patch") + ", " + counted(summary.faces, "face") + ", " +
          counted(summary.points, "point") + ", " + counted(summary.total_bytes, "byte") + " (" +
          with_decimals(summary.bits_per_point(), 2) + " bits per point; overhead: replication " +
-         as_share(summary.replication()) + ", directory and stitch map " + as_share(map_share) +
-         "); partition " + as_duration(row.statistics.partition_ms) + ", all of encoding " +
-         as_duration(row.statistics.encode_ms) + ", verification " + as_duration(row.statistics.verify_ms);
+         as_share(summary.replication()) + ", directory" + (summary.head_bytes > 0 ? ", head" : "") +
+         " and stitch map " + as_share(map_share) + "); partition " + as_duration(row.statistics.partition_ms) +
+         ", all of encoding " + as_duration(row.statistics.encode_ms) + ", verification " +
+         as_duration(row.statistics.verify_ms);
 }
 
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log) {
@@ -58,9 +59,10 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& l
       object["input"] = {{"faces", report.faces}, {"points", report.points}, {"bytes", report.input_bytes}};
       ++result.unchanged_count;
     } else {
-      const EncodeRow row{report.faces, report.points, report.input_bytes,
-                          summarize_streams(report.streams, report.has_residue, report.bytes),
-                          report.statistics};
+      const EncodeRow row{
+          report.faces, report.points, report.input_bytes,
+          summarize_streams(report.streams, report.has_residue, report.head_bytes, report.bytes),
+          report.statistics};
       append_row(object, row);
       if (!report.repeated) result.total += row;
       ++(report.stored_as == StoredAs::kDraco ? result.draco_count : result.split_count);

@@ -11,14 +11,17 @@ PatchSummary& PatchSummary::operator+=(const PatchSummary& other) {
   references += other.references;
   largest_patch_faces = std::max(largest_patch_faces, other.largest_patch_faces);
   patch_faces += other.patch_faces;
+  condensed_patches += other.condensed_patches;
   payload_bytes += other.payload_bytes;
   directory_bytes += other.directory_bytes;
+  head_bytes += other.head_bytes;
   stitch_bytes += other.stitch_bytes;
   total_bytes += other.total_bytes;
   return *this;
 }
 
-PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes) {
+PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t head_bytes,
+                               uint64_t total_bytes) {
   PatchSummary summary;
   summary.patches = streams.size() - (has_residue ? 1 : 0);
   for (size_t i = 0; i < streams.size(); ++i) {
@@ -28,11 +31,13 @@ PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_re
     summary.references += stream.reference_count;
     summary.payload_bytes += stream.stream_bytes;
     summary.stitch_bytes += stream.stitch_bytes;
+    summary.condensed_patches += stream.is_condensed ? 1 : 0;
     if (i >= summary.patches) continue;
     summary.largest_patch_faces = std::max<uint64_t>(summary.largest_patch_faces, stream.face_count);
     summary.patch_faces += stream.face_count;
   }
-  summary.directory_bytes = total_bytes - summary.payload_bytes - summary.stitch_bytes;
+  summary.head_bytes = head_bytes;
+  summary.directory_bytes = total_bytes - summary.payload_bytes - head_bytes - summary.stitch_bytes;
   summary.total_bytes = total_bytes;
   return summary;
 }
@@ -48,6 +53,7 @@ PatchSummary summarize_stream(const StreamDescription& description, size_t strea
 
 void append_summary(Json& object, const PatchSummary& summary) {
   object["patches"] = summary.patches;
+  object["condensed_patches"] = summary.condensed_patches;
   object["faces"] = summary.faces;
   object["points"] = summary.points;
   object["references"] = summary.references;
@@ -55,6 +61,7 @@ void append_summary(Json& object, const PatchSummary& summary) {
   object["balance"] = summary.balance();
   object["bytes"] = {{"payload", summary.payload_bytes},
                      {"directory", summary.directory_bytes},
+                     {"head", summary.head_bytes},
                      {"stitch", summary.stitch_bytes},
                      {"total", summary.total_bytes}};
   object["bits_per_point"] = summary.bits_per_point();

@@ -11,7 +11,8 @@ struct PatchSummary {
   uint64_t patches = 0;  // without the residue
   uint64_t faces = 0, points = 0, references = 0;
   uint64_t largest_patch_faces = 0, patch_faces = 0;  // the residue's faces are in no patch
-  uint64_t payload_bytes = 0, directory_bytes = 0, stitch_bytes = 0, total_bytes = 0;
+  uint64_t condensed_patches = 0;                     // those whose streams are condensed
+  uint64_t payload_bytes = 0, directory_bytes = 0, head_bytes = 0, stitch_bytes = 0, total_bytes = 0;
 
   // (sum over patches of their points) / points - 1
   double replication() const {
@@ -30,14 +31,15 @@ struct PatchSummary {
   PatchSummary& operator+=(const PatchSummary& other);
 };
 
-// Summarizes the rows of a directory. Of `total_bytes`, all bytes outside the streams and stitch maps are the
-// directory's.
-PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t total_bytes);
+// Summarizes the rows of a directory. Of `total_bytes`, all bytes outside the head, the streams and the stitch
+// maps are the directory's.
+PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_residue, uint64_t head_bytes,
+                               uint64_t total_bytes);
 // Summarizes a stock Draco stream of `stream_bytes` bytes as one patch.
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);
 
-// Appends {"patches", "faces", "points", "references", "replication", "balance", "bytes": {"payload",
-// "directory", "stitch", "total"}, "bits_per_point"} to an object.
+// Appends {"patches", "condensed_patches", "faces", "points", "references", "replication", "balance", "bytes":
+// {"payload", "directory", "head", "stitch", "total"}, "bits_per_point"} to an object.
 void append_summary(Json& object, const PatchSummary& summary);
 
 }  // namespace psplit

@@ -1,0 +1,23 @@
+// Condensed patches to patches that every loader of the extension decodes.
+#pragma once
+
+#include "gltf_ext/document/document.h"
+#include "src/export.h"
+#include "src/parallel.h"
+
+namespace psplit {
+
+struct ExpandReport {
+  size_t primitives = 0;                       // all of the document
+  size_t to_patches = 0;                       // those whose container of version 3 has version 2 now
+  size_t to_draco = 0;                         // those that are KHR_draco_mesh_compression now
+  uint64_t bytes_before = 0, bytes_after = 0;  // of these primitives' containers and streams; shared ones once
+};
+
+// Expands every container of version 3 in place. A container of one patch without references and without
+// residue becomes the stream of KHR_draco_mesh_compression that its patch is. All others become containers of
+// version 2. Streams are those that libdraco's encoder wrote, bit for bit. Nothing else in the document
+// changes, except the lists of used extensions. After an error the document is unusable.
+PSPLIT_EXPORT Expected<ExpandReport> expand_document(Document& document, const ThreadPool& pool);
+
+}  // namespace psplit

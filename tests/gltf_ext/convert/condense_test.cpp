@@ -1,0 +1,168 @@
+// Documents with condensed patches, and the way back.
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/convert/expand_document.h"
+#include "gltf_ext/convert/validate.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/gltf_ext/asset.h"
+
+namespace psplit {
+namespace {
+
+constexpr uint32_t kColumns = 90, kRows = 70;
+
+EncodeDocumentOptions condensing(uint64_t patches = 0) {
+  EncodeDocumentOptions options;
+  options.patches = patches;
+  options.condense = true;
+  return options;
+}
+
+Status encode_with(Document& document, const EncodeDocumentOptions& options) {
+  return encode_document(document, options, cpu_backend(), test_pool()).status();
+}
+
+std::vector<uint8_t> stored_bytes(const Document& document, const char* extension) {
+  const Expected<StoredPrimitive> stored = stored_primitive(document, {0, 0}, extension);
+  EXPECT_TRUE(stored.ok()) << stored.status().to_string();
+  return {stored->bytes.begin(), stored->bytes.end()};
+}
+
+uint32_t container_version(const Document& document) {
+  const std::vector<uint8_t> bytes = stored_bytes(document, kExtensionName);
+  return open_container(bytes)->version;
+}
+
+std::string findings_of(const Document& document) {
+  std::string text;
+  for (const Finding& finding : validate_document(document, cpu_backend(), test_pool()))
+    text += finding.rule + ": " + finding.message + "\n";
+  return text;
+}
+
+// The JSON without what describes the bytes.
+Json without_views(const Document& document) {
+  Json json = document.json;
+  json.erase("buffers");
+  json.erase("bufferViews");
+  return json;
+}
+
+// A primitive in one stream of stock Draco.
+Document stock_document(const Mesh& mesh) {
+  Document document = document_from_mesh(mesh);
+  EXPECT_TRUE(encode_document_stock(document, {}, test_pool()).ok());
+  return document;
+}
+
+TEST(Condense, PatchesExpandToThoseOfVersion2) {
+  Document plain = document_from_mesh(rich_mesh(kColumns, kRows)), condensed = plain;
+  EncodeDocumentOptions options;
+  options.patches = 5;
+  ASSERT_TRUE(encode_with(plain, options).ok());
+  ASSERT_TRUE(encode_with(condensed, condensing(5)).ok());
+  EXPECT_EQ(container_version(condensed), 3u);
+  EXPECT_EQ(without_views(condensed), without_views(plain));
+  EXPECT_EQ(findings_of(condensed), "");
+
+  const auto report = expand_document(condensed, test_pool());
+  ASSERT_TRUE(report.ok()) << report.status().to_string();
+  EXPECT_EQ(report->to_patches, 1u);
+  EXPECT_EQ(report->to_draco, 0u);
+  EXPECT_LT(report->bytes_before, report->bytes_after);
+  EXPECT_EQ(stored_bytes(condensed, kExtensionName), stored_bytes(plain, kExtensionName));
+  EXPECT_EQ(without_views(condensed), without_views(plain));
+  EXPECT_EQ(findings_of(condensed), "");
+}
+
+TEST(Condense, APrimitiveThatStaysWholeBecomesOnePatchAndExpandsToStockDraco) {
+  Document plain = document_from_mesh(make_grid(kColumns, kRows)), condensed = plain;
+  ASSERT_TRUE(encode_with(plain, {}).ok());
+  ASSERT_TRUE(encode_with(condensed, condensing()).ok());
+  EXPECT_EQ(container_version(condensed), 3u);
+  EXPECT_EQ(findings_of(condensed), "");
+  const auto report = expand_document(condensed, test_pool());
+  ASSERT_TRUE(report.ok()) << report.status().to_string();
+  EXPECT_EQ(report->to_draco, 1u);
+  EXPECT_EQ(stored_bytes(condensed, kStockExtensionName), stored_bytes(plain, kStockExtensionName));
+  EXPECT_EQ(without_views(condensed), without_views(plain));
+}
+
+TEST(Condense, AFallbackStaysAndTheExtensionIsNotRequired) {
+  Document document = document_from_mesh(make_grid(kColumns, kRows));
+  EncodeDocumentOptions options = condensing();
+  options.fallback = Fallback::kUncompressed;
+  ASSERT_TRUE(encode_with(document, options).ok());
+  EXPECT_EQ(container_version(document), 3u);
+  ASSERT_TRUE(expand_document(document, test_pool()).ok());
+  EXPECT_EQ(document.json["extensionsUsed"], Json::array({kStockExtensionName}));
+  EXPECT_FALSE(document.json.contains("extensionsRequired"));
+  EXPECT_TRUE(accessor_of(document, "POSITION").contains("bufferView"));
+}
+
+// Someone's asset: the stream is not encoded again, and comes back in all its bytes.
+TEST(Condense, StockDracoIsCondensedAsItIs) {
+  for (const Mesh& mesh : {make_grid(kColumns, kRows), rich_mesh(kColumns, kRows)}) {
+    const Document before = stock_document(mesh);
+    Document document = before;
+    const auto reports = encode_document(document, condensing(), cpu_backend(), test_pool());
+    ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+    EXPECT_EQ(reports->at(0).stored_as, StoredAs::kPatches);
+    EXPECT_LT(reports->at(0).bytes, reports->at(0).input_bytes);
+    EXPECT_EQ(container_version(document), 3u);
+    EXPECT_EQ(findings_of(document), "");
+    ASSERT_TRUE(expand_document(document, test_pool()).ok());
+    EXPECT_EQ(stored_bytes(document, kStockExtensionName), stored_bytes(before, kStockExtensionName));
+    EXPECT_EQ(document.json["accessors"], before.json["accessors"]);
+  }
+}
+
+// Splitting changes the order of points, so EXT_mesh_manifold is dropped. Condensing a stream does not.
+TEST(Condense, StockDracoThatIsCondensedKeepsItsManifold) {
+  Document document = stock_document(make_grid(kColumns, kRows));
+  document.json["meshes"][0]["extensions"]["EXT_mesh_manifold"] = {
+      {"manifoldPrimitive", {{"indices", primitive_of(document)["indices"]}}}};
+  Document split = document;
+  ASSERT_TRUE(encode_with(document, condensing()).ok());
+  EXPECT_EQ(container_version(document), 3u);
+  EXPECT_EQ(count_in(document, "EXT_mesh_manifold"), 1u);
+  ASSERT_TRUE(encode_with(split, condensing(3)).ok());
+  EXPECT_EQ(count_in(split, "EXT_mesh_manifold"), 0u);
+}
+
+TEST(Condense, CompatKhrIsTheSameWithAndWithout) {
+  Document plain = document_from_mesh(make_grid(kColumns, kRows)), condensed = plain;
+  EncodeDocumentOptions options;
+  options.patches = 3;
+  options.compat = Compat::kKhr;
+  ASSERT_TRUE(encode_with(plain, options).ok());
+  options.condense = true;
+  ASSERT_TRUE(encode_with(condensed, options).ok());
+  EXPECT_EQ(condensed.json, plain.json);
+}
+
+TEST(Condense, ExpandLeavesEverythingElse) {
+  Document document = document_from_mesh(make_grid(kColumns, kRows));
+  ASSERT_TRUE(encode(document).ok());
+  const Document before = document;
+  const auto report = expand_document(document, test_pool());
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(report->to_patches + report->to_draco, 0u);
+  EXPECT_EQ(document.json, before.json);
+}
+
+TEST(Condense, ExpandNamesTheBrokenPrimitive) {
+  Document document = document_from_mesh(make_grid(kColumns, kRows));
+  ASSERT_TRUE(encode_with(document, condensing(3)).ok());
+  Json& view = document.json["bufferViews"]
+                            [primitive_of(document)["extensions"][kExtensionName]["bufferView"].get<size_t>()];
+  view["byteLength"] = view["byteLength"].get<size_t>() - 1;
+  const Status status = expand_document(document, test_pool()).status();
+  EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
+  EXPECT_EQ(status.place().mesh, 0);
+  EXPECT_EQ(status.place().primitive, 0);
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,99 @@
+// gltf-psplit encode --condense and expand.
+#include "tests/tools/commands/sample_assets.h"
+
+namespace psplit {
+namespace {
+
+class ExpandCommand : public CommandOnSamples {
+ protected:
+  // condensed.glb: the terrain of split_sample, condensed.
+  std::string condensed_sample(const std::string& patches = "4") const {
+    const CommandOutcome outcome = run_command({"encode", sample("terrain", "20000"), path("condensed.glb"),
+                                                "--patches", patches, "--condense", "-q"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return path("condensed.glb");
+  }
+  nlohmann::json inspect(const std::string& file) const {
+    const CommandOutcome outcome = run_command({"inspect", file, "--format", "json", "-q"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out).at("primitives").at(0);
+  }
+};
+
+TEST_F(ExpandCommand, RestoresThePatchesOfVersion2) {
+  const std::string condensed = condensed_sample();
+  ASSERT_EQ(run_command({"encode", path("terrain.glb"), path("split.glb"), "--patches", "4", "-q"}).code, 0);
+  const CommandOutcome outcome =
+      run_command({"expand", condensed, path("expanded.glb"), "--report", path("report.json")});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "1 primitive expanded to Draco patches")) << outcome.err;
+  const auto report = nlohmann::json::parse(read_bytes(path("report.json")));
+  EXPECT_EQ(report.at("expanded_to_patches"), 1);
+  EXPECT_EQ(report.at("expanded_to_draco"), 0);
+  const auto before = inspect(condensed), after = inspect(path("expanded.glb")),
+             split = inspect(path("split.glb"));
+  EXPECT_EQ(before.at("container_version"), 3);
+  EXPECT_EQ(before.at("condensed_patches"), 4);
+  EXPECT_GT(before.at("bytes").at("head"), 0);
+  EXPECT_EQ(report.at("streams").at("input_bytes"), before.at("bytes").at("total"));
+  EXPECT_EQ(report.at("streams").at("output_bytes"), split.at("bytes").at("total"));
+  EXPECT_EQ(after, split);
+  EXPECT_LT(before.at("bytes").at("total"), split.at("bytes").at("total"));
+}
+
+TEST_F(ExpandCommand, MakesStockDracoOfASinglePatch) {
+  const std::string condensed = condensed_sample("1");
+  const CommandOutcome outcome = run_command({"expand", condensed, path("expanded.gltf"), "-j", "2"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "1 primitive to stock Draco")) << outcome.err;
+  EXPECT_EQ(inspect(path("expanded.gltf")).at("storage"), "draco");
+  EXPECT_FALSE(contains(read_bytes(path("expanded.gltf")), "PSPLIT_mesh_draco_patches"));
+}
+
+TEST_F(ExpandCommand, PassesOnWhatIsNotCondensed) {
+  const std::string split = split_sample();
+  const CommandOutcome outcome = run_command({"expand", split, path("out.glb")});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "nothing was expanded: no primitive is condensed")) << outcome.err;
+  EXPECT_EQ(read_bytes(path("out.glb")), read_bytes(split));
+}
+
+TEST_F(ExpandCommand, SaysWhatIsWrongWithABrokenContainer) {
+  const std::string condensed = condensed_sample();
+  std::string bytes = read_bytes(condensed);
+  bytes[bytes.rfind("PSPL\x03") + 5] = 4;  // unknown flags
+  write("broken.glb", bytes);
+  for (const char* verb : {"expand", "decode"}) {
+    const CommandOutcome outcome = run_command({verb, path("broken.glb"), path("out.glb")});
+    EXPECT_EQ(outcome.code, 3) << verb;
+    EXPECT_TRUE(contains(outcome.err, "broken.glb: mesh 0, primitive 0: container: unknown flags"))
+        << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
+  }
+}
+
+TEST_F(ExpandCommand, InspectTellsWhereTheBytesAre) {
+  const CommandOutcome outcome = run_command({"inspect", condensed_sample()});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "patches (version 3)")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "mesh 0, primitive 0: 4 of 4 patches condensed; bytes: directory "))
+      << outcome.out;
+}
+
+TEST_F(ExpandCommand, CondensingIsChosenByFlags) {
+  const std::string input = sample("terrain", "20000");
+  const auto encoded = [&](std::vector<std::string> options) {
+    options.insert(options.begin(), {"encode", input, path("out.glb"), "--patches", "4", "-q"});
+    EXPECT_EQ(run_command(options).code, 0);
+    return read_bytes(path("out.glb"));
+  };
+  EXPECT_EQ(encoded({}), encoded({"--no-condense"}));
+  EXPECT_LT(encoded({"--condense"}).size(), encoded({}).size());
+  EXPECT_LE(encoded({"--condense", "--profile", "size"}).size(), encoded({"--condense"}).size());
+  const CommandOutcome both = run_command({"encode", input, path("out.glb"), "--condense", "--no-condense"});
+  EXPECT_EQ(both.code, 1);
+  EXPECT_TRUE(contains(both.err, "--condense excludes --no-condense")) << both.err;
+}
+
+}  // namespace
+}  // namespace psplit
