@@ -168,7 +168,7 @@ function parse_skeleton(bytes) {
       }
       attribute.scheme = (u8() << 24) >> 24;
       attribute.transform = attribute.scheme === kNone ? 0 : u8();
-      demand(u8() === 1, 'symbols that are not coded');
+      demand(u8() !== 0, 'symbols that are not coded');
       const start = at, octahedral = attribute.transform > kWrap;
       demand(attribute.transform <= kCanonicalized, 'an impossible transform');
       demand(attribute.scheme === kNone || octahedral === (attribute.type === kNormals), 'a transform of other attributes');
