@@ -225,6 +225,8 @@ function section(bytes, { bits, bytes_taken }) {
 // A bit reader that begins with the last byte.
 const from_the_end = (bytes) => bit_reader(Uint8Array.from(bytes).reverse(), 'section');
 
+const count_use = (uses, use, times = 1) => { uses[use] = (uses[use] ?? 0) + times; };
+
 // "Order of creation": values[vertex][component], of an attribute with a table.
 function values_by_creation(coder, { opposite, vertex, corner_of }, components, { two, mean, tables }, uses) {
   const values = [];
@@ -246,7 +248,7 @@ function values_by_creation(coder, { opposite, vertex, corner_of }, components, 
       : found.length === 1 ? found[0]
         : before(a) && before(b) ? (mean ? middle(at(a), at(b)) : at(a))
           : before(a) ? at(a) : before(b) ? at(b) : i > 0 ? values[i - 1] : zeros;
-    uses[`by_creation_${found.length}`] = (uses[`by_creation_${found.length}`] ?? 0) + 1;
+    count_use(uses, `values_by_${found.length}_parallelograms`);
     values.push(predicted.map((value) => (value + coder.signed_value(tables[found.length])) | 0));
   });
   return values;
@@ -363,8 +365,16 @@ function read_fields(row, skeleton, head, uses) {
     else
       Object.assign(attribute, read_in_draco_order(coder, attribute, count, entry));
     if (place > 0) coder.end();
+    count_use(uses, 'backward', Number(attribute.by_creation && entry.backward));
+    count_use(uses, 'means', Number(attribute.by_creation && entry.mean));
+    count_use(uses, 'raw_values', attribute.type === kRaw ? count : 0);
+    for (const list of ['creases', 'orientations', 'flips']) count_use(uses, list, attribute[list]?.flat().length ?? 0);
   });
   main.end();
+  count_use(uses, symbol_contexts === 8 ? 'valence_contexts' : 'history_contexts');
+  count_use(uses, 'seams', fields.seams.flat().filter((seam) => seam === 1).length);
+  count_use(uses, 'split_events', event_count);
+  count_use(uses, 'other_skeletons', Number(row.skeleton > 0));
   fields.attributes = attributes;
   return fields;
 }

@@ -9,6 +9,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "src/condensed/expand_container.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "src/loader/loader.h"
@@ -102,20 +103,21 @@ void expect(const Status& status) {
   if (!status.ok()) fail(status.to_string());
 }
 
-// Each stream alone, as a patch and as stock Draco.
+// Each stream alone, as a patch and as stock Draco, to which a condensed stream is expanded.
 void check_streams(const CompressedPrimitive& primitive) {
-  const std::vector<std::span<const uint8_t>>& streams = primitive.container().streams;
   for (uint32_t n = 0; n < primitive.patch_count(); ++n) {
     const PatchSizes sizes = primitive.patch(n);
     Arrays patch, stock;
     expect(primitive.decode_patch(n, patch.sized(primitive.attributes(), sizes.point_count, sizes.face_count)));
+    const Expected<std::vector<uint8_t>> draco = expand_patch(primitive.container(), n);
+    expect(draco.status());
     const Expected<CompressedPrimitive> stream =
-        CompressedPrimitive::open({streams[n], primitive.attributes(), 0, 0, Compression::kDraco});
+        CompressedPrimitive::open({*draco, primitive.attributes(), 0, 0, Compression::kDraco});
     expect(stream.status());
     expect(stream->decode(stock.sized(primitive.attributes(), stream->point_count(), stream->face_count())));
     stock.indices.resize(std::min(stock.indices.size(), patch.indices.size()));  // of a residue
     if (!(stock == patch)) fail("stream " + std::to_string(n) + " is not what its patch is");
-    const Expected<Mesh> whole = decode_draco(streams[n]);
+    const Expected<Mesh> whole = decode_draco(*draco);
     expect(whole.status());
     if (whole->point_count != sizes.point_count) fail("decode_draco: other points");
   }

@@ -1,0 +1,199 @@
+// Containers of version 3 that an encoder did not write: truncated, changed, and with heads that lie. Each is
+// refused, or decodes within its bounds; sanitizers watch these. If its streams can be expanded, these decode
+// to the same mesh.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "src/condensed/expand_container.h"
+#include "src/container/bit_string.h"
+#include "src/container/condensed_head.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/support/condensed_samples.h"
+#include "tests/support/decode_bytes.h"
+#include "tests/support/procedural_meshes.h"
+
+namespace psplit {
+namespace {
+
+using Bytes = std::vector<uint8_t>;
+
+// The mesh of a container whose streams are expanded first. Not ok if a stream has no Draco stream.
+Expected<Mesh> decode_expanded(const Bytes& bytes, std::span<const AttributeRequest> requests,
+                               const ThreadPool& pool) {
+  const Expected<PatchContainer> container = open_container(bytes);
+  if (!container) return container.status();
+  const Expected<Bytes> expanded = expand_container(*container, pool);
+  if (!expanded) return expanded.status();
+  return decode_container(cpu_backend(), *expanded, requests, pool);
+}
+
+TEST(CondensedContainers, ExpandToTheContainersTheyWereMadeFrom) {
+  const ThreadPool pool(2);
+  size_t stored = 0, skeletons = 0;
+  for (const CondensedSample& sample : condensed_samples(pool)) {
+    SCOPED_TRACE(sample.original.name);
+    const Expected<PatchContainer> container = open_container(sample.container);
+    ASSERT_TRUE(container) << container.status().to_string();
+    for (const StreamEntry& entry : container->entries) {
+      stored += entry.is_condensed ? 0 : 1;
+      skeletons += entry.skeleton > 0 ? 1 : 0;
+    }
+    const Expected<Bytes> expanded = expand_container(*container, pool);
+    ASSERT_TRUE(expanded) << expanded.status().to_string();
+    EXPECT_EQ(*expanded, sample.original.encoded.container);
+    const auto decoded = decode_container(cpu_backend(), sample.container, sample.original.requests, pool);
+    const auto expected =
+        decode_container(cpu_backend(), sample.original.encoded.container, sample.original.requests, pool);
+    ASSERT_TRUE(decoded && expected) << decoded.status().to_string();
+    EXPECT_TRUE(same_bits(*decoded, *expected));
+  }
+  EXPECT_GT(stored, 0u);     // residues at least
+  EXPECT_GT(skeletons, 0u);  // that are not the first
+}
+
+// Containers of some hundred bytes, in which most bytes mean something.
+struct Seed {
+  std::string name;
+  Bytes container;
+  std::vector<AttributeRequest> requests;
+};
+std::vector<Seed> small_seeds() {
+  const ThreadPool pool(2);
+  std::vector<Seed> seeds;
+  for (CondensedSample& sample : condensed_samples(pool))
+    if (sample.container.size() < 1500)
+      seeds.push_back({sample.original.name, std::move(sample.container), sample.original.requests});
+  return seeds;
+}
+
+TEST(CondensedContainers, EveryTruncationIsRefused) {
+  const ThreadPool pool(1);
+  for (const Seed& seed : small_seeds()) {
+    for (size_t size = 0; size < seed.container.size(); ++size) {
+      const Bytes cut(seed.container.begin(), seed.container.begin() + static_cast<std::ptrdiff_t>(size));
+      ASSERT_FALSE(open_container(cut).ok()) << seed.name << " cut to " << size;
+    }
+  }
+}
+
+Bytes mutant_of(const Bytes& container, std::mt19937& random) {
+  const auto below = [&](size_t bound) { return static_cast<size_t>(random() % bound); };
+  Bytes bytes = container;
+  for (size_t edits = 1 + below(2); edits > 0; --edits) {
+    // Sums of lengths refuse most other changes. The last stream may have any length.
+    const size_t at =
+        below(2) == 0 ? below(bytes.size()) : 20 + below(std::min<size_t>(bytes.size() - 20, 400));
+    if (below(2) == 0)
+      bytes[at] ^= static_cast<uint8_t>(1u << below(8));
+    else
+      bytes[at] = static_cast<uint8_t>(random());
+  }
+  return bytes;
+}
+
+TEST(CondensedContainers, MutantsAreRefusedOrDecodeAsExpanded) {
+  const ThreadPool pool(1);
+  const std::vector<Seed> seeds = small_seeds();
+  ASSERT_GT(seeds.size(), 10u);
+  constexpr size_t kMutants = 200'000;
+  std::mt19937 random(1);
+  size_t accepted = 0, compared = 0;
+  for (size_t i = 0; i < kMutants; ++i) {
+    const Seed& seed = seeds[random() % seeds.size()];
+    const Bytes bytes = mutant_of(seed.container, random);
+    const Expected<Mesh> decoded = decode_container(cpu_backend(), bytes, seed.requests, pool);
+    accepted += decoded ? 1 : 0;
+    if (i % (decoded ? 4 : 16) != 0) continue;
+    const Expected<Mesh> expanded = decode_expanded(bytes, seed.requests, pool);
+    // What expands, decodes, except schemes that Draco takes as other schemes: they do not fit their attribute.
+    const std::string refusal = decoded.status().to_string();
+    const bool is_unfit = refusal.find(core::fault_text(core::Fault::kMethod)) != std::string::npos;
+    ASSERT_TRUE(decoded || !expanded || is_unfit) << seed.name << ", mutant " << i << ": " << refusal;
+    if (!decoded || !expanded) continue;
+    ASSERT_TRUE(same_bits(*decoded, *expanded)) << seed.name << ", mutant " << i;
+    ++compared;
+  }
+  // A test that sees nothing but refusals would show little.
+  EXPECT_GT(accepted, kMutants / 20);
+  EXPECT_GT(compared, kMutants / 100);
+}
+
+// A head for one stream of positions, and what a test changes in it.
+struct HeadParts {
+  uint32_t skeleton_count = 1, skeleton_length = 1, level = 5;
+  uint32_t symbol_contexts = 0;
+  std::vector<uint32_t> symbols{1000, 1000, 1000, 1000, 96};
+  uint32_t attribute_count = 1;
+  uint32_t used = 3;
+  std::vector<uint32_t> tokens{4000, 0, 96};
+  bool has_flags = false;
+  uint32_t probability = 2048;
+  uint32_t seam_count = 0;
+};
+Bytes write(const HeadParts& parts) {
+  BitStringWriter out;
+  core::NumberKind count(0), length(5), used(5), symbol_frequency(4);
+  out.number(count, parts.skeleton_count - 1);
+  for (uint32_t i = 0; i < parts.skeleton_count; ++i) {
+    out.bits(parts.level, 4);
+    out.number(length, parts.skeleton_length);
+    for (uint32_t byte = 0; byte < parts.skeleton_length; ++byte) out.bits(0, 8);
+  }
+  out.bits(parts.symbol_contexts, 4);
+  for (const uint32_t frequency : parts.symbols) out.number(symbol_frequency, frequency);
+  out.number(count, parts.attribute_count - 1);
+  for (uint32_t i = 0; i < parts.attribute_count; ++i) {
+    out.bits(0, 1);
+    for (int table = 0; table < 2; ++table) {
+      core::NumberKind frequency(4);
+      out.number(used, parts.used);
+      for (const uint32_t number : parts.tokens) out.number(frequency, number);
+    }
+    out.bits(parts.has_flags, 1);
+    for (int flag = 0; flag < 6 && parts.has_flags; ++flag) out.bits(parts.probability, 12);
+  }
+  out.number(count, parts.seam_count);
+  for (uint32_t i = 0; i < 2 * parts.seam_count; ++i) out.bits(parts.probability, 12);
+  return out.take();
+}
+
+TEST(CondensedContainers, HeadsThatLieAreRefusedAsTheHead) {
+  const auto refusal = [](auto change) {
+    HeadParts parts;
+    change(parts);
+    return read_condensed_head(write(parts)).status().to_string();
+  };
+  EXPECT_TRUE(read_condensed_head(write({})).ok()) << read_condensed_head(write({})).status().to_string();
+  const std::vector<std::string> refusals{
+      refusal([](HeadParts& head) { head.symbols[4] = 95; }),
+      refusal([](HeadParts& head) { head.symbols[0] = 0xffffffffu; }),
+      refusal([](HeadParts& head) { head.tokens[0] = 4001; }),
+      refusal([](HeadParts& head) {
+        head.tokens = {0, 0, 0};
+      }),
+      refusal([](HeadParts& head) {
+        head.tokens = {0x80000000u, 0x80000000u, 4096};
+      }),
+      refusal([](HeadParts& head) { head.used = 117, head.tokens.resize(117); }),
+      refusal([](HeadParts& head) { head.symbol_contexts = 6; }),
+      refusal([](HeadParts& head) { head.symbol_contexts = 9; }),
+      refusal([](HeadParts& head) { head.symbol_contexts = 5; }),  // more contexts than there are bits
+      refusal([](HeadParts& head) { head.has_flags = true, head.probability = 0; }),
+      refusal([](HeadParts& head) { head.seam_count = 1, head.probability = 0; }),
+      refusal([](HeadParts& head) { head.seam_count = 129; }),
+      refusal([](HeadParts& head) { head.skeleton_count = 256; }),
+      refusal([](HeadParts& head) { head.skeleton_length = 4097; }),
+      refusal([](HeadParts& head) { head.level = 12; }),
+      refusal([](HeadParts& head) { head.attribute_count = 257; }),
+  };
+  for (size_t i = 0; i < refusals.size(); ++i)
+    EXPECT_NE(refusals[i].find("head: "), std::string::npos) << "refusal " << i << ": " << refusals[i];
+  Bytes longer = write({});
+  longer.push_back(0);
+  EXPECT_FALSE(read_condensed_head(longer).ok());
+}
+
+}  // namespace
+}  // namespace psplit
