@@ -12,108 +12,11 @@
 #include <optional>
 #include <random>
 
-#include "encoder/stitching/border_walk.h"
-#include "src/core/workspace.h"
-#include "tests/support/draco_streams.h"
-#include "tests/support/emulated_warp.h"
+#include "tests/src/core/decode_mesh.h"
 #include "tests/support/sanitizers.h"
 
 namespace psplit::core {
 namespace {
-
-template <typename Index>
-std::vector<std::array<uint32_t, 3>> faces_of(const Patch<Index>& patch) {
-  std::vector<std::array<uint32_t, 3>> faces;
-  for (uint32_t face = 0; face < patch.face_count; ++face)
-    faces.push_back({patch.point_at[4 * face], patch.point_at[4 * face + 1], patch.point_at[4 * face + 2]});
-  return faces;
-}
-
-// `run(body)` calls body(lanes) on all lanes.
-constexpr auto kOneLane = [](auto body) { body(SerialLanes()); };
-
-template <typename Index, typename Run>
-RawMesh raw_mesh(const Patch<Index>& patch, Run run) {
-  RawMesh mesh;
-  mesh.point_count = patch.point_count;
-  mesh.faces = faces_of(patch);
-  for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
-    const Attribute<Index>& attribute = patch.attributes[i];
-    RawAttribute raw{attribute.unique_id,  attribute.semantic,   static_cast<int>(attribute.type),
-                     attribute.components, attribute.normalized, {}};
-    raw.point_values.resize(size_t{patch.point_count} * attribute.stride());
-    const auto place_of = [&](uint32_t point) { return &raw.point_values[size_t{point} * attribute.stride()]; };
-    run([&](auto lanes) { patch.write_values(lanes, attribute, attribute.type, place_of); });
-    mesh.attributes.push_back(std::move(raw));
-  }
-  return mesh;
-}
-
-template <typename Index>
-RawMesh raw_mesh(const Patch<Index>& patch) {
-  return raw_mesh(patch, kOneLane);
-}
-
-// Decodes with memory that grows until it is enough: decode_with(arena, patch).
-template <typename Index, typename DecodeWith, typename Run>
-Fault decode(DecodeWith decode_with, Run run, RawMesh& out) {
-  for (size_t size = size_t{1} << 16;; size *= 2) {
-    std::vector<uint8_t> memory(size);
-    Arena arena(memory.data(), memory.size());
-    const auto patch = std::make_unique<Patch<Index>>();
-    const Fault fault = decode_with(arena, *patch);
-    if (fault == Fault::kWorkspace && size < size_t{1} << 32) continue;
-    if (fault == Fault::kNone) out = raw_mesh(*patch, run);
-    return fault;
-  }
-}
-
-template <typename Index>
-Fault decode(const StreamHeader& header, RawMesh& out) {
-  return decode<Index>(
-      [&](Arena& arena, Patch<Index>& patch) { return decode_patch<Index>(header, arena, patch); }, kOneLane,
-      out);
-}
-
-template <typename Index>
-Fault decode_by_warp(const StreamHeader& header, LaneOrder order, RawMesh& out) {
-  const auto run = [&](auto body) { run_warp([&](EmulatedLanes lanes) { body(lanes); }, order); };
-  const auto decode_with = [&](Arena& arena, Patch<Index>& patch) {
-    PatchDecoder<Index> decoder(header, arena, patch);
-    Fault faults[EmulatedLanes::size()];
-    run([&](auto lanes) { faults[lanes.rank()] = decode_together(lanes, decoder); });
-    for (const Fault fault : faults) EXPECT_EQ(fault_text(fault), fault_text(faults[0])) << "lanes disagree";
-    return faults[0];
-  };
-  return decode<Index>(decode_with, run, out);
-}
-
-// The walk over the border must be the one that the specification defines, which knows faces and points only.
-template <typename Index>
-Fault expect_walk_by_definition(const Patch<Index>& patch, Arena& arena) {
-  View<Index> walk;
-  const Fault fault = walk_border(patch, arena, walk);
-  if (fault != Fault::kNone) return fault;
-  std::vector<uint32_t> expected;
-  if (!patch.mesh.table.opposite.empty()) expected = border_walk(faces_of(patch), patch.point_count);
-  EXPECT_TRUE(std::equal(walk.data(), walk.data() + walk.size(), expected.begin(), expected.end()));
-  return fault;
-}
-
-// Decodes in exactly the memory that the counts ask for, and walks the border in it.
-template <typename Index>
-Fault decode_in_workspace(const StreamHeader& header, size_t stream_bytes, const RawMesh& expected,
-                          RawMesh& out) {
-  ValueCounts values{expected.point_count, static_cast<uint32_t>(expected.attributes.size()), 0};
-  for (const RawAttribute& attribute : expected.attributes)
-    values.components += static_cast<uint32_t>(attribute.component_count);
-  std::vector<uint8_t> memory(workspace_bytes<Index>(header, stream_bytes, values));
-  Arena arena(memory.data(), memory.size());
-  const auto patch = std::make_unique<Patch<Index>>();
-  if (const Fault fault = decode_patch<Index>(header, arena, *patch); fault != Fault::kNone) return fault;
-  out = raw_mesh(*patch);
-  return expect_walk_by_definition(*patch, arena);
-}
 
 void expect_same_as_libdraco(const DracoStream& stream) {
   const std::optional<RawMesh> expected = decode_with_libdraco(stream.bytes);

@@ -1,0 +1,236 @@
+// Condensed streams decode to what libdraco decodes from the Draco streams that they were made from: the same
+// faces, points and bytes of every attribute.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <optional>
+#include <random>
+
+#include "encoder/condensing/condense.h"
+#include "src/condensed/expand.h"
+#include "src/container/condensed_head.h"
+#include "src/core/condensed/condensed_header.h"
+#include "tests/src/core/decode_mesh.h"
+#include "tests/support/sanitizers.h"
+
+namespace psplit::core {
+namespace {
+
+// Streams that are condensed together, those of them that could be condensed.
+struct Batch {
+  CondensedHead head;
+  struct Stream {
+    std::string name;
+    std::vector<uint8_t> bytes;
+    uint32_t skeleton = 0;
+    RawMesh expected;
+
+    uint32_t face_count() const { return static_cast<uint32_t>(expected.faces.size()); }
+  };
+  std::vector<Stream> streams;
+
+  Fault read_header(const Stream& stream, std::span<const uint8_t> bytes, StreamHeader& header) const {
+    const std::vector<uint8_t>& skeleton = head.skeletons[stream.skeleton];
+    return read_condensed_header({skeleton.data(), skeleton.size()}, {bytes.data(), bytes.size()}, head.models(),
+                                 stream.face_count(), stream.expected.point_count, header);
+  }
+};
+
+void for_each_batch(StreamSet set, size_t together, bool smallest, const std::function<void(const Batch&)>& visit) {
+  const ThreadPool pool(1);
+  std::vector<std::vector<uint8_t>> streams;
+  std::vector<DecodedCounts> counts;
+  std::vector<Batch::Stream> described;
+  const auto finish = [&] {
+    const CondensedStreams condensed = condense(streams, counts, smallest, pool);
+    Batch batch;
+    for (size_t i = 0; i < streams.size(); ++i) {
+      if (condensed.is_condensed[i] == 0) continue;
+      described[i].bytes = condensed.bytes[i];
+      described[i].skeleton = condensed.skeleton[i];
+      batch.streams.push_back(std::move(described[i]));
+    }
+    streams.clear(), counts.clear(), described.clear();
+    if (batch.streams.empty()) return;
+    Expected<CondensedHead> head = read_condensed_head(condensed.head);
+    ASSERT_TRUE(head.ok()) << head.status().message();
+    batch.head = std::move(*head);
+    visit(batch);
+  };
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (testing::Test::HasFatalFailure()) return;
+        std::optional<RawMesh> expected = decode_with_libdraco(stream.bytes);
+        ASSERT_TRUE(expected);
+        streams.push_back(stream.bytes);
+        counts.push_back({static_cast<uint32_t>(expected->faces.size()), expected->point_count});
+        described.push_back({stream.name, {}, 0, std::move(*expected)});
+        if (streams.size() == together) finish();
+      },
+      set);
+  if (!streams.empty()) finish();
+}
+
+template <typename Index>
+void expect_decoded(const Batch& batch, const Batch::Stream& stream, const StreamHeader& header) {
+  RawMesh decoded;
+  ASSERT_EQ(fault_text(decode_in_workspace<Index>(header, stream.bytes.size(), stream.expected, decoded)),
+            fault_text(Fault::kNone));
+  ASSERT_TRUE(decoded == stream.expected);
+  static size_t count = 0;
+  const LaneOrder order = kLaneOrders[count++ % kLaneOrders.size()];
+  ASSERT_EQ(fault_text(decode_by_warp<Index>(header, order, decoded)), fault_text(Fault::kNone));
+  ASSERT_TRUE(decoded == stream.expected) << "by a warp, order " << int{order.kind};
+  // If its end is missing, the lanes agree about it.
+  const std::vector<uint8_t> half(stream.bytes.begin() + static_cast<ptrdiff_t>(stream.bytes.size() / 2),
+                                  stream.bytes.end());
+  StreamHeader half_header;
+  if (batch.read_header(stream, half, half_header) != Fault::kNone) return;
+  ASSERT_EQ(fault_text(decode_by_warp<Index>(half_header, order, decoded)),
+            fault_text(decode<Index>(half_header, decoded)));
+}
+
+void expect_batches_decode(StreamSet set, bool smallest) {
+  size_t count = 0, with_creation = 0, with_seams = 0, with_flags = 0, with_valence = 0;
+  for_each_batch(set, 60, smallest, [&](const Batch& batch) {
+    for (const Batch::Stream& stream : batch.streams) {
+      if (testing::Test::HasFatalFailure()) return;
+      SCOPED_TRACE(stream.name);
+      const std::vector<uint8_t> bytes(stream.bytes);  // of exactly this size
+      StreamHeader header;
+      ASSERT_EQ(fault_text(batch.read_header(stream, bytes, header)), fault_text(Fault::kNone));
+      expect_decoded<uint32_t>(batch, stream, header);
+      if (header.fits_16_bits()) expect_decoded<uint16_t>(batch, stream, header);
+      ++count;
+      with_seams += header.attribute_data_count > 0;
+      with_valence += batch.head.has_valence_contexts;
+    }
+    for (const AttributeModel& model : batch.head.attributes) {
+      with_creation += model.by_creation;
+      with_flags += model.has_flags;
+    }
+  });
+  EXPECT_GT(count, 300u);
+  EXPECT_GT(with_creation, 0u);
+  EXPECT_GT(with_seams, 100u);
+  EXPECT_GT(with_flags, 0u);
+  testing::Test::RecordProperty("streams", static_cast<int>(count));
+  testing::Test::RecordProperty("with_valence", static_cast<int>(with_valence));
+}
+
+TEST(CondensedDecode, EqualsLibdraco) { expect_batches_decode(StreamSet::kSmall, false); }
+TEST(CondensedDecode, EqualsLibdracoInTheSmallestCoding) { expect_batches_decode(StreamSet::kSmall, true); }
+
+TEST(CondensedDecode, StreamsInStepDecodeAsEachAlone) {
+  constexpr uint32_t kCount = 3;
+  constexpr size_t kMemory = size_t{1} << 23;
+  std::vector<std::vector<uint8_t>> memories(kCount, std::vector<uint8_t>(kMemory));
+  const auto patches = std::make_unique<Patch<uint16_t>[]>(kCount);
+  size_t broken = 0, whole = 0;
+  for_each_batch(StreamSet::kSmall, 40, false, [&](const Batch& batch) {
+    std::vector<std::vector<uint8_t>> bytes;
+    for (const Batch::Stream& stream : batch.streams) {
+      bytes.push_back(stream.bytes);
+      if (bytes.size() % 4 == 0) bytes.back()[bytes.back().size() / 2] ^= 1;
+    }
+    for (size_t i = 0; i + kCount <= batch.streams.size(); ++i) {
+      StreamHeader headers[kCount];
+      Arena arenas[kCount];
+      std::optional<PatchDecoder<uint16_t>> decoders[kCount];
+      PatchDecoder<uint16_t>* pointers[kCount];
+      Fault faults[kCount];
+      bool fits = true;
+      for (uint32_t n = 0; n < kCount; ++n) {
+        fits &= batch.read_header(batch.streams[i + n], bytes[i + n], headers[n]) == Fault::kNone &&
+                headers[n].fits_16_bits() && bytes[i + n].size() < 20'000;
+        arenas[n] = Arena(memories[n].data(), kMemory);
+        patches[n] = {};
+        pointers[n] = &decoders[n].emplace(headers[n], arenas[n], patches[n]);
+      }
+      if (!fits) continue;
+      decode_in_step(pointers, faults);
+      for (uint32_t n = 0; n < kCount; ++n) {
+        RawMesh alone;
+        ASSERT_EQ(fault_text(decode<uint16_t>(headers[n], alone)), fault_text(faults[n]));
+        const bool is_whole = faults[n] == Fault::kNone;
+        ASSERT_TRUE(!is_whole || raw_mesh(patches[n]) == alone);
+        ++(is_whole ? whole : broken);
+      }
+    }
+  });
+  EXPECT_GT(whole, 100u);
+  EXPECT_GT(broken, 30u);
+}
+
+// Every mutant must be refused, or decode within its bounds; sanitizers watch the bounds. expand_stream and the
+// core must agree: libdraco decodes what expands to the same mesh.
+TEST(CondensedDecode, RefusesMutantsOrDecodesThemWithinTheirBounds) {
+  constexpr size_t kMutants = 3000, kMemory = size_t{1} << 22;  // of each batch
+  std::mt19937 random(1);
+  const auto below = [&](size_t bound) { return static_cast<size_t>(random() % bound); };
+  std::vector<uint8_t> memory(kMemory);
+  const auto patch = std::make_unique<Patch<uint16_t>>();
+  size_t accepted = 0, compared = 0, refused = 0;
+  for_each_batch(StreamSet::kSmall, 60, false, [&](const Batch& batch) {
+    for (size_t i = 0; i < kMutants && !testing::Test::HasFatalFailure(); ++i) {
+      const Batch::Stream& seed = batch.streams[below(batch.streams.size())];
+      if (seed.bytes.size() > 4000) continue;
+      std::vector<uint8_t> bytes = seed.bytes;
+      for (size_t edits = 1 + below(3); edits > 0; --edits) {
+        // The numbers are at the end.
+        const size_t at = below(2) == 0 ? bytes.size() - 1 - below(std::min<size_t>(bytes.size(), 16)) : below(bytes.size());
+        switch (below(4)) {
+          case 0: bytes[at] ^= static_cast<uint8_t>(1u << below(8)); break;
+          case 1: bytes[at] = static_cast<uint8_t>(random()); break;
+          case 2: bytes.insert(bytes.begin() + static_cast<ptrdiff_t>(at), static_cast<uint8_t>(random())); break;
+          default:
+            if (bytes.size() > 1) bytes.erase(bytes.begin() + static_cast<ptrdiff_t>(at));
+        }
+      }
+      bytes.shrink_to_fit();
+      StreamHeader header;
+      ++refused;
+      if (batch.read_header(seed, bytes, header) != Fault::kNone || !header.fits_16_bits()) continue;
+      Arena arena(memory.data(), memory.size());
+      *patch = {};
+      if (decode_patch<uint16_t>(header, arena, *patch) != Fault::kNone) continue;
+      if (patch->point_count != seed.expected.point_count) continue;  // the caller's check
+      const RawMesh decoded = raw_mesh(*patch);
+      ++accepted, --refused;
+      const Expected<std::vector<uint8_t>> expanded =
+          expand_stream(batch.head, {bytes, seed.skeleton, seed.face_count(), seed.expected.point_count});
+      if (!expanded.ok()) continue;
+      const std::optional<RawMesh> expected = decode_with_libdraco(*expanded);
+      if (!expected) continue;
+      ++compared;
+      ASSERT_TRUE(decoded == *expected) << seed.name << ", mutant " << i;
+    }
+  });
+  EXPECT_GT(refused, 1000u);
+  EXPECT_GT(accepted, 20u);
+  EXPECT_GT(compared, 10u);
+  printf("accepted %zu compared %zu refused %zu\n", accepted, compared, refused);
+}
+
+TEST(CondensedDecode, RefusesEveryTruncation) {
+  for_each_batch(StreamSet::kSmall, 60, false, [&](const Batch& batch) {
+    for (const Batch::Stream& stream : batch.streams) {
+      if (stream.bytes.size() > 400) continue;
+      for (size_t length = 0; length < stream.bytes.size(); ++length)
+        for (const bool front : {false, true}) {
+          const auto begin = stream.bytes.begin() + static_cast<ptrdiff_t>(front ? 0 : stream.bytes.size() - length);
+          const std::vector<uint8_t> bytes(begin, begin + static_cast<ptrdiff_t>(length));
+          StreamHeader header;
+          RawMesh decoded;
+          if (batch.read_header(stream, bytes, header) != Fault::kNone) continue;
+          // Cut bits are other numbers, which seldom say a mesh of the same counts.
+          if (decode<uint32_t>(header, decoded) == Fault::kNone) {
+            EXPECT_TRUE(front) << stream.name << " cut to " << length;
+          }
+        }
+    }
+  });
+}
+
+}  // namespace
+}  // namespace psplit::core
