@@ -37,10 +37,10 @@ class Components {
     return sum;
   }
 
-  // Half of each component, rounded down.
-  PSPLIT_HD Components half() const {
+  // Each component divided by 1 << bits, rounded down.
+  PSPLIT_HD Components shifted(uint32_t bits) const {
     Components out;
-    for (uint32_t k = 0; k < kCount; ++k) out.values_[k] = values_[k] >> 1;
+    for (uint32_t k = 0; k < kCount; ++k) out.values_[k] = values_[k] >> bits;
     return out;
   }
   // The signed numbers that symbols stand for (signed_of_symbol).
@@ -80,7 +80,9 @@ class Components<3> {
   friend Components operator/(Components sum, int32_t count) {
     return Components(reinterpret_cast<Lanes>(reinterpret_cast<Signed>(sum.lanes_) / count));
   }
-  Components half() const { return Components(reinterpret_cast<Lanes>(reinterpret_cast<Signed>(lanes_) >> 1)); }
+  Components shifted(uint32_t bits) const {
+    return Components(reinterpret_cast<Lanes>(reinterpret_cast<Signed>(lanes_) >> static_cast<int32_t>(bits)));
+  }
   Components signed_of_symbols() const { return Components((lanes_ >> 1) ^ (0 - (lanes_ & 1))); }
   friend Components operator&(Components a, Components b) { return Components(a.lanes_ & b.lanes_); }
   // All ones in each component in which a > b.

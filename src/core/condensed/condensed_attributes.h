@@ -124,8 +124,7 @@ class CondensedAttributes {
     if (reader.u8() == 0) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
     const bool is_predictable = data.scheme == Scheme::kNone || data.scheme == Scheme::kDifference ||
                                 data.scheme == Scheme::kParallelogram;
-    attribute.by_creation =
-        attribute.model->by_creation && is_predictable && description.coding != Coding::kNormal;
+    attribute.by_creation = attribute.model->by_creation && is_predictable;
     const bool has_grid = data.scheme != Scheme::kNone && data.transform != Transform::kWrap;
     return has_grid ? data.read_grid(reader) : Fault::kNone;
   }
@@ -182,7 +181,7 @@ class CondensedAttributes {
           attribute.created.start(*attribute.model, patch.groups[description.group], order, description, arena);
     if (fault != Fault::kNone) return fault;
     if (!has_tables(*attribute.model, attribute.created.used_tables())) return Fault::kEntropy;
-    attribute.tokens.start(section, models, *attribute.model, description.components,
+    attribute.tokens.start(section, models, *attribute.model, description.value_components(),
                            attribute.created.table_of(), attribute.created.symbols());
     return Fault::kNone;
   }

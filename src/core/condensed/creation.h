@@ -51,11 +51,12 @@ class CreationOrder {
   uint32_t count_ = 0;
 };
 
-// The places of the values that predict one value, as vertices. One more vertex than there are stands for a
-// value of zeros. If nothing predicts from two parallelograms, only the first one is stored.
-//
-//   predicted = p + floor((q - p) / 2), where p = a + b - far of the first parallelogram, q = that of the
-//   second
+// How an attribute's values are predicted: from one parallelogram, from the mean of two, or from the mean of
+// two that do not reach out as far.
+enum class CreationMode : uint8_t { kOne, kTwo, kDamped };
+
+// The places of the values that predict one value, as vertices. A value without a parallelogram is predicted
+// from one that is three times the same value. One more vertex than there are stands for a value of zeros.
 template <typename Index>
 struct Predictors {
   Index a, b, far;
@@ -72,20 +73,23 @@ class CreatedValues {
     table_ = group.table.table;
     order_ = order;
     components_ = attribute.value_components();
-    has_two_ = model.two || model.mean;
+    mode_ = model.reach > 0           ? CreationMode::kDamped
+            : model.two || model.mean ? CreationMode::kTwo
+                                      : CreationMode::kOne;
+    reach_ = model.reach;
     const uint64_t total = uint64_t{order.count} * components_;
     if (total > 0xffffffffu) return Fault::kCounts;
     const size_t stride = value_stride(components_);
     if (!arena.take(attribute.values, (size_t{order.count} + 1) * stride) ||
         !arena.take(symbols_, static_cast<size_t>(total) + 1) || !arena.take(table_of_, order.count) ||
-        !arena.take(predictors_, size_t{order.count} * (has_two_ ? 2 : 1)))
+        !arena.take(predictors_, size_t{order.count} * (mode_ == CreationMode::kOne ? 1 : 2)))
       return Fault::kWorkspace;
     values_ = attribute.values;
     for (size_t k = 0; k < stride; ++k) values_[order.count * stride + k] = 0;
-    if (has_two_)
-      find_predictors<true>(model);
-    else
+    if (mode_ == CreationMode::kOne)
       find_predictors<false>(model);
+    else
+      find_predictors<true>(model);
     return Fault::kNone;
   }
   // The memory that `start` takes for `attributes` attributes that have `components` components together.
@@ -102,7 +106,7 @@ class CreatedValues {
   PSPLIT_HD uint32_t used_tables() const { return used_tables_; }
   PSPLIT_HD View<uint32_t> symbols() const { return symbols_.first(symbols_.size() - 1); }
 
-  PSPLIT_HD bool has_two() const { return has_two_; }
+  PSPLIT_HD CreationMode mode() const { return mode_; }
   PSPLIT_HD uint32_t components() const { return components_; }
   // Whether there are values to predict.
   PSPLIT_HD bool running() const { return at_ < order_.count; }
@@ -114,8 +118,8 @@ class CreatedValues {
   View<int32_t> values_;
   View<uint8_t> table_of_;
   View<Predictors<Index>> predictors_;
-  uint32_t components_ = 0, used_tables_ = 0, at_ = 0;
-  bool has_two_ = false;
+  uint32_t components_ = 0, used_tables_ = 0, at_ = 0, reach_ = 0;
+  CreationMode mode_ = CreationMode::kOne;
 
  private:
   PSPLIT_HD bool is_before(uint32_t vertex, uint32_t i) const { return order_.rank[vertex] < i; }
@@ -164,13 +168,13 @@ class CreatedValues {
     const bool has_a = is_before(a, i), has_b = is_before(b, i);
     const Index last = i > 0 ? table_.vertex[order_.corner[i - 1]] : zero;
     const Index p = has_a ? a : has_b ? b : last, q = has_a && has_b && model.mean ? b : p;
-    found[0] = {p, zero, zero, found[0].value};
-    found[1] = {q, zero, zero, found[0].value};
+    found[0] = {p, p, p, found[0].value};
+    found[1] = {q, q, q, found[0].value};
   }
 };
 
 // Computes one value a step. kComponents is 0 if their number is known only at run time.
-template <typename Index, uint32_t kComponents, bool kTwo>
+template <typename Index, uint32_t kComponents, CreationMode kMode>
 class CreationSteps : public CreatedValues<Index> {
  public:
   CreationSteps() = default;
@@ -181,17 +185,20 @@ class CreationSteps : public CreatedValues<Index> {
     using Block = Components<kBlock>;
     const uint32_t count = kComponents != 0 ? kComponents : this->components_;
     const size_t stride = value_stride(count);
-    const Predictors<Index>* const from = this->predictors_.data() + size_t{this->at_} * (kTwo ? 2 : 1);
+    const Predictors<Index>* const from =
+        this->predictors_.data() + size_t{this->at_} * (kMode == CreationMode::kOne ? 1 : 2);
     const auto* const symbols =
         reinterpret_cast<const int32_t*>(this->symbols_.data()) + size_t{this->at_} * count;
     int32_t* const values = this->values_.data();
     for (uint32_t k = 0; k < count; k += kBlock) {
       const auto predicted = [&](const Predictors<Index>& by) {
-        return Block(values + by.a * stride + k) + Block(values + by.b * stride + k) -
-               Block(values + by.far * stride + k);
+        const Block a(values + by.a * stride + k), b(values + by.b * stride + k);
+        const Block p = a + b - Block(values + by.far * stride + k);
+        if constexpr (kMode != CreationMode::kDamped) return p;
+        return p - (p - (a + (b - a).shifted(1))).shifted(this->reach_);
       };
       Block value = predicted(from[0]);
-      if constexpr (kTwo) value = value + (predicted(from[1]) - value).half();
+      if constexpr (kMode != CreationMode::kOne) value = value + (predicted(from[1]) - value).shifted(1);
       (value + Block(symbols + k).signed_of_symbols()).store(values + from[0].value * stride + k);
     }
     ++this->at_;
@@ -202,23 +209,25 @@ class CreationSteps : public CreatedValues<Index> {
 template <uint32_t kRuns, typename Index>
 PSPLIT_HD void step_created(CreatedValues<Index>* const* all, uint32_t count) {
   constexpr uint32_t kMost = 16;
-  const auto step_those = [&]<uint32_t kComponents, bool kTwo>() {
+  const auto step_those = [&]<uint32_t kComponents, CreationMode kMode>() {
     CreatedValues<Index>* chosen[kMost] = {};
     uint32_t chosen_count = 0;
     for (uint32_t i = 0; i < count && chosen_count < kMost; ++i) {
       const uint32_t components = all[i]->components(),
                      fast = components == 2 || components == 3 ? components : 0;
-      if (all[i]->running() && fast == kComponents && all[i]->has_two() == kTwo)
-        chosen[chosen_count++] = all[i];
+      if (all[i]->running() && fast == kComponents && all[i]->mode() == kMode) chosen[chosen_count++] = all[i];
     }
-    step_all<kRuns, CreationSteps<Index, kComponents, kTwo>>(chosen, chosen_count);
+    step_all<kRuns, CreationSteps<Index, kComponents, kMode>>(chosen, chosen_count);
   };
-  step_those.template operator()<3, false>();
-  step_those.template operator()<3, true>();
-  step_those.template operator()<2, false>();
-  step_those.template operator()<2, true>();
-  step_those.template operator()<0, false>();
-  step_those.template operator()<0, true>();
+  step_those.template operator()<3, CreationMode::kOne>();
+  step_those.template operator()<3, CreationMode::kTwo>();
+  step_those.template operator()<3, CreationMode::kDamped>();
+  step_those.template operator()<2, CreationMode::kOne>();
+  step_those.template operator()<2, CreationMode::kTwo>();
+  step_those.template operator()<2, CreationMode::kDamped>();
+  step_those.template operator()<0, CreationMode::kOne>();
+  step_those.template operator()<0, CreationMode::kTwo>();
+  step_those.template operator()<0, CreationMode::kDamped>();
 }
 
 }  // namespace psplit::core

@@ -31,12 +31,13 @@ struct Batch {
 
   Fault read_header(const Stream& stream, std::span<const uint8_t> bytes, StreamHeader& header) const {
     const std::vector<uint8_t>& skeleton = head.skeletons[stream.skeleton];
-    return read_condensed_header({skeleton.data(), skeleton.size()}, {bytes.data(), bytes.size()}, head.models(),
-                                 stream.face_count(), stream.expected.point_count, header);
+    return read_condensed_header({skeleton.data(), skeleton.size()}, {bytes.data(), bytes.size()},
+                                 head.models(), stream.face_count(), stream.expected.point_count, header);
   }
 };
 
-void for_each_batch(StreamSet set, size_t together, bool smallest, const std::function<void(const Batch&)>& visit) {
+void for_each_batch(StreamSet set, size_t together, bool smallest,
+                    const std::function<void(const Batch&)>& visit) {
   const ThreadPool pool(1);
   std::vector<std::vector<uint8_t>> streams;
   std::vector<DecodedCounts> counts;
@@ -178,11 +179,14 @@ TEST(CondensedDecode, RefusesMutantsOrDecodesThemWithinTheirBounds) {
       std::vector<uint8_t> bytes = seed.bytes;
       for (size_t edits = 1 + below(3); edits > 0; --edits) {
         // The numbers are at the end.
-        const size_t at = below(2) == 0 ? bytes.size() - 1 - below(std::min<size_t>(bytes.size(), 16)) : below(bytes.size());
+        const size_t at =
+            below(2) == 0 ? bytes.size() - 1 - below(std::min<size_t>(bytes.size(), 16)) : below(bytes.size());
         switch (below(4)) {
           case 0: bytes[at] ^= static_cast<uint8_t>(1u << below(8)); break;
           case 1: bytes[at] = static_cast<uint8_t>(random()); break;
-          case 2: bytes.insert(bytes.begin() + static_cast<ptrdiff_t>(at), static_cast<uint8_t>(random())); break;
+          case 2:
+            bytes.insert(bytes.begin() + static_cast<ptrdiff_t>(at), static_cast<uint8_t>(random()));
+            break;
           default:
             if (bytes.size() > 1) bytes.erase(bytes.begin() + static_cast<ptrdiff_t>(at));
         }
@@ -218,7 +222,8 @@ TEST(CondensedDecode, RefusesEveryTruncation) {
       if (stream.bytes.size() > 400) continue;
       for (size_t length = 0; length < stream.bytes.size(); ++length)
         for (const bool front : {false, true}) {
-          const auto begin = stream.bytes.begin() + static_cast<ptrdiff_t>(front ? 0 : stream.bytes.size() - length);
+          const auto begin =
+              stream.bytes.begin() + static_cast<ptrdiff_t>(front ? 0 : stream.bytes.size() - length);
           const std::vector<uint8_t> bytes(begin, begin + static_cast<ptrdiff_t>(length));
           StreamHeader header;
           RawMesh decoded;
