@@ -8,7 +8,7 @@ namespace {
 // What a coding may take more than the smallest one, if it decodes faster.
 constexpr double kWorthValence = 0.02;    // of all bits
 constexpr double kWorthContexts = 0.001;  // of all bits, for each symbol more in the context
-constexpr double kWorthDracoOrder = 0.01, kWorthTwo = 0.002;  // of the attribute's bits
+constexpr double kSlowerDracoOrder = 0.01, kSlowerReach = 0.004, kSlowerTwo = 0.002;  // of the attribute's bits
 
 // The counts with a shorter context: it is the last symbols of the longer one.
 SymbolCounts shortened(const SymbolCounts& counts, uint32_t contexts) {
@@ -27,9 +27,24 @@ double all_bits(const SymbolCounts& counts, double scale) {
 
 }  // namespace
 
-ValueCoding CodingCounts::value_coding(uint32_t number) {
-  const uint32_t flags = number - 1;
-  return number == 0 ? ValueCoding{} : ValueCoding{true, (flags & 1) != 0, (flags & 4) != 0, (flags & 2) != 0};
+void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
+                                   Attribute& to) {
+  for (const bool backward : {false, true})
+    for (const bool two : {false, true}) {
+      CreationCounts& counts = to.by_creation[backward][two];
+      const CreatedValues values(source, attribute, components, backward, two);
+      for (uint32_t i = 0; i < values.count(); ++i) {
+        const CreationPredictor::Prediction by = values.predictors(i);
+        const auto count = [&](TokenCounts& tokens, bool mean, uint32_t reach) {
+          for (uint32_t k = 0; k < components; ++k) ++tokens[token_of(values.symbol(i, k, by, mean, reach)).token];
+        };
+        if (by.parallelogram_count == 0)
+          for (const bool mean : {false, true}) count(counts.none[mean], mean, 0);
+        else
+          for (uint32_t reach = 0; reach < kReaches; ++reach)
+            count((by.parallelogram_count == 1 ? counts.one : counts.two)[reach], false, reach);
+      }
+    }
 }
 
 void CodingCounts::add(const DracoFields& fields, const Skeleton& skeleton, const DecodedSource* source) {
@@ -37,14 +52,20 @@ void CodingCounts::add(const DracoFields& fields, const Skeleton& skeleton, cons
   add_symbols(fields, contexts_of_symbols(fields, kValenceContexts), valences_);
   for (uint32_t i = 0; i < fields.attributes.size(); ++i) {
     const SkeletonAttribute& attribute = skeleton.attributes[i];
-    const CodedValues in_draco_order = code_in_draco_order(fields.attributes[i], attribute);
-    const bool has_values = source != nullptr && attribute.allows_creation_order();
-    attributes_[i].has_values |= has_values;
-    for (uint32_t n = 0; n < kValueCodings; ++n)
-      attributes_[i].counts[n].add(n > 0 && has_values
-                                       ? code_by_creation(*source, i, attribute.components, value_coding(n))
-                                       : in_draco_order,
-                                   attribute.components);
+    AttributeCounts in_draco_order;
+    in_draco_order.add(code_in_draco_order(fields.attributes[i], attribute), attribute.components);
+    attributes_[i].in_draco_order += in_draco_order;
+    if (source != nullptr && attribute.allows_creation_order()) {
+      attributes_[i].may_be_by_creation = true;
+      add_by_creation(*source, i, attribute.components, attributes_[i]);
+      continue;
+    }
+    // It has these corrections anyway, and they share the tables.
+    for (auto& by_order : attributes_[i].by_creation)
+      for (CreationCounts& counts : by_order) {
+        for (TokenCounts& tokens : counts.none) tokens += in_draco_order.tokens[0];
+        for (TokenCounts& tokens : counts.one) tokens += in_draco_order.tokens[1];
+      }
   }
 }
 
@@ -52,34 +73,52 @@ CodingCounts& CodingCounts::operator+=(const CodingCounts& other) {
   last_symbols_ += other.last_symbols_;
   valences_ += other.valences_;
   for (size_t i = 0; i < attributes_.size(); ++i) {
-    attributes_[i].has_values |= other.attributes_[i].has_values;
-    for (uint32_t n = 0; n < kValueCodings; ++n) attributes_[i].counts[n] += other.attributes_[i].counts[n];
+    Attribute& to = attributes_[i];
+    const Attribute& from = other.attributes_[i];
+    to.may_be_by_creation |= from.may_be_by_creation;
+    to.in_draco_order += from.in_draco_order;
+    for (size_t backward = 0; backward < 2; ++backward)
+      for (size_t two = 0; two < 2; ++two) {
+        CreationCounts& sums = to.by_creation[backward][two];
+        const CreationCounts& counts = from.by_creation[backward][two];
+        for (size_t mean = 0; mean < 2; ++mean) sums.none[mean] += counts.none[mean];
+        for (size_t reach = 0; reach < kReaches; ++reach) {
+          sums.one[reach] += counts.one[reach];
+          sums.two[reach] += counts.two[reach];
+        }
+      }
   }
   return *this;
 }
 
-ValueCoding CodingCounts::choose_values(uint32_t attribute, double scale, bool smallest, double& bits) const {
-  ValueCoding chosen;
-  double best = -1;
-  // The slowest come last: two parallelograms, and Draco's order, which is number 0.
-  for (uint32_t i = 1; i <= kValueCodings; ++i) {
-    const uint32_t n = i % kValueCodings;
-    const ValueCoding coding = value_coding(n);
-    if (coding.by_creation && !attributes_[attribute].has_values) continue;
-    const AttributeCounts& counts = attributes_[attribute].counts[n];
-    const auto tables = token_tables(counts, coding);
+ValueCoding CodingCounts::choose_values(const Attribute& attribute, double scale, bool smallest, double& bits) {
+  const auto bits_of = [&](const TokenCounts& counts) {
+    const std::vector<uint16_t> table = fitting_frequencies(counts);
     BitStringWriter table_bits;
-    write_token_tables(tables, table_bits);
-    const double took = scale * value_bits(counts, tables) + static_cast<double>(table_bits.bit_count());
-    const double worth = smallest                    ? 0
-                         : !coding.by_creation       ? kWorthDracoOrder
-                         : coding.two && !chosen.two ? kWorthTwo
-                                                     : 0;
-    if (best >= 0 && took >= best * (1 - worth)) continue;
-    best = took;
-    chosen = coding;
-  }
-  bits = best;
+    core::NumberKind used = used_kind();
+    write_token_table(table, used, table_bits);
+    return scale * token_bits(counts, table) + static_cast<double>(table_bits.bit_count());
+  };
+  ValueCoding chosen;
+  bits = bits_of(attribute.in_draco_order.tokens[0]) + bits_of(attribute.in_draco_order.tokens[1]);
+  if (!attribute.may_be_by_creation) return chosen;
+  double best = bits * (smallest ? 1 : 1 + kSlowerDracoOrder);
+  for (const bool backward : {false, true})
+    for (const bool two : {false, true}) {
+      const CreationCounts& counts = attribute.by_creation[backward][two];
+      const double none[2] = {bits_of(counts.none[0]), bits_of(counts.none[1])};
+      for (uint32_t reach = 0; reach < kReaches; ++reach) {
+        const double others = bits_of(counts.one[reach]) + bits_of(counts.two[reach]);
+        for (const bool mean : {false, true}) {
+          const double slower = smallest ? 0 : reach > 0 ? kSlowerReach : two || mean ? kSlowerTwo : 0;
+          const double took = (none[mean] + others) * (1 + slower);
+          if (took >= best) continue;
+          best = took;
+          bits = none[mean] + others;
+          chosen = {true, backward, two, mean, reach};
+        }
+      }
+    }
   return chosen;
 }
 
@@ -103,7 +142,7 @@ Codings CodingCounts::choose(double scale, bool smallest) const {
   double bits_of_values = 0;
   for (uint32_t i = 0; i < attributes_.size(); ++i) {
     double bits = 0;
-    codings.values.push_back(choose_values(i, scale, smallest, bits));
+    codings.values.push_back(choose_values(attributes_[i], scale, smallest, bits));
     bits_of_values += bits;
   }
   codings.symbol_contexts = choose_symbols(scale, smallest, bits_of_values);

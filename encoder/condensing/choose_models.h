@@ -23,17 +23,21 @@ class CodingCounts {
   Codings choose(double scale, bool smallest) const;
 
  private:
-  static constexpr uint32_t kValueCodings = 9;
-  static ValueCoding value_coding(uint32_t number);
-  ValueCoding choose_values(uint32_t attribute, double scale, bool smallest, double& bits) const;
+  // Values in the order of creation: those without a parallelogram by `mean`, the others by `reach`.
+  struct CreationCounts {
+    TokenCounts none[2]{}, one[kReaches]{}, two[kReaches]{};
+  };
+  struct Attribute {
+    bool may_be_by_creation = false;  // in some streams
+    AttributeCounts in_draco_order;
+    CreationCounts by_creation[2][2];  // by `backward` and `two`
+  };
+  static void add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components, Attribute& to);
+  static ValueCoding choose_values(const Attribute& attribute, double scale, bool smallest, double& bits);
   uint32_t choose_symbols(double scale, bool smallest, double bits_of_values) const;
 
   SymbolCounts last_symbols_ = SymbolCounts(context_count(kMostLastSymbols));
   SymbolCounts valences_ = SymbolCounts(context_count(kValenceContexts));
-  struct Attribute {
-    bool has_values = false;  // some streams may code it by creation
-    std::array<AttributeCounts, kValueCodings> counts;
-  };
   std::vector<Attribute> attributes_;
 };
 

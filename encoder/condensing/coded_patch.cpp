@@ -67,28 +67,36 @@ CodedValues code_in_draco_order(const AttributeFields& fields, const SkeletonAtt
   return coded;
 }
 
+CreatedValues::CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components, bool backward,
+                             bool two)
+    : components_(components),
+      order_(source.table(attribute), source.vertex_count(attribute), backward),
+      predictor_(source.table(attribute), order_, two),
+      values_(order_.corner.size() * components) {
+  size_t at = 0;
+  for (const uint32_t corner : order_.corner)
+    for (uint32_t k = 0; k < components; ++k)
+      values_[at++] = source.number(attribute, source.table(attribute).vertex[corner], k);
+}
+
+uint32_t CreatedValues::symbol(uint32_t i, uint32_t component, const CreationPredictor::Prediction& by, bool mean,
+                               uint32_t reach) const {
+  const auto value = [&](uint32_t rank) { return values_[size_t{rank} * components_ + component]; };
+  const int32_t predicted = predicted_number(by, i, mean, reach, value);
+  return folded(static_cast<uint32_t>(value(i)) - static_cast<uint32_t>(predicted));
+}
+
 CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
                              ValueCoding coding) {
-  const core::CornerTable<uint32_t>& table = source.table(attribute);
-  const uint32_t count = source.vertex_count(attribute);
-  const CreationOrder order(table, count, coding.backward);
-  const CreationPredictor predictor(table, order, coding.two);
-  std::vector<int32_t> values(size_t{count} * components);
-  for (uint32_t i = 0; i < count; ++i)
-    for (uint32_t k = 0; k < components; ++k)
-      values[size_t{i} * components + k] = source.number(attribute, table.vertex[order.corner[i]], k);
+  const CreatedValues values(source, attribute, components, coding.backward, coding.two);
   CodedValues coded;
-  coded.symbols.resize(values.size());
-  coded.table.resize(count);
-  for (uint32_t i = 0; i < count; ++i) {
-    const CreationPredictor::Prediction by = predictor.of(i);
-    coded.table[i] = static_cast<uint8_t>(by.parallelogram_count);
-    for (uint32_t k = 0; k < components; ++k) {
-      const auto value = [&](uint32_t rank) { return values[size_t{rank} * components + k]; };
-      const int32_t predicted = predicted_number(by, i, coding.mean, value);
-      coded.symbols[size_t{i} * components + k] =
-          folded(static_cast<uint32_t>(value(i)) - static_cast<uint32_t>(predicted));
-    }
+  coded.symbols.reserve(size_t{values.count()} * components);
+  coded.table.reserve(values.count());
+  for (uint32_t i = 0; i < values.count(); ++i) {
+    const CreationPredictor::Prediction by = values.predictors(i);
+    coded.table.push_back(static_cast<uint8_t>(by.parallelogram_count));
+    for (uint32_t k = 0; k < components; ++k)
+      coded.symbols.push_back(values.symbol(i, k, by, coding.mean, coding.reach));
   }
   return coded;
 }

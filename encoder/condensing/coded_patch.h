@@ -13,6 +13,7 @@ struct ValueCoding {
   bool backward = false;     // from the last face to the first
   bool two = false;          // up to two parallelograms
   bool mean = false;         // of both neighbours, for values without a parallelogram
+  uint32_t reach = 0;        // parallelograms do not reach out as far, 0 to 2
 };
 
 // The symbols of one attribute, component after component of each value.
@@ -32,6 +33,26 @@ std::vector<uint16_t> contexts_of_symbols(const DracoFields& fields, uint32_t sy
 
 // Draco's corrections, or the raw values, of an attribute in Draco's order.
 CodedValues code_in_draco_order(const AttributeFields& fields, const SkeletonAttribute& attribute);
+inline constexpr uint32_t kReaches = 3;
+
+// The values of one attribute in the order of creation, and what predicts them.
+class CreatedValues {
+ public:
+  CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components, bool backward, bool two);
+
+  uint32_t count() const { return static_cast<uint32_t>(order_.corner.size()); }
+  CreationPredictor::Prediction predictors(uint32_t i) const { return predictor_.of(i); }
+  // The symbol of a component of value i.
+  uint32_t symbol(uint32_t i, uint32_t component, const CreationPredictor::Prediction& by, bool mean,
+                  uint32_t reach) const;
+
+ private:
+  uint32_t components_;
+  CreationOrder order_;
+  CreationPredictor predictor_;
+  std::vector<int32_t> values_;  // by rank
+};
+
 // The values of an attribute in the order of creation.
 CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
                              ValueCoding coding);

@@ -239,7 +239,7 @@ class Condenser {
   }
 
   static constexpr size_t kParts = 32;
-  static constexpr uint64_t kSampleFaces = 1 << 18;
+  static constexpr uint64_t kSampleFaces = 1 << 16;
 
   std::span<const std::vector<uint8_t>> streams_;
   std::span<const DecodedCounts> counts_;

@@ -13,8 +13,7 @@ void AttributeCounts::add(const CodedValues& values, uint32_t components) {
 }
 
 AttributeCounts& AttributeCounts::operator+=(const AttributeCounts& other) {
-  for (size_t t = 0; t < tokens.size(); ++t)
-    for (uint32_t token = 0; token < kTokens; ++token) tokens[t][token] += other.tokens[t][token];
+  for (size_t t = 0; t < tokens.size(); ++t) tokens[t] += other.tokens[t];
   return *this;
 }
 
@@ -48,13 +47,10 @@ double symbol_bits(const SymbolCounts& counts, std::span<const std::array<uint16
   return bits;
 }
 
-double value_bits(const AttributeCounts& counts, std::span<const std::vector<uint16_t>> tables) {
-  double bits = 0;
-  for (size_t i = 0; i < tables.size(); ++i) {
-    bits += coded_bits(counts.tokens[i], tables[i]);
-    for (uint32_t token = kDirectTokens; token < kTokens; ++token)
-      bits += static_cast<double>(counts.tokens[i][token]) * extra_bits_of(token);
-  }
+double token_bits(const TokenCounts& counts, std::span<const uint16_t> table) {
+  double bits = coded_bits(counts, table);
+  for (uint32_t token = kDirectTokens; token < kTokens; ++token)
+    bits += static_cast<double>(counts[token]) * extra_bits_of(token);
   return bits;
 }
 
@@ -68,15 +64,6 @@ void write_frequencies(std::span<const uint16_t> frequencies, core::NumberKind& 
 
 core::NumberKind frequency_kind() { return core::NumberKind(4); }
 
-void write_token_table(std::span<const uint16_t> table, core::NumberKind& used_kind, BitStringWriter& out) {
-  while (!table.empty() && table.back() == 0) table = table.first(table.size() - 1);
-  out.number(used_kind, static_cast<uint32_t>(table.size()));
-  core::NumberKind kind = frequency_kind();
-  write_frequencies(table, kind, out);
-}
-
-core::NumberKind used_kind() { return core::NumberKind(5); }
-
 }  // namespace
 
 void write_symbol_tables(std::span<const std::array<uint16_t, kClersCount>> tables, BitStringWriter& out) {
@@ -84,9 +71,11 @@ void write_symbol_tables(std::span<const std::array<uint16_t, kClersCount>> tabl
   for (const auto& table : tables) write_frequencies(table, kind, out);
 }
 
-void write_token_tables(std::span<const std::vector<uint16_t>> tables, BitStringWriter& out) {
-  core::NumberKind used = used_kind();
-  for (const std::vector<uint16_t>& table : tables) write_token_table(table, used, out);
+void write_token_table(std::span<const uint16_t> table, core::NumberKind& used_kind, BitStringWriter& out) {
+  while (!table.empty() && table.back() == 0) table = table.first(table.size() - 1);
+  out.number(used_kind, static_cast<uint32_t>(table.size()));
+  core::NumberKind kind = frequency_kind();
+  write_frequencies(table, kind, out);
 }
 
 std::vector<uint8_t> write_head(const Models& models) {
@@ -107,6 +96,7 @@ std::vector<uint8_t> write_head(const Models& models) {
       out.bits(attribute.coding.backward, 1);
       out.bits(attribute.coding.two, 1);
       out.bits(attribute.coding.mean, 1);
+      out.bits(attribute.coding.reach, 2);
     }
     for (const std::vector<uint16_t>& table : attribute.tables) write_token_table(table, used, out);
     out.bits(attribute.has_flags, 1);

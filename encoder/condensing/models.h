@@ -21,6 +21,10 @@ inline const std::vector<uint8_t>& flags_of_kind(const AttributeFields& fields, 
 }
 
 using TokenCounts = std::array<uint64_t, kTokens>;
+inline TokenCounts& operator+=(TokenCounts& to, const TokenCounts& from) {
+  for (uint32_t token = 0; token < kTokens; ++token) to[token] += from[token];
+  return to;
+}
 using BitCounts = std::array<uint64_t, 2>;
 using ClersCounts = std::array<uint64_t, kClersCount>;
 
@@ -62,10 +66,11 @@ std::vector<std::vector<uint16_t>> token_tables(const AttributeCounts& counts, V
 
 // The bits that symbols with these counts take, without their tables.
 double symbol_bits(const SymbolCounts& counts, std::span<const std::array<uint16_t, kClersCount>> tables);
-double value_bits(const AttributeCounts& counts, std::span<const std::vector<uint16_t>> tables);
+double token_bits(const TokenCounts& counts, std::span<const uint16_t> table);
 
 void write_symbol_tables(std::span<const std::array<uint16_t, kClersCount>> tables, BitStringWriter& out);
-void write_token_tables(std::span<const std::vector<uint16_t>> tables, BitStringWriter& out);
+inline core::NumberKind used_kind() { return core::NumberKind(5); }
+void write_token_table(std::span<const uint16_t> table, core::NumberKind& used_kind, BitStringWriter& out);
 // The head of a container.
 std::vector<uint8_t> write_head(const Models& models);
 

@@ -75,21 +75,25 @@ class CreationPredictor {
   bool two_;
 };
 
-// The predicted number of one component. value(rank) returns the number of an earlier value.
+// The predicted number of one component. value(rank) returns the number of an earlier value. With `reach`,
+// parallelograms do not reach out as far.
 template <typename Value>
-int32_t predicted_number(const CreationPredictor::Prediction& by, uint32_t i, bool mean, Value value) {
+int32_t predicted_number(const CreationPredictor::Prediction& by, uint32_t i, bool mean, uint32_t reach,
+                         Value value) {
   const auto number = [&](uint32_t rank) { return static_cast<uint32_t>(value(rank)); };
-  // The number halfway, all sums modulo 2^32.
-  const auto halfway = [](uint32_t p, uint32_t q) {
-    return static_cast<int32_t>(p + static_cast<uint32_t>(static_cast<int32_t>(q - p) >> 1));
+  // All sums are modulo 2^32.
+  const auto shifted = [](uint32_t x, uint32_t shift) {
+    return static_cast<uint32_t>(static_cast<int32_t>(x) >> shift);
   };
-  const auto completed = [&](const CreationPredictor::Parallelogram& p) {
-    return number(p.a) + number(p.b) - number(p.far);
+  const auto halfway = [&](uint32_t p, uint32_t q) { return p + shifted(q - p, 1); };
+  const auto completed = [&](const CreationPredictor::Parallelogram& on) {
+    const uint32_t a = number(on.a), b = number(on.b), p = a + b - number(on.far);
+    return reach == 0 ? p : p - shifted(p - halfway(a, b), reach);
   };
   if (by.parallelogram_count == 2)
-    return halfway(completed(by.parallelogram[0]), completed(by.parallelogram[1]));
+    return static_cast<int32_t>(halfway(completed(by.parallelogram[0]), completed(by.parallelogram[1])));
   if (by.parallelogram_count == 1) return static_cast<int32_t>(completed(by.parallelogram[0]));
-  if (by.edge_count == 2 && mean) return halfway(number(by.edge[0]), number(by.edge[1]));
+  if (by.edge_count == 2 && mean) return static_cast<int32_t>(halfway(number(by.edge[0]), number(by.edge[1])));
   if (by.edge_count > 0) return static_cast<int32_t>(number(by.edge[0]));
   return i > 0 ? value(i - 1) : 0;
 }

@@ -1,56 +1,85 @@
-// The corrections that libdraco's encoder makes of values: the inverse of core/prediction.h for the schemes
-// whose values may be stored otherwise.
+// The corrections that libdraco's encoder makes of values: the inverse of core/prediction.h for the schemes whose
+// values may be stored otherwise.
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
 #include "src/condensed/draco_fields.h"
+#include "src/condensed/skeleton.h"
+#include "src/core/octahedral.h"
 #include "src/core/parallelogram.h"
-#include "src/core/prediction_data.h"
 #include "src/core/stitch_codes.h"
 
 namespace psplit {
 
 class DracoCorrections {
  public:
-  // `values` are by vertex of the table, value_stride apart. `scheme` is kNone, kDifference or kParallelogram.
+  // `values` are by vertex of the table, value_stride apart. The attribute allows_creation_order.
   DracoCorrections(const core::CornerTable<uint32_t>& table, const core::Sequence<uint32_t>& sequence,
-                   core::View<int32_t> values, uint32_t components, core::Scheme scheme)
-      : zeros_(components), scheme_(scheme) {
+                   core::View<int32_t> values, const SkeletonAttribute& attribute)
+      : zeros_(attribute.components), attribute_(attribute) {
     on_.table = table;
     on_.sequence = sequence;
     on_.values = values;
     on_.zeros = zeros_.data();
-    on_.component_count = components;
+    on_.component_count = attribute.components;
   }
 
-  // Fills the symbols, and the range of the wrap transform. False if the range is one that no stream has.
+  // Fills the symbols, and the range of the wrap transform. False if the range or the grid is one that no stream
+  // has.
   bool write(AttributeFields& out) const {
-    const bool wraps = scheme_ != core::Scheme::kNone;
-    if (wraps && !find_range(out)) return false;
     out.symbols.resize(size_t{on_.sequence.count} * on_.components());
+    if (attribute_.scheme == core::Scheme::kNone) return store_values(out), true;
+    if (attribute_.is_normal) return correct_normals(out);
+    return correct_in_range(out);
+  }
+
+ private:
+  const int32_t* value(uint32_t i) const { return on_.at(on_.sequence.corner[i]); }
+
+  void store_values(AttributeFields& out) const {
+    size_t at = 0;
+    for (uint32_t i = 0; i < on_.sequence.count; ++i)
+      for (uint32_t k = 0; k < on_.components(); ++k)
+        out.symbols[at++] = static_cast<uint32_t>(core::fold(value(i)[k]));
+  }
+
+  // Each normal is predicted to be the same as the one before it.
+  bool correct_normals(AttributeFields& out) const {
+    const uint32_t bits = core::floor_log2(attribute_.grid_max) + 1;
+    if (bits < 2 || bits > 30 || attribute_.grid_max != (1u << bits) - 1) return false;
+    const core::OctahedralGrid grid(static_cast<int>(bits));
+    const bool canonicalized = attribute_.transform == core::Transform::kOctahedronCanonicalized;
+    for (uint32_t i = 0; i < on_.sequence.count; ++i) {
+      const int32_t *const before = on_.before(i), *const normal = value(i);
+      const core::Vec2 by = grid.correction({before[0], before[1]}, {normal[0], normal[1]}, canonicalized);
+      out.symbols[2 * size_t{i}] = static_cast<uint32_t>(by.s);
+      out.symbols[2 * size_t{i} + 1] = static_cast<uint32_t>(by.t);
+    }
+    return true;
+  }
+
+  bool correct_in_range(AttributeFields& out) const {
+    if (!find_range(out)) return false;
     size_t at = 0;
     for (uint32_t i = 0; i < on_.sequence.count; ++i) {
       core::Parallelogram by{on_.before(i), on_.zeros, on_.zeros};
-      const uint32_t corner = on_.sequence.corner[i];
-      if (scheme_ == core::Scheme::kParallelogram) core::find_parallelogram(on_, i, corner, by);
-      const int32_t* const value = on_.at(corner);
+      if (attribute_.scheme == core::Scheme::kParallelogram)
+        core::find_parallelogram(on_, i, on_.sequence.corner[i], by);
       for (uint32_t k = 0; k < on_.components(); ++k) {
-        const int32_t predicted = wraps ? by.predicted<core::Components<1>>(k)[0] : 0;
-        const int64_t correction = wraps ? wrapped(value[k], predicted, out) : value[k];
-        out.symbols[at++] = static_cast<uint32_t>(core::fold(correction));
+        const int32_t predicted = by.predicted<core::Components<1>>(k)[0];
+        out.symbols[at++] = static_cast<uint32_t>(core::fold(wrapped(value(i)[k], predicted, out)));
       }
     }
     return true;
   }
 
- private:
   bool find_range(AttributeFields& out) const {
     out.wrap_min = out.wrap_max = 0;
     for (uint32_t i = 0; i < on_.sequence.count; ++i)
       for (uint32_t k = 0; k < on_.components(); ++k) {
-        const int32_t number = on_.at(on_.sequence.corner[i])[k];
+        const int32_t number = value(i)[k];
         const bool is_first = i == 0 && k == 0;
         out.wrap_min = is_first ? number : std::min(out.wrap_min, number);
         out.wrap_max = is_first ? number : std::max(out.wrap_max, number);
@@ -58,20 +87,17 @@ class DracoCorrections {
     return int64_t{out.wrap_max} - out.wrap_min < 0x7fffffff;
   }
 
-  // Of the corrections that give the same value, modulo the number of values in the range, the one nearest to
-  // 0.
-  static int64_t wrapped(int32_t value, int32_t predicted, const AttributeFields& range) {
+  // Of the corrections that give the same value, modulo the number of values in the range, the one nearest to 0.
+  static int64_t wrapped(int32_t number, int32_t predicted, const AttributeFields& range) {
     const int64_t modulus = int64_t{range.wrap_max} - range.wrap_min + 1;
     const int64_t highest = (modulus - 1) / 2, lowest = -(modulus / 2);
-    const int64_t correction = int64_t{value} - std::clamp(predicted, range.wrap_min, range.wrap_max);
-    return correction > highest  ? correction - modulus
-           : correction < lowest ? correction + modulus
-                                 : correction;
+    const int64_t correction = int64_t{number} - std::clamp(predicted, range.wrap_min, range.wrap_max);
+    return correction > highest ? correction - modulus : correction < lowest ? correction + modulus : correction;
   }
 
   std::vector<int32_t> zeros_;
   core::PredictedValues<uint32_t, 0> on_;
-  core::Scheme scheme_;
+  const SkeletonAttribute& attribute_;
 };
 
 }  // namespace psplit

@@ -33,6 +33,7 @@ class SkeletonReader {
   Status symbols(uint32_t, const PredictedAttribute& predicted) {
     SkeletonAttribute& attribute = add(predicted.attribute);
     attribute.scheme = predicted.scheme;
+    attribute.transform = predicted.transform;
     attribute.is_normal = predicted.attribute.coding == core::Coding::kNormal;
     // The grid's numbers follow, because the fields before them are empty.
     if (attribute.is_normal && predicted.scheme != core::Scheme::kNone && literals_.remaining() >= 4)

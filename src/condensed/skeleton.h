@@ -19,16 +19,16 @@ struct SkeletonAttribute {
   uint32_t components = 0;       // as they are coded: two for normals
   uint32_t component_bytes = 0;  // of an attribute that is stored raw
   core::Scheme scheme = core::Scheme::kNone;
-  bool is_normal = false;  // on an octahedral grid
+  core::Transform transform = core::Transform::kWrap;  // unless the scheme is kNone
+  bool is_normal = false;                              // on an octahedral grid
   uint32_t grid_max = 0;   // the largest number of the grid, if its corrections have an octahedral transform
   uint32_t group = 0;      // in Skeleton::groups
 
   bool has_wrap_range() const { return !is_raw && !is_normal && scheme != core::Scheme::kNone; }
   // Whether its values can be stored in the order of creation, with predictions of our own.
   bool allows_creation_order() const {
-    return !is_raw && !is_normal &&
-           (scheme == core::Scheme::kNone || scheme == core::Scheme::kDifference ||
-            scheme == core::Scheme::kParallelogram);
+    return !is_raw && (scheme == core::Scheme::kNone || scheme == core::Scheme::kDifference ||
+                       (scheme == core::Scheme::kParallelogram && !is_normal));
   }
 };
 

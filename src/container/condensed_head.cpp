@@ -115,6 +115,9 @@ class HeadReader {
         model.backward = bit();
         model.two = bit();
         model.mean = bit();
+        constexpr uint32_t kMostReach = 2;
+        model.reach = static_cast<uint8_t>(bits_.read(2));
+        if (model.reach > kMostReach) return truncated() ? check_truncation() : invalid("an unknown reach");
       }
       for (uint32_t t = 0; t < (model.by_creation ? 3u : 2u); ++t)
         if (Status status = read_token_table(model.tables[t]); !status.ok()) return status;

@@ -35,6 +35,18 @@ class OctahedralGrid {
     return {wrapping_add(unfolded.s, center_), wrapping_add(unfolded.t, center_)};
   }
 
+  // The correction that an encoder stores: the inverse of `correct`. Both components are below max_quantized().
+  PSPLIT_HD Vec2 correction(Vec2 predicted, Vec2 value, bool canonicalized) const {
+    const Vec2 place{wrapping_sub(predicted.s, center_), wrapping_sub(predicted.t, center_)},
+        wanted{wrapping_sub(value.s, center_), wrapping_sub(value.t, center_)};
+    const uint32_t outside = mask(magnitude(place.s) + magnitude(place.t) > static_cast<uint32_t>(center_));
+    const Vec2 p = select(outside, mirrored(place), place);
+    const uint32_t turns = quarter_turns(p) & mask(canonicalized);
+    const Vec2 from = turned(p, turns), to = turned(select(outside, mirrored(wanted), wanted), turns);
+    const auto positive = [this](int32_t x) { return x < 0 ? wrapping_add(x, max_quantized_) : x; };
+    return {positive(wrapping_sub(to.s, from.s)), positive(wrapping_sub(to.t, from.t))};
+  }
+
   // Where the ray along v meets the octahedron; with `flip`, the ray along -v.
   PSPLIT_HD Vec2 project(Vec3 v, bool flip) const {
     const auto sum = static_cast<int64_t>(magnitude(v.x) + magnitude(v.y) + magnitude(v.z));

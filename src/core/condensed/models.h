@@ -38,6 +38,7 @@ struct AttributeModel {
   bool backward = false;     // by creation: from the last decoded face to the first
   bool two = false;          // by creation: up to two parallelograms predict a value, otherwise one
   bool mean = false;         // by creation: a value without parallelogram is predicted from two values
+  uint8_t reach = 0;         // by creation: how far parallelograms reach out, 0 to 2
   bool has_flags = false;
   // Numbers of token tables; kNoTable for a table that is never used.
   uint16_t tables[kTables] = {kNoTable, kNoTable, kNoTable};
