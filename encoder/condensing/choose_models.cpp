@@ -36,7 +36,8 @@ void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribu
       for (uint32_t i = 0; i < values.count(); ++i) {
         const CreationPredictor::Prediction by = values.predictors(i);
         const auto count = [&](TokenCounts& tokens, bool mean, uint32_t reach) {
-          for (uint32_t k = 0; k < components; ++k) ++tokens[token_of(values.symbol(i, k, by, mean, reach)).token];
+          for (uint32_t k = 0; k < components; ++k)
+            ++tokens[token_of(values.symbol(i, k, by, mean, reach)).token];
         };
         if (by.parallelogram_count == 0)
           for (const bool mean : {false, true}) count(counts.none[mean], mean, 0);

@@ -32,7 +32,8 @@ class CodingCounts {
     AttributeCounts in_draco_order;
     CreationCounts by_creation[2][2];  // by `backward` and `two`
   };
-  static void add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components, Attribute& to);
+  static void add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
+                              Attribute& to);
   static ValueCoding choose_values(const Attribute& attribute, double scale, bool smallest, double& bits);
   uint32_t choose_symbols(double scale, bool smallest, double bits_of_values) const;
 

@@ -67,8 +67,8 @@ CodedValues code_in_draco_order(const AttributeFields& fields, const SkeletonAtt
   return coded;
 }
 
-CreatedValues::CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components, bool backward,
-                             bool two)
+CreatedValues::CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components,
+                             bool backward, bool two)
     : components_(components),
       order_(source.table(attribute), source.vertex_count(attribute), backward),
       predictor_(source.table(attribute), order_, two),
@@ -79,8 +79,8 @@ CreatedValues::CreatedValues(const DecodedSource& source, uint32_t attribute, ui
       values_[at++] = source.number(attribute, source.table(attribute).vertex[corner], k);
 }
 
-uint32_t CreatedValues::symbol(uint32_t i, uint32_t component, const CreationPredictor::Prediction& by, bool mean,
-                               uint32_t reach) const {
+uint32_t CreatedValues::symbol(uint32_t i, uint32_t component, const CreationPredictor::Prediction& by,
+                               bool mean, uint32_t reach) const {
   const auto value = [&](uint32_t rank) { return values_[size_t{rank} * components_ + component]; };
   const int32_t predicted = predicted_number(by, i, mean, reach, value);
   return folded(static_cast<uint32_t>(value(i)) - static_cast<uint32_t>(predicted));

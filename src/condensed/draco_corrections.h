@@ -1,5 +1,5 @@
-// The corrections that libdraco's encoder makes of values: the inverse of core/prediction.h for the schemes whose
-// values may be stored otherwise.
+// The corrections that libdraco's encoder makes of values: the inverse of core/prediction.h for the schemes
+// whose values may be stored otherwise.
 #pragma once
 
 #include <algorithm>
@@ -26,8 +26,8 @@ class DracoCorrections {
     on_.component_count = attribute.components;
   }
 
-  // Fills the symbols, and the range of the wrap transform. False if the range or the grid is one that no stream
-  // has.
+  // Fills the symbols, and the range of the wrap transform. False if the range or the grid is one that no
+  // stream has.
   bool write(AttributeFields& out) const {
     out.symbols.resize(size_t{on_.sequence.count} * on_.components());
     if (attribute_.scheme == core::Scheme::kNone) return store_values(out), true;
@@ -87,12 +87,15 @@ class DracoCorrections {
     return int64_t{out.wrap_max} - out.wrap_min < 0x7fffffff;
   }
 
-  // Of the corrections that give the same value, modulo the number of values in the range, the one nearest to 0.
+  // Of the corrections that give the same value, modulo the number of values in the range, the one nearest to
+  // 0.
   static int64_t wrapped(int32_t number, int32_t predicted, const AttributeFields& range) {
     const int64_t modulus = int64_t{range.wrap_max} - range.wrap_min + 1;
     const int64_t highest = (modulus - 1) / 2, lowest = -(modulus / 2);
     const int64_t correction = int64_t{number} - std::clamp(predicted, range.wrap_min, range.wrap_max);
-    return correction > highest ? correction - modulus : correction < lowest ? correction + modulus : correction;
+    return correction > highest  ? correction - modulus
+           : correction < lowest ? correction + modulus
+                                 : correction;
   }
 
   std::vector<int32_t> zeros_;

@@ -291,14 +291,15 @@ class FieldsExpander {
       if (!read_value(model, by.parallelogram_count, section, symbols.data(), out.components))
         return Fault::kEntropy;
       for (uint32_t k = 0; k < out.components; ++k) {
-        const int32_t predicted =
-            predicted_number(by, rank, model.mean, model.reach, [&](uint32_t other) { return values[place(other) + k]; });
+        const int32_t predicted = predicted_number(by, rank, model.mean, model.reach,
+                                                   [&](uint32_t other) { return values[place(other) + k]; });
         values[place(rank) + k] = core::wrapping_add(predicted, static_cast<int32_t>(core::unfold(symbols[k])));
       }
     }
     core::Sequence<uint32_t> sequence;
     if (const Fault fault = mesh_->find_sequence(group, sequence); fault != Fault::kNone) return fault;
-    const DracoCorrections corrections(table, sequence, {values.data(), values.size()}, skeleton_.attributes[i]);
+    const DracoCorrections corrections(table, sequence, {values.data(), values.size()},
+                                       skeleton_.attributes[i]);
     return corrections.write(out) ? Fault::kNone : Fault::kPrediction;
   }
 

@@ -21,8 +21,8 @@ struct SkeletonAttribute {
   core::Scheme scheme = core::Scheme::kNone;
   core::Transform transform = core::Transform::kWrap;  // unless the scheme is kNone
   bool is_normal = false;                              // on an octahedral grid
-  uint32_t grid_max = 0;   // the largest number of the grid, if its corrections have an octahedral transform
-  uint32_t group = 0;      // in Skeleton::groups
+  uint32_t grid_max = 0;  // the largest number of the grid, if its corrections have an octahedral transform
+  uint32_t group = 0;     // in Skeleton::groups
 
   bool has_wrap_range() const { return !is_raw && !is_normal && scheme != core::Scheme::kNone; }
   // Whether its values can be stored in the order of creation, with predictions of our own.

@@ -198,13 +198,10 @@ class CondensedAttributes {
     }
     if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
     CreationOrder<Index> creation(table.table, order);
-    if (backward)
-      creation.see_backward(patch.face_count);
-    else if (table.has_seams)
-      creation.see_forward(patch.face_count);
-    else
-      creation.see(birth_corners);  // no other corner can be the first one of its vertex
-    return creation.finish();
+    // Without seams no corner but that of its birth can be the first one of a vertex.
+    return backward          ? creation.see_backward(patch.face_count)
+           : table.has_seams ? creation.see_forward(patch.face_count)
+                             : creation.see(birth_corners);
   }
 
   PSPLIT_HD Fault start_traversed(uint32_t i, const SectionReader& section, const CondensedModels& models,

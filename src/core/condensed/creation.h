@@ -16,39 +16,50 @@ template <typename Index>
 class CreationOrder {
  public:
   PSPLIT_HD CreationOrder(const CornerTable<Index>& table, const Sequence<Index>& out)
-      : table_(table), out_(out) {
-    fill(out_.rank, kNone<Index>);
+      : seen_{table.vertex, out.corner, out.rank} {
+    fill(out.rank, kNone<Index>);
   }
-  PSPLIT_HD void see_forward(uint32_t face_count) {
+  PSPLIT_HD Fault see_forward(uint32_t face_count) {
+    Seen seen = seen_;
     for (uint32_t face = 0; face < face_count; ++face)
-      for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) see(corner);
+      for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner) seen.see(corner);
+    return seen.finish();
   }
-  PSPLIT_HD void see_backward(uint32_t face_count) {
+  PSPLIT_HD Fault see_backward(uint32_t face_count) {
+    Seen seen = seen_;
     for (uint32_t face = face_count; face-- > 0;) {
-      see(4 * face + 1);
-      see(4 * face + 2);
-      see(4 * face);
+      seen.see(4 * face + 1);
+      seen.see(4 * face + 2);
+      seen.see(4 * face);
     }
+    return seen.finish();
   }
   // These corners only: all others have vertices that occur before.
-  PSPLIT_HD void see(View<const Index> corners) {
-    for (size_t i = 0; i < corners.size(); ++i) see(corners[i]);
+  PSPLIT_HD Fault see(View<const Index> corners) {
+    Seen seen = seen_;
+    for (size_t i = 0; i < corners.size(); ++i) seen.see(corners[i]);
+    return seen.finish();
   }
-  PSPLIT_HD Fault finish() const { return count_ == out_.count ? Fault::kNone : Fault::kConnectivity; }
 
  private:
-  // If the vertex at the corner is new, it comes next.
-  PSPLIT_HD void see(uint32_t corner) {
-    Index& rank = out_.rank[table_.vertex[corner]];
-    const uint32_t before = rank, is_new = before == kNone<Index>;
-    out_.corner[count_] = static_cast<Index>(corner);
-    rank = static_cast<Index>(select(0 - is_new, count_, before));
-    count_ += is_new;
-  }
+  // A copy of it stays in registers.
+  struct Seen {
+    View<const Index> vertex;
+    View<Index> corner, rank;
+    uint32_t count = 0;
 
-  CornerTable<Index> table_;
-  Sequence<Index> out_;
-  uint32_t count_ = 0;
+    // If the vertex at the corner is new, it comes next.
+    PSPLIT_HD PSPLIT_INLINE void see(uint32_t at) {
+      Index& rank_of_vertex = rank[vertex[at]];
+      const uint32_t before = rank_of_vertex, is_new = before == kNone<Index>;
+      corner[count] = static_cast<Index>(at);
+      rank_of_vertex = static_cast<Index>(select(0 - is_new, count, before));
+      count += is_new;
+    }
+    PSPLIT_HD Fault finish() const { return count == rank.size() ? Fault::kNone : Fault::kConnectivity; }
+  };
+
+  Seen seen_;
 };
 
 // How an attribute's values are predicted: from one parallelogram, from the mean of two, or from the mean of
@@ -122,54 +133,65 @@ class CreatedValues {
   CreationMode mode_ = CreationMode::kOne;
 
  private:
-  PSPLIT_HD bool is_before(uint32_t vertex, uint32_t i) const { return order_.rank[vertex] < i; }
+  // Copies of what the search reads, which stay in registers.
+  struct Search {
+    View<const Index> opposite, vertex, corner, rank;
 
-  // If all vertices of the parallelogram across an edge come before value i, adds it to those of the value.
-  PSPLIT_HD PSPLIT_INLINE void add_parallelogram(uint32_t i, Index across, Predictors<Index>* of_value,
-                                                 uint32_t& count) const {
-    if (across == kNone<Index>) return;
-    const Index a = table_.vertex[next(across)], b = table_.vertex[previous(across)],
-                far = table_.vertex[across];
-    of_value[count] = {a, b, far, of_value[0].value};
-    count += static_cast<uint32_t>(order_.rank[a] < i) & static_cast<uint32_t>(order_.rank[b] < i) &
-             static_cast<uint32_t>(order_.rank[far] < i);
-  }
+    PSPLIT_HD bool is_before(uint32_t v, uint32_t i) const { return rank[v] < i; }
+
+    // If all vertices of the parallelogram across an edge come before value i, adds it to those of the value.
+    PSPLIT_HD PSPLIT_INLINE void add(uint32_t i, Index across, Predictors<Index>* of_value,
+                                     uint32_t& count) const {
+      if (across == kNone<Index>) return;
+      const Index a = vertex[next(across)], b = vertex[previous(across)], far = vertex[across];
+      of_value[count] = {a, b, far, 0};
+      // The last of the three.
+      const uint32_t rank_a = rank[a], rank_b = rank[b], rank_far = rank[far];
+      const uint32_t of_edge = select(mask(rank_a > rank_b), rank_a, rank_b);
+      count += static_cast<uint32_t>(select(mask(of_edge > rank_far), of_edge, rank_far) < i);
+    }
+  };
 
   template <bool kTwo>
   PSPLIT_HD void find_predictors(const AttributeModel& model) {
-    const View<Index> opposite = table_.opposite;
+    const Search search{table_.opposite, table_.vertex, order_.corner, order_.rank};
+    const View<Predictors<Index>> out = predictors_;
+    const View<uint8_t> table_of = table_of_;
     constexpr uint32_t kStored = kTwo ? 2 : 1;
-    for (uint32_t i = 0; i < order_.count; ++i) {
-      const Index corner = order_.corner[i];
+    const uint32_t value_count = order_.count;
+    const bool two = model.two;
+    uint32_t used = 0;
+    for (uint32_t i = 0; i < value_count; ++i) {
+      const Index corner = search.corner[i];
       Predictors<Index> found[2];
-      found[0].value = table_.vertex[corner];
       uint32_t count = 0;
-      add_parallelogram(i, opposite[corner], found, count);
-      if (kTwo && model.two) {
+      search.add(i, search.opposite[corner], found, count);
+      if (kTwo && two) {
         // Across the edges of the neighbours on the left and on the right.
-        if (const Index left = opposite[next(corner)]; left != kNone<Index>)
-          add_parallelogram(i, opposite[next(left)], found, count);
-        if (const Index right = opposite[previous(corner)]; count < 2 && right != kNone<Index>)
-          add_parallelogram(i, opposite[previous(right)], found, count);
+        const Index left = search.opposite[next(corner)], right = search.opposite[previous(corner)];
+        if (left != kNone<Index>) search.add(i, search.opposite[next(left)], found, count);
+        if (count < 2 && right != kNone<Index>) search.add(i, search.opposite[previous(right)], found, count);
       }
-      if (PSPLIT_UNLIKELY(count == 0)) predict_alone(model, i, corner, found);
-      table_of_[i] = static_cast<uint8_t>(count);
-      used_tables_ |= 1u << count;
-      predictors_[kStored * i] = found[0];
-      if (kTwo) predictors_[kStored * i + 1] = found[count == 1 ? 0 : 1];
+      if (PSPLIT_UNLIKELY(count == 0)) predict_alone(search, model, i, found);
+      table_of[i] = static_cast<uint8_t>(count);
+      used |= 1u << count;
+      found[0].value = search.vertex[corner];
+      out[kStored * i] = found[0];
+      if constexpr (kTwo) out[kStored * i + 1] = found[count == 1 ? 0 : 1];
     }
+    used_tables_ = used;
   }
 
   // Without a parallelogram: from the face's other vertices, or from the value before.
-  PSPLIT_HD void predict_alone(const AttributeModel& model, uint32_t i, Index corner,
+  PSPLIT_HD void predict_alone(const Search& search, const AttributeModel& model, uint32_t i,
                                Predictors<Index>* found) const {
-    const auto zero = static_cast<Index>(order_.count);
-    const Index a = table_.vertex[next(corner)], b = table_.vertex[previous(corner)];
-    const bool has_a = is_before(a, i), has_b = is_before(b, i);
-    const Index last = i > 0 ? table_.vertex[order_.corner[i - 1]] : zero;
+    const Index corner = search.corner[i];
+    const Index a = search.vertex[next(corner)], b = search.vertex[previous(corner)];
+    const bool has_a = search.is_before(a, i), has_b = search.is_before(b, i);
+    const Index last = i > 0 ? search.vertex[search.corner[i - 1]] : static_cast<Index>(order_.count);
     const Index p = has_a ? a : has_b ? b : last, q = has_a && has_b && model.mean ? b : p;
-    found[0] = {p, p, p, found[0].value};
-    found[1] = {q, q, q, found[0].value};
+    found[0] = {p, p, p, 0};
+    found[1] = {q, q, q, 0};
   }
 };
 
