@@ -86,6 +86,7 @@ class AttributeDecoder {
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
   // Finishes the integers after their steps were taken.
   PSPLIT_HD Fault finish_predictions() {
+    if (const Fault fault = condensed_.finish_created(patch_, integers_); fault != Fault::kNone) return fault;
     for (uint32_t i = 0; i < integers_.size(); ++i) {
       if (!has_integers(i)) continue;
       if (const Fault fault = integers_[i].finish(arena_); fault != Fault::kNone) return fault;

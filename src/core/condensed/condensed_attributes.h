@@ -96,6 +96,22 @@ class CondensedAttributes {
     return Fault::kNone;
   }
 
+  // Checks created values after all of their steps. Draco's octahedral transforms have no values beyond the
+  // grid.
+  PSPLIT_HD Fault finish_created(const Patch<Index>& patch, View<IntegerDecoder<Index>> integers) const {
+    for (uint32_t i = 0; i < attributes_.size(); ++i) {
+      const Attribute<Index>& description = patch.attributes[i];
+      PredictionData& data = integers[i].data();
+      if (!attributes_[i].by_creation || description.coding != Coding::kNormal || data.scheme == Scheme::kNone)
+        continue;
+      uint32_t outside = 0;
+      for (size_t k = 0; k < description.values.size(); ++k)
+        outside |= mask(static_cast<uint32_t>(description.values[k]) >= data.grid.max_quantized());
+      if (outside != 0) return Fault::kPrediction;
+    }
+    return Fault::kNone;
+  }
+
   // The memory that all of them take and keep, besides that of the integers.
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
     const uint64_t orders = 2 * (uint64_t{header.attribute_data_count} + 1);
