@@ -103,6 +103,7 @@ std::vector<uint8_t> write_head(const Models& models) {
     if (attribute.has_flags)
       for (const uint32_t probability : attribute.flag_probability) out.bits(probability, kProbabilityBits);
   }
+  out.bits(0, 1);  // borders
   out.number(count, static_cast<uint32_t>(models.seam_probability.size()));
   for (const std::array<uint32_t, 2>& seam : models.seam_probability)
     for (const uint32_t probability : seam) out.bits(probability, kProbabilityBits);

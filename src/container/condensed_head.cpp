@@ -27,6 +27,7 @@ class HeadReader {
     Status status = read_skeletons();
     if (status.ok()) status = read_contexts();
     if (status.ok()) status = read_attributes();
+    if (status.ok()) status = read_borders();
     if (status.ok()) status = read_seams();
     if (status.ok()) status = check_end();
     if (!status.ok()) return status;
@@ -147,12 +148,21 @@ class HeadReader {
     for (uint32_t token = 0; token < used; ++token) sum += frequencies[token] = number(frequency_kind);
     if (truncated()) return check_truncation();
     if (sum != kSlots) return invalid("frequencies of tokens that do not sum to 4096");
-    // At most three tables for each of 256 attributes.
+    // At most three tables for each of 256 attributes, and two for borders.
     number_of_table = static_cast<uint16_t>(head_.token_tables.size() / kSlots);
     for (uint32_t token = 0; token < used; ++token)
       for (uint32_t offset = 0; offset < frequencies[token]; ++offset)
         head_.token_tables.push_back((frequencies[token] - 1) << 20 | token << kSlotBits | offset);
     return {};
+  }
+
+  Status read_borders() {
+    head_.has_borders = bit();
+    for (uint16_t& table : head_.border_tables) {
+      if (!head_.has_borders) break;
+      if (Status status = read_token_table(table); !status.ok()) return status;
+    }
+    return check_truncation();
   }
 
   Status read_seams() {
@@ -190,6 +200,8 @@ core::CondensedModels CondensedHead::models() const {
   models.has_valence_contexts = has_valence_contexts;
   // The history before the first symbol is of E alone, the last of the symbols.
   models.first_context = has_valence_contexts ? 0 : static_cast<uint32_t>(contexts.size()) - 1;
+  models.has_borders = has_borders;
+  for (size_t i = 0; i < border_tables.size(); ++i) models.border_tables[i] = border_tables[i];
   models.contexts = {contexts.data(), contexts.size()};
   models.token_tables = {token_tables.data(), token_tables.size()};
   models.attributes = {attributes.data(), attributes.size()};

@@ -2,6 +2,7 @@
 // (gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,7 +20,8 @@ struct CondensedHead {
   std::vector<uint8_t> levels;  // by skeleton: libdraco's level of entropy coding, 0 to 11
 
   // What models() has views of. The lengths of all vectors are those that the bytes of the head say.
-  bool has_valence_contexts = false;
+  bool has_valence_contexts = false, has_borders = false;
+  std::array<uint16_t, 2> border_tables = {core::AttributeModel::kNoTable, core::AttributeModel::kNoTable};
   std::vector<core::SymbolContext> contexts;
   std::vector<core::TokenEntry> token_tables;  // core::kSlots entries for each table
   std::vector<core::AttributeModel> attributes;

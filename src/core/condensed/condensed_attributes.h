@@ -1,8 +1,10 @@
 // The attributes of a condensed stream: the rest of its skeleton, their numbers, and the section of each.
 #pragma once
 
+#include "src/core/border_walk.h"
 #include "src/core/condensed/condensed_numbers.h"
 #include "src/core/condensed/creation.h"
+#include "src/core/condensed/skeleton.h"
 #include "src/core/condensed/token_steps.h"
 #include "src/core/integer_decoder.h"
 #include "src/core/patch.h"
@@ -30,7 +32,7 @@ class CondensedAttributes {
                        View<IntegerDecoder<Index>> integers, Arena& arena) {
     const CondensedModels& models = header.condensed.models;
     if (patch.attributes.size() != header.condensed.attribute_count) return Fault::kAttribute;
-    if (!arena.take(attributes_, patch.attributes.size()) || !arena.take(orders_, 2 * patch.groups.size()))
+    if (!arena.take(attributes_, patch.attributes.size()) || !arena.take(orders_, 2 * patch.groups.size() + 1))
       return Fault::kWorkspace;
     for (size_t i = 0; i < orders_.size(); ++i) orders_[i] = {};
     for (uint32_t g = 0; g < patch.groups.size(); ++g) {
@@ -63,7 +65,6 @@ class CondensedAttributes {
     size_t at = 0;
     for (uint32_t i = 0; i < attributes_.size(); ++i) {
       SectionReader own = section;
-      own.go_to_bit(numbers_end_);
       if (i > 0) {
         const size_t bytes = attributes_[i].section_bytes;
         own = SectionReader(stream.bytes.data() + at, bytes);
@@ -71,7 +72,7 @@ class CondensedAttributes {
         at += bytes;
       }
       const Fault fault = attributes_[i].by_creation
-                              ? start_created(i, birth_corners, own, stream.models, patch, arena)
+                              ? start_created(i, birth_corners, own, stream, patch, arena)
                               : start_traversed(i, own, stream.models, patch, integers[i], arena);
       if (fault != Fault::kNone) return fault;
     }
@@ -114,7 +115,7 @@ class CondensedAttributes {
 
   // The memory that all of them take and keep, besides that of the integers.
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
-    const uint64_t orders = 2 * (uint64_t{header.attribute_data_count} + 1);
+    const uint64_t orders = 2 * (uint64_t{header.attribute_data_count} + 1) + 1;
     return Arena::bytes<CondensedAttribute<Index>>(values.attributes) + Arena::bytes<Sequence<Index>>(orders) +
            orders * Sequence<Index>::bytes(values.points) +
            CreatedValues<Index>::bytes(values.points, values.attributes, values.components) +
@@ -138,9 +139,8 @@ class CondensedAttributes {
     // Draco decodes a scheme that does not fit its attribute as another scheme; its encoder does not write it.
     if (static_cast<uint8_t>(data.scheme) != scheme) return Fault::kMethod;
     if (reader.u8() == 0) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
-    const bool is_predictable = data.scheme == Scheme::kNone || data.scheme == Scheme::kDifference ||
-                                data.scheme == Scheme::kParallelogram;
-    attribute.by_creation = attribute.model->by_creation && is_predictable;
+    attribute.by_creation =
+        SkeletonAttribute{description.coding, data.scheme, data.transform, 0}.is_by_creation(*attribute.model);
     const bool has_grid = data.scheme != Scheme::kNone && data.transform != Transform::kWrap;
     return has_grid ? data.read_grid(reader) : Fault::kNone;
   }
@@ -176,7 +176,6 @@ class CondensedAttributes {
       }
       if (has_flags && !attributes_[i].model->has_flags) return Fault::kAttribute;
     }
-    numbers_end_ = numbers.place();
     return numbers.broken() ? Fault::kTruncated : Fault::kNone;
   }
 
@@ -187,33 +186,72 @@ class CondensedAttributes {
   }
 
   PSPLIT_HD Fault start_created(uint32_t i, View<const Index> birth_corners, const SectionReader& section,
-                                const CondensedModels& models, Patch<Index>& patch, Arena& arena) {
+                                const CondensedStream& stream, Patch<Index>& patch, Arena& arena) {
     CondensedAttribute<Index>& attribute = attributes_[i];
     Attribute<Index>& description = patch.attributes[i];
-    Sequence<Index>& order = orders_[2 * description.group + attribute.model->backward];
-    Fault fault = find_order(description.group, attribute.model->backward, birth_corners, patch, order, arena);
-    if (fault == Fault::kNone)
-      fault =
-          attribute.created.start(*attribute.model, patch.groups[description.group], order, description, arena);
+    const AttributeModel& model = *attribute.model;
+    const uint32_t group = description.group;
+    const bool has_known = i == 0 && stream.models.has_borders;
+    Sequence<Index>& order = orders_[has_known ? orders_.size() - 1 : 2 * group + model.backward];
+    Fault fault = attribute.created.allocate(model, patch.groups[group].table, description, arena);
+    uint32_t known_count = 0;
+    if (fault == Fault::kNone && has_known)
+      fault = find_known(stream, patch, order, known_count, arena);
+    else if (fault == Fault::kNone)
+      share_order(group, model.backward, patch, order);
+    if (fault == Fault::kNone && (order.corner.empty() || has_known))
+      fault = find_order(model.backward, birth_corners, patch, patch.groups[group].table, known_count, order,
+                         arena);
     if (fault != Fault::kNone) return fault;
-    if (!has_tables(*attribute.model, attribute.created.used_tables())) return Fault::kEntropy;
-    attribute.tokens.start(section, models, *attribute.model, description.value_components(),
+    attribute.created.find_predictors(model, order, known_count);
+    if (!has_tables(model, attribute.created.used_tables())) return Fault::kEntropy;
+    attribute.tokens.start(section, stream.models, model, description.value_components(),
                            attribute.created.table_of(), attribute.created.symbols());
     return Fault::kNone;
   }
-  // Finds the order of a group's vertices, unless it is known.
-  PSPLIT_HD Fault find_order(uint32_t group, bool backward, View<const Index> birth_corners,
-                             const Patch<Index>& patch, Sequence<Index>& order, Arena& arena) {
-    const AttributeTable<Index>& table = patch.groups[group].table;
-    if (!order.corner.empty()) return Fault::kNone;
-    for (uint32_t other = 0; other < group && !table.has_seams; ++other) {
-      const Sequence<Index>& known = orders_[2 * other + backward];
-      if (patch.groups[other].table.has_seams || known.corner.empty()) continue;
-      order = known;
-      return Fault::kNone;
-    }
+
+  // Sets the values of vertices on the border, which come first in the order.
+  PSPLIT_HD Fault find_known(const CondensedStream& stream, const Patch<Index>& patch, Sequence<Index>& order,
+                             uint32_t& count, Arena& arena) const {
+    const Attribute<Index>& attribute = patch.attributes[0];
+    const AttributeTable<Index>& table = patch.groups[attribute.group].table;
+    const uint32_t components = attribute.value_components();
     if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
-    CreationOrder<Index> creation(table.table, order);
+    fill(order.rank, kNone<Index>);
+    const size_t mark = arena.mark();
+    View<Index> walk;
+    if (const Fault fault = walk_border(patch, arena, walk); fault != Fault::kNone) return fault;
+    if (stream.known.size() != walk.size() * components) return Fault::kCounts;
+    for (size_t place = 0; place < walk.size(); ++place) {
+      const Index point = walk[place];
+      const Index vertex =
+          patch.corner_of_point.empty() ? point : table.table.vertex[patch.corner_of_point[point]];
+      if (order.rank[vertex] != kNone<Index>) continue;
+      order.corner[count] = 0;
+      order.rank[vertex] = static_cast<Index>(count++);
+      for (uint32_t k = 0; k < components; ++k)
+        attribute.values[size_t{vertex} * value_stride(components) + k] = stream.known[place * components + k];
+    }
+    arena.release(mark);
+    return Fault::kNone;
+  }
+
+  // All tables without seams have the same order.
+  PSPLIT_HD void share_order(uint32_t group, bool backward, const Patch<Index>& patch,
+                             Sequence<Index>& order) const {
+    for (uint32_t other = 0; other < group && order.corner.empty() && !patch.groups[group].table.has_seams;
+         ++other)
+      if (!patch.groups[other].table.has_seams) order = orders_[2 * other + backward];
+  }
+  // Finds the order of a table's vertices. The known ones have their places in it.
+  PSPLIT_HD static Fault find_order(bool backward, View<const Index> birth_corners, const Patch<Index>& patch,
+                                    const AttributeTable<Index>& table, uint32_t known_count,
+                                    Sequence<Index>& order, Arena& arena) {
+    if (order.corner.empty()) {
+      if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
+      fill(order.rank, kNone<Index>);
+    }
+    CreationOrder<Index> creation(table.table, known_count, order);
     // Without seams no corner but that of its birth can be the first one of a vertex.
     return backward          ? creation.see_backward(patch.face_count)
            : table.has_seams ? creation.see_forward(patch.face_count)
@@ -293,8 +331,9 @@ class CondensedAttributes {
   }
 
   View<CondensedAttribute<Index>> attributes_;
-  View<Sequence<Index>> orders_;  // of creation, by group; empty until it is needed
-  uint64_t numbers_end_ = 0;
+  // Of creation, by group: forward and backward, and empty until they are needed. The last one is that of the
+  // first attribute if values at borders are known.
+  View<Sequence<Index>> orders_;
 };
 
 }  // namespace psplit::core

@@ -41,8 +41,7 @@ class CondensedConnectivity {
     if (!arena.take(events_, header.counts.split_count)) return Fault::kWorkspace;
     if (const Fault fault = read_events(stream, header.counts.symbol_count); fault != Fault::kNone)
       return fault;
-    section_ = stream.numbers(0);
-    if (const Fault fault = section_.start_words(stream.first_section); fault != Fault::kNone) return fault;
+    if (const Fault fault = start_section(stream); fault != Fault::kNone) return fault;
     if (stream.models.has_valence_contexts) return valences_.start(header.counts, arena);
     if (!arena.take(symbols_, header.counts.symbol_count) || !arena.take(steps_, 1)) return Fault::kWorkspace;
     steps_[0] = ContextSymbolSteps(section_, stream.models, symbols_);
@@ -95,6 +94,13 @@ class CondensedConnectivity {
   // The last symbol may bring three vertices more than the limit before the excess is found.
   PSPLIT_HD static size_t birth_room(const ConnectivityCounts& counts) {
     return size_t{counts.vertex_limit} + 3;
+  }
+
+  // At the symbols, behind the border part.
+  PSPLIT_HD Fault start_section(const CondensedStream& stream) {
+    section_ = stream.models.has_borders ? stream.behind_border : stream.numbers(stream.numbers_end);
+    if (!stream.models.has_borders) return section_.start_words(stream.first_section);
+    return section_.empty() ? Fault::kCounts : Fault::kNone;
   }
 
   PSPLIT_HD Fault read_events(const CondensedStream& stream, uint32_t symbol_count) {

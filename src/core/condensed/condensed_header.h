@@ -3,31 +3,34 @@
 #pragma once
 
 #include "src/core/condensed/condensed_numbers.h"
+#include "src/core/condensed/skeleton.h"
 #include "src/core/stream_header.h"
 
 namespace psplit::core {
 
-// Counts the attributes of a skeleton. `reader` is behind the number of attribute data.
-PSPLIT_HD inline Fault count_attributes(ByteReader reader, uint32_t& count) {
-  const uint32_t group_count = reader.u8();
-  reader.skip(uint64_t{3} * group_count);
-  count = 0;
-  for (uint32_t group = 0; group < group_count && !reader.truncated(); ++group) {
-    const uint32_t attributes = reader.varint();
-    // A description takes more than 4 bytes.
-    if (attributes > reader.remaining() / 4) return Fault::kTruncated;
-    for (uint32_t i = 0; i < attributes; ++i) {
-      reader.skip(4);
-      reader.varint();
-    }
-    reader.skip(attributes);
-    count += attributes;
+// Reads the numbers of attributes, and notes where they end. `attributes` are those of the skeleton.
+PSPLIT_HD inline Fault read_attribute_numbers(View<const SkeletonAttribute> attributes,
+                                              CondensedNumbers& numbers, CondensedStream& stream) {
+  CondensedKinds kinds;
+  uint64_t others = 0;
+  for (size_t i = 1; i < attributes.size() && !numbers.broken(); ++i) others += numbers.number(kinds.bytes);
+  for (size_t i = 0; i < attributes.size() && !numbers.broken(); ++i) {
+    if (attributes[i].is_by_creation(stream.models.attributes[i]) || !attributes[i].has_wrap_range()) continue;
+    numbers.number(kinds.low);
+    numbers.number(kinds.extent);
   }
-  return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+  for (size_t i = 0; i < attributes.size() && !numbers.broken(); ++i)
+    for (uint32_t k = 0; k < attributes[i].flag_lists(); ++k) numbers.number(kinds.flags);
+  if (stream.models.has_borders) stream.border_count = numbers.number(kinds.border);
+  if (numbers.broken() || others > stream.bytes.size()) return Fault::kTruncated;
+  stream.first_section = static_cast<size_t>(others);
+  stream.numbers_end = numbers.place();
+  return Fault::kNone;
 }
 
-// Reads the numbers that come before the attributes' own, and notes where they are.
-PSPLIT_HD inline Fault read_condensed_counts(uint32_t point_count, StreamHeader& header) {
+// Reads the numbers, and notes where they are.
+PSPLIT_HD inline Fault read_condensed_counts(View<const SkeletonAttribute> attributes, uint32_t point_count,
+                                             StreamHeader& header) {
   CondensedStream& stream = header.condensed;
   CondensedNumbers numbers(stream.numbers(0));
   CondensedKinds kinds;
@@ -52,11 +55,9 @@ PSPLIT_HD inline Fault read_condensed_counts(uint32_t point_count, StreamHeader&
   stream.seams_at = numbers.place();
   numbers.skip(header.attribute_data_count);
   stream.lengths_at = numbers.place();
-  uint64_t others = 0;
-  for (uint32_t i = 1; i < stream.attribute_count && !numbers.broken(); ++i)
-    others += numbers.number(kinds.bytes);
-  if (numbers.broken() || others > stream.bytes.size()) return Fault::kTruncated;
-  stream.first_section = static_cast<size_t>(others);
+  if (const Fault fault = read_attribute_numbers(attributes, numbers, stream); fault != Fault::kNone)
+    return fault;
+  if (stream.border_count > point_count) return Fault::kCounts;
   return finish_edgebreaker_counts(static_cast<uint32_t>(vertices), stream.split_symbol_count, counts);
 }
 
@@ -75,13 +76,20 @@ PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<
   header.counts.face_count = face_count;
   header.condensed.bytes = stream;
   header.condensed.models = models;
-  const Fault fault = count_attributes(header.body, header.condensed.attribute_count);
-  if (fault != Fault::kNone) return fault;
+  SkeletonAttribute attributes[kMaxAttributes];
+  uint32_t& count = header.condensed.attribute_count;
+  if (const Fault fault = read_skeleton(header.body, {attributes, kMaxAttributes}, count);
+      fault != Fault::kNone)
+    return fault;
   // The head has models for all attributes and all seams.
-  if (stream.empty() || header.condensed.attribute_count > models.attributes.size() ||
-      header.attribute_data_count > models.seams.size() || models.contexts.empty())
+  if (stream.empty() || count > models.attributes.size() || header.attribute_data_count > models.seams.size() ||
+      models.contexts.empty())
     return Fault::kAttribute;
-  return read_condensed_counts(point_count, header);
+  // Values at borders are predicted from none, so they are in order of creation.
+  if (models.has_borders && (count == 0 || !attributes[0].is_by_creation(models.attributes[0])))
+    return Fault::kAttribute;
+  header.condensed.border_components = attributes[0].components;
+  return read_condensed_counts({attributes, count}, point_count, header);
 }
 
 }  // namespace psplit::core

@@ -8,7 +8,7 @@ namespace psplit::core {
 
 // The kinds of numbers, with their initial orders.
 struct CondensedKinds {
-  NumberKind count{0}, vertices{0}, splits{2}, event{8}, bytes{8}, low{12}, extent{12}, flags{8};
+  NumberKind count{0}, vertices{0}, splits{2}, event{8}, bytes{8}, low{12}, extent{12}, flags{8}, border{5};
 };
 
 // Reads numbers. Once a number is invalid or beyond the end of the bits, broken() stays set.

@@ -18,7 +18,15 @@ struct CondensedStream {
   uint64_t events_at = 0;       // split events
   uint64_t seams_at = 0;        // for each attribute data whether it has seams
   uint64_t lengths_at = 0;      // of all sections except the first, and behind them the attributes' numbers
+  uint64_t numbers_end = 0;     // behind all numbers
   size_t first_section = 0;     // where the first section begins, behind all others
+
+  // With models.has_borders: the stream's border part has values of the first attribute at places of its border
+  // walk that no other stream owns. A driver decodes the parts of all streams first (decode_border_part), and
+  // then sets the values at all places of this stream's walk, and its coder behind the part.
+  uint32_t border_count = 0, border_components = 0;
+  View<const int32_t> known;    // by place, border_components numbers each
+  SectionReader behind_border;  // not set yet if it has no bytes
 
   PSPLIT_HD bool has_start_face_bits() const { return interior_count > 0 && interior_count < component_count; }
   PSPLIT_HD SectionReader numbers(uint64_t at) const {

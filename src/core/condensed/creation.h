@@ -15,10 +15,10 @@ namespace psplit::core {
 template <typename Index>
 class CreationOrder {
  public:
-  PSPLIT_HD CreationOrder(const CornerTable<Index>& table, const Sequence<Index>& out)
-      : seen_{table.vertex, out.corner, out.rank} {
-    fill(out.rank, kNone<Index>);
-  }
+  // The ranks in `out` are set for the first `known_count` vertices of the order, and kNone for all others.
+  PSPLIT_HD CreationOrder(const CornerTable<Index>& table, uint32_t known_count, const Sequence<Index>& out)
+      : seen_{table.vertex, out.corner, out.rank, known_count} {}
+
   PSPLIT_HD Fault see_forward(uint32_t face_count) {
     Seen seen = seen_;
     for (uint32_t face = 0; face < face_count; ++face)
@@ -66,44 +66,66 @@ class CreationOrder {
 // two that do not reach out as far.
 enum class CreationMode : uint8_t { kOne, kTwo, kDamped };
 
-// The places of the values that predict one value, as vertices. A value without a parallelogram is predicted
-// from one that is three times the same value. One more vertex than there are stands for a value of zeros.
+// The values that predict one value, as vertices. A value without a parallelogram is predicted from one that is
+// three times the same value. One more vertex than there are stands for a value of zeros.
 template <typename Index>
-struct Predictors {
-  Index a, b, far;
-  Index value;  // of the predicted value itself
+class Predictors {
+ public:
+  Predictors() = default;
+  // `value` is the vertex of the predicted value itself.
+  PSPLIT_HD Predictors(uint32_t a, uint32_t b, uint32_t far, uint32_t value)
+      : edge_(a | static_cast<Word>(b) << kBits), rest_(far | static_cast<Word>(value) << kBits) {}
+  PSPLIT_HD Index a() const { return static_cast<Index>(edge_); }
+  PSPLIT_HD Index b() const { return static_cast<Index>(edge_ >> kBits); }
+  PSPLIT_HD Index far() const { return static_cast<Index>(rest_); }
+  PSPLIT_HD Index value() const { return static_cast<Index>(rest_ >> kBits); }
+
+ private:
+  static constexpr int kBits = 8 * sizeof(Index);
+  using Word = typename TwiceAsWide<Index>::Type;
+  Word edge_, rest_;
 };
 
 // One attribute's values.
 template <typename Index>
 class CreatedValues {
  public:
-  // Finds out what predicts each value. `order` has the vertices of the group's table.
-  PSPLIT_HD Fault start(const AttributeModel& model, const Group<Index>& group, const Sequence<Index>& order,
-                        Attribute<Index>& attribute, Arena& arena) {
-    table_ = group.table.table;
-    order_ = order;
+  // Takes memory, also for the values of the attribute.
+  PSPLIT_HD Fault allocate(const AttributeModel& model, const AttributeTable<Index>& table,
+                           Attribute<Index>& attribute, Arena& arena) {
+    table_ = table.table;
     components_ = attribute.value_components();
     mode_ = model.reach > 0           ? CreationMode::kDamped
             : model.two || model.mean ? CreationMode::kTwo
                                       : CreationMode::kOne;
     reach_ = model.reach;
-    const uint64_t total = uint64_t{order.count} * components_;
+    const uint32_t count = table.vertex_count;
+    const uint64_t total = uint64_t{count} * components_;
     if (total > 0xffffffffu) return Fault::kCounts;
     const size_t stride = value_stride(components_);
-    if (!arena.take(attribute.values, (size_t{order.count} + 1) * stride) ||
-        !arena.take(symbols_, static_cast<size_t>(total) + 1) || !arena.take(table_of_, order.count) ||
-        !arena.take(predictors_, size_t{order.count} * (mode_ == CreationMode::kOne ? 1 : 2)))
+    if (!arena.take(attribute.values, (size_t{count} + 1) * stride) ||
+        !arena.take(symbols_, static_cast<size_t>(total) + 1) || !arena.take(table_of_, count) ||
+        !arena.take(predictors_, size_t{count} * (mode_ == CreationMode::kOne ? 1 : 2)))
       return Fault::kWorkspace;
     values_ = attribute.values;
-    for (size_t k = 0; k < stride; ++k) values_[order.count * stride + k] = 0;
-    if (mode_ == CreationMode::kOne)
-      find_predictors<false>(model);
-    else
-      find_predictors<true>(model);
+    for (size_t k = 0; k < stride; ++k) values_[count * stride + k] = 0;
     return Fault::kNone;
   }
-  // The memory that `start` takes for `attributes` attributes that have `components` components together.
+  // Finds out what predicts each value. `order` has all vertices of the table; the values of the first
+  // `known_count` are not stored.
+  PSPLIT_HD void find_predictors(const AttributeModel& model, const Sequence<Index>& order,
+                                 uint32_t known_count) {
+    zero_ = order.count;
+    count_ = order.count - known_count;
+    table_of_ = table_of_.first(count_);
+    const Search search{
+        table_.opposite, table_.vertex, {order.corner.data() + known_count, count_}, order.rank, known_count};
+    if (mode_ == CreationMode::kOne)
+      find_predictors<false>(model, search);
+    else
+      find_predictors<true>(model, search);
+  }
+  // The memory that `allocate` takes for `attributes` attributes that have `components` components together.
   PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components) {
     return Arena::bytes<int32_t>((value_count + 1) * (components + attributes)) +
            Arena::bytes<uint32_t>(value_count * components + attributes) +
@@ -115,83 +137,92 @@ class CreatedValues {
   PSPLIT_HD View<const uint8_t> table_of() const { return table_of_; }
   // Bit n: some value is predicted by n of them.
   PSPLIT_HD uint32_t used_tables() const { return used_tables_; }
-  PSPLIT_HD View<uint32_t> symbols() const { return symbols_.first(symbols_.size() - 1); }
+  PSPLIT_HD View<uint32_t> symbols() const { return symbols_.first(size_t{count_} * components_); }
 
   PSPLIT_HD CreationMode mode() const { return mode_; }
   PSPLIT_HD uint32_t components() const { return components_; }
   // Whether there are values to predict.
-  PSPLIT_HD bool running() const { return at_ < order_.count; }
+  PSPLIT_HD bool running() const { return at_ < count_; }
 
  protected:
   CornerTable<Index> table_;
-  Sequence<Index> order_;
   View<uint32_t> symbols_;
   View<int32_t> values_;
   View<uint8_t> table_of_;
   View<Predictors<Index>> predictors_;
-  uint32_t components_ = 0, used_tables_ = 0, at_ = 0, reach_ = 0;
+  uint32_t components_ = 0, used_tables_ = 0, reach_ = 0;
+  uint32_t at_ = 0, count_ = 0;  // of the stored values
+  uint32_t zero_ = 0;            // the place of the zeros
   CreationMode mode_ = CreationMode::kOne;
 
  private:
-  // Copies of what the search reads, which stay in registers.
+  // What the search reads. Copies, which stay in registers.
   struct Search {
     View<const Index> opposite, vertex, corner, rank;
+    uint32_t known_count;
 
-    PSPLIT_HD bool is_before(uint32_t v, uint32_t i) const { return rank[v] < i; }
-
-    // If all vertices of the parallelogram across an edge come before value i, adds it to those of the value.
-    PSPLIT_HD PSPLIT_INLINE void add(uint32_t i, Index across, Predictors<Index>* of_value,
-                                     uint32_t& count) const {
-      if (across == kNone<Index>) return;
-      const Index a = vertex[next(across)], b = vertex[previous(across)], far = vertex[across];
-      of_value[count] = {a, b, far, 0};
-      // The last of the three.
-      const uint32_t rank_a = rank[a], rank_b = rank[b], rank_far = rank[far];
-      const uint32_t of_edge = select(mask(rank_a > rank_b), rank_a, rank_b);
-      count += static_cast<uint32_t>(select(mask(of_edge > rank_far), of_edge, rank_far) < i);
+    // The later one of two ranks.
+    PSPLIT_HD static uint32_t later(uint32_t a, uint32_t b) { return a > b ? a : b; }
+    PSPLIT_HD bool is_before(uint32_t v, uint32_t i) const { return rank[v] < i + known_count; }
+    // Whether two vertices, of which the later one has rank `edge`, and the one across from them come before
+    // value i.
+    PSPLIT_HD bool is_before(uint32_t edge, Index across, uint32_t i) const {
+      return across != kNone<Index> && later(edge, rank[vertex[across]]) < i + known_count;
     }
   };
 
+  // Finds the parallelograms at the corner of a value, and at the neighbouring corners of its vertex on the
+  // left and on the right. The first one is across the edge of vertices a and b: those of the next and the
+  // previous corner. The one on the left is across the edge of b and a vertex beside it, the one on the right
+  // across the edge of a vertex beside a, and a.
   template <bool kTwo>
-  PSPLIT_HD void find_predictors(const AttributeModel& model) {
-    const Search search{table_.opposite, table_.vertex, order_.corner, order_.rank};
+  PSPLIT_HD void find_predictors(const AttributeModel& model, const Search& search) {
+    const View<const Index> opposite = search.opposite, vertex = search.vertex, rank = search.rank;
     const View<Predictors<Index>> out = predictors_;
     const View<uint8_t> table_of = table_of_;
-    constexpr uint32_t kStored = kTwo ? 2 : 1;
-    const uint32_t value_count = order_.count;
-    const bool two = model.two;
+    const uint32_t value_count = count_;
+    const bool two = kTwo && model.two;
     uint32_t used = 0;
     for (uint32_t i = 0; i < value_count; ++i) {
-      const Index corner = search.corner[i];
-      Predictors<Index> found[2];
+      const Index corner = search.corner[i], on_next = next(corner), on_previous = previous(corner);
+      const Index a = vertex[on_next], b = vertex[on_previous], value = vertex[corner],
+                  across = opposite[corner];
+      const uint32_t rank_a = rank[a], rank_b = rank[b];
+      Predictors<Index>* const stored = &out[(kTwo ? 2 : 1) * size_t{i}];
       uint32_t count = 0;
-      search.add(i, search.opposite[corner], found, count);
-      if (kTwo && two) {
-        // Across the edges of the neighbours on the left and on the right.
-        const Index left = search.opposite[next(corner)], right = search.opposite[previous(corner)];
-        if (left != kNone<Index>) search.add(i, search.opposite[next(left)], found, count);
-        if (count < 2 && right != kNone<Index>) search.add(i, search.opposite[previous(right)], found, count);
+      if (PSPLIT_LIKELY(search.is_before(Search::later(rank_a, rank_b), across, i))) {
+        stored[0] = {a, b, vertex[across], value};
+        if constexpr (kTwo) stored[1] = stored[0];
+        count = 1;
       }
-      if (PSPLIT_UNLIKELY(count == 0)) predict_alone(search, model, i, found);
+      if (two) {
+        const auto add = [&](Index edge_a, Index edge_b, uint32_t edge, Index far) {
+          if (!search.is_before(edge, far, i)) return;
+          stored[1] = {edge_a, edge_b, vertex[far], value};
+          if (count == 0) stored[0] = stored[1];
+          ++count;
+        };
+        const Index left = opposite[on_next], right = opposite[on_previous];
+        if (left != kNone<Index>) {
+          const Index beside = vertex[left];
+          add(b, beside, Search::later(rank_b, rank[beside]), opposite[next(left)]);
+        }
+        if (count < 2 && right != kNone<Index>) {
+          const Index beside = vertex[right];
+          add(beside, a, Search::later(rank_a, rank[beside]), opposite[previous(right)]);
+        }
+      }
+      if (PSPLIT_UNLIKELY(count == 0)) {
+        const bool has_a = search.is_before(a, i), has_b = search.is_before(b, i);
+        const uint32_t last = i > 0 ? vertex[search.corner[i - 1]] : zero_;
+        const uint32_t p = has_a ? a : has_b ? b : last, q = has_a && has_b && model.mean ? b : p;
+        stored[0] = {p, p, p, value};
+        if constexpr (kTwo) stored[1] = {q, q, q, value};
+      }
       table_of[i] = static_cast<uint8_t>(count);
       used |= 1u << count;
-      found[0].value = search.vertex[corner];
-      out[kStored * i] = found[0];
-      if constexpr (kTwo) out[kStored * i + 1] = found[count == 1 ? 0 : 1];
     }
     used_tables_ = used;
-  }
-
-  // Without a parallelogram: from the face's other vertices, or from the value before.
-  PSPLIT_HD void predict_alone(const Search& search, const AttributeModel& model, uint32_t i,
-                               Predictors<Index>* found) const {
-    const Index corner = search.corner[i];
-    const Index a = search.vertex[next(corner)], b = search.vertex[previous(corner)];
-    const bool has_a = search.is_before(a, i), has_b = search.is_before(b, i);
-    const Index last = i > 0 ? search.vertex[search.corner[i - 1]] : static_cast<Index>(order_.count);
-    const Index p = has_a ? a : has_b ? b : last, q = has_a && has_b && model.mean ? b : p;
-    found[0] = {p, p, p, 0};
-    found[1] = {q, q, q, 0};
   }
 };
 
@@ -214,14 +245,14 @@ class CreationSteps : public CreatedValues<Index> {
     int32_t* const values = this->values_.data();
     for (uint32_t k = 0; k < count; k += kBlock) {
       const auto predicted = [&](const Predictors<Index>& by) {
-        const Block a(values + by.a * stride + k), b(values + by.b * stride + k);
-        const Block p = a + b - Block(values + by.far * stride + k);
+        const Block a(values + by.a() * stride + k), b(values + by.b() * stride + k);
+        const Block p = a + b - Block(values + by.far() * stride + k);
         if constexpr (kMode != CreationMode::kDamped) return p;
         return p - (p - (a + (b - a).shifted(1))).shifted(this->reach_);
       };
       Block value = predicted(from[0]);
       if constexpr (kMode != CreationMode::kOne) value = value + (predicted(from[1]) - value).shifted(1);
-      (value + Block(symbols + k).signed_of_symbols()).store(values + from[0].value * stride + k);
+      (value + Block(symbols + k).signed_of_symbols()).store(values + from[0].value() * stride + k);
     }
     ++this->at_;
   }

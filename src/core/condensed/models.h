@@ -53,6 +53,9 @@ struct SeamModel {
 
 struct CondensedModels {
   bool has_valence_contexts = false;
+  bool has_borders = false;  // the first attribute's values at borders are stored once, in border parts
+  // Token tables for the first value of a border part, and for the others; as in AttributeModel.
+  uint16_t border_tables[2] = {AttributeModel::kNoTable, AttributeModel::kNoTable};
   uint32_t first_context = 0;  // without valence: the context of the second symbol
   View<const SymbolContext> contexts;
   View<const TokenEntry> token_tables;  // kSlots entries for each table

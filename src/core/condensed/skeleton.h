@@ -1,0 +1,80 @@
+// A first look at a skeleton, without memory: what the numbers of a condensed stream depend on. The decoder of
+// attributes checks it all when it reads the skeleton again.
+#pragma once
+
+#include "src/core/attributes.h"
+#include "src/core/condensed/models.h"
+#include "src/core/prediction_data.h"
+
+namespace psplit::core {
+
+struct SkeletonAttribute {
+  Coding coding = Coding::kRaw;
+  Scheme scheme = Scheme::kNone;
+  Transform transform = Transform::kWrap;
+  uint8_t components = 0;  // in the stream; two for octahedral normals
+
+  // Whether values are in order of creation, if the model of this attribute has it.
+  PSPLIT_HD bool is_by_creation(const AttributeModel& model) const {
+    return model.by_creation && coding != Coding::kRaw &&
+           (scheme == Scheme::kNone || scheme == Scheme::kDifference || scheme == Scheme::kParallelogram);
+  }
+  // What is stored, unless values are in order of creation.
+  PSPLIT_HD bool has_wrap_range() const {
+    return coding != Coding::kRaw && scheme != Scheme::kNone && transform == Transform::kWrap;
+  }
+  PSPLIT_HD uint32_t flag_lists() const {
+    if (coding == Coding::kRaw) return 0;
+    return scheme == Scheme::kConstrainedMultiParallelogram ? AttributeModel::kCreaseContexts
+           : scheme == Scheme::kTexCoords                   ? 1
+                                                            : 0;
+  }
+};
+
+// Reads the attributes of a skeleton, at most attributes.size(). `reader` is behind the number of attribute
+// data.
+PSPLIT_HD inline Fault read_skeleton(ByteReader reader, View<SkeletonAttribute> attributes, uint32_t& count) {
+  uint16_t group_ends[kMaxAttributeData + 1];
+  const uint32_t group_count = reader.u8();
+  if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
+  reader.skip(uint64_t{3} * group_count);
+  count = 0;
+  for (uint32_t group = 0; group < group_count; ++group) {
+    const uint32_t first = count, in_group = reader.varint();
+    if (reader.truncated()) return Fault::kTruncated;
+    if (in_group > attributes.size() - count) return Fault::kAttribute;
+    count += in_group;
+    group_ends[group] = static_cast<uint16_t>(count);
+    for (uint32_t i = first; i < count; ++i) {
+      reader.skip(2);
+      attributes[i] = {};
+      attributes[i].components = reader.u8();
+      reader.skip(1);
+      reader.varint();
+    }
+    for (uint32_t i = first; i < count; ++i) attributes[i].coding = static_cast<Coding>(reader.u8());
+  }
+  for (uint32_t group = 0, i = 0; group < group_count; ++group) {
+    const uint32_t first = i;
+    for (; i < group_ends[group]; ++i) {
+      SkeletonAttribute& attribute = attributes[i];
+      if (attribute.coding == Coding::kRaw) continue;
+      attribute.scheme = static_cast<Scheme>(reader.u8());
+      if (attribute.scheme != Scheme::kNone) attribute.transform = static_cast<Transform>(reader.u8());
+      reader.skip(1);
+      if (attribute.scheme != Scheme::kNone && attribute.transform != Transform::kWrap)
+        reader.skip(attribute.transform == Transform::kOctahedronCanonicalized ? 8 : 4);
+    }
+    for (uint32_t k = first; k < i; ++k) {
+      SkeletonAttribute& attribute = attributes[k];
+      if (attribute.coding == Coding::kQuantized) reader.skip(uint64_t{4} * attribute.components + 5);
+      if (attribute.coding == Coding::kNormal) {
+        reader.skip(1);
+        attribute.components = 2;
+      }
+    }
+  }
+  return reader.truncated() ? Fault::kTruncated : Fault::kNone;
+}
+
+}  // namespace psplit::core
