@@ -246,7 +246,8 @@ class FieldsExpander {
   Fault read_in_draco_order(uint32_t i, core::SectionReader& section) {
     AttributeFields& out = fields_.attributes[i];
     const SkeletonAttribute& attribute = skeleton_.attributes[i];
-    constexpr uint32_t kFirst = 3;
+    constexpr uint32_t kFirst = 3, kMostComponentBytes = 4;
+    if (attribute.is_raw && attribute.component_bytes > kMostComponentBytes) return Fault::kAttribute;
     for (uint32_t value = 0; value < out.count; ++value)
       if (!read_value(models_.attributes[i], value < kFirst ? 0 : 1, section,
                       &out.symbols[size_t{value} * out.components], out.components))
