@@ -74,6 +74,9 @@ struct CudaAttribute {
 // cluster rendering. Faces and points of one patch follow those of the patch before. Indices count from the
 // first point of all.
 //
+// A container with condensed streams is expanded on the host, and then uploaded whatever device_bytes says. If
+// one of its patches is broken, that may be the error of the whole primitive.
+//
 // A stock Draco stream is a container of one patch. There must be room for the points that its container
 // counts.
 struct CudaPrimitive {

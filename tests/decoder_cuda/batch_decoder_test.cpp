@@ -48,7 +48,7 @@ void expect_indices(const Outputs& outputs, const PatchedSample& sample) {
 
 TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
   const ThreadPool pool(2);
-  const std::vector<PatchedSample> samples = patched_samples(pool);
+  const std::vector<PatchedSample> samples = all_samples(pool);
   std::vector<PatchContainer> containers;
   for (const PatchedSample& sample : samples) containers.push_back(opened(sample.encoded.container));
   std::vector<Outputs> outputs(samples.size());
@@ -75,7 +75,7 @@ TEST(BatchDecoder, WritesIndicesOfTwoBytesAndInterleavedValues) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   uint32_t padding = 3;  // bytes between points, which stay untouched; values need not be aligned
-  for (const PatchedSample& sample : patched_samples(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     padding = padding == 3 ? 4 : 3;
     const PatchContainer input = opened(sample.encoded.container);

@@ -37,7 +37,7 @@ TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
   std::vector<HostDecoder<EmulatedDevice>> decoders;
   for (const LaneOrder& order : kLaneOrders) decoders.emplace_back(EmulatedDevice(order));
   size_t count = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const std::vector<uint8_t>& container = sample.encoded.container;
     const Expected<Mesh> expected = decode_container(draco_backend(), container, sample.requests, pool);
@@ -51,7 +51,7 @@ TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
 // Limits for results and for all other memory, down to one patch at a time.
 TEST(HostDecoder, DecodesInPartsWhereMemoryIsShort) {
   const ThreadPool pool(2);
-  const std::vector<PatchedSample> samples = patched_samples(pool);
+  const std::vector<PatchedSample> samples = all_samples(pool);
   std::vector<PatchContainer> containers;
   for (const PatchedSample& sample : samples) containers.push_back(opened(sample.encoded.container));
   std::vector<DecodeTask> tasks;

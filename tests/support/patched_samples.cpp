@@ -4,12 +4,27 @@
 #include <cstdlib>
 
 #include "encoder/coding/quantization.h"
+#include "src/container/patch_container.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/version_1.h"
 
 namespace psplit {
 
-std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
+namespace {
+
+PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const AttributeCoding> codings,
+                            const EncodeOptions& options, const ThreadPool& pool) {
+  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, pool);
+  if (!encoded) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), encoded.status().to_string().c_str());
+    std::abort();
+  }
+  PatchedSample sample{std::move(name), std::move(*encoded), {}};
+  sample.requests = sample.encoded.requests;
+  return sample;
+}
+
+std::vector<PatchedSample> encode_samples(bool condense, const ThreadPool& pool) {
   std::vector<NamedMesh> meshes = procedural_meshes();
   for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
   meshes.push_back({"floats of every kind", floats_of_every_kind()});
@@ -28,15 +43,18 @@ std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
       options.patch_count = 7;
       options.encode_speed = static_cast<int>(made.size() % 11);
       options.verify = false;
-      Expected<EncodedMesh> encoded = encode_mesh(mesh.mesh, codings, options, pool);
-      if (!encoded) {
-        std::fprintf(stderr, "%s: %s\n", mesh.name.c_str(), encoded.status().to_string().c_str());
-        std::abort();
-      }
-      PatchedSample sample{mesh.name + (lossless ? ", lossless" : ""), std::move(*encoded), {}};
-      sample.requests = sample.encoded.requests;
-      made.push_back(std::move(sample));
+      const std::string name = mesh.name + (lossless ? ", lossless" : "");
+      options.condense = condense;
+      options.condense_smallest = lossless;
+      made.push_back(encode_sample(name, mesh.mesh, codings, options, pool));
     }
+  return made;
+}
+
+}  // namespace
+
+std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
+  std::vector<PatchedSample> made = encode_samples(false, pool);
   for (Version1Container& old : version_1_containers()) {
     PatchedSample sample{old.name + ", version 1", {}, {}};
     sample.encoded.container = std::move(old.bytes);
@@ -44,6 +62,16 @@ std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
     made.push_back(std::move(sample));
   }
   return made;
+}
+
+std::vector<PatchedSample> all_samples(const ThreadPool& pool) {
+  std::vector<PatchedSample> all = patched_samples(pool);
+  for (PatchedSample& sample : encode_samples(true, pool)) {
+    if (sample.encoded.opened->condensed_count() == 0) continue;
+    sample.name += ", condensed";
+    all.push_back(std::move(sample));
+  }
+  return all;
 }
 
 bool same_bits(const Mesh& a, const Mesh& b) {

@@ -16,8 +16,11 @@ struct PatchedSample {
 };
 
 // Every mesh of the catalogue in up to seven patches, both exact and on grids, with Draco's speeds in turn.
-// Then containers of version 1, which exist only as bytes.
+// Then containers of version 1, which exist only as bytes. All streams are Draco's.
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool);
+
+// The same, and the meshes that become smaller with condensed streams.
+std::vector<PatchedSample> all_samples(const ThreadPool& pool);
 
 bool same_bits(const Mesh& a, const Mesh& b);
 

@@ -12,7 +12,7 @@ namespace {
 
 TEST(CheckedDecode, GivesTheSameMeshAndNoFindingsForValidContainers) {
   const ThreadPool one(1), seven(7);
-  for (const PatchedSample& sample : patched_samples(seven)) {
+  for (const PatchedSample& sample : all_samples(seven)) {
     SCOPED_TRACE(sample.name);
     const Expected<PatchContainer> container = open_container(sample.encoded.container);
     ASSERT_TRUE(container) << container.status().to_string();
@@ -33,7 +33,7 @@ TEST(CheckedDecode, GivesTheSameMeshAndNoFindingsForValidContainers) {
 
 TEST(CheckedDecode, FindsAttributesOfAnotherTypeInEachStream) {
   const ThreadPool pool(3);
-  for (PatchedSample& sample : patched_samples(pool)) {
+  for (PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     AttributeRequest& position = sample.requests.front();
     if (position.component_type != ComponentType::kFloat32) continue;

@@ -19,7 +19,7 @@ namespace {
 
 TEST(CpuBackend, EqualsLibdracoForAnyNumberOfThreads) {
   const ThreadPool one(1), seven(7);
-  for (const PatchedSample& sample : patched_samples(seven)) {
+  for (const PatchedSample& sample : all_samples(seven)) {
     SCOPED_TRACE(sample.name);
     const Expected<Mesh> expected =
         decode_container(draco_backend(), sample.encoded.container, sample.requests, one);
@@ -59,7 +59,7 @@ TEST(CpuBackend, DecodesStockStreamsAsLibdracoDoes) {
 
 TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {
   const ThreadPool pool(1);
-  for (PatchedSample& sample : patched_samples(pool)) {
+  for (PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     for (const ComponentType type : {ComponentType::kFloat32, ComponentType::kUint8, ComponentType::kInt16}) {
       for (AttributeRequest& request : sample.requests) request.component_type = type;
@@ -74,7 +74,7 @@ TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {
 
 TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
   const ThreadPool pool(1);
-  const std::vector<PatchedSample> seeds = patched_samples(pool);
+  const std::vector<PatchedSample> seeds = all_samples(pool);
   std::mt19937 random(1);
   size_t accepted = 0;
   for (int i = 0; i < 2000; ++i) {

@@ -14,7 +14,7 @@ namespace {
 TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
   const ThreadPool pool(2);
   size_t timed = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     for (const bool in_step : {false, true}) {
       StagedInput input(*open_container(sample.encoded.container), sample.requests);
@@ -22,7 +22,7 @@ TEST(StagedDecode, GivesTheFacesAndValuesOfLibdraco) {
       ASSERT_EQ(decode_with_core(input, in_step, times), core::Fault::kNone);
       size_t face = 0, byte = 0;
       for (uint32_t i = 0; i < input.container.patch_count(); ++i) {
-        const auto patch = decode_draco_stream(input.container.streams[i], sample.requests);
+        const auto patch = draco_backend().decode(input.container.alone(i), sample.requests, pool);
         ASSERT_TRUE(patch) << patch.status().to_string();
         ASSERT_LE(face + patch->faces.size(), input.faces.size());
         EXPECT_EQ(std::memcmp(input.faces.data() + face, patch->faces.data(), 12 * patch->faces.size()), 0);

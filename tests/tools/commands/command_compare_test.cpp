@@ -137,5 +137,31 @@ TEST_F(CompareCommand, ComparesOnlyUncompressedAssets) {
   EXPECT_EQ(run_command({"compare", split_sample()}).code, 5);
 }
 
+TEST_F(CompareCommand, MeasuresCondensedPatchesBesideTheOthers) {
+  const std::string input = sample("gyroid", "12000");
+  const auto compare = [&](const std::string& format) {
+    const CommandOutcome outcome = run_command({"compare", input, "--patches", "6", "--condense", "--repeat",
+                                                "1", "--backend", "cpu", "--format", format, "-q"});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  const auto splits = nlohmann::json::parse(compare("json")).at("splits");
+  ASSERT_EQ(splits.size(), 2u);
+  for (const bool condensed : {false, true}) {
+    const auto& split = splits.at(condensed ? 1 : 0);
+    EXPECT_EQ(split.at("condensed"), condensed);
+    EXPECT_EQ(split.at("patches"), 6);
+    EXPECT_EQ(split.at("head_bytes").get<int>() > 0, condensed);
+    EXPECT_EQ(split.at("stages").size(), 5u);
+  }
+  EXPECT_LT(splits.at(1).at("bytes"), splits.at(0).at("bytes"));
+  const std::string text = compare("text");
+  EXPECT_TRUE(contains(text, "psplit, condensed")) << text;
+  EXPECT_TRUE(contains(text, "6 condensed patches (--patches 6 --condense)")) << text;
+  const std::string page = compare("html");
+  for (const char* words : {">6 condensed patches<", "psplit condensed cpu, 1 thread", "directory and head"})
+    EXPECT_TRUE(contains(page, words)) << words;
+}
+
 }  // namespace
 }  // namespace psplit

@@ -35,7 +35,7 @@ struct Arguments {
   std::vector<uint64_t> patch_counts;
   ComparisonOptions options;
   SamenessOptions sameness;
-  bool wide = false;
+  bool wide = false, condense = false;
 };
 
 // Faces of a patch in a cut that has enough patches for a GPU.
@@ -110,6 +110,17 @@ Expected<PatchPicture> draw_patches(Document& document, EncodeDocumentOptions co
   return PatchPicture{std::move(*png), summary.patches};
 }
 
+// Each rule once more, with condensed streams.
+void add_condensed_rules(std::vector<PatchRule>& rules) {
+  std::vector<PatchRule> all;
+  for (PatchRule rule : rules) {
+    all.push_back(rule);
+    rule.condense = true;
+    all.push_back(rule);
+  }
+  rules = std::move(all);
+}
+
 // Reads the input, fills in what of the report and of the options depends on it, and returns the jobs to
 // measure.
 Expected<std::vector<EncodeJob>> read_compared(const Arguments& arguments, const Session& session,
@@ -134,6 +145,7 @@ Expected<std::vector<EncodeJob>> read_compared(const Arguments& arguments, const
     else
       session.log.warning("the page has no picture: " + picture.status().to_string());
   }
+  if (arguments.condense) add_condensed_rules(options.rules);
   return jobs;
 }
 
@@ -209,6 +221,7 @@ void add_compare_command(CLI::App& app, Action& action) {
       ->required();
   add_sameness_options(command, arguments->sameness);
   add_measuring_options(command, arguments->patch_counts, arguments->options);
+  command.add_flag("--condense", arguments->condense, "Also measure each patch count with condensed patches");
   add_format_option(command, arguments->format, {"text", "json", "html"});
   command.get_option("--format")
       ->description("Format of the result. html is a page with charts, for one file only");
@@ -221,9 +234,10 @@ void add_compare_command(CLI::App& app, Action& action) {
   // The options for measurements have no meaning for two assets.
   for (const char* name : {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless",
                            "--quantize-position", "--quantize-normal", "--quantize-texcoord",
-                           "--quantize-color", "--quantize-generic", "--distance", "--no-refine"})
+                           "--quantize-color", "--quantize-generic", "--distance", "--no-refine", "--condense"})
     command.get_option("B")->excludes(command.get_option(name));
   group_encode_options(command);
+  command.get_option("--condense")->group("Patches");
   add_examples(
       command,
       {{"gltf-psplit compare dragon.ply", "measure bytes and times of patches, stock Draco and meshoptimizer"},

@@ -56,6 +56,7 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
     if (is_empty[i]) continue;
     EncodeOptions encode_options = jobs[i].options;
     encode_options.patch_count = counts[i];
+    encode_options.condense = rule.condense;
     encode_options.verify = false;
     Expected<EncodedMesh> mesh = encode_job(jobs[i], encode_options, pool);
     if (!mesh) return mesh.status();
@@ -216,6 +217,7 @@ void fill_timings(std::span<const Timing> timings, const ComparisonOptions& opti
 EncodeDocumentOptions apply_rule(EncodeDocumentOptions coding, const PatchRule& rule) {
   coding.patches = rule.patches;
   coding.patch_faces = rule.patch_faces;
+  coding.condense = rule.condense;
   return coding;
 }
 

@@ -16,6 +16,7 @@ namespace psplit {
 // `patch_faces` faces, or, if both are 0, as `encode` cuts by default.
 struct PatchRule {
   uint64_t patches = 0, patch_faces = 0;
+  bool condense = false;  // as --condense
 };
 
 struct ComparisonOptions {

@@ -21,11 +21,14 @@ double ComparisonFigures::speedup(double ms) const { return base.decode.median_m
 std::string ComparisonFigures::over_base(uint64_t bytes) const {
   return as_percent(static_cast<double>(bytes) / static_cast<double>(std::max<uint64_t>(base.bytes, 1)) - 1);
 }
+bool ComparisonFigures::has_condensed() const {
+  return std::ranges::any_of(comparison.splits, [](const SplitRow& row) { return row.rule.condense; });
+}
 std::string ComparisonFigures::stock_name(const StockRow& row) {
   return "stock Draco, speed " + std::to_string(row.speed);
 }
 std::string ComparisonFigures::patches_name(const SplitRow& row) {
-  return counted(row.summary.patches, "patch");
+  return counted(row.summary.patches, row.rule.condense ? "condensed patch" : "patch");
 }
 std::string ComparisonFigures::decoder_name(const DecodeRow& row) {
   return row.backend + ", " + counted(static_cast<uint64_t>(row.threads), "thread");

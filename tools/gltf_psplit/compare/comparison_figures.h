@@ -17,12 +17,13 @@ class ComparisonFigures {
   double million_triangles_a_second(double ms) const;
   double speedup(double ms) const;
   std::string over_base(uint64_t bytes) const;  // "+2.0 %"
+  bool has_condensed() const;                   // patches
   std::string base_name() const { return stock_name(base); }
   // "meshoptimizer 0.18"
   std::string meshopt_name() const { return "meshoptimizer " + report.environment.meshoptimizer; }
 
   static std::string stock_name(const StockRow& row);     // "stock Draco, speed 5"
-  static std::string patches_name(const SplitRow& row);   // "45 patches"
+  static std::string patches_name(const SplitRow& row);   // "45 patches", "45 condensed patches"
   static std::string decoder_name(const DecodeRow& row);  // "cpu, 2 threads"
   static std::string ms_text(double ms);                  // with about three digits
 

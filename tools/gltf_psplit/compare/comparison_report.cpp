@@ -100,7 +100,8 @@ std::string stages_text(const Comparison& comparison) {
   for (const StageRow& stage : comparison.splits.front().stages) header.push_back(stage.name + " ms");
   TextTable table(header);
   for (const SplitRow& row : comparison.splits) {
-    std::vector<std::string> cells{with_separators(row.summary.patches)};
+    std::vector<std::string> cells{with_separators(row.summary.patches) +
+                                   (row.rule.condense ? " condensed" : "")};
     for (const StageRow& stage : row.stages) cells.push_back(with_decimals(stage.timing.median_ms, 1));
     table.add(std::move(cells));
   }
@@ -136,7 +137,7 @@ std::string codecs_text(const ComparisonReport& report, bool wide) {
         "meshopt", 1, row->decode);
   for (const SplitRow& row : comparison.splits) {
     const PatchSummary& summary = row.summary;
-    std::vector<std::string> cells{"psplit",
+    std::vector<std::string> cells{row.rule.condense ? "psplit, condensed" : "psplit",
                                    with_separators(summary.patches),
                                    with_separators(static_cast<uint64_t>(std::llround(row.mean_patch_faces()))),
                                    with_separators(summary.total_bytes),
@@ -196,12 +197,14 @@ Json to_json(const ComparisonReport& report) {
   result["splits"] = Json::array();
   for (const SplitRow& row : comparison.splits) {
     Json split{{"patches", row.summary.patches},
+               {"condensed", row.rule.condense},
                {"patch_faces", row.mean_patch_faces()},
                {"bytes", row.summary.total_bytes},
                {"overhead", row.overhead},
                {"payload_bytes", row.summary.payload_bytes},
                {"stitch_bytes", row.summary.stitch_bytes},
                {"directory_bytes", row.summary.directory_bytes},
+               {"head_bytes", row.summary.head_bytes},
                {"replication", row.summary.replication()},
                {"balance", row.summary.balance()},
                {"partition_ms", row.partition_ms},

@@ -13,7 +13,9 @@ bool is_own(const DecodeRow& row) { return row.backend != "draco"; }
 
 double best_ms(const SplitRow& row) { return fastest_decoder(row).timing.median_ms; }
 
-std::string patches_text(const SplitRow& row) { return counted(row.summary.patches, "patch"); }
+std::string patches_text(const SplitRow& row) {
+  return counted(row.summary.patches, row.rule.condense ? "condensed patch" : "patch");
+}
 
 // "3.7 times as fast as"
 std::string speed_text(double speedup) {
@@ -45,7 +47,8 @@ const DecodeRow* on_one_thread(const SplitRow& row, const DecodeRow& like) {
 }
 
 // Among the splits with at most `most_overhead`, and among those about as fast as the fastest of them, the
-// index of the split with the fewest patches. splits.size() if there is none.
+// index of the split with the fewest patches, and of two with as many the smaller one. splits.size() if there
+// is none.
 size_t find_fast(const std::vector<SplitRow>& splits, double most_overhead) {
   double fastest_ms = HUGE_VAL;
   for (const SplitRow& row : splits)
@@ -53,7 +56,10 @@ size_t find_fast(const std::vector<SplitRow>& splits, double most_overhead) {
   size_t chosen = splits.size();
   for (size_t i = 0; i < splits.size(); ++i) {
     if (splits[i].overhead > most_overhead || best_ms(splits[i]) > fastest_ms * (1 + kAboutAsFast)) continue;
-    if (chosen == splits.size() || splits[i].summary.patches < splits[chosen].summary.patches) chosen = i;
+    const auto cost = [&](size_t row) {
+      return std::pair(splits[row].summary.patches, splits[row].summary.total_bytes);
+    };
+    if (chosen == splits.size() || cost(i) < cost(chosen)) chosen = i;
   }
   return chosen;
 }
@@ -79,9 +85,11 @@ std::string headline_text(const SplitRow& row, const std::string& name) {
 // How `encode` is told to cut as in that row. A number of patches in the report may differ from that of
 // --patches, for example if the asset has more primitives.
 std::string option_text(const PatchRule& rule) {
-  if (rule.patches > 0) return "--patches " + std::to_string(rule.patches);
-  if (rule.patch_faces > 0) return "--patch-faces " + std::to_string(rule.patch_faces);
-  return "the default";
+  const std::string condense = rule.condense ? "--condense" : "";
+  const std::string more = rule.condense ? " " + condense : "";
+  if (rule.patches > 0) return "--patches " + std::to_string(rule.patches) + more;
+  if (rule.patch_faces > 0) return "--patch-faces " + std::to_string(rule.patch_faces) + more;
+  return rule.condense ? condense : "the default";
 }
 
 std::string recommendation_text(const std::vector<SplitRow>& splits, size_t recommended) {

@@ -21,6 +21,17 @@ ChartPoint speed_point(const ComparisonFigures& figures, const std::string& name
                              figures.million_triangles_a_second(timing.min_ms), bits, bits}};
 }
 
+// Condensed patches have series of their own, after the others.
+size_t split_style(const SplitRow& row, size_t decoder) {
+  return kFirstSplitStyle + decoder + (row.rule.condense ? row.decode.size() : 0);
+}
+
+// The series of that name, which is added if the chart has none.
+ChartSeries& series_of(XyChart& chart, const std::string& name, size_t style) {
+  const auto found = std::ranges::find(chart.series, name, &ChartSeries::name);
+  return found != chart.series.end() ? *found : chart.series.emplace_back(ChartSeries{name, style, true, {}});
+}
+
 XyChart size_against_speed(const ComparisonFigures& figures) {
   XyChart chart{"size-speed",
                 "Size against decoding speed",
@@ -43,11 +54,11 @@ XyChart size_against_speed(const ComparisonFigures& figures) {
   for (const SplitRow& row : figures.comparison.splits)
     for (size_t i = 0; i < row.decode.size(); ++i) {
       const DecodeRow& decode = row.decode[i];
-      if (chart.series.size() <= i + 2)
-        chart.series.push_back({"psplit " + figures.decoder_name(decode), kFirstSplitStyle + i, true, {}});
-      chart.series[i + 2].points.push_back(
-          speed_point(figures, figures.patches_name(row) + ", " + figures.decoder_name(decode),
-                      with_separators(row.summary.patches), row.summary.total_bytes, decode.timing));
+      const std::string name = row.rule.condense ? "psplit condensed " : "psplit ";
+      series_of(chart, name + figures.decoder_name(decode), split_style(row, i))
+          .points.push_back(
+              speed_point(figures, figures.patches_name(row) + ", " + figures.decoder_name(decode),
+                          with_separators(row.summary.patches), row.summary.total_bytes, decode.timing));
     }
   return chart;
 }
@@ -63,15 +74,14 @@ XyChart speedup_by_patches(const ComparisonFigures& figures) {
   for (const SplitRow& row : figures.comparison.splits)
     for (size_t i = 0; i < row.decode.size(); ++i) {
       const DecodeRow& decode = row.decode[i];
-      if (chart.series.size() <= i)
-        chart.series.push_back({figures.decoder_name(decode), kFirstSplitStyle + i, true, {}});
       const auto patches = static_cast<double>(row.summary.patches);
-      chart.series[i].points.push_back(
-          {patches, decode.speedup, with_decimals(decode.speedup, 1),
-           figures.patches_name(row) + ", " + figures.decoder_name(decode) + ": " +
-               with_decimals(decode.speedup, 2) + " times",
-           ChartPoint::Spread{patches, patches, figures.speedup(decode.timing.max_ms),
-                              figures.speedup(decode.timing.min_ms)}});
+      const std::string name = row.rule.condense ? "condensed, " : "";
+      series_of(chart, name + figures.decoder_name(decode), split_style(row, i))
+          .points.push_back({patches, decode.speedup, with_decimals(decode.speedup, 1),
+                             figures.patches_name(row) + ", " + figures.decoder_name(decode) + ": " +
+                                 with_decimals(decode.speedup, 2) + " times",
+                             ChartPoint::Spread{patches, patches, figures.speedup(decode.timing.max_ms),
+                                                figures.speedup(decode.timing.min_ms)}});
     }
   return chart;
 }
@@ -83,19 +93,21 @@ BarChart size_by_patches(const ComparisonFigures& figures) {
                              : largest >= 10'000   ? std::pair("kB", 1e3)
                                                    : std::pair("bytes", 1.0);
   const auto scaled = [&, by = scale](uint64_t bytes) { return static_cast<double>(bytes) / by; };
+  const bool has_condensed = figures.has_condensed();
   BarChart chart{"size",
                  "Size by number of patches",
                  "The percentages are the overhead: how many more bytes than stock Draco.",
                  unit,
                  unit,
-                 {"Draco streams", "stitch map", "directory"},
+                 {has_condensed ? "streams" : "Draco streams", "stitch map",
+                  has_condensed ? "directory and head" : "directory"},
                  {},
                  ChartReference{scaled(figures.base.bytes), figures.base_name()}};
   chart.bars.push_back({figures.base_name(), {scaled(figures.base.bytes)}, ""});
   for (const SplitRow& row : figures.comparison.splits)
     chart.bars.push_back({figures.patches_name(row),
                           {scaled(row.summary.payload_bytes), scaled(row.summary.stitch_bytes),
-                           scaled(row.summary.directory_bytes)},
+                           scaled(row.summary.directory_bytes + row.summary.head_bytes)},
                           as_percent(row.overhead)});
   return chart;
 }
@@ -128,8 +140,9 @@ XyChart by_patches(const ComparisonFigures& figures, const std::string& id, cons
   XyChart chart{id, title, note, {"patches", true, 0, true}, axis, {}};
   ChartSeries series{"psplit", kFirstSplitStyle, true, {}};
   for (const SplitRow& row : figures.comparison.splits)
-    series.points.push_back({static_cast<double>(row.summary.patches), value(row), text(value(row)),
-                             figures.patches_name(row) + ": " + text(value(row))});
+    if (!row.rule.condense)  // these are cut alike
+      series.points.push_back({static_cast<double>(row.summary.patches), value(row), text(value(row)),
+                               figures.patches_name(row) + ": " + text(value(row))});
   chart.series.push_back(std::move(series));
   return chart;
 }

@@ -48,13 +48,14 @@ std::string size_table(const ComparisonFigures& figures) {
     rows.push_back({"psplit, " + figures.patches_name(row),
                     with_separators(static_cast<uint64_t>(std::llround(row.mean_patch_faces()))),
                     with_separators(summary.payload_bytes), with_separators(summary.stitch_bytes),
-                    with_separators(summary.directory_bytes), with_separators(summary.total_bytes),
-                    figures.over_base(summary.total_bytes), as_share(summary.replication()),
-                    with_decimals(summary.balance(), 3), with_decimals(row.partition_ms, 0),
-                    with_decimals(row.encode_ms, 0)});
+                    with_separators(summary.directory_bytes + summary.head_bytes),
+                    with_separators(summary.total_bytes), figures.over_base(summary.total_bytes),
+                    as_share(summary.replication()), with_decimals(summary.balance(), 3),
+                    with_decimals(row.partition_ms, 0), with_decimals(row.encode_ms, 0)});
   }
   return html_table("sizes", "Size, replication and balance. The time to encode includes the partition.",
-                    {"codec", "faces per patch", "Draco streams", "stitch map", "directory", "all bytes",
+                    {"codec", "faces per patch", figures.has_condensed() ? "streams" : "Draco streams",
+                     "stitch map", figures.has_condensed() ? "directory and head" : "directory", "all bytes",
                      "overhead", "replication", "balance", "partition ms", "encode ms"},
                     rows);
 }
