@@ -85,8 +85,8 @@ double coded_bits(std::span<const uint64_t> counts, std::span<const uint16_t> fr
 }
 
 uint32_t fitting_probability(uint64_t zeros, uint64_t ones) {
-  const uint64_t total = std::max<uint64_t>(zeros + ones, 1);
-  const auto nearest = (2 * static_cast<unsigned __int128>(ones) * kFrequencySum + total) / (2 * total);
+  const double total = std::max(static_cast<double>(zeros) + static_cast<double>(ones), 1.0);
+  const double nearest = static_cast<double>(ones) * kFrequencySum / total + 0.5;
   return std::clamp(static_cast<uint32_t>(nearest), 1u, kFrequencySum - 1);
 }
 

@@ -53,6 +53,10 @@ class DracoCorrections {
     const bool canonicalized = attribute_.transform == core::Transform::kOctahedronCanonicalized;
     for (uint32_t i = 0; i < on_.sequence.count; ++i) {
       const int32_t *const before = on_.before(i), *const normal = value(i);
+      const auto is_outside = [&](int32_t number) {
+        return static_cast<uint32_t>(number) >= attribute_.grid_max;
+      };
+      if (is_outside(normal[0]) || is_outside(normal[1])) return false;
       const core::Vec2 by = grid.correction({before[0], before[1]}, {normal[0], normal[1]}, canonicalized);
       out.symbols[2 * size_t{i}] = static_cast<uint32_t>(by.s);
       out.symbols[2 * size_t{i} + 1] = static_cast<uint32_t>(by.t);

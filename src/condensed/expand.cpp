@@ -26,7 +26,7 @@ class SectionSymbols : public Valences {
       : Valences(valences),
         section_(&section),
         models_(&models),
-        history_(static_cast<uint32_t>(models.contexts.size()) - 1),
+        history_(models.first_context),
         symbols_(symbols),
         lists_(lists) {}
 
@@ -40,7 +40,7 @@ class SectionSymbols : public Valences {
     }
     ++lists_;
     last_ = number;
-    history_ = static_cast<uint32_t>((5 * uint64_t{history_} + number) % models_->contexts.size());
+    if (!models_->has_valence_contexts) history_ = models_->contexts[history_].next + number;
     return *symbols_++ = is_unused_ ? uint8_t{core::SymbolContext::kInvalid} : kClersOfNumber[number];
   }
 
@@ -72,6 +72,7 @@ class FieldsExpander {
         skeleton_(skeleton),
         bytes_left_(core::justified_bytes(stream.bytes.size())) {
     fields_.symbol_level = head.levels[stream.skeleton];
+    sequences_.resize(skeleton.groups.size());
   }
 
   Expected<DracoFields> read() {
@@ -297,8 +298,9 @@ class FieldsExpander {
         values[place(rank) + k] = core::wrapping_add(predicted, static_cast<int32_t>(core::unfold(symbols[k])));
       }
     }
-    core::Sequence<uint32_t> sequence;
-    if (const Fault fault = mesh_->find_sequence(group, sequence); fault != Fault::kNone) return fault;
+    core::Sequence<uint32_t>& sequence = sequences_[skeleton_.attributes[i].group];
+    if (sequence.corner.empty())
+      if (const Fault fault = mesh_->find_sequence(group, sequence); fault != Fault::kNone) return fault;
     const DracoCorrections corrections(table, sequence, {values.data(), values.size()},
                                        skeleton_.attributes[i]);
     return corrections.write(out) ? Fault::kNone : Fault::kPrediction;
@@ -331,6 +333,7 @@ class FieldsExpander {
   size_t section_at_ = 0;
   core::SectionReader main_;
   std::optional<StreamMesh> mesh_;
+  std::vector<core::Sequence<uint32_t>> sequences_;  // by group; empty until it is needed
   DracoFields fields_;
 };
 

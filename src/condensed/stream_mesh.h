@@ -22,7 +22,7 @@ class StreamMesh {
     using core::Arena;
     const uint64_t vertices = mesh_.counts.vertex_limit, corners = uint64_t{3} * mesh_.counts.face_count;
     const uint64_t table = core::AttributeTable<uint32_t>::bytes(mesh_.counts.face_count);
-    // For each table one sequence.
+    // A group without attribute data, and one for each of these.
     const uint64_t sequences =
         core::Sequence<uint32_t>::bytes(vertices) + data_count_ * core::Sequence<uint32_t>::bytes(corners);
     const uint64_t walk = std::max(
@@ -30,8 +30,8 @@ class StreamMesh {
         core::PredictionDegreeTraversal<uint32_t>::bytes(mesh_.counts.face_count, std::max(corners, vertices)));
     return core::Connectivity<uint32_t>::bytes(mesh_.counts) + Valences::bytes(mesh_.counts) +
            core::connectivity_scratch_bytes<uint32_t>(mesh_.counts) + Arena::bytes<uint32_t>(corners) +
-           Arena::bytes<bool>(vertices) + Arena::bytes<uint32_t>(vertices) + data_count_ * table +
-           2 * sequences + walk;
+           Arena::bytes<bool>(vertices) + Arena::bytes<uint32_t>(vertices) + data_count_ * table + sequences +
+           walk;
   }
   // To be called first. Takes all memory.
   void allocate() {
@@ -79,7 +79,7 @@ class StreamMesh {
     return {mesh_.table, mesh_.closed, mesh_.vertex_count, false};
   }
 
-  // The order of the values of a group.
+  // The order of the values of a group. To be called once for each group.
   core::Fault find_sequence(const core::Group<uint32_t>& group, core::Sequence<uint32_t>& out) {
     const core::AttributeTable<uint32_t> walked = table(group);
     if (!out.allocate(walked.vertex_count, arena_)) return core::Fault::kWorkspace;

@@ -1,66 +1,272 @@
-// Streams that libdraco's encoder wrote are condensed, and come back bit for bit.
+// Streams that libdraco's encoder wrote are condensed, and come back bit for bit. Those that would not are
+// stored.
 #include "encoder/condensing/condense.h"
 
 #include <gtest/gtest.h>
 
-#include <map>
+#include <algorithm>
+#include <random>
 
 #include "encoder/draco/draco_backend.h"
+#include "src/condensed/draco_fields.h"
 #include "src/condensed/expand.h"
+#include "src/condensed/skeleton.h"
 #include "tests/support/draco_streams.h"
 
 namespace psplit {
 namespace {
 
-struct Tally {
-  size_t streams = 0, condensed = 0, before = 0, after = 0;
-};
+using Bytes = std::vector<uint8_t>;
 
-// Condenses streams as those of one primitive, and expands them again.
-void expect_round_trip(std::span<const std::vector<uint8_t>> streams, Tally& tally) {
+std::vector<DecodedCounts> counts_of(std::span<const Bytes> streams) {
   std::vector<DecodedCounts> counts;
-  for (const std::vector<uint8_t>& stream : streams) {
+  for (const Bytes& stream : streams) {
     const Expected<StreamCounts> of_stream = stream_counts(stream);
-    ASSERT_TRUE(of_stream.ok());
+    EXPECT_TRUE(of_stream.ok());
     counts.push_back({of_stream->face_count, of_stream->point_count});
   }
-  const ThreadPool pool(1);
-  const CondensedStreams condensed = condense(streams, counts, false, pool);
-  ASSERT_EQ(condensed.bytes.size(), streams.size());
-  Expected<CondensedHead> head = CondensedHead();
-  if (!condensed.head.empty()) head = read_condensed_head(condensed.head);
-  ASSERT_TRUE(head.ok()) << head.status().message();
-  tally.streams += streams.size();
-  tally.after += condensed.head.size();
-  for (size_t i = 0; i < streams.size(); ++i) {
-    tally.before += streams[i].size();
-    tally.after += condensed.bytes[i].size();
-    if (condensed.is_condensed[i] == 0) {
-      EXPECT_EQ(condensed.bytes[i], streams[i]);
-      continue;
-    }
-    ++tally.condensed;
-    const Expected<std::vector<uint8_t>> expanded = expand_stream(
-        *head, {condensed.bytes[i], condensed.skeleton[i], counts[i].face_count, counts[i].point_count});
-    ASSERT_TRUE(expanded.ok()) << expanded.status().message();
-    EXPECT_EQ(*expanded, streams[i]);
-  }
+  return counts;
 }
 
-TEST(Condense, EveryStreamComesBack) {
+// Condenses the streams as those of one primitive, and expands them again.
+CondensedStreams condense_and_expand(std::span<const Bytes> streams, bool smallest = false) {
+  const std::vector<DecodedCounts> counts = counts_of(streams);
+  CondensedStreams condensed = condense(streams, counts, smallest, ThreadPool(1));
+  EXPECT_EQ(condensed.bytes.size(), streams.size());
+  Expected<CondensedHead> head = CondensedHead();
+  if (!condensed.head.empty()) head = read_condensed_head(condensed.head);
+  EXPECT_TRUE(head.ok()) << head.status().message();
+  size_t before = 0, after = condensed.head.size();
+  for (size_t i = 0; i < streams.size(); ++i) {
+    before += streams[i].size();
+    after += condensed.bytes[i].size();
+    if (condensed.is_condensed[i] == 0) {
+      EXPECT_EQ(condensed.bytes[i], streams[i]);
+      EXPECT_EQ(condensed.skeleton[i], 0);
+      continue;
+    }
+    const Expected<Bytes> expanded = expand_stream(
+        *head, {condensed.bytes[i], condensed.skeleton[i], counts[i].face_count, counts[i].point_count});
+    EXPECT_TRUE(expanded.ok()) << expanded.status().message();
+    EXPECT_TRUE(expanded.ok() && *expanded == streams[i]);
+  }
+  EXPECT_EQ(condensed.head.empty(), std::ranges::count(condensed.is_condensed, 1) == 0);
+  EXPECT_LE(after, before);
+  return condensed;
+}
+
+// Whether the rules of condensed streams allow the stream.
+bool has_rules_of_condensed_streams(const Bytes& stream) {
+  const Expected<DracoFields> fields = read_fields(stream);
+  if (!fields || fields->possible_levels == 0) return false;
+  const Expected<Skeleton> skeleton = read_skeleton(fields->skeleton);
+  return skeleton.ok() && std::ranges::none_of(skeleton->attributes, [](const SkeletonAttribute& attribute) {
+           return attribute.is_raw && attribute.component_bytes > 4;
+         });
+}
+
+// Counts condensed streams by feature. It shows that the tests meet all features.
+struct Features {
+  size_t streams = 0, handles = 0, valence = 0, components = 0, interior = 0, mixed_interior = 0, seams = 0,
+         raw = 0, creases = 0, orientations = 0, flips = 0, one_face = 0;
+  uint32_t schemes = 0, normal_schemes = 0;
+
+  void count(const Bytes& stream) {
+    const Expected<DracoFields> fields = read_fields(stream);
+    const Expected<Skeleton> skeleton = read_skeleton(fields->skeleton);
+    const auto any = [](const Bytes& flags) { return std::ranges::count(flags, 1) > 0; };
+    const bool is_mixed = any(fields->start_faces) && std::ranges::count(fields->start_faces, 0) > 0;
+    ++streams;
+    handles += !fields->split_events.empty();
+    valence += skeleton->is_valence;
+    components += fields->start_faces.size() > 1;
+    interior += any(fields->start_faces);
+    mixed_interior += is_mixed;
+    seams += std::ranges::any_of(fields->seams, any);
+    one_face += fields->face_count == 1;
+    for (size_t i = 0; i < fields->attributes.size(); ++i) {
+      const AttributeFields& attribute = fields->attributes[i];
+      raw += !attribute.raw.empty();
+      creases += std::ranges::any_of(attribute.creases, any);
+      orientations += any(attribute.same_orientations);
+      flips += any(attribute.flips);
+      const auto scheme = static_cast<uint32_t>(static_cast<int>(skeleton->attributes[i].scheme) + 2);
+      (skeleton->attributes[i].is_normal ? normal_schemes : schemes) |= 1u << scheme;
+    }
+  }
+};
+
+// Copies of a stream together save far more than their head takes.
+TEST(Condense, EveryKindOfStreamIsCondensedAndComesBack) {
+  constexpr size_t kCopies = 20;
+  Features condensed;
+  size_t larger = 0;  // condensed, some streams of a few large numbers would get larger
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        SCOPED_TRACE(stream.name);
+        const std::vector<Bytes> copies(kCopies, stream.bytes);
+        const CondensedStreams result = condense_and_expand(copies, condensed.streams % 2 == 1);
+        const bool is_condensed = result.is_condensed[0] != 0;
+        const bool may_be_condensed = has_rules_of_condensed_streams(stream.bytes);
+        EXPECT_TRUE(may_be_condensed || !is_condensed);
+        if (is_condensed) condensed.count(stream.bytes);
+        if (may_be_condensed && !is_condensed) ++larger;
+      },
+      StreamSet::kSmall);
+  EXPECT_GT(condensed.streams, 100u);
+  EXPECT_LT(larger, condensed.streams / 10);
+  for (const size_t feature : {condensed.handles, condensed.valence, condensed.components, condensed.interior,
+                               condensed.mixed_interior, condensed.seams, condensed.raw, condensed.creases,
+                               condensed.orientations, condensed.flips, condensed.one_face})
+    EXPECT_GT(feature, 0u);
+  const auto bit = [](core::Scheme scheme) { return 1u << (static_cast<int>(scheme) + 2); };
+  using core::Scheme;
+  EXPECT_EQ(condensed.schemes, bit(Scheme::kNone) | bit(Scheme::kDifference) | bit(Scheme::kParallelogram) |
+                                   bit(Scheme::kConstrainedMultiParallelogram) | bit(Scheme::kTexCoords));
+  EXPECT_EQ(condensed.normal_schemes,
+            bit(Scheme::kNone) | bit(Scheme::kDifference) | bit(Scheme::kGeometricNormal));
+}
+
+// Streams of all kinds as one primitive: they have many skeletons, some with more attributes than others.
+TEST(Condense, StreamsOfDifferentKindsShareModels) {
   constexpr size_t kTogether = 100;
-  std::vector<std::vector<uint8_t>> streams;
-  Tally tally;
+  std::vector<Bytes> streams;
+  size_t condensed = 0, skeletons = 0;
   for_each_draco_stream(
       [&](const DracoStream& stream) {
         streams.push_back(stream.bytes);
         if (streams.size() < kTogether) return;
-        expect_round_trip(streams, tally);
+        const CondensedStreams result = condense_and_expand(streams);
+        condensed += static_cast<size_t>(std::ranges::count(result.is_condensed, 1));
+        skeletons = std::max<size_t>(skeletons, *std::ranges::max_element(result.skeleton) + 1u);
         streams.clear();
       },
-      StreamSet::kAll);
-  printf("%zu streams, %zu condensed, %zu bytes, %zu\n", tally.streams, tally.condensed, tally.before,
-         tally.after);
+      StreamSet::kSmall);
+  EXPECT_GT(condensed, 100u);
+  EXPECT_GT(skeletons, 5u);
+}
+
+// Streams with handles, seams and more, as patches of one primitive would be.
+std::vector<Bytes> some_streams(size_t count) {
+  std::vector<Bytes> streams;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (stream.bytes.size() > 500 && has_rules_of_condensed_streams(stream.bytes))
+          streams.push_back(stream.bytes);
+      },
+      StreamSet::kSmall);
+  EXPECT_GT(streams.size(), count);
+  streams.resize(count);
+  return streams;
+}
+
+TEST(Condense, TheNumberOfThreadsChangesNothing) {
+  const std::vector<Bytes> streams = some_streams(60);
+  const std::vector<DecodedCounts> counts = counts_of(streams);
+  const CondensedStreams one = condense(streams, counts, false, ThreadPool(1));
+  EXPECT_FALSE(one.head.empty());
+  for (const int threads : {2, 7}) {
+    const CondensedStreams several = condense(streams, counts, false, ThreadPool(threads));
+    EXPECT_EQ(several.head, one.head);
+    EXPECT_EQ(several.bytes, one.bytes);
+    EXPECT_EQ(several.skeleton, one.skeleton);
+  }
+}
+
+// Another encoder may store a larger range of values than it needs. Values in the order of creation give the
+// range that libdraco's encoder finds, so such a stream does not come back.
+TEST(Condense, AStreamThatDoesNotComeBackIsStored) {
+  Bytes stream;
+  DracoFields fields;
+  for_each_draco_stream(
+      [&](const DracoStream& candidate) {
+        Expected<DracoFields> read = read_fields(candidate.bytes);
+        if (!stream.empty() || !read || read->attributes.size() != 1 || read->vertex_count < 100) return;
+        const Expected<Skeleton> skeleton = read_skeleton(read->skeleton);
+        if (skeleton->attributes[0].scheme != core::Scheme::kParallelogram) return;
+        stream = candidate.bytes;
+        fields = std::move(*read);
+      },
+      StreamSet::kSmall);
+  ASSERT_FALSE(stream.empty());
+  std::vector<Bytes> streams(40, stream);
+  --fields.attributes[0].wrap_min;
+  streams[7] = *write_fields(fields);
+  ASSERT_NE(streams[7], stream);
+  const CondensedStreams result = condense_and_expand(streams);
+  EXPECT_EQ(result.is_condensed[7], 0);
+  EXPECT_EQ(std::ranges::count(result.is_condensed, 1), 39);
+}
+
+TEST(Condense, AStreamWhoseCountsDifferFromItsRowIsStored) {
+  std::vector<Bytes> streams = some_streams(40);
+  std::vector<DecodedCounts> counts = counts_of(streams);
+  ++counts[3].face_count;
+  const CondensedStreams result = condense(streams, counts, false, ThreadPool(1));
+  EXPECT_EQ(result.is_condensed[3], 0);
+  EXPECT_EQ(result.bytes[3], streams[3]);
+  EXPECT_GT(std::ranges::count(result.is_condensed, 1), 10);
+}
+
+TEST(Condense, NothingIsCondensedIfTheHeadTakesMoreThanIsSaved) {
+  Bytes smallest(1000);
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (has_rules_of_condensed_streams(stream.bytes) && stream.bytes.size() < smallest.size())
+          smallest = stream.bytes;
+      },
+      StreamSet::kSmall);
+  const CondensedStreams result = condense_and_expand(std::span(&smallest, 1));
+  EXPECT_TRUE(result.head.empty());
+  EXPECT_EQ(result.is_condensed[0], 0);
+  EXPECT_TRUE(condense({}, {}, false, ThreadPool(1)).bytes.empty());
+}
+
+TEST(Condense, MoreSkeletonsThanAHeadHolds) {
+  const std::vector<Bytes> streams = some_streams(40);
+  std::vector<Bytes> many;
+  for (uint32_t i = 0; i < 300; ++i) {
+    Bytes stream = streams[i % 5];
+    stream.push_back(static_cast<uint8_t>(i));  // decoders ignore bytes behind the end
+    if (i >= 256) stream.push_back(1);
+    many.push_back(std::move(stream));
+  }
+  const CondensedStreams result = condense_and_expand(many);
+  ASSERT_FALSE(result.head.empty());
+  EXPECT_EQ(std::ranges::count(std::span(result.is_condensed).last(45), 1), 0);
+}
+
+// Hostile bytes give an error or a stream, and nothing else.
+TEST(Expand, MutantsAreRefusedOrExpanded) {
+  const std::vector<Bytes> streams = some_streams(60);
+  const std::vector<DecodedCounts> counts = counts_of(streams);
+  const CondensedStreams condensed = condense(streams, counts, false, ThreadPool(1));
+  const Expected<CondensedHead> head = read_condensed_head(condensed.head);
+  ASSERT_TRUE(head.ok());
+  std::mt19937 random(1);
+  const auto below = [&](size_t end) { return static_cast<size_t>(random() % end); };
+  size_t refused = 0, expanded = 0;
+  for (size_t i = 0; i < streams.size(); ++i) {
+    if (condensed.is_condensed[i] == 0) continue;
+    for (int round = 0; round < 60; ++round) {
+      Bytes bytes = condensed.bytes[i];
+      uint32_t faces = counts[i].face_count, points = counts[i].point_count, skeleton = condensed.skeleton[i];
+      switch (round % 5) {
+        case 0: bytes[below(bytes.size())] ^= static_cast<uint8_t>(1u << below(8)); break;
+        case 1: bytes.resize(below(bytes.size())); break;
+        case 2:
+          bytes[bytes.size() - 1 - below(std::min<size_t>(bytes.size(), 12))] = static_cast<uint8_t>(random());
+          break;
+        case 3: (round % 2 == 0 ? faces : points) = static_cast<uint32_t>(random()) >> below(32); break;
+        default: skeleton = static_cast<uint32_t>(below(head->skeletons.size() + 1)); break;
+      }
+      const Expected<Bytes> result = expand_stream(*head, {bytes, skeleton, faces, points});
+      EXPECT_TRUE(result.ok() || !result.status().message().empty());
+      ++(result.ok() ? expanded : refused);
+    }
+  }
+  EXPECT_GT(refused, 1000u);
+  EXPECT_GT(expanded, 0u);
 }
 
 }  // namespace
