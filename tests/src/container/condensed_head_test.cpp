@@ -1,0 +1,160 @@
+// The head of a container with condensed streams: what is read, and what is refused.
+#include "src/container/condensed_head.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "src/container/bit_string.h"
+
+namespace psplit {
+namespace {
+
+// A head that a test may change before it is written.
+struct HeadFields {
+  std::vector<std::vector<uint8_t>> skeletons = {{'D', 'R', 'A', 'C', 'O'}, {1, 2, 3}};
+  uint32_t level = 5, contexts = 1;
+  std::vector<std::array<uint32_t, 5>> symbols = {{4096, 0, 0, 0, 0},
+                                                  {0, 0, 0, 0, 0},
+                                                  {1, 2, 3, 4, 4086},
+                                                  {0, 0, 4096, 0, 0},
+                                                  {1000, 1000, 1000, 1000, 96}};
+  uint32_t reach = 1;
+  std::vector<uint32_t> tokens = {4000, 0, 96};
+  uint32_t flag_probability = 1, seam_probability = 4095;
+  bool has_borders = true;
+};
+
+std::vector<uint8_t> write(const HeadFields& head) {
+  BitStringWriter out;
+  core::NumberKind count{0}, length{5}, used{5};
+  const auto table = [&](const std::vector<uint32_t>& frequencies) {
+    core::NumberKind frequency{4};
+    out.number(used, frequencies.size());
+    for (const uint32_t f : frequencies) out.number(frequency, f);
+  };
+  out.number(count, head.skeletons.size() - 1);
+  for (const std::vector<uint8_t>& skeleton : head.skeletons) {
+    out.bits(head.level, 4);
+    out.number(length, skeleton.size());
+    for (const uint8_t byte : skeleton) out.bits(byte, 8);
+  }
+  out.bits(head.contexts, 4);
+  core::NumberKind frequency{4};
+  for (const std::array<uint32_t, 5>& symbols : head.symbols)
+    for (const uint32_t f : symbols) out.number(frequency, f);
+  out.number(count, 1);  // two attributes
+  out.bits(1, 1);        // by creation: backward, two, not mean
+  out.bits(0b011, 3);
+  out.bits(head.reach, 2);
+  table(head.tokens);
+  table({});
+  table({4096});
+  out.bits(0, 1);
+  out.bits(0, 1);
+  table({4096});
+  table(head.tokens);
+  out.bits(1, 1);
+  for (int i = 0; i < 6; ++i) out.bits(head.flag_probability, 12);
+  out.bits(head.has_borders, 1);
+  if (head.has_borders) {
+    table({4096});
+    table({});
+  }
+  out.number(count, 1);
+  out.bits(7, 12);
+  out.bits(head.seam_probability, 12);
+  return out.take();
+}
+
+std::string error_of(const HeadFields& head) {
+  const Expected<CondensedHead> read = read_condensed_head(write(head));
+  return read ? "" : read.status().message();
+}
+
+TEST(CondensedHead, IsReadAsItWasWritten) {
+  const HeadFields fields;
+  const Expected<CondensedHead> head = read_condensed_head(write(fields));
+  ASSERT_TRUE(head) << head.status().message();
+  EXPECT_EQ(head->skeletons, fields.skeletons);
+  EXPECT_EQ(head->levels, (std::vector<uint8_t>{5, 5}));
+  const core::CondensedModels models = head->models();
+  EXPECT_FALSE(models.has_valence_contexts);
+  EXPECT_EQ(models.first_context, 4u);
+  ASSERT_EQ(models.contexts.size(), 5u);
+  EXPECT_EQ(models.contexts[4].next, 0u);
+  ASSERT_EQ(models.attributes.size(), 2u);
+  const core::AttributeModel created = models.attributes[0], traversed = models.attributes[1];
+  EXPECT_TRUE(created.by_creation && created.backward && created.two && !created.mean && created.reach == 1);
+  EXPECT_FALSE(traversed.by_creation);
+  EXPECT_TRUE(traversed.has_flags && traversed.flips == 1);
+  EXPECT_EQ(created.tables[1], core::AttributeModel::kNoTable);
+  const size_t first = size_t{created.tables[0]} * core::kSlots;
+  EXPECT_EQ(models.token_tables[first + 3999] % core::kSlots, 3999u);
+  EXPECT_EQ(models.token_tables[first + 4095] % core::kSlots, 95u);
+  EXPECT_TRUE(models.has_borders);
+  EXPECT_NE(models.border_tables[0], core::AttributeModel::kNoTable);
+  EXPECT_EQ(models.border_tables[1], core::AttributeModel::kNoTable);
+  ASSERT_EQ(models.seams.size(), 1u);
+  EXPECT_EQ(models.seams[0].after[1], 4095u);
+}
+
+TEST(CondensedHead, SaysWhatIsWrong) {
+  const auto with = [](const std::function<void(HeadFields&)>& change) {
+    HeadFields head;
+    change(head);
+    return error_of(head);
+  };
+  EXPECT_EQ(with([](HeadFields&) {}), "");
+  EXPECT_EQ(with([](HeadFields& head) { head.skeletons.resize(256); }), "head: more than 255 skeletons");
+  EXPECT_EQ(with([](HeadFields& head) { head.skeletons[1].resize(4097); }),
+            "head: a skeleton of more than 4096 bytes");
+  EXPECT_EQ(with([](HeadFields& head) { head.level = 12; }), "head: an unknown level of entropy coding");
+  for (const uint32_t contexts : {6u, 7u, 9u, 15u})
+    EXPECT_EQ(with([&](HeadFields& head) { head.contexts = contexts; }), "head: unknown contexts of symbols");
+  EXPECT_EQ(with([](HeadFields& head) { ++head.symbols[2][1]; }),
+            "head: frequencies of symbols that do not sum to 4096");
+  EXPECT_EQ(with([](HeadFields& head) { head.symbols[1][1] = 1; }),
+            "head: frequencies of symbols that do not sum to 4096");
+  EXPECT_EQ(with([](HeadFields& head) { head.reach = 3; }), "head: an unknown reach");
+  EXPECT_EQ(with([](HeadFields& head) {
+              head.tokens = {0xffffffff, 4097};
+            }),
+            "head: frequencies of tokens that do not sum to 4096");
+  EXPECT_EQ(with([](HeadFields& head) { head.tokens.assign(117, 1); }),
+            "head: a table of more than 116 tokens");
+  EXPECT_EQ(with([](HeadFields& head) { head.flag_probability = 0; }), "head: a probability of 0");
+  EXPECT_EQ(with([](HeadFields& head) { head.seam_probability = 0; }), "head: a probability of 0");
+}
+
+TEST(CondensedHead, HasNoMoreAndNoFewerBits) {
+  const std::vector<uint8_t> bytes = write(HeadFields());
+  for (size_t length = 0; length < bytes.size(); ++length) {
+    const std::vector<uint8_t> cut(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
+    EXPECT_FALSE(read_condensed_head(cut)) << length;
+  }
+  std::vector<uint8_t> longer = bytes;
+  longer.push_back(0);
+  EXPECT_FALSE(read_condensed_head(longer));
+}
+
+// Mutants are refused or read; sanitizers watch.
+TEST(CondensedHead, AnyBytesMayBeRead) {
+  const std::vector<uint8_t> bytes = write(HeadFields());
+  size_t read = 0;
+  for (size_t i = 0; i < 8 * bytes.size(); ++i) {
+    std::vector<uint8_t> mutant = bytes;
+    mutant[i / 8] ^= static_cast<uint8_t>(1u << i % 8);
+    const Expected<CondensedHead> head = read_condensed_head(mutant);
+    if (!head) continue;
+    ++read;
+    for (const core::AttributeModel& model : head->attributes)
+      for (const uint16_t table : model.tables)
+        EXPECT_TRUE(table == core::AttributeModel::kNoTable ||
+                    table < head->token_tables.size() / core::kSlots);
+  }
+  EXPECT_GT(read, 50u);
+}
+
+}  // namespace
+}  // namespace psplit
