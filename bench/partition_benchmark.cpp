@@ -167,7 +167,7 @@ void print_row(const Mesh& mesh, const char* name, const std::vector<uint32_t>& 
                const std::vector<double>& one_thread, const std::vector<double>& two_threads) {
   const auto patch_count = *std::max_element(patch_of.begin(), patch_of.end()) + 1;
   const Quality quality = quality_of(mesh, patch_of, patch_count);
-  const Sample sample = encode_sample(mesh, patch_count, 5, patch_of);
+  const Sample sample = encode_sample(mesh, patch_count, 5, false, patch_of);
   std::printf("  %-9s %7u %8.2f %% %10llu %8.3f %6u %9u %10zu %9.0f", name, quality.patches,
               100 * quality.replication, static_cast<unsigned long long>(quality.references), quality.balance,
               quality.apart, quality.not_disks, sample.container.size(), median(one_thread));

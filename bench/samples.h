@@ -15,10 +15,12 @@ struct SampleKind {
   bool all_attributes = false;  // also normals and texture coordinates
   uint32_t patch_faces = 0;     // 0 makes the whole mesh one patch
   int speed = 0;
+  bool condensed = false;
 
   std::string name() const {
     return std::string(all_attributes ? "positions+normals+texcoords" : "positions") + "/" +
-           (patch_faces == 0 ? "whole" : std::to_string(patch_faces)) + "/speed" + std::to_string(speed);
+           (patch_faces == 0 ? "whole" : std::to_string(patch_faces)) + "/speed" + std::to_string(speed) +
+           (condensed ? "/condensed" : "");
   }
   auto operator<=>(const SampleKind&) const = default;
 };
@@ -26,8 +28,10 @@ struct SampleKind {
 inline std::vector<SampleKind> sample_kinds() {
   std::vector<SampleKind> kinds;
   for (const bool all_attributes : {false, true})
-    for (const uint32_t patch_faces : {4800u, 1200u, 0u})
-      for (const int speed : {0, 5, 7, 10}) kinds.push_back({all_attributes, patch_faces, speed});
+    for (const uint32_t patch_faces : {4800u, 1200u, 440u, 0u})
+      for (const int speed : {0, 5, 7, 10})
+        for (const bool condensed : {false, true})
+          kinds.push_back({all_attributes, patch_faces, speed, condensed});
   return kinds;
 }
 
@@ -39,7 +43,7 @@ struct Sample {
 
 // Quantizes positions to 14 bits, normals to 10 and texture coordinates to 12.
 // Cuts the mesh, or takes the given patch of each face.
-inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed,
+inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed, bool condensed = false,
                             std::span<const uint32_t> patch_of_face = {}) {
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) {
@@ -51,6 +55,7 @@ inline Sample encode_sample(const Mesh& mesh, uint32_t patch_count, int speed,
   options.encode_speed = speed;
   options.patch_count = patch_count;
   options.verify = false;
+  options.condense = condensed;
   options.patch_of_face = patch_of_face;
   Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, ThreadPool());
   if (!encoded) give_up(encoded.status());
@@ -65,7 +70,8 @@ inline const Sample& sample(const SampleKind& kind) {
   if (is_new) {
     const Mesh mesh = bench_mesh(400'000, kind.all_attributes);
     const auto faces = static_cast<uint32_t>(mesh.faces.size());
-    at->second = encode_sample(mesh, kind.patch_faces == 0 ? 1 : faces / kind.patch_faces, kind.speed);
+    at->second = encode_sample(mesh, kind.patch_faces == 0 ? 1 : faces / kind.patch_faces, kind.speed,
+                               kind.condensed);
   }
   return at->second;
 }
