@@ -9,6 +9,7 @@
 #include "src/condensed/skeleton.h"
 #include "src/condensed/stream_layout.h"
 #include "src/condensed/stream_mesh.h"
+#include "src/core/condensed/context_symbols.h"
 #include "src/core/condensed/condensed_header.h"
 #include "src/core/workspace.h"
 
@@ -46,12 +47,9 @@ class SectionSymbols : public Valences {
 
  private:
   uint32_t decode(const core::SymbolContext& context) {
-    const uint32_t slot = section_->slot();
-    uint32_t number = 0;
-    while (number < 4 && slot >= (context.bounds >> 16 * number & 0xffff)) ++number;
-    const uint32_t entry = context.symbols[number];
-    is_unused_ = entry >> 24 == core::SymbolContext::kInvalid;
-    section_->leave((entry >> core::kSlotBits) % core::kSlots + 1, slot - entry % core::kSlots);
+    uint32_t clers;
+    const uint32_t number = core::next_symbol(*section_, context, clers);
+    is_unused_ = clers == core::SymbolContext::kInvalid;
     return number;
   }
 

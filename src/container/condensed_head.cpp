@@ -94,14 +94,14 @@ class HeadReader {
     uint32_t first = 0;
     for (uint32_t s = 0; s < SymbolContext::kCount; ++s) {
       if (s > 0) context.bounds |= uint64_t{first} << 16 * (s - 1);
-      if (frequencies[s] > 0) context.symbols[s] = kCodes[s] << 24 | (frequencies[s] - 1) << kSlotBits | first;
+      if (frequencies[s] > 0) context.symbols[s] = kCodes[s] << 25 | frequencies[s] << kSlotBits | first;
       first += frequencies[s];
     }
     return context;
   }
   static SymbolContext unused_context() {
     SymbolContext context;
-    for (uint32_t& symbol : context.symbols) symbol = SymbolContext::kInvalid << 24 | (kSlots - 1) << kSlotBits;
+    for (uint32_t& symbol : context.symbols) symbol = SymbolContext::kInvalid << 25 | kSlots << kSlotBits;
     return context;
   }
 
@@ -152,7 +152,7 @@ class HeadReader {
     number_of_table = static_cast<uint16_t>(head_.token_tables.size() / kSlots);
     for (uint32_t token = 0; token < used; ++token)
       for (uint32_t offset = 0; offset < frequencies[token]; ++offset)
-        head_.token_tables.push_back((frequencies[token] - 1) << 20 | token << kSlotBits | offset);
+        head_.token_tables.push_back(frequencies[token] << 19 | token << kSlotBits | offset);
     return {};
   }
 

@@ -11,8 +11,9 @@ namespace psplit::core {
 inline constexpr uint32_t kInStep = 3;
 
 // Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and running(). It may have
-// renew(), which is called once running() is false and returns whether the run goes on after all. Each run is
-// copied to a Run, whose state may be kept in registers, and assigned back at its end.
+// renew(), which is called once running() is false and returns whether the run goes on after all. If a step has
+// several dependent parts, it has begin_step(), and step_part() for each of its kParts, instead of step(): then
+// the parts of all runs are taken in turn. Each run is copied to a Run, whose state may be kept in registers, and assigned back at its end.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
   if constexpr (kRuns > 1) {
@@ -33,13 +34,32 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
       return run.running();
   };
   for (uint32_t next = kRuns, live = kRuns; live == kRuns;) {
-    bool all = true;
-    for (const Run& run : local) all &= run.running();
-    while (all) {
-      PSPLIT_UNROLL
-      for (Run& run : local) {
-        run.step();
-        all &= run.running();
+    if constexpr (requires { local[0].steps_left(); }) {
+      auto steps = local[0].steps_left();
+      for (const Run& run : local) steps = run.steps_left() < steps ? run.steps_left() : steps;
+      for (; steps > 0; --steps) {
+        if constexpr (requires { Run::kParts; }) {
+          PSPLIT_UNROLL
+          for (Run& run : local) run.begin_step();
+          PSPLIT_UNROLL
+          for (uint32_t part = 0; part < Run::kParts; ++part) {
+            PSPLIT_UNROLL
+            for (Run& run : local) run.step_part();
+          }
+        } else {
+          PSPLIT_UNROLL
+          for (Run& run : local) run.step();
+        }
+      }
+    } else {
+      bool all = true;
+      for (const Run& run : local) all &= run.running();
+      while (all) {
+        PSPLIT_UNROLL
+        for (Run& run : local) {
+          run.step();
+          all &= run.running();
+        }
       }
     }
     // The next runs take the places of those that ended.

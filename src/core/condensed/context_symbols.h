@@ -18,8 +18,8 @@ PSPLIT_HD PSPLIT_INLINE inline uint32_t next_symbol(SectionReader& section, cons
   const uint64_t reached = ((slot * kOnes | kOnes << 15) - context.bounds) >> 15 & kOnes;
   const auto symbol = static_cast<uint32_t>(reached * kOnes >> 48);
   const uint32_t entry = context.symbols[symbol];
-  section.leave((entry >> kSlotBits & (kSlots - 1)) + 1, slot - entry % kSlots);
-  clers = entry >> 24;
+  section.leave(entry >> kSlotBits & (2 * kSlots - 1), slot - entry % kSlots);
+  clers = entry >> 25;
   return symbol;
 }
 
@@ -38,6 +38,7 @@ class ContextSymbolSteps {
   }
 
   PSPLIT_HD bool running() const { return at_ != end_; }
+  PSPLIT_HD size_t steps_left() const { return static_cast<size_t>(end_ - at_); }
   PSPLIT_HD PSPLIT_INLINE void step() {
     const SymbolContext& context = contexts_[context_];
     uint32_t clers;

@@ -19,12 +19,12 @@ struct SymbolContext {
   static constexpr uint32_t kInvalid = 6;
 
   uint64_t bounds = 0;  // four numbers of 16 bits: the first slot of symbols 1 to 4
-  // By symbol: its code << 24 | (frequency - 1) << 12 | first slot. Never used for a frequency of 0.
+  // By symbol: its code << 25 | frequency << 12 | first slot. Never used for a frequency of 0.
   uint32_t symbols[kCount] = {};
   uint32_t next = 0;  // the next context after symbol s is next + s, except for valence contexts
 };
 
-// A token table has an entry for each slot: (frequency - 1) << 20 | token << 12 | slot - first slot of the
+// A token table has an entry for each slot: frequency << 19 | token << 12 | slot - first slot of the
 // token.
 using TokenEntry = uint32_t;
 inline constexpr uint32_t kTokenCount = 116;

@@ -26,23 +26,21 @@ class SectionReader {
  public:
   SectionReader() = default;
   // Only bits can be read before start_words.
-  PSPLIT_HD SectionReader(const uint8_t* data, size_t size) : data_(data), size_(size) {}
+  PSPLIT_HD SectionReader(const uint8_t* data, size_t size) : begin_(data), end_(data + size), at_(end_) {}
 
   // The section begins at byte `begin`, which is not beyond its end. Reads the coder's first state.
   PSPLIT_HD Fault start_words(size_t begin) {
-    data_ += begin;
-    size_ -= begin;
-    if (size_ < 4) return Fault::kTruncated;
-    state_ = load_le32(data_);
-    at_ = 4;
+    begin_ += begin;
+    if (size() < 4) return Fault::kTruncated;
+    state_ = load_le32(begin_);
+    at_ = begin_ + 4;
     return Fault::kNone;
   }
 
   // Plain bits, as BitReader reads them.
   PSPLIT_HD PSPLIT_INLINE uint64_t peek(int) const {
     const uint64_t byte = taken_ / 8;
-    if (PSPLIT_LIKELY(byte + 8 <= size_))
-      return load_be64(data_ + (size_ - 8 - static_cast<size_t>(byte))) >> taken_ % 8;
+    if (PSPLIT_LIKELY(byte + 8 <= size())) return load_be64(end_ - 8 - byte) >> taken_ % 8;
     return last_bits() >> taken_ % 8;
   }
   PSPLIT_HD PSPLIT_INLINE void take(int count) { taken_ += static_cast<uint64_t>(count); }
@@ -54,7 +52,7 @@ class SectionReader {
   PSPLIT_HD bool empty() const { return size_ == 0; }
   PSPLIT_HD uint64_t bits_taken() const { return taken_; }
   PSPLIT_HD void go_to_bit(uint64_t at) { taken_ = at; }
-  PSPLIT_HD bool has_bits(uint64_t end) const { return end <= uint64_t{8} * size_; }
+  PSPLIT_HD bool has_bits(uint64_t end) const { return end <= uint64_t{8} * size(); }
 
   // Entropy decoding: the slot of the next symbol, and the step behind a symbol with this slot.
   PSPLIT_HD PSPLIT_INLINE uint32_t slot() const { return state_ % kSlots; }
@@ -63,15 +61,15 @@ class SectionReader {
     state_ = frequency * (state_ >> kSlotBits) + offset;
     // How often a word is due is unpredictable.
     const uint32_t due = mask(state_ < kBase);
-    const size_t last = size_ - 2, from = at_ < last ? at_ : last;
-    state_ = select(due, state_ << 16 | load_le16(data_ + from), state_);
+    const uint8_t* const last = end_ - 2;
+    state_ = select(due, state_ << 16 | load_le16(at_ < last ? at_ : last), state_);
     at_ += 2 & due;
   }
 
   PSPLIT_HD PSPLIT_INLINE uint32_t next_token(const TokenEntry* table) {
     const TokenEntry entry = table[slot()];
-    leave((entry >> 20) + 1, entry % kSlots);
-    return entry >> kSlotBits & 0xff;
+    leave(entry >> 19, entry % kSlots);
+    return entry >> kSlotBits & 0x7f;
   }
   // A decision with this probability of 1.
   PSPLIT_HD PSPLIT_INLINE uint32_t next_bit(uint32_t probability) {
@@ -83,7 +81,7 @@ class SectionReader {
   // Whether words and bits fill the section, as an encoder left it.
   PSPLIT_HD bool is_at_end() const {
     const uint64_t bytes = (taken_ + 7) / 8;
-    if (state_ != kBase || at_ > size_ || size_ - at_ != bytes) return false;
+    if (state_ != kBase || at_ > end_ || static_cast<uint64_t>(end_ - at_) != bytes) return false;
     const auto rest = static_cast<int>(bytes * 8 - taken_);
     return (peek(rest) & ((uint64_t{1} << rest) - 1)) == 0;
   }
@@ -98,13 +96,15 @@ class SectionReader {
   }
   PSPLIT_HD uint64_t last_bits() const {
     uint64_t bits = 0;
-    for (uint64_t i = 0, byte = taken_ / 8; i < 8 && byte + i < size_; ++i)
-      bits |= uint64_t{data_[size_ - 1 - static_cast<size_t>(byte + i)]} << 8 * i;
+    for (uint64_t i = 0, byte = taken_ / 8; i < 8 && byte + i < size(); ++i)
+      bits |= uint64_t{*(end_ - 1 - (byte + i))} << 8 * i;
     return bits;
   }
+  PSPLIT_HD size_t size() const { return static_cast<size_t>(end_ - begin_); }
 
-  const uint8_t* data_ = nullptr;
-  size_t size_ = 0, at_ = 0;
+  const uint8_t* begin_ = nullptr;
+  const uint8_t* end_ = nullptr;
+  const uint8_t* at_ = nullptr;  // the next word
   uint64_t taken_ = 0;  // bits
   uint32_t state_ = 0;
 };

@@ -50,61 +50,87 @@ class TokenSequence {
                        : &models.token_tables[size_t{model.tables[i]} * kSlots];
     table_of_ = table_of.data();
     end_ = table_of_ + table_of.size();
+    value_count_ = static_cast<uint32_t>(table_of.size());
     out_ = out.data();
   }
   PSPLIT_HD uint32_t components() const { return components_; }
   // Behind the tokens, when all steps were taken.
   PSPLIT_HD SectionReader& section() { return section_; }
   PSPLIT_HD bool running() const { return table_of_ != end_; }
+  PSPLIT_HD size_t steps_left() const { return static_cast<size_t>(end_ - table_of_); }
+
+  // Turns the tokens into symbols, after all steps. The lengths of bits are no chain as long as that of tokens.
+  PSPLIT_HD void add_bits() {
+    uint32_t* at = out_ - size_t{components_} * value_count_;
+    for (; out_ - at >= kTogether; at += kTogether) {
+      TokenBits bits[kTogether];
+      uint32_t together = 0;
+      PSPLIT_UNROLL
+      for (uint32_t k = 0; k < kTogether; ++k) {
+        bits[k] = bits_of_token(at[k]);
+        together += bits[k].bit_count;
+      }
+      if (PSPLIT_UNLIKELY(together > kMostBits)) {
+        add_bits_alone(at, kTogether);
+        continue;
+      }
+      uint64_t ahead = section_.peek(kMostBits);
+      section_.take(static_cast<int>(together));
+      PSPLIT_UNROLL
+      for (uint32_t k = 0; k < kTogether; ++k) {
+        at[k] = bits[k].base + static_cast<uint32_t>(ahead & ((uint64_t{1} << bits[k].bit_count) - 1));
+        ahead >>= bits[k].bit_count;
+      }
+    }
+    add_bits_alone(at, static_cast<uint32_t>(out_ - at));
+  }
 
  protected:
   SectionReader section_;
-  uint32_t components_ = 0;
+  uint32_t components_ = 0, value_count_ = 0;
   const TokenEntry* tables_[AttributeModel::kTables] = {};
   const uint8_t* table_of_ = nullptr;
   const uint8_t* end_ = nullptr;
   uint32_t* out_ = nullptr;
+
+ private:
+  // The bits of several symbols come with one load, if it has them all.
+  static constexpr uint32_t kTogether = 3;
+  static constexpr int kMostBits = 56;
+
+  PSPLIT_HD void add_bits_alone(uint32_t* at, uint32_t count) {
+    for (uint32_t k = 0; k < count; ++k) {
+      const TokenBits bits = bits_of_token(at[k]);
+      at[k] = bits.base + section_.read(static_cast<int>(bits.bit_count));
+    }
+  }
 };
 
-// Decodes one value a step. kComponents is 0 if their number is known only at run time.
+// Decodes the tokens of one value a step, to the places of its symbols. kComponents is 0 if their number is
+// known only at run time.
 template <uint32_t kComponents>
 class TokenSteps : public TokenSequence {
+ public:
+  static constexpr uint32_t kParts = kComponents;
+
+  TokenSteps() = default;
+  PSPLIT_HD explicit TokenSteps(const TokenSequence& sequence) : TokenSequence(sequence) {}
+
+  PSPLIT_HD PSPLIT_INLINE void begin_step() { table_ = tables_[*table_of_++]; }
+  PSPLIT_HD PSPLIT_INLINE void step_part() { *out_++ = section_.next_token(table_); }
+
+ private:
+  const TokenEntry* table_ = nullptr;
+};
+template <>
+class TokenSteps<0> : public TokenSequence {
  public:
   TokenSteps() = default;
   PSPLIT_HD explicit TokenSteps(const TokenSequence& sequence) : TokenSequence(sequence) {}
 
   PSPLIT_HD PSPLIT_INLINE void step() {
     const TokenEntry* const table = tables_[*table_of_++];
-    if constexpr (kComponents == 0) {
-      for (uint32_t k = 0; k < components_; ++k) {
-        const TokenBits bits = bits_of_token(section_.next_token(table));
-        *out_++ = bits.base + section_.read(static_cast<int>(bits.bit_count));
-      }
-    } else {
-      step_together(table);
-    }
-  }
-
- private:
-  // The bits of all components at once, if one load has them.
-  PSPLIT_HD PSPLIT_INLINE void step_together(const TokenEntry* table) {
-    constexpr uint32_t kMostBits = 56;
-    TokenBits bits[kComponents];
-    uint32_t together = 0;
-    for (TokenBits& of : bits) {
-      of = bits_of_token(section_.next_token(table));
-      together += of.bit_count;
-    }
-    if (PSPLIT_LIKELY(together <= kMostBits)) {
-      uint64_t ahead = section_.peek(kMostBits);
-      section_.take(static_cast<int>(together));
-      for (const TokenBits& of : bits) {
-        *out_++ = of.base + static_cast<uint32_t>(ahead & ((uint64_t{1} << of.bit_count) - 1));
-        ahead >>= of.bit_count;
-      }
-    } else {
-      for (const TokenBits& of : bits) *out_++ = of.base + section_.read(static_cast<int>(of.bit_count));
-    }
+    for (uint32_t k = 0; k < components_; ++k) *out_++ = section_.next_token(table);
   }
 };
 
@@ -125,6 +151,7 @@ PSPLIT_HD void step_tokens(TokenSequence* const* sequences, uint32_t count) {
   step_those.template operator()<3>();
   step_those.template operator()<2>();
   step_those.template operator()<0>();
+  for (uint32_t i = 0; i < count; ++i) sequences[i]->add_bits();
 }
 
 }  // namespace psplit::core
