@@ -70,8 +70,8 @@ inline const Sample& sample(const SampleKind& kind) {
   if (is_new) {
     const Mesh mesh = bench_mesh(400'000, kind.all_attributes);
     const auto faces = static_cast<uint32_t>(mesh.faces.size());
-    at->second = encode_sample(mesh, kind.patch_faces == 0 ? 1 : faces / kind.patch_faces, kind.speed,
-                               kind.condensed);
+    at->second =
+        encode_sample(mesh, kind.patch_faces == 0 ? 1 : faces / kind.patch_faces, kind.speed, kind.condensed);
   }
   return at->second;
 }

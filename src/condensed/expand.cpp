@@ -9,8 +9,8 @@
 #include "src/condensed/skeleton.h"
 #include "src/condensed/stream_layout.h"
 #include "src/condensed/stream_mesh.h"
-#include "src/core/condensed/context_symbols.h"
 #include "src/core/condensed/condensed_header.h"
+#include "src/core/condensed/context_symbols.h"
 #include "src/core/workspace.h"
 
 namespace psplit {

@@ -93,7 +93,7 @@ class HeadReader {
     SymbolContext context;
     uint32_t first = 0;
     for (uint32_t s = 0; s < SymbolContext::kCount; ++s) {
-      if (s > 0) context.bounds |= uint64_t{first} << 16 * (s - 1);
+      if (s > 0) context.thresholds |= uint64_t{(1u << 15) - first} << 16 * (s - 1);
       if (frequencies[s] > 0) context.symbols[s] = kCodes[s] << 25 | frequencies[s] << kSlotBits | first;
       first += frequencies[s];
     }

@@ -13,7 +13,8 @@ inline constexpr uint32_t kInStep = 3;
 // Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and running(). It may have
 // renew(), which is called once running() is false and returns whether the run goes on after all. If a step has
 // several dependent parts, it has begin_step(), and step_part() for each of its kParts, instead of step(): then
-// the parts of all runs are taken in turn. Each run is copied to a Run, whose state may be kept in registers, and assigned back at its end.
+// the parts of all runs are taken in turn. Each run is copied to a Run, whose state may be kept in registers,
+// and assigned back at its end.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
   if constexpr (kRuns > 1) {

@@ -12,10 +12,10 @@ namespace psplit::core {
 PSPLIT_HD PSPLIT_INLINE inline uint32_t next_symbol(SectionReader& section, const SymbolContext& context,
                                                     uint32_t& clers) {
   constexpr uint64_t kOnes = 0x0001000100010001u;
-  // Compares the slot with the first slots of symbols 1 to 4 at once: a bit for each that is not above the
-  // slot, and their sum.
+  // Compares the slot with the first slots of symbols 1 to 4 at once: the top bit of each lane says whether it
+  // is not above the slot. Then the sum of these bits.
   const uint32_t slot = section.slot();
-  const uint64_t reached = ((slot * kOnes | kOnes << 15) - context.bounds) >> 15 & kOnes;
+  const uint64_t reached = (slot * kOnes + context.thresholds) >> 15 & kOnes;
   const auto symbol = static_cast<uint32_t>(reached * kOnes >> 48);
   const uint32_t entry = context.symbols[symbol];
   section.leave(entry >> kSlotBits & (2 * kSlots - 1), slot - entry % kSlots);

@@ -18,7 +18,7 @@ struct SymbolContext {
   // The code in a context that is never used. It is not a symbol, and add_faces refuses it.
   static constexpr uint32_t kInvalid = 6;
 
-  uint64_t bounds = 0;  // four numbers of 16 bits: the first slot of symbols 1 to 4
+  uint64_t thresholds = 0;  // four numbers of 16 bits: 2^15 less the first slot of symbols 1 to 4
   // By symbol: its code << 25 | frequency << 12 | first slot. Never used for a frequency of 0.
   uint32_t symbols[kCount] = {};
   uint32_t next = 0;  // the next context after symbol s is next + s, except for valence contexts

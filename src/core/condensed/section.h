@@ -59,7 +59,7 @@ class SectionReader {
   // `offset` is the place of the slot in the symbol.
   PSPLIT_HD PSPLIT_INLINE void leave(uint32_t frequency, uint32_t offset) {
     state_ = frequency * (state_ >> kSlotBits) + offset;
-    // How often a word is due is unpredictable.
+    // Whether a word is due is unpredictable.
     const uint32_t due = mask(state_ < kBase);
     const uint8_t* const last = end_ - 2;
     state_ = select(due, state_ << 16 | load_le16(at_ < last ? at_ : last), state_);
@@ -105,7 +105,7 @@ class SectionReader {
   const uint8_t* begin_ = nullptr;
   const uint8_t* end_ = nullptr;
   const uint8_t* at_ = nullptr;  // the next word
-  uint64_t taken_ = 0;  // bits
+  uint64_t taken_ = 0;           // bits
   uint32_t state_ = 0;
 };
 

@@ -7,23 +7,22 @@
 
 namespace psplit::core {
 
-// A symbol is `base` plus the number in `bit_count` plain bits.
+// A symbol is `base` plus the number in `bit_count` plain bits, of which `mask` selects as many.
 struct TokenBits {
-  uint32_t base, bit_count;
+  uint32_t base, bit_count, mask;
 };
 PSPLIT_HD constexpr TokenBits token_bits(uint32_t token) {
   constexpr uint32_t kDirect = 64, kFewestBits = 5;
-  if (token < kDirect) return {token, 0};
+  if (token < kDirect) return {token, 0, 0};
   const uint32_t bit_count = (token - kDirect) / 2 + kFewestBits;
-  return {(2 + token % 2) << bit_count, bit_count};
+  return {(2 + token % 2) << bit_count, bit_count, (1u << bit_count) - 1};
 }
 
 struct TokenBitsTable {
   constexpr TokenBitsTable() {
-    for (uint32_t token = 0; token < 256; ++token)
-      of[token] = token < kTokenCount ? token_bits(token) : TokenBits{};
+    for (uint32_t token = 0; token < kTokenCount; ++token) of[token] = token_bits(token);
   }
-  TokenBits of[256] = {};
+  TokenBits of[128] = {};  // all numbers that an entry of a token table can hold
 };
 inline constexpr TokenBitsTable kTokenBits;
 
@@ -78,7 +77,7 @@ class TokenSequence {
       section_.take(static_cast<int>(together));
       PSPLIT_UNROLL
       for (uint32_t k = 0; k < kTogether; ++k) {
-        at[k] = bits[k].base + static_cast<uint32_t>(ahead & ((uint64_t{1} << bits[k].bit_count) - 1));
+        at[k] = bits[k].base + (static_cast<uint32_t>(ahead) & bits[k].mask);
         ahead >>= bits[k].bit_count;
       }
     }
