@@ -49,7 +49,7 @@ class SectionReader {
     take(count);
     return value;
   }
-  PSPLIT_HD bool empty() const { return size_ == 0; }
+  PSPLIT_HD bool empty() const { return begin_ == end_; }
   PSPLIT_HD uint64_t bits_taken() const { return taken_; }
   PSPLIT_HD void go_to_bit(uint64_t at) { taken_ = at; }
   PSPLIT_HD bool has_bits(uint64_t end) const { return end <= uint64_t{8} * size(); }
