@@ -123,16 +123,17 @@ class TinyGltfPlugin : public testing::Test {
     EXPECT_TRUE(status.ok()) << status.to_string();
     return folder_ / name;
   }
-  static Document encoded(const Mesh& mesh, Fallback fallback = Fallback::kNone) {
+  static Document encoded(const Mesh& mesh, Fallback fallback = Fallback::kNone, bool condense = false) {
     Document document = document_from_mesh(mesh);
-    encode_in_place(document, fallback);
+    encode_in_place(document, fallback, condense);
     return document;
   }
-  static void encode_in_place(Document& document, Fallback fallback = Fallback::kNone) {
+  static void encode_in_place(Document& document, Fallback fallback = Fallback::kNone, bool condense = false) {
     EncodeDocumentOptions options;
     options.patches = 5;
     options.always_patches = true;
     options.fallback = fallback;
+    options.condense = condense;
     const auto reports = encode_document(document, options, draco_backend(), test_pool());
     ASSERT_TRUE(reports) << reports.status().to_string();
   }
@@ -172,6 +173,19 @@ TEST_F(TinyGltfPlugin, TinyGltfAloneRefusesIndicesWithoutABufferView) {
   std::string error;
   EXPECT_FALSE(parse(path, model, error, false));
   EXPECT_NE(error.find("bufferView"), std::string::npos) << error;
+}
+
+TEST_F(TinyGltfPlugin, DecodesCondensedPatchesLikeOthers) {
+  for (const Mesh& mesh : {make_grid(80, 60), rich_mesh(80, 60)}) {
+    const Document condensed = encoded(mesh, Fallback::kNone, true);
+    const Document plain = encoded(mesh);
+    EXPECT_LT(stored_primitive(condensed, {0, 0}, kName)->bytes.size(),
+              stored_primitive(plain, {0, 0}, kName)->bytes.size());
+    tinygltf::Model model = parsed(write(condensed));
+    const Status status = decode_model(model);
+    ASSERT_TRUE(status.ok()) << status.to_string();
+    EXPECT_TRUE(same(mesh_of(model), *read(plain)));
+  }
 }
 
 TEST_F(TinyGltfPlugin, PreparesFilesInMemory) {
