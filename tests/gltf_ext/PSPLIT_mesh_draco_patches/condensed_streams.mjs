@@ -83,11 +83,14 @@ export function parse_head(part) {
   const attributes = times(attribute_count, () => {
     const by_creation = bits(1) === 1;
     const [backward, two, mean] = times(3, () => by_creation && bits(1) === 1);
+    const reach = by_creation ? bits(2) : 0;
+    demand(reach <= 2, 'an impossible reach');
     const tables = times(by_creation ? 3 : 2, token_table);
     const flags = bits(1) === 1
       ? { creases: times(4, probability), orientations: probability(), flips: probability() } : null;
-    return { by_creation, backward, two, mean, tables, flags };
+    return { by_creation, backward, two, mean, reach, tables, flags };
   });
+  demand(bits(1) === 0, 'a head of a later version');
   const data_count = number(kinds.count);
   demand(data_count <= 128, 'too many attribute data');
   const seams = times(data_count, () => times(2, probability));
@@ -228,7 +231,7 @@ const from_the_end = (bytes) => bit_reader(Uint8Array.from(bytes).reverse(), 'se
 const count_use = (uses, use, times = 1) => { uses[use] = (uses[use] ?? 0) + times; };
 
 // "Order of creation": values[vertex][component], of an attribute with a table.
-function values_by_creation(coder, { opposite, vertex, corner_of }, components, { two, mean, tables }, uses) {
+function values_by_creation(coder, { opposite, vertex, corner_of }, components, { two, mean, reach, tables }, uses) {
   const values = [];
   const table = { opposite, vertex };
   const zeros = new Array(components).fill(0);
@@ -240,8 +243,9 @@ function values_by_creation(coder, { opposite, vertex, corner_of }, components, 
     const found = [];
     for (const candidate of two ? [c, swing_left(table, c), swing_right(table, c)] : [c]) {
       const o = candidate === -1 ? -1 : opposite[candidate], a = next(candidate), b = previous(candidate);
-      if (o !== -1 && before(a) && before(b) && before(o) && found.length < 2)
-        found.push(combine((x, y, far) => x + y - far, at(a), at(b), at(o)));
+      if (o === -1 || !before(a) || !before(b) || !before(o) || found.length === 2) continue;
+      const whole = combine((x, y, far) => x + y - far, at(a), at(b), at(o)), edge = middle(at(a), at(b));
+      found.push(reach === 0 ? whole : combine((p, h) => p - (((p - h) | 0) >> reach), whole, edge));
     }
     const a = next(c), b = previous(c);
     const predicted = found.length === 2 ? middle(...found)
@@ -254,10 +258,13 @@ function values_by_creation(coder, { opposite, vertex, corner_of }, components, 
   return values;
 }
 
+// The symbols of a value.
+const width_of = ({ type, components }) => (type === kNormals ? 2 : components);
+
 // A condensed attribute in Draco's order: what its Draco stream has for it.
 function read_in_draco_order(coder, attribute, count, { tables, flags }) {
-  const { type, components, scheme, transform, greatest, flag_counts } = attribute;
-  const width = type === kNormals ? 2 : components, symbols = [];
+  const { type, scheme, transform, greatest, flag_counts } = attribute;
+  const width = width_of(attribute), symbols = [];
   for (let i = 0; i < count * width; ++i) {
     const table = tables[i < 3 * width ? 0 : 1];
     if (type === kRaw) {
@@ -310,8 +317,8 @@ function read_fields(row, skeleton, head, uses) {
   const has_seams = Array.from({ length: skeleton.data_count }, () => bits(1));
   const lengths = skeleton.attributes.slice(1).map(() => number(kinds.bytes));
   const attributes = skeleton.attributes.map((attribute) => ({ ...attribute, by_creation:
-    head.attributes[attribute.place].by_creation && (attribute.type === 1 || attribute.type === 2) &&
-    [kNone, 0, 1].includes(attribute.scheme) }));
+    head.attributes[attribute.place].by_creation && attribute.type !== kRaw &&
+    (attribute.type === kNormals ? [kNone, 0] : [kNone, 0, 1]).includes(attribute.scheme) }));
   for (const attribute of attributes)
     if (!attribute.by_creation && attribute.transform === kWrap) {
       attribute.low = signed(kinds.low);
@@ -361,12 +368,16 @@ function read_fields(row, skeleton, head, uses) {
     attribute.table = attribute_table(fields.mesh, cuts, attribute.by_creation && entry.backward);
     const count = attribute.table.corner_of.length, coder = coders[place];
     if (attribute.by_creation)
-      attribute.values = values_by_creation(coder, attribute.table, attribute.components, entry, uses);
+      attribute.values = values_by_creation(coder, attribute.table, width_of(attribute), entry, uses);
     else
       Object.assign(attribute, read_in_draco_order(coder, attribute, count, entry));
+    demand(!attribute.values || attribute.transform <= kWrap ||
+      attribute.values.flat().every((value) => value >= 0 && value < attribute.greatest), 'a normal beyond its grid');
     if (place > 0) coder.end();
     count_use(uses, 'backward', Number(attribute.by_creation && entry.backward));
     count_use(uses, 'means', Number(attribute.by_creation && entry.mean));
+    count_use(uses, 'reaches', Number(attribute.by_creation && entry.reach > 0));
+    count_use(uses, 'plain_normals', Number(attribute.by_creation && attribute.type === kNormals));
     count_use(uses, 'raw_values', attribute.type === kRaw ? count : 0);
     for (const list of ['creases', 'orientations', 'flips']) count_use(uses, list, attribute[list]?.flat().length ?? 0);
   });
