@@ -17,9 +17,9 @@ class AttributeDecoder {
 
   // Reads groups and descriptions, finds the sequence of each group, and reads the first attributes. Afterwards
   // sequences(), traversals() and tokens of condensed() are pending. `seam_tables` are by attribute data.
-  // `section` and `birth_corners` are for condensed streams only: see CondensedAttributes::start.
+  // `section` and `corners` are for condensed streams only: see CondensedAttributes::start.
   PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables,
-                        const SectionReader& section, View<const Index> birth_corners) {
+                        const SectionReader& section, const VertexCorners<Index>& corners) {
     const uint32_t group_count = reader.u8();
     if (reader.truncated()) return Fault::kTruncated;
     if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
@@ -44,7 +44,7 @@ class AttributeDecoder {
     if (fault == Fault::kNone) fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
     if (fault != Fault::kNone || !header_.is_condensed()) return fault == Fault::kNone ? read(reader) : fault;
     group_ = group_count;
-    return condensed_.start(header_.condensed, section, birth_corners, patch_, integers_, arena_);
+    return condensed_.start(header_.condensed, section, corners, patch_, integers_, arena_);
   }
 
   // The symbols of the attributes that were read last, and the walks over the groups' tables.
@@ -116,7 +116,9 @@ class AttributeDecoder {
     const size_t walk = PredictionDegreeTraversal<Index>::bytes(faces, values.points),
                  prediction = IntegerDecoder<Index>::finish_bytes(faces, values.points),
                  longest = walk > prediction ? walk : prediction;
-    return longest > descriptions ? longest : descriptions;
+    const size_t most = longest > descriptions ? longest : descriptions;
+    const size_t condensed = header.is_condensed() ? CondensedAttributes<Index>::scratch_bytes(faces) : 0;
+    return most > condensed ? most : condensed;
   }
 
  private:

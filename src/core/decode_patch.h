@@ -118,8 +118,7 @@ class PatchDecoder {
   PSPLIT_HD Fault start_attributes() {
     const View<CondensedSeamSteps> seams = condensed_seams();
     const SectionReader& section = seams.empty() ? condensed_.section() : seams[0].section();
-    return stop_at(Stop::kChains,
-                   attributes_.start(reader_, seams_.tables(), section, condensed_.birth_corners()));
+    return stop_at(Stop::kChains, attributes_.start(reader_, seams_.tables(), section, condensed_.corners()));
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {

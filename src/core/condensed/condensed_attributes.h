@@ -58,9 +58,9 @@ class CondensedAttributes {
   }
 
   // Makes the tokens ready, when the groups have their tables and the length of their sequences. `section` is
-  // the first one, behind everything before attributes. `birth_corners` are those of CondensedConnectivity.
+  // the first one, behind everything before attributes. `corners` are those of CondensedConnectivity.
   PSPLIT_HD Fault start(const CondensedStream& stream, const SectionReader& section,
-                        View<const Index> birth_corners, Patch<Index>& patch,
+                        const VertexCorners<Index>& corners, Patch<Index>& patch,
                         View<IntegerDecoder<Index>> integers, Arena& arena) {
     size_t at = 0;
     for (uint32_t i = 0; i < attributes_.size(); ++i) {
@@ -72,7 +72,7 @@ class CondensedAttributes {
         at += bytes;
       }
       const Fault fault = attributes_[i].by_creation
-                              ? start_created(i, birth_corners, own, stream, patch, arena)
+                              ? start_created(i, corners, own, stream, patch, arena)
                               : start_traversed(i, own, stream.models, patch, integers[i], arena);
       if (fault != Fault::kNone) return fault;
     }
@@ -120,6 +120,11 @@ class CondensedAttributes {
            orders * Sequence<Index>::bytes(values.points) +
            CreatedValues<Index>::bytes(values.points, values.attributes, values.components) +
            values.attributes * Arena::bytes<uint8_t>(values.points);
+  }
+
+  // The memory that is taken and released.
+  PSPLIT_HD static size_t scratch_bytes(uint32_t face_count) {
+    return Arena::bytes<uint8_t>(uint64_t{4} * face_count);
   }
 
  private:
@@ -185,7 +190,7 @@ class CondensedAttributes {
     return true;
   }
 
-  PSPLIT_HD Fault start_created(uint32_t i, View<const Index> birth_corners, const SectionReader& section,
+  PSPLIT_HD Fault start_created(uint32_t i, const VertexCorners<Index>& corners, const SectionReader& section,
                                 const CondensedStream& stream, Patch<Index>& patch, Arena& arena) {
     CondensedAttribute<Index>& attribute = attributes_[i];
     Attribute<Index>& description = patch.attributes[i];
@@ -200,8 +205,7 @@ class CondensedAttributes {
     else if (fault == Fault::kNone)
       share_order(group, model.backward, patch, order);
     if (fault == Fault::kNone && (order.corner.empty() || has_known))
-      fault = find_order(model.backward, birth_corners, patch, patch.groups[group].table, known_count, order,
-                         arena);
+      fault = find_order(model.backward, corners, patch, patch.groups[group].table, known_count, order, arena);
     if (fault != Fault::kNone) return fault;
     attribute.created.find_predictors(model, order, known_count);
     if (!has_tables(model, attribute.created.used_tables())) return Fault::kEntropy;
@@ -244,20 +248,25 @@ class CondensedAttributes {
       if (!patch.groups[other].table.has_seams) order = orders_[2 * other + backward];
   }
   // Finds the order of a table's vertices. The known ones have their places in it.
-  PSPLIT_HD static Fault find_order(bool backward, View<const Index> birth_corners, const Patch<Index>& patch,
-                                    const AttributeTable<Index>& table, uint32_t known_count,
-                                    Sequence<Index>& order, Arena& arena) {
+  PSPLIT_HD static Fault find_order(bool backward, const VertexCorners<Index>& corners,
+                                    const Patch<Index>& patch, const AttributeTable<Index>& table,
+                                    uint32_t known_count, Sequence<Index>& order, Arena& arena) {
     if (order.corner.empty()) {
       if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
       fill(order.rank, kNone<Index>);
     }
     CreationOrder<Index> creation(table.table, known_count, order);
-    // Without seams no corner but that of its birth can be the first one of a vertex.
-    return backward          ? creation.see_backward(patch.face_count)
-           : table.has_seams ? creation.see_forward(patch.face_count)
-                             : creation.see(birth_corners);
+    // Without seams only one corner can be the first one of a vertex.
+    if (table.has_seams || corners.are_last != backward)
+      return backward ? creation.see_backward(patch.face_count) : creation.see_forward(patch.face_count);
+    if (!backward) return creation.see_first(corners.corner);
+    const size_t mark = arena.mark();
+    View<uint8_t> marks;
+    if (!arena.take(marks, size_t{4} * patch.face_count)) return Fault::kWorkspace;
+    const Fault fault = creation.see_last(corners.corner, patch.face_count, marks);
+    arena.release(mark);
+    return fault;
   }
-
   PSPLIT_HD Fault start_traversed(uint32_t i, const SectionReader& section, const CondensedModels& models,
                                   Patch<Index>& patch, IntegerDecoder<Index>& integers, Arena& arena) {
     constexpr uint32_t kFirst = 3;  // values with a table of their own

@@ -4,6 +4,7 @@
 
 #include "src/core/condensed/condensed_numbers.h"
 #include "src/core/condensed/context_symbols.h"
+#include "src/core/condensed/creation.h"
 #include "src/core/edgebreaker.h"
 #include "src/core/stream_header.h"
 
@@ -35,8 +36,10 @@ class CondensedConnectivity {
   PSPLIT_HD Fault start(const StreamHeader& header, Arena& arena, Connectivity<Index>& mesh) {
     const CondensedStream& stream = header.condensed;
     mesh.counts = header.counts;
-    if (!mesh.allocate(arena) || !arena.take(birth_corners_, birth_room(header.counts)))
+    if (!mesh.allocate(arena) || !arena.take(corners_.corner, corner_room(header.counts)))
       return Fault::kWorkspace;
+    for (size_t i = 0; i < stream.models.attributes.size(); ++i)
+      corners_.are_last |= stream.models.attributes[i].by_creation && stream.models.attributes[i].backward;
     mark_ = arena.mark();
     if (!arena.take(events_, header.counts.split_count)) return Fault::kWorkspace;
     if (const Fault fault = read_events(stream, header.counts.symbol_count); fault != Fault::kNone)
@@ -50,38 +53,32 @@ class CondensedConnectivity {
   // To be taken before finish. Empty for contexts of valences.
   PSPLIT_HD View<ContextSymbolSteps> steps() const { return steps_; }
 
-  // Decodes the mesh, and releases all memory that was taken since start, except that of birth_corners.
-  // `keep_order` is that of Connectivity::drop_merged_vertices.
+  // Decodes the mesh, and releases all memory that was taken since start, except that of corners. `keep_order`
+  // is that of Connectivity::drop_merged_vertices.
   PSPLIT_HD Fault finish(const CondensedStream& stream, Arena& arena, bool keep_order,
                          Connectivity<Index>& mesh) {
     CondensedStartFaces start_faces(stream);
-    Fault fault;
-    if (stream.models.has_valence_contexts) {
-      ValenceContextSymbols<Index> symbols(valences_, stream.models, section_, birth_corners_);
-      fault = decode_connectivity(symbols, events_, start_faces, arena, mesh);
-    } else {
-      section_ = steps_[0].section();
-      DecodedSymbols<Index> symbols(symbols_, birth_corners_);
-      fault = decode_connectivity(symbols, events_, start_faces, arena, mesh);
-    }
+    const Fault fault = corners_.are_last ? add_faces<true>(stream, start_faces, arena, mesh)
+                                          : add_faces<false>(stream, start_faces, arena, mesh);
     if (fault != Fault::kNone) return fault;
     if (start_faces.count() != stream.component_count || mesh.merged_count != stream.split_symbol_count)
       return Fault::kCounts;
-    birth_corners_ = birth_corners_.first(mesh.vertex_count);
+    corners_.corner = corners_.corner.first(mesh.vertex_count);
+    if (corners_.are_last) finish_last_corners(mesh);
     mesh.drop_merged_vertices(keep_order);
     arena.release(mark_);
     steps_ = {};
     return Fault::kNone;
   }
-  // By vertex, merged ones included and before they were dropped: the corner at which it was new. These corners
-  // ascend.
-  PSPLIT_HD View<const Index> birth_corners() const { return birth_corners_; }
+  // First corners ascend. The last corner of a merged vertex is kNone. Last corners are noted if a model needs
+  // them, otherwise first corners.
+  PSPLIT_HD const VertexCorners<Index>& corners() const { return corners_; }
   // Behind the symbols.
   PSPLIT_HD const SectionReader& section() const { return section_; }
 
   // The memory that this takes and keeps, and the memory that it takes and releases.
   PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
-    return Connectivity<Index>::bytes(counts) + Arena::bytes<Index>(birth_room(counts));
+    return Connectivity<Index>::bytes(counts) + Arena::bytes<Index>(corner_room(counts));
   }
   PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header) {
     const ConnectivityCounts& counts = header.counts;
@@ -92,7 +89,7 @@ class CondensedConnectivity {
 
  private:
   // The last symbol may bring three vertices more than the limit before the excess is found.
-  PSPLIT_HD static size_t birth_room(const ConnectivityCounts& counts) {
+  PSPLIT_HD static size_t corner_room(const ConnectivityCounts& counts) {
     return size_t{counts.vertex_limit} + 3;
   }
 
@@ -101,6 +98,26 @@ class CondensedConnectivity {
     section_ = stream.models.has_borders ? stream.behind_border : stream.numbers(stream.numbers_end);
     if (!stream.models.has_borders) return section_.start_words(stream.first_section);
     return section_.empty() ? Fault::kCounts : Fault::kNone;
+  }
+
+  template <bool kLast>
+  PSPLIT_HD Fault add_faces(const CondensedStream& stream, CondensedStartFaces& start_faces, Arena& arena,
+                            Connectivity<Index>& mesh) {
+    if (stream.models.has_valence_contexts) {
+      const ValenceContextSymbols<Index, kLast> symbols(valences_, stream.models, section_, corners_.corner);
+      return decode_connectivity(symbols, events_, start_faces, arena, mesh);
+    }
+    section_ = steps_[0].section();
+    const DecodedSymbols<Index, kLast> symbols(symbols_, corners_.corner);
+    return decode_connectivity(symbols, events_, start_faces, arena, mesh);
+  }
+  // Start faces come behind all others.
+  PSPLIT_HD void finish_last_corners(const Connectivity<Index>& mesh) {
+    constexpr uint32_t kOrder[] = {0, 2, 1};  // backward, corner 1 of a face is the first
+    for (uint32_t face = mesh.counts.symbol_count; face < mesh.counts.face_count; ++face)
+      for (const uint32_t k : kOrder)
+        corners_.corner[mesh.table.vertex[4 * face + k]] = static_cast<Index>(4 * face + k);
+    for (uint32_t i = 0; i < mesh.merged_count; ++i) corners_.corner[mesh.merged[i]] = kNone<Index>;
   }
 
   PSPLIT_HD Fault read_events(const CondensedStream& stream, uint32_t symbol_count) {
@@ -119,7 +136,7 @@ class CondensedConnectivity {
   size_t mark_ = 0;
   SectionReader section_;
   View<SplitEvent> events_;
-  View<Index> birth_corners_;
+  VertexCorners<Index> corners_;
   Valences<Index> valences_;
   View<uint8_t> symbols_;
   View<ContextSymbolSteps> steps_;

@@ -56,25 +56,34 @@ class ContextSymbolSteps {
   uint8_t* end_ = nullptr;
 };
 
-// For add_faces: notes the corner at which each vertex is new.
-template <typename Index>
-class BirthCorners {
+// For add_faces: notes the first or the last corner of each vertex in the order of decoding.
+template <typename Index, bool kLast>
+class CornerNotes {
  public:
-  PSPLIT_HD explicit BirthCorners(View<Index> corners) : corners_(corners) {}
-  PSPLIT_HD void brought(uint32_t vertex, uint32_t corner) { corners_[vertex] = static_cast<Index>(corner); }
+  PSPLIT_HD explicit CornerNotes(View<Index> corners) : corners_(corners) {}
+  PSPLIT_HD void brought(uint32_t vertex, uint32_t corner) {
+    if constexpr (!kLast) corners_[vertex] = static_cast<Index>(corner);
+  }
+  PSPLIT_HD void added(uint32_t, uint32_t v0, uint32_t v1, uint32_t v2) {
+    if constexpr (!kLast) return;
+    corners_[v0] = static_cast<Index>(corner_);
+    corners_[v1] = static_cast<Index>(corner_ + 1);
+    corners_[v2] = static_cast<Index>(corner_ + 2);
+    corner_ += 4;
+  }
 
  private:
   View<Index> corners_;
+  uint32_t corner_ = 0;
 };
 
 // Symbols that are decoded to bytes.
-template <typename Index>
-class DecodedSymbols : public BirthCorners<Index> {
+template <typename Index, bool kLast>
+class DecodedSymbols : public CornerNotes<Index, kLast> {
  public:
-  PSPLIT_HD DecodedSymbols(View<const uint8_t> symbols, View<Index> birth_corners)
-      : BirthCorners<Index>(birth_corners), at_(symbols.data()) {}
+  PSPLIT_HD DecodedSymbols(View<const uint8_t> symbols, View<Index> corners)
+      : CornerNotes<Index, kLast>(corners), at_(symbols.data()) {}
   PSPLIT_HD uint32_t next(uint32_t) { return *at_++; }
-  PSPLIT_HD void added(uint32_t, uint32_t, uint32_t, uint32_t) {}
   PSPLIT_HD void merged(uint32_t, uint32_t) {}
 
  private:
@@ -82,12 +91,12 @@ class DecodedSymbols : public BirthCorners<Index> {
 };
 
 // Symbols in contexts of valences, which are known only while faces are added. They are read from `section`.
-template <typename Index>
-class ValenceContextSymbols : public BirthCorners<Index> {
+template <typename Index, bool kLast>
+class ValenceContextSymbols : public CornerNotes<Index, kLast> {
  public:
   PSPLIT_HD ValenceContextSymbols(const Valences<Index>& valences, const CondensedModels& models,
-                                  SectionReader& section, View<Index> birth_corners)
-      : BirthCorners<Index>(birth_corners),
+                                  SectionReader& section, View<Index> corners)
+      : CornerNotes<Index, kLast>(corners),
         valences_(valences),
         contexts_(models.contexts.data()),
         section_(section) {}
@@ -100,6 +109,7 @@ class ValenceContextSymbols : public BirthCorners<Index> {
     return clers;
   }
   PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
+    CornerNotes<Index, kLast>::added(symbol, v0, v1, v2);
     valences_.added(symbol, v0, v1, v2);
   }
   PSPLIT_HD void merged(uint32_t p, uint32_t n) { valences_.merged(p, n); }

@@ -9,6 +9,13 @@
 
 namespace psplit::core {
 
+// By vertex, before merged vertices are dropped: its first corner in the order of decoding, or its last.
+template <typename Index>
+struct VertexCorners {
+  View<Index> corner;
+  bool are_last = false;
+};
+
 // Finds the vertices of a table in the order of creation: vertices are as they occur at the corners of faces.
 // Forward, faces are in order of decoding. Backward, they are as Edgebreaker's encoder met them. `out` is
 // allocated. Only one of the functions is to be called.
@@ -34,11 +41,38 @@ class CreationOrder {
     }
     return seen.finish();
   }
-  // These corners only: all others have vertices that occur before.
-  PSPLIT_HD Fault see(View<const Index> corners) {
+  // The same as see_forward or see_backward, if no other corner can be the first one of a vertex. `marks` has
+  // room for a mark at each corner.
+  PSPLIT_HD Fault see_first(View<const Index> corners) {
     Seen seen = seen_;
     for (size_t i = 0; i < corners.size(); ++i) seen.see(corners[i]);
     return seen.finish();
+  }
+  PSPLIT_HD Fault see_last(View<const Index> corners, uint32_t face_count, View<uint8_t> marks) {
+    const Seen seen = seen_;
+    const bool has_known = seen.count > 0;
+    fill(marks, uint8_t{0});
+    for (size_t i = 0; i < corners.size(); ++i) {
+      const Index corner = corners[i];
+      if (corner == kNone<Index>) continue;
+      marks[corner] = !has_known || seen.rank[seen.vertex[corner]] == kNone<Index>;
+    }
+    uint32_t count = seen.count;
+    for (uint32_t face = face_count; face-- > 0;) {
+      constexpr uint32_t kAtCorner0 = 0xff;
+      const uint32_t marked = load_le32(&marks[4 * size_t{face}]);
+      if (PSPLIT_UNLIKELY(marked > kAtCorner0)) {
+        seen.corner[count] = static_cast<Index>(4 * face + 1);
+        count += marked >> 8 & 1;
+        seen.corner[count] = static_cast<Index>(4 * face + 2);
+        count += marked >> 16 & 1;
+      }
+      seen.corner[count] = static_cast<Index>(4 * face);
+      count += marked & 1;
+    }
+    for (uint32_t i = seen.count; i < count; ++i)
+      seen.rank[seen.vertex[seen.corner[i]]] = static_cast<Index>(i);
+    return count == seen.rank.size() ? Fault::kNone : Fault::kConnectivity;
   }
 
  private:
