@@ -152,8 +152,8 @@ class CreatedValues {
     zero_ = order.count;
     count_ = order.count - known_count;
     table_of_ = table_of_.first(count_);
-    const Search search{
-        table_.opposite, table_.vertex, {order.corner.data() + known_count, count_}, order.rank, known_count};
+    const Search search{table_.opposite, table_.vertex, {order.corner.data() + known_count, count_},
+                        order.rank,      known_count,   mask(model.backward)};
     if (mode_ == CreationMode::kOne)
       find_predictors<false>(model, search);
     else
@@ -194,14 +194,16 @@ class CreatedValues {
   struct Search {
     View<const Index> opposite, vertex, corner, rank;
     uint32_t known_count;
+    uint32_t flip;  // all ones if the order is backward, otherwise 0
 
-    // The later one of two ranks.
-    PSPLIT_HD static uint32_t later(uint32_t a, uint32_t b) { return a > b ? a : b; }
     PSPLIT_HD bool is_before(uint32_t v, uint32_t i) const { return rank[v] < i + known_count; }
-    // Whether two vertices, of which the later one has rank `edge`, and the one across from them come before
-    // value i.
-    PSPLIT_HD bool is_before(uint32_t edge, Index across, uint32_t i) const {
-      return across != kNone<Index> && later(edge, rank[vertex[across]]) < i + known_count;
+    // Whether three vertices come before value i, which occurs at corner `at`: x, y, and the one at `across`,
+    // whose face has all three. A face that comes before has only such vertices, and nearly every face that
+    // counts does.
+    PSPLIT_HD bool is_before(uint32_t x, uint32_t y, Index across, Index at, uint32_t i) const {
+      if (across == kNone<Index>) return false;
+      if (PSPLIT_LIKELY((across ^ flip) < ((at ^ flip) & ~3u))) return true;
+      return is_before(x, i) && is_before(y, i) && is_before(vertex[across], i);
     }
   };
 
@@ -211,7 +213,7 @@ class CreatedValues {
   // across the edge of a vertex beside a, and a.
   template <bool kTwo>
   PSPLIT_HD void find_predictors(const AttributeModel& model, const Search& search) {
-    const View<const Index> opposite = search.opposite, vertex = search.vertex, rank = search.rank;
+    const View<const Index> opposite = search.opposite, vertex = search.vertex;
     const View<Predictors<Index>> out = predictors_;
     const View<uint8_t> table_of = table_of_;
     const uint32_t value_count = count_;
@@ -221,30 +223,23 @@ class CreatedValues {
       const Index corner = search.corner[i], on_next = next(corner), on_previous = previous(corner);
       const Index a = vertex[on_next], b = vertex[on_previous], value = vertex[corner],
                   across = opposite[corner];
-      const uint32_t rank_a = rank[a], rank_b = rank[b];
       Predictors<Index>* const stored = &out[(kTwo ? 2 : 1) * size_t{i}];
       uint32_t count = 0;
-      if (PSPLIT_LIKELY(search.is_before(Search::later(rank_a, rank_b), across, i))) {
+      if (PSPLIT_LIKELY(search.is_before(a, b, across, corner, i))) {
         stored[0] = {a, b, vertex[across], value};
         if constexpr (kTwo) stored[1] = stored[0];
         count = 1;
       }
       if (two) {
-        const auto add = [&](Index edge_a, Index edge_b, uint32_t edge, Index far) {
-          if (!search.is_before(edge, far, i)) return;
+        const auto add = [&](Index edge_a, Index edge_b, Index far) {
+          if (!search.is_before(edge_a, edge_b, far, corner, i)) return;
           stored[1] = {edge_a, edge_b, vertex[far], value};
           if (count == 0) stored[0] = stored[1];
           ++count;
         };
         const Index left = opposite[on_next], right = opposite[on_previous];
-        if (left != kNone<Index>) {
-          const Index beside = vertex[left];
-          add(b, beside, Search::later(rank_b, rank[beside]), opposite[next(left)]);
-        }
-        if (count < 2 && right != kNone<Index>) {
-          const Index beside = vertex[right];
-          add(beside, a, Search::later(rank_a, rank[beside]), opposite[previous(right)]);
-        }
+        if (left != kNone<Index>) add(b, vertex[left], opposite[next(left)]);
+        if (count < 2 && right != kNone<Index>) add(vertex[right], a, opposite[previous(right)]);
       }
       if (PSPLIT_UNLIKELY(count == 0)) {
         const bool has_a = search.is_before(a, i), has_b = search.is_before(b, i);
