@@ -23,9 +23,9 @@
 #if defined(__CUDACC__)
 #define PSPLIT_INLINE __forceinline__
 #elif defined(__GNUC__) || defined(__clang__)
-#define PSPLIT_INLINE [[gnu::always_inline]]
+#define PSPLIT_INLINE [[gnu::always_inline]] inline
 #else
-#define PSPLIT_INLINE
+#define PSPLIT_INLINE inline
 #endif
 
 // Loads memory that is needed soon into the cache.
@@ -36,8 +36,10 @@
 #endif
 
 // Before a loop over a few runs whose state is kept in registers.
-#if defined(__CUDACC__)
+#if defined(__CUDA_ARCH__)
 #define PSPLIT_UNROLL _Pragma("unroll")
+#elif defined(__CUDACC__)
+#define PSPLIT_UNROLL
 #else
 #define PSPLIT_UNROLL _Pragma("GCC unroll 8")
 #endif

@@ -9,8 +9,8 @@ namespace psplit::core {
 
 // Decodes a symbol. Returns its place in the order C, S, L, R, E, and sets its code, which is invalid if the
 // context is never used.
-PSPLIT_HD PSPLIT_INLINE inline uint32_t next_symbol(SectionReader& section, const SymbolContext& context,
-                                                    uint32_t& clers) {
+PSPLIT_HD PSPLIT_INLINE uint32_t next_symbol(SectionReader& section, const SymbolContext& context,
+                                             uint32_t& clers) {
   constexpr uint64_t kOnes = 0x0001000100010001u;
   // Compares the slot with the first slots of symbols 1 to 4 at once: the top bit of each lane says whether it
   // is not above the slot. Then the sum of these bits.
