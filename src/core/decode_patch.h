@@ -11,6 +11,15 @@
 //     prediction   prediction.h           corrections, order, corner table -> integers by vertex
 //   output         patch.h                integers -> values of the attribute's type, by point (value_writer.h)
 //
+// A condensed stream (condensed/condensed_header.h) goes through the same stages, but reads its data elsewhere:
+//
+//   connectivity   condensed/condensed_connectivity.h  symbols in contexts (context_symbols.h) -> corner table
+//   seams          condensed/seam_steps.h              seam bits
+//   attributes     condensed/condensed_attributes.h    tokens (token_steps.h) -> corrections, as above; or
+//   values in
+//                                                      order of creation, with their own prediction
+//                                                      (creation.h)
+//
 // Most of the time goes into long chains of dependent steps. The decoder stops before each of them, so that a
 // driver may take the steps of several attributes and several patches in turn (schedule.h).
 #pragma once

@@ -7,6 +7,7 @@
 
 #include "encoder/condensing/section_writer.h"
 #include "src/container/condensed_head.h"
+#include "src/core/condensed/border_part.h"
 #include "src/core/condensed/condensed_numbers.h"
 #include "src/core/condensed/context_symbols.h"
 #include "src/core/condensed/section.h"
@@ -165,6 +166,48 @@ TEST(Tokens, DecodeToTheirSymbolsInStep) {
     EXPECT_EQ(decoded[n], expected[n]) << n;
     EXPECT_TRUE(sequences[n].section().is_at_end()) << n;
   }
+}
+
+// The first value of a border part has a table of its own; others are differences.
+TEST(BorderPart, DecodesAlone) {
+  std::vector<uint16_t> frequencies(kTokenCount, 35);
+  frequencies[0] = static_cast<uint16_t>(kSlots - 35 * (kTokenCount - 1));
+  const CondensedHead head = head_of(0, {kOneSymbol}, frequencies);
+  const std::vector<SymbolSlots> slots = slots_of(frequencies);
+  constexpr uint32_t kComponents = 3, kCount = 200;
+  std::mt19937 random(3);
+  SectionWriter writer;
+  std::vector<int32_t> values;
+  writer.plain().bits(0b1011, 4);  // numbers before the part
+  for (uint32_t i = 0; i < kCount * kComponents; ++i) {
+    values.push_back(static_cast<int32_t>(random() % (i % 7 == 0 ? 0xffffffffu : 1000)));
+    const int32_t before = i < kComponents ? 0 : values[i - kComponents];
+    const auto symbol = static_cast<uint32_t>(fold(wrapping_sub(values[i], before)));
+    uint32_t token = kTokenCount - 1;
+    while (token_bits(token).base > symbol) --token;
+    writer.code(slots[token]);
+    writer.plain().bits(symbol - token_bits(token).base, token_bits(token).bit_count);
+  }
+  Bytes bytes = {9, 9, 9, 9, 9, 9};  // another section
+  const size_t first_section = bytes.size();
+  writer.append_to(bytes);
+  StreamHeader header;
+  CondensedStream& stream = header.condensed;
+  stream.bytes = {bytes.data(), bytes.size()};
+  stream.models = head.models();
+  stream.models.has_borders = true;
+  stream.models.border_tables[0] = stream.models.border_tables[1] = 0;
+  stream.first_section = first_section;
+  stream.numbers_end = 4;
+  stream.border_count = kCount;
+  stream.border_components = kComponents;
+  std::vector<int32_t> decoded(values.size());
+  SectionReader behind;
+  ASSERT_EQ(decode_border_part(header, {decoded.data(), decoded.size()}, behind), Fault::kNone);
+  EXPECT_EQ(decoded, values);
+  EXPECT_TRUE(behind.is_at_end());
+  stream.models.border_tables[1] = AttributeModel::kNoTable;
+  EXPECT_EQ(decode_border_part(header, {decoded.data(), decoded.size()}, behind), Fault::kEntropy);
 }
 
 TEST(ContextSymbols, DependOnTheLastSymbols) {
