@@ -25,15 +25,23 @@ double all_bits(const SymbolCounts& counts, double scale) {
   return scale * symbol_bits(counts, tables) + static_cast<double>(table_bits.bit_count());
 }
 
+double all_bits(const TokenCounts& counts, double scale) {
+  const std::vector<uint16_t> table = fitting_frequencies(counts);
+  BitStringWriter table_bits;
+  core::NumberKind used = used_kind();
+  write_token_table(table, used, table_bits);
+  return scale * token_bits(counts, table) + static_cast<double>(table_bits.bit_count());
+}
+
 }  // namespace
 
 void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
-                                   Attribute& to) {
+                                   std::span<const uint32_t> known, Attribute& to) {
   for (const bool backward : {false, true})
     for (const bool two : {false, true}) {
       CreationCounts& counts = to.by_creation[backward][two];
-      const CreatedValues values(source, attribute, components, backward, two);
-      for (uint32_t i = 0; i < values.count(); ++i) {
+      const CreatedValues values(source, attribute, components, backward, two, known);
+      for (uint32_t i = values.first(); i < values.count(); ++i) {
         const CreationPredictor::Prediction by = values.predictors(i);
         const auto count = [&](TokenCounts& tokens, bool mean, uint32_t reach) {
           for (uint32_t k = 0; k < components; ++k)
@@ -48,9 +56,19 @@ void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribu
     }
 }
 
-void CodingCounts::add(const DracoFields& fields, const Skeleton& skeleton, const DecodedSource* source) {
+void CodingCounts::add(const DracoFields& fields, const Skeleton& skeleton, const DecodedSource* source,
+                       const BorderPart* border) {
   add_symbols(fields, contexts_of_symbols(fields, kMostLastSymbols), last_symbols_);
   add_symbols(fields, contexts_of_symbols(fields, kValenceContexts), valences_);
+  if (border != nullptr) {
+    const uint32_t components = skeleton.attributes[0].components;
+    inner_.may_be_by_creation = true;
+    add_by_creation(*source, 0, components, border->known, inner_);
+    // Without border parts, corrections in Draco's order are the alternative.
+    inner_.in_draco_order.add(code_in_draco_order(fields.attributes[0], skeleton.attributes[0]), components);
+    for (size_t n = 0; n < border->symbols.size(); ++n)
+      ++border_[n < components ? 0 : 1][token_of(border->symbols[n]).token];
+  }
   for (uint32_t i = 0; i < fields.attributes.size(); ++i) {
     const SkeletonAttribute& attribute = skeleton.attributes[i];
     AttributeCounts in_draco_order;
@@ -58,7 +76,7 @@ void CodingCounts::add(const DracoFields& fields, const Skeleton& skeleton, cons
     attributes_[i].in_draco_order += in_draco_order;
     if (source != nullptr && attribute.allows_creation_order()) {
       attributes_[i].may_be_by_creation = true;
-      add_by_creation(*source, i, attribute.components, attributes_[i]);
+      add_by_creation(*source, i, attribute.components, {}, attributes_[i]);
       continue;
     }
     // It has these corrections anyway, and they share the tables.
@@ -70,36 +88,32 @@ void CodingCounts::add(const DracoFields& fields, const Skeleton& skeleton, cons
   }
 }
 
+void CodingCounts::Attribute::add(const Attribute& other) {
+  may_be_by_creation |= other.may_be_by_creation;
+  in_draco_order += other.in_draco_order;
+  for (size_t backward = 0; backward < 2; ++backward)
+    for (size_t two = 0; two < 2; ++two) {
+      CreationCounts& sums = by_creation[backward][two];
+      const CreationCounts& counts = other.by_creation[backward][two];
+      for (size_t mean = 0; mean < 2; ++mean) sums.none[mean] += counts.none[mean];
+      for (size_t reach = 0; reach < kReaches; ++reach) {
+        sums.one[reach] += counts.one[reach];
+        sums.two[reach] += counts.two[reach];
+      }
+    }
+}
+
 CodingCounts& CodingCounts::operator+=(const CodingCounts& other) {
   last_symbols_ += other.last_symbols_;
   valences_ += other.valences_;
-  for (size_t i = 0; i < attributes_.size(); ++i) {
-    Attribute& to = attributes_[i];
-    const Attribute& from = other.attributes_[i];
-    to.may_be_by_creation |= from.may_be_by_creation;
-    to.in_draco_order += from.in_draco_order;
-    for (size_t backward = 0; backward < 2; ++backward)
-      for (size_t two = 0; two < 2; ++two) {
-        CreationCounts& sums = to.by_creation[backward][two];
-        const CreationCounts& counts = from.by_creation[backward][two];
-        for (size_t mean = 0; mean < 2; ++mean) sums.none[mean] += counts.none[mean];
-        for (size_t reach = 0; reach < kReaches; ++reach) {
-          sums.one[reach] += counts.one[reach];
-          sums.two[reach] += counts.two[reach];
-        }
-      }
-  }
+  for (size_t i = 0; i < attributes_.size(); ++i) attributes_[i].add(other.attributes_[i]);
+  inner_.add(other.inner_);
+  for (size_t t = 0; t < border_.size(); ++t) border_[t] += other.border_[t];
   return *this;
 }
 
 ValueCoding CodingCounts::choose_values(const Attribute& attribute, double scale, bool smallest, double& bits) {
-  const auto bits_of = [&](const TokenCounts& counts) {
-    const std::vector<uint16_t> table = fitting_frequencies(counts);
-    BitStringWriter table_bits;
-    core::NumberKind used = used_kind();
-    write_token_table(table, used, table_bits);
-    return scale * token_bits(counts, table) + static_cast<double>(table_bits.bit_count());
-  };
+  const auto bits_of = [&](const TokenCounts& counts) { return all_bits(counts, scale); };
   ValueCoding chosen;
   bits = bits_of(attribute.in_draco_order.tokens[0]) + bits_of(attribute.in_draco_order.tokens[1]);
   if (!attribute.may_be_by_creation) return chosen;
@@ -143,7 +157,15 @@ Codings CodingCounts::choose(double scale, bool smallest) const {
   double bits_of_values = 0;
   for (uint32_t i = 0; i < attributes_.size(); ++i) {
     double bits = 0;
-    codings.values.push_back(choose_values(attributes_[i], scale, smallest, bits));
+    ValueCoding coding = choose_values(attributes_[i], scale, smallest, bits);
+    if (i == 0 && inner_.may_be_by_creation) {
+      double inner_bits = 0;
+      const ValueCoding inner = choose_values(inner_, scale, smallest, inner_bits);
+      const double with_borders = inner_bits + all_bits(border_[0], scale) + all_bits(border_[1], scale);
+      codings.has_borders = inner.by_creation && with_borders < bits;
+      if (codings.has_borders) coding = inner, bits = with_borders;
+    }
+    codings.values.push_back(coding);
     bits_of_values += bits;
   }
   codings.symbol_contexts = choose_symbols(scale, smallest, bits_of_values);

@@ -1,6 +1,7 @@
 // Chooses how the streams of a primitive are coded.
 #pragma once
 
+#include "encoder/condensing/border_part.h"
 #include "encoder/condensing/models.h"
 
 namespace psplit {
@@ -8,6 +9,7 @@ namespace psplit {
 struct Codings {
   uint32_t symbol_contexts = 0;
   std::vector<ValueCoding> values;  // by attribute
+  bool has_borders = false;         // border parts have values of the first attribute
 };
 
 // The counts of a sample of streams under all codings that may be chosen.
@@ -15,8 +17,10 @@ class CodingCounts {
  public:
   explicit CodingCounts(size_t attribute_count) : attributes_(attribute_count) {}
 
-  // `source` is null if no attribute may be coded by creation.
-  void add(const DracoFields& fields, const Skeleton& skeleton, const DecodedSource* source);
+  // `source` is null if no attribute may be coded by creation. `border` is null if values at borders cannot be
+  // stored once.
+  void add(const DracoFields& fields, const Skeleton& skeleton, const DecodedSource* source,
+           const BorderPart* border);
   CodingCounts& operator+=(const CodingCounts& other);
 
   // All streams have `scale` times the symbols of the sample.
@@ -31,15 +35,19 @@ class CodingCounts {
     bool may_be_by_creation = false;  // in some streams
     AttributeCounts in_draco_order;
     CreationCounts by_creation[2][2];  // by `backward` and `two`
+    void add(const Attribute& other);
   };
   static void add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
-                              Attribute& to);
+                              std::span<const uint32_t> known, Attribute& to);
   static ValueCoding choose_values(const Attribute& attribute, double scale, bool smallest, double& bits);
   uint32_t choose_symbols(double scale, bool smallest, double bits_of_values) const;
 
   SymbolCounts last_symbols_ = SymbolCounts(context_count(kMostLastSymbols));
   SymbolCounts valences_ = SymbolCounts(context_count(kValenceContexts));
   std::vector<Attribute> attributes_;
+  // The first attribute with border parts, and the tokens of these.
+  Attribute inner_;
+  std::array<TokenCounts, 2> border_{};
 };
 
 }  // namespace psplit

@@ -28,6 +28,10 @@ std::vector<uint32_t> raw_differences(const AttributeFields& fields, uint32_t co
 
 }  // namespace
 
+uint32_t folded_difference(int32_t value, int32_t predicted) {
+  return folded(static_cast<uint32_t>(value) - static_cast<uint32_t>(predicted));
+}
+
 uint32_t context_count(uint32_t symbol_contexts) {
   if (symbol_contexts == kValenceContexts) return 5 * DracoFields::kSymbolLists;
   uint32_t count = 1;
@@ -68,31 +72,30 @@ CodedValues code_in_draco_order(const AttributeFields& fields, const SkeletonAtt
 }
 
 CreatedValues::CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components,
-                             bool backward, bool two)
+                             bool backward, bool two, std::span<const uint32_t> known)
     : components_(components),
-      order_(source.table(attribute), source.vertex_count(attribute), backward),
+      order_(source.table(attribute), source.vertex_count(attribute), backward, known),
       predictor_(source.table(attribute), order_, two),
-      values_(order_.corner.size() * components) {
+      values_(order_.vertex.size() * components) {
   size_t at = 0;
-  for (const uint32_t corner : order_.corner)
-    for (uint32_t k = 0; k < components; ++k)
-      values_[at++] = source.number(attribute, source.table(attribute).vertex[corner], k);
+  for (const uint32_t vertex : order_.vertex)
+    for (uint32_t k = 0; k < components; ++k) values_[at++] = source.number(attribute, vertex, k);
 }
 
 uint32_t CreatedValues::symbol(uint32_t i, uint32_t component, const CreationPredictor::Prediction& by,
                                bool mean, uint32_t reach) const {
   const auto value = [&](uint32_t rank) { return values_[size_t{rank} * components_ + component]; };
-  const int32_t predicted = predicted_number(by, i, mean, reach, value);
-  return folded(static_cast<uint32_t>(value(i)) - static_cast<uint32_t>(predicted));
+  const int32_t predicted = predicted_number(by, mean, reach, value);
+  return folded_difference(value(i), predicted);
 }
 
 CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
-                             ValueCoding coding) {
-  const CreatedValues values(source, attribute, components, coding.backward, coding.two);
+                             ValueCoding coding, std::span<const uint32_t> known) {
+  const CreatedValues values(source, attribute, components, coding.backward, coding.two, known);
   CodedValues coded;
   coded.symbols.reserve(size_t{values.count()} * components);
   coded.table.reserve(values.count());
-  for (uint32_t i = 0; i < values.count(); ++i) {
+  for (uint32_t i = values.first(); i < values.count(); ++i) {
     const CreationPredictor::Prediction by = values.predictors(i);
     coded.table.push_back(static_cast<uint8_t>(by.parallelogram_count));
     for (uint32_t k = 0; k < components; ++k)

@@ -16,6 +16,9 @@ struct ValueCoding {
   uint32_t reach = 0;        // parallelograms do not reach out as far, 0 to 2
 };
 
+// The symbol of a correction, modulo 2^32.
+uint32_t folded_difference(int32_t value, int32_t predicted);
+
 // The symbols of one attribute, component after component of each value.
 struct CodedValues {
   std::vector<uint32_t> symbols;
@@ -38,9 +41,13 @@ inline constexpr uint32_t kReaches = 3;
 // The values of one attribute in the order of creation, and what predicts them.
 class CreatedValues {
  public:
-  CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components, bool backward, bool two);
+  // `known` are vertices whose values are not coded.
+  CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components, bool backward, bool two,
+                std::span<const uint32_t> known);
 
-  uint32_t count() const { return static_cast<uint32_t>(order_.corner.size()); }
+  // The values from `first` on are coded.
+  uint32_t first() const { return order_.known_count; }
+  uint32_t count() const { return static_cast<uint32_t>(order_.vertex.size()); }
   CreationPredictor::Prediction predictors(uint32_t i) const { return predictor_.of(i); }
   // The symbol of a component of value i.
   uint32_t symbol(uint32_t i, uint32_t component, const CreationPredictor::Prediction& by, bool mean,
@@ -55,6 +62,6 @@ class CreatedValues {
 
 // The values of an attribute in the order of creation.
 CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
-                             ValueCoding coding);
+                             ValueCoding coding, std::span<const uint32_t> known);
 
 }  // namespace psplit

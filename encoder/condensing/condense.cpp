@@ -22,13 +22,16 @@ class Condenser {
     result_.skeleton.resize(streams.size());
   }
 
-  CondensedStreams condense(bool smallest) {
+  // Nothing if values at borders were to be stored once, and that was not possible for all patches.
+  std::optional<CondensedStreams> condense(bool smallest, bool with_borders) {
     read_streams();
     share_skeletons();
     if (skeletons_.empty()) return std::move(result_);
-    const Codings codings = choose_codings(smallest);
+    const Codings codings = choose_codings(smallest, with_borders && may_have_borders());
     code_patches(codings);
+    if (codings.has_borders && !borders_agree()) return std::nullopt;
     write_patches();
+    if (codings.has_borders && !result_.head.empty() && condensed_count() < patch_count()) return std::nullopt;
     return std::move(result_);
   }
 
@@ -46,7 +49,42 @@ class Condenser {
     std::vector<AttributeCounts> attributes;
     std::vector<FlagCounts> flags;
     std::vector<SeamCounts> seams;
+    std::array<TokenCounts, 2> borders{};
   };
+
+  // All streams are patches, except that the last one may be a sequential residue.
+  size_t patch_count() const {
+    core::StreamHeader header;
+    const bool has_residue = core::read_stream_header(streams_.back().data(), streams_.back().size(), header) ==
+                                 core::Fault::kNone &&
+                             !header.edgebreaker;
+    return streams_.size() - (has_residue ? 1 : 0);
+  }
+  size_t condensed_count() const { return static_cast<size_t>(std::ranges::count(result_.is_condensed, 1)); }
+  bool may_have_borders() const {
+    const auto has_stitch = [](const DecodedCounts& counts) { return !counts.stitch.empty(); };
+    const auto is_condensable = [](const Patch& patch) { return patch.is_condensable; };
+    return std::ranges::any_of(counts_, has_stitch) &&
+           static_cast<size_t>(std::ranges::count_if(patches_, is_condensable)) == patch_count() &&
+           std::ranges::all_of(skeletons_, [](const Skeleton& skeleton) {
+             return skeleton.attributes[0].allows_creation_order();
+           });
+  }
+  BorderPart border_part(size_t i, const DecodedSource& source) const {
+    const uint32_t components = skeleton_of(patches_[i]).attributes[0].components;
+    return make_border_part(source, counts_[i], static_cast<uint32_t>(i), components);
+  }
+  bool borders_agree() const {
+    std::vector<BorderPart> parts;
+    for (const Patch& patch : patches_) parts.push_back(patch.coded.border);
+    std::vector<uint8_t> agree(patches_.size(), 1);
+    pool_.for_each(patches_.size(), [&](size_t i) {
+      if (!patches_[i].is_condensable) return;
+      const uint32_t components = skeleton_of(patches_[i]).attributes[0].components;
+      agree[i] = parts[i].agrees(counts_[i], static_cast<uint32_t>(i), components, parts);
+    });
+    return std::ranges::find(agree, 0) == agree.end();
+  }
 
   void read_streams() {
     pool_.for_each(streams_.size(), [&](size_t i) {
@@ -107,7 +145,7 @@ class Condenser {
     return is_needed ? DecodedSource::decode(streams_[i], counts_[i].point_count, skeleton) : nullptr;
   }
 
-  Codings choose_codings(bool smallest) const {
+  Codings choose_codings(bool smallest, bool with_borders) const {
     std::vector<size_t> condensable;
     uint64_t faces = 0;
     for (size_t i = 0; i < patches_.size(); ++i)
@@ -118,7 +156,11 @@ class Condenser {
     for (size_t n = 0; n < condensable.size(); n += every) sample_faces += counts_[condensable[n]].face_count;
     for_parts((condensable.size() + every - 1) / every, [&](size_t part, size_t n) {
       const size_t i = condensable[n * every];
-      parts[part].add(patches_[i].coded.fields, skeleton_of(patches_[i]), decode(i).get());
+      const std::unique_ptr<DecodedSource> source = decode(i);
+      const bool has_border = with_borders && source != nullptr;
+      const BorderPart border = has_border ? border_part(i, *source) : BorderPart();
+      parts[part].add(patches_[i].coded.fields, skeleton_of(patches_[i]), source.get(),
+                      has_border ? &border : nullptr);
     });
     for (size_t part = 1; part < kParts; ++part) parts[0] += parts[part];
     const double scale = static_cast<double>(faces) / static_cast<double>(std::max<uint64_t>(sample_faces, 1));
@@ -126,6 +168,7 @@ class Condenser {
   }
 
   void code_patches(const Codings& codings) {
+    models_.has_borders = codings.has_borders;
     models_.symbol_contexts = codings.symbol_contexts;
     std::vector<Counts> parts(kParts,
                               Counts(context_count(codings.symbol_contexts), attribute_count_, data_count_));
@@ -151,10 +194,13 @@ class Condenser {
         patch.is_condensable = false;
         return;
       }
+    if (codings.has_borders) patch.coded.border = border_part(i, *source);
     patch.coded.contexts = contexts_of_symbols(fields, codings.symbol_contexts);
     for (uint32_t a = 0; a < skeleton.attributes.size(); ++a) {
       patch.coded.attributes.push_back(
-          is_by_creation(a) ? code_by_creation(*source, a, skeleton.attributes[a].components, codings.values[a])
+          is_by_creation(a) ? code_by_creation(*source, a, skeleton.attributes[a].components, codings.values[a],
+                                               a == 0 ? std::span<const uint32_t>(patch.coded.border.known)
+                                                      : std::span<const uint32_t>())
                             : code_in_draco_order(fields.attributes[a], skeleton.attributes[a]));
       fields.attributes[a].symbols = {};
       fields.attributes[a].raw = {};
@@ -164,6 +210,10 @@ class Condenser {
   void count_patch(const Patch& patch, Counts& counts) const {
     const DracoFields& fields = patch.coded.fields;
     add_symbols(fields, patch.coded.contexts, counts.symbols);
+    const BorderPart& border = patch.coded.border;
+    for (size_t n = 0; n < border.symbols.size(); ++n)
+      ++counts.borders[n < skeleton_of(patch).attributes[0].components ? 0 : 1]
+                      [token_of(border.symbols[n]).token];
     for (size_t a = 0; a < fields.attributes.size(); ++a) {
       counts.attributes[a].add(patch.coded.attributes[a], skeleton_of(patch).attributes[a].components);
       for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
@@ -182,6 +232,7 @@ class Condenser {
 
   static void add_counts(const Counts& from, Counts& to) {
     to.symbols += from.symbols;
+    for (size_t t = 0; t < to.borders.size(); ++t) to.borders[t] += from.borders[t];
     const auto add_bits = [](const auto& bits, auto& sums) {
       for (size_t i = 0; i < bits.size(); ++i)
         for (size_t bit = 0; bit < 2; ++bit) sums[i][bit] += bits[i][bit];
@@ -195,6 +246,8 @@ class Condenser {
 
   void set_tables(const Codings& codings, const Counts& counts) {
     models_.symbol_tables = symbol_tables(counts.symbols);
+    for (size_t t = 0; t < counts.borders.size(); ++t)
+      models_.border_tables[t] = fitting_frequencies(counts.borders[t]);
     for (size_t a = 0; a < attribute_count_; ++a) {
       AttributeModel& model = models_.attributes.emplace_back();
       model.coding = codings.values[a];
@@ -216,24 +269,30 @@ class Condenser {
     const Expected<CondensedHead> head = read_condensed_head(head_bytes);
     if (!head) return;
     const CodingTables tables(models_);
-    std::vector<uint64_t> saved(streams_.size());
+    std::vector<int64_t> saved(streams_.size());
     std::vector<std::vector<uint8_t>> condensed(streams_.size());
+    std::vector<uint8_t> is_condensed(streams_.size());
     pool_.for_each(streams_.size(), [&](size_t i) {
       Patch& patch = patches_[i];
       if (!patch.is_condensable) return;
       condensed[i] = write_patch(patch.coded, skeleton_of(patch), models_, tables);
+      const std::vector<int32_t> known = std::move(patch.coded.border.values);
       patch.coded = {};
-      if (condensed[i].size() >= streams_[i].size()) return;
-      const Expected<std::vector<uint8_t>> expanded =
-          expand_stream(*head, {condensed[i], patch.skeleton, counts_[i].face_count, counts_[i].point_count});
-      if (expanded.ok() && *expanded == streams_[i]) saved[i] = streams_[i].size() - condensed[i].size();
+      const int64_t saves = std::ssize(streams_[i]) - std::ssize(condensed[i]);
+      // With borders either all patches are condensed, or none.
+      if (saves <= 0 && !models_.has_borders) return;
+      const Expected<std::vector<uint8_t>> expanded = expand_stream(
+          *head, {condensed[i], patch.skeleton, counts_[i].face_count, counts_[i].point_count, known});
+      if (!expanded.ok() || *expanded != streams_[i]) return;
+      saved[i] = saves;
+      is_condensed[i] = 1;
     });
-    if (std::accumulate(saved.begin(), saved.end(), uint64_t{0}) <= head_bytes.size()) return;
+    if (std::accumulate(saved.begin(), saved.end(), int64_t{0}) <= std::ssize(head_bytes)) return;
     result_.head = std::move(head_bytes);
+    result_.is_condensed = std::move(is_condensed);
     for (size_t i = 0; i < streams_.size(); ++i) {
-      if (saved[i] == 0) continue;
+      if (result_.is_condensed[i] == 0) continue;
       result_.bytes[i] = std::move(condensed[i]);
-      result_.is_condensed[i] = 1;
       result_.skeleton[i] = static_cast<uint8_t>(patches_[i].skeleton);
     }
   }
@@ -255,7 +314,9 @@ class Condenser {
 
 CondensedStreams condense(std::span<const std::vector<uint8_t>> draco_streams,
                           std::span<const DecodedCounts> counts, bool smallest, const ThreadPool& pool) {
-  return Condenser(draco_streams, counts, pool).condense(smallest);
+  if (auto condensed = Condenser(draco_streams, counts, pool).condense(smallest, /*with_borders=*/true))
+    return std::move(*condensed);
+  return *Condenser(draco_streams, counts, pool).condense(smallest, /*with_borders=*/false);
 }
 
 }  // namespace psplit

@@ -14,6 +14,9 @@ namespace psplit {
 struct DecodedCounts {
   uint32_t face_count = 0;
   uint32_t point_count = 0;  // as decoded
+  // Its part of the stitch map. Values at borders are stored once if the streams have such parts.
+  uint32_t reference_count = 0;
+  std::span<const uint8_t> stitch{};
 };
 
 // The streams of a container of version 3. A stream that is not condensed is stored as it is.

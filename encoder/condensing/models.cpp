@@ -103,7 +103,9 @@ std::vector<uint8_t> write_head(const Models& models) {
     if (attribute.has_flags)
       for (const uint32_t probability : attribute.flag_probability) out.bits(probability, kProbabilityBits);
   }
-  out.bits(0, 1);  // borders
+  out.bits(models.has_borders, 1);
+  if (models.has_borders)
+    for (const std::vector<uint16_t>& table : models.border_tables) write_token_table(table, used, out);
   out.number(count, static_cast<uint32_t>(models.seam_probability.size()));
   for (const std::array<uint32_t, 2>& seam : models.seam_probability)
     for (const uint32_t probability : seam) out.bits(probability, kProbabilityBits);

@@ -57,6 +57,9 @@ struct Models {
   uint32_t symbol_contexts = 0;
   std::vector<std::array<uint16_t, kClersCount>> symbol_tables;
   std::vector<AttributeModel> attributes;
+  bool has_borders = false;
+  std::array<std::vector<uint16_t>, 2>
+      border_tables;  // for the first value of a border part, and for the others
   std::vector<std::array<uint32_t, 2>> seam_probability;  // by attribute data
 };
 

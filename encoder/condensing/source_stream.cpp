@@ -46,7 +46,15 @@ std::unique_ptr<DecodedSource> DecodedSource::decode(std::span<const uint8_t> dr
   auto source = std::make_unique<DecodedSource>();
   source->memory_.reset(new uint8_t[size]);
   core::Arena arena(source->memory_.get(), size);
-  if (core::decode_patch<uint32_t>(header, arena, source->patch_) != core::Fault::kNone) return nullptr;
+  core::Patch<uint32_t>& patch = source->patch_;
+  core::View<uint32_t> walk;
+  if (core::decode_patch<uint32_t>(header, arena, patch) != core::Fault::kNone ||
+      core::walk_border(patch, arena, walk) != core::Fault::kNone)
+    return nullptr;
+  const core::CornerTable<uint32_t>& table = source->table(0);
+  for (size_t place = 0; place < walk.size(); ++place)
+    source->walk_.push_back(patch.corner_of_point.empty() ? walk[place]
+                                                          : table.vertex[patch.corner_of_point[walk[place]]]);
   return source;
 }
 

@@ -34,6 +34,8 @@ class DecodedSource {
   uint32_t vertex_count(uint32_t attribute) const {
     return patch_.groups[patch_.attributes[attribute].group].table.vertex_count;
   }
+  // The vertices of the first attribute's table at the places of the border walk.
+  const std::vector<uint32_t>& walk() const { return walk_; }
   // A component of the value of a vertex of the table.
   int32_t number(uint32_t attribute, uint32_t vertex, uint32_t component) const {
     const core::Attribute<uint32_t>& from = patch_.attributes[attribute];
@@ -43,6 +45,7 @@ class DecodedSource {
  private:
   std::unique_ptr<uint8_t[]> memory_;
   core::Patch<uint32_t> patch_;
+  std::vector<uint32_t> walk_;
 };
 
 }  // namespace psplit

@@ -25,6 +25,7 @@ class PatchWriter {
     SectionWriter main;
     write_connectivity_numbers(main.plain());
     write_attribute_numbers(lengths, main.plain());
+    if (models_.has_borders) code_border(main);
     code_symbols(main);
     code_seams(main);
     code_attribute(0, main);
@@ -73,10 +74,26 @@ class PatchWriter {
       if (scheme == core::Scheme::kTexCoords)
         out.number(flags, static_cast<uint32_t>(attribute.same_orientations.size()));
     }
+    core::NumberKind border(5);
+    if (models_.has_borders)
+      out.number(border,
+                 static_cast<uint32_t>(patch_.border.symbols.size() / skeleton_.attributes[0].components));
   }
 
   bool is_by_creation(uint32_t i) const {
     return models_.attributes[i].coding.by_creation && skeleton_.attributes[i].allows_creation_order();
+  }
+
+  void code_border(SectionWriter& out) {
+    for (size_t i = 0; i < patch_.border.symbols.size(); ++i)
+      code_token(patch_.border.symbols[i], tables_.borders[i < skeleton_.attributes[0].components ? 0 : 1],
+                 out);
+  }
+
+  static void code_token(uint32_t symbol, const std::vector<SymbolSlots>& slots, SectionWriter& out) {
+    const Token token = token_of(symbol);
+    out.code(slots[token.token]);
+    out.plain().bits(token.extra, token.extra_bits);
   }
 
   void code_symbols(SectionWriter& out) {
@@ -100,11 +117,7 @@ class PatchWriter {
     const uint32_t components = skeleton_.attributes[i].components;
     for (size_t value = 0; value < values.table.size(); ++value) {
       const std::vector<SymbolSlots>& slots = tables_.tokens[i][values.table[value]];
-      for (uint32_t k = 0; k < components; ++k) {
-        const Token token = token_of(values.symbols[value * components + k]);
-        out.code(slots[token.token]);
-        out.plain().bits(token.extra, token.extra_bits);
-      }
+      for (uint32_t k = 0; k < components; ++k) code_token(values.symbols[value * components + k], slots, out);
     }
     for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
       for (const uint8_t flag : flags_of_kind(fields_.attributes[i], kind))
@@ -122,6 +135,7 @@ class PatchWriter {
 
 CodingTables::CodingTables(const Models& models) {
   for (const auto& table : models.symbol_tables) symbols.push_back(slots_of(table));
+  for (const std::vector<uint16_t>& table : models.border_tables) borders.push_back(slots_of(table));
   for (const AttributeModel& attribute : models.attributes) {
     auto& slots = tokens.emplace_back();
     for (const std::vector<uint16_t>& table : attribute.tables) slots.push_back(slots_of(table));

@@ -2,6 +2,7 @@
 // condensed patch".
 #pragma once
 
+#include "encoder/condensing/border_part.h"
 #include "encoder/condensing/models.h"
 #include "encoder/condensing/section_writer.h"
 
@@ -12,6 +13,7 @@ struct CodingTables {
   explicit CodingTables(const Models& models);
   std::vector<std::vector<SymbolSlots>> symbols;              // by context
   std::vector<std::vector<std::vector<SymbolSlots>>> tokens;  // by attribute and table
+  std::vector<std::vector<SymbolSlots>> borders;              // by table
 };
 
 // A patch whose values and symbols are coded. Of its fields it needs everything except the attributes' symbols
@@ -21,6 +23,7 @@ struct CodedPatch {
   uint32_t point_count = 0;
   std::vector<uint16_t> contexts;       // of all symbols except the first
   std::vector<CodedValues> attributes;  // in the order of the stream
+  BorderPart border;
 };
 
 std::vector<uint8_t> write_patch(const CodedPatch& patch, const Skeleton& skeleton, const Models& models,

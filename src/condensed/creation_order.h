@@ -2,6 +2,7 @@
 // that order. Specification: "order of creation".
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "src/core/corner_table.h"
@@ -10,13 +11,23 @@ namespace psplit {
 
 // Forward: faces in their order, corners 0, 1 and 2 of each. Backward: faces from the last to the first,
 // corners 1, 2 and 0 of each. A vertex that has not occurred comes next.
+// Known vertices come before all others.
 struct CreationOrder {
-  std::vector<uint32_t> corner;  // where each vertex occurred first
+  std::vector<uint32_t> vertex;  // in the order
+  std::vector<uint32_t> corner;  // where each vertex occurred first; any corner of a known vertex
   std::vector<uint32_t> rank;    // by vertex: its place in the order
+  uint32_t known_count = 0;
 
-  CreationOrder(const core::CornerTable<uint32_t>& table, uint32_t vertex_count, bool backward)
-      : rank(vertex_count, core::kNone<uint32_t>) {
+  // `known` names each vertex at most once.
+  CreationOrder(const core::CornerTable<uint32_t>& table, uint32_t vertex_count, bool backward,
+                std::span<const uint32_t> known)
+      : vertex(known.begin(), known.end()),
+        corner(known.size()),
+        rank(vertex_count, core::kNone<uint32_t>),
+        known_count(static_cast<uint32_t>(known.size())) {
+    vertex.reserve(vertex_count);
     corner.reserve(vertex_count);
+    for (uint32_t i = 0; i < known_count; ++i) rank[known[i]] = i;
     const auto face_count = static_cast<uint32_t>(table.vertex.size() / 4);
     for (uint32_t i = 0; i < face_count; ++i) {
       const uint32_t first = backward ? 4 * (face_count - 1 - i) + 1 : 4 * i;
@@ -24,6 +35,7 @@ struct CreationOrder {
         uint32_t& at = rank[table.vertex[c]];
         if (at != core::kNone<uint32_t>) continue;
         at = static_cast<uint32_t>(corner.size());
+        vertex.push_back(table.vertex[c]);
         corner.push_back(c);
       }
     }
@@ -41,6 +53,9 @@ class CreationPredictor {
     uint32_t parallelogram_count = 0, edge_count = 0;
     Parallelogram parallelogram[2];
     uint32_t edge[2] = {};
+    // The value that was stored last, if any was.
+    bool has_last = false;
+    uint32_t last = 0;
   };
 
   CreationPredictor(const core::CornerTable<uint32_t>& table, const CreationOrder& order, bool two)
@@ -57,6 +72,8 @@ class CreationPredictor {
     if (found.parallelogram_count > 0) return found;
     for (const uint32_t neighbour : {rank_at(core::next(corner)), rank_at(core::previous(corner))})
       if (neighbour < i) found.edge[found.edge_count++] = neighbour;
+    found.has_last = i > order_.known_count;
+    found.last = i - 1;
     return found;
   }
 
@@ -78,8 +95,7 @@ class CreationPredictor {
 // The predicted number of one component. value(rank) returns the number of an earlier value. With `reach`,
 // parallelograms do not reach out as far.
 template <typename Value>
-int32_t predicted_number(const CreationPredictor::Prediction& by, uint32_t i, bool mean, uint32_t reach,
-                         Value value) {
+int32_t predicted_number(const CreationPredictor::Prediction& by, bool mean, uint32_t reach, Value value) {
   const auto number = [&](uint32_t rank) { return static_cast<uint32_t>(value(rank)); };
   // All sums are modulo 2^32.
   const auto shifted = [](uint32_t x, uint32_t shift) {
@@ -95,7 +111,7 @@ int32_t predicted_number(const CreationPredictor::Prediction& by, uint32_t i, bo
   if (by.parallelogram_count == 1) return static_cast<int32_t>(completed(by.parallelogram[0]));
   if (by.edge_count == 2 && mean) return static_cast<int32_t>(halfway(number(by.edge[0]), number(by.edge[1])));
   if (by.edge_count > 0) return static_cast<int32_t>(number(by.edge[0]));
-  return i > 0 ? value(i - 1) : 0;
+  return by.has_last ? value(by.last) : 0;
 }
 
 }  // namespace psplit

@@ -9,6 +9,7 @@
 #include "src/condensed/skeleton.h"
 #include "src/condensed/stream_layout.h"
 #include "src/condensed/stream_mesh.h"
+#include "src/core/condensed/border_part.h"
 #include "src/core/condensed/condensed_header.h"
 #include "src/core/condensed/context_symbols.h"
 #include "src/core/workspace.h"
@@ -154,8 +155,15 @@ class FieldsExpander {
         return Fault::kPrediction;
     }
     if (numbers.broken()) return Fault::kTruncated;
-    main_ = numbers.bits();
-    return main_.start_words(condensed.first_section);
+    main_ = condensed.numbers(condensed.numbers_end);
+    return models_.has_borders ? skip_border_part() : main_.start_words(condensed.first_section);
+  }
+  // The values that it has are known.
+  Fault skip_border_part() {
+    const uint64_t total = uint64_t{header_.condensed.border_count} * header_.condensed.border_components;
+    if (!claim(sizeof(int32_t) * total)) return Fault::kWorkspace;
+    std::vector<int32_t> values(static_cast<size_t>(total));
+    return core::decode_border_part(header_, {values.data(), values.size()}, main_);
   }
   // No scheme has more flags than there are corners.
   bool make_flags(std::vector<uint8_t>& flags, uint32_t count) {
@@ -276,22 +284,45 @@ class FieldsExpander {
     out.symbols = {};
   }
 
+  // The vertices of the border walk, and their values. Of several places of a vertex the lowest counts.
+  Fault take_known_values(const core::Group<uint32_t>& group, uint32_t components, std::vector<uint32_t>& known,
+                          std::vector<int32_t>& values) {
+    std::vector<uint32_t> walk;
+    if (const Fault fault = mesh_->find_walk(group, walk); fault != Fault::kNone) return fault;
+    if (stream_.known.size() != uint64_t{walk.size()} * components) return Fault::kCounts;
+    const uint32_t stride = core::value_stride(components);
+    std::vector<bool> is_known(values.size() / stride);
+    for (size_t place = 0; place < walk.size(); ++place) {
+      const uint32_t vertex = walk[place];
+      if (is_known[vertex]) continue;
+      is_known[vertex] = true;
+      known.push_back(vertex);
+      for (uint32_t k = 0; k < components; ++k)
+        values[size_t{vertex} * stride + k] = stream_.known[place * components + k];
+    }
+    return Fault::kNone;
+  }
+
   Fault read_by_creation(uint32_t i, const core::Group<uint32_t>& group, core::SectionReader& section) {
     const core::AttributeModel& model = models_.attributes[i];
     AttributeFields& out = fields_.attributes[i];
     const core::CornerTable<uint32_t> table = mesh_->table(group).table;
-    const CreationOrder order(table, out.count, model.backward);
+    std::vector<uint32_t> known;
+    std::vector<int32_t> values(size_t{out.count} * core::value_stride(out.components));  // by vertex
+    if (i == 0 && models_.has_borders)
+      if (const Fault fault = take_known_values(group, out.components, known, values); fault != Fault::kNone)
+        return fault;
+    const CreationOrder order(table, out.count, model.backward, known);
     const CreationPredictor predictor(table, order, model.two);
     const uint32_t stride = core::value_stride(out.components);
-    std::vector<int32_t> values(size_t{out.count} * stride);  // by vertex
-    const auto place = [&](uint32_t rank) { return size_t{table.vertex[order.corner[rank]]} * stride; };
+    const auto place = [&](uint32_t rank) { return size_t{order.vertex[rank]} * stride; };
     std::vector<uint32_t> symbols(out.components);
-    for (uint32_t rank = 0; rank < out.count; ++rank) {
+    for (uint32_t rank = order.known_count; rank < out.count; ++rank) {
       const CreationPredictor::Prediction by = predictor.of(rank);
       if (!read_value(model, by.parallelogram_count, section, symbols.data(), out.components))
         return Fault::kEntropy;
       for (uint32_t k = 0; k < out.components; ++k) {
-        const int32_t predicted = predicted_number(by, rank, model.mean, model.reach,
+        const int32_t predicted = predicted_number(by, model.mean, model.reach,
                                                    [&](uint32_t other) { return values[place(other) + k]; });
         values[place(rank) + k] = core::wrapping_add(predicted, static_cast<int32_t>(core::unfold(symbols[k])));
       }

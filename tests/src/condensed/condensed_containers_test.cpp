@@ -154,6 +154,7 @@ Bytes write(const HeadParts& parts) {
     out.bits(parts.has_flags, 1);
     for (int flag = 0; flag < 6 && parts.has_flags; ++flag) out.bits(parts.probability, 12);
   }
+  out.bits(0, 1);  // no borders
   out.number(count, parts.seam_count);
   for (uint32_t i = 0; i < 2 * parts.seam_count; ++i) out.bits(parts.probability, 12);
   return out.take();
