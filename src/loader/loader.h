@@ -17,7 +17,7 @@
 // CompressedPrimitive::open refuses counts that the bytes do not justify.
 //
 //   limit(n)   64 MiB, and 4096 bytes for each of n bytes
-//   open       at most 128 bytes for each byte of the container. Condensed streams share tables: at most 48 KiB
+//   open       at most 144 bytes for each byte of the container. Condensed streams share tables: at most 48 KiB
 //              for each of these, and there are at most 768
 //   counts     callers take memory according to them: indices of 4 bytes and the values of all attributes are
 //              together at most limit(container)

@@ -20,7 +20,7 @@ std::vector<core::TokenEntry> entries_of(std::span<const uint16_t> frequencies) 
   std::vector<core::TokenEntry> entries;
   for (uint32_t symbol = 0; symbol < frequencies.size(); ++symbol)
     for (uint32_t offset = 0; offset < frequencies[symbol]; ++offset)
-      entries.push_back((frequencies[symbol] - 1u) << 20 | symbol << core::kSlotBits | offset);
+      entries.push_back(uint32_t{frequencies[symbol]} << 19 | symbol << core::kSlotBits | offset);
   return entries;
 }
 
