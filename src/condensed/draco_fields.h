@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "src/core/edgebreaker_symbols.h"
-#include "src/export.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -81,18 +80,18 @@ struct DracoFields {
 // Errors: kUnsupported for streams that have no fields: sequential meshes, other versions than 2.2, deprecated
 // schemes, attributes with integers that are not entropy-coded. kInvalidInput for streams that cannot be
 // decoded, and for counts that the bytes do not justify. The bytes may be anything. Thread-safe.
-PSPLIT_EXPORT Expected<DracoFields> read_fields(std::span<const uint8_t> stream);
+Expected<DracoFields> read_fields(std::span<const uint8_t> stream);
 
 // Returns the stream that libdraco's encoder writes for these fields. Does not use possible_levels, nor
 // `symbols` of a valence traversal. The fields may be anything: an error, kInvalidInput, says that they
 // contradict each other. Thread-safe.
-PSPLIT_EXPORT Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields);
+Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields);
 
 // Fills symbol_lists of a valence traversal from vertex_count, face_count, symbol_count, symbols, split_events
 // and start_faces. Errors: kInvalidInput if they do not form a mesh.
-PSPLIT_EXPORT Status list_symbols(DracoFields& fields);
+Status list_symbols(DracoFields& fields);
 
 // Whether write_fields(read_fields(stream)) is the stream. False for streams that have no fields.
-PSPLIT_EXPORT bool is_reproducible(std::span<const uint8_t> stream);
+bool is_reproducible(std::span<const uint8_t> stream);
 
 }  // namespace psplit

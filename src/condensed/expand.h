@@ -21,7 +21,6 @@ struct CondensedStream {
 };
 
 // The Draco stream. The bytes and the row may be anything. Errors: kInvalidInput. Thread-safe.
-PSPLIT_EXPORT Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head,
-                                                           const CondensedStream& stream);
+Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head, const CondensedStream& stream);
 
 }  // namespace psplit

@@ -3,17 +3,15 @@
 #pragma once
 
 #include "src/container/patch_container.h"
-#include "src/export.h"
 #include "src/parallel.h"
 
 namespace psplit {
 
 // The Draco stream of a patch, or of the residue. A stored stream is copied. Errors: those of expand_stream,
 // with the patch as their place.
-PSPLIT_EXPORT Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, uint32_t patch);
+Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, uint32_t patch);
 
 // A container of version 2 with the same mesh, numbering and stitch map. Errors: those of expand_patch.
-PSPLIT_EXPORT Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container,
-                                                              const ThreadPool& pool);
+Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container, const ThreadPool& pool);
 
 }  // namespace psplit

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "src/core/condensed/models.h"
-#include "src/export.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -33,6 +32,6 @@ struct CondensedHead {
 
 // Reads a head, which is not empty. Any bytes may be given. Takes memory in proportion to the bytes: at most 16
 // KiB for each table of theirs. Errors: kInvalidInput, with "head: " before the cause.
-PSPLIT_EXPORT Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes);
+Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes);
 
 }  // namespace psplit
