@@ -21,7 +21,7 @@ class Logarithms {
  private:
   // Each square of the mantissa shows one bit more of the fraction.
   static double logarithm(uint32_t x) {
-    const int whole = std::bit_width(x) - 1;
+    const int whole = static_cast<int>(std::bit_width(x)) - 1;
     uint64_t mantissa = uint64_t{x} << (31 - whole);
     double result = whole, place = 0.5;
     for (int i = 0; i < 24; ++i, place /= 2) {
