@@ -18,7 +18,8 @@ if(PSPLIT_BUILD_ENCODER)
        encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/quantization.h
        encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
-       gltf_ext/convert/encode_document_options.h gltf_ext/convert/primitive_report.h gltf_ext/document/document.h
+       gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
+       gltf_ext/document/document.h
        gltf_ext/document/image_placement.h gltf_ext/document/primitive_id.h gltf_ext/document/write_document.h
        gltf_ext/document/write_report.h gltf_ext/json/json.h src/container/stream_entry.h)
 endif()

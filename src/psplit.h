@@ -17,6 +17,7 @@
 //   psplit::gltf      gltf_ext/document/document.h           reads a glTF document
 //                     gltf_ext/convert/encode_document.h     encodes all of its meshes
 //                     gltf_ext/convert/decode_document.h     decodes all of its meshes
+//                     gltf_ext/convert/expand_document.h     turns condensed patches into Draco streams
 //                     gltf_ext/document/write_document.h     writes it
 //
 // gltf_ext/examples has a program for each of these.
