@@ -188,7 +188,8 @@ class FieldsExpander {
     const core::View<const core::SplitEvent> events(fields_.split_events.data(), fields_.split_events.size());
     const Fault fault = mesh_->decode(symbols, events, fields_.start_faces);
     if (fault != Fault::kNone) return fault;
-    const auto s_count = static_cast<uint32_t>(std::ranges::count(fields_.symbols, core::kS));
+    const auto s_count =
+        static_cast<uint32_t>(std::count(fields_.symbols.begin(), fields_.symbols.end(), core::kS));
     if (s_count != header_.condensed.split_symbol_count ||
         component_count(fields_) != header_.condensed.component_count)
       return Fault::kCounts;

@@ -1,5 +1,6 @@
 #include "src/condensed/symbol_lists.h"
 
+#include <algorithm>
 #include <memory>
 
 #include "src/core/edgebreaker.h"
@@ -10,7 +11,8 @@ namespace {
 bool are_clers(const std::vector<uint8_t>& symbols) {
   constexpr uint32_t kClers =
       1u << core::kC | 1u << core::kS | 1u << core::kL | 1u << core::kR | 1u << core::kE;
-  return std::ranges::all_of(symbols, [](uint8_t symbol) { return symbol < 8 && (kClers >> symbol & 1) != 0; });
+  return std::all_of(symbols.begin(), symbols.end(),
+                     [](uint8_t symbol) { return symbol < 8 && (kClers >> symbol & 1) != 0; });
 }
 
 // Whether the events are as core::add_faces requires.
@@ -36,7 +38,8 @@ uint32_t component_count(const DracoFields& fields) {
 
 Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields) {
   using core::Arena;
-  const auto s_count = static_cast<uint64_t>(std::ranges::count(fields.symbols, core::kS));
+  const auto s_count =
+      static_cast<uint64_t>(std::count(fields.symbols.begin(), fields.symbols.end(), core::kS));
   const uint64_t faces = fields.face_count, limit = fields.vertex_count + s_count;
   // So the memory is a small multiple of what the fields take.
   const bool fit = are_clers(fields.symbols) && fields.symbols.size() == fields.symbol_count &&

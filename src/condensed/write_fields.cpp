@@ -166,7 +166,7 @@ bool is_reproducible(std::span<const uint8_t> stream) {
   const Expected<DracoFields> fields = read_fields(stream);
   if (!fields) return false;
   const Expected<std::vector<uint8_t>> again = write_fields(*fields);
-  return again.ok() && std::ranges::equal(*again, stream);
+  return again.ok() && std::equal(again->begin(), again->end(), stream.begin(), stream.end());
 }
 
 }  // namespace psplit

@@ -189,7 +189,8 @@ uint64_t PatchContainer::stream_bytes() const {
 }
 
 uint32_t PatchContainer::condensed_count() const {
-  return static_cast<uint32_t>(std::ranges::count(entries, true, &StreamEntry::is_condensed));
+  return static_cast<uint32_t>(std::count_if(entries.begin(), entries.end(),
+                                             [](const StreamEntry& entry) { return entry.is_condensed; }));
 }
 
 uint64_t PatchContainer::reference_count() const {
