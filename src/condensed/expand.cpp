@@ -12,6 +12,7 @@
 #include "src/core/condensed/border_part.h"
 #include "src/core/condensed/condensed_header.h"
 #include "src/core/condensed/context_symbols.h"
+#include "src/core/condensed/token_steps.h"
 #include "src/core/workspace.h"
 
 namespace psplit {
@@ -23,8 +24,8 @@ using core::Fault;
 // traversal.
 class SectionSymbols : public Valences {
  public:
-  SectionSymbols(core::View<uint32_t> valences, core::SectionReader& section,
-                 const core::CondensedModels& models, uint8_t* symbols, uint8_t* lists)
+  SectionSymbols(const Valences& valences, core::SectionReader& section, const core::CondensedModels& models,
+                 uint8_t* symbols, uint8_t* lists)
       : Valences(valences),
         section_(&section),
         models_(&models),
@@ -37,8 +38,8 @@ class SectionSymbols : public Valences {
     uint32_t number = kE;
     *lists_ = 0;
     if (to != core::kNone<uint32_t>) {
-      *lists_ = static_cast<uint8_t>(list(to));
-      number = decode(models_->contexts[models_->has_valence_contexts ? 5 * list(to) + last_ : history_]);
+      *lists_ = static_cast<uint8_t>(class_of(to));
+      number = decode(models_->contexts[models_->has_valence_contexts ? 5 * class_of(to) + last_ : history_]);
     }
     ++lists_;
     last_ = number;
@@ -125,9 +126,9 @@ class FieldsExpander {
     for (uint32_t i = 0; i < header_.counts.split_count; ++i) {
       const auto event = numbers.split_event(kinds.event);
       source += event.source_delta;
-      if (source >= fields_.symbol_count || event.back > source) return Fault::kSplitEvent;
-      const auto from_end = static_cast<uint32_t>(fields_.symbol_count - 1 - source);
-      fields_.split_events.push_back({from_end, from_end + event.back, event.right_edge});
+      core::SplitEvent& out = fields_.split_events.emplace_back();
+      if (!core::set_split_event(fields_.symbol_count, source, event.back, out)) return Fault::kSplitEvent;
+      out.right_edge = event.right_edge;
     }
     return Fault::kNone;
   }
@@ -182,7 +183,7 @@ class FieldsExpander {
     mesh_->allocate();
     fields_.symbols.resize(fields_.symbol_count);
     std::vector<uint8_t> lists(fields_.symbol_count);
-    const auto symbols = [&](core::View<uint32_t> valences) {
+    const auto symbols = [&](const Valences& valences) {
       return SectionSymbols(valences, main_, models_, fields_.symbols.data(), lists.data());
     };
     const core::View<const core::SplitEvent> events(fields_.split_events.data(), fields_.split_events.size());
@@ -243,10 +244,8 @@ class FieldsExpander {
     if (number == core::AttributeModel::kNoTable) return false;
     const core::TokenEntry* const tokens = models_.token_tables.data() + size_t{number} * core::kSlots;
     for (uint32_t k = 0; k < components; ++k) {
-      constexpr uint32_t kDirect = 64;
-      const uint32_t token = section.next_token(tokens), extra_bits = (token - kDirect) / 2 + 5;
-      out[k] =
-          token < kDirect ? token : (2 + token % 2) << extra_bits | section.read(static_cast<int>(extra_bits));
+      const core::TokenBits bits = core::token_bits(section.next_token(tokens));
+      out[k] = bits.base + section.read(static_cast<int>(bits.bit_count));
     }
     return true;
   }

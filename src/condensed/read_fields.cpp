@@ -236,9 +236,9 @@ class FieldsReader {
     core::RansBits again = start_faces;
     Fault fault;
     if (is_valence) {
-      core::View<uint32_t> valences;
-      if (!arena_.take(valences, Valences::room(counts))) return Fault::kWorkspace;
-      core::fill(valences, 0u);
+      Valences valences;
+      fault = valences.start(counts, arena_);
+      if (fault != Fault::kNone) return fault;
       fault = core::decode_connectivity(ListedSymbols(valences, fields_.symbol_lists, out), events, again,
                                         arena_, mesh_);
     } else {

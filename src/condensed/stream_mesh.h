@@ -45,8 +45,8 @@ class StreamMesh {
     arena_ = core::Arena(memory_.get(), size);
   }
 
-  // Decodes the connectivity. make_symbols(valences) returns the symbols for core::add_faces; `valences` has
-  // what Valences needs. `start_faces` has a flag for each component.
+  // Decodes the connectivity. make_symbols(valences) returns the symbols for core::add_faces; `valences` are
+  // started. `start_faces` has a flag for each component.
   template <typename MakeSymbols>
   core::Fault decode(MakeSymbols make_symbols, core::View<const core::SplitEvent> events,
                      const std::vector<uint8_t>& start_faces) {
@@ -54,12 +54,12 @@ class StreamMesh {
     encode_flags(start_faces, flags);
     core::ByteReader reader(flags.data(), flags.size());
     core::RansBits start_face_bits;
-    core::View<uint32_t> valences;
+    Valences valences;
     core::Fault fault = start_face_bits.start(reader);
     if (fault != core::Fault::kNone) return fault;
-    if (!mesh_.allocate(arena_) || !arena_.take(valences, Valences::room(mesh_.counts)))
-      return core::Fault::kWorkspace;
-    core::fill(valences, 0u);
+    if (!mesh_.allocate(arena_)) return core::Fault::kWorkspace;
+    fault = valences.start(mesh_.counts, arena_);
+    if (fault != core::Fault::kNone) return fault;
     fault = core::decode_connectivity(make_symbols(valences), events, start_face_bits, arena_, mesh_);
     if (fault != core::Fault::kNone) return fault;
     // As the decoder does: the numbers of points depend on it.

@@ -56,11 +56,10 @@ Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields) {
                         core::WaitingEdges<uint32_t>::bytes(mesh.counts);
     const std::unique_ptr<uint8_t[]> memory(new uint8_t[size]);
     Arena arena(memory.get(), size);
-    core::View<uint32_t> valences;
+    Valences valences;
     core::WaitingEdges<uint32_t> waiting;
     mesh.allocate(arena);
-    arena.take(valences, Valences::room(mesh.counts));
-    core::fill(valences, 0u);
+    valences.start(mesh.counts, arena);
     core::fill(mesh.table.opposite, core::kNone<uint32_t>);
     fault = waiting.start({fields.split_events.data(), fields.split_events.size()}, fields.symbol_count, arena);
     if (fault == core::Fault::kNone)

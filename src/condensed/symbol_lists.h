@@ -1,7 +1,6 @@
 // Symbols for core::add_faces that pass through: read from one representation, and stored in the other.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -31,37 +30,13 @@ class StoredStandardSymbols : public core::StandardSymbols {
   uint8_t* out_;
 };
 
-// The valences of the faces that are decoded, which choose the list of the next symbol (core::ValenceSymbols).
-class Valences {
- public:
-  // `room` zeros, which the caller keeps.
-  explicit Valences(core::View<uint32_t> valences) : valences_(valences) {}
-
-  static size_t room(const core::ConnectivityCounts& counts) { return size_t{counts.vertex_limit} + 3; }
-  static size_t bytes(const core::ConnectivityCounts& counts) {
-    return core::Arena::bytes<uint32_t>(room(counts));
-  }
-
-  // For the vertex that a C would close.
-  uint32_t list(uint32_t to) const { return std::clamp(valences_[to], 2u, 7u) - 2; }
-
-  // For core::add_faces.
-  void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
-    valences_[v0] += symbol == core::kE ? 2 : symbol == core::kL || symbol == core::kR ? 1 : 0;
-    valences_[v1] += symbol == core::kE || symbol == core::kL ? 2 : 1;
-    valences_[v2] += symbol == core::kE || symbol == core::kR ? 2 : 1;
-  }
-  void merged(uint32_t p, uint32_t n) { valences_[p] += valences_[n]; }
-  void brought(uint32_t, uint32_t) {}
-
- private:
-  core::View<uint32_t> valences_;
-};
+// Numbers of valences choose the list of the next symbol (core::Valences::class_of).
+using Valences = core::Valences<uint32_t>;
 
 // Takes symbols from the lists, which have symbols 0 to 4, and stores them in their order.
 class ListedSymbols : public Valences {
  public:
-  ListedSymbols(core::View<uint32_t> valences, const SymbolLists& lists, uint8_t* out)
+  ListedSymbols(const Valences& valences, const SymbolLists& lists, uint8_t* out)
       : Valences(valences), lists_(&lists), out_(out) {
     for (size_t i = 0; i < lists.size(); ++i) left_[i] = lists[i].size();
   }
@@ -69,8 +44,8 @@ class ListedSymbols : public Valences {
     constexpr uint8_t kInvalid = 6;
     uint8_t symbol = core::kE;  // the first
     if (to != core::kNone<uint32_t>) {
-      size_t& left = left_[list(to)];
-      symbol = left > 0 ? kClersOfNumber[(*lists_)[list(to)][--left]] : kInvalid;
+      size_t& left = left_[class_of(to)];
+      symbol = left > 0 ? kClersOfNumber[(*lists_)[class_of(to)][--left]] : kInvalid;
     }
     *out_++ = symbol;
     return symbol;
@@ -85,10 +60,10 @@ class ListedSymbols : public Valences {
 // Takes core::Clers in their order, and notes the list of each except the first.
 class NotedLists : public Valences {
  public:
-  NotedLists(core::View<uint32_t> valences, const uint8_t* symbols, uint8_t* lists)
+  NotedLists(const Valences& valences, const uint8_t* symbols, uint8_t* lists)
       : Valences(valences), symbols_(symbols), lists_(lists) {}
   uint32_t next(uint32_t to) {
-    *lists_++ = static_cast<uint8_t>(to != core::kNone<uint32_t> ? list(to) : 0);
+    *lists_++ = static_cast<uint8_t>(to != core::kNone<uint32_t> ? class_of(to) : 0);
     return *symbols_++;
   }
 
