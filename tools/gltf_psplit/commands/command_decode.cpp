@@ -7,7 +7,6 @@
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
-#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -67,14 +66,11 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
 }
 
 Status run_decode(const Arguments& arguments, const Session& session) {
-  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
   const Stopwatch watch;
-  Expected<Document> document = read_input(arguments.input, session.log, arguments.backend.name);
-  if (!document) return document.status();
-  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
   WriteReport written;
-  written.files = {arguments.output};
-  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+  Expected<Document> document = read_for_output(arguments.input, arguments.output, arguments.report,
+                                                session.log, written, arguments.backend.name);
+  if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<Decoded> counts = convert(*document, arguments, session);
   if (!counts) return counts.status().at({.file = arguments.input});

@@ -7,7 +7,6 @@
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
-#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -48,16 +47,13 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   // would fault in page by page, each cleared first. For meshes of millions of faces, this costs a tenth of the
   // time.
   keep_freed_memory();
-  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
   const EncodeDocumentOptions& options = arguments.encode.options;
 
   const Stopwatch watch;
-  Expected<Document> document = read_input(arguments.input, session.log);
-  if (!document) return document.status();
-  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
   WriteReport written;
-  written.files = {arguments.output};
-  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+  Expected<Document> document =
+      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
+  if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<std::vector<PrimitiveReport>> reports = [&] {
     ProgressBar bar("encoding", session.log);

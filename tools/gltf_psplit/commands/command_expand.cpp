@@ -6,7 +6,6 @@
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
-#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/help_text.h"
@@ -45,14 +44,11 @@ Json report_json(const Arguments& arguments, const ExpandReport& counts, const A
 }
 
 Status run_expand(const Arguments& arguments, const Session& session) {
-  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
   const Stopwatch watch;
-  Expected<Document> document = read_input(arguments.input, session.log);
-  if (!document) return document.status();
-  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
   WriteReport written;
-  written.files = {arguments.output};
-  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+  Expected<Document> document =
+      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
+  if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<ExpandReport> counts = expand_document(*document, session.pool);
   if (!counts) return counts.status().at({.file = arguments.input});

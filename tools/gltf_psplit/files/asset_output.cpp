@@ -4,6 +4,7 @@
 #include <map>
 
 #include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 
 namespace psplit {
@@ -46,6 +47,18 @@ void append_written(Json& object, const WriteReport& report) {
   object["images"] = {
       {"embedded", report.embedded_images}, {"copied", report.copied_images}, {"bytes", report.image_bytes}};
   object["warnings"] = report.warnings;
+}
+
+Expected<Document> read_for_output(const std::string& input, const std::string& output,
+                                   const std::string& report, const Log& log, WriteReport& written,
+                                   const std::string& backend) {
+  if (Status status = check_output_paths(output, report); !status.ok()) return status;
+  Expected<Document> document = read_input(input, log, backend);
+  if (!document) return document;
+  if (Status status = check_not_an_input(report, "--report", *document); !status.ok()) return status;
+  written.files = {output};
+  if (Status status = check_not_an_output(report, "--report", written); !status.ok()) return status;
+  return document;
 }
 
 Status write_asset(const Document& document, const std::string& output, const WriteOptions& options,

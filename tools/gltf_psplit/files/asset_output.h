@@ -27,6 +27,12 @@ void log_written(const WriteReport& report, const Log& log, const std::string& p
 // Appends the same as JSON: "images" and "warnings" of an asset.
 void append_written(Json& object, const WriteReport& report);
 
+// Reads the input of a command that makes one asset of another. Before, checks that the output and, if `report`
+// is not empty, the report can be written; then, that the report replaces neither a file of the input nor the
+// output, which becomes the first file of `written`. For the rest see read_input.
+Expected<Document> read_for_output(const std::string& input, const std::string& output,
+                                   const std::string& report, const Log& log, WriteReport& written,
+                                   const std::string& backend = "auto");
 // Writes the document, and logs what `written` then reports. Errors are those of write_document, with the file.
 Status write_asset(const Document& document, const std::string& output, const WriteOptions& options,
                    const Log& log, WriteReport& written);
