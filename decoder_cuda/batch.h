@@ -9,10 +9,14 @@
 //   ResumeStreams   a warp a stream      from one stop to the next
 //   FinishStreams   a warp a stream      the remaining stops; the points that it owns; the first stream's grid
 //   WriteStreams    a warp a stream      values and faces, to their targets
+//
+// All except WriteStreams exist twice: for Draco streams, and for condensed streams.
 #pragma once
 
 #include <new>
 
+#include "decoder_cuda/device_head.h"
+#include "src/core/condensed/condensed_header.h"
 #include "src/core/stitch.h"
 #include "src/core/workspace.h"
 
@@ -46,12 +50,13 @@ struct PrimitiveTask {
   const uint8_t* bytes = nullptr;                // the places of its streams count from here
   uint32_t first_stream = 0, first_written = 0;  // places in the batch
   uint32_t first_target = 0, target_count = 0;
-  uint32_t point_count = 0;     // of all streams
-  uint32_t first_point = 0;     // the point of a target's first value
-  uint32_t stitch_version = 0;  // of its container
-  bool is_stitched = true;      // if not, every stream has all its points, one stream after the other
-  void* indices = nullptr;      // three for each face
-  uint32_t index_bytes = 4;     // 2 or 4
+  uint32_t point_count = 0;          // of all streams
+  uint32_t first_point = 0;          // the point of a target's first value
+  uint32_t stitch_version = 0;       // of its container
+  const DeviceHead* head = nullptr;  // of condensed streams
+  bool is_stitched = true;           // if not, every stream has all its points, one stream after the other
+  void* indices = nullptr;           // three for each face
+  uint32_t index_bytes = 4;          // 2 or 4
   // May be null. For each stream, the three smallest and the three largest values of the first target.
   float* bounds = nullptr;
 };
@@ -66,7 +71,8 @@ enum class StreamUse : uint8_t {
 struct StreamTask {
   uint64_t stream_at = 0, stitch_at = 0;  // in the primitive's bytes
   uint32_t stream_bytes = 0, stitch_bytes = 0;
-  uint32_t primitive = 0, number = 0;  // the stream's place in its container
+  uint32_t skeleton_at = 0, skeleton_bytes = 0;  // of a condensed stream
+  uint32_t primitive = 0, number = 0;            // the stream's place in its container
   uint32_t face_count = 0, point_count = 0, reference_count = 0;
   uint32_t face_base = 0, owned_base = 0, owned_end = 0;
   bool is_residue = false, has_walk = false;
@@ -92,8 +98,12 @@ struct StreamState {
   core::View<Index> border;
   core::View<uint32_t> numbers, references;
 
-  PSPLIT_HD core::PatchDecoder<Index>& decoder() {
-    return *__builtin_launder(reinterpret_cast<core::PatchDecoder<Index>*>(decoder_bytes));
+  // The decoder that BeginStreams made for streams of these kinds.
+  template <core::StreamKinds kKinds>
+  PSPLIT_HD core::PatchDecoder<Index, kKinds>& decoder() {
+    using Decoder = core::PatchDecoder<Index, kKinds>;
+    static_assert(sizeof(Decoder) == sizeof decoder_bytes);
+    return *__builtin_launder(reinterpret_cast<Decoder*>(decoder_bytes));
   }
 };
 
@@ -110,12 +120,16 @@ struct Batch {
   uint32_t* point_counts = nullptr;  // as decoded
 };
 
-// Either the streams whose numbers take 16 bits, or those whose numbers take 32.
+// Streams whose numbers take 16 bits, or streams whose numbers take 32.
 template <typename Index>
 struct StreamSet {
   Batch batch;
   const uint32_t* streams = nullptr;  // their places in the batch
   uint32_t count = 0;
+
+  StreamSet range(size_t first, size_t end) const {
+    return {batch, streams + first, static_cast<uint32_t>(end - first)};
+  }
 
   PSPLIT_HD const StreamTask& task(uint32_t i) const { return batch.streams[streams[i]]; }
   PSPLIT_HD StreamState<Index>& state(uint32_t i) const {
@@ -159,7 +173,7 @@ PSPLIT_HD float grid_value(const core::Attribute<Index>& attribute, uint32_t k) 
   return origin;
 }
 
-template <typename Index>
+template <typename Index, core::StreamKinds kKinds>
 struct BeginStreams {
   StreamSet<Index> set;
 
@@ -170,33 +184,42 @@ struct BeginStreams {
  private:
   PSPLIT_HD core::Fault begin(const StreamTask& task, StreamState<Index>& state, uint8_t* memory) const {
     using core::Fault;
-    const uint8_t* stream = set.batch.primitives[task.primitive].bytes + task.stream_at;
-    const Fault fault = core::read_stream_header(stream, task.stream_bytes, state.header);
+    const Fault fault = read_header(task, state.header);
     if (fault != Fault::kNone) return fault;
     // A residue may have more faces than its row counts, behind those.
     const uint32_t faces = state.header.counts.face_count;
     if (task.is_residue ? faces < task.face_count : faces != task.face_count) return Fault::kRow;
     if (sizeof(Index) == 2 && !state.header.fits_16_bits()) return Fault::kRow;
     state.arena = core::Arena(memory + state.bytes(), task.workspace_bytes);
-    return (new (state.decoder_bytes) core::PatchDecoder<Index>(state.header, state.arena, state.patch))
-        ->start();
+    using Decoder = core::PatchDecoder<Index, kKinds>;
+    return (new (state.decoder_bytes) Decoder(state.header, state.arena, state.patch))->start();
+  }
+  PSPLIT_HD core::Fault read_header(const StreamTask& task, core::StreamHeader& header) const {
+    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
+    const uint8_t* const stream = primitive.bytes + task.stream_at;
+    if constexpr (kKinds == core::StreamKinds::kDraco)
+      return core::read_stream_header(stream, task.stream_bytes, header);
+    else
+      return core::read_condensed_header(primitive.head->skeleton(task.skeleton_at, task.skeleton_bytes),
+                                         {stream, task.stream_bytes}, primitive.head->models, task.face_count,
+                                         task.point_count, header);
   }
 };
 
 // Runs [0, run_count) of all streams. Neighbouring threads take runs of the same kind.
-template <typename Index>
+template <typename Index, core::StreamKinds kKinds>
 struct TakeRuns {
   StreamSet<Index> set;
 
   PSPLIT_HD void operator()(uint32_t item) const {
     const uint32_t run = item / set.count, i = item % set.count;
     if (set.fault(i) != core::Fault::kNone) return;
-    const core::PatchDecoder<Index>& decoder = set.state(i).decoder();
+    const core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
     if (run < core::pending_runs(decoder)) core::take_run(decoder, run);
   }
 };
 
-template <typename Index>
+template <typename Index, core::StreamKinds kKinds>
 struct ResumeStreams {
   StreamSet<Index> set;
   uint32_t runs_taken = 0;
@@ -205,7 +228,7 @@ struct ResumeStreams {
   PSPLIT_HD void operator()(L lanes, uint32_t i) const {
     using core::Fault;
     if (set.fault(i) != Fault::kNone) return;
-    core::PatchDecoder<Index>& decoder = set.state(i).decoder();
+    core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
     if (decoder.stop() == core::Stop::kDone) return;
     const uint32_t pending = core::pending_runs(decoder);
     if (pending > runs_taken)
@@ -217,7 +240,7 @@ struct ResumeStreams {
   }
 };
 
-template <typename Index>
+template <typename Index, core::StreamKinds kKinds>
 struct FinishStreams {
   StreamSet<Index> set;
 
@@ -228,9 +251,10 @@ struct FinishStreams {
     StreamState<Index>& state = set.state(i);
     core::View<uint32_t>& walk = set.batch.walks[set.streams[i]];
     Fault fault = set.fault(i);
-    if (fault == Fault::kNone) fault = core::finish_together(lanes, state.decoder());
+    core::PatchDecoder<Index, kKinds>& decoder = state.template decoder<kKinds>();
+    if (fault == Fault::kNone) fault = core::finish_together(lanes, decoder);
     if (fault == Fault::kNone)
-      fault = state.decoder().alone(
+      fault = decoder.alone(
           lanes, [&] { return take_numbers(task, state, walk, set.batch.point_counts[set.streams[i]]); });
     if (fault == Fault::kNone) fault = number(lanes, task, state, walk);
     lanes.sync();

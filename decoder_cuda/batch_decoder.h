@@ -23,21 +23,24 @@
 
 namespace psplit {
 
-template <typename Index, typename Device>
+template <core::StreamKinds kKinds, typename Index, typename Device>
 Status launch_decoding(Device& device, const StreamSet<Index>& set, const LaunchPlan& plan) {
   if (set.count == 0) return {};
   device.mark("connectivity");
-  if (Status status = device.launch_threads(set.count, BeginStreams<Index>{set}); !status.ok()) return status;
+  if (Status status = device.launch_threads(set.count, BeginStreams<Index, kKinds>{set}); !status.ok())
+    return status;
   for (uint32_t round = 0; round < plan.rounds; ++round) {
     device.mark("steps");
-    if (Status status = device.launch_threads(plan.runs * set.count, TakeRuns<Index>{set}); !status.ok())
+    if (Status status = device.launch_threads(plan.runs * set.count, TakeRuns<Index, kKinds>{set});
+        !status.ok())
       return status;
     device.mark("between steps");
-    if (Status status = device.launch_warps(set.count, ResumeStreams<Index>{set, plan.runs}); !status.ok())
+    if (Status status = device.launch_warps(set.count, ResumeStreams<Index, kKinds>{set, plan.runs});
+        !status.ok())
       return status;
   }
   device.mark("numbering");
-  return device.launch_warps(set.count, FinishStreams<Index>{set});
+  return device.launch_warps(set.count, FinishStreams<Index, kKinds>{set});
 }
 
 template <typename Index, typename Device>
@@ -100,7 +103,7 @@ class BatchDecoder {
   }
 
  private:
-  // Plans, with expanded containers in the place of condensed ones.
+  // Plans, with expanded containers in the place of those with border parts.
   void make_plan(std::span<const CudaPrimitive> primitives) {
     expanded_.clear();
     std::vector<CudaPrimitive> plain(primitives.begin(), primitives.end());
@@ -111,7 +114,7 @@ class BatchDecoder {
       failures[i] = container.status().at({.primitive = static_cast<int64_t>(i)});
       if (container && *container == plain[i].container) continue;
       plain[i].container = container ? *container : nullptr;
-      plain[i].device_bytes = nullptr;  // these are condensed
+      plain[i].device_bytes = nullptr;
     }
     statuses_ = plan_.make(plain);
     for (size_t i = 0; i < plain.size(); ++i)
@@ -122,7 +125,7 @@ class BatchDecoder {
   // of it. Tables and pieces of containers come first: they are uploaded. The workspace is last: only it may
   // grow.
   struct Layout {
-    size_t primitives = 0, targets = 0, streams = 0, lists = 0, pieces = 0;
+    size_t primitives = 0, targets = 0, streams = 0, lists = 0, heads = 0, pieces = 0;
     size_t walks = 0, walk_numbers = 0, faults = 0, point_counts = 0, workspace = 0;
 
     Layout() = default;
@@ -134,6 +137,7 @@ class BatchDecoder {
       targets = place(plan.targets().size() * sizeof(AttributeTarget));
       streams = place(count * sizeof(StreamTask));
       lists = place(count * sizeof(uint32_t));  // narrow, then wide
+      heads = place(plan.head_bytes());
       pieces = place(plan.piece_bytes());
       walks = place(count * sizeof(core::View<uint32_t>));
       walk_numbers = place(plan.walk_points() * sizeof(uint32_t));
@@ -184,6 +188,12 @@ class BatchDecoder {
     std::vector<PrimitiveTask> primitives = plan_.primitives();
     for (PrimitiveTask& primitive : primitives)
       if (primitive.bytes == nullptr) primitive.bytes = device + layout_.pieces;
+    for (const BatchPlan::Head& head : plan_.heads()) {
+      const size_t at = layout_.heads + head.at;
+      write_device_head(*head.head, host + at, device + at);
+      for (size_t i = head.first_primitive; i < head.primitive_end; ++i)
+        primitives[i].head = reinterpret_cast<const DeviceHead*>(device + at);
+    }
     copy(layout_.primitives, primitives);
     copy(layout_.targets, plan_.targets());
     copy(layout_.streams, plan_.streams());
@@ -219,20 +229,26 @@ class BatchDecoder {
                       .faults = array<core::Fault>(layout_.faults),
                       .stitch_faults = array<core::Fault>(layout_.faults) + plan_.streams().size(),
                       .point_counts = array<uint32_t>(layout_.point_counts)};
-    const uint32_t* const lists = array<uint32_t>(layout_.lists);
-    const auto set = [&]<typename Index>(Index, const uint32_t* list, size_t first, size_t end) {
-      return StreamSet<Index>{batch, list + first, static_cast<uint32_t>(end - first)};
-    };
+    const auto* const lists = array<uint32_t>(layout_.lists);
+    const StreamSet<uint16_t> narrow{batch, lists, static_cast<uint32_t>(plan_.narrow().streams.size())};
+    const StreamSet<uint32_t> wide{batch, lists + narrow.count,
+                                   static_cast<uint32_t>(plan_.wide().streams.size())};
     for (const BatchPlan::Part& part : plan_.parts()) {
-      const auto narrow = set(uint16_t{}, lists, part.first_narrow, part.narrow_end);
-      const auto wide = set(uint32_t{}, lists + plan_.narrow().streams.size(), part.first_wide, part.wide_end);
-      Status status = launch_decoding(device_, narrow, plan_.narrow().launches);
-      if (status.ok()) status = launch_decoding(device_, wide, plan_.wide().launches);
-      if (status.ok()) status = launch_writing(device_, narrow);
-      if (status.ok()) status = launch_writing(device_, wide);
+      Status status = decode(narrow, part.narrow, plan_.narrow());
+      if (status.ok()) status = decode(wide, part.wide, plan_.wide());
+      if (status.ok()) status = launch_writing(device_, narrow.range(part.narrow.first, part.narrow.end));
+      if (status.ok()) status = launch_writing(device_, wide.range(part.wide.first, part.wide.end));
       if (!status.ok()) return status;
     }
     return {};
+  }
+  template <typename Index>
+  Status decode(const StreamSet<Index>& all, const BatchPlan::Range& range, const BatchPlan::Width& width) {
+    Status status = launch_decoding<core::StreamKinds::kDraco>(
+        device_, all.range(range.first, range.first_condensed), width.draco);
+    if (!status.ok()) return status;
+    return launch_decoding<core::StreamKinds::kCondensed>(device_, all.range(range.first_condensed, range.end),
+                                                          width.condensed);
   }
 
   Status finish_streams() {

@@ -19,7 +19,8 @@ inline Status check_container(const PatchContainer& container) {
   return container.is_stock ? check_claims(container) : Status();
 }
 
-// The launches for the streams of one width. Work beyond the plan is done by the last launch, slowly.
+// The launches for the streams of one width and one kind. Work beyond the plan is done by the last launch,
+// slowly.
 struct LaunchPlan {
   // Few streams have as many, and the others should not wait for them.
   static constexpr uint32_t kMostRuns = 64, kMostRounds = 24;
@@ -33,11 +34,21 @@ class BatchPlan {
   enum class Size : uint8_t { kNarrow, kWide };
   struct Width {
     std::vector<uint32_t> streams;  // part after part
-    LaunchPlan launches;
+    LaunchPlan draco, condensed;
   };
-  // Streams that are decoded at once: a range of the streams of each width.
+  // A range of the streams of a width: first Draco streams, then condensed ones.
+  struct Range {
+    size_t first = 0, first_condensed = 0, end = 0;
+  };
+  // Streams that are decoded at once.
   struct Part {
-    size_t first_narrow = 0, narrow_end = 0, first_wide = 0, wide_end = 0;
+    Range narrow, wide;
+  };
+  // The head of consecutive primitives.
+  struct Head {
+    const CondensedHead* head = nullptr;
+    uint64_t at = 0;  // in head_bytes()
+    size_t first_primitive = 0, primitive_end = 0;
   };
   // Bytes of containers that go to the device in one run, from where they are or gathered with other pieces.
   struct Piece {
@@ -79,27 +90,33 @@ class BatchPlan {
       const uint64_t bytes = (is_wide ? StreamState<uint32_t>::bytes() : StreamState<uint16_t>::bytes()) +
                              in_block(task.workspace_bytes);
       const Part last = parts_.back();
-      const size_t count = last.narrow_end - last.first_narrow + last.wide_end - last.first_wide;
+      const size_t count = last.narrow.end - last.narrow.first + last.wide.end - last.wide.first;
       if (count > 0 && (used + bytes > limit || count == kMostStreams)) {
-        parts_.push_back({last.narrow_end, last.narrow_end, last.wide_end, last.wide_end});
+        parts_.push_back({{last.narrow.end, 0, last.narrow.end}, {last.wide.end, 0, last.wide.end}});
         used = 0;
       }
       task.workspace_at = used;
       used += bytes;
       workspace_bytes_ = std::max(workspace_bytes_, used);
       (is_wide ? wide_ : narrow_).streams.push_back(i);
-      parts_.back().narrow_end = narrow_.streams.size();
-      parts_.back().wide_end = wide_.streams.size();
+      parts_.back().narrow.end = narrow_.streams.size();
+      parts_.back().wide.end = wide_.streams.size();
     }
     // The threads of a warp wait for the longest, so neighbours should have similar sizes.
-    const auto sort = [&](std::vector<uint32_t>& streams, size_t first, size_t end) {
-      std::stable_sort(streams.begin() + static_cast<ptrdiff_t>(first),
-                       streams.begin() + static_cast<ptrdiff_t>(end),
-                       [&](uint32_t a, uint32_t b) { return streams_[a].face_count > streams_[b].face_count; });
+    const auto sort = [&](std::vector<uint32_t>& all, Range& range) {
+      const std::span streams(all.data() + range.first, range.end - range.first);
+      const auto condensed =
+          std::stable_partition(streams.begin(), streams.end(), [&](uint32_t i) { return !is_condensed(i); });
+      const auto is_larger = [&](uint32_t a, uint32_t b) {
+        return streams_[a].face_count > streams_[b].face_count;
+      };
+      std::stable_sort(streams.begin(), condensed, is_larger);
+      std::stable_sort(condensed, streams.end(), is_larger);
+      range.first_condensed = range.first + static_cast<size_t>(condensed - streams.begin());
     };
-    for (const Part& part : parts_) {
-      sort(narrow_.streams, part.first_narrow, part.narrow_end);
-      sort(wide_.streams, part.first_wide, part.wide_end);
+    for (Part& part : parts_) {
+      sort(narrow_.streams, part.narrow);
+      sort(wide_.streams, part.wide);
     }
   }
 
@@ -123,6 +140,7 @@ class BatchPlan {
   const std::vector<AttributeTarget>& targets() const { return targets_; }
   const std::vector<StreamTask>& streams() const { return streams_; }
   const std::vector<Piece>& pieces() const { return pieces_; }
+  const std::vector<Head>& heads() const { return heads_; }
   const std::vector<Part>& parts() const { return parts_; }
   const Width& narrow() const { return narrow_; }
   const Width& wide() const { return wide_; }
@@ -131,6 +149,7 @@ class BatchPlan {
   uint64_t workspace_bytes() const { return workspace_bytes_; }
   uint64_t walk_points() const { return walk_points_; }
   uint64_t stream_bytes() const { return stream_bytes_; }
+  uint64_t head_bytes() const { return head_bytes_; }
   uint64_t piece_bytes() const { return pieces_.empty() ? 0 : pieces_.back().at + pieces_.back().bytes.size(); }
   uint64_t gathered_bytes() const { return gathered_bytes_; }
 
@@ -140,6 +159,8 @@ class BatchPlan {
   static uint32_t end_of(const CudaPrimitive& primitive) {
     return std::min(primitive.end, static_cast<uint32_t>(primitive.container->entries.size()));
   }
+
+  bool is_condensed(uint32_t stream) const { return streams_[stream].skeleton_bytes > 0; }
 
   static AttributeTarget target_of(const CudaAttribute& attribute) {
     return {.unique_id = attribute.unique_id,
@@ -218,6 +239,7 @@ class BatchPlan {
     has_point_limits_ |= container.is_stock;
     core::ValueCounts values{0, static_cast<uint32_t>(primitive.attributes.size()), 0};
     for (const CudaAttribute& attribute : primitive.attributes) values.components += attribute.component_count;
+    if (container.condensed_count() > 0) add_head(*container.head);
     const std::vector<StreamUse> uses = uses_of(primitive);
     uint32_t next_point = 0;  // of patches that are not stitched
     for (uint32_t i = 0; i < uses.size(); ++i) {
@@ -227,6 +249,10 @@ class BatchPlan {
       task.use = uses[i];
       task.stream_bytes = entry.stream_bytes;
       task.stitch_bytes = entry.stitch_bytes;
+      if (entry.is_condensed) {
+        task.skeleton_at = skeleton_place(*container.head, entry.skeleton);
+        task.skeleton_bytes = static_cast<uint32_t>(container.head->skeletons[entry.skeleton].size());
+      }
       task.primitive = number;
       task.number = i;
       task.face_count = entry.face_count;
@@ -245,9 +271,9 @@ class BatchPlan {
         if (task.has_walk) walk_points_ += entry.point_count;
         values.points = container.likely_point_count(i);
         if (header.fits_16_bits())
-          foresee<uint16_t>(narrow_.launches, header, values, task);
+          foresee<uint16_t>(narrow_, header, values, task);
         else
-          foresee<uint32_t>(wide_.launches, header, values, task);
+          foresee<uint32_t>(wide_, header, values, task);
       }
       sizes_.push_back(header.fits_16_bits() ? Size::kNarrow : Size::kWide);
       streams_.push_back(task);
@@ -266,6 +292,16 @@ class BatchPlan {
                            .index_bytes = primitive.index_bytes,
                            .bounds = primitive.bounds});
     for (const CudaAttribute& attribute : primitive.attributes) targets_.push_back(target_of(attribute));
+  }
+
+  // The head of the primitive that is added. Windows of a mesh share it.
+  void add_head(const CondensedHead& head) {
+    const size_t primitive = primitives_.size();
+    if (heads_.empty() || heads_.back().head != &head || heads_.back().primitive_end != primitive) {
+      heads_.push_back({&head, head_bytes_, primitive});
+      head_bytes_ += in_block(device_head_bytes(head));
+    }
+    heads_.back().primitive_end = primitive + 1;
   }
 
   // Places the bytes that streams in use are decoded from, and no others. So a mesh that is decoded window
@@ -302,7 +338,7 @@ class BatchPlan {
 
   // Estimates the memory that a stream needs, and the number of its stops.
   template <typename Index>
-  static void foresee(LaunchPlan& launches, const core::StreamHeader& header, core::ValueCounts values,
+  static void foresee(Width& width, const core::StreamHeader& header, core::ValueCounts values,
                       StreamTask& task) {
     // Streams may have attributes that were not requested. Most of these have a table of their own.
     const uint32_t others = header.attribute_data_count >= values.attributes
@@ -315,9 +351,12 @@ class BatchPlan {
     task.workspace_bytes = std::min(needed, core::justified_bytes(task.stream_bytes));
     const uint32_t lists = header.valence ? core::ValenceSymbols<Index>::kLists : 0;
     const uint32_t runs = std::max({2 * values.attributes, header.attribute_data_count, lists});
-    // Each attribute with tagged symbols stops once more.
-    const uint32_t rounds =
-        2 + values.attributes + (header.attribute_data_count > 0 ? 1 : 0) + (header.valence ? 1 : 0);
+    // A condensed stream has one stop for its symbols, and each attribute with tagged symbols of a Draco stream
+    // stops once more.
+    const bool is_condensed = header.is_condensed();
+    const uint32_t rounds = 2 + (header.attribute_data_count > 0 ? 1 : 0) +
+                            (is_condensed ? 1 : values.attributes + (header.valence ? 1 : 0));
+    LaunchPlan& launches = is_condensed ? width.condensed : width.draco;
     launches.runs = std::max(launches.runs, std::min(runs, LaunchPlan::kMostRuns));
     launches.rounds = std::max(launches.rounds, std::min(rounds, LaunchPlan::kMostRounds));
   }
@@ -327,11 +366,12 @@ class BatchPlan {
   std::vector<StreamTask> streams_;
   std::vector<Size> sizes_;   // by stream
   std::vector<bool> is_due_;  // by primitive: whether its streams are to be decoded
+  std::vector<Head> heads_;
   std::vector<Piece> pieces_;
   std::vector<Part> parts_;
   Width narrow_, wide_;
   bool has_point_limits_ = false;
-  uint64_t workspace_bytes_ = 0, walk_points_ = 0, stream_bytes_ = 0, gathered_bytes_ = 0;
+  uint64_t workspace_bytes_ = 0, walk_points_ = 0, stream_bytes_ = 0, head_bytes_ = 0, gathered_bytes_ = 0;
 };
 
 }  // namespace psplit

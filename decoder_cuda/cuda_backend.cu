@@ -8,8 +8,14 @@
 
 namespace psplit {
 
-extern template Status launch_decoding<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&, const LaunchPlan&);
-extern template Status launch_decoding<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&, const LaunchPlan&);
+extern template Status launch_decoding<core::StreamKinds::kDraco>(CudaDevice&, const StreamSet<uint16_t>&,
+                                                                  const LaunchPlan&);
+extern template Status launch_decoding<core::StreamKinds::kDraco>(CudaDevice&, const StreamSet<uint32_t>&,
+                                                                  const LaunchPlan&);
+extern template Status launch_decoding<core::StreamKinds::kCondensed>(CudaDevice&, const StreamSet<uint16_t>&,
+                                                                      const LaunchPlan&);
+extern template Status launch_decoding<core::StreamKinds::kCondensed>(CudaDevice&, const StreamSet<uint32_t>&,
+                                                                      const LaunchPlan&);
 extern template Status launch_writing<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
 extern template Status launch_writing<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 

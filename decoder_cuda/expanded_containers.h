@@ -1,6 +1,5 @@
-// Containers with condensed streams, as the kernels decode them. The kernels read Draco streams only: for
-// condensed ones a device would need the tables of their head. So the host expands these streams before they
-// are uploaded, which takes about as long as decoding them on the CPU.
+// Containers as the kernels decode them. The kernels do not decode border parts of condensed streams yet. So
+// the host expands containers that have them, which takes about as long as decoding them on the CPU.
 #pragma once
 
 #include <map>
@@ -8,15 +7,16 @@
 #include <vector>
 
 #include "src/condensed/expand_container.h"
+#include "src/container/condensed_head.h"
 
 namespace psplit {
 
 class ExpandedContainers {
  public:
-  // The container, or its expanded copy if it has condensed streams. The copy lives as long as this object, and
+  // The container, or its expanded copy if it has border parts. The copy lives as long as this object, and
   // is made once for each container. Errors: those of expand_container.
   Expected<const PatchContainer*> find(const PatchContainer& container) {
-    if (container.condensed_count() == 0) return &container;
+    if (container.head == nullptr || !container.head->has_borders) return &container;
     std::unique_ptr<Copy>& copy = copies_[&container];
     if (copy != nullptr) return &copy->container;
     Expected<std::vector<uint8_t>> bytes = expand_container(container, ThreadPool());

@@ -4,7 +4,8 @@
 
 namespace psplit {
 
-template Status launch_decoding<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&, const LaunchPlan&);
+template Status launch_decoding<core::StreamKinds::kDraco>(CudaDevice&, const StreamSet<uint16_t>&,
+                                                           const LaunchPlan&);
 template Status launch_writing<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
 
 }  // namespace psplit

@@ -74,8 +74,10 @@ struct CudaAttribute {
 // cluster rendering. Faces and points of one patch follow those of the patch before. Indices count from the
 // first point of all.
 //
-// A container with condensed streams is expanded on the host, and then uploaded whatever device_bytes says. If
-// one of its patches is broken, that may be the error of the whole primitive.
+// Condensed patches are decoded on the device like others. The tables of their container's head are uploaded
+// with every batch, also if device_bytes has the container. A container whose condensed patches store their
+// border points once is expanded on the host, and then uploaded whatever device_bytes says. If one of its
+// patches is broken, that may be the error of the whole primitive.
 //
 // A stock Draco stream is a container of one patch. There must be room for the points that its container
 // counts.
@@ -118,8 +120,9 @@ class PSPLIT_EXPORT CudaDecoder {
 
   // Limits the memory of the device that decoding takes beside the results. Without a call, and at most, that
   // is nine tenths of the free memory. If a batch needs more, some patches wait for others; the results are the
-  // same. Two amounts are taken even beyond the limit: the compressed bytes of a batch with some bytes for each
-  // point and patch, and the larger of one patch's memory and a quarter of the limit.
+  // same. Two amounts are taken even beyond the limit: the compressed bytes of a batch with the tables of
+  // condensed patches and some bytes for each point and patch, and the larger of one patch's memory and a
+  // quarter of the limit.
   void set_memory_limit(uint64_t bytes);
 
   // The milliseconds of each stage between start and finish, measured by the device's events, since the last

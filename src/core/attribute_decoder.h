@@ -9,7 +9,7 @@
 
 namespace psplit::core {
 
-template <typename Index>
+template <typename Index, StreamKinds kKinds = StreamKinds::kBoth>
 class AttributeDecoder {
  public:
   PSPLIT_HD AttributeDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& patch)
@@ -40,10 +40,9 @@ class AttributeDecoder {
       return Fault::kWorkspace;
     for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};
     Fault fault = Fault::kNone;
-    if (header_.is_condensed()) fault = condensed_.read(header_, reader, patch_, integers_, arena_);
+    if (is_condensed()) fault = condensed_.read(header_, reader, patch_, integers_, arena_);
     if (fault == Fault::kNone) fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
-    if (fault != Fault::kNone || !header_.is_condensed()) return fault == Fault::kNone ? read(reader) : fault;
-    group_ = group_count;
+    if (fault != Fault::kNone || !is_condensed()) return fault == Fault::kNone ? read(reader) : fault;
     return condensed_.start(header_.condensed, section, corners, patch_, integers_, arena_);
   }
 
@@ -63,6 +62,7 @@ class AttributeDecoder {
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_sequences(L lanes, ByteReader& reader) {
+    if (is_condensed()) return Fault::kNone;
     for (uint32_t i = first_pending_; i < sequence_count_; ++i)
       if (const Fault fault = sequences_[i].finish(lanes, reader); fault != Fault::kNone) return fault;
     return Fault::kNone;
@@ -71,7 +71,7 @@ class AttributeDecoder {
   PSPLIT_HD Fault finish_tokens() { return condensed_.finish_tokens(patch_, integers_, arena_); }
 
   // Whether all attributes are read; otherwise read_on reads more, and sequences() are pending again.
-  PSPLIT_HD bool is_read() const { return group_ == patch_.groups.size(); }
+  PSPLIT_HD bool is_read() const { return is_condensed() || group_ == patch_.groups.size(); }
   PSPLIT_HD Fault read_on(ByteReader& reader) {
     first_pending_ = sequence_count_;
     return read(reader);
@@ -81,12 +81,13 @@ class AttributeDecoder {
   template <Lanes L>
   PSPLIT_HD void start_predictions(L lanes) {
     for (uint32_t i = 0; i < integers_.size(); ++i)
-      if (has_integers(i)) integers_[i].start_prediction(lanes, header_.is_condensed());
+      if (has_integers(i)) integers_[i].start_prediction(lanes, is_condensed());
   }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
   // Finishes the integers after their steps were taken.
   PSPLIT_HD Fault finish_predictions() {
-    if (const Fault fault = condensed_.finish_created(patch_, integers_); fault != Fault::kNone) return fault;
+    if (is_condensed())
+      if (const Fault fault = condensed_.finish_created(patch_, integers_); fault != Fault::kNone) return fault;
     for (uint32_t i = 0; i < integers_.size(); ++i) {
       if (!has_integers(i)) continue;
       if (const Fault fault = integers_[i].finish(arena_); fault != Fault::kNone) return fault;
@@ -122,10 +123,12 @@ class AttributeDecoder {
   }
 
  private:
+  PSPLIT_HD bool is_condensed() const { return header_.template is_condensed_of<kKinds>(); }
+
   // Whether integers_ decodes the attribute.
   PSPLIT_HD bool has_integers(uint32_t attribute) const {
     return patch_.attributes[attribute].coding != Coding::kRaw &&
-           (!header_.is_condensed() || !condensed()[attribute].by_creation);
+           (!is_condensed() || !condensed()[attribute].by_creation);
   }
 
   PSPLIT_HD Fault read_groups(ByteReader& reader) {
@@ -172,7 +175,7 @@ class AttributeDecoder {
       const Connectivity<Index>& mesh = patch_.mesh;
       group.table = group.per_corner ? seam_tables[static_cast<size_t>(group.attribute_data)]
                                      : AttributeTable<Index>{mesh.table, mesh.closed, mesh.vertex_count, false};
-      if (header_.is_condensed() && !condensed_.needs_sequence(group)) continue;
+      if (is_condensed() && !condensed_.needs_sequence(group)) continue;
       if (const Fault fault = find_sequence(group); fault != Fault::kNone) return fault;
     }
     return Fault::kNone;

@@ -40,7 +40,7 @@ namespace psplit::core {
 //     take_steps(...);  // those that the decoder waits for
 //     fault = decoder.resume(lanes);
 //   }
-template <typename Index>
+template <typename Index, StreamKinds kKinds>
 class PatchDecoder {
  public:
   PSPLIT_HD PatchDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& out)
@@ -48,16 +48,20 @@ class PatchDecoder {
 
   PSPLIT_HD Fault start() {
     patch_.face_count = header_.counts.face_count;
-    return header_.edgebreaker ? start_edgebreaker() : start_sequential();
+    return is_condensed() || header_.edgebreaker ? start_edgebreaker() : start_sequential();
   }
 
   PSPLIT_HD Stop stop() const { return stop_; }
-  PSPLIT_HD View<BitSteps> seams() const { return seams_.steps(); }
-  PSPLIT_HD View<ContextSymbolSteps> condensed_symbols() const { return condensed_.steps(); }
-  PSPLIT_HD View<CondensedSeamSteps> condensed_seams() const { return seams_.condensed_steps(); }
-  PSPLIT_HD View<CondensedAttribute<Index>> condensed_attributes() const { return attributes_.condensed(); }
+  PSPLIT_HD View<BitSteps> seams() const { return draco_only(seams_.steps()); }
+  PSPLIT_HD View<ContextSymbolSteps> condensed_symbols() const { return condensed_only(condensed_.steps()); }
+  PSPLIT_HD View<CondensedSeamSteps> condensed_seams() const {
+    return condensed_only(seams_.condensed_steps());
+  }
+  PSPLIT_HD View<CondensedAttribute<Index>> condensed_attributes() const {
+    return condensed_only(attributes_.condensed());
+  }
   PSPLIT_HD View<SymbolSequence> sequences() const {
-    return stop_ == Stop::kSymbolLists ? edgebreaker_.symbol_lists() : attributes_.sequences();
+    return draco_only(stop_ == Stop::kSymbolLists ? edgebreaker_.symbol_lists() : attributes_.sequences());
   }
   PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return attributes_.traversals(); }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return attributes_.integers(); }
@@ -87,6 +91,17 @@ class PatchDecoder {
   }
 
  private:
+  PSPLIT_HD bool is_condensed() const { return header_.template is_condensed_of<kKinds>(); }
+  // Runs of streams of a kind, known to the compiler to be empty for streams of the other kind.
+  template <typename Runs>
+  PSPLIT_HD static Runs draco_only(Runs runs) {
+    return kKinds == StreamKinds::kCondensed ? Runs() : runs;
+  }
+  template <typename Runs>
+  PSPLIT_HD static Runs condensed_only(Runs runs) {
+    return kKinds == StreamKinds::kDraco ? Runs() : runs;
+  }
+
   PSPLIT_HD Fault start_sequential() {
     patch_.point_count = header_.point_count;
     const Fault fault = decode_sequential_faces(reader_, arena_, patch_);
@@ -95,8 +110,7 @@ class PatchDecoder {
 
   PSPLIT_HD Fault start_edgebreaker() {
     if (header_.attribute_data_count > kMaxAttributeData) return Fault::kAttribute;
-    if (header_.is_condensed())
-      return stop_at(Stop::kSymbolLists, condensed_.start(header_, arena_, patch_.mesh));
+    if (is_condensed()) return stop_at(Stop::kSymbolLists, condensed_.start(header_, arena_, patch_.mesh));
     Fault fault = edgebreaker_.start(header_, reader_, arena_, patch_.mesh);
     if (fault == Fault::kNone) fault = seams_.read(reader_, header_.attribute_data_count);
     if (fault != Fault::kNone) return fault;
@@ -106,14 +120,13 @@ class PatchDecoder {
   PSPLIT_HD Fault finish_edgebreaker() {
     const bool has_attribute_data = header_.attribute_data_count > 0;
     const bool keep_order = has_attribute_data;
-    const Fault fault = header_.is_condensed()
-                            ? condensed_.finish(header_.condensed, arena_, keep_order, patch_.mesh)
-                            : edgebreaker_.finish(reader_, arena_, keep_order, patch_.mesh);
+    const Fault fault = is_condensed() ? condensed_.finish(header_.condensed, arena_, keep_order, patch_.mesh)
+                                       : edgebreaker_.finish(reader_, arena_, keep_order, patch_.mesh);
     if (fault != Fault::kNone) return fault;
     patch_.point_at = patch_.mesh.table.vertex;
     patch_.point_count = patch_.mesh.vertex_count;
     if (!has_attribute_data) return start_attributes();
-    return stop_at(Stop::kSeams, header_.is_condensed()
+    return stop_at(Stop::kSeams, is_condensed()
                                      ? seams_.start(header_.condensed, condensed_.section(),
                                                     header_.attribute_data_count, patch_.mesh, arena_)
                                      : seams_.start(patch_.mesh, arena_));
@@ -132,7 +145,7 @@ class PatchDecoder {
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {
     Fault fault = alone(lanes, [&] { return attributes_.finish_traversals(); });
-    if (fault == Fault::kNone && header_.is_condensed())
+    if (fault == Fault::kNone && is_condensed())
       fault = alone(lanes, [&] { return attributes_.finish_tokens(); });
     if (fault == Fault::kNone) fault = attributes_.finish_sequences(lanes, reader_);
     if (fault != Fault::kNone) return fault;
@@ -158,7 +171,7 @@ class PatchDecoder {
   EdgebreakerDecoder<Index> edgebreaker_;
   CondensedConnectivity<Index> condensed_;
   SeamDecoder<Index> seams_;
-  AttributeDecoder<Index> attributes_;
+  AttributeDecoder<Index, kKinds> attributes_;
 };
 
 // Decodes the streams of several decoders that are not started. faults[n] becomes the fault of decoder n.
@@ -184,8 +197,8 @@ PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fa
 
 // Decodes from a decoder's stop to the end with all lanes of a warp, which share the decoder. One lane takes
 // all steps of a run. Collective.
-template <Lanes L, typename Index>
-PSPLIT_HD Fault finish_together(L lanes, PatchDecoder<Index>& decoder) {
+template <Lanes L, typename Index, StreamKinds kKinds>
+PSPLIT_HD Fault finish_together(L lanes, PatchDecoder<Index, kKinds>& decoder) {
   Fault fault = Fault::kNone;
   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
     for_each_lane_item(lanes, pending_runs(decoder), [&](uint32_t run) { take_run(decoder, run); });

@@ -18,7 +18,7 @@ enum class Stop : uint8_t {
   kDone,
 };
 
-template <typename Index>
+template <typename Index, StreamKinds kKinds = StreamKinds::kBoth>
 class PatchDecoder;
 
 // Calls take(runs, count) until it has seen all runs of some decoders, at most 16 at a time. A run is
@@ -116,8 +116,8 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
 
 // For lanes that each take a run of their own: the number of runs that a decoder waits for, and all steps of
 // one run.
-template <typename Index>
-PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index>& decoder) {
+template <typename Index, StreamKinds kKinds>
+PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index, kKinds>& decoder) {
   switch (decoder.stop()) {
     case Stop::kSeams: return static_cast<uint32_t>(decoder.seams().size() + decoder.condensed_seams().size());
     case Stop::kSymbolLists:
@@ -131,43 +131,48 @@ PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index>& decoder) {
   }
   return 0;
 }
-template <typename Index>
-PSPLIT_HD void take_run(const PatchDecoder<Index>& decoder, uint32_t number) {
+template <typename Index, StreamKinds kKinds>
+PSPLIT_HD void take_run(const PatchDecoder<Index, kKinds>& decoder, uint32_t number) {
   const auto step_through = []<typename Run>(Run& run) {
     Run* const one = &run;
     step_all<1, Run>(&one, 1);
   };
-  // The runs of Draco streams come first.
+  // Whether the run is in this list. If not, its number counts from the next list on.
+  const auto is_in = [&](const auto& list) {
+    const bool found = number < list.size();
+    if (!found) number -= static_cast<uint32_t>(list.size());
+    return found;
+  };
   switch (decoder.stop()) {
-    case Stop::kSeams: {
-      const View<BitSteps> seams = decoder.seams();
-      if (number < seams.size()) return step_through(seams[number]);
-      return step_through(decoder.condensed_seams()[number - seams.size()]);
-    }
+    case Stop::kSeams:
+      if (is_in(decoder.seams())) return step_through(decoder.seams()[number]);
+      if (is_in(decoder.condensed_seams())) step_through(decoder.condensed_seams()[number]);
+      return;
     case Stop::kSymbolLists:
     case Stop::kChains: {
-      const View<SymbolSequence> sequences = decoder.sequences();
-      if (number < sequences.size()) {
-        SymbolSequence* const one = &sequences[number];
+      if (is_in(decoder.sequences())) {
+        SymbolSequence* const one = &decoder.sequences()[number];
         return step_symbols<1>(&one, 1);
       }
-      number -= static_cast<uint32_t>(sequences.size());
-      if (decoder.stop() == Stop::kSymbolLists) return step_through(decoder.condensed_symbols()[number]);
-      const auto traversals = decoder.traversals();
-      if (number < traversals.size()) return step_through(traversals[number]);
-      TokenSequence* const one = &decoder.condensed_attributes()[number - traversals.size()].tokens;
+      if (decoder.stop() == Stop::kSymbolLists) {
+        if (is_in(decoder.condensed_symbols())) step_through(decoder.condensed_symbols()[number]);
+        return;
+      }
+      if (is_in(decoder.traversals())) return step_through(decoder.traversals()[number]);
+      if (!is_in(decoder.condensed_attributes())) return;
+      TokenSequence* const one = &decoder.condensed_attributes()[number].tokens;
       return step_tokens<1>(&one, 1);
     }
     case Stop::kPrediction: {
-      if (number >= decoder.integers().size()) {
-        CreatedValues<Index>* const one =
-            &decoder.condensed_attributes()[number - decoder.integers().size()].created;
-        return step_created<1>(&one, 1);
+      if (is_in(decoder.integers())) {
+        IntegerDecoder<Index>& integers = decoder.integers()[number];
+        step_through(integers.parallelograms_3d());
+        step_through(integers.parallelograms_2d());
+        return step_through(integers.normals());
       }
-      IntegerDecoder<Index>& integers = decoder.integers()[number];
-      step_through(integers.parallelograms_3d());
-      step_through(integers.parallelograms_2d());
-      return step_through(integers.normals());
+      if (!is_in(decoder.condensed_attributes())) return;
+      CreatedValues<Index>* const one = &decoder.condensed_attributes()[number].created;
+      return step_created<1>(&one, 1);
     }
     case Stop::kDone: return;
   }

@@ -7,6 +7,10 @@
 
 namespace psplit::core {
 
+// The kinds of streams that code is compiled for. A kernel for one kind is smaller and needs fewer registers
+// than one for both.
+enum class StreamKinds : uint8_t { kBoth, kDraco, kCondensed };
+
 struct StreamHeader {
   bool edgebreaker = false;  // otherwise a sequential mesh
   bool valence = false;      // Edgebreaker's valence traversal, otherwise the standard one
@@ -18,6 +22,11 @@ struct StreamHeader {
   CondensedStream condensed;
 
   PSPLIT_HD bool is_condensed() const { return !condensed.bytes.empty(); }
+  // The same, known to the compiler if the header is that of a stream of one kind.
+  template <StreamKinds kKinds>
+  PSPLIT_HD bool is_condensed_of() const {
+    return kKinds == StreamKinds::kBoth ? is_condensed() : kKinds == StreamKinds::kCondensed;
+  }
 
   // Whether 16-bit numbers are enough for all corners, vertices and points.
   PSPLIT_HD bool fits_16_bits() const {

@@ -61,6 +61,15 @@ struct CondensedModels {
   View<const TokenEntry> token_tables;  // kSlots entries for each table
   View<const AttributeModel> attributes;
   View<const SeamModel> seams;  // by attribute data
+
+  // Calls visit(array) for each of the arrays, which may be replaced by a copy.
+  template <typename Visit>
+  void for_each_array(Visit visit) {
+    visit(contexts);
+    visit(token_tables);
+    visit(attributes);
+    visit(seams);
+  }
 };
 
 }  // namespace psplit::core

@@ -1,0 +1,10 @@
+// The kernels for condensed streams whose numbers take 16 bits: most patches.
+#include "decoder_cuda/batch_decoder.h"
+#include "decoder_cuda/cuda_device.cuh"
+
+namespace psplit {
+
+template Status launch_decoding<core::StreamKinds::kCondensed>(CudaDevice&, const StreamSet<uint16_t>&,
+                                                               const LaunchPlan&);
+
+}  // namespace psplit
