@@ -23,6 +23,7 @@ uint32_t folded_difference(int32_t value, int32_t predicted);
 struct CodedValues {
   std::vector<uint32_t> symbols;
   std::vector<uint8_t> table;  // of each value
+  uint8_t set = 0;             // of token tables
 };
 
 // How Edgebreaker's symbols are coded: 0 to 5 are contexts of that number of symbols before.

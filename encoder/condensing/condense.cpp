@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "encoder/condensing/choose_models.h"
+#include "encoder/condensing/table_sets.h"
 #include "encoder/condensing/write_patch.h"
 #include "src/condensed/expand.h"
 
@@ -14,20 +15,20 @@ namespace {
 // number of threads.
 class Condenser {
  public:
-  Condenser(std::span<const std::vector<uint8_t>> streams, std::span<const DecodedCounts> counts,
+  Condenser(std::span<const std::vector<uint8_t>> streams, std::span<const DecodedCounts> counts, bool smallest,
             const ThreadPool& pool)
-      : streams_(streams), counts_(counts), pool_(pool), patches_(streams.size()) {
+      : streams_(streams), counts_(counts), smallest_(smallest), pool_(pool), patches_(streams.size()) {
     result_.bytes.assign(streams.begin(), streams.end());
     result_.is_condensed.resize(streams.size());
     result_.skeleton.resize(streams.size());
   }
 
   // Nothing if values at borders were to be stored once, and that was not possible for all patches.
-  std::optional<CondensedStreams> condense(bool smallest, bool with_borders) {
+  std::optional<CondensedStreams> condense(bool with_borders) {
     read_streams();
     share_skeletons();
     if (skeletons_.empty()) return std::move(result_);
-    const Codings codings = choose_codings(smallest, with_borders && may_have_borders());
+    const Codings codings = choose_codings(with_borders && may_have_borders());
     code_patches(codings);
     if (codings.has_borders && !borders_agree()) return std::nullopt;
     write_patches();
@@ -44,9 +45,8 @@ class Condenser {
   // What the coded patches of one part count.
   struct Counts {
     explicit Counts(size_t context_count, size_t attribute_count, size_t data_count)
-        : symbols(context_count), attributes(attribute_count), flags(attribute_count), seams(data_count) {}
+        : symbols(context_count), flags(attribute_count), seams(data_count) {}
     SymbolCounts symbols;
-    std::vector<AttributeCounts> attributes;
     std::vector<FlagCounts> flags;
     std::vector<SeamCounts> seams;
     std::array<TokenCounts, 2> borders{};
@@ -145,7 +145,7 @@ class Condenser {
     return is_needed ? DecodedSource::decode(streams_[i], counts_[i].point_count, skeleton) : nullptr;
   }
 
-  Codings choose_codings(bool smallest, bool with_borders) const {
+  Codings choose_codings(bool with_borders) const {
     std::vector<size_t> condensable;
     uint64_t faces = 0;
     for (size_t i = 0; i < patches_.size(); ++i)
@@ -164,7 +164,7 @@ class Condenser {
     });
     for (size_t part = 1; part < kParts; ++part) parts[0] += parts[part];
     const double scale = static_cast<double>(faces) / static_cast<double>(std::max<uint64_t>(sample_faces, 1));
-    return parts[0].choose(scale, smallest);
+    return parts[0].choose(scale, smallest_);
   }
 
   void code_patches(const Codings& codings) {
@@ -179,6 +179,24 @@ class Condenser {
     });
     for (size_t part = 1; part < kParts; ++part) add_counts(parts[part], parts[0]);
     set_tables(codings, parts[0]);
+  }
+
+  void set_token_tables(size_t a, AttributeModel& model) {
+    std::vector<size_t> streams;
+    for (size_t i = 0; i < patches_.size(); ++i)
+      if (patches_[i].is_condensable && a < patches_[i].coded.attributes.size()) streams.push_back(i);
+    std::vector<PatchTokens> tokens(streams.size());
+    pool_.for_each(streams.size(), [&](size_t n) {
+      const Patch& patch = patches_[streams[n]];
+      AttributeCounts counts;
+      counts.add(patch.coded.attributes[a], skeleton_of(patch).attributes[a].components);
+      tokens[n] = patch_tokens(counts);
+    });
+    const auto most =
+        static_cast<uint32_t>(std::min<size_t>(kMostTableSets, kMostTableSetsOfAll / attribute_count_));
+    const TableSets sets = choose_table_sets(tokens, most, smallest_, pool_);
+    for (const AttributeCounts& set : sets.counts) model.sets.push_back(token_tables(set, model.coding));
+    for (size_t n = 0; n < streams.size(); ++n) patches_[streams[n]].coded.attributes[a].set = sets.set[n];
   }
 
   void code_patch(const Codings& codings, size_t i) {
@@ -214,11 +232,9 @@ class Condenser {
     for (size_t n = 0; n < border.symbols.size(); ++n)
       ++counts.borders[n < skeleton_of(patch).attributes[0].components ? 0 : 1]
                       [token_of(border.symbols[n]).token];
-    for (size_t a = 0; a < fields.attributes.size(); ++a) {
-      counts.attributes[a].add(patch.coded.attributes[a], skeleton_of(patch).attributes[a].components);
+    for (size_t a = 0; a < fields.attributes.size(); ++a)
       for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
         for (const uint8_t flag : flags_of_kind(fields.attributes[a], kind)) ++counts.flags[a][kind][flag];
-    }
     for (size_t data = 0; data < fields.seams.size(); ++data) {
       const std::vector<uint8_t>& seams = fields.seams[data];
       if (!has_seams(seams)) continue;
@@ -237,10 +253,7 @@ class Condenser {
       for (size_t i = 0; i < bits.size(); ++i)
         for (size_t bit = 0; bit < 2; ++bit) sums[i][bit] += bits[i][bit];
     };
-    for (size_t a = 0; a < to.attributes.size(); ++a) {
-      to.attributes[a] += from.attributes[a];
-      add_bits(from.flags[a], to.flags[a]);
-    }
+    for (size_t a = 0; a < to.flags.size(); ++a) add_bits(from.flags[a], to.flags[a]);
     for (size_t data = 0; data < to.seams.size(); ++data) add_bits(from.seams[data], to.seams[data]);
   }
 
@@ -251,7 +264,7 @@ class Condenser {
     for (size_t a = 0; a < attribute_count_; ++a) {
       AttributeModel& model = models_.attributes.emplace_back();
       model.coding = codings.values[a];
-      model.tables = token_tables(counts.attributes[a], model.coding);
+      set_token_tables(a, model);
       for (uint32_t kind = 0; kind < kFlagKinds; ++kind) {
         const auto [zeros, ones] = counts.flags[a][kind];
         model.has_flags |= zeros + ones > 0;
@@ -302,6 +315,7 @@ class Condenser {
 
   std::span<const std::vector<uint8_t>> streams_;
   std::span<const DecodedCounts> counts_;
+  bool smallest_;
   const ThreadPool& pool_;
   std::vector<Patch> patches_;
   std::vector<Skeleton> skeletons_;
@@ -314,9 +328,9 @@ class Condenser {
 
 CondensedStreams condense(std::span<const std::vector<uint8_t>> draco_streams,
                           std::span<const DecodedCounts> counts, bool smallest, const ThreadPool& pool) {
-  if (auto condensed = Condenser(draco_streams, counts, pool).condense(smallest, /*with_borders=*/true))
+  if (auto condensed = Condenser(draco_streams, counts, smallest, pool).condense(/*with_borders=*/true))
     return std::move(*condensed);
-  return *Condenser(draco_streams, counts, pool).condense(smallest, /*with_borders=*/false);
+  return *Condenser(draco_streams, counts, smallest, pool).condense(/*with_borders=*/false);
 }
 
 }  // namespace psplit

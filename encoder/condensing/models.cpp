@@ -34,8 +34,8 @@ std::vector<std::array<uint16_t, kClersCount>> symbol_tables(const SymbolCounts&
   return tables;
 }
 
-std::vector<std::vector<uint16_t>> token_tables(const AttributeCounts& counts, ValueCoding coding) {
-  std::vector<std::vector<uint16_t>> tables;
+TokenTables token_tables(const AttributeCounts& counts, ValueCoding coding) {
+  TokenTables tables;
   for (uint32_t t = 0; t < (coding.by_creation ? 3 : 2); ++t)
     tables.push_back(fitting_frequencies(counts.tokens[t]));
   return tables;
@@ -98,7 +98,9 @@ std::vector<uint8_t> write_head(const Models& models) {
       out.bits(attribute.coding.mean, 1);
       out.bits(attribute.coding.reach, 2);
     }
-    for (const std::vector<uint16_t>& table : attribute.tables) write_token_table(table, used, out);
+    out.number(count, static_cast<uint32_t>(attribute.sets.size()) - 1);
+    for (const TokenTables& tables : attribute.sets)
+      for (const std::vector<uint16_t>& table : tables) write_token_table(table, used, out);
     out.bits(attribute.has_flags, 1);
     if (attribute.has_flags)
       for (const uint32_t probability : attribute.flag_probability) out.bits(probability, kProbabilityBits);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 
 #include "encoder/condensing/coded_patch.h"
 #include "encoder/condensing/frequencies.h"
@@ -20,6 +21,8 @@ inline const std::vector<uint8_t>& flags_of_kind(const AttributeFields& fields, 
                                  : fields.flips;
 }
 
+// The frequencies of tokens in the tables of an attribute: two, or three by creation.
+using TokenTables = std::vector<std::vector<uint16_t>>;
 using TokenCounts = std::array<uint64_t, kTokens>;
 inline TokenCounts& operator+=(TokenCounts& to, const TokenCounts& from) {
   for (uint32_t token = 0; token < kTokens; ++token) to[token] += from[token];
@@ -40,9 +43,12 @@ void add_symbols(const DracoFields& fields, std::span<const uint16_t> contexts, 
 using FlagCounts = std::array<BitCounts, kFlagKinds>;
 using SeamCounts = std::array<BitCounts, 2>;  // after no seam, and after a seam
 
+// The bits in which a patch says which of `set_count` sets it uses.
+inline uint32_t set_bits(size_t set_count) { return static_cast<uint32_t>(std::bit_width(set_count - 1)); }
+
 struct AttributeModel {
   ValueCoding coding;
-  std::vector<std::vector<uint16_t>> tables;  // frequencies of tokens: two tables, or three by creation
+  std::vector<TokenTables> sets;
   bool has_flags = false;
   std::array<uint32_t, kFlagKinds> flag_probability{};
 };
@@ -65,7 +71,7 @@ struct Models {
 
 // Tables that fit counts.
 std::vector<std::array<uint16_t, kClersCount>> symbol_tables(const SymbolCounts& counts);
-std::vector<std::vector<uint16_t>> token_tables(const AttributeCounts& counts, ValueCoding coding);
+TokenTables token_tables(const AttributeCounts& counts, ValueCoding coding);
 
 // The bits that symbols with these counts take, without their tables.
 double symbol_bits(const SymbolCounts& counts, std::span<const std::array<uint16_t, kClersCount>> tables);

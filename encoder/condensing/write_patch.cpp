@@ -35,16 +35,16 @@ class PatchWriter {
 
  private:
   void write_connectivity_numbers(BitStringWriter& out) {
-    core::NumberKind count(0), vertices(0), splits(2), event_kind(8);
+    core::NumberKind vertices(0), splits(2), event_kind(8);
     const uint32_t interior = fields_.face_count - fields_.symbol_count;
     const auto components = static_cast<uint32_t>(fields_.start_faces.size());
-    out.number(count, interior);
+    out.number(count_, interior);
     out.signed_number(vertices, int64_t{patch_.point_count} - fields_.vertex_count);
     out.number(splits, static_cast<uint32_t>(std::ranges::count(fields_.symbols, core::kS)));
-    out.number(count, components - 1);
+    out.number(count_, components - 1);
     if (interior > 0 && interior < components)
       for (const uint8_t flag : fields_.start_faces) out.bits(flag, 1);
-    out.number(count, static_cast<uint32_t>(fields_.split_events.size()));
+    out.number(count_, static_cast<uint32_t>(fields_.split_events.size()));
     uint32_t last = 0;  // counted from the other end, as encoders do
     for (const core::SplitEvent& event : fields_.split_events) {
       const uint32_t source = fields_.symbol_count - 1 - event.source;
@@ -74,6 +74,8 @@ class PatchWriter {
       if (scheme == core::Scheme::kTexCoords)
         out.number(flags, static_cast<uint32_t>(attribute.same_orientations.size()));
     }
+    for (uint32_t i = 0; i < patch_.attributes.size(); ++i)
+      out.bits(patch_.attributes[i].set, set_bits(models_.attributes[i].sets.size()));
     core::NumberKind border(5);
     if (models_.has_borders)
       out.number(border,
@@ -116,7 +118,7 @@ class PatchWriter {
     const CodedValues& values = patch_.attributes[i];
     const uint32_t components = skeleton_.attributes[i].components;
     for (size_t value = 0; value < values.table.size(); ++value) {
-      const std::vector<SymbolSlots>& slots = tables_.tokens[i][values.table[value]];
+      const std::vector<SymbolSlots>& slots = tables_.tokens[i][values.set][values.table[value]];
       for (uint32_t k = 0; k < components; ++k) code_token(values.symbols[value * components + k], slots, out);
     }
     for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
@@ -124,6 +126,7 @@ class PatchWriter {
         out.code_bit(flag != 0, models_.attributes[i].flag_probability[kind]);
   }
 
+  core::NumberKind count_{0};
   const CodedPatch& patch_;
   const DracoFields& fields_;
   const Skeleton& skeleton_;
@@ -137,8 +140,11 @@ CodingTables::CodingTables(const Models& models) {
   for (const auto& table : models.symbol_tables) symbols.push_back(slots_of(table));
   for (const std::vector<uint16_t>& table : models.border_tables) borders.push_back(slots_of(table));
   for (const AttributeModel& attribute : models.attributes) {
-    auto& slots = tokens.emplace_back();
-    for (const std::vector<uint16_t>& table : attribute.tables) slots.push_back(slots_of(table));
+    auto& sets = tokens.emplace_back();
+    for (const TokenTables& tables : attribute.sets) {
+      auto& slots = sets.emplace_back();
+      for (const std::vector<uint16_t>& table : tables) slots.push_back(slots_of(table));
+    }
   }
 }
 

@@ -11,9 +11,10 @@ namespace psplit {
 // The models' tables, ready for coding.
 struct CodingTables {
   explicit CodingTables(const Models& models);
-  std::vector<std::vector<SymbolSlots>> symbols;              // by context
-  std::vector<std::vector<std::vector<SymbolSlots>>> tokens;  // by attribute and table
-  std::vector<std::vector<SymbolSlots>> borders;              // by table
+  std::vector<std::vector<SymbolSlots>> symbols;             // by context
+  using TokenSlots = std::vector<std::vector<SymbolSlots>>;  // by table
+  std::vector<std::vector<TokenSlots>> tokens;               // by attribute and set
+  TokenSlots borders;
 };
 
 // A patch whose values and symbols are coded. Of its fields it needs everything except the attributes' symbols

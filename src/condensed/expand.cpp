@@ -155,6 +155,12 @@ class FieldsExpander {
           !make_flags(attribute.same_orientations, numbers.number(kinds.flags)))
         return Fault::kPrediction;
     }
+    for (uint32_t i = 0; i < attribute_count; ++i) {
+      const core::AttributeModel& model = models_.attributes[i];
+      const uint32_t set = numbers.bits(static_cast<int>(core::set_bits(model)));
+      if (set >= model.set_count) return Fault::kAttribute;
+      tables_.push_back(models_.table_sets[model.first_set + set]);
+    }
     if (numbers.broken()) return Fault::kTruncated;
     main_ = condensed.numbers(condensed.numbers_end);
     return models_.has_borders ? skip_border_part() : main_.start_words(condensed.first_section);
@@ -238,10 +244,10 @@ class FieldsExpander {
   }
 
   // False if the table does not exist.
-  bool read_value(const core::AttributeModel& model, uint32_t table, core::SectionReader& section,
-                  uint32_t* out, uint32_t components) const {
-    const uint32_t number = model.tables[table];
-    if (number == core::AttributeModel::kNoTable) return false;
+  bool read_value(const core::TableSet& set, uint32_t table, core::SectionReader& section, uint32_t* out,
+                  uint32_t components) const {
+    const uint32_t number = set.tables[table];
+    if (number == core::kNoTable) return false;
     const core::TokenEntry* const tokens = models_.token_tables.data() + size_t{number} * core::kSlots;
     for (uint32_t k = 0; k < components; ++k) {
       const core::TokenBits bits = core::token_bits(section.next_token(tokens));
@@ -256,8 +262,8 @@ class FieldsExpander {
     constexpr uint32_t kFirst = 3, kMostComponentBytes = 4;
     if (attribute.is_raw && attribute.component_bytes > kMostComponentBytes) return Fault::kAttribute;
     for (uint32_t value = 0; value < out.count; ++value)
-      if (!read_value(models_.attributes[i], value < kFirst ? 0 : 1, section,
-                      &out.symbols[size_t{value} * out.components], out.components))
+      if (!read_value(tables_[i], value < kFirst ? 0 : 1, section, &out.symbols[size_t{value} * out.components],
+                      out.components))
         return Fault::kEntropy;
     if (attribute.grid_max > 0) return make_octahedral(attribute.grid_max, out.symbols);
     if (attribute.is_raw) make_raw(attribute, out);
@@ -319,7 +325,7 @@ class FieldsExpander {
     std::vector<uint32_t> symbols(out.components);
     for (uint32_t rank = order.known_count; rank < out.count; ++rank) {
       const CreationPredictor::Prediction by = predictor.of(rank);
-      if (!read_value(model, by.parallelogram_count, section, symbols.data(), out.components))
+      if (!read_value(tables_[i], by.parallelogram_count, section, symbols.data(), out.components))
         return Fault::kEntropy;
       for (uint32_t k = 0; k < out.components; ++k) {
         const int32_t predicted = predicted_number(by, model.mean, model.reach,
@@ -360,6 +366,7 @@ class FieldsExpander {
   std::vector<bool> has_seams_;          // by attribute data
   std::vector<uint32_t> section_bytes_;  // of all sections except the main one, which comes last
   size_t section_at_ = 0;
+  std::vector<core::TableSet> tables_;  // by attribute
   core::SectionReader main_;
   std::optional<StreamMesh> mesh_;
   std::vector<core::Sequence<uint32_t>> sequences_;  // by group; empty until it is needed

@@ -120,8 +120,7 @@ class HeadReader {
         model.reach = static_cast<uint8_t>(bits_.read(2));
         if (model.reach > kMostReach) return truncated() ? check_truncation() : invalid("an unknown reach");
       }
-      for (uint32_t t = 0; t < (model.by_creation ? 3u : 2u); ++t)
-        if (Status status = read_token_table(model.tables[t]); !status.ok()) return status;
+      if (Status status = read_table_sets(model); !status.ok()) return status;
       model.has_flags = bit();
       if (!model.has_flags) continue;
       bool is_valid = true;
@@ -131,6 +130,21 @@ class HeadReader {
       if (!is_valid) return truncated() ? check_truncation() : invalid("a probability of 0");
     }
     return check_truncation();
+  }
+  Status read_table_sets(core::AttributeModel& model) {
+    const uint64_t count = uint64_t{number(count_)} + 1;
+    if (truncated()) return check_truncation();
+    if (count > kMostTableSets) return invalid("more than 8 sets of token tables for an attribute");
+    if (head_.table_sets.size() + count > kMostTableSetsOfAll)
+      return invalid("more than 256 sets of token tables");
+    model.first_set = static_cast<uint16_t>(head_.table_sets.size());
+    model.set_count = static_cast<uint16_t>(count);
+    for (uint64_t s = 0; s < count; ++s) {
+      core::TableSet& set = head_.table_sets.emplace_back();
+      for (uint32_t t = 0; t < (model.by_creation ? 3u : 2u); ++t)
+        if (Status status = read_token_table(set.tables[t]); !status.ok()) return status;
+    }
+    return {};
   }
   bool read_probability(uint16_t& probability) {
     probability = static_cast<uint16_t>(bits_.read(kSlotBits));
@@ -148,7 +162,7 @@ class HeadReader {
     for (uint32_t token = 0; token < used; ++token) sum += frequencies[token] = number(frequency_kind);
     if (truncated()) return check_truncation();
     if (sum != kSlots) return invalid("frequencies of tokens that do not sum to 4096");
-    // At most three tables for each of 256 attributes, and two for borders.
+    // Three tables for each of 256 sets, and two for borders.
     number_of_table = static_cast<uint16_t>(head_.token_tables.size() / kSlots);
     for (uint32_t token = 0; token < used; ++token)
       for (uint32_t offset = 0; offset < frequencies[token]; ++offset)
@@ -204,6 +218,7 @@ core::CondensedModels CondensedHead::models() const {
   for (size_t i = 0; i < border_tables.size(); ++i) models.border_tables[i] = border_tables[i];
   models.contexts = {contexts.data(), contexts.size()};
   models.token_tables = {token_tables.data(), token_tables.size()};
+  models.table_sets = {table_sets.data(), table_sets.size()};
   models.attributes = {attributes.data(), attributes.size()};
   models.seams = {seams.data(), seams.size()};
   return models;

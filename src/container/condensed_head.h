@@ -12,6 +12,9 @@
 
 namespace psplit {
 
+// Sets of token tables: of an attribute, and of all attributes.
+inline constexpr uint32_t kMostTableSets = 8, kMostTableSetsOfAll = 256;
+
 // Safe to share between threads.
 struct CondensedHead {
   // The literal bytes of the Draco streams. The last byte is not one of them: see the specification.
@@ -20,9 +23,10 @@ struct CondensedHead {
 
   // What models() has views of. The lengths of all vectors are those that the bytes of the head say.
   bool has_valence_contexts = false, has_borders = false;
-  std::array<uint16_t, 2> border_tables = {core::AttributeModel::kNoTable, core::AttributeModel::kNoTable};
+  std::array<uint16_t, 2> border_tables = {core::kNoTable, core::kNoTable};
   std::vector<core::SymbolContext> contexts;
   std::vector<core::TokenEntry> token_tables;  // core::kSlots entries for each table
+  std::vector<core::TableSet> table_sets;
   std::vector<core::AttributeModel> attributes;
   std::vector<core::SeamModel> seams;
 

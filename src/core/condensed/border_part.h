@@ -20,7 +20,7 @@ PSPLIT_HD inline Fault decode_border_part(const StreamHeader& header, View<int32
   const uint32_t components = stream.border_components;
   for (uint32_t i = 0; i < stream.border_count; ++i) {
     const uint16_t number = stream.models.border_tables[i > 0 ? 1 : 0];
-    if (number == AttributeModel::kNoTable) return Fault::kEntropy;
+    if (number == kNoTable) return Fault::kEntropy;
     const TokenEntry* const table = &stream.models.token_tables[size_t{number} * kSlots];
     for (uint32_t k = 0; k < components; ++k) {
       const size_t at = size_t{i} * components + k;

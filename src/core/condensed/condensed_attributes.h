@@ -15,6 +15,7 @@ namespace psplit::core {
 template <typename Index>
 struct CondensedAttribute {
   const AttributeModel* model = nullptr;
+  const TableSet* tables = nullptr;
   bool by_creation = false;
   uint32_t section_bytes = 0;  // not of the first
   uint32_t flag_counts[AttributeModel::kCreaseContexts] = {};
@@ -181,12 +182,22 @@ class CondensedAttributes {
       }
       if (has_flags && !attributes_[i].model->has_flags) return Fault::kAttribute;
     }
+    return read_sets(header.condensed.models, numbers);
+  }
+
+  PSPLIT_HD Fault read_sets(const CondensedModels& models, CondensedNumbers& numbers) {
+    for (uint32_t i = 0; i < attributes_.size(); ++i) {
+      CondensedAttribute<Index>& attribute = attributes_[i];
+      const uint32_t set = numbers.bits(static_cast<int>(set_bits(*attribute.model)));
+      if (set >= attribute.model->set_count) return Fault::kAttribute;
+      attribute.tables = &models.table_sets[attribute.model->first_set + set];
+    }
     return numbers.broken() ? Fault::kTruncated : Fault::kNone;
   }
 
-  PSPLIT_HD static bool has_tables(const AttributeModel& model, uint32_t used) {
-    for (uint32_t t = 0; t < AttributeModel::kTables; ++t)
-      if ((used >> t & 1) != 0 && model.tables[t] == AttributeModel::kNoTable) return false;
+  PSPLIT_HD static bool has_tables(const TableSet& set, uint32_t used) {
+    for (uint32_t t = 0; t < TableSet::kTables; ++t)
+      if ((used >> t & 1) != 0 && set.tables[t] == kNoTable) return false;
     return true;
   }
 
@@ -208,8 +219,8 @@ class CondensedAttributes {
       fault = find_order(model.backward, corners, patch, patch.groups[group].table, known_count, order, arena);
     if (fault != Fault::kNone) return fault;
     attribute.created.find_predictors(model, order, known_count);
-    if (!has_tables(model, attribute.created.used_tables())) return Fault::kEntropy;
-    attribute.tokens.start(section, stream.models, model, description.value_components(),
+    if (!has_tables(*attribute.tables, attribute.created.used_tables())) return Fault::kEntropy;
+    attribute.tokens.start(section, stream.models, *attribute.tables, description.value_components(),
                            attribute.created.table_of(), attribute.created.symbols());
     return Fault::kNone;
   }
@@ -276,7 +287,7 @@ class CondensedAttributes {
     View<uint8_t> table_of;
     if (!arena.take(table_of, count)) return Fault::kWorkspace;
     for (uint32_t value = 0; value < count; ++value) table_of[value] = value >= kFirst;
-    if (!has_tables(*attribute.model, (count > 0 ? 1 : 0) | (count > kFirst ? 2 : 0))) return Fault::kEntropy;
+    if (!has_tables(*attribute.tables, (count > 0 ? 1 : 0) | (count > kFirst ? 2 : 0))) return Fault::kEntropy;
     View<uint32_t> symbols;
     if (description.coding == Coding::kRaw) {
       if (!arena.take(attribute.raw_symbols, size_t{count} * description.components)) return Fault::kWorkspace;
@@ -285,7 +296,7 @@ class CondensedAttributes {
       if (const Fault fault = integers.allocate(arena); fault != Fault::kNone) return fault;
       symbols = integers.symbols();
     }
-    attribute.tokens.start(section, models, *attribute.model, description.value_components(), table_of,
+    attribute.tokens.start(section, models, *attribute.tables, description.value_components(), table_of,
                            symbols);
     return Fault::kNone;
   }

@@ -21,6 +21,8 @@ PSPLIT_HD inline Fault read_attribute_numbers(View<const SkeletonAttribute> attr
   }
   for (size_t i = 0; i < attributes.size() && !numbers.broken(); ++i)
     for (uint32_t k = 0; k < attributes[i].flag_lists(); ++k) numbers.number(kinds.flags);
+  for (size_t i = 0; i < attributes.size() && !numbers.broken(); ++i)
+    numbers.skip(set_bits(stream.models.attributes[i]));
   if (stream.models.has_borders) stream.border_count = numbers.number(kinds.border);
   if (numbers.broken() || others > stream.bytes.size()) return Fault::kTruncated;
   stream.first_section = static_cast<size_t>(others);

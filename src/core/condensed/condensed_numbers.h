@@ -11,6 +11,11 @@ struct CondensedKinds {
   NumberKind count{0}, vertices{0}, splits{2}, event{8}, bytes{8}, low{12}, extent{12}, flags{8}, border{5};
 };
 
+// The number of bits in which a stream says which of the attribute's sets of token tables it uses.
+PSPLIT_HD inline uint32_t set_bits(const AttributeModel& model) {
+  return model.set_count > 1 ? floor_log2(model.set_count - 1u) + 1 : 0;
+}
+
 // Reads numbers. Once a number is invalid or beyond the end of the bits, broken() stays set.
 class CondensedNumbers {
  public:
@@ -18,7 +23,6 @@ class CondensedNumbers {
 
   PSPLIT_HD bool broken() const { return broken_; }
   PSPLIT_HD uint64_t place() const { return bits_.bits_taken(); }
-  PSPLIT_HD const SectionReader& bits() const { return bits_; }
 
   PSPLIT_HD uint32_t number(NumberKind& kind) {
     uint32_t value;
@@ -26,8 +30,10 @@ class CondensedNumbers {
     return value;
   }
   PSPLIT_HD int64_t signed_number(NumberKind& kind) { return unfold(number(kind)); }
-  PSPLIT_HD uint32_t bit() {
-    const uint32_t value = bits_.read(1);
+  PSPLIT_HD uint32_t bit() { return bits(1); }
+  // `count` is at most 32.
+  PSPLIT_HD uint32_t bits(int count) {
+    const uint32_t value = bits_.read(count);
     broken_ |= !justify(0);
     return value;
   }

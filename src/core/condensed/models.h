@@ -28,11 +28,17 @@ struct SymbolContext {
 // token.
 using TokenEntry = uint32_t;
 inline constexpr uint32_t kTokenCount = 116;
+inline constexpr uint16_t kNoTable = 0xffff;  // the number of a table that is never used
+
+// The numbers of the token tables of an attribute's values: three by creation, otherwise two.
+struct TableSet {
+  static constexpr uint32_t kTables = 3;
+  uint16_t tables[kTables] = {kNoTable, kNoTable, kNoTable};
+};
 
 // How an attribute's values are stored.
 struct AttributeModel {
-  static constexpr uint32_t kTables = 3, kCreaseContexts = 4;
-  static constexpr uint16_t kNoTable = 0xffff;
+  static constexpr uint32_t kCreaseContexts = 4;
 
   bool by_creation = false;  // in order of creation, with our prediction; otherwise as in the Draco stream
   bool backward = false;     // by creation: from the last decoded face to the first
@@ -40,8 +46,8 @@ struct AttributeModel {
   bool mean = false;         // by creation: a value without parallelogram is predicted from two values
   uint8_t reach = 0;         // by creation: how far parallelograms reach out, 0 to 2
   bool has_flags = false;
-  // Numbers of token tables; kNoTable for a table that is never used.
-  uint16_t tables[kTables] = {kNoTable, kNoTable, kNoTable};
+  // Each stream chooses one of these sets of token tables, in CondensedModels::table_sets.
+  uint16_t first_set = 0, set_count = 1;
   // With has_flags: the probabilities of a 1.
   uint16_t creases[kCreaseContexts] = {}, orientations = 0, flips = 0;
 };
@@ -54,11 +60,12 @@ struct SeamModel {
 struct CondensedModels {
   bool has_valence_contexts = false;
   bool has_borders = false;  // the first attribute's values at borders are stored once, in border parts
-  // Token tables for the first value of a border part, and for the others; as in AttributeModel.
-  uint16_t border_tables[2] = {AttributeModel::kNoTable, AttributeModel::kNoTable};
+  // Token tables for the first value of a border part, and for the others.
+  uint16_t border_tables[2] = {kNoTable, kNoTable};
   uint32_t first_context = 0;  // without valence: the context of the second symbol
   View<const SymbolContext> contexts;
   View<const TokenEntry> token_tables;  // kSlots entries for each table
+  View<const TableSet> table_sets;
   View<const AttributeModel> attributes;
   View<const SeamModel> seams;  // by attribute data
 

@@ -37,16 +37,14 @@ PSPLIT_HD inline TokenBits bits_of_token(uint32_t token) {
 // The symbols of one attribute, which are decoded later. Several sequences may be decoded in step.
 class TokenSequence {
  public:
-  // `table_of` has a number of one of `tables` for each value: those tables exist. `out` has room for the
-  // symbols of all values.
-  PSPLIT_HD void start(const SectionReader& section, const CondensedModels& models, const AttributeModel& model,
+  // `table_of` has a number of one of the set's tables for each value: those tables exist. `out` has room for
+  // the symbols of all values.
+  PSPLIT_HD void start(const SectionReader& section, const CondensedModels& models, const TableSet& set,
                        uint32_t components, View<const uint8_t> table_of, View<uint32_t> out) {
     section_ = section;
     components_ = components;
-    for (uint32_t i = 0; i < AttributeModel::kTables; ++i)
-      tables_[i] = model.tables[i] == AttributeModel::kNoTable
-                       ? nullptr
-                       : &models.token_tables[size_t{model.tables[i]} * kSlots];
+    for (uint32_t i = 0; i < TableSet::kTables; ++i)
+      tables_[i] = set.tables[i] == kNoTable ? nullptr : &models.token_tables[size_t{set.tables[i]} * kSlots];
     table_of_ = table_of.data();
     end_ = table_of_ + table_of.size();
     value_count_ = static_cast<uint32_t>(table_of.size());
@@ -87,7 +85,7 @@ class TokenSequence {
  protected:
   SectionReader section_;
   uint32_t components_ = 0, value_count_ = 0;
-  const TokenEntry* tables_[AttributeModel::kTables] = {};
+  const TokenEntry* tables_[TableSet::kTables] = {};
   const uint8_t* table_of_ = nullptr;
   const uint8_t* end_ = nullptr;
   uint32_t* out_ = nullptr;

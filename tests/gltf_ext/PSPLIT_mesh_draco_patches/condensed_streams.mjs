@@ -80,15 +80,18 @@ export function parse_head(part) {
   };
   const attribute_count = number(kinds.count) + 1;
   demand(attribute_count <= 256, 'too many attributes');
+  let all_sets = 0;
   const attributes = times(attribute_count, () => {
     const by_creation = bits(1) === 1;
     const [backward, two, mean] = times(3, () => by_creation && bits(1) === 1);
     const reach = by_creation ? bits(2) : 0;
     demand(reach <= 2, 'an impossible reach');
-    const tables = times(by_creation ? 3 : 2, token_table);
+    const set_count = number(kinds.count) + 1;
+    demand(set_count <= 8 && (all_sets += set_count) <= 256, 'too many sets of tables');
+    const sets = times(set_count, () => times(by_creation ? 3 : 2, token_table));
     const flags = bits(1) === 1
       ? { creases: times(4, probability), orientations: probability(), flips: probability() } : null;
-    return { by_creation, backward, two, mean, reach, tables, flags };
+    return { by_creation, backward, two, mean, reach, sets, flags };
   });
   demand(bits(1) === 0, 'a head of a later version');
   const data_count = number(kinds.count);
@@ -230,8 +233,9 @@ const from_the_end = (bytes) => bit_reader(Uint8Array.from(bytes).reverse(), 'se
 
 const count_use = (uses, use, times = 1) => { uses[use] = (uses[use] ?? 0) + times; };
 
-// "Order of creation": values[vertex][component], of an attribute with a table.
-function values_by_creation(coder, { opposite, vertex, corner_of }, components, { two, mean, reach, tables }, uses) {
+// "Order of creation": values[vertex][component].
+function values_by_creation(coder, attribute, { two, mean, reach }, uses) {
+  const { table: { opposite, vertex, corner_of }, tables } = attribute, components = width_of(attribute);
   const values = [];
   const table = { opposite, vertex };
   const zeros = new Array(components).fill(0);
@@ -262,8 +266,8 @@ function values_by_creation(coder, { opposite, vertex, corner_of }, components, 
 const width_of = ({ type, components }) => (type === kNormals ? 2 : components);
 
 // A condensed attribute in Draco's order: what its Draco stream has for it.
-function read_in_draco_order(coder, attribute, count, { tables, flags }) {
-  const { type, scheme, transform, greatest, flag_counts } = attribute;
+function read_in_draco_order(coder, attribute, count, { flags }) {
+  const { type, scheme, transform, greatest, flag_counts, tables } = attribute;
   const width = width_of(attribute), symbols = [];
   for (let i = 0; i < count * width; ++i) {
     const table = tables[i < 3 * width ? 0 : 1];
@@ -330,6 +334,13 @@ function read_fields(row, skeleton, head, uses) {
     demand(attribute.flag_counts.every((count) => count <= 3 * faces), 'too many flags');
   }
 
+  for (const attribute of attributes) {
+    const { sets } = head.attributes[attribute.place], set = bits(Math.ceil(Math.log2(sets.length)));
+    demand(set < sets.length, 'a set of tables that does not exist');
+    attribute.tables = sets[set];
+    count_use(uses, 'other_sets', Number(set > 0));
+  }
+
   // The places of the sections.
   const main_start = lengths.reduce((sum, length) => sum + length, 0);
   demand(main_start <= stream.length, 'sections that do not fit');
@@ -368,7 +379,7 @@ function read_fields(row, skeleton, head, uses) {
     attribute.table = attribute_table(fields.mesh, cuts, attribute.by_creation && entry.backward);
     const count = attribute.table.corner_of.length, coder = coders[place];
     if (attribute.by_creation)
-      attribute.values = values_by_creation(coder, attribute.table, width_of(attribute), entry, uses);
+      attribute.values = values_by_creation(coder, attribute, entry, uses);
     else
       Object.assign(attribute, read_in_draco_order(coder, attribute, count, entry));
     demand(!attribute.values || attribute.transform <= kWrap ||

@@ -109,7 +109,7 @@ for (const name of Object.keys(expected)) compare(path.join(samples, name), expe
   });
   // The tables of bits: a part of the stitch map; the directory, the head, and the last byte of a stream.
   const [first, second] = dumps;
-  const parts = [[first.subarray(0x44, 0x49)], [second.subarray(0x14, 0x1b), second.subarray(0x1b, 0x64), second.subarray(0x6d, 0x6e)]];
+  const parts = [[first.subarray(0x44, 0x49)], [second.subarray(0x14, 0x1b), second.subarray(0x1b, 0x65), second.subarray(0x6e, 0x6f)]];
   parts.forEach((wanted, i) => {
     const tables = examples[i].split(/^\| bits \|.*$/m).slice(1).map((table) => table.trimStart().split('\n\n')[0]);
     wanted.forEach((bytes, t) => {
@@ -137,8 +137,8 @@ ways.forEach((way, i) => {
 });
 // Every feature of the format must occur, or else it is not tested.
 for (const use of ['version_1', 'residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'own_points',
-  'fallbacks', 'condensed', 'stored', 'valence_contexts', 'history_contexts', 'other_skeletons', 'split_events', 'seams',
-  'raw_values', 'creases', 'orientations', 'flips', 'backward', 'means', 'values_by_0_parallelograms',
+  'fallbacks', 'condensed', 'stored', 'valence_contexts', 'history_contexts', 'other_skeletons', 'other_sets',
+  'split_events', 'seams', 'raw_values', 'creases', 'orientations', 'flips', 'backward', 'means', 'values_by_0_parallelograms',
   'values_by_1_parallelograms', 'values_by_2_parallelograms'])
   check(uses[use] > 0, `no asset has ${use}`);
 

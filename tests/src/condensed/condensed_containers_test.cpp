@@ -125,7 +125,7 @@ struct HeadParts {
   uint32_t skeleton_count = 1, skeleton_length = 1, level = 5;
   uint32_t symbol_contexts = 0;
   std::vector<uint32_t> symbols{1000, 1000, 1000, 1000, 96};
-  uint32_t attribute_count = 1;
+  uint32_t attribute_count = 1, set_count = 1;
   uint32_t used = 3;
   std::vector<uint32_t> tokens{4000, 0, 96};
   bool has_flags = false;
@@ -146,7 +146,8 @@ Bytes write(const HeadParts& parts) {
   out.number(count, parts.attribute_count - 1);
   for (uint32_t i = 0; i < parts.attribute_count; ++i) {
     out.bits(0, 1);
-    for (int table = 0; table < 2; ++table) {
+    out.number(count, parts.set_count - 1);
+    for (uint32_t table = 0; table < 2 * parts.set_count; ++table) {
       core::NumberKind frequency(4);
       out.number(used, parts.used);
       for (const uint32_t number : parts.tokens) out.number(frequency, number);
@@ -188,6 +189,8 @@ TEST(CondensedContainers, HeadsThatLieAreRefusedAsTheHead) {
       refusal([](HeadParts& head) { head.skeleton_length = 4097; }),
       refusal([](HeadParts& head) { head.level = 12; }),
       refusal([](HeadParts& head) { head.attribute_count = 257; }),
+      refusal([](HeadParts& head) { head.set_count = 9; }),
+      refusal([](HeadParts& head) { head.attribute_count = 33, head.set_count = 8; }),  // more than 256 in all
   };
   for (size_t i = 0; i < refusals.size(); ++i)
     EXPECT_NE(refusals[i].find("head: "), std::string::npos) << "refusal " << i << ": " << refusals[i];

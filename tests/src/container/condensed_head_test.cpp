@@ -19,7 +19,7 @@ struct HeadFields {
                                                   {1, 2, 3, 4, 4086},
                                                   {0, 0, 4096, 0, 0},
                                                   {1000, 1000, 1000, 1000, 96}};
-  uint32_t reach = 1;
+  uint32_t reach = 1, set_count = 2;
   std::vector<uint32_t> tokens = {4000, 0, 96};
   uint32_t flag_probability = 1, seam_probability = 4095;
   bool has_borders = true;
@@ -47,11 +47,18 @@ std::vector<uint8_t> write(const HeadFields& head) {
   out.bits(1, 1);        // by creation: backward, two, not mean
   out.bits(0b011, 3);
   out.bits(head.reach, 2);
+  out.number(count, head.set_count - 1);
   table(head.tokens);
   table({});
   table({4096});
+  for (uint32_t set = 1; set < head.set_count; ++set) {
+    table({});
+    table({0, 4096});
+    table({});
+  }
   out.bits(0, 1);
   out.bits(0, 1);
+  out.number(count, 0);
   table({4096});
   table(head.tokens);
   out.bits(1, 1);
@@ -88,13 +95,22 @@ TEST(CondensedHead, IsReadAsItWasWritten) {
   EXPECT_TRUE(created.by_creation && created.backward && created.two && !created.mean && created.reach == 1);
   EXPECT_FALSE(traversed.by_creation);
   EXPECT_TRUE(traversed.has_flags && traversed.flips == 1);
-  EXPECT_EQ(created.tables[1], core::AttributeModel::kNoTable);
-  const size_t first = size_t{created.tables[0]} * core::kSlots;
+  EXPECT_EQ(created.first_set, 0u);
+  EXPECT_EQ(created.set_count, 2u);
+  EXPECT_EQ(traversed.first_set, 2u);
+  EXPECT_EQ(traversed.set_count, 1u);
+  ASSERT_EQ(models.table_sets.size(), 3u);
+  EXPECT_EQ(models.table_sets[0].tables[1], core::kNoTable);
+  EXPECT_EQ(models.table_sets[1].tables[0], core::kNoTable);
+  EXPECT_EQ(models.table_sets[2].tables[2], core::kNoTable);
+  const size_t first = size_t{models.table_sets[0].tables[0]} * core::kSlots,
+               second = size_t{models.table_sets[1].tables[1]} * core::kSlots;
   EXPECT_EQ(models.token_tables[first + 3999] % core::kSlots, 3999u);
   EXPECT_EQ(models.token_tables[first + 4095] % core::kSlots, 95u);
+  EXPECT_EQ(models.token_tables[second] >> core::kSlotBits & 0x7f, 1u);
   EXPECT_TRUE(models.has_borders);
-  EXPECT_NE(models.border_tables[0], core::AttributeModel::kNoTable);
-  EXPECT_EQ(models.border_tables[1], core::AttributeModel::kNoTable);
+  EXPECT_NE(models.border_tables[0], core::kNoTable);
+  EXPECT_EQ(models.border_tables[1], core::kNoTable);
   ASSERT_EQ(models.seams.size(), 1u);
   EXPECT_EQ(models.seams[0].after[1], 4095u);
 }
@@ -117,6 +133,9 @@ TEST(CondensedHead, SaysWhatIsWrong) {
   EXPECT_EQ(with([](HeadFields& head) { head.symbols[1][1] = 1; }),
             "head: frequencies of symbols that do not sum to 4096");
   EXPECT_EQ(with([](HeadFields& head) { head.reach = 3; }), "head: an unknown reach");
+  EXPECT_EQ(with([](HeadFields& head) { head.set_count = 8; }), "");
+  EXPECT_EQ(with([](HeadFields& head) { head.set_count = 9; }),
+            "head: more than 8 sets of token tables for an attribute");
   EXPECT_EQ(with([](HeadFields& head) {
               head.tokens = {0xffffffff, 4097};
             }),
@@ -149,9 +168,10 @@ TEST(CondensedHead, AnyBytesMayBeRead) {
     if (!head) continue;
     ++read;
     for (const core::AttributeModel& model : head->attributes)
-      for (const uint16_t table : model.tables)
-        EXPECT_TRUE(table == core::AttributeModel::kNoTable ||
-                    table < head->token_tables.size() / core::kSlots);
+      EXPECT_LE(uint32_t{model.first_set} + model.set_count, head->table_sets.size());
+    for (const core::TableSet& set : head->table_sets)
+      for (const uint16_t table : set.tables)
+        EXPECT_TRUE(table == core::kNoTable || table < head->token_tables.size() / core::kSlots);
   }
   EXPECT_GT(read, 50u);
 }

@@ -92,7 +92,7 @@ void expect_decoded(const Batch& batch, const Batch::Stream& stream, const Strea
 }
 
 void expect_batches_decode(StreamSet set, bool smallest) {
-  size_t count = 0, with_creation = 0, with_seams = 0, with_flags = 0, with_valence = 0;
+  size_t count = 0, with_creation = 0, with_seams = 0, with_flags = 0, with_valence = 0, with_sets = 0;
   for_each_batch(set, 60, smallest, [&](const Batch& batch) {
     for (const Batch::Stream& stream : batch.streams) {
       if (testing::Test::HasFatalFailure()) return;
@@ -109,12 +109,14 @@ void expect_batches_decode(StreamSet set, bool smallest) {
     for (const AttributeModel& model : batch.head.attributes) {
       with_creation += model.by_creation;
       with_flags += model.has_flags;
+      with_sets += model.set_count > 1;
     }
   });
   EXPECT_GT(count, 300u);
   EXPECT_GT(with_creation, 0u);
   EXPECT_GT(with_seams, 100u);
   EXPECT_GT(with_flags, 0u);
+  EXPECT_GT(with_sets, 0u);
   testing::Test::RecordProperty("streams", static_cast<int>(count));
   testing::Test::RecordProperty("with_valence", static_cast<int>(with_valence));
 }
@@ -214,6 +216,30 @@ TEST(CondensedDecode, RefusesMutantsOrDecodesThemWithinTheirBounds) {
   EXPECT_GT(accepted, 20u);
   EXPECT_GT(compared, 10u);
   RecordProperty("compared", static_cast<int>(compared));
+}
+
+// Of 4 or 8 sets the last one is taken away: the same bits choose it.
+TEST(CondensedDecode, RefusesASetOfTablesThatDoesNotExist) {
+  size_t refused = 0;
+  for_each_batch(StreamSet::kSmall, 60, false, [&](const Batch& batch) {
+    Batch fewer = batch;
+    for (AttributeModel& model : fewer.head.attributes)
+      if (model.set_count > 2) --model.set_count;
+    for (const Batch::Stream& stream : fewer.streams) {
+      StreamHeader header;
+      ASSERT_EQ(fault_text(fewer.read_header(stream, stream.bytes, header)), fault_text(Fault::kNone));
+      RawMesh decoded;
+      const Fault fault = decode<uint32_t>(header, decoded);
+      const bool is_expanded = expand_stream(fewer.head, {stream.bytes, stream.skeleton, stream.face_count(),
+                                                          stream.expected.point_count})
+                                   .ok();
+      ASSERT_EQ(is_expanded, fault == Fault::kNone) << stream.name;
+      if (fault == Fault::kNone) continue;
+      EXPECT_EQ(fault_text(fault), fault_text(Fault::kAttribute)) << stream.name;
+      ++refused;
+    }
+  });
+  EXPECT_GT(refused, 0u);
 }
 
 TEST(CondensedDecode, RefusesEveryTruncation) {

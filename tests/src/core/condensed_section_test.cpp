@@ -45,6 +45,7 @@ CondensedHead head_of(uint32_t coding, const std::vector<std::vector<uint16_t>>&
     for (const uint16_t f : context) out.number(frequency, f);
   out.number(count, 0);
   out.bits(0, 1);
+  out.number(count, 0);  // one set of tables
   out.number(used, tokens.size());
   frequency = NumberKind(4);
   for (const uint16_t f : tokens) out.number(frequency, f);
@@ -157,7 +158,7 @@ TEST(Tokens, DecodeToTheirSymbolsInStep) {
     decoded[n].resize(expected[n].size());
     SectionReader section(sections[n].data(), sections[n].size());
     ASSERT_EQ(section.start_words(0), Fault::kNone);
-    sequences[n].start(section, head.models(), head.attributes[0], components, {table_of.data(), count},
+    sequences[n].start(section, head.models(), head.table_sets[0], components, {table_of.data(), count},
                        {decoded[n].data(), decoded[n].size()});
     runs[n] = &sequences[n];
   }
@@ -206,7 +207,7 @@ TEST(BorderPart, DecodesAlone) {
   ASSERT_EQ(decode_border_part(header, {decoded.data(), decoded.size()}, behind), Fault::kNone);
   EXPECT_EQ(decoded, values);
   EXPECT_TRUE(behind.is_at_end());
-  stream.models.border_tables[1] = AttributeModel::kNoTable;
+  stream.models.border_tables[1] = kNoTable;
   EXPECT_EQ(decode_border_part(header, {decoded.data(), decoded.size()}, behind), Fault::kEntropy);
 }
 
