@@ -74,6 +74,7 @@ struct CondensedModels {
   void for_each_array(Visit visit) {
     visit(contexts);
     visit(token_tables);
+    visit(table_sets);
     visit(attributes);
     visit(seams);
   }
