@@ -46,8 +46,8 @@ void measure_core(benchmark::State& state, const SampleKind& kind, bool in_step)
   StagedInput input(*open_container(from.container), from.requests);
   StageTimes times;
   for (auto _ : state) {
-    const core::Fault fault = decode_with_core(input, in_step, times);
-    if (fault != core::Fault::kNone) state.SkipWithError(core::fault_text(fault));
+    const Status status = decode_with_core(input, in_step, times);
+    if (!status.ok()) state.SkipWithError(status.message().c_str());
     benchmark::ClobberMemory();
   }
   report(state, times, {});
@@ -112,7 +112,7 @@ PSPLIT_OWN_FUNCTION bool counted_decode(const std::string& decoder, const Sample
     if (decoder == backend.name)
       return backend.decode(*open_container(from.container), from.requests, pool).ok();
   StageTimes times;
-  return decode_with_core(input, decoder == "core_in_step", times) == core::Fault::kNone;
+  return decode_with_core(input, decoder == "core_in_step", times).ok();
 }
 
 double peak_megabytes() {

@@ -8,6 +8,7 @@ namespace {
 // What a coding may take more than the smallest one, if it decodes faster.
 constexpr double kWorthValence = 0.02;    // of all bits
 constexpr double kWorthContexts = 0.001;  // of all bits, for each symbol more in the context
+constexpr double kWorthBorders = 0.005;   // of the first attribute's bits
 constexpr double kSlowerDracoOrder = 0.01, kSlowerReach = 0.004, kSlowerTwo = 0.002;  // of the attribute's bits
 
 // The counts with a shorter context: it is the last symbols of the longer one.
@@ -162,7 +163,7 @@ Codings CodingCounts::choose(double scale, bool smallest) const {
       double inner_bits = 0;
       const ValueCoding inner = choose_values(inner_, scale, smallest, inner_bits);
       const double with_borders = inner_bits + all_bits(border_[0], scale) + all_bits(border_[1], scale);
-      codings.has_borders = inner.by_creation && with_borders < bits;
+      codings.has_borders = inner.by_creation && with_borders < bits * (smallest ? 1 : 1 - kWorthBorders);
       if (codings.has_borders) coding = inner, bits = with_borders;
     }
     codings.values.push_back(coding);

@@ -66,8 +66,9 @@ class Condenser {
     const auto is_condensable = [](const Patch& patch) { return patch.is_condensable; };
     return std::ranges::any_of(counts_, has_stitch) &&
            static_cast<size_t>(std::ranges::count_if(patches_, is_condensable)) == patch_count() &&
-           std::ranges::all_of(skeletons_, [](const Skeleton& skeleton) {
-             return skeleton.attributes[0].allows_creation_order();
+           std::ranges::all_of(skeletons_, [&](const Skeleton& skeleton) {
+             return skeleton.attributes[0].allows_creation_order() &&
+                    skeleton.attributes[0].components == skeletons_[0].attributes[0].components;
            });
   }
   BorderPart border_part(size_t i, const DecodedSource& source) const {

@@ -167,10 +167,19 @@ class FieldsExpander {
   }
   // The values that it has are known.
   Fault skip_border_part() {
-    const uint64_t total = uint64_t{header_.condensed.border_count} * header_.condensed.border_components;
-    if (!claim(sizeof(int32_t) * total)) return Fault::kWorkspace;
-    std::vector<int32_t> values(static_cast<size_t>(total));
-    return core::decode_border_part(header_, {values.data(), values.size()}, main_);
+    const uint32_t count = header_.condensed.border_count;
+    const uint64_t total = uint64_t{count} * header_.condensed.border_components;
+    if (!claim(sizeof(uint32_t) * total + count)) return Fault::kWorkspace;
+    std::vector<uint32_t> symbols(static_cast<size_t>(total));
+    std::vector<uint8_t> table_of(count);
+    core::TokenSequence tokens;
+    const Fault fault =
+        core::start_border_part(header_, {table_of.data(), count}, {symbols.data(), symbols.size()}, tokens);
+    if (fault != Fault::kNone) return fault;
+    core::TokenSequence* const one = &tokens;
+    core::step_tokens<1>(&one, 1);
+    main_ = tokens.section();
+    return Fault::kNone;
   }
   // No scheme has more flags than there are corners.
   bool make_flags(std::vector<uint8_t>& flags, uint32_t count) {

@@ -1,18 +1,33 @@
 #include "src/condensed/expand_container.h"
 
 #include "src/condensed/expand.h"
+#include "src/container/border_values.h"
 
 namespace psplit {
+namespace {
 
-Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, uint32_t patch) {
+Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, const BorderValues& borders,
+                                            uint32_t patch) {
   const StreamEntry& entry = container.entries[patch];
   const std::span<const uint8_t> stream = container.streams[patch];
   if (!entry.is_condensed) return std::vector<uint8_t>(stream.begin(), stream.end());
-  Expected<std::vector<uint8_t>> expanded =
-      expand_stream(*container.head, {stream, entry.skeleton, entry.face_count, entry.point_count});
+  core::StreamHeader header = container.headers[patch];
+  borders.complete(patch, header);
+  const core::View<const int32_t> known = header.condensed.known;
+  Expected<std::vector<uint8_t>> expanded = expand_stream(
+      *container.head,
+      {stream, entry.skeleton, entry.face_count, entry.point_count, {known.data(), known.size()}});
   if (!expanded) return expanded.status().at({.patch = patch});
   if (expanded->size() > 0xffffffffu) return unsupported("a stream of more than 4 GiB", {.patch = patch});
   return expanded;
+}
+
+}  // namespace
+
+Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, uint32_t patch) {
+  if (container.entries[patch].is_condensed && !container.refusal.ok()) return container.refusal;
+  const Expected<BorderValues> borders = BorderValues::decode(container, patch);
+  return borders ? expand_patch(container, *borders, patch) : borders.status();
 }
 
 Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container, const ThreadPool& pool) {
@@ -20,8 +35,10 @@ Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container,
   std::vector<StreamEntry> entries = container.entries;
   std::vector<std::vector<uint8_t>> stitch, streams(count);
   std::vector<Status> statuses(count);
+  const Expected<BorderValues> borders = BorderValues::decode(container, pool);
+  if (!borders) return borders.status();
   pool.for_each(count, [&](size_t i) {
-    Expected<std::vector<uint8_t>> stream = expand_patch(container, static_cast<uint32_t>(i));
+    Expected<std::vector<uint8_t>> stream = expand_patch(container, *borders, static_cast<uint32_t>(i));
     statuses[i] = stream.status();
     if (stream) streams[i] = std::move(*stream);
   });

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "src/container/border_values.h"
 #include "src/container/claims.h"
 #include "src/container/column_directory.h"
 #include "src/container/condensed_directory.h"
@@ -140,6 +141,12 @@ Expected<core::StreamHeader> read_header(const PatchContainer& container, uint32
   const uint32_t faces = header->counts.face_count, claimed = entry.face_count;
   // A sequential stream needs faces to carry points that no face uses. The directory does not count them.
   if (is_residue ? faces < claimed : faces != claimed) return differs_from_directory("faces", faces, claimed);
+  if (container.head && container.head->has_borders && !is_residue) {
+    if (!entry.is_condensed) return invalid_input("it is stored, but values at borders are shared");
+    const core::StreamHeader& first = patch > 0 ? container.headers[0] : *header;
+    if (header->condensed.border_components != first.condensed.border_components)
+      return invalid_input("its shared values have other components than those of patch 0");
+  }
   // The number of points of an Edgebreaker stream is known only after decoding.
   if (is_residue && header->point_count != entry.point_count)
     return differs_from_directory("points", header->point_count, entry.point_count);
@@ -221,6 +228,12 @@ PatchContainer PatchContainer::alone(uint32_t patch) const {
   container.entries[0].skeleton = entries[patch].skeleton;
   container.headers = {headers[patch]};
   container.head = head;
+  container.borders = borders;
+  Expected<BorderValues> decoded = BorderValues::decode(*this, patch);
+  container.refusal = decoded.status();
+  if (!decoded || decoded->empty()) return container;
+  container.borders = std::make_shared<const BorderValues>(std::move(*decoded));
+  container.borders->complete(patch, container.headers[0]);
   return container;
 }
 

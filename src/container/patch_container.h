@@ -37,6 +37,7 @@ inline constexpr uint8_t kContainerVersion = 2;
 // The version that write_condensed_container writes.
 inline constexpr uint8_t kCondensedContainerVersion = 3;
 
+class BorderValues;
 struct CondensedHead;
 
 // An opened container, or one stock Draco stream as a container of one patch. The directory, the headers of all
@@ -53,6 +54,7 @@ struct PatchContainer {
   bool is_point_count_known = true;
   // Not ok for a stock stream that the core refuses: the error. `headers` is then empty, and the row counts no
   // faces and no points. libdraco may still decode the stream, for example if its bitstream is older than 2.2.
+  // Not ok for a patch alone if the values at its border cannot be decoded.
   Status refusal;
 
   std::vector<StreamEntry> entries;               // the patches, then the residue if there is one
@@ -63,6 +65,8 @@ struct PatchContainer {
   std::vector<uint32_t> owned_base;
   // face_base[i] is the number of the first face of entry i; the last element is the total of faces.
   std::vector<uint32_t> face_base;
+  // Of a patch alone: the values at its border, if its header refers to them.
+  std::shared_ptr<const BorderValues> borders;
   // What the condensed streams have in common; null if no stream is condensed. The headers of these refer to
   // it.
   std::shared_ptr<const CondensedHead> head;
@@ -85,7 +89,8 @@ struct PatchContainer {
   core::StitchRow stitch_row(uint32_t patch) const;
 
   // One patch as a container of its own, with all its points. A residue has the faces that its row counts. A
-  // condensed patch stays condensed.
+  // condensed patch stays condensed. Decodes the values at its border that patches share: if that fails,
+  // `refusal` is the error.
   PatchContainer alone(uint32_t patch) const;
 
   // Sets the number of points of a stock stream, for a caller that knows it: glTF's accessors say it. The

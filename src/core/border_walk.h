@@ -63,10 +63,11 @@ PSPLIT_HD size_t border_walk_bytes(uint64_t point_count) {
 }
 
 // `walk` gets the points of the border, one loop after the other. It is empty if there is no border, or if the
-// border edges do not form loops. Its memory stays taken.
+// border edges do not form loops. Its memory stays taken. A patch that is walked already takes no memory.
 template <typename Index>
 PSPLIT_HD Fault walk_border(const Patch<Index>& patch, Arena& arena, View<Index>& walk) {
-  walk = {};
+  walk = patch.walk;
+  if (patch.is_walked) return Fault::kNone;
   if (patch.mesh.table.opposite.empty()) return Fault::kNone;  // a sequential mesh
   View<Index> successor, found;
   if (!arena.take(successor, patch.point_count)) return Fault::kWorkspace;

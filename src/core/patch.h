@@ -16,6 +16,9 @@ struct Patch {
   View<Attribute<Index>> attributes;
   Connectivity<Index> mesh;  // of an Edgebreaker stream, otherwise empty
   View<bool> on_seam;        // by vertex: whether a seam of any attribute ends there; empty without seams
+  // The points of the border in walking order, if decoding the patch needed them.
+  View<Index> walk;
+  bool is_walked = false;
 
   // The first attribute of positions, if it comes before this attribute.
   PSPLIT_HD const Attribute<Index>* position_before(uint32_t attribute) const {

@@ -22,6 +22,9 @@ ContainerDecoder::ContainerDecoder(const DecodeTask& task, const PrimitiveBuffer
       patches_(container_.entries.size()) {}
 
 Status ContainerDecoder::decode() {
+  Expected<BorderValues> borders = BorderValues::decode(container_, pool_);
+  if (!borders) return borders.status();
+  borders_ = std::move(*borders);
   const auto count = static_cast<uint32_t>(patches_.size());
   // In step only if that leaves no thread without work.
   const uint32_t in_step = count / kInStep >= static_cast<uint32_t>(pool_.thread_count()) ? count / kInStep : 0;
@@ -54,9 +57,9 @@ void ContainerDecoder::decode_patch(uint32_t i) {
 }
 
 void ContainerDecoder::decode_patch(uint32_t i, Scratch& scratch) {
-  Status status = with_decoded(container_, i, requests_, scratch, [&](const auto& patch, core::Arena& arena) {
-    return write_patch(i, patch, arena, scratch.numbers);
-  });
+  Status status = with_decoded(
+      container_, borders_, i, requests_, scratch,
+      [&](const auto& patch, core::Arena& arena) { return write_patch(i, patch, arena, scratch.numbers); });
   patches_[i].status = std::move(status).at({.patch = i});
 }
 
@@ -64,7 +67,7 @@ void ContainerDecoder::decode_patch(uint32_t i, Scratch& scratch) {
 void ContainerDecoder::decode_patches(uint32_t first) {
   const ScratchPool::Lease lease(scratch_pool());
   Scratch& scratch = *lease;
-  const auto left = decode_in_step(container_, first, requests_, scratch,
+  const auto left = decode_in_step(container_, borders_, first, requests_, scratch,
                                    [&](uint32_t n, const auto& patch, core::Arena& arena) {
                                      auto status = write_patch(first + n, patch, arena, scratch.numbers);
                                      if (!status) return false;

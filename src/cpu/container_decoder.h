@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "src/container/border_values.h"
 #include "src/container/decode_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
@@ -28,8 +29,9 @@ class Steps {
   std::atomic<size_t> done_ = 0;
 };
 
-// There are two rounds over the patches. In the first, each patch writes the values that it owns, and its faces
-// with placeholders for references. In the second, references take the numbers that their owners gave.
+// Values that patches share at their borders are decoded first. Then there are two rounds over the patches. In
+// the first, each patch writes the values that it owns, and its faces with placeholders for references. In the
+// second, references take the numbers that their owners gave.
 class ContainerDecoder {
  public:
   // `out` has room for the container's counts. If `findings` is not null, it has an element for each stream,
@@ -78,6 +80,7 @@ class ContainerDecoder {
   const PrimitiveBuffers& out_;
   const ThreadPool& pool_;
   Steps& steps_;
+  BorderValues borders_;
   std::vector<StreamFindings>* const findings_;
   std::vector<StitchedPatch> patches_;
 };

@@ -33,7 +33,7 @@ template <typename BuffersForCounts>
 Status decode_stream(const DecodeTask& task, BuffersForCounts buffers_for) {
   const PatchContainer& container = *task.container;
   const ScratchPool::Lease lease(scratch_pool());
-  return with_decoded(container, 0, task.requests, *lease,
+  return with_decoded(container, BorderValues(), 0, task.requests, *lease,
                       [&]<typename Index>(const core::Patch<Index>& patch, core::Arena&) -> Status {
                         std::vector<const core::Attribute<Index>*> attributes;
                         Status found = find_attributes(patch, task.requests, attributes);
@@ -83,7 +83,7 @@ Status with_any_stream(std::span<const uint8_t> stream, Use use) {
   const ScratchPool::Lease lease(scratch_pool());
   // The first try has memory for as many attributes as most streams have.
   const std::array<AttributeRequest, 4> likely;
-  return with_decoded(container, 0, likely, *lease,
+  return with_decoded(container, BorderValues(), 0, likely, *lease,
                       [&](const auto& patch, core::Arena&) { return use(container.headers[0], patch); });
 }
 

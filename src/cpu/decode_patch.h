@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "src/container/border_values.h"
 #include "src/container/claims.h"
 #include "src/container/stream_description.h"
 #include "src/core/workspace.h"
@@ -30,13 +31,21 @@ size_t likely_size(const PatchContainer& container, uint32_t patch,
                          core::justified_bytes(stream_bytes)));
 }
 
+// The header of a patch, in the memory of its stream, with the values at its border.
+inline const core::StreamHeader& complete_header(const PatchContainer& container, const BorderValues& borders,
+                                                 uint32_t patch, StreamMemory& memory) {
+  memory.header = container.headers[patch];
+  borders.complete(patch, memory.header);
+  return memory.header;
+}
+
 // Decodes a patch, and returns the status that use(patch, arena) returns. If `use` returns std::nullopt because
 // it needs more memory than the arena has left, or if the scratch was too small, decodes again in more memory,
 // up to the amount that the stream's bytes justify.
 template <typename Use>
-Status with_decoded(const PatchContainer& container, uint32_t patch, std::span<const AttributeRequest> requests,
-                    Scratch& scratch, Use use) {
-  const core::StreamHeader& header = container.headers[patch];
+Status with_decoded(const PatchContainer& container, const BorderValues& borders, uint32_t patch,
+                    std::span<const AttributeRequest> requests, Scratch& scratch, Use use) {
+  const core::StreamHeader& header = complete_header(container, borders, patch, scratch.streams[0]);
   const uint64_t most = core::justified_bytes(container.streams[patch].size());
   const auto decode = [&]<typename Index>(core::Patch<Index>& decoded) -> Status {
     for (size_t size = likely_size<Index>(container, patch, requests);;
@@ -59,9 +68,9 @@ Status with_decoded(const PatchContainer& container, uint32_t patch, std::span<c
 // them are left for with_decoded: those that did not decode, those for which `use` is false because it wants
 // more memory, and all if one of them is too large for 16-bit numbers.
 template <typename Use>
-std::array<bool, kInStep> decode_in_step(const PatchContainer& container, uint32_t first,
-                                         std::span<const AttributeRequest> requests, Scratch& scratch,
-                                         Use use) {
+std::array<bool, kInStep> decode_in_step(const PatchContainer& container, const BorderValues& borders,
+                                         uint32_t first, std::span<const AttributeRequest> requests,
+                                         Scratch& scratch, Use use) {
   std::array<bool, kInStep> left;
   left.fill(true);
   for (uint32_t n = 0; n < kInStep; ++n)
@@ -73,7 +82,8 @@ std::array<bool, kInStep> decode_in_step(const PatchContainer& container, uint32
     StreamMemory& memory = scratch.streams[n];
     arenas[n] = memory.arena(likely_size<uint16_t>(container, first + n, requests));
     memory.patch = {};
-    decoders[n] = &memory.decoder.emplace(container.headers[first + n], arenas[n], memory.patch);
+    const core::StreamHeader& header = complete_header(container, borders, first + n, memory);
+    decoders[n] = &memory.decoder.emplace(header, arenas[n], memory.patch);
   }
   core::decode_in_step(decoders, faults);
   for (uint32_t n = 0; n < kInStep; ++n)

@@ -14,6 +14,7 @@ namespace psplit {
 struct StreamMemory {
   std::unique_ptr<uint8_t[]> memory;
   size_t size = 0;
+  core::StreamHeader header;  // the container's, and what is known before decoding
   core::Patch<uint16_t> patch;
   std::optional<core::PatchDecoder<uint16_t>> decoder;
 

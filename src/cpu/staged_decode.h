@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "src/container/border_values.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/decode_patch.h"
 #include "src/stopwatch.h"
@@ -21,7 +22,7 @@ namespace psplit {
 struct StageTimes {
   double connectivity_ms = 0;  // from the header to the corner table, preparation of memory included
   double seams_ms = 0;         // to points. A traversal by prediction degree counts here or above
-  double chains_ms = 0;        // traversal and symbols
+  double chains_ms = 0;        // traversal and symbols, and the values that patches share at their borders
   double prediction_ms = 0;
   double output_ms = 0;  // faces to 32-bit indices, integers to values
 };
@@ -39,7 +40,8 @@ class StreamDecoder {
   void begin(const core::StreamHeader& header) {
     arena_ = {memory_.get(), size_};
     patch_ = {};
-    decoder_.emplace(header, arena_, patch_);
+    header_ = header;
+    decoder_.emplace(header_, arena_, patch_);
   }
   core::PatchDecoder<Index>& decoder() { return *decoder_; }
   const core::Patch<Index>& patch() const { return patch_; }
@@ -48,9 +50,16 @@ class StreamDecoder {
   std::unique_ptr<uint8_t[]> memory_;
   size_t size_ = 0;
   core::Arena arena_;
+  core::StreamHeader header_;
   core::Patch<Index> patch_;
   std::optional<core::PatchDecoder<Index>> decoder_;
 };
+
+PSPLIT_OWN_FUNCTION inline Expected<BorderValues> borders_stage(const PatchContainer& container,
+                                                                const ThreadPool& pool, StageTimes& times) {
+  const ScopedStopwatch watch(times.chains_ms);
+  return BorderValues::decode(container, pool);
+}
 
 // Streams that are decoded in step and wait at the same stop.
 template <typename Index>
@@ -142,14 +151,20 @@ struct StagedInput {
   std::vector<uint8_t> values;
   std::vector<StreamDecoder<uint16_t>> narrow;  // empty if a stream is too large for 16-bit numbers
   std::vector<StreamDecoder<uint32_t>> wide;
+  ThreadPool pool{1};
 };
 
-// Decodes `count` streams in step, as core::decode_in_step does, and measures the stages.
+// Decodes `count` patches in step, as core::decode_in_step does, and measures the stages.
 template <typename Index>
-core::Fault decode_streams(const core::StreamHeader* headers, std::vector<StreamDecoder<Index>>& decoders,
-                           uint32_t count, StagedOutput& out, StageTimes& times) {
+core::Fault decode_streams(const PatchContainer& container, const BorderValues& borders, uint32_t first,
+                           uint32_t count, std::vector<StreamDecoder<Index>>& decoders, StagedOutput& out,
+                           StageTimes& times) {
   core::Fault faults[core::kInStep];
-  for (uint32_t n = 0; n < count; ++n) faults[n] = start_stage(headers[n], decoders[n], times);
+  for (uint32_t n = 0; n < count; ++n) {
+    core::StreamHeader header = container.headers[first + n];
+    borders.complete(first + n, header);
+    faults[n] = start_stage(header, decoders[n], times);
+  }
   for (;;) {
     AtStop<Index> at;
     for (uint32_t n = 0; n < count; ++n) {
@@ -176,19 +191,21 @@ core::Fault decode_streams(const core::StreamHeader* headers, std::vector<Stream
 }
 
 // Decodes all patches one after the other or, with `in_step`, as many at a time as src/cpu does and the rest
-// alone.
-inline core::Fault decode_with_core(StagedInput& input, bool in_step, StageTimes& times) {
+// alone. Errors: those of the core.
+inline Status decode_with_core(StagedInput& input, bool in_step, StageTimes& times) {
   const uint32_t count = input.container.patch_count();
   StagedOutput out{input.faces.data(), input.values.data()};
+  const Expected<BorderValues> borders = borders_stage(input.container, input.pool, times);
+  if (!borders) return borders.status();
   for (uint32_t i = 0; i < count;) {
-    const core::StreamHeader* headers = &input.container.headers[i];
     const uint32_t together = in_step && i + core::kInStep <= count ? core::kInStep : 1;
-    const core::Fault fault = !input.wide.empty() ? decode_streams(headers, input.wide, 1, out, times)
-                                                  : decode_streams(headers, input.narrow, together, out, times);
-    if (fault != core::Fault::kNone) return fault;
+    const core::Fault fault =
+        !input.wide.empty() ? decode_streams(input.container, *borders, i, 1, input.wide, out, times)
+                            : decode_streams(input.container, *borders, i, together, input.narrow, out, times);
+    if (fault != core::Fault::kNone) return status_of(fault);
     i += input.wide.empty() ? together : 1;
   }
-  return core::Fault::kNone;
+  return {};
 }
 
 }  // namespace psplit

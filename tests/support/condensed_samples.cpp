@@ -16,7 +16,8 @@ std::vector<uint8_t> as_version_3(const PatchContainer& container, bool smallest
   for (size_t i = 0; i < entries.size(); ++i) {
     streams.emplace_back(container.streams[i].begin(), container.streams[i].end());
     stitch.emplace_back(container.stitch[i].begin(), container.stitch[i].end());
-    counts.push_back({entries[i].face_count, entries[i].point_count});
+    counts.push_back(
+        {entries[i].face_count, entries[i].point_count, entries[i].reference_count, container.stitch[i]});
   }
   const CondensedStreams condensed = condense(streams, counts, smallest, pool);
   if (std::ranges::count(condensed.is_condensed, 1) == 0) return {};

@@ -4,33 +4,26 @@
 #pragma once
 
 #include "src/core/condensed/token_steps.h"
-#include "src/core/integer_vectors.h"
 #include "src/core/stream_header.h"
-#include "src/core/symbols.h"
 
 namespace psplit::core {
 
-// Decodes the part of a stream with models.has_borders. `values` has room for border_count values of
-// border_components numbers each. `behind` becomes the coder behind the part.
-PSPLIT_HD inline Fault decode_border_part(const StreamHeader& header, View<int32_t> values,
-                                          SectionReader& behind) {
+// Starts the tokens of the part of a stream with models.has_borders: the first value, then differences.
+// `symbols` has room for border_count values of border_components numbers each, `table_of` for a number for
+// each value. After all steps of `tokens`, its section is behind the part.
+PSPLIT_HD inline Fault start_border_part(const StreamHeader& header, View<uint8_t> table_of,
+                                         View<uint32_t> symbols, TokenSequence& tokens) {
   const CondensedStream& stream = header.condensed;
   SectionReader section = stream.numbers(stream.numbers_end);
   if (const Fault fault = section.start_words(stream.first_section); fault != Fault::kNone) return fault;
-  const uint32_t components = stream.border_components;
-  for (uint32_t i = 0; i < stream.border_count; ++i) {
-    const uint16_t number = stream.models.border_tables[i > 0 ? 1 : 0];
-    if (number == kNoTable) return Fault::kEntropy;
-    const TokenEntry* const table = &stream.models.token_tables[size_t{number} * kSlots];
-    for (uint32_t k = 0; k < components; ++k) {
-      const size_t at = size_t{i} * components + k;
-      const TokenBits bits = bits_of_token(section.next_token(table));
-      const uint32_t symbol = bits.base + section.read(static_cast<int>(bits.bit_count));
-      const auto difference = static_cast<int32_t>(signed_of_symbol(symbol));
-      values[at] = wrapping_add(i > 0 ? values[at - components] : 0, difference);
-    }
+  TableSet tables;
+  for (uint32_t t = 0; t < 2; ++t) {
+    tables.tables[t] = stream.models.border_tables[t];
+    if (stream.border_count > t && tables.tables[t] == kNoTable) return Fault::kEntropy;
   }
-  behind = section;
+  for (uint32_t i = 0; i < stream.border_count; ++i) table_of[i] = i > 0;
+  tokens.start(section, stream.models, tables, stream.border_components, table_of.first(stream.border_count),
+               symbols);
   return Fault::kNone;
 }
 

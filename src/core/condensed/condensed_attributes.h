@@ -120,6 +120,7 @@ class CondensedAttributes {
     return Arena::bytes<CondensedAttribute<Index>>(values.attributes) + Arena::bytes<Sequence<Index>>(orders) +
            orders * Sequence<Index>::bytes(values.points) +
            CreatedValues<Index>::bytes(values.points, values.attributes, values.components) +
+           (header.condensed.models.has_borders ? border_walk_bytes<Index>(values.points) : 0) +
            values.attributes * Arena::bytes<uint8_t>(values.points);
   }
 
@@ -226,16 +227,16 @@ class CondensedAttributes {
   }
 
   // Sets the values of vertices on the border, which come first in the order.
-  PSPLIT_HD Fault find_known(const CondensedStream& stream, const Patch<Index>& patch, Sequence<Index>& order,
+  PSPLIT_HD Fault find_known(const CondensedStream& stream, Patch<Index>& patch, Sequence<Index>& order,
                              uint32_t& count, Arena& arena) const {
     const Attribute<Index>& attribute = patch.attributes[0];
     const AttributeTable<Index>& table = patch.groups[attribute.group].table;
     const uint32_t components = attribute.value_components();
     if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
     fill(order.rank, kNone<Index>);
-    const size_t mark = arena.mark();
-    View<Index> walk;
-    if (const Fault fault = walk_border(patch, arena, walk); fault != Fault::kNone) return fault;
+    if (const Fault fault = walk_border(patch, arena, patch.walk); fault != Fault::kNone) return fault;
+    patch.is_walked = true;
+    const View<Index> walk = patch.walk;
     if (stream.known.size() != walk.size() * components) return Fault::kCounts;
     for (size_t place = 0; place < walk.size(); ++place) {
       const Index point = walk[place];
@@ -247,7 +248,6 @@ class CondensedAttributes {
       for (uint32_t k = 0; k < components; ++k)
         attribute.values[size_t{vertex} * value_stride(components) + k] = stream.known[place * components + k];
     }
-    arena.release(mark);
     return Fault::kNone;
   }
 

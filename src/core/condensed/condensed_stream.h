@@ -22,8 +22,8 @@ struct CondensedStream {
   size_t first_section = 0;     // where the first section begins, behind all others
 
   // With models.has_borders: the stream's border part has values of the first attribute at places of its border
-  // walk that no other stream owns. A driver decodes the parts of all streams first (decode_border_part), and
-  // then sets the values at all places of this stream's walk, and its coder behind the part.
+  // walk that no other stream owns. A driver decodes the parts of all streams first (border_values.h), and then
+  // sets the values at all places of this stream's walk, and its coder behind the part.
   uint32_t border_count = 0, border_components = 0;
   View<const int32_t> known;    // by place, border_components numbers each
   SectionReader behind_border;  // not set yet if it has no bytes

@@ -7,7 +7,7 @@
 
 #include "encoder/condensing/section_writer.h"
 #include "src/container/condensed_head.h"
-#include "src/core/condensed/border_part.h"
+#include "src/core/condensed/border_values.h"
 #include "src/core/condensed/condensed_numbers.h"
 #include "src/core/condensed/context_symbols.h"
 #include "src/core/condensed/section.h"
@@ -203,12 +203,22 @@ TEST(BorderPart, DecodesAlone) {
   stream.border_count = kCount;
   stream.border_components = kComponents;
   std::vector<int32_t> decoded(values.size());
-  SectionReader behind;
-  ASSERT_EQ(decode_border_part(header, {decoded.data(), decoded.size()}, behind), Fault::kNone);
+  std::vector<uint8_t> is_own(kCount);
+  const View<uint32_t> symbols(reinterpret_cast<uint32_t*>(decoded.data()), decoded.size());
+  WalkValues walk{{decoded.data(), decoded.size()}, {is_own.data(), is_own.size()}};
+  TokenSequence tokens;
+  ASSERT_EQ(start_border_part(header, walk.is_own, symbols, tokens), Fault::kNone);
+  TokenSequence* const one = &tokens;
+  step_tokens<1>(&one, 1);
+  EXPECT_TRUE(tokens.section().is_at_end());
+  StitchRow row;  // without runs
+  row.version = 3;
+  ASSERT_EQ(place_own_values(row, stream, walk), Fault::kNone);
+  EXPECT_EQ(walk.length, kCount);
   EXPECT_EQ(decoded, values);
-  EXPECT_TRUE(behind.is_at_end());
+  EXPECT_EQ(is_own, std::vector<uint8_t>(kCount, 1));
   stream.models.border_tables[1] = kNoTable;
-  EXPECT_EQ(decode_border_part(header, {decoded.data(), decoded.size()}, behind), Fault::kEntropy);
+  EXPECT_EQ(start_border_part(header, walk.is_own, symbols, tokens), Fault::kEntropy);
 }
 
 TEST(ContextSymbols, DependOnTheLastSymbols) {

@@ -109,8 +109,8 @@ Status decode_split(const std::vector<EncodedMesh>& split, const PatchSummary& s
 Status decode_stages(std::span<const EncodedMesh> split, StageTimes& times) {
   for (const EncodedMesh& mesh : split) {
     StagedInput input(*mesh.opened, mesh.requests);
-    const core::Fault fault = decode_with_core(input, /*in_step=*/true, times);
-    if (fault != core::Fault::kNone) return runtime_failure(core::fault_text(fault));
+    const Status status = decode_with_core(input, /*in_step=*/true, times);
+    if (!status.ok()) return runtime_failure(status.message());
   }
   return {};
 }

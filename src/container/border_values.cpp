@@ -1,0 +1,157 @@
+#include "src/container/border_values.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "src/container/claims.h"
+#include "src/container/condensed_head.h"
+#include "src/core/in_step.h"
+#include "src/core/workspace.h"
+
+namespace psplit {
+namespace {
+
+using core::Fault;
+
+// Parts that one thread decodes in step: some hundred values each.
+constexpr size_t kTogether = 16;
+
+// A patch alone has its values already.
+bool has_borders(const PatchContainer& container) {
+  return !container.is_stock && container.head && container.head->has_borders;
+}
+
+Status first_failure(std::vector<Status>& statuses) {
+  for (Status& status : statuses)
+    if (!status.ok()) return std::move(status);
+  return {};
+}
+
+}  // namespace
+
+Expected<BorderValues> BorderValues::decode(const PatchContainer& container, const ThreadPool& pool) {
+  if (!has_borders(container)) return BorderValues();
+  const size_t count = container.patch_count();
+  std::vector<uint32_t> patches(count);
+  std::iota(patches.begin(), patches.end(), 0u);
+  BorderValues result(std::move(patches));
+  if (Status status = result.allocate(container); !status.ok()) return status;
+  std::vector<Status> statuses(count);
+  const size_t ranges = 4 * static_cast<size_t>(pool.thread_count());
+  const size_t grain = std::clamp<size_t>(count / ranges, 1, kTogether);
+  pool.for_ranges(count, grain, [&](size_t begin, size_t end) {
+    result.decode_parts(container, begin, end, std::span(statuses).subspan(begin, end - begin));
+  });
+  if (Status status = first_failure(statuses); !status.ok()) return status;
+  pool.for_ranges(count, grain, [&](size_t begin, size_t end) {
+    for (size_t slot = begin; slot < end; ++slot) {
+      const Fault fault = result.share_values(container, slot);
+      statuses[slot] = status_of(fault).at({.patch = static_cast<int64_t>(slot)});
+    }
+  });
+  if (Status status = first_failure(statuses); !status.ok()) return status;
+  return result;
+}
+
+Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uint32_t patch) {
+  if (!has_borders(container) || patch >= container.patch_count()) return BorderValues();
+  std::vector<uint32_t> patches{patch};
+  core::StitchReader reader(container.stitch_row(patch));
+  for (core::StitchReader::Run run; reader.next_run(run);) patches.push_back(run.owner);
+  std::sort(patches.begin(), patches.end());
+  patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
+  BorderValues result(std::move(patches));
+  if (Status status = result.allocate(container); !status.ok()) return status;
+  const size_t count = result.patches_.size();
+  std::vector<Status> statuses(count);
+  for (size_t begin = 0; begin < count; begin += kTogether) {
+    const size_t end = std::min(begin + kTogether, count);
+    result.decode_parts(container, begin, end, std::span(statuses).subspan(begin, end - begin));
+  }
+  if (Status status = first_failure(statuses); !status.ok()) return status;
+  const Fault fault = result.share_values(container, result.slot_of(patch));
+  if (fault != Fault::kNone) return status_of(fault).at({.patch = patch});
+  return result;
+}
+
+void BorderValues::complete(uint32_t patch, core::StreamHeader& header) const {
+  if (patches_.empty() || !header.is_condensed()) return;
+  const core::WalkValues& walk = walks_[slot_of(patch)];
+  header.condensed.known = walk.values.first(walk.length * size_t{header.condensed.border_components});
+  header.condensed.behind_border = behind_parts_[slot_of(patch)];
+}
+
+// Takes memory for all walks.
+Status BorderValues::allocate(const PatchContainer& container) {
+  uint64_t places = 0, numbers = 0;
+  const auto for_slots = [&](auto visit) {
+    for (size_t slot = 0; slot < patches_.size(); ++slot) {
+      const core::CondensedStream& stream = container.headers[patches_[slot]].condensed;
+      const uint64_t most = core::most_places(stream, container.entries[patches_[slot]].reference_count);
+      visit(slot, static_cast<size_t>(most), static_cast<size_t>(most * stream.border_components));
+    }
+  };
+  for_slots([&](size_t, size_t most_places, size_t most_numbers) {
+    places += most_places;
+    numbers += most_numbers;
+  });
+  if (numbers * sizeof(int32_t) + places > core::justified_bytes(container.stream_bytes()))
+    return status_of(Fault::kWorkspace);
+  values_.reset(new int32_t[static_cast<size_t>(numbers)]);
+  is_own_.reset(new uint8_t[static_cast<size_t>(places)]);
+  walks_.resize(patches_.size());
+  behind_parts_.resize(patches_.size());
+  int32_t* values = values_.get();
+  uint8_t* is_own = is_own_.get();
+  for_slots([&](size_t slot, size_t most_places, size_t most_numbers) {
+    walks_[slot].values = {values, most_numbers};
+    walks_[slot].is_own = {is_own, most_places};
+    values += most_numbers;
+    is_own += most_places;
+  });
+  return {};
+}
+
+// Decodes the parts of slots [begin, end), at most kTogether, and puts their values to their places.
+void BorderValues::decode_parts(const PatchContainer& container, size_t begin, size_t end,
+                                std::span<Status> statuses) {
+  core::TokenSequence tokens[kTogether];
+  core::TokenSequence* started[kTogether] = {};
+  Fault faults[kTogether] = {};
+  uint32_t count = 0;
+  for (size_t slot = begin; slot < end; ++slot) {
+    const core::StreamHeader& header = container.headers[patches_[slot]];
+    const core::WalkValues& walk = walks_[slot];
+    const size_t size = size_t{header.condensed.border_count} * header.condensed.border_components;
+    // They take the place of the values.
+    auto* const symbols = reinterpret_cast<uint32_t*>(walk.values.data() + walk.values.size() - size);
+    core::TokenSequence& sequence = tokens[slot - begin];
+    faults[slot - begin] = core::start_border_part(header, walk.is_own, {symbols, size}, sequence);
+    if (faults[slot - begin] == Fault::kNone) started[count++] = &sequence;
+  }
+  core::step_tokens<core::kInStep>(started, count);
+  for (size_t slot = begin; slot < end; ++slot) {
+    const uint32_t patch = patches_[slot];
+    Fault& fault = faults[slot - begin];
+    if (fault == Fault::kNone)
+      fault = core::place_own_values(container.stitch_row(patch), container.headers[patch].condensed,
+                                     walks_[slot]);
+    behind_parts_[slot] = tokens[slot - begin].section();
+    statuses[slot - begin] = status_of(fault).at({.patch = patch});
+  }
+}
+
+core::Fault BorderValues::share_values(const PatchContainer& container, size_t slot) const {
+  const uint32_t patch = patches_[slot];
+  return core::copy_shared_values(
+      core::SerialLanes(), container.stitch_row(patch), container.headers[patch].condensed,
+      [&](uint32_t owner) { return walks_[slot_of(owner)]; }, walks_[slot]);
+}
+
+size_t BorderValues::slot_of(uint32_t patch) const {
+  // All patches have the slots of their numbers.
+  if (patch < patches_.size() && patches_[patch] == patch) return patch;
+  return static_cast<size_t>(std::lower_bound(patches_.begin(), patches_.end(), patch) - patches_.begin());
+}
+
+}  // namespace psplit

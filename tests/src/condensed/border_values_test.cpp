@@ -1,0 +1,294 @@
+// Values that patches share at their borders: known before any patch is decoded, for all patches or for one.
+#include "src/container/border_values.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "encoder/coding/quantization.h"
+#include "src/condensed/expand_container.h"
+#include "src/container/bit_string.h"
+#include "src/container/condensed_head.h"
+#include "src/cpu/checked_decode.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/src/core/decode_mesh.h"
+#include "tests/support/condensed_samples.h"
+#include "tests/support/decode_bytes.h"
+#include "tests/support/reproducible_meshes.h"
+
+namespace psplit {
+namespace {
+
+// A container whose values at borders are stored once, and the one of version 2 that it was made from.
+struct Shared {
+  CondensedSample sample;
+  PatchContainer container;
+  const PatchContainer& original() const { return *sample.original.encoded.opened; }
+};
+
+CondensedSample sheet_with_residue() {
+  const Mesh mesh = make_sheet_with_residue();
+  std::vector<AttributeCoding> codings;
+  for (const Attribute& attribute : mesh.attributes)
+    codings.push_back(attribute.component_type == ComponentType::kFloat32 ? *fit_grid(attribute, 12)
+                                                                          : AttributeCoding());
+  EncodeOptions options;
+  options.patch_count = 5;
+  const ThreadPool pool(1);
+  CondensedSample sample{{"sheet with residue", *encode_mesh(mesh, codings, options, pool), {}}, {}};
+  sample.original.requests = sample.original.encoded.requests;
+  sample.container = as_version_3(*sample.original.encoded.opened, true, pool);
+  return sample;
+}
+
+const std::vector<Shared>& shared_samples() {
+  static const std::vector<Shared> samples = [] {
+    std::vector<Shared> found;
+    std::vector<CondensedSample> all = condensed_samples(ThreadPool(2));
+    all.push_back(sheet_with_residue());
+    for (CondensedSample& sample : all) {
+      Expected<PatchContainer> container = open_container(sample.container);
+      if (container && container->head && container->head->has_borders)
+        found.push_back({std::move(sample), std::move(*container)});
+    }
+    return found;
+  }();
+  return samples;
+}
+
+core::StreamHeader completed(const PatchContainer& container, const BorderValues& borders, uint32_t patch) {
+  core::StreamHeader header = container.headers[patch];
+  borders.complete(patch, header);
+  return header;
+}
+
+std::vector<int32_t> known_values(const core::StreamHeader& header) {
+  const auto known = header.condensed.known;
+  return {known.data(), known.data() + known.size()};
+}
+
+TEST(BorderValues, AreTheSameForAllPatchesAndForEachAlone) {
+  size_t values = 0, own_values = 0, with_residue = 0;
+  for (const Shared& shared : shared_samples()) {
+    SCOPED_TRACE(shared.sample.original.name);
+    const PatchContainer& container = shared.container;
+    with_residue += container.has_residue;
+    const Expected<BorderValues> all = BorderValues::decode(container, ThreadPool(3));
+    ASSERT_TRUE(all) << all.status().to_string();
+    for (uint32_t i = 0; i < container.entries.size(); ++i) {
+      const Expected<BorderValues> one = BorderValues::decode(container, i);
+      ASSERT_TRUE(one) << one.status().to_string();
+      const core::StreamHeader header = completed(container, *all, i);
+      EXPECT_EQ(known_values(header), known_values(completed(container, *one, i)));
+      EXPECT_EQ(known_values(header), known_values(container.alone(i).headers[0]));
+      values += header.condensed.known.size();
+      own_values += size_t{header.condensed.border_count} * header.condensed.border_components;
+    }
+  }
+  EXPECT_GT(shared_samples().size(), 10u);
+  EXPECT_GT(with_residue, 0u);
+  EXPECT_GT(values, own_values + 1000);
+}
+
+// Any lanes, both widths of indices, and exactly the memory that the counts ask for.
+TEST(BorderValues, PatchesWithThemDecodeAsTheirDracoStreams) {
+  constexpr LaneOrder kOrder = kLaneOrders[0];
+  for (const Shared& shared : shared_samples()) {
+    SCOPED_TRACE(shared.sample.original.name);
+    const Expected<BorderValues> borders = BorderValues::decode(shared.container, ThreadPool(1));
+    ASSERT_TRUE(borders);
+    for (uint32_t i = 0; i < shared.container.patch_count(); ++i) {
+      const std::span<const uint8_t> draco = shared.original().streams[i];
+      const auto expected = decode_with_libdraco({draco.begin(), draco.end()});
+      ASSERT_TRUE(expected);
+      const core::StreamHeader header = completed(shared.container, *borders, i);
+      const size_t bytes = shared.container.streams[i].size();
+      RawMesh decoded;
+      ASSERT_EQ(core::decode_in_workspace<uint32_t>(header, bytes, *expected, decoded), core::Fault::kNone);
+      EXPECT_TRUE(decoded == *expected);
+      ASSERT_EQ(core::decode_by_warp<uint32_t>(header, kOrder, decoded), core::Fault::kNone);
+      EXPECT_TRUE(decoded == *expected);
+      if (!header.fits_16_bits()) continue;
+      ASSERT_EQ(core::decode_in_workspace<uint16_t>(header, bytes, *expected, decoded), core::Fault::kNone);
+      EXPECT_TRUE(decoded == *expected);
+      ASSERT_EQ(core::decode_by_warp<uint16_t>(header, kOrder, decoded), core::Fault::kNone);
+      EXPECT_TRUE(decoded == *expected);
+      // Values for another number of places are refused, and so are none.
+      core::StreamHeader wrong = header;
+      if (header.condensed.known.empty()) continue;
+      wrong.condensed.known = header.condensed.known.first(header.condensed.known.size() - 1);
+      EXPECT_EQ(core::decode<uint16_t>(wrong, decoded), core::Fault::kCounts);
+      EXPECT_EQ(core::decode<uint16_t>(shared.container.headers[i], decoded), core::Fault::kCounts);
+    }
+  }
+}
+
+// Lanes share the copies of a run.
+TEST(BorderValues, AnyLanesCopyTheSameValues) {
+  for (const Shared& shared : shared_samples()) {
+    const PatchContainer& container = shared.container;
+    const Expected<BorderValues> borders = BorderValues::decode(container, ThreadPool(1));
+    ASSERT_TRUE(borders);
+    for (uint32_t i = 0; i < container.patch_count(); ++i) {
+      const core::StitchRow row = container.stitch_row(i);
+      const core::StreamHeader header = completed(container, *borders, i);
+      std::vector<int32_t> values = known_values(header);
+      const size_t components = header.condensed.border_components;
+      core::StitchReader reader(row);
+      for (core::StitchReader::Run run; reader.next_run(run);)
+        std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(run.begin * components), run.length * components,
+                    -1);
+      // All places of owners have values here.
+      std::vector<std::vector<int32_t>> of_owner;
+      std::vector<uint8_t> is_own(1 << 12, 1);
+      for (uint32_t owner = 0; owner <= i; ++owner)
+        of_owner.push_back(known_values(completed(container, *borders, owner)));
+      const auto walk_of = [&](uint32_t owner) {
+        std::vector<int32_t>& walk = of_owner[owner];
+        return core::WalkValues{{walk.data(), walk.size()},
+                                {is_own.data(), is_own.size()},
+                                static_cast<uint32_t>(walk.size() / components)};
+      };
+      const core::WalkValues out{{values.data(), values.size()}, {}, 0};
+      run_warp(
+          [&](EmulatedLanes lanes) {
+            EXPECT_EQ(core::copy_shared_values(lanes, row, header.condensed, walk_of, out), core::Fault::kNone);
+          },
+          kLaneOrders[i % kLaneOrders.size()]);
+      EXPECT_EQ(values, known_values(header));
+    }
+  }
+}
+
+std::vector<uint8_t> rewritten(const PatchContainer& container, std::vector<StreamEntry> entries,
+                               std::vector<std::vector<uint8_t>> stitch,
+                               std::vector<std::vector<uint8_t>> streams) {
+  for (size_t i = 0; i < entries.size(); ++i) {
+    entries[i].stream_bytes = static_cast<uint32_t>(streams[i].size());
+    entries[i].stitch_bytes = static_cast<uint32_t>(stitch[i].size());
+  }
+  const size_t head_at = container.header_bytes - container.head_bytes;
+  return *write_condensed_container(entries, container.has_residue,
+                                    container.bytes.subspan(head_at, container.head_bytes), stitch, streams);
+}
+std::vector<std::vector<uint8_t>> copies(std::span<const std::span<const uint8_t>> parts) {
+  std::vector<std::vector<uint8_t>> result;
+  for (const std::span<const uint8_t> part : parts) result.emplace_back(part.begin(), part.end());
+  return result;
+}
+
+TEST(BorderValues, AreNotSharedWithStoredPatches) {
+  const Shared& shared = shared_samples().front();
+  ASSERT_GT(shared.container.patch_count(), 1u);
+  std::vector<std::vector<uint8_t>> streams = copies(shared.container.streams);
+  std::vector<StreamEntry> entries = shared.container.entries;
+  streams[1].assign(shared.original().streams[1].begin(), shared.original().streams[1].end());
+  entries[1].is_condensed = false;
+  const auto bytes = rewritten(shared.container, entries, copies(shared.container.stitch), streams);
+  const Status status = open_container(bytes).status();
+  EXPECT_EQ(status.to_string(), "patch 1: it is stored, but values at borders are shared");
+}
+
+// Without its stitch map, a patch has fewer values than places.
+TEST(BorderValues, OfAnotherNumberThanPlacesAreRefused) {
+  const ThreadPool pool(1);
+  size_t refused = 0;
+  for (const Shared& shared : shared_samples()) {
+    std::vector<std::vector<uint8_t>> stitch = copies(shared.container.stitch);
+    std::vector<StreamEntry> entries = shared.container.entries;
+    const core::CondensedStream& last = shared.container.headers[shared.container.patch_count() - 1].condensed;
+    const uint32_t patch = shared.container.patch_count() - 1;
+    const Expected<BorderValues> borders = BorderValues::decode(shared.container, patch);
+    const size_t places = completed(shared.container, *borders, patch).condensed.known.size();
+    if (places == size_t{last.border_count} * last.border_components) continue;
+    stitch[patch] = {};
+    entries[patch].reference_count = 0;
+    const auto bytes = rewritten(shared.container, entries, stitch, copies(shared.container.streams));
+    const auto& requests = shared.sample.original.requests;
+    const Expected<Mesh> decoded = decode_container(cpu_backend(), bytes, requests, pool);
+    EXPECT_EQ(decoded.status().to_string(), "patch " + std::to_string(patch) +
+                                                ": Draco stream: " + core::fault_text(core::Fault::kCounts));
+    const Expected<PatchContainer> container = open_container(bytes);
+    ASSERT_TRUE(container);
+    EXPECT_FALSE(expand_container(*container, pool));
+    EXPECT_FALSE(expand_patch(*container, patch));
+    EXPECT_FALSE(decode_checked(*container, requests, pool));
+    EXPECT_TRUE(expand_patch(*container, 0));
+    ++refused;
+  }
+  EXPECT_GT(refused, 5u);
+}
+
+// A stitch map that breaks off is the error of the patches that need its stream's values, and of no other patch.
+TEST(BorderValues, PatchesAloneNeedOnlyTheirOwners) {
+  size_t refused = 0, decoded = 0;
+  const DecodeBackend backend = cpu_backend();
+  const ThreadPool pool(1);
+  for (const Shared& shared : shared_samples()) {
+    constexpr uint32_t kBroken = 1;
+    if (shared.container.patch_count() < 3 || shared.container.entries[kBroken].reference_count == 0) continue;
+    std::vector<std::vector<uint8_t>> stitch = copies(shared.container.stitch);
+    stitch[kBroken].assign(8, 0);
+    const auto bytes =
+        rewritten(shared.container, shared.container.entries, stitch, copies(shared.container.streams));
+    const Expected<PatchContainer> container = open_container(bytes);
+    ASSERT_TRUE(container) << container.status().to_string();
+    const std::string refusal = std::string("patch 1: ") + core::fault_text(core::Fault::kStitchMap);
+    EXPECT_EQ(BorderValues::decode(*container, pool).status().to_string(), refusal);
+    for (uint32_t i = 0; i < container->patch_count(); ++i) {
+      bool needs_broken = i == kBroken;
+      core::StitchReader reader(container->stitch_row(i));
+      for (core::StitchReader::Run run; reader.next_run(run);) needs_broken |= run.owner == kBroken;
+      const PatchContainer alone = container->alone(i);
+      const DecodeTask task{&alone, shared.sample.original.requests};
+      const Expected<Mesh> mesh = std::move(backend.decode({&task, 1}, pool).front());
+      if (needs_broken)
+        EXPECT_EQ(mesh.status().to_string(), refusal);
+      else
+        EXPECT_TRUE(mesh) << mesh.status().to_string();
+      EXPECT_EQ(expand_patch(*container, i).ok(), !needs_broken);
+      ++(needs_broken ? refused : decoded);
+    }
+  }
+  EXPECT_GT(decoded, 0u);
+  EXPECT_GT(refused, 0u);
+}
+
+// The owner's place must be one that it owns.
+TEST(BorderValues, AreNotThoseOfOtherReferences) {
+  constexpr uint32_t kComponents = 1;
+  std::vector<int32_t> owner_values{5, 6}, values{0};
+  std::vector<uint8_t> is_own{1, 0};
+  core::CondensedStream stream;
+  stream.border_components = kComponents;
+  const core::WalkValues out{{values.data(), values.size()}, {}, 0};
+  for (const uint32_t place : {0u, 1u, 2u}) {
+    // One run of one point: counts and skips of 0, no last owner, back 1, the place.
+    BitStringWriter bits;
+    core::StitchKinds kinds(2, 1);
+    bits.number(kinds.count, 1);
+    bits.number(kinds.walk_skip, 0);
+    bits.number(kinds.length, 0);
+    bits.number(kinds.back, 1);
+    bits.number(kinds.place, place);
+    const std::vector<uint8_t> bytes = bits.take();
+    core::StitchRow row;
+    row.bytes = {bytes.data(), bytes.size()};
+    row.version = kCondensedContainerVersion;
+    row.stream = 1;
+    row.point_count = 2;
+    row.reference_count = 1;
+    const core::Fault fault = core::copy_shared_values(
+        core::SerialLanes(), row, stream,
+        [&](uint32_t) {
+          return core::WalkValues{
+              {owner_values.data(), owner_values.size()}, {is_own.data(), is_own.size()}, 2};
+        },
+        out);
+    EXPECT_EQ(fault, place == 0 ? core::Fault::kNone : core::Fault::kStitchOwner);
+    EXPECT_EQ(values[0], 5);
+  }
+}
+
+}  // namespace
+}  // namespace psplit
