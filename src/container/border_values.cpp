@@ -134,8 +134,8 @@ void BorderValues::decode_parts(const PatchContainer& container, size_t begin, s
     const uint32_t patch = patches_[slot];
     Fault& fault = faults[slot - begin];
     if (fault == Fault::kNone)
-      fault = core::place_own_values(container.stitch_row(patch), container.headers[patch].condensed,
-                                     walks_[slot]);
+      fault =
+          core::place_own_values(container.stitch_row(patch), container.headers[patch].condensed, walks_[slot]);
     behind_parts_[slot] = tokens[slot - begin].section();
     statuses[slot - begin] = status_of(fault).at({.patch = patch});
   }

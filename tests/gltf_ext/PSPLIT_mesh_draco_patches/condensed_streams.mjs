@@ -2,7 +2,7 @@
 import { bit_reader, demand, kinds_of, unfold } from './bits.mjs';
 import { attribute_table, decode_connectivity, inner_edges, kE, next, previous, swing_left, swing_right }
   from './corner_table.mjs';
-import { kCanonicalized, kGeometricNormal, kMultiParallelogram, kNone, kNormals, kRaw, kTexCoords, kWrap,
+import { draco_order, kCanonicalized, kGeometricNormal, kMultiParallelogram, kNone, kNormals, kRaw, kTexCoords, kWrap,
   write_draco_stream } from './write_draco_stream.mjs';
 
 // "Directory".
@@ -93,12 +93,12 @@ export function parse_head(part) {
       ? { creases: times(4, probability), orientations: probability(), flips: probability() } : null;
     return { by_creation, backward, two, mean, reach, sets, flags };
   });
-  demand(bits(1) === 0, 'a head of a later version');
+  const border_tables = bits(1) === 1 ? times(2, token_table) : null;
   const data_count = number(kinds.count);
   demand(data_count <= 128, 'too many attribute data');
   const seams = times(data_count, () => times(2, probability));
   end();
-  return { skeletons, symbol_contexts, contexts, attributes, seams };
+  return { skeletons, symbol_contexts, contexts, attributes, border_tables, seams };
 }
 
 
@@ -233,15 +233,16 @@ const from_the_end = (bytes) => bit_reader(Uint8Array.from(bytes).reverse(), 'se
 
 const count_use = (uses, use, times = 1) => { uses[use] = (uses[use] ?? 0) + times; };
 
-// "Order of creation": values[vertex][component].
+// "Order of creation": values[vertex][component]. Known values are there before.
 function values_by_creation(coder, attribute, { two, mean, reach }, uses) {
   const { table: { opposite, vertex, corner_of }, tables } = attribute, components = width_of(attribute);
-  const values = [];
+  const values = attribute.known.slice(), known_count = values.length;
   const table = { opposite, vertex };
   const zeros = new Array(components).fill(0);
   const combine = (f, ...others) => zeros.map((_, k) => f(...others.map((other) => other[k])) | 0);
   const middle = (p, q) => combine((x, y) => x + (((y - x) | 0) >> 1), p, q);
   corner_of.forEach((c, i) => {
+    if (i < known_count) return;
     const before = (corner) => vertex[corner] < i;
     const at = (corner) => values[vertex[corner]];
     const found = [];
@@ -255,7 +256,7 @@ function values_by_creation(coder, attribute, { two, mean, reach }, uses) {
     const predicted = found.length === 2 ? middle(...found)
       : found.length === 1 ? found[0]
         : before(a) && before(b) ? (mean ? middle(at(a), at(b)) : at(a))
-          : before(a) ? at(a) : before(b) ? at(b) : i > 0 ? values[i - 1] : zeros;
+          : before(a) ? at(a) : before(b) ? at(b) : i > known_count ? values[i - 1] : zeros;
     count_use(uses, `values_by_${found.length}_parallelograms`);
     values.push(predicted.map((value) => (value + coder.signed_value(tables[found.length])) | 0));
   });
@@ -292,14 +293,18 @@ function read_in_draco_order(coder, attribute, count, { flags }) {
   return { symbols, creases, orientations, flips };
 }
 
-// "Condensed streams": the fields of the stream of a row.
-function read_fields(row, skeleton, head, uses) {
+// "Condensed streams": the numbers of the stream of a row, and its border part.
+function begin_stream(row, head, uses) {
   const { stream, faces, points } = row;
+  const skeleton = parse_skeleton(head.skeletons[row.skeleton]);
+  demand(skeleton.attributes.length <= head.attributes.length && skeleton.data_count <= head.seams.length,
+    'more attributes than the head has');
   const plain = from_the_end(stream);
   const { bits, number, signed } = plain;
-  const kinds = kinds_of({ count: 0, vertices: 0, splits: 2, event: 8, bytes: 8, low: 12, extent: 12, flags: 8 });
+  const kinds = kinds_of({ count: 0, vertices: 0, splits: 2, event: 8, bytes: 8, low: 12, extent: 12, flags: 8,
+    border: 5 });
   const fields = { faces };
-  const interior = number(kinds.count);
+  const interior = fields.interior = number(kinds.count);
   fields.vertices = points - signed(kinds.vertices);
   fields.splits = number(kinds.splits);
   const components = number(kinds.count) + 1;
@@ -318,7 +323,7 @@ function read_fields(row, skeleton, head, uses) {
     demand(source < fields.symbol_count && split >= 0, 'an impossible split event');
     return { source, split, edge: bits(1) };
   });
-  const has_seams = Array.from({ length: skeleton.data_count }, () => bits(1));
+  fields.has_seams = Array.from({ length: skeleton.data_count }, () => bits(1));
   const lengths = skeleton.attributes.slice(1).map(() => number(kinds.bytes));
   const attributes = skeleton.attributes.map((attribute) => ({ ...attribute, by_creation:
     head.attributes[attribute.place].by_creation && attribute.type !== kRaw &&
@@ -341,6 +346,9 @@ function read_fields(row, skeleton, head, uses) {
     count_use(uses, 'other_sets', Number(set > 0));
   }
 
+  const border_count = head.border_tables ? number(kinds.border) : 0;
+  demand(border_count <= points, 'more border points than points');
+
   // The places of the sections.
   const main_start = lengths.reduce((sum, length) => sum + length, 0);
   demand(main_start <= stream.length, 'sections that do not fit');
@@ -352,8 +360,19 @@ function read_fields(row, skeleton, head, uses) {
     return section(bytes, from_the_end(bytes));
   });
   const main = coders[0] ?? section(stream, plain);
+  demand(!head.border_tables || attributes[0]?.by_creation, 'borders without an attribute in order of creation');
+  let last = null;
+  fields.border_part = Array.from({ length: border_count }, () => last = Array.from({ length: width_of(attributes[0]) },
+    (_, k) => ((last?.[k] ?? 0) + main.signed_value(head.border_tables[last ? 1 : 0])) | 0));
+  count_use(uses, 'border_values', border_count);
+  count_use(uses, 'split_events', event_count);
+  count_use(uses, 'other_skeletons', Number(row.skeleton > 0));
+  return { row, skeleton, fields, attributes, coders, main };
+}
 
-  // "Connectivity".
+// "Connectivity". Draco's decoder says the points and the order of values.
+function decode_mesh({ skeleton, fields, main }, head, decode, uses) {
+  const { faces, interior } = fields;
   fields.symbols = [kE];
   const { symbol_contexts } = head, context_count = head.contexts.length;
   let context = context_count - 1;
@@ -367,16 +386,47 @@ function read_fields(row, skeleton, head, uses) {
   demand(fields.mesh.splits === fields.splits, 'another number of S');
   demand(fields.start_faces.filter((flag) => flag === 1).length === interior, 'other start faces');
   const edges = inner_edges(fields.mesh);
-  fields.seams = has_seams.map((any, data) => {
+  fields.seams = fields.has_seams.map((any, data) => {
     let last = 0;
     return edges.map(() => (last = any === 1 ? main.flag(head.seams[data][last]) : 0));
   });
+  fields.cuts_of = (decoder) => (decoder.at_corners ? edges.filter((_, e) => fields.seams[decoder.data][e] === 1) : []);
+  count_use(uses, symbol_contexts === 8 ? 'valence_contexts' : 'history_contexts');
+  count_use(uses, 'seams', fields.seams.flat().filter((seam) => seam === 1).length);
+  Object.assign(fields, draco_order(skeleton, fields, decode));
+}
 
-  // "Attributes".
+// "Borders": for each place of the walk of a stream, the value there.
+function walk_values(row, streams) {
+  const { walk } = row, targets = [];
+  for (const run of row.runs) {
+    const way = run.owner_row.walk, last = run.start + run.step * (run.length - 1);
+    demand(run.begin + run.length <= walk.length, 'a run leaves its walk');
+    demand(run.start < way.length && last >= 0 && last < way.length, "a run leaves its owner's walk");
+    for (let k = 0; k < run.length; ++k) targets[run.begin + k] = [run.owner_row, run.start + run.step * k];
+  }
+  const own = ({ runs }, place) => {
+    const references = runs.flatMap(({ begin, length }) => Array.from({ length }, (_, k) => begin + k));
+    demand(!references.includes(place), 'the target of a reference is a reference');
+    return place - references.filter((other) => other < place).length;
+  };
+  return walk.map((_, place) => {
+    const [owner, at] = targets[place] ?? [row, place];
+    const value = streams.get(owner)?.fields.border_part[own(owner, at)];
+    demand(value !== undefined, 'a border point without a value');
+    return value;
+  });
+}
+
+// "Attributes".
+function read_attributes({ fields, attributes, coders, main }, known, head, uses) {
   attributes.forEach((attribute, place) => {
-    const { decoder } = attribute, entry = head.attributes[place];
-    const cuts = decoder.at_corners ? edges.filter((_, e) => fields.seams[decoder.data][e] === 1) : [];
-    attribute.table = attribute_table(fields.mesh, cuts, attribute.by_creation && entry.backward);
+    const { decoder } = attribute, entry = head.attributes[place], own = place === 0 ? known : new Map();
+    const corners = [...own.keys()];
+    const backward = attribute.by_creation && entry.backward;
+    attribute.table = attribute_table(fields.mesh, fields.cuts_of(decoder), backward, corners);
+    // The corners of several places may have the same vertex: the lowest place wins.
+    attribute.known = attribute.table.corner_of.slice(0, attribute.table.known_count).map((corner) => own.get(corner));
     const count = attribute.table.corner_of.length, coder = coders[place];
     if (attribute.by_creation)
       attribute.values = values_by_creation(coder, attribute, entry, uses);
@@ -393,18 +443,30 @@ function read_fields(row, skeleton, head, uses) {
     for (const list of ['creases', 'orientations', 'flips']) count_use(uses, list, attribute[list]?.flat().length ?? 0);
   });
   main.end();
-  count_use(uses, symbol_contexts === 8 ? 'valence_contexts' : 'history_contexts');
-  count_use(uses, 'seams', fields.seams.flat().filter((seam) => seam === 1).length);
-  count_use(uses, 'split_events', event_count);
-  count_use(uses, 'other_skeletons', Number(row.skeleton > 0));
-  fields.attributes = attributes;
-  return fields;
 }
 
-// "Expanding": a Draco stream with the fields of a condensed one. `decode` is a stock decoder.
-export function expand(row, head, decode, uses) {
-  const skeleton = parse_skeleton(head.skeletons[row.skeleton]);
-  demand(skeleton.attributes.length <= head.attributes.length && skeleton.data_count <= head.seams.length,
-    'more attributes than the head has');
-  return write_draco_stream(skeleton, read_fields(row, skeleton, head, uses), decode);
+// "Expanding": sets the Draco stream of every row whose stream is condensed. `decode` is a stock decoder, and
+// border_walk(corners, points) the walk.
+export function expand_streams(rows, head, decode, border_walk, uses) {
+  const streams = new Map(rows.filter(({ condensed }) => condensed).map((row) => [row, begin_stream(row, head, uses)]));
+  for (const stream of streams.values()) decode_mesh(stream, head, decode, uses);
+  if (head.border_tables)
+    for (const row of rows) {
+      demand(row.condensed || row.is_residue, 'borders and a stored patch');
+      const width = (of) => width_of(streams.get(of).attributes[0]);
+      demand(row.is_residue || width(row) === width(rows[0]), 'border values of different components');
+      row.walk = row.is_residue ? [] : border_walk(streams.get(row).fields.corners, row.points);
+      for (const run of row.runs) run.owner_row = rows[run.owner];
+    }
+  for (const [row, stream] of streams) {
+    const { fields } = stream, known = new Map(); // by corner
+    if (head.border_tables) {
+      const values = walk_values(row, streams);
+      const in_runs = row.runs.reduce((sum, { length }) => sum + length, 0);
+      demand(fields.border_part.length + in_runs === row.walk.length, 'another number of border points');
+      row.walk.forEach((point, place) => known.set(fields.corners.indexOf(point), values[place]));
+    }
+    read_attributes(stream, known, head, uses);
+    row.stream = write_draco_stream(stream);
+  }
 }

@@ -99,8 +99,9 @@ export function inner_edges({ opposite }) {
   return edges;
 }
 
-// The corner table of an attribute: cut along seams, with vertices numbered in order of creation.
-export function attribute_table({ opposite }, seams, backward) {
+// The corner table of an attribute: cut along seams, with vertices numbered in order of creation. Those at `known` corners
+// come first.
+export function attribute_table({ opposite }, seams, backward, known = []) {
   const cut = opposite.slice();
   for (const corner of seams) cut[corner] = cut[opposite[corner]] = -1;
   const vertex = new Int32Array(cut.length).fill(-1), corner_of = [];
@@ -113,6 +114,8 @@ export function attribute_table({ opposite }, seams, backward) {
         vertex[at] = corner_of.length;
     corner_of.push(corner);
   };
+  known.forEach(see);
+  table.known_count = corner_of.length;
   for (let corner = 0; corner < cut.length; corner += 3) {
     const first = backward ? cut.length - 3 - corner : corner;
     for (const k of backward ? [1, 2, 0] : [0, 1, 2]) see(first + k);

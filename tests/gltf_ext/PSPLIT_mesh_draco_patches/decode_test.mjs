@@ -137,7 +137,7 @@ ways.forEach((way, i) => {
 });
 // Every feature of the format must occur, or else it is not tested.
 for (const use of ['version_1', 'residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'own_points',
-  'fallbacks', 'condensed', 'stored', 'valence_contexts', 'history_contexts', 'other_skeletons', 'other_sets',
+  'fallbacks', 'condensed', 'stored', 'valence_contexts', 'history_contexts', 'other_skeletons', 'other_sets', 'border_values',
   'split_events', 'seams', 'raw_values', 'creases', 'orientations', 'flips', 'backward', 'means', 'values_by_0_parallelograms',
   'values_by_1_parallelograms', 'values_by_2_parallelograms'])
   check(uses[use] > 0, `no asset has ${use}`);

@@ -5,7 +5,7 @@
 
 // condensed_streams.mjs has what only containers of version 3 have.
 import { bit_reader, demand, kinds_of } from './bits.mjs';
-import { directory_rows, expand, parse_head } from './condensed_streams.mjs';
+import { directory_rows, expand_streams, parse_head } from './condensed_streams.mjs';
 
 export { Invalid } from './bits.mjs';
 
@@ -308,11 +308,13 @@ export function decode_container(draco, bytes, requests) {
     forward_runs: 0, repeats: 0, pairs: 0, own_points: 0, condensed: 0, stored: 0 };
   const decode = (stream, wanted) => decode_stream(draco, stream, wanted);
 
+  rows.forEach((row, p) => Object.assign(row, version === 1 ? parse_stitch_1(row.stitch, p) : parse_stitch(row, p)));
+  if (head) expand_streams(rows, head, decode, border_walk, uses);
+
   // "Streams".
-  rows.forEach((row, p) => {
+  rows.forEach((row) => {
     if (version === 3) uses[row.condensed ? 'condensed' : 'stored'] += 1;
-    const stream = row.condensed ? expand(row, head, decode, uses) : row.stream;
-    const decoded = decode(stream, requests);
+    const decoded = decode(row.stream, requests);
     demand(decoded.sequential === row.is_residue, 'only the residue is sequential');
     demand(decoded.points === row.points, 'other points than the row says');
     const decoded_faces = decoded.corners.length / 3;
@@ -322,7 +324,6 @@ export function decode_container(draco, bytes, requests) {
     uses.dropped_faces += more;
     row.corners = decoded.corners.subarray(0, 3 * row.faces);
     row.values = decoded.values;
-    Object.assign(row, version === 1 ? parse_stitch_1(row.stitch, p) : parse_stitch(row, p));
   });
 
   // "Border walk", computed only for runs; "Stitch map": which points are references.

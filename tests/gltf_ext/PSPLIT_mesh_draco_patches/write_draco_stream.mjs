@@ -1,6 +1,8 @@
 // Writes a Draco stream of fields that a stock decoder accepts. Its symbols are not entropy-coded, so it has other bytes
 // than libdraco's.
 
+import { attribute_table } from './corner_table.mjs';
+
 // The numbers of Draco.
 export const kRaw = 0, kNormals = 3; // types of decoders; 1 and 2 are integers and quantized values
 export const kNone = -2, kMultiParallelogram = 4, kTexCoords = 5, kGeometricNormal = 6; // schemes
@@ -49,22 +51,21 @@ function connectivity_bytes({ front, data_count }, { vertices, faces, splits, sy
     ...varint(symbol_bits.length), ...symbol_bits, ...coded_bits(start_faces), ...seams.flatMap(coded_bits)];
 }
 
-// Draco's order of the values of each decoder: the rank of the value at each corner. The stock decoder says it: it decodes
-// a stream of the same mesh whose only attributes are these ranks, as raw floats.
-function draco_ranks(skeleton, fields, decode) {
-  const { decoders } = skeleton, kGeneric = 4, kFloat32 = 9;
-  const table_of = (decoder) => fields.attributes.find((attribute) => attribute.decoder === decoder)?.table;
-  const used = decoders.filter(table_of);
+// The points of the faces, and Draco's order of the values of each decoder: the rank of the value at each corner. The stock
+// decoder says them: it decodes a stream of the same mesh whose only attributes are these ranks, as raw floats.
+export function draco_order(skeleton, fields, decode) {
+  const used = skeleton.decoders, kGeneric = 4, kFloat32 = 9;
+  const ranks_of = (decoder) => Float32Array.from(attribute_table(fields.mesh, fields.cuts_of(decoder)).corner_of.keys());
   const bytes = [...connectivity_bytes(skeleton, fields), used.length,
     ...used.flatMap(({ data, at_corners, traversal }) => [data & 255, at_corners ? 1 : 0, traversal]),
     ...used.flatMap((_, id) => [1, kGeneric, kFloat32, 1, 0, id, kRaw]),
-    ...used.flatMap((decoder) => [...new Uint8Array(Float32Array.from(table_of(decoder).corner_of.keys()).buffer)])];
+    ...used.flatMap((decoder) => [...new Uint8Array(ranks_of(decoder).buffer)])];
   const requests = used.map((_, id) => ({ id, componentType: 5126, components: 1 }));
   const { corners, values } = decode(Uint8Array.from(bytes), requests);
-  return new Map(used.map((decoder, id) => {
+  return { corners, ranks: new Map(used.map((decoder, id) => {
     const rank_of_point = new Float32Array(values[id].buffer);
     return [decoder, [...corners].map((point) => rank_of_point[point])];
-  }));
+  })) };
 }
 
 // The bytes of an attribute. Its symbols are stored as they are, in four bytes each.
@@ -84,10 +85,9 @@ function attribute_bytes(attribute, ranks) {
     ...(scheme === kGeometricNormal ? coded_bits(flips) : [])];
 }
 
-export function write_draco_stream(skeleton, fields, decode) {
-  const ranks = fields.attributes.some(({ by_creation }) => by_creation) ? draco_ranks(skeleton, fields, decode) : null;
+export function write_draco_stream({ skeleton, fields, attributes }) {
   const of_decoder = (decoder) => [
-    ...fields.attributes.flatMap((attribute) => (attribute.decoder === decoder ? attribute_bytes(attribute, ranks) : [])),
+    ...attributes.flatMap((attribute) => (attribute.decoder === decoder ? attribute_bytes(attribute, fields.ranks) : [])),
     ...decoder.transforms];
   return Uint8Array.from([...connectivity_bytes(skeleton, fields), ...skeleton.descriptions,
     ...skeleton.decoders.flatMap(of_decoder)]);

@@ -14,7 +14,7 @@
 #include "tests/src/core/decode_mesh.h"
 #include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
-#include "tests/support/reproducible_meshes.h"
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
@@ -26,16 +26,17 @@ struct Shared {
   const PatchContainer& original() const { return *sample.original.encoded.opened; }
 };
 
-CondensedSample sheet_with_residue() {
-  const Mesh mesh = make_sheet_with_residue();
+CondensedSample blob_with_residue() {
+  std::vector<NamedMesh> meshes = procedural_meshes();
+  Mesh& mesh = std::ranges::find(meshes, "bare blob", &NamedMesh::name)->mesh;
+  for (uint32_t i = 0; i < 5; ++i) mesh.faces.push_back({i, i, 3 * i + 1});
   std::vector<AttributeCoding> codings;
-  for (const Attribute& attribute : mesh.attributes)
-    codings.push_back(attribute.component_type == ComponentType::kFloat32 ? *fit_grid(attribute, 12)
-                                                                          : AttributeCoding());
+  for (const Attribute& attribute : mesh.attributes) codings.push_back(*fit_grid(attribute, 12));
   EncodeOptions options;
   options.patch_count = 5;
   const ThreadPool pool(1);
-  CondensedSample sample{{"sheet with residue", *encode_mesh(mesh, codings, options, pool), {}}, {}};
+  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, pool);
+  CondensedSample sample{{"bare blob with residue", std::move(*encoded), {}}, {}};
   sample.original.requests = sample.original.encoded.requests;
   sample.container = as_version_3(*sample.original.encoded.opened, true, pool);
   return sample;
@@ -45,7 +46,7 @@ const std::vector<Shared>& shared_samples() {
   static const std::vector<Shared> samples = [] {
     std::vector<Shared> found;
     std::vector<CondensedSample> all = condensed_samples(ThreadPool(2));
-    all.push_back(sheet_with_residue());
+    all.push_back(blob_with_residue());
     for (CondensedSample& sample : all) {
       Expected<PatchContainer> container = open_container(sample.container);
       if (container && container->head && container->head->has_borders)
@@ -136,8 +137,8 @@ TEST(BorderValues, AnyLanesCopyTheSameValues) {
       const size_t components = header.condensed.border_components;
       core::StitchReader reader(row);
       for (core::StitchReader::Run run; reader.next_run(run);)
-        std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(run.begin * components), run.length * components,
-                    -1);
+        std::fill_n(values.begin() + static_cast<std::ptrdiff_t>(run.begin * components),
+                    run.length * components, -1);
       // All places of owners have values here.
       std::vector<std::vector<int32_t>> of_owner;
       std::vector<uint8_t> is_own(1 << 12, 1);
@@ -206,8 +207,8 @@ TEST(BorderValues, OfAnotherNumberThanPlacesAreRefused) {
     const auto bytes = rewritten(shared.container, entries, stitch, copies(shared.container.streams));
     const auto& requests = shared.sample.original.requests;
     const Expected<Mesh> decoded = decode_container(cpu_backend(), bytes, requests, pool);
-    EXPECT_EQ(decoded.status().to_string(), "patch " + std::to_string(patch) +
-                                                ": Draco stream: " + core::fault_text(core::Fault::kCounts));
+    EXPECT_EQ(decoded.status().to_string(),
+              "patch " + std::to_string(patch) + ": Draco stream: " + core::fault_text(core::Fault::kCounts));
     const Expected<PatchContainer> container = open_container(bytes);
     ASSERT_TRUE(container);
     EXPECT_FALSE(expand_container(*container, pool));
@@ -219,7 +220,8 @@ TEST(BorderValues, OfAnotherNumberThanPlacesAreRefused) {
   EXPECT_GT(refused, 5u);
 }
 
-// A stitch map that breaks off is the error of the patches that need its stream's values, and of no other patch.
+// A stitch map that breaks off is the error of the patches that need its stream's values, and of no other
+// patch.
 TEST(BorderValues, PatchesAloneNeedOnlyTheirOwners) {
   size_t refused = 0, decoded = 0;
   const DecodeBackend backend = cpu_backend();
