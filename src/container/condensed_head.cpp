@@ -89,19 +89,19 @@ class HeadReader {
     return {};
   }
   static SymbolContext context_of(const std::array<uint32_t, SymbolContext::kCount>& frequencies) {
-    constexpr std::array<uint32_t, SymbolContext::kCount> kCodes = {0, 1, 3, 5, 7};  // core::Clers
+    constexpr std::array<uint8_t, SymbolContext::kCount> kCodes = {0, 1, 3, 5, 7};  // core::Clers
     SymbolContext context;
     uint32_t first = 0;
     for (uint32_t s = 0; s < SymbolContext::kCount; ++s) {
-      if (s > 0) context.thresholds |= uint64_t{(1u << 15) - first} << 16 * (s - 1);
-      if (frequencies[s] > 0) context.symbols[s] = kCodes[s] << 25 | frequencies[s] << kSlotBits | first;
+      context.shares[s] = {frequencies[s], first};
+      context.codes[s] = kCodes[s];
       first += frequencies[s];
     }
     return context;
   }
   static SymbolContext unused_context() {
-    SymbolContext context;
-    for (uint32_t& symbol : context.symbols) symbol = SymbolContext::kInvalid << 25 | kSlots << kSlotBits;
+    SymbolContext context = context_of({kSlots, 0, 0, 0, 0});
+    for (uint8_t& code : context.codes) code = SymbolContext::kInvalid;
     return context;
   }
 

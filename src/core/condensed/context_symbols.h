@@ -11,15 +11,14 @@ namespace psplit::core {
 // context is never used.
 PSPLIT_HD PSPLIT_INLINE uint32_t next_symbol(SectionReader& section, const SymbolContext& context,
                                              uint32_t& clers) {
-  constexpr uint64_t kOnes = 0x0001000100010001u;
-  // Compares the slot with the first slots of symbols 1 to 4 at once: the top bit of each lane says whether it
-  // is not above the slot. Then the sum of these bits.
   const uint32_t slot = section.slot();
-  const uint64_t reached = (slot * kOnes + context.thresholds) >> 15 & kOnes;
-  const auto symbol = static_cast<uint32_t>(reached * kOnes >> 48);
-  const uint32_t entry = context.symbols[symbol];
-  section.leave(entry >> kSlotBits & (2 * kSlots - 1), slot - entry % kSlots);
-  clers = entry >> 25;
+  // Which symbol comes is unpredictable. This compiles to additions of carries.
+  uint32_t symbol = 0;
+  PSPLIT_UNROLL
+  for (uint32_t s = 1; s < SymbolContext::kCount; ++s) symbol += slot >= context.shares[s].first ? 1 : 0;
+  const SymbolContext::Share share = context.shares[symbol];
+  section.leave(share.frequency, slot - share.first);
+  clers = context.codes[symbol];
   return symbol;
 }
 

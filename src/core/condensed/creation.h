@@ -207,17 +207,12 @@ class CreatedValues {
     }
   };
 
-  // Finds the parallelograms at the corner of a value, and at the neighbouring corners of its vertex on the
-  // left and on the right. The first one is across the edge of vertices a and b: those of the next and the
-  // previous corner. The one on the left is across the edge of b and a vertex beside it, the one on the right
-  // across the edge of a vertex beside a, and a.
   template <bool kTwo>
   PSPLIT_HD void find_predictors(const AttributeModel& model, const Search& search) {
     const View<const Index> opposite = search.opposite, vertex = search.vertex;
     const View<Predictors<Index>> out = predictors_;
     const View<uint8_t> table_of = table_of_;
     const uint32_t value_count = count_;
-    const bool two = kTwo && model.two;
     uint32_t used = 0;
     for (uint32_t i = 0; i < value_count; ++i) {
       const Index corner = search.corner[i], on_next = next(corner), on_previous = previous(corner);
@@ -225,21 +220,11 @@ class CreatedValues {
                   across = opposite[corner];
       Predictors<Index>* const stored = &out[(kTwo ? 2 : 1) * size_t{i}];
       uint32_t count = 0;
-      if (PSPLIT_LIKELY(search.is_before(a, b, across, corner, i))) {
+      if constexpr (kTwo) {
+        count = find_two(search, i, corner, model.two, stored);
+      } else if (PSPLIT_LIKELY(search.is_before(a, b, across, corner, i))) {
         stored[0] = {a, b, vertex[across], value};
-        if constexpr (kTwo) stored[1] = stored[0];
         count = 1;
-      }
-      if (two) {
-        const auto add = [&](Index edge_a, Index edge_b, Index far) {
-          if (!search.is_before(edge_a, edge_b, far, corner, i)) return;
-          stored[1] = {edge_a, edge_b, vertex[far], value};
-          if (count == 0) stored[0] = stored[1];
-          ++count;
-        };
-        const Index left = opposite[on_next], right = opposite[on_previous];
-        if (left != kNone<Index>) add(b, vertex[left], opposite[next(left)]);
-        if (count < 2 && right != kNone<Index>) add(vertex[right], a, opposite[previous(right)]);
       }
       if (PSPLIT_UNLIKELY(count == 0)) {
         const bool has_a = search.is_before(a, i), has_b = search.is_before(b, i);
@@ -252,6 +237,47 @@ class CreatedValues {
       used |= 1u << count;
     }
     used_tables_ = used;
+  }
+
+  // Finds the parallelograms at the corner of a value, and if `two`, at the neighbouring corners of its vertex
+  // on the left and on the right. The first one is across the edge of vertices a and b: those of the next and
+  // the previous corner. The one on the left is across the edge of b and a vertex beside it, the one on the
+  // right across the edge of a vertex beside a, and a. Stores the first two that count, or one twice.
+  //
+  // Which of them count is unpredictable. So this computes all of them, with some corner for one that does not
+  // exist. A condition holds if its number is negative.
+  PSPLIT_HD PSPLIT_INLINE uint32_t find_two(const Search& search, uint32_t i, Index corner, bool two,
+                                            Predictors<Index>* stored) const {
+    const View<const Index> opposite = search.opposite, vertex = search.vertex;
+    const uint32_t none = kNone<Index>, some = static_cast<uint32_t>(vertex.size()) - 2;
+    const auto exists = [=](uint32_t at) { return int64_t{at} - none; };
+    const auto or_some = [=](uint32_t at) { return at < some ? at : some; };
+    const int64_t place = int64_t{i} + search.known_count;
+    const auto before = [&](uint32_t v) { return search.rank[v] - place; };
+
+    const uint32_t on_next = next<uint32_t>(corner), on_previous = previous<uint32_t>(corner);
+    const uint32_t across = opposite[corner], left = opposite[on_next], right = opposite[on_previous];
+    const uint32_t across_left = opposite[next(or_some(left))],
+                   across_right = opposite[previous(or_some(right))];
+    const uint32_t value = vertex[corner], a = vertex[on_next], b = vertex[on_previous],
+                   far = vertex[or_some(across)], beside_b = vertex[or_some(left)],
+                   far_left = vertex[or_some(across_left)], beside_a = vertex[or_some(right)],
+                   far_right = vertex[or_some(across_right)];
+    const Predictors<Index> at[] = {
+        {a, b, far, value}, {b, beside_b, far_left, value}, {beside_a, a, far_right, value}};
+    const int64_t has_a = before(a), has_b = before(b), neighbours = -int64_t{two};
+    const int64_t counts[] = {
+        has_a & has_b & exists(across) & before(far),
+        has_b & exists(left) & before(beside_b) & exists(across_left) & before(far_left) & neighbours,
+        has_a & exists(right) & before(beside_a) & exists(across_right) & before(far_right) & neighbours};
+    // For each set of those that count: their number << 4 | the second of them << 2 | the first.
+    constexpr uint64_t kChoices = 0x2429281a24151000u;
+    const uint64_t set = static_cast<uint64_t>(counts[0]) >> 63 | static_cast<uint64_t>(counts[1]) >> 63 << 1 |
+                         static_cast<uint64_t>(counts[2]) >> 63 << 2;
+    const auto choice = static_cast<uint32_t>(kChoices >> 8 * set & 0xff);
+    stored[0] = at[choice & 3];
+    stored[1] = at[choice >> 2 & 3];
+    return choice >> 4;
   }
 };
 

@@ -12,16 +12,18 @@ namespace psplit::core {
 inline constexpr uint32_t kSlotBits = 12, kSlots = 1u << kSlotBits;
 
 // The probabilities of the next of Edgebreaker's symbols, C, S, L, R or E, in one context.
-struct SymbolContext {
+struct alignas(64) SymbolContext {
   // The numbers of symbols in this order, and the symbols' codes in core::Clers.
   static constexpr uint32_t kCount = 5;
   // The code in a context that is never used. It is not a symbol, and add_faces refuses it.
   static constexpr uint32_t kInvalid = 6;
 
-  uint64_t thresholds = 0;  // four numbers of 16 bits: 2^15 less the first slot of symbols 1 to 4
-  // By symbol: its code << 25 | frequency << 12 | first slot. Never used for a frequency of 0.
-  uint32_t symbols[kCount] = {};
-  uint32_t next = 0;  // the next context after symbol s is next + s, except for valence contexts
+  struct Share {
+    uint32_t frequency = 0, first = 0;  // slots
+  };
+  Share shares[kCount] = {};  // by symbol; one with a frequency of 0 is never used
+  uint32_t next = 0;          // the next context after symbol s is next + s, except for valence contexts
+  uint8_t codes[kCount] = {};
 };
 
 // A token table has an entry for each slot: frequency << 19 | token << 12 | slot - first slot of the
