@@ -257,7 +257,7 @@ class FieldsExpander {
                   uint32_t components) const {
     const uint32_t number = set.tables[table];
     if (number == core::kNoTable) return false;
-    const core::TokenEntry* const tokens = models_.token_tables.data() + size_t{number} * core::kSlots;
+    const core::TokenTable& tokens = models_.token_tables[number];
     for (uint32_t k = 0; k < components; ++k) {
       const core::TokenBits bits = core::token_bits(section.next_token(tokens));
       out[k] = bits.base + section.read(static_cast<int>(bits.bit_count));

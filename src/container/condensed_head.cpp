@@ -1,5 +1,6 @@
 #include "src/container/condensed_head.h"
 
+#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
@@ -163,10 +164,14 @@ class HeadReader {
     if (truncated()) return check_truncation();
     if (sum != kSlots) return invalid("frequencies of tokens that do not sum to 4096");
     // Three tables for each of 256 sets, and two for borders.
-    number_of_table = static_cast<uint16_t>(head_.token_tables.size() / kSlots);
-    for (uint32_t token = 0; token < used; ++token)
-      for (uint32_t offset = 0; offset < frequencies[token]; ++offset)
-        head_.token_tables.push_back(frequencies[token] << 19 | token << kSlotBits | offset);
+    number_of_table = static_cast<uint16_t>(head_.token_tables.size());
+    core::TokenTable& table = head_.token_tables.emplace_back();
+    uint32_t first = 0;
+    for (uint32_t token = 0; token < used; ++token) {
+      table.shares[token] = {frequencies[token], first};
+      std::fill_n(table.token_of + first, frequencies[token], static_cast<uint8_t>(token));
+      first += frequencies[token];
+    }
     return {};
   }
 

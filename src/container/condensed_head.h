@@ -25,7 +25,7 @@ struct CondensedHead {
   bool has_valence_contexts = false, has_borders = false;
   std::array<uint16_t, 2> border_tables = {core::kNoTable, core::kNoTable};
   std::vector<core::SymbolContext> contexts;
-  std::vector<core::TokenEntry> token_tables;  // core::kSlots entries for each table
+  std::vector<core::TokenTable> token_tables;
   std::vector<core::TableSet> table_sets;
   std::vector<core::AttributeModel> attributes;
   std::vector<core::SeamModel> seams;
@@ -34,7 +34,7 @@ struct CondensedHead {
   core::CondensedModels models() const;
 };
 
-// Reads a head, which is not empty. Any bytes may be given. Takes memory in proportion to the bytes: at most 16
+// Reads a head, which is not empty. Any bytes may be given. Takes memory in proportion to the bytes: at most 5
 // KiB for each table of theirs. Errors: kInvalidInput, with "head: " before the cause.
 Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes);
 

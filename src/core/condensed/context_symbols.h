@@ -16,7 +16,7 @@ PSPLIT_HD PSPLIT_INLINE uint32_t next_symbol(SectionReader& section, const Symbo
   uint32_t symbol = 0;
   PSPLIT_UNROLL
   for (uint32_t s = 1; s < SymbolContext::kCount; ++s) symbol += slot >= context.shares[s].first ? 1 : 0;
-  const SymbolContext::Share share = context.shares[symbol];
+  const Share share = context.shares[symbol];
   section.leave(share.frequency, slot - share.first);
   clers = context.codes[symbol];
   return symbol;

@@ -11,6 +11,11 @@ namespace psplit::core {
 
 inline constexpr uint32_t kSlotBits = 12, kSlots = 1u << kSlotBits;
 
+// The slots of a symbol. One with a frequency of 0 is never used.
+struct Share {
+  uint32_t frequency = 0, first = 0;
+};
+
 // The probabilities of the next of Edgebreaker's symbols, C, S, L, R or E, in one context.
 struct alignas(64) SymbolContext {
   // The numbers of symbols in this order, and the symbols' codes in core::Clers.
@@ -18,18 +23,18 @@ struct alignas(64) SymbolContext {
   // The code in a context that is never used. It is not a symbol, and add_faces refuses it.
   static constexpr uint32_t kInvalid = 6;
 
-  struct Share {
-    uint32_t frequency = 0, first = 0;  // slots
-  };
-  Share shares[kCount] = {};  // by symbol; one with a frequency of 0 is never used
-  uint32_t next = 0;          // the next context after symbol s is next + s, except for valence contexts
+  Share shares[kCount] = {};
+  uint32_t next = 0;  // the next context after symbol s is next + s, except for valence contexts
   uint8_t codes[kCount] = {};
 };
 
-// A token table has an entry for each slot: frequency << 19 | token << 12 | slot - first slot of the
-// token.
-using TokenEntry = uint32_t;
 inline constexpr uint32_t kTokenCount = 116;
+
+// Two small arrays: the tables that a mesh uses fit the L1 cache.
+struct TokenTable {
+  uint8_t token_of[kSlots] = {};  // by slot
+  Share shares[kTokenCount] = {};
+};
 inline constexpr uint16_t kNoTable = 0xffff;  // the number of a table that is never used
 
 // The numbers of the token tables of an attribute's values: three by creation, otherwise two.
@@ -66,7 +71,7 @@ struct CondensedModels {
   uint16_t border_tables[2] = {kNoTable, kNoTable};
   uint32_t first_context = 0;  // without valence: the context of the second symbol
   View<const SymbolContext> contexts;
-  View<const TokenEntry> token_tables;  // kSlots entries for each table
+  View<const TokenTable> token_tables;
   View<const TableSet> table_sets;
   View<const AttributeModel> attributes;
   View<const SeamModel> seams;  // by attribute data

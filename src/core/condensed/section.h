@@ -66,10 +66,11 @@ class SectionReader {
     at_ += 2 & due;
   }
 
-  PSPLIT_HD PSPLIT_INLINE uint32_t next_token(const TokenEntry* table) {
-    const TokenEntry entry = table[slot()];
-    leave(entry >> 19, entry % kSlots);
-    return entry >> kSlotBits & 0x7f;
+  PSPLIT_HD PSPLIT_INLINE uint32_t next_token(const TokenTable& table) {
+    const uint32_t at = slot(), token = table.token_of[at];
+    const Share share = table.shares[token];
+    leave(share.frequency, at - share.first);
+    return token;
   }
   // A decision with this probability of 1.
   PSPLIT_HD PSPLIT_INLINE uint32_t next_bit(uint32_t probability) {

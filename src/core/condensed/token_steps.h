@@ -44,7 +44,7 @@ class TokenSequence {
     section_ = section;
     components_ = components;
     for (uint32_t i = 0; i < TableSet::kTables; ++i)
-      tables_[i] = set.tables[i] == kNoTable ? nullptr : &models.token_tables[size_t{set.tables[i]} * kSlots];
+      tables_[i] = set.tables[i] == kNoTable ? nullptr : &models.token_tables[set.tables[i]];
     table_of_ = table_of.data();
     end_ = table_of_ + table_of.size();
     value_count_ = static_cast<uint32_t>(table_of.size());
@@ -85,7 +85,7 @@ class TokenSequence {
  protected:
   SectionReader section_;
   uint32_t components_ = 0, value_count_ = 0;
-  const TokenEntry* tables_[TableSet::kTables] = {};
+  const TokenTable* tables_[TableSet::kTables] = {};
   const uint8_t* table_of_ = nullptr;
   const uint8_t* end_ = nullptr;
   uint32_t* out_ = nullptr;
@@ -114,10 +114,10 @@ class TokenSteps : public TokenSequence {
   PSPLIT_HD explicit TokenSteps(const TokenSequence& sequence) : TokenSequence(sequence) {}
 
   PSPLIT_HD PSPLIT_INLINE void begin_step() { table_ = tables_[*table_of_++]; }
-  PSPLIT_HD PSPLIT_INLINE void step_part() { *out_++ = section_.next_token(table_); }
+  PSPLIT_HD PSPLIT_INLINE void step_part() { *out_++ = section_.next_token(*table_); }
 
  private:
-  const TokenEntry* table_ = nullptr;
+  const TokenTable* table_ = nullptr;
 };
 template <>
 class TokenSteps<0> : public TokenSequence {
@@ -126,7 +126,7 @@ class TokenSteps<0> : public TokenSequence {
   PSPLIT_HD explicit TokenSteps(const TokenSequence& sequence) : TokenSequence(sequence) {}
 
   PSPLIT_HD PSPLIT_INLINE void step() {
-    const TokenEntry* const table = tables_[*table_of_++];
+    const TokenTable& table = *tables_[*table_of_++];
     for (uint32_t k = 0; k < components_; ++k) *out_++ = section_.next_token(table);
   }
 };

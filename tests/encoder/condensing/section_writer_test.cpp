@@ -16,12 +16,14 @@ struct Step {
   uint32_t value, parameter;
 };
 
-std::vector<core::TokenEntry> entries_of(std::span<const uint16_t> frequencies) {
-  std::vector<core::TokenEntry> entries;
-  for (uint32_t symbol = 0; symbol < frequencies.size(); ++symbol)
-    for (uint32_t offset = 0; offset < frequencies[symbol]; ++offset)
-      entries.push_back(uint32_t{frequencies[symbol]} << 19 | symbol << core::kSlotBits | offset);
-  return entries;
+core::TokenTable table_of(std::span<const uint16_t> frequencies) {
+  core::TokenTable table;
+  uint32_t slot = 0;
+  for (uint32_t symbol = 0; symbol < frequencies.size(); ++symbol) {
+    table.shares[symbol] = {frequencies[symbol], slot};
+    for (uint32_t i = 0; i < frequencies[symbol]; ++i) table.token_of[slot++] = static_cast<uint8_t>(symbol);
+  }
+  return table;
 }
 
 void expect_round_trip(std::span<const Step> steps, std::span<const uint16_t> frequencies) {
@@ -37,9 +39,9 @@ void expect_round_trip(std::span<const Step> steps, std::span<const uint16_t> fr
   EXPECT_EQ(byte_count, bytes.size());
   core::SectionReader reader(bytes.data(), bytes.size());
   ASSERT_EQ(reader.start_words(0), core::Fault::kNone);
-  const std::vector<core::TokenEntry> entries = entries_of(frequencies);
+  const core::TokenTable table = table_of(frequencies);
   for (const auto& [kind, value, parameter] : steps) {
-    const uint32_t read = kind == Step::kSymbol ? reader.next_token(entries.data())
+    const uint32_t read = kind == Step::kSymbol ? reader.next_token(table)
                           : kind == Step::kBit  ? reader.next_bit(parameter)
                                                 : reader.read(static_cast<int>(parameter));
     EXPECT_EQ(read, value);

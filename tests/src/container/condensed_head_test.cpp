@@ -103,11 +103,14 @@ TEST(CondensedHead, IsReadAsItWasWritten) {
   EXPECT_EQ(models.table_sets[0].tables[1], core::kNoTable);
   EXPECT_EQ(models.table_sets[1].tables[0], core::kNoTable);
   EXPECT_EQ(models.table_sets[2].tables[2], core::kNoTable);
-  const size_t first = size_t{models.table_sets[0].tables[0]} * core::kSlots,
-               second = size_t{models.table_sets[1].tables[1]} * core::kSlots;
-  EXPECT_EQ(models.token_tables[first + 3999] % core::kSlots, 3999u);
-  EXPECT_EQ(models.token_tables[first + 4095] % core::kSlots, 95u);
-  EXPECT_EQ(models.token_tables[second] >> core::kSlotBits & 0x7f, 1u);
+  const core::TokenTable &first = models.token_tables[models.table_sets[0].tables[0]],
+                         &second = models.token_tables[models.table_sets[1].tables[1]];
+  EXPECT_EQ(first.token_of[3999], 0u);
+  EXPECT_EQ(first.token_of[4000], 2u);
+  EXPECT_EQ(first.token_of[4095], 2u);
+  EXPECT_EQ(first.shares[2].frequency, 96u);
+  EXPECT_EQ(first.shares[2].first, 4000u);
+  EXPECT_EQ(second.token_of[0], 1u);
   EXPECT_TRUE(models.has_borders);
   EXPECT_NE(models.border_tables[0], core::kNoTable);
   EXPECT_EQ(models.border_tables[1], core::kNoTable);
@@ -171,7 +174,7 @@ TEST(CondensedHead, AnyBytesMayBeRead) {
       EXPECT_LE(uint32_t{model.first_set} + model.set_count, head->table_sets.size());
     for (const core::TableSet& set : head->table_sets)
       for (const uint16_t table : set.tables)
-        EXPECT_TRUE(table == core::kNoTable || table < head->token_tables.size() / core::kSlots);
+        EXPECT_TRUE(table == core::kNoTable || table < head->token_tables.size());
   }
   EXPECT_GT(read, 50u);
 }

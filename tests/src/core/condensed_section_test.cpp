@@ -99,7 +99,7 @@ TEST(Section, HoldsItsWordsAndItsBitsAndNothingElse) {
       if (reader.start_words(0) != Fault::kNone) return false;
       bool same = true;
       for (uint32_t i = 0; i < count; ++i) {
-        same &= reader.next_token(head.token_tables.data()) == tokens[i];
+        same &= reader.next_token(head.token_tables[0]) == tokens[i];
         same &= reader.next_bit(1 + i % (kSlots - 1)) == bits[i];
         same &= reader.read(7) == tokens[i];
       }
