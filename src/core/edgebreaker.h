@@ -96,7 +96,7 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
 // Adds a face for each symbol. The function is long because its state has to stay in registers. It tells
 // `symbols` about the face (added), and about vertices that S merged. If `symbols` has brought(vertex, corner),
 // it also says at which corner a vertex is new. C brings no vertex, but calls it as well: the symbol that
-// brings that vertex calls it again.
+// brings that vertex calls it again. If `symbols` has finish(), it is called after the last symbol.
 //
 // The symbols may be anything, and yet loads and stores need no checks. Before symbol i:
 //   - Faces 0 to i - 1 exist. Their vertices are below vertex_count, which does not exceed the limit, and the
@@ -184,6 +184,7 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       waiting.set_aside(i);
     }
   }
+  if constexpr (requires { symbols.finish(); }) symbols.finish();
   if (waiting.events_left()) return Fault::kSplitEvent;
   if (degenerate) return Fault::kConnectivity;
   waiting.push(active);

@@ -84,9 +84,11 @@ class Valences {
   }
   // The symbol added the face with these vertices.
   PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
-    grow(v0, symbol == kE ? 2 : symbol == kL || symbol == kR ? 1 : 0);
-    grow(v1, symbol == kE || symbol == kL ? 2 : 1);
-    grow(v2, symbol == kE || symbol == kR ? 2 : 1);
+    // A digit for each code of a symbol, the lowest digit for 0. Branches would be unpredictable.
+    constexpr uint32_t kOf0 = 0x20101000, kOf1 = 0x20102011, kOf2 = 0x20201011;
+    grow(v0, kOf0 >> 4 * symbol & 3);
+    grow(v1, kOf1 >> 4 * symbol & 3);
+    grow(v2, kOf2 >> 4 * symbol & 3);
   }
   // An S made vertex n part of vertex p.
   PSPLIT_HD void merged(uint32_t p, uint32_t n) { grow(p, of_[n]); }

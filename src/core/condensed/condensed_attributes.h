@@ -219,7 +219,7 @@ class CondensedAttributes {
     if (fault == Fault::kNone && (order.corner.empty() || has_known))
       fault = find_order(model.backward, corners, patch, patch.groups[group].table, known_count, order, arena);
     if (fault != Fault::kNone) return fault;
-    attribute.created.find_predictors(model, order, known_count);
+    if (!share_predictors(i, order)) attribute.created.find_predictors(model, order, known_count);
     if (!has_tables(*attribute.tables, attribute.created.used_tables())) return Fault::kEntropy;
     attribute.tokens.start(section, stream.models, *attribute.tables, description.value_components(),
                            attribute.created.table_of(), attribute.created.symbols());
@@ -249,6 +249,18 @@ class CondensedAttributes {
         attribute.values[size_t{vertex} * value_stride(components) + k] = stream.known[place * components + k];
     }
     return Fault::kNone;
+  }
+
+  // Attributes without seams have the same predictors, if their models choose them alike.
+  PSPLIT_HD bool share_predictors(uint32_t i, const Sequence<Index>& order) {
+    const AttributeModel& model = *attributes_[i].model;
+    for (uint32_t k = 0; k < i; ++k) {
+      const AttributeModel& other = *attributes_[k].model;
+      if (attributes_[k].by_creation && other.two == model.two && other.mean == model.mean &&
+          attributes_[i].created.share_predictors(attributes_[k].created, order))
+        return true;
+    }
+    return false;
   }
 
   // All tables without seams have the same order.

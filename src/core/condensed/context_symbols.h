@@ -89,7 +89,8 @@ class DecodedSymbols : public CornerNotes<Index, kLast> {
   const uint8_t* at_;
 };
 
-// Symbols in contexts of valences, which are known only while faces are added. They are read from `section`.
+// Symbols in contexts of valences, which are known only while faces are added. They are read from a copy of
+// `section`, which stays in registers; `finish` copies it back.
 template <typename Index, bool kLast>
 class ValenceContextSymbols : public CornerNotes<Index, kLast> {
  public:
@@ -98,7 +99,8 @@ class ValenceContextSymbols : public CornerNotes<Index, kLast> {
       : CornerNotes<Index, kLast>(corners),
         valences_(valences),
         contexts_(models.contexts.data()),
-        section_(section) {}
+        section_(section),
+        out_(&section) {}
 
   PSPLIT_HD uint32_t next(uint32_t to) {
     if (to == kNone<Index>) return kE;
@@ -112,11 +114,13 @@ class ValenceContextSymbols : public CornerNotes<Index, kLast> {
     valences_.added(symbol, v0, v1, v2);
   }
   PSPLIT_HD void merged(uint32_t p, uint32_t n) { valences_.merged(p, n); }
+  PSPLIT_HD void finish() { *out_ = section_; }
 
  private:
   Valences<Index> valences_;
   const SymbolContext* contexts_;
-  SectionReader& section_;
+  SectionReader section_;
+  SectionReader* out_;
   uint32_t last_ = SymbolContext::kCount - 1;  // E
 };
 

@@ -149,6 +149,7 @@ class CreatedValues {
   // `known_count` are not stored.
   PSPLIT_HD void find_predictors(const AttributeModel& model, const Sequence<Index>& order,
                                  uint32_t known_count) {
+    order_ = order.corner.data();
     zero_ = order.count;
     count_ = order.count - known_count;
     table_of_ = table_of_.first(count_);
@@ -158,6 +159,19 @@ class CreatedValues {
       find_predictors<false>(model, search);
     else
       find_predictors<true>(model, search);
+  }
+  // Takes the predictors of another attribute, whose model has the same `two` and `mean`. Returns false if they
+  // are not for this order, or not as this mode needs them.
+  PSPLIT_HD bool share_predictors(const CreatedValues& other, const Sequence<Index>& order) {
+    const bool is_one = mode_ == CreationMode::kOne, other_is_one = other.mode_ == CreationMode::kOne;
+    if (other.order_ != order.corner.data() || is_one != other_is_one) return false;
+    order_ = other.order_;
+    zero_ = other.zero_;
+    count_ = other.count_;
+    table_of_ = other.table_of_;
+    predictors_ = other.predictors_;
+    used_tables_ = other.used_tables_;
+    return true;
   }
   // The memory that `allocate` takes for `attributes` attributes that have `components` components together.
   PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components) {
@@ -180,6 +194,7 @@ class CreatedValues {
 
  protected:
   CornerTable<Index> table_;
+  const Index* order_ = nullptr;  // of the predictors
   View<uint32_t> symbols_;
   View<int32_t> values_;
   View<uint8_t> table_of_;

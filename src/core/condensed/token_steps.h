@@ -8,7 +8,7 @@
 namespace psplit::core {
 
 // A symbol is `base` plus the number in `bit_count` plain bits, of which `mask` selects as many.
-struct TokenBits {
+struct alignas(16) TokenBits {
   uint32_t base, bit_count, mask;
 };
 PSPLIT_HD constexpr TokenBits token_bits(uint32_t token) {
@@ -58,8 +58,10 @@ class TokenSequence {
 
   // Turns the tokens into symbols, after all steps. The lengths of bits are no chain as long as that of tokens.
   PSPLIT_HD void add_bits() {
-    uint32_t* at = out_ - size_t{components_} * value_count_;
-    for (; out_ - at >= kTogether; at += kTogether) {
+    SectionReader section = section_;  // stays in registers
+    uint32_t* const end = out_;
+    uint32_t* at = end - size_t{components_} * value_count_;
+    for (; end - at >= kTogether; at += kTogether) {
       TokenBits bits[kTogether];
       uint32_t together = 0;
       PSPLIT_UNROLL
@@ -68,18 +70,19 @@ class TokenSequence {
         together += bits[k].bit_count;
       }
       if (PSPLIT_UNLIKELY(together > kMostBits)) {
-        add_bits_alone(at, kTogether);
+        add_bits_alone(section, at, kTogether);
         continue;
       }
-      uint64_t ahead = section_.peek(kMostBits);
-      section_.take(static_cast<int>(together));
+      uint64_t ahead = section.peek(kMostBits);
+      section.take(static_cast<int>(together));
       PSPLIT_UNROLL
       for (uint32_t k = 0; k < kTogether; ++k) {
         at[k] = bits[k].base + (static_cast<uint32_t>(ahead) & bits[k].mask);
         ahead >>= bits[k].bit_count;
       }
     }
-    add_bits_alone(at, static_cast<uint32_t>(out_ - at));
+    add_bits_alone(section, at, static_cast<uint32_t>(end - at));
+    section_ = section;
   }
 
  protected:
@@ -95,10 +98,10 @@ class TokenSequence {
   static constexpr uint32_t kTogether = 3;
   static constexpr int kMostBits = 56;
 
-  PSPLIT_HD void add_bits_alone(uint32_t* at, uint32_t count) {
+  PSPLIT_HD static void add_bits_alone(SectionReader& section, uint32_t* at, uint32_t count) {
     for (uint32_t k = 0; k < count; ++k) {
       const TokenBits bits = bits_of_token(at[k]);
-      at[k] = bits.base + section_.read(static_cast<int>(bits.bit_count));
+      at[k] = bits.base + section.read(static_cast<int>(bits.bit_count));
     }
   }
 };
