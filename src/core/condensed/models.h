@@ -17,7 +17,7 @@ struct Share {
 };
 
 // The probabilities of the next of Edgebreaker's symbols, C, S, L, R or E, in one context.
-struct alignas(64) SymbolContext {
+struct alignas(16) SymbolContext {
   // The numbers of symbols in this order, and the symbols' codes in core::Clers.
   static constexpr uint32_t kCount = 5;
   // The code in a context that is never used. It is not a symbol, and add_faces refuses it.
