@@ -18,11 +18,11 @@ struct Share {
 
 // The probabilities of the next of Edgebreaker's symbols, C, S, L, R or E, in one context.
 struct alignas(16) SymbolContext {
-  // The numbers of symbols in this order, and the symbols' codes in core::Clers.
   static constexpr uint32_t kCount = 5;
   // The code in a context that is never used. It is not a symbol, and add_faces refuses it.
   static constexpr uint32_t kInvalid = 6;
 
+  // By symbol, in this order; codes are those of core::Clers.
   Share shares[kCount] = {};
   uint32_t next = 0;  // the next context after symbol s is next + s, except for valence contexts
   uint8_t codes[kCount] = {};
@@ -32,8 +32,8 @@ inline constexpr uint32_t kTokenCount = 116;
 
 // Two small arrays: the tables that a mesh uses fit the L1 cache.
 struct TokenTable {
-  uint8_t token_of[kSlots] = {};  // by slot
-  Share shares[kTokenCount] = {};
+  uint8_t token_of[kSlots] = {};   // by slot
+  Share shares[kTokenCount] = {};  // by token
 };
 inline constexpr uint16_t kNoTable = 0xffff;  // the number of a table that is never used
 
