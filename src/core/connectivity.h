@@ -91,25 +91,25 @@ struct Connectivity {
   }
 
   PSPLIT_HD bool allocate(Arena& arena) {
-    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
+    const uint64_t corners = corner_room(counts), vertices = vertex_room(counts);
     return arena.take(table.opposite, corners) && arena.take(table.vertex, corners) &&
            arena.take(border, vertices) && arena.take(closed, vertices) &&
            arena.take(merged, counts.symbol_count);
   }
   // The memory that allocate takes.
   PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
-    const size_t corners = corner_room(counts), vertices = vertex_room(counts);
+    const uint64_t corners = corner_room(counts), vertices = vertex_room(counts);
     return 2 * Arena::bytes<Index>(corners) + Arena::bytes<BorderEdge<Index>>(vertices) +
            Arena::bytes<bool>(vertices) + Arena::bytes<Index>(counts.symbol_count);
   }
 
  private:
-  PSPLIT_HD static size_t corner_room(const ConnectivityCounts& counts) {
-    return size_t{4} * counts.face_count;
+  PSPLIT_HD static uint64_t corner_room(const ConnectivityCounts& counts) {
+    return uint64_t{4} * counts.face_count;
   }
   // The last symbol may bring three vertices more than the limit before the excess is found.
-  PSPLIT_HD static size_t vertex_room(const ConnectivityCounts& counts) {
-    return size_t{counts.vertex_limit} + 3;
+  PSPLIT_HD static uint64_t vertex_room(const ConnectivityCounts& counts) {
+    return uint64_t{counts.vertex_limit} + 3;
   }
 
   PSPLIT_HD void move_up() {

@@ -68,7 +68,7 @@ class Valences {
   static constexpr uint32_t kLowest = 2, kHighest = 7, kClasses = kHighest - kLowest + 1;
 
   PSPLIT_HD Fault start(const ConnectivityCounts& counts, Arena& arena) {
-    if (!arena.take(of_, size_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
+    if (!arena.take(of_, uint64_t{counts.vertex_limit} + 3)) return Fault::kWorkspace;
     fill(of_, Valence{0});
     return Fault::kNone;
   }

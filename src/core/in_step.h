@@ -17,8 +17,9 @@ inline constexpr uint32_t kInStep = 3;
 // and assigned back at its end.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
+  constexpr uint32_t kFewer = PSPLIT_IS_SMALL_CODE ? 1 : kRuns - 1;
   if constexpr (kRuns > 1) {
-    if (count < kRuns) return step_all<kRuns - 1, Run>(runs, count);
+    if (count < kRuns) return step_all<kFewer, Run>(runs, count);
   } else if (count == 0) {
     return;
   }
@@ -79,7 +80,7 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
     uint32_t left = 0;
     for (uint32_t n = 0; n < kRuns; ++n)
       if (goes_on(local[n])) rest[left++] = at[n];
-    step_all<kRuns - 1, Run>(rest, left);
+    step_all<kFewer, Run>(rest, left);
   }
 }
 

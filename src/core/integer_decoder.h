@@ -41,9 +41,8 @@ class IntegerDecoder {
     const uint64_t total = uint64_t{group_->sequence.count} * components;
     if (total > 0xffffffffu) return Fault::kCounts;
     // One correction more, because a vector register loads four numbers for a value of three components.
-    if (!arena.take(attribute_->values, size_t{group_->table.vertex_count} * value_stride(components)) ||
-        !arena.take(corrections_, static_cast<size_t>(total) + 1) ||
-        !arena.take(zeros_, zero_count(components)))
+    if (!arena.take(attribute_->values, uint64_t{group_->table.vertex_count} * value_stride(components)) ||
+        !arena.take(corrections_, total + 1) || !arena.take(zeros_, zero_count(components)))
       return Fault::kWorkspace;
     fill(zeros_, 0);
     return Fault::kNone;

@@ -20,7 +20,7 @@ class ParallelogramFinder {
   PSPLIT_HD Fault find(const CornerTable<Index>& table, const Sequence<Index>& sequence, Arena& arena) {
     const auto face_count = static_cast<uint32_t>(table.opposite.size() / 4);
     if (!arena.take(found_, sequence.count) ||
-        !arena.take(across_, size_t{kMaxParallelograms} * sequence.count))
+        !arena.take(across_, uint64_t{kMaxParallelograms} * sequence.count))
       return Fault::kWorkspace;
     fill(across_, Index{0});
     const size_t mark = arena.mark();

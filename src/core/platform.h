@@ -44,6 +44,14 @@
 #define PSPLIT_UNROLL _Pragma("GCC unroll 8")
 #endif
 
+// Builds with PSPLIT_SMALL_CODE have less than half the code, and are a little slower: one width of numbers in
+// the CPU's driver, and loops for all runs in step or for one run. For code that is sent over networks.
+#if defined(PSPLIT_SMALL_CODE)
+#define PSPLIT_IS_SMALL_CODE true
+#else
+#define PSPLIT_IS_SMALL_CODE false
+#endif
+
 // Builds with PSPLIT_CORE_CHECKS stop at the first index out of bounds. Other builds rely on the explicit
 // checks of what a stream says, and on tests and fuzzers that ran with PSPLIT_CORE_CHECKS.
 #if defined(PSPLIT_CORE_CHECKS) && defined(__CUDA_ARCH__)

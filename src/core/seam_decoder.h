@@ -86,9 +86,9 @@ class SeamDecoder {
   }
   PSPLIT_HD Fault list_edges(const Connectivity<Index>& mesh, Arena& arena) {
     if (const Fault fault = take_tables(arena); fault != Fault::kNone) return fault;
-    if (!arena.take(inner_edges_, size_t{3} * mesh.counts.face_count)) return Fault::kWorkspace;
+    if (!arena.take(inner_edges_, uint64_t{3} * mesh.counts.face_count)) return Fault::kWorkspace;
     inner_edges_ = inner_edges_.first(list_inner_edges(mesh.table, inner_edges_));
-    return arena.take(seams_, size_t{count_} * inner_edges_.size()) ? Fault::kNone : Fault::kWorkspace;
+    return arena.take(seams_, uint64_t{count_} * inner_edges_.size()) ? Fault::kNone : Fault::kWorkspace;
   }
   PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
     return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());

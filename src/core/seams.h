@@ -18,8 +18,8 @@ struct AttributeTable {
 
   // Only a table with seams has arrays of its own.
   PSPLIT_HD bool allocate(uint32_t face_count, Arena& arena) {
-    return arena.take(table.opposite, size_t{4} * face_count) &&
-           arena.take(table.vertex, size_t{4} * face_count) && arena.take(closed, size_t{3} * face_count);
+    return arena.take(table.opposite, uint64_t{4} * face_count) &&
+           arena.take(table.vertex, uint64_t{4} * face_count) && arena.take(closed, uint64_t{3} * face_count);
   }
   // The memory that allocate takes.
   PSPLIT_HD static size_t bytes(uint32_t face_count) {

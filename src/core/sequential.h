@@ -11,7 +11,7 @@ namespace psplit::core {
 template <typename Index>
 PSPLIT_HD Fault decode_sequential_faces(ByteReader& reader, Arena& arena, Patch<Index>& patch) {
   const uint32_t index_count = 3 * patch.face_count, points = patch.point_count;
-  if (!arena.take(patch.point_at, size_t{4} * patch.face_count)) return Fault::kWorkspace;
+  if (!arena.take(patch.point_at, uint64_t{4} * patch.face_count)) return Fault::kWorkspace;
   bool in_range = true;
   const auto store = [&](uint32_t i, uint64_t point) {
     in_range &= point < points;

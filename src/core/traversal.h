@@ -17,7 +17,7 @@ struct Sequence {
     count = vertex_count;
     // A walk stores a corner behind the last vertex before it finds out that the corner's vertex is not new.
     // Whatever is stored there is a corner.
-    if (!arena.take(corner, size_t{vertex_count} + 1) || !arena.take(rank, vertex_count)) return false;
+    if (!arena.take(corner, uint64_t{vertex_count} + 1) || !arena.take(rank, vertex_count)) return false;
     corner[vertex_count] = 0;
     return true;
   }
@@ -99,7 +99,7 @@ class DepthFirstTraversal {
  public:
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
     if (const Fault fault = walk_.start(attribute, arena, out); fault != Fault::kNone) return fault;
-    if (!arena.take(waiting_, size_t{walk_.face_count()} + 1)) return Fault::kWorkspace;
+    if (!arena.take(waiting_, uint64_t{walk_.face_count()} + 1)) return Fault::kWorkspace;
     running_ = begin_component();
     return Fault::kNone;
   }
@@ -158,7 +158,7 @@ class PredictionDegreeTraversal {
     fill(degree_, uint8_t{0});
     // An edge waits at most once: when the first of its two faces is visited.
     for (View<Index>& stack : waiting_)
-      if (!arena.take(stack, size_t{2} * walk_.face_count() + 1)) return Fault::kWorkspace;
+      if (!arena.take(stack, uint64_t{2} * walk_.face_count() + 1)) return Fault::kWorkspace;
     running_ = begin_component();
     return Fault::kNone;
   }

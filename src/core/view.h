@@ -42,14 +42,15 @@ class Arena {
     size_ = skip < size ? size - skip : 0;
   }
 
-  // Returns false, and leaves `out`, if too little memory is left.
+  // Returns false, and leaves `out`, if too little memory is left. Products of counts from streams have 64
+  // bits: a size_t of 32 bits would wrap.
   template <typename T>
-  PSPLIT_HD bool take(View<T>& out, size_t count) {
+  PSPLIT_HD bool take(View<T>& out, uint64_t count) {
     static_assert(alignof(T) <= kAlignment);
     const size_t start = (used_ + kAlignment - 1) / kAlignment * kAlignment;
     if (start > size_ || count > (size_ - start) / sizeof(T)) return false;
-    out = View<T>(reinterpret_cast<T*>(bytes_ + start), count);
-    used_ = start + count * sizeof(T);
+    out = View<T>(reinterpret_cast<T*>(bytes_ + start), static_cast<size_t>(count));
+    used_ = start + static_cast<size_t>(count) * sizeof(T);
     return true;
   }
 

@@ -7,9 +7,11 @@
 namespace psplit::core {
 
 // An encoder writes a few bits for each face: a stream with hundreds of faces a byte has false counts. No
-// stream gets more memory than this.
+// stream gets more memory than this. The limit also leaves room to double such a size in a size_t of 32 bits.
 PSPLIT_HD inline uint64_t justified_bytes(uint64_t stream_bytes) {
-  return (uint64_t{1} << 26) + 4096 * stream_bytes;
+  constexpr uint64_t kMost = ~size_t{0} / 2;
+  const uint64_t bytes = (uint64_t{1} << 26) + 4096 * stream_bytes;
+  return bytes < kMost ? bytes : kMost;
 }
 
 // The number of points that a stream is likely to have, if no directory says it: that of its vertices, and some

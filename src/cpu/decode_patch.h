@@ -76,11 +76,11 @@ std::array<bool, kInStep> decode_in_step(const PatchContainer& container, const 
   for (uint32_t n = 0; n < kInStep; ++n)
     if (!container.headers[first + n].fits_16_bits()) return left;
   core::Arena arenas[kInStep];
-  core::PatchDecoder<uint16_t>* decoders[kInStep];
+  core::PatchDecoder<NarrowIndex>* decoders[kInStep];
   core::Fault faults[kInStep];
   for (uint32_t n = 0; n < kInStep; ++n) {
     StreamMemory& memory = scratch.streams[n];
-    arenas[n] = memory.arena(likely_size<uint16_t>(container, first + n, requests));
+    arenas[n] = memory.arena(likely_size<NarrowIndex>(container, first + n, requests));
     memory.patch = {};
     const core::StreamHeader& header = complete_header(container, borders, first + n, memory);
     decoders[n] = &memory.decoder.emplace(header, arenas[n], memory.patch);

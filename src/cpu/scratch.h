@@ -4,19 +4,23 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "src/core/decode_patch.h"
 
 namespace psplit {
 
+// For streams whose numbers fit 16 bits (core::StreamHeader::fits_16_bits).
+using NarrowIndex = std::conditional_t<PSPLIT_IS_SMALL_CODE, uint32_t, uint16_t>;
+
 // Memory for one stream.
 struct StreamMemory {
   std::unique_ptr<uint8_t[]> memory;
   size_t size = 0;
   core::StreamHeader header;  // the container's, and what is known before decoding
-  core::Patch<uint16_t> patch;
-  std::optional<core::PatchDecoder<uint16_t>> decoder;
+  core::Patch<NarrowIndex> patch;
+  std::optional<core::PatchDecoder<NarrowIndex>> decoder;
 
   core::Arena arena(size_t at_least) {
     if (size < at_least) {

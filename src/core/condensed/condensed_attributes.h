@@ -285,7 +285,7 @@ class CondensedAttributes {
     if (!backward) return creation.see_first(corners.corner);
     const size_t mark = arena.mark();
     View<uint8_t> marks;
-    if (!arena.take(marks, size_t{4} * patch.face_count)) return Fault::kWorkspace;
+    if (!arena.take(marks, uint64_t{4} * patch.face_count)) return Fault::kWorkspace;
     const Fault fault = creation.see_last(corners.corner, patch.face_count, marks);
     arena.release(mark);
     return fault;
@@ -302,7 +302,8 @@ class CondensedAttributes {
     if (!has_tables(*attribute.tables, (count > 0 ? 1 : 0) | (count > kFirst ? 2 : 0))) return Fault::kEntropy;
     View<uint32_t> symbols;
     if (description.coding == Coding::kRaw) {
-      if (!arena.take(attribute.raw_symbols, size_t{count} * description.components)) return Fault::kWorkspace;
+      if (!arena.take(attribute.raw_symbols, uint64_t{count} * description.components))
+        return Fault::kWorkspace;
       symbols = attribute.raw_symbols;
     } else {
       if (const Fault fault = integers.allocate(arena); fault != Fault::kNone) return fault;
@@ -319,7 +320,7 @@ class CondensedAttributes {
     const uint32_t bytes = data_type_bytes(description.type), components = description.components;
     const View<uint32_t> symbols = attribute.raw_symbols;
     View<uint8_t> raw;
-    if (!arena.take(raw, symbols.size() * bytes)) return Fault::kWorkspace;
+    if (!arena.take(raw, uint64_t{symbols.size()} * bytes)) return Fault::kWorkspace;
     description.raw = raw.data();
     for (size_t i = 0; i < symbols.size(); ++i) {
       symbols[i] = signed_of_symbol(symbols[i]) + (i >= components ? symbols[i - components] : 0);

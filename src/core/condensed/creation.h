@@ -137,9 +137,9 @@ class CreatedValues {
     const uint64_t total = uint64_t{count} * components_;
     if (total > 0xffffffffu) return Fault::kCounts;
     const size_t stride = value_stride(components_);
-    if (!arena.take(attribute.values, (size_t{count} + 1) * stride) ||
-        !arena.take(symbols_, static_cast<size_t>(total) + 1) || !arena.take(table_of_, count) ||
-        !arena.take(predictors_, size_t{count} * (mode_ == CreationMode::kOne ? 1 : 2)))
+    if (!arena.take(attribute.values, (uint64_t{count} + 1) * stride) || !arena.take(symbols_, total + 1) ||
+        !arena.take(table_of_, count) ||
+        !arena.take(predictors_, uint64_t{count} * (mode_ == CreationMode::kOne ? 1 : 2)))
       return Fault::kWorkspace;
     values_ = attribute.values;
     for (size_t k = 0; k < stride; ++k) values_[count * stride + k] = 0;

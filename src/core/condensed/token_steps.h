@@ -61,7 +61,7 @@ class TokenSequence {
     SectionReader section = section_;  // stays in registers
     uint32_t* const end = out_;
     uint32_t* at = end - size_t{components_} * value_count_;
-    for (; end - at >= kTogether; at += kTogether) {
+    for (; static_cast<size_t>(end - at) >= kTogether; at += kTogether) {
       TokenBits bits[kTogether];
       uint32_t together = 0;
       PSPLIT_UNROLL

@@ -1,0 +1,54 @@
+// Broken streams and containers are refused or decoded. The module is one that checks every index of the decoder, and
+// ends at the first that is out of bounds. It has 32-bit sizes, so that products of counts that wrap would show.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import test from 'node:test';
+import { pathToFileURL } from 'node:url';
+import { checked_module, compressed_primitives, package_folder, random_numbers, root } from './load.mjs';
+import { streams } from './stock_draco.mjs';
+
+const { Decoder } = await import(pathToFileURL(path.join(package_folder, 'instance.js')));
+const decoder = new Decoder(await WebAssembly.compile(readFileSync(checked_module)));
+
+const below = random_numbers(17);
+
+// Changes a few bytes, mostly near the front, where the counts are; sometimes cuts or repeats a piece.
+function mutate(bytes) {
+  const kind = below(8);
+  if (kind === 0) return bytes.slice(0, below(bytes.length));
+  const mutant = Uint8Array.from(bytes);
+  if (kind === 1) {
+    const at = below(bytes.length), length = below(bytes.length - at);
+    mutant.copyWithin(below(bytes.length - length), at, at + length);
+    return mutant;
+  }
+  const reach = kind < 5 ? Math.min(100, bytes.length) : bytes.length;
+  for (let left = 1 + below(4); left > 0; --left)
+    mutant[below(reach)] = kind === 2 ? [0, 1, 0x7f, 0x80, 0xff][below(5)] : below(256);
+  return mutant;
+}
+
+function run(kind, attributes, originals, count) {
+  let refused = 0, decoded = 0;
+  for (let i = 0; i < count; ++i) {
+    try {
+      decoder.run({ kind, bytes: mutate(originals[i % originals.length]), attributes });
+      ++decoded;
+    } catch (error) {
+      assert.equal(error.name, 'PsplitError', error.stack);
+      assert.ok(['invalid-input', 'unsupported'].includes(error.code), `mutant ${i}: ${error.message}`);
+      ++refused;
+    }
+  }
+  assert.ok(refused > count / 10 && decoded > 0, `${refused} refused, ${decoded} decoded`);
+}
+
+test('7,000 mutants of streams', () => run('draco', undefined, [...streams()].map(([, bytes]) => bytes), 7000));
+
+const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
+for (const name of ['version-1.glb', 'patches.glb', 'residue.glb', 'condensed.glb', 'condensed-speed-0.glb', 'condensed-lossless.glb'])
+  test(`500 mutants of ${name}`, () => {
+    const [{ bytes, attributes }] = compressed_primitives(path.join(samples, name), 'PSPLIT_mesh_draco_patches');
+    run('container', attributes, [bytes], 500);
+  });

@@ -1,0 +1,65 @@
+// What the tests read: the built package, stock Draco, and files.
+import { existsSync, readdirSync, readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+import { fileURLToPath, pathToFileURL } from 'node:url';
+
+export const root = fileURLToPath(new URL('../../', import.meta.url));
+export const package_folder = path.join(root, 'build/web/psplit');
+export const modules_folder = path.join(root, 'build/web/modules');
+export const checked_module = path.join(root, 'build/web/checked.wasm');
+export const psplit = await import(pathToFileURL(path.join(package_folder, 'index.js')));
+export const stock = createRequire(path.join(modules_folder, 'package.json'))('draco3d');
+
+const corpus = process.env.PSPLIT_CORPUS ?? path.join(root, '../shared/corpus');
+export const corpus_folder = existsSync(corpus) ? corpus : null;
+
+export function files_below(folder, pattern) {
+  return readdirSync(folder, { recursive: true }).filter((name) => pattern.test(name)).sort()
+    .map((name) => path.join(folder, name));
+}
+
+// The parts of a glTF file.
+export function read_asset(file) {
+  const bytes = new Uint8Array(readFileSync(file));
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const is_glb = bytes.length > 20 && view.getUint32(0, true) === 0x46546c67;
+  const json_bytes = is_glb ? view.getUint32(12, true) : bytes.length;
+  const json = JSON.parse(new TextDecoder().decode(is_glb ? bytes.subarray(20, 20 + json_bytes) : bytes));
+  const buffer_bytes = ({ uri }) => {
+    if (uri === undefined) return bytes.subarray(28 + json_bytes);
+    if (uri.startsWith('data:')) return new Uint8Array(Buffer.from(uri.slice(uri.indexOf(',') + 1), 'base64'));
+    return new Uint8Array(readFileSync(path.join(path.dirname(file), decodeURIComponent(uri))));
+  };
+  const view_bytes = (i) => {
+    const { buffer, byteOffset = 0, byteLength } = json.bufferViews[i];
+    return buffer_bytes(json.buffers[buffer]).subarray(byteOffset, byteOffset + byteLength);
+  };
+  return { json, view_bytes };
+}
+
+const kTypes = { 5120: 'int8', 5121: 'uint8', 5122: 'int16', 5123: 'uint16', 5125: 'uint32', 5126: 'float32' };
+const kComponents = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
+
+// The primitives of an asset that an extension compresses: their bytes, and the attributes that they declare.
+export function compressed_primitives(file, extension) {
+  const { json, view_bytes } = read_asset(file);
+  return (json.meshes ?? []).flatMap((mesh) => mesh.primitives).flatMap((primitive) => {
+    const compressed = primitive.extensions?.[extension];
+    if (compressed === undefined) return [];
+    const attributes = Object.entries(compressed.attributes).map(([name, uniqueId]) => {
+      const { componentType, type, normalized = false } = json.accessors[primitive.attributes[name]];
+      return { name, uniqueId, type: kTypes[componentType], componentCount: kComponents[type], normalized };
+    });
+    return [{ bytes: view_bytes(compressed.bufferView), attributes }];
+  });
+}
+
+// The same numbers for the same seed.
+export function random_numbers(seed) {
+  let state = seed >>> 0;
+  return (below) => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return Math.floor((state / 2 ** 32) * below);
+  };
+}

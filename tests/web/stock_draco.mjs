@@ -1,0 +1,95 @@
+// Stock Draco (draco3d of npm): the reference decoder, and an encoder of small meshes with every coding.
+import { stock } from './load.mjs';
+
+const decoders = await stock.createDecoderModule({}), encoders = await stock.createEncoderModule({});
+
+const kArrays = { 1: Int8Array, 2: Uint8Array, 3: Int16Array, 4: Uint16Array, 5: Int32Array, 6: Uint32Array, 9: Float32Array };
+
+// Decodes as draco3d does: faces, and the attributes in the types that the stream stores. Throws what draco3d says.
+export function decode(bytes) {
+  const decoder = new decoders.Decoder(), mesh = new decoders.Mesh(), buffer = new decoders.DecoderBuffer();
+  try {
+    buffer.Init(new Int8Array(bytes.buffer, bytes.byteOffset, bytes.length), bytes.length);
+    if (decoder.GetEncodedGeometryType(buffer) !== decoders.TRIANGULAR_MESH) throw new Error('not a mesh');
+    const status = decoder.DecodeBufferToMesh(buffer, mesh);
+    if (!status.ok()) throw new Error(status.error_msg());
+    const copied = (Type, length, write) => {
+      const at = decoders._malloc(length * Type.BYTES_PER_ELEMENT);
+      write(length * Type.BYTES_PER_ELEMENT, at);
+      const array = new Type(decoders.HEAPU8.buffer, at, length).slice();
+      decoders._free(at);
+      return array;
+    };
+    const indices = copied(Uint32Array, 3 * mesh.num_faces(), (size, at) => decoder.GetTrianglesUInt32Array(mesh, size, at));
+    const attributes = Array.from({ length: mesh.num_attributes() }, (_, i) => {
+      const attribute = decoder.GetAttribute(mesh, i), type = attribute.data_type();
+      const array = copied(kArrays[type], mesh.num_points() * attribute.num_components(), (size, at) =>
+        decoder.GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, at));
+      return { uniqueId: attribute.unique_id(), componentCount: attribute.num_components(), array };
+    });
+    return { faceCount: mesh.num_faces(), pointCount: mesh.num_points(), indices, attributes };
+  } finally {
+    for (const object of [buffer, mesh, decoder]) decoders.destroy(object);
+  }
+}
+
+// A wavy grid with a hole, with normals and colours, and with texture coordinates that have a seam.
+function grid(size) {
+  const points = [], faces = [];
+  for (let y = 0; y <= size; ++y)
+    for (let x = 0; x <= size; ++x) points.push([x / size, y / size, 0.1 * Math.sin(5 * x / size) * Math.cos(7 * y / size)]);
+  for (let y = 0; y < size; ++y)
+    for (let x = 0; x < size; ++x) {
+      if (Math.hypot(x - size / 3, y - size / 2) < size / 8) continue;
+      const at = y * (size + 1) + x;
+      faces.push([at, at + 1, at + size + 1], [at + 1, at + size + 2, at + size + 1]);
+    }
+  return { points, faces };
+}
+
+// Streams of all codings that draco3d's encoder writes, as [name, bytes].
+export function* streams() {
+  for (const method of ['edgebreaker', 'sequential'])
+    for (const speed of [0, 3, 5, 8, 10])
+      for (const bits of [0, 11])
+        for (const extra of [false, true])
+          yield [`${method}, speed ${speed}, ${bits} bits${extra ? ', more attributes' : ''}`,
+            encode(grid(extra ? 20 : 31), { method, speed, bits, extra })];
+}
+
+function encode({ points, faces }, { method, speed, bits, extra }) {
+  const encoder = new encoders.Encoder(), builder = new encoders.MeshBuilder(), mesh = new encoders.Mesh();
+  const out = new encoders.DracoInt8Array();
+  try {
+    // Two points for each position on a seam in the middle: their texture coordinates differ.
+    const seam = points.flatMap(([x], i) => (extra && x === 0.5 ? [i] : []));
+    const twin = new Map(seam.map((i, k) => [i, points.length + k]));
+    const all = [...points, ...seam.map((i) => points[i])];
+    const indices = faces.flatMap((face) =>
+      face.map((i) => (twin.has(i) && face.some((j) => points[j][0] > 0.5) ? twin.get(i) : i)));
+    builder.AddFacesToMesh(mesh, faces.length, Uint32Array.from(indices));
+    builder.AddFloatAttributeToMesh(mesh, encoders.POSITION, all.length, 3, Float32Array.from(all.flat()));
+    if (extra) {
+      const normals = all.flatMap(([x, y]) => {
+        const slope = [Math.cos(5 * x), Math.sin(7 * y), 2], length = Math.hypot(...slope);
+        return slope.map((value) => value / length);
+      });
+      builder.AddFloatAttributeToMesh(mesh, encoders.NORMAL, all.length, 3, Float32Array.from(normals));
+      builder.AddFloatAttributeToMesh(mesh, encoders.TEX_COORD, all.length, 2,
+        Float32Array.from(all.flatMap(([x, y], i) => [i < points.length ? x : x - 0.5, y])));
+      builder.AddUInt8Attribute(mesh, encoders.COLOR, all.length, 4,
+        Uint8Array.from(all.flatMap(([x, y], i) => [255 * x, 255 * y, i % 7, 255])));
+      builder.AddUInt16Attribute(mesh, encoders.GENERIC, all.length, 1, Uint16Array.from(all.map((_, i) => i * 13)));
+    }
+    encoder.SetSpeedOptions(speed, speed);
+    encoder.SetEncodingMethod(method === 'edgebreaker' ? encoders.MESH_EDGEBREAKER_ENCODING : encoders.MESH_SEQUENTIAL_ENCODING);
+    if (bits > 0)
+      for (const attribute of [encoders.POSITION, encoders.NORMAL, encoders.TEX_COORD])
+        encoder.SetAttributeQuantization(attribute, bits);
+    const length = encoder.EncodeMeshToDracoBuffer(mesh, out);
+    if (length === 0) throw new Error('draco3d does not encode');
+    return Uint8Array.from({ length }, (_, i) => out.GetValue(i) & 255);
+  } finally {
+    for (const object of [out, mesh, builder, encoder]) encoders.destroy(object);
+  }
+}

@@ -1,0 +1,23 @@
+// What decoding rejects with.
+export class PsplitError extends Error {
+  /**
+   * @param {string} message
+   * @param {'invalid-input' | 'unsupported' | 'out-of-memory' | 'aborted' | 'failed'} code
+   * @param {number} [patch] the number of the patch in its container; undefined if the error is not one patch's
+   */
+  constructor(message, code, patch) {
+    super(patch === undefined ? message : `patch ${patch}: ${message}`);
+    this.name = 'PsplitError';
+    this.code = code;
+    this.patch = patch;
+  }
+}
+
+// Errors as data, which a worker posts.
+export const error_to_data = (error) =>
+  ({ message: error.message, code: error.code ?? 'failed', patch: error.patch });
+export function error_from_data({ message, code, patch }) {
+  const error = new PsplitError(message, code);
+  error.patch = patch;
+  return error;
+}

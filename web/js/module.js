@@ -1,0 +1,43 @@
+// The compiled WebAssembly module. It is compiled once, and posted to workers.
+import { PsplitError } from './error.js';
+
+const is_node = typeof process === 'object' && process.versions?.node !== undefined;
+
+async function fetch_module(url) {
+  if (is_node && url.protocol === 'file:') {
+    const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ 'node:fs/promises');
+    return WebAssembly.compile(await readFile(url));
+  }
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url}: HTTP status ${response.status}`);
+  // Servers that send another type than application/wasm are common.
+  const type = response.headers.get('Content-Type') ?? '';
+  if (WebAssembly.compileStreaming !== undefined && type.startsWith('application/wasm'))
+    return WebAssembly.compileStreaming(response);
+  return WebAssembly.compile(await response.arrayBuffer());
+}
+
+/**
+ * Compiles a module: a module, its bytes, or its address. By default psplit.wasm beside this file.
+ * @returns {Promise<WebAssembly.Module>}
+ */
+export async function compile_module(wasm) {
+  if (wasm instanceof WebAssembly.Module) return wasm;
+  try {
+    if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return await WebAssembly.compile(wasm);
+    return await fetch_module(wasm === undefined ? new URL('./psplit.wasm', import.meta.url) : new URL(wasm, globalThis.location?.href));
+  } catch (error) {
+    throw new PsplitError(`psplit.wasm cannot be loaded: ${error.message}`, 'failed');
+  }
+}
+
+let shared;
+
+// The module beside this file. A failure is not kept: the next call tries again.
+export function shared_module() {
+  shared ??= compile_module().catch((error) => {
+    shared = undefined;
+    throw error;
+  });
+  return shared;
+}

@@ -1,0 +1,41 @@
+// A decoded Draco stream, whose values are written when a page asks for them.
+#pragma once
+
+#include <memory>
+
+#include "src/container/patch_container.h"
+#include "src/cpu/scratch.h"
+
+namespace psplit::web {
+
+class DecodedStream {
+ public:
+  using Patch = core::Patch<uint32_t>;
+  using Attribute = core::Attribute<uint32_t>;
+
+  // Decodes a Draco 2.2 mesh stream. Any bytes may be given. Errors: kUnsupported for older bitstreams,
+  // kInvalidInput for everything else that does not decode.
+  static Expected<std::unique_ptr<DecodedStream>> decode(std::unique_ptr<uint8_t[]> bytes, size_t size);
+
+  const Patch& patch() const { return patch_; }
+
+  // Three numbers of points for each face. Numbers of 2 bytes are cut off above 65,535.
+  void write_faces(uint32_t index_bytes, uint8_t* out) const;
+
+  // One value for each point, tightly packed. The components get the type `type`; values of other types are
+  // converted as libdraco does it. Returns false if a value does not fit.
+  bool write_attribute(const Attribute& attribute, core::DataType type, uint8_t* out) const;
+
+  // The integers from which the values are computed: places on the grid of a quantized attribute, or the two
+  // coordinates of a normal on its octahedron. Returns false for attributes that have none.
+  bool write_integers(const Attribute& attribute, int32_t* out) const;
+
+ private:
+  DecodedStream() = default;
+
+  std::unique_ptr<uint8_t[]> bytes_;
+  Scratch scratch_;
+  Patch patch_;
+};
+
+}  // namespace psplit::web

@@ -1,0 +1,14 @@
+// The module's heap: all memory behind its static data. It grows with the memory, and never shrinks: a page
+// that wants the memory back drops the instance.
+#pragma once
+
+#include <cstddef>
+
+namespace psplit::web {
+
+// Returns memory that is aligned for every type, not zeroed; null if the memory cannot grow.
+void* allocate(size_t bytes);
+// Gives back memory of allocate. Null is allowed.
+void release(void* memory);
+
+}  // namespace psplit::web
