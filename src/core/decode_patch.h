@@ -175,12 +175,12 @@ class PatchDecoder {
 };
 
 // Decodes the streams of several decoders that are not started. faults[n] becomes the fault of decoder n.
-template <uint32_t kCount, typename Index>
-PSPLIT_HD void decode_in_step(PatchDecoder<Index>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
+template <uint32_t kCount, typename Index, StreamKinds kKinds>
+PSPLIT_HD void decode_in_step(PatchDecoder<Index, kKinds>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
   for (uint32_t n = 0; n < kCount; ++n) faults[n] = decoders[n]->start();
   for (;;) {
     // Similar streams are at the same stop; the others wait for their turn.
-    PatchDecoder<Index>* at[kCount];
+    PatchDecoder<Index, kKinds>* at[kCount];
     Fault* fault_of[kCount];
     uint32_t count = 0;
     for (uint32_t n = 0; n < kCount; ++n) {
@@ -217,10 +217,10 @@ PSPLIT_HD Fault decode_together(L lanes, PatchDecoder<Index>& decoder) {
 // Decodes a stream whose header was read. Index must be wide enough: see StreamHeader::fits_16_bits. The bytes
 // may be anything: a fault says what is wrong with them, and only they and the arena are touched. Thread-safe,
 // as long as each thread has an arena of its own.
-template <typename Index>
+template <typename Index, StreamKinds kKinds = StreamKinds::kBoth>
 PSPLIT_HD Fault decode_patch(const StreamHeader& header, Arena& arena, Patch<Index>& out) {
-  PatchDecoder<Index> decoder(header, arena, out);
-  PatchDecoder<Index>* const one[1] = {&decoder};
+  PatchDecoder<Index, kKinds> decoder(header, arena, out);
+  PatchDecoder<Index, kKinds>* const one[1] = {&decoder};
   Fault fault[1];
   decode_in_step(one, fault);
   return fault[0];

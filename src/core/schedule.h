@@ -62,9 +62,10 @@ PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& 
 }
 
 // Takes all pending steps of decoders that are at the same stop, those of kInStep runs in turn.
-template <typename Index>
-PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) {
-  using Decoder = PatchDecoder<Index>;
+template <typename Index, StreamKinds kKinds>
+PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t count) {
+  using Decoder = PatchDecoder<Index, kKinds>;
+  constexpr bool kHasCondensed = kKinds != StreamKinds::kDraco;
   using Integers = IntegerDecoder<Index>;
   const auto itself = [](auto& run) -> auto& { return run; };
   const auto sequences = [](Decoder& decoder) { return decoder.sequences(); };
@@ -76,17 +77,19 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
   const auto attributes = [](Decoder& decoder) { return decoder.condensed_attributes(); };
   switch (decoders[0]->stop()) {
     case Stop::kSeams:
-      for_runs<CondensedSeamSteps>(
-          decoders, count, [](Decoder& decoder) { return decoder.condensed_seams(); }, itself,
-          step_all<kInStep, CondensedSeamSteps, CondensedSeamSteps>);
+      if constexpr (kHasCondensed)
+        for_runs<CondensedSeamSteps>(
+            decoders, count, [](Decoder& decoder) { return decoder.condensed_seams(); }, itself,
+            step_all<kInStep, CondensedSeamSteps, CondensedSeamSteps>);
       for_runs<BitSteps>(
           decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
           step_all<kInStep, BitSteps, BitSteps>);
       return;
     case Stop::kSymbolLists:
-      for_runs<ContextSymbolSteps>(
-          decoders, count, [](Decoder& decoder) { return decoder.condensed_symbols(); }, itself,
-          step_all<kInStep, ContextSymbolSteps, ContextSymbolSteps>);
+      if constexpr (kHasCondensed)
+        for_runs<ContextSymbolSteps>(
+            decoders, count, [](Decoder& decoder) { return decoder.condensed_symbols(); }, itself,
+            step_all<kInStep, ContextSymbolSteps, ContextSymbolSteps>);
       for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
       return;
     case Stop::kChains: {
@@ -97,15 +100,17 @@ PSPLIT_HD void take_steps(PatchDecoder<Index>* const* decoders, uint32_t count) 
         step_both(traversals(*decoders[0])[0], sequences(*decoders[0])[0]);
       for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
       for_runs<Run>(decoders, count, traversals, itself, step_all<kInStep, Run, Run>);
-      for_runs<TokenSequence>(
-          decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.tokens; },
-          step_tokens<kInStep>);
+      if constexpr (kHasCondensed)
+        for_runs<TokenSequence>(
+            decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.tokens; },
+            step_tokens<kInStep>);
       return;
     }
     case Stop::kPrediction:
-      for_runs<CreatedValues<Index>>(
-          decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.created; },
-          step_created<kInStep, Index>);
+      if constexpr (kHasCondensed)
+        for_runs<CreatedValues<Index>>(
+            decoders, count, attributes, [](auto& attribute) -> auto& { return attribute.created; },
+            step_created<kInStep, Index>);
       take_predictions(&Integers::parallelograms_3d);
       take_predictions(&Integers::parallelograms_2d);
       take_predictions(&Integers::normals);

@@ -1,0 +1,382 @@
+// A drop-in for the file of the same name of draco3d: the emscripten interface of Draco's decoder, on top of psplit's.
+// It is a classic script, because loaders evaluate it in workers, by importScripts, by a script tag or by require.
+// conformance.md says what differs.
+// eslint-disable-next-line no-unused-vars
+var DracoDecoderModule = (() => {
+  'use strict';
+
+  const kScript = typeof document !== 'undefined' ? document.currentScript?.src : undefined;
+  const kIsNode = typeof process === 'object' && process.versions?.node !== undefined;
+  // An instance that holds more memory than this is dropped when nothing lives in it.
+  const kMostKeptBytes = 64 * 1024 * 1024;
+
+  const kConstants = {
+    ATTRIBUTE_INVALID_TRANSFORM: -1, ATTRIBUTE_NO_TRANSFORM: 0, ATTRIBUTE_QUANTIZATION_TRANSFORM: 1,
+    ATTRIBUTE_OCTAHEDRON_TRANSFORM: 2,
+    INVALID: -1, POSITION: 0, NORMAL: 1, COLOR: 2, TEX_COORD: 3, GENERIC: 4,
+    INVALID_GEOMETRY_TYPE: -1, POINT_CLOUD: 0, TRIANGULAR_MESH: 1,
+    DT_INVALID: 0, DT_INT8: 1, DT_UINT8: 2, DT_INT16: 3, DT_UINT16: 4, DT_INT32: 5, DT_UINT32: 6, DT_INT64: 7,
+    DT_UINT64: 8, DT_FLOAT32: 9, DT_FLOAT64: 10, DT_BOOL: 11, DT_TYPES_COUNT: 12,
+    OK: 0, DRACO_ERROR: -1, IO_ERROR: -2, INVALID_PARAMETER: -3, UNSUPPORTED_VERSION: -4, UNKNOWN_VERSION: -5,
+  };
+  const { DT_INT32, DT_UINT8, DT_FLOAT32, DT_BOOL } = kConstants;
+  const kArrays = [undefined, Int8Array, Uint8Array, Int16Array, Uint16Array, Int32Array, Uint32Array, undefined, undefined,
+    Float32Array, undefined, Uint8Array];
+  const kQuantized = 2, kNormal = 3;  // codings
+  const kStatusUnsupported = 5;
+
+  // The instance that decodes now. Meshes stay in the instance that decoded them.
+  class Core {
+    constructor(module) {
+      this.exports = new WebAssembly.Instance(module, {}).exports;
+      this.live = 0;  // meshes, and memory of _malloc
+      this.broken = false;
+    }
+    get buffer() {
+      return this.exports.memory.buffer;
+    }
+    words(at, count) {
+      return new Uint32Array(this.buffer, at, count);
+    }
+    allocate(bytes) {
+      const at = bytes < 2 ** 32 ? this.exports.allocate(bytes) >>> 0 : 0;
+      if (at === 0) throw new RangeError('psplit: out of memory');
+      return at;
+    }
+  }
+
+  function make_module(compiled, config) {
+    let core = new Core(compiled);
+    // Drops an instance that broke, or that is large and empty.
+    const usable_core = () => {
+      if (core.broken || (core.live === 0 && core.buffer.byteLength > kMostKeptBytes)) core = new Core(compiled);
+      return core;
+    };
+
+    // Every object has an address that is its own, as emscripten's have.
+    let last_pointer = 0;
+    const objects = new Map();
+    class WrapperObject {
+      constructor() {
+        this.ptr = last_pointer += 8;
+        objects.set(this.ptr, this);
+      }
+      __destroy__() {
+        objects.delete(this.ptr);
+        this.ptr = 0;
+      }
+    }
+    const kNull = Object.assign(Object.create(WrapperObject.prototype), { ptr: 0 });
+
+    class VoidPtr extends WrapperObject {}
+    class Status extends WrapperObject {
+      #code;
+      #message;
+      constructor(code = kConstants.OK, message = '') {
+        super();
+        this.#code = code;
+        this.#message = message;
+      }
+      code() { return this.#code; }
+      ok() { return this.#code === kConstants.OK; }
+      error_msg() { return this.#message; }
+    }
+
+    class DecoderBuffer extends WrapperObject {
+      Init(data, size) {
+        this.data_ = bytes_of(data, size);
+      }
+    }
+    const bytes_of = (data, size) => {
+      const bytes = data instanceof ArrayBuffer ? new Uint8Array(data)
+        : ArrayBuffer.isView(data) ? new Uint8Array(data.buffer, data.byteOffset, data.byteLength) : Uint8Array.from(data);
+      return bytes.slice(0, size);
+    };
+
+    const array_class = (Type) => class extends WrapperObject {
+      array_ = new Type(0);
+      GetValue(i) { return this.array_[i]; }
+      size() { return this.array_.length; }
+    };
+
+    class GeometryAttribute extends WrapperObject {}
+    // The words are those of the export stream_attribute, and `is_skipped` holds if the values are the integers
+    // before the attribute's transform.
+    class PointAttribute extends WrapperObject {
+      constructor(mesh, index) {
+        super();
+        const words = mesh.core_.words(mesh.core_.exports.stream_attribute(mesh.handle_, index), 9);
+        [this.semantic_, this.type_, this.components_, this.normalized_, this.unique_id_, this.coding_, this.bits_] = words;
+        this.range_ = new Float32Array(words.buffer, words.byteOffset + 28, 1)[0];
+        // The origin is in the bytes of the stream, at any address.
+        this.origin_ = this.coding_ === kQuantized
+          ? new Float32Array(words.buffer.slice(words[8], words[8] + 4 * this.components_)) : [];
+        this.mesh_ = mesh;
+        this.index_ = index;
+        this.is_skipped_ = mesh.skipped_.has(this.semantic_) && (this.coding_ === kQuantized || this.coding_ === kNormal);
+        if (!this.is_skipped_) return;
+        this.type_ = DT_INT32;
+        if (this.coding_ === kNormal) this.components_ = 2;
+      }
+      size() { return this.mesh_.num_points(); }
+      attribute_type() { return this.semantic_; }
+      data_type() { return this.type_; }
+      num_components() { return this.components_; }
+      normalized() { return this.normalized_ !== 0; }
+      byte_stride() { return this.components_ * [0, 1, 1, 2, 2, 4, 4, 8, 8, 4, 8, 1][this.type_]; }
+      byte_offset() { return 0; }
+      unique_id() { return this.unique_id_; }
+      GetAttributeTransformData() {
+        return this.is_skipped_ ? new AttributeTransformData(this.coding_ === kNormal ? 2 : 1) : kNull;
+      }
+    }
+    class AttributeTransformData extends WrapperObject {
+      constructor(type = -1) {
+        super();
+        this.type_ = type;
+      }
+      transform_type() { return this.type_; }
+    }
+    class AttributeQuantizationTransform extends WrapperObject {
+      InitFromAttribute(attribute) {
+        this.attribute_ = attribute.is_skipped_ && attribute.coding_ === kQuantized ? attribute : undefined;
+        return this.attribute_ !== undefined;
+      }
+      quantization_bits() { return this.attribute_?.bits_ ?? -1; }
+      min_value(axis) { return this.attribute_?.origin_[axis] ?? 0; }
+      range() { return this.attribute_?.range_ ?? 0; }
+    }
+    class AttributeOctahedronTransform extends WrapperObject {
+      InitFromAttribute(attribute) {
+        this.attribute_ = attribute.is_skipped_ && attribute.coding_ === kNormal ? attribute : undefined;
+        return this.attribute_ !== undefined;
+      }
+      quantization_bits() { return this.attribute_?.bits_ ?? -1; }
+    }
+
+    class PointCloud extends WrapperObject {
+      counts_ = [0, 0, 0];  // faces, points, attributes
+      handle_ = 0;
+      skipped_ = new Set();
+      attributes_ = [];
+      num_attributes() { return this.counts_[2]; }
+      num_points() { return this.counts_[1]; }
+      clear_() {
+        if (this.handle_ === 0) return;
+        if (!this.core_.broken) this.core_.exports.free_stream(this.handle_);
+        --this.core_.live;
+        this.handle_ = 0;
+        for (const attribute of this.attributes_) attribute.__destroy__();
+        this.attributes_ = [];
+        this.counts_ = [0, 0, 0];
+      }
+      __destroy__() {
+        this.clear_();
+        super.__destroy__();
+      }
+    }
+    class Mesh extends PointCloud {
+      num_faces() { return this.counts_[0]; }
+    }
+    class Metadata extends WrapperObject {}
+    class MetadataQuerier extends WrapperObject {
+      HasEntry() { return false; }
+      GetIntEntry() { return 0; }
+      GetIntEntryArray() {}
+      GetDoubleEntry() { return 0; }
+      GetStringEntry() { return ''; }
+      NumEntries() { return 0; }
+      GetEntryName() { return ''; }
+    }
+
+    class Decoder extends WrapperObject {
+      #skipped = new Set();
+      #metadata = new Metadata();
+
+      GetEncodedGeometryType(data) {
+        const bytes = data instanceof DecoderBuffer ? data.data_ : bytes_of(data, 8);
+        const is_draco = bytes.length >= 8 && String.fromCharCode(...bytes.subarray(0, 5)) === 'DRACO';
+        return is_draco && bytes[7] <= 1 ? bytes[7] : kConstants.INVALID_GEOMETRY_TYPE;
+      }
+      GetEncodedGeometryType_Deprecated(buffer) { return this.GetEncodedGeometryType(buffer); }
+
+      DecodeArrayToMesh(data, size, mesh) { return this.#decode(bytes_of(data, size), mesh); }
+      DecodeBufferToMesh(buffer, mesh) { return this.#decode(buffer.data_, mesh); }
+      DecodeArrayToPointCloud() { return this.#refuse_point_cloud(); }
+      DecodeBufferToPointCloud() { return this.#refuse_point_cloud(); }
+      #refuse_point_cloud() {
+        return new Status(kConstants.DRACO_ERROR, 'psplit: point clouds are not supported; use draco3d for them');
+      }
+      #decode(bytes, mesh) {
+        mesh.clear_();
+        mesh.core_ = usable_core();
+        mesh.skipped_ = new Set(this.#skipped);
+        const { exports } = mesh.core_;
+        try {
+          const at = mesh.core_.allocate(bytes.length);
+          new Uint8Array(mesh.core_.buffer, at, bytes.length).set(bytes);
+          const handle = exports.decode_stream(at, bytes.length);
+          if (handle === 0) return this.#last_error(mesh.core_);
+          mesh.handle_ = handle;
+          ++mesh.core_.live;
+          mesh.counts_ = Array.from(mesh.core_.words(exports.stream_counts(handle), 3));
+          mesh.attributes_ = Array.from({ length: mesh.counts_[2] }, (_, i) => new PointAttribute(mesh, i));
+          return new Status();
+        } catch (error) {
+          mesh.core_.broken = true;
+          return new Status(kConstants.DRACO_ERROR, `psplit: out of memory (${error.message})`);
+        }
+      }
+      #last_error({ exports, buffer, words }) {
+        const [code, , at, length] = new Uint32Array(exports.memory.buffer, exports.last_error(), 4);
+        const message = String.fromCharCode(...new Uint8Array(exports.memory.buffer, at, length));
+        return new Status(code === kStatusUnsupported ? kConstants.UNSUPPORTED_VERSION : kConstants.DRACO_ERROR,
+          `psplit: ${message}`);
+      }
+
+      // Values are addressed by their place among the attributes, as draco3d's ids are.
+      GetAttributeId(mesh, semantic) { return mesh.attributes_.findIndex((attribute) => attribute.semantic_ === semantic); }
+      GetAttribute(mesh, id) { return mesh.attributes_[id] ?? kNull; }
+      GetAttributeByUniqueId(mesh, unique_id) {
+        return mesh.attributes_.find((attribute) => attribute.unique_id_ === unique_id) ?? kNull;
+      }
+      // psplit skips metadata.
+      GetAttributeIdByName() { return -1; }
+      GetAttributeIdByMetadataEntry() { return -1; }
+      GetMetadata() { return this.#metadata; }
+      GetAttributeMetadata() { return this.#metadata; }
+
+      GetTrianglesUInt16Array(mesh, size, out) {
+        return mesh.num_points() <= 65536 && this.#write_faces(mesh, 2, size, out);
+      }
+      GetTrianglesUInt32Array(mesh, size, out) { return this.#write_faces(mesh, 4, size, out); }
+      #write_faces(mesh, index_bytes, size, out) {
+        if (size !== 3 * mesh.num_faces() * index_bytes) return false;
+        write(mesh, out, size, (at) => mesh.core_.exports.write_faces(mesh.handle_, index_bytes, at));
+        return true;
+      }
+      GetFaceFromMesh(mesh, face, out) {
+        if (!(face >= 0 && face < mesh.num_faces())) return false;
+        mesh.faces_ ??= read(mesh, Uint32Array, 3 * mesh.num_faces(), (at) => mesh.core_.exports.write_faces(mesh.handle_, 4, at));
+        out.array_ = Int32Array.from(mesh.faces_.subarray(3 * face, 3 * face + 3));
+        return true;
+      }
+
+      GetAttributeDataArrayForAllPoints(mesh, attribute, type, size, out) {
+        const Type = kArrays[type];
+        if (Type === undefined || size !== value_count(mesh, attribute) * Type.BYTES_PER_ELEMENT) return false;
+        if (!attribute.is_skipped_) {
+          return write(mesh, out, size, (at) => mesh.core_.exports.write_attribute(mesh.handle_, attribute.index_, type, at)) !== 0;
+        }
+        const values = converted(integers_of(mesh, attribute), type);
+        if (values === null) return false;
+        new Type(core.buffer, out, values.length).set(values);
+        return true;
+      }
+      GetAttributeFloatForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_FLOAT32, out); }
+      GetAttributeIntForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_INT32, out); }
+      GetAttributeInt8ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 1, out); }
+      GetAttributeUInt8ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_UINT8, out); }
+      GetAttributeInt16ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 3, out); }
+      GetAttributeUInt16ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 4, out); }
+      GetAttributeInt32ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_INT32, out); }
+      GetAttributeUInt32ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 6, out); }
+
+      SkipAttributeTransform(semantic) { this.#skipped.add(semantic); }
+    }
+
+    const value_count = (mesh, attribute) => mesh.num_points() * attribute.components_;
+    // Has something written to `out`, which is memory of _malloc. It lies in another instance than the mesh if that
+    // was dropped.
+    function write(mesh, out, size, write_to) {
+      if (mesh.core_ === core) return write_to(out);
+      const at = mesh.core_.allocate(size), result = write_to(at);
+      new Uint8Array(core.buffer, out, size).set(new Uint8Array(mesh.core_.buffer, at, size));
+      mesh.core_.exports.release(at);
+      return result;
+    }
+    // A new array of what is written; null if it returns 0.
+    function read(mesh, Type, length, write_to) {
+      const at = mesh.core_.allocate(length * Type.BYTES_PER_ELEMENT);
+      try {
+        return write_to(at) === 0 ? null : new Type(mesh.core_.buffer, at, length).slice();
+      } finally {
+        mesh.core_.exports.release(at);
+      }
+    }
+    const integers_of = (mesh, attribute) => read(mesh, Int32Array, value_count(mesh, attribute),
+      (at) => mesh.core_.exports.write_integers(mesh.handle_, attribute.index_, at));
+    // Null if a number does not fit the type.
+    function converted(integers, type) {
+      const values = new kArrays[type](integers);
+      return type === DT_FLOAT32 || type === DT_BOOL || values.every((value, i) => value === integers[i]) ? values : null;
+    }
+    function values_for_all_points(mesh, attribute, type, out) {
+      const values = attribute.is_skipped_ ? converted(integers_of(mesh, attribute), type)
+        : read(mesh, kArrays[type], value_count(mesh, attribute),
+          (at) => mesh.core_.exports.write_attribute(mesh.handle_, attribute.index_, type, at));
+      if (values === null) return false;
+      out.array_ = values;
+      return true;
+    }
+
+    const module = Object.assign(config, kConstants, {
+      WrapperObject, VoidPtr, Status, DecoderBuffer, GeometryAttribute, PointAttribute, AttributeTransformData,
+      AttributeQuantizationTransform, AttributeOctahedronTransform, PointCloud, Mesh, Metadata, MetadataQuerier, Decoder,
+      DracoFloat32Array: array_class(Float32Array), DracoInt8Array: array_class(Int8Array),
+      DracoUInt8Array: array_class(Uint8Array), DracoInt16Array: array_class(Int16Array),
+      DracoUInt16Array: array_class(Uint16Array), DracoInt32Array: array_class(Int32Array),
+      DracoUInt32Array: array_class(Uint32Array),
+      NULL: kNull,
+      _malloc(bytes) {
+        const at = usable_core().allocate(bytes);
+        ++core.live;
+        return at;
+      },
+      _free(at) {
+        if (at === 0) return;
+        core.exports.release(at);
+        --core.live;
+      },
+      destroy(object) { object.__destroy__(); },
+      getPointer: (object) => object.ptr,
+      compare: (a, b) => a.ptr === b.ptr,
+      getClass: (object) => object.constructor,
+      wrapPointer: (pointer) => objects.get(pointer) ?? kNull,
+      castObject: (object) => object,
+      isVersionSupported: (version) => /^1\.[0-5](\.|$)/.test(version),
+    });
+    // Memory moves when it grows: each access is to where it is now.
+    for (const [name, Type] of Object.entries({ HEAP8: Int8Array, HEAPU8: Uint8Array, HEAP16: Int16Array, HEAPU16: Uint16Array,
+      HEAP32: Int32Array, HEAPU32: Uint32Array, HEAPF32: Float32Array, HEAPF64: Float64Array }))
+      Object.defineProperty(module, name, { get: () => new Type(core.buffer), configurable: true });
+    return module;
+  }
+
+  async function wasm_bytes(config) {
+    if (config.wasmBinary !== undefined) return config.wasmBinary;
+    const file = 'draco_decoder.wasm';
+    if (kIsNode) {
+      // eslint-disable-next-line no-undef
+      return require('node:fs').readFileSync(config.locateFile?.(file) ?? require('node:path').join(__dirname, file));
+    }
+    const folder = kScript ?? globalThis.location?.href ?? '';
+    const response = await fetch(config.locateFile?.(file) ?? new URL(file, folder));
+    if (!response.ok) throw new Error(`psplit: ${file}: HTTP status ${response.status}`);
+    return response.arrayBuffer();
+  }
+
+  return async (config = {}) => {
+    const compiled = await WebAssembly.compile(await wasm_bytes(config));
+    const module = make_module(compiled, config);
+    // The module is no promise: a `then` of its own would make `await` wait for ever.
+    config.onRuntimeInitialized?.();
+    config.onModuleLoaded?.(module);
+    return module;
+  };
+})();
+
+if (typeof module === 'object' && typeof exports === 'object') {
+  module.exports = DracoDecoderModule;
+  module.exports.createDecoderModule = DracoDecoderModule;
+}
