@@ -11,8 +11,9 @@ const kSemantics = ['POSITION', 'NORMAL', 'COLOR', 'TEX_COORD', 'GENERIC'];
 const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
 const kStatusInvalid = 3, kStatusUnsupported = 5;
 
-// An instance that holds more memory than this is dropped after its work.
-const kMostKeptBytes = 64 * 1024 * 1024;
+// An instance that holds more memory than this is dropped when it had no work for a while. Memory of WebAssembly never
+// shrinks, and new memory costs time at its first use.
+const kMostKeptBytes = 64 * 1024 * 1024, kKeptMs = 2000;
 
 export class Instance {
   #exports;
@@ -23,9 +24,9 @@ export class Instance {
     this.#exports = new WebAssembly.Instance(module, {}).exports;
   }
 
-  // Whether the owner should go on with this instance.
-  get reusable() {
-    return !this.#broken && this.memory_bytes <= kMostKeptBytes;
+  // A broken instance must not be used any more.
+  get broken() {
+    return this.#broken;
   }
   get memory_bytes() {
     return this.#exports.memory.buffer.byteLength;
@@ -141,10 +142,11 @@ export class Instance {
   }
 }
 
-// An instance that is made when it is needed, and dropped when it grew large or broke.
+// An instance that is made when it is needed, and dropped when it broke, or is large and not needed.
 export class Decoder {
   #module;
   #instance = null;
+  #timer;
 
   /** @param {WebAssembly.Module} module */
   constructor(module) {
@@ -153,13 +155,20 @@ export class Decoder {
 
   // Runs a job: { kind: 'draco' | 'container', bytes, attributes }.
   run({ kind, bytes, attributes }) {
+    clearTimeout(this.#timer);
     this.#instance ??= new Instance(this.#module);
     try {
       return kind === 'draco' ? this.#instance.decode_draco(bytes, attributes)
         : this.#instance.decode_container(bytes, attributes);
     } finally {
-      if (!this.#instance.reusable) this.#instance = null;
+      if (this.#instance.broken) this.#instance = null;
+      else if (this.#instance.memory_bytes > kMostKeptBytes) this.#drop_later();
     }
+  }
+
+  #drop_later() {
+    this.#timer = setTimeout(() => (this.#instance = null), kKeptMs);
+    this.#timer.unref?.();
   }
 }
 

@@ -32,10 +32,13 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
   }
 }
 
-void DecodedStream::write_faces(uint32_t index_bytes, uint8_t* out) const {
-  for (uint32_t face = 0; face < patch_.face_count; ++face)
-    for (uint32_t k = 0; k < 3; ++k, out += index_bytes)
-      std::memcpy(out, &patch_.point_at[4 * face + k], index_bytes);
+void DecodedStream::write_faces(uint32_t index_bytes, void* out) const {
+  const auto write = [&](auto* index) {
+    for (uint32_t face = 0; face < patch_.face_count; ++face)
+      for (uint32_t k = 0; k < 3; ++k)
+        *index++ = static_cast<std::remove_pointer_t<decltype(index)>>(patch_.point_at[4 * face + k]);
+  };
+  index_bytes == 2 ? write(static_cast<uint16_t*>(out)) : write(static_cast<uint32_t*>(out));
 }
 
 bool DecodedStream::write_attribute(const Attribute& attribute, DataType type, uint8_t* out) const {

@@ -19,8 +19,9 @@ class DecodedStream {
 
   const Patch& patch() const { return patch_; }
 
-  // Three numbers of points for each face. Numbers of 2 bytes are cut off above 65,535.
-  void write_faces(uint32_t index_bytes, uint8_t* out) const;
+  // Three numbers of points for each face, of 2 or 4 bytes; `out` is aligned for them. Numbers of 2 bytes are
+  // cut off above 65,535.
+  void write_faces(uint32_t index_bytes, void* out) const;
 
   // One value for each point, tightly packed. The components get the type `type`; values of other types are
   // converted as libdraco does it. Returns false if a value does not fit.

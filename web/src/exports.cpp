@@ -64,7 +64,7 @@ PSPLIT_WEB_EXPORT(stream_attribute) const uint32_t* stream_attribute(const Decod
   return words;
 }
 PSPLIT_WEB_EXPORT(write_faces)
-void write_faces(const DecodedStream* stream, uint32_t index_bytes, uint8_t* out) {
+void write_faces(const DecodedStream* stream, uint32_t index_bytes, void* out) {
   stream->write_faces(index_bytes, out);
 }
 PSPLIT_WEB_EXPORT(write_attribute)

@@ -7,8 +7,8 @@ var DracoDecoderModule = (() => {
 
   const kScript = typeof document !== 'undefined' ? document.currentScript?.src : undefined;
   const kIsNode = typeof process === 'object' && process.versions?.node !== undefined;
-  // An instance that holds more memory than this is dropped when nothing lives in it.
-  const kMostKeptBytes = 64 * 1024 * 1024;
+  // An instance that holds more memory than this is dropped if nothing lived in it for a while.
+  const kMostKeptBytes = 64 * 1024 * 1024, kKeptMs = 2000;
 
   const kConstants = {
     ATTRIBUTE_INVALID_TRANSFORM: -1, ATTRIBUTE_NO_TRANSFORM: 0, ATTRIBUTE_QUANTIZATION_TRANSFORM: 1,
@@ -47,10 +47,17 @@ var DracoDecoderModule = (() => {
 
   function make_module(compiled, config) {
     let core = new Core(compiled);
-    // Drops an instance that broke, or that is large and empty.
+    let timer;
     const usable_core = () => {
-      if (core.broken || (core.live === 0 && core.buffer.byteLength > kMostKeptBytes)) core = new Core(compiled);
+      clearTimeout(timer);
+      if (core.broken) core = new Core(compiled);
       return core;
+    };
+    // Something of an instance is freed.
+    const leave = (left) => {
+      if (--left.live > 0 || left !== core || core.buffer.byteLength <= kMostKeptBytes) return;
+      timer = setTimeout(() => (core = new Core(compiled)), kKeptMs);
+      timer.unref?.();
     };
 
     // Every object has an address that is its own, as emscripten's have.
@@ -164,7 +171,7 @@ var DracoDecoderModule = (() => {
       clear_() {
         if (this.handle_ === 0) return;
         if (!this.core_.broken) this.core_.exports.free_stream(this.handle_);
-        --this.core_.live;
+        leave(this.core_);
         this.handle_ = 0;
         for (const attribute of this.attributes_) attribute.__destroy__();
         this.attributes_ = [];
@@ -227,7 +234,7 @@ var DracoDecoderModule = (() => {
           return new Status(kConstants.DRACO_ERROR, `psplit: out of memory (${error.message})`);
         }
       }
-      #last_error({ exports, buffer, words }) {
+      #last_error({ exports }) {
         const [code, , at, length] = new Uint32Array(exports.memory.buffer, exports.last_error(), 4);
         const message = String.fromCharCode(...new Uint8Array(exports.memory.buffer, at, length));
         return new Status(code === kStatusUnsupported ? kConstants.UNSUPPORTED_VERSION : kConstants.DRACO_ERROR,
@@ -336,7 +343,7 @@ var DracoDecoderModule = (() => {
       _free(at) {
         if (at === 0) return;
         core.exports.release(at);
-        --core.live;
+        leave(core);
       },
       destroy(object) { object.__destroy__(); },
       getPointer: (object) => object.ptr,
