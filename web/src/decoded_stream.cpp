@@ -12,6 +12,14 @@ namespace psplit::web {
 using core::DataType;
 using core::Fault;
 
+// A module for Draco streams alone leaves out the code for condensed streams. The other module has it anyway,
+// so that one decoder serves both.
+#if defined(PSPLIT_ONLY_DRACO)
+constexpr auto kKinds = core::StreamKinds::kDraco;
+#else
+constexpr auto kKinds = core::StreamKinds::kBoth;
+#endif
+
 Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<uint8_t[]> bytes, size_t size) {
   const Expected<core::StreamHeader> header = read_stream_header({bytes.get(), size});
   if (!header) return header.status();
@@ -26,7 +34,7 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
     if (memory_bytes > SIZE_MAX) return status_of(Fault::kWorkspace);
     core::Arena arena = stream->scratch_.streams[0].arena(static_cast<size_t>(memory_bytes));
     stream->patch_ = {};
-    const Fault fault = core::decode_patch<uint32_t>(*header, arena, stream->patch_);
+    const Fault fault = core::decode_patch<uint32_t, kKinds>(*header, arena, stream->patch_);
     if (fault == Fault::kNone) return stream;
     if (fault != Fault::kWorkspace || memory_bytes == most) return status_of(fault);
   }
