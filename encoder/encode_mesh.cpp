@@ -118,7 +118,9 @@ std::optional<std::vector<uint8_t>> condensed_container(std::vector<StreamEntry>
                                                         const EncodeOptions& options, size_t most_bytes,
                                                         const ThreadPool& pool) {
   std::vector<DecodedCounts> counts;
-  for (const StreamEntry& entry : entries) counts.push_back({entry.face_count, entry.point_count});
+  for (size_t i = 0; i < entries.size(); ++i)
+    counts.push_back(
+        {entries[i].face_count, entries[i].point_count, entries[i].reference_count, stitching.maps[i]});
   const CondensedStreams condensed = condense(streams.bytes, counts, options.condense_smallest, pool);
   for (size_t i = 0; i < entries.size(); ++i) {
     entries[i].stream_bytes = static_cast<uint32_t>(condensed.bytes[i].size());

@@ -26,24 +26,22 @@ struct WalkValues {
   uint32_t length = 0;
 };
 
-// `out` has room for most_places. The values of the part are at the end of out.values, the first one and then
-// differences, as symbols. Sets out.length. The values of places in runs are not set.
-PSPLIT_HD inline Fault place_own_values(const StitchRow& row, const CondensedStream& stream, WalkValues& out) {
-  const size_t components = stream.border_components;
+// Both functions are compiled for values of three components, and for any number of them if kComponents is 0.
+template <uint32_t kComponents>
+PSPLIT_HD Fault place_own_values(const StitchRow& row, const CondensedStream& stream, WalkValues& out) {
+  constexpr uint32_t kMostComponents = 255;  // the skeleton has one byte for their number
+  const size_t components = kComponents != 0 ? kComponents : stream.border_components;
+  int32_t value[kComponents != 0 ? kComponents : kMostComponents] = {};
   // A place is never behind the values that are still to be read.
   const int32_t* from = out.values.data() + out.values.size() - stream.border_count * components;
-  const int32_t* last = nullptr;
   uint32_t place = 0, left = stream.border_count;
   const auto place_next = [&](uint32_t count) {
     int32_t* to = out.values.data() + place * components;
-    for (uint32_t i = 0; i < count; ++i) {
-      for (size_t k = 0; k < components; ++k)
-        to[k] = wrapping_add(last != nullptr ? last[k] : 0,
-                             static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(from[k]))));
-      last = to;
-      to += components;
-      from += components;
-    }
+    for (uint32_t i = 0; i < count; ++i, to += components, from += components)
+      for (size_t k = 0; k < components; ++k) {
+        const uint32_t difference = signed_of_symbol(static_cast<uint32_t>(from[k]));
+        to[k] = value[k] = wrapping_add(value[k], static_cast<int32_t>(difference));
+      }
     fill(View<uint8_t>(out.is_own.data() + place, count), uint8_t{1});
     place += count;
     left -= count;
@@ -60,28 +58,41 @@ PSPLIT_HD inline Fault place_own_values(const StitchRow& row, const CondensedStr
   out.length = place;
   return Fault::kNone;
 }
+template <uint32_t kComponents, Lanes L, typename WalkOf>
+PSPLIT_HD Fault copy_shared_values(L lanes, const StitchRow& row, const CondensedStream& stream, WalkOf walk_of,
+                                   const WalkValues& out) {
+  const size_t components = kComponents != 0 ? kComponents : stream.border_components;
+  bool missing = false;
+  StitchReader reader(row);
+  for (StitchReader::Run run; reader.next_run(run);) {
+    const WalkValues owner = walk_of(run.owner);
+    int32_t* const to = out.values.data() + static_cast<size_t>(run.begin) * components;
+    for_each_lane_item(lanes, run.length, [&](uint32_t i) {
+      const size_t place = run.place(i);
+      if (PSPLIT_UNLIKELY(place >= owner.length || owner.is_own[place] == 0)) {
+        missing = true;
+        return;
+      }
+      for (size_t k = 0; k < components; ++k) to[i * components + k] = owner.values[place * components + k];
+    });
+  }
+  return any(lanes, missing) ? Fault::kStitchOwner : Fault::kNone;
+}
+
+// `out` has room for most_places. The values of the part are at the end of out.values, the first one and then
+// differences, as symbols. Sets out.length. The values of places in runs are not set.
+PSPLIT_HD inline Fault place_own_values(const StitchRow& row, const CondensedStream& stream, WalkValues& out) {
+  return stream.border_components == 3 ? place_own_values<3>(row, stream, out)
+                                       : place_own_values<0>(row, stream, out);
+}
 
 // Copies the values at places in runs. walk_of(stream) returns the WalkValues of a stream whose own values are
 // at their places. Collective.
 template <Lanes L, typename WalkOf>
 PSPLIT_HD Fault copy_shared_values(L lanes, const StitchRow& row, const CondensedStream& stream, WalkOf walk_of,
                                    const WalkValues& out) {
-  const size_t components = stream.border_components;
-  bool missing = false;
-  StitchReader reader(row);
-  for (StitchReader::Run run; reader.next_run(run);) {
-    const WalkValues owner = walk_of(run.owner);
-    for_each_lane_item(lanes, run.length, [&](uint32_t i) {
-      const size_t place = run.place(i);
-      const bool is_missing = place >= owner.length || owner.is_own[place] == 0;
-      missing |= is_missing;
-      if (is_missing) return;
-      const int32_t* const from = owner.values.data() + place * components;
-      int32_t* const to = out.values.data() + (static_cast<size_t>(run.begin) + i) * components;
-      for (size_t k = 0; k < components; ++k) to[k] = from[k];
-    });
-  }
-  return any(lanes, missing) ? Fault::kStitchOwner : Fault::kNone;
+  return stream.border_components == 3 ? copy_shared_values<3>(lanes, row, stream, walk_of, out)
+                                       : copy_shared_values<0>(lanes, row, stream, walk_of, out);
 }
 
 }  // namespace psplit::core
