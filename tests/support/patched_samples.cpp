@@ -51,9 +51,7 @@ std::vector<PatchedSample> encode_samples(bool condense, const ThreadPool& pool)
   return made;
 }
 
-}  // namespace
-
-std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
+std::vector<PatchedSample> make_patched_samples(const ThreadPool& pool) {
   std::vector<PatchedSample> made = encode_samples(false, pool);
   for (Version1Container& old : version_1_containers()) {
     PatchedSample sample{old.name + ", version 1", {}, {}};
@@ -64,7 +62,7 @@ std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
   return made;
 }
 
-std::vector<PatchedSample> all_samples(const ThreadPool& pool) {
+std::vector<PatchedSample> make_all_samples(const ThreadPool& pool) {
   std::vector<PatchedSample> all = patched_samples(pool);
   for (PatchedSample& sample : encode_samples(true, pool)) {
     if (sample.encoded.opened->condensed_count() == 0) continue;
@@ -72,6 +70,18 @@ std::vector<PatchedSample> all_samples(const ThreadPool& pool) {
     all.push_back(std::move(sample));
   }
   return all;
+}
+
+}  // namespace
+
+std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
+  static const std::vector<PatchedSample> made = make_patched_samples(pool);
+  return made;
+}
+
+std::vector<PatchedSample> all_samples(const ThreadPool& pool) {
+  static const std::vector<PatchedSample> made = make_all_samples(pool);
+  return made;
 }
 
 bool same_bits(const Mesh& a, const Mesh& b) {

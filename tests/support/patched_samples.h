@@ -16,10 +16,10 @@ struct PatchedSample {
 };
 
 // Every mesh of the catalogue in up to seven patches, both exact and on grids, with Draco's speeds in turn.
-// Then containers of version 1, which exist only as bytes. All streams are Draco's.
+// Then containers of version 1, which exist only as bytes. All streams are Draco's. A process makes them once.
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool);
 
-// The same, and the meshes that become smaller with condensed streams.
+// The same, and the meshes that become smaller with condensed streams. A process makes them once.
 std::vector<PatchedSample> all_samples(const ThreadPool& pool);
 
 bool same_bits(const Mesh& a, const Mesh& b);
