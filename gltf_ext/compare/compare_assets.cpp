@@ -17,7 +17,8 @@ using Primitives = std::vector<const AssetPrimitive*>;
 
 std::vector<Primitives> by_mesh(const AssetMeshes& asset) {
   std::vector<Primitives> meshes(asset.whole_count);
-  for (const AssetPrimitive& primitive : asset.primitives) meshes[primitive.whole].push_back(&primitive);
+  for (const AssetPrimitive& primitive : asset.primitives)
+    if (!primitive.has_no_data) meshes[primitive.whole].push_back(&primitive);
   return meshes;
 }
 
@@ -43,6 +44,7 @@ void add(AssetComparison& sum, const AssetComparison& part) {
 void count_elements(const AssetMeshes& asset, AssetComparison::Counts& counts) {
   counts.primitives = asset.primitives.size();
   for (const AssetPrimitive& primitive : asset.primitives) {
+    counts.without_data += primitive.has_no_data ? 1 : 0;
     const size_t elements = primitive.mesh.faces.size();
     (primitive.corner_count == 3   ? counts.triangles
      : primitive.corner_count == 2 ? counts.lines
@@ -67,6 +69,11 @@ class AssetComparer {
       result.first.emplace();
       result.first->what = "the files have " + std::to_string(a_.whole_count) + " and " +
                            std::to_string(b_.whole_count) + " meshes";
+    }
+    if (result.a.without_data != result.b.without_data && !result.first) {
+      result.first.emplace();
+      result.first->what = "the files have " + std::to_string(result.a.without_data) + " and " +
+                           std::to_string(result.b.without_data) + " primitives without data";
     }
     const std::vector<Primitives> meshes_a = by_mesh(a_), meshes_b = by_mesh(b_);
     for (size_t mesh = 0; mesh < std::min(meshes_a.size(), meshes_b.size()); ++mesh) {

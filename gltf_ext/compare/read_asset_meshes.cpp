@@ -1,11 +1,14 @@
 #include "gltf_ext/compare/read_asset_meshes.h"
 
+#include <algorithm>
+
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
 namespace {
 
 Status add_morph_targets(const Document& document, AssetPrimitive& primitive) {
+  if (primitive.has_no_data) return {};
   Expected<std::vector<MorphAttribute>> morphs =
       read_morph_targets(document, primitive.id, primitive.mesh.point_count);
   if (!morphs) return morphs.status();
@@ -17,6 +20,24 @@ Status add_morph_targets(const Document& document, AssetPrimitive& primitive) {
                                          morph.data.normalized, std::move(morph.data.values)});
   }
   return {};
+}
+
+// Whether attributes or indices are in a buffer without bytes.
+bool has_no_data(const Document& document, PrimitiveId id) {
+  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+  const auto is_missing = [&](const Json& index) {
+    const Json* accessor = top_level_object(document.json, "accessors", integer_value(index).value_or(-1));
+    if (accessor == nullptr) return false;
+    const Json* view = top_level_object(document.json, "bufferViews",
+                                        integer_field_or(*accessor, "bufferView", -1).value_or(-1));
+    const auto buffer = view == nullptr ? std::nullopt : integer_field(*view, "buffer");
+    return buffer && *buffer >= 0 && static_cast<uint64_t>(*buffer) < document.buffers.size() &&
+           has_no_bytes(document, static_cast<size_t>(*buffer));
+  };
+  const Json* attributes = object_field(primitive, "attributes");
+  if (attributes != nullptr && std::ranges::any_of(*attributes, is_missing)) return true;
+  const Json* indices = field(primitive, "indices");
+  return indices != nullptr && is_missing(*indices);
 }
 
 }  // namespace
@@ -37,6 +58,8 @@ Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBa
     primitive.whole = id.mesh;
     const Json* mesh = top_level_object(document.json, "meshes", static_cast<int64_t>(id.mesh));
     primitive.material = integer_field_or((*mesh)["primitives"][id.primitive], "material", -1).value_or(-1);
+    primitive.has_no_data = kind->storage == PrimitiveStorage::kPlain && has_no_data(document, id);
+    if (primitive.has_no_data) continue;
     if (kind->triangles) {
       ids.push_back(id);
       places.push_back(asset.primitives.size() - 1);

@@ -16,6 +16,8 @@ struct AssetPrimitive {
   int corner_count = 3;  // of each element: 3 for triangles, 2 for lines, 1 for points
   Mesh mesh;             // `faces` are the elements; morph targets are attributes: "target 0 POSITION"
   std::map<std::string, DeclaredGrid> grids;
+  // The values are in a buffer without bytes (document.h): there is nothing to compare, and `mesh` is empty.
+  bool has_no_data = false;
 };
 
 struct AssetMeshes {

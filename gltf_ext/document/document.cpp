@@ -13,11 +13,6 @@
 namespace psplit {
 namespace {
 
-// Whether the buffer has no bytes because an extension that is unknown here would supply them.
-bool has_no_bytes(const Json& buffer, const std::vector<uint8_t>& bytes) {
-  return bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0;
-}
-
 Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, Document& document) {
   const std::string uri = *string_field(buffer, "uri");
   if (is_data_uri(uri)) return decode_data_uri(uri);
@@ -123,7 +118,7 @@ size_t growing_buffer(Document& document) {
   if (!buffers.is_array()) buffers = Json::array();
   // The last buffer, so that appended bytes are together, unless it is a placeholder without bytes.
   if (!buffers.empty() && buffers.size() == document.buffers.size() &&
-      !has_no_bytes(buffers.back(), document.buffers.back()))
+      !has_no_bytes(document, buffers.size() - 1))
     return buffers.size() - 1;
   buffers.push_back({{"byteLength", 0}});
   document.buffers.resize(buffers.size());
@@ -160,6 +155,12 @@ Document new_document() {
   return document;
 }
 
+bool has_no_bytes(const Document& document, size_t buffer) {
+  const Json* object = top_level_object(document.json, "buffers", static_cast<int64_t>(buffer));
+  return object != nullptr && document.buffers[buffer].empty() &&
+         integer_field(*object, "byteLength").value_or(0) > 0;
+}
+
 Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index) {
   const std::string name = "buffer view " + std::to_string(index);
   const Json* view = top_level_object(document.json, "bufferViews", index);
@@ -177,8 +178,7 @@ Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, i
     // The view has no bytes: it is compressed in an unknown way, or a placeholder of an unknown extension.
     if (meshopt_extension(*view) != nullptr)
       return unsupported(name + " is compressed by a newer meshoptimizer");
-    const Json* owner = top_level_object(document.json, "buffers", *buffer);
-    if (owner != nullptr && has_no_bytes(*owner, bytes))
+    if (has_no_bytes(document, static_cast<size_t>(*buffer)))
       return unsupported(name + " is in a buffer without a uri");
     return invalid_input(name + " reaches past its buffer");
   }

@@ -41,6 +41,9 @@ PSPLIT_EXPORT Expected<Document> parse_document(std::span<const uint8_t> file,
 // A new document with one mesh, one node and one scene.
 PSPLIT_EXPORT Document new_document();
 
+// Whether the buffer has no bytes although its byteLength is not 0: an unknown extension would supply them.
+bool has_no_bytes(const Document& document, size_t buffer);
+
 // The bytes of a buffer view. Errors: kInvalidInput if the index or the range is invalid; kUnsupported if the
 // view was compressed by a newer meshoptimizer than the linked one, or if its buffer has no bytes.
 PSPLIT_EXPORT Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);

@@ -304,6 +304,20 @@ TEST(CompareAssets, CracksAreSaid) {
   EXPECT_EQ(comparison.a.alone + comparison.b.alone, 0u);
 }
 
+TEST(CompareAssets, PrimitivesWithoutDataAreCountedAndNotCompared) {
+  Document whole = document_from_mesh(make_grid(3, 3)), empty = whole;
+  empty.buffers[0].clear();  // an unknown extension would supply the bytes
+  const AssetMeshes with = meshes_of(whole), without = meshes_of(empty);
+  EXPECT_TRUE(without.primitives.at(0).has_no_data);
+  const AssetComparison equal = compare(without, without);
+  EXPECT_TRUE(equal.same());
+  EXPECT_EQ(equal.a.without_data, 1u);
+  EXPECT_EQ(equal.a.triangles, 0u);
+  const AssetComparison different = compare(with, without);
+  ASSERT_FALSE(different.same());
+  EXPECT_EQ(different.first->what, "the files have 0 and 1 primitives without data");
+}
+
 TEST(CompareAssets, MorphTargetsLinesAndPointsAreRead) {
   Document document = document_from_mesh(make_grid(3, 2));
   const size_t points = 12;

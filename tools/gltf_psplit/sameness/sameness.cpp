@@ -54,6 +54,9 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
     if (counts.degenerate_alone > 0)
       log.note(file + ": " + counted(counts.degenerate_alone, "triangle") +
                " without area and without counterpart");
+    if (counts.without_data > 0)
+      log.note(file + ": " + counted(counts.without_data, "primitive") +
+               " not compared, because the buffer with the values has no uri");
   };
   note(comparison.a, first);
   note(comparison.b, second);

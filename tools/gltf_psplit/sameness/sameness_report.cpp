@@ -77,7 +77,8 @@ Json to_json(const AssetComparison::Counts& counts) {
           {"primitives", counts.primitives},
           {"without_counterpart", counts.alone},
           {"degenerate_without_counterpart", counts.degenerate_alone},
-          {"unused_points", counts.unused_points}};
+          {"unused_points", counts.unused_points},
+          {"without_data", counts.without_data}};
 }
 
 Json to_json(const AssetDifference& difference) {
