@@ -161,7 +161,7 @@ async function inspect(browser, report, scheme, width, screenshot) {
   check_equal(seen.rows.sizes, 3 + splits, `${what}rows of sizes`);
   check_equal(seen.rows['stage-times'], splits, `${what}rows of stages`);
   const expected = {
-    'size-speed': seen.rows.codecs, 'speed-up': seen.split_rows, size: 1 + 3 * splits, stages: 5 * splits,
+    'size-speed': seen.rows.codecs, 'speed-up': seen.split_rows, 'patch-size': splits + 4, size: 1 + 3 * splits, stages: 5 * splits,
     replication: splits, balance: splits,
   };
   check_equal(JSON.stringify(seen.marks), JSON.stringify(expected), `${what}marks`);

@@ -131,6 +131,7 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
 
   const std::map<std::string, size_t> marks{{"size-speed", speeds.size() + 2 + split_count * decoder_count},
                                             {"speed-up", split_count * decoder_count},
+                                            {"patch-size", split_count + 4},
                                             {"size", 1 + 3 * split_count},
                                             {"stages", 5 * split_count},
                                             {"replication", split_count},
@@ -250,7 +251,7 @@ TEST(HtmlReport, DrawsEveryMarkOfNumbersThatNoAxisHas) {
 
 TEST(SvgChart, NamesTheLineThatItRefersTo) {
   const std::string page = to_html(sample_report());
-  for (const char* id : {"speed-up", "size"}) {
+  for (const char* id : {"speed-up", "patch-size", "size"}) {
     const std::string chart = part_of(page, "id=\"" + std::string(id) + "\"", "</figure>");
     EXPECT_EQ(count_of(chart, "class=\"reference\""), 2u) << id;  // in the chart and in its legend
     EXPECT_NE(chart.find("</svg>stock Draco, speed 5</li>"), std::string::npos) << id;

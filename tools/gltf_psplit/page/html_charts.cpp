@@ -1,6 +1,7 @@
 #include "tools/gltf_psplit/page/html_charts.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "tools/gltf_psplit/page/svg_chart.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -112,6 +113,50 @@ BarChart size_by_patches(const ComparisonFigures& figures) {
   return chart;
 }
 
+// A line that reaches over the whole chart: a size that does not depend on patches.
+ChartSeries level(const std::string& name, size_t style, double percent, double low_x, double high_x) {
+  ChartSeries series{name, style, true, {}};
+  for (const double x : {low_x, high_x})
+    series.points.push_back({x, percent, "", name + ": " + with_decimals(percent, 1) + " %"});
+  return series;
+}
+
+XyChart size_by_patch_size(const ComparisonFigures& figures) {
+  const Comparison& comparison = figures.comparison;
+  const auto percent = [&](uint64_t bytes) {
+    return 100 * static_cast<double>(bytes) / static_cast<double>(std::max<uint64_t>(1, figures.base.bytes));
+  };
+  XyChart chart{
+      "patch-size",
+      "Bytes by size of patches",
+      "Smaller patches decode on more threads, and take more bytes. Stock Draco is the dashed line; like "
+      "it, meshoptimizer does not cut the mesh.",
+      {"triangles of a patch", true, 0, true},
+      {"percent of the bytes of " + figures.base_name()},
+      {},
+      ChartReference{100, figures.base_name()}};
+  double low_x = static_cast<double>(std::max<uint64_t>(1, comparison.faces)), high_x = low_x;
+  double low_y = 100;
+  for (const SplitRow& row : comparison.splits) {
+    const double faces = row.mean_patch_faces();
+    low_x = faces > 0 ? std::min(low_x, faces) : low_x;
+    low_y = std::min(low_y, percent(row.summary.total_bytes));
+    series_of(chart, row.rule.condense ? "psplit condensed" : "psplit",
+              kFirstSplitStyle + (row.rule.condense ? 1 : 0))
+        .points.push_back({faces, percent(row.summary.total_bytes), as_percent(row.overhead),
+                           figures.patches_name(row) + ": " + with_separators(row.summary.total_bytes) +
+                               " bytes, " + as_percent(row.overhead)});
+  }
+  chart.series.push_back(
+      level(figures.meshopt_name(), kMeshoptStyle, percent(comparison.meshopt_plain.bytes), low_x, high_x));
+  chart.series.push_back(level(figures.meshopt_name() + " and zstd", kMeshoptStyle + 3,
+                               percent(comparison.meshopt.bytes), low_x, high_x));
+  for (const auto* rival : {&comparison.meshopt_plain, &comparison.meshopt})
+    low_y = std::min(low_y, percent(rival->bytes));
+  chart.y.start = 10 * std::floor(low_y / 10);
+  return chart;
+}
+
 BarChart stages(const ComparisonFigures& figures) {
   BarChart chart{"stages",
                  "Decoding time by stage, one thread",
@@ -151,7 +196,8 @@ XyChart by_patches(const ComparisonFigures& figures, const std::string& id, cons
 
 std::string comparison_charts(const ComparisonFigures& figures) {
   return draw_chart(size_against_speed(figures)) + draw_chart(speedup_by_patches(figures)) +
-         draw_chart(size_by_patches(figures)) + draw_chart(stages(figures)) +
+         draw_chart(size_by_patch_size(figures)) + draw_chart(size_by_patches(figures)) +
+         draw_chart(stages(figures)) +
          draw_chart(by_patches(
              figures, "replication", "Replication by number of patches",
              "Points on borders are stored in every patch that they touch. This is how many more points that "
