@@ -27,13 +27,14 @@ void write(const fs::path& folder, size_t number, std::span<const uint8_t> bytes
       .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-// The same small asset in every form: plain, in patches, as stock Draco, with a sparse morph target; as .glb
-// and as .gltf.
+// The same small asset in every form: plain, in patches, as stock Draco, with a sparse morph target, in
+// condensed patches; as .glb and as .gltf.
 void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
   using psplit::Json;
   const psplit::Mesh mesh = psplit::make_grid(4, 4);
-  for (int form = 0; form < 4; ++form) {
-    psplit::Document document = psplit::document_from_mesh(mesh);
+  for (int form = 0; form < 5; ++form) {
+    // Patches of the smallest mesh would not get smaller.
+    psplit::Document document = psplit::document_from_mesh(form == 4 ? psplit::make_grid(12, 12) : mesh);
     if (form == 1)
       (void)psplit::encode_document(document, {.patches = 2, .always_patches = true}, psplit::draco_backend(),
                                     pool);
@@ -48,6 +49,9 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
       document.json["meshes"][0]["primitives"][0]["targets"] =
           Json::array({{{"POSITION", document.json["accessors"].size() - 1}}});
     }
+    if (form == 4)
+      (void)psplit::encode_document(document, {.patches = 3, .always_patches = true, .condense = true},
+                                    psplit::draco_backend(), pool);
     (void)psplit::write_document(document, folder / (std::to_string(form) + ".glb"));
     // A .gltf whose bytes are in a data URI without base64.
     Json json = document.json;
