@@ -75,6 +75,9 @@ class FieldsExpander {
     sequences_.resize(skeleton.groups.size());
   }
 
+  // What read() has read.
+  const SectionBytes& bytes_read() const { return read_; }
+
   Expected<DracoFields> read() {
     Fault fault = read_header();
     if (fault == Fault::kNone) fault = read_connectivity();
@@ -82,6 +85,7 @@ class FieldsExpander {
       fault = read_attribute(i);
     if (fault == Fault::kNone && !main_.is_at_end()) fault = Fault::kSection;
     if (fault != Fault::kNone) return fault_status(fault);
+    read_.ends = static_cast<double>(stream_.bytes.size()) - read_.total();
     fields_.skeleton = literals_;
     return std::move(fields_);
   }
@@ -163,6 +167,7 @@ class FieldsExpander {
     }
     if (numbers.broken()) return Fault::kTruncated;
     main_ = condensed.numbers(condensed.numbers_end);
+    read_.numbers = static_cast<double>(main_.bits_taken()) / 8;
     return models_.has_borders ? skip_border_part() : main_.start_words(condensed.first_section);
   }
   // The values that it has are known.
@@ -197,6 +202,7 @@ class FieldsExpander {
     if (!claim(mesh_->bytes())) return Fault::kWorkspace;
     mesh_->allocate();
     fields_.symbols.resize(fields_.symbol_count);
+    SectionMeter meter(main_);
     std::vector<uint8_t> lists(fields_.symbol_count);
     const auto symbols = [&](const Valences& valences) {
       return SectionSymbols(valences, main_, models_, fields_.symbols.data(), lists.data());
@@ -204,6 +210,7 @@ class FieldsExpander {
     const core::View<const core::SplitEvent> events(fields_.split_events.data(), fields_.split_events.size());
     const Fault fault = mesh_->decode(symbols, events, fields_.start_faces);
     if (fault != Fault::kNone) return fault;
+    meter.add(read_.symbols, read_.numbers);
     const auto s_count =
         static_cast<uint32_t>(std::count(fields_.symbols.begin(), fields_.symbols.end(), core::kS));
     if (s_count != header_.condensed.split_symbol_count ||
@@ -216,6 +223,7 @@ class FieldsExpander {
   }
 
   Fault read_seams() {
+    SectionMeter meter(main_);
     for (uint32_t data = 0; data < skeleton_.data_count; ++data) {
       if (!claim(mesh_->edge_count())) return Fault::kWorkspace;
       std::vector<uint8_t>& seams = fields_.seams.emplace_back(mesh_->edge_count());
@@ -225,6 +233,7 @@ class FieldsExpander {
           before = seam = static_cast<uint8_t>(main_.next_bit(models_.seams[data].after[before]));
       if (const Fault fault = mesh_->cut(seams); fault != Fault::kNone) return fault;
     }
+    meter.add(read_.seams, read_.numbers);
     return Fault::kNone;
   }
 
@@ -247,9 +256,13 @@ class FieldsExpander {
     // Symbols and values.
     if (total > 0xffffffffu || !claim(3 * sizeof(uint32_t) * total)) return Fault::kWorkspace;
     out.symbols.resize(static_cast<size_t>(total));
-    const Fault fault =
-        is_by_creation(i) ? read_by_creation(i, group, section) : read_in_draco_order(i, section);
-    return fault == Fault::kNone ? read_flags(i, section) : fault;
+    SectionBytes::Attribute& read = read_.attributes.emplace_back();
+    SectionMeter meter(section);
+    Fault fault = is_by_creation(i) ? read_by_creation(i, group, section) : read_in_draco_order(i, section);
+    meter.add(read.tokens, read.bits);
+    if (fault == Fault::kNone) fault = read_flags(i, section);
+    meter.add(read.flags, read.bits);
+    return fault;
   }
 
   // False if the table does not exist.
@@ -380,17 +393,31 @@ class FieldsExpander {
   std::optional<StreamMesh> mesh_;
   std::vector<core::Sequence<uint32_t>> sequences_;  // by group; empty until it is needed
   DracoFields fields_;
+  SectionBytes read_;
 };
+
+Expected<Skeleton> skeleton_of(const CondensedHead& head, const CondensedStream& stream) {
+  if (stream.skeleton >= head.skeletons.size()) return invalid_input("a skeleton that does not exist");
+  return read_skeleton(head.skeletons[stream.skeleton]);
+}
 
 }  // namespace
 
 Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head, const CondensedStream& stream) {
-  if (stream.skeleton >= head.skeletons.size()) return invalid_input("a skeleton that does not exist");
-  const Expected<Skeleton> skeleton = read_skeleton(head.skeletons[stream.skeleton]);
+  const Expected<Skeleton> skeleton = skeleton_of(head, stream);
   if (!skeleton) return skeleton.status();
   const Expected<DracoFields> fields = FieldsExpander(head, stream, *skeleton).read();
   if (!fields) return fields.status();
   return write_fields(*fields);
+}
+
+Expected<SectionBytes> measure_stream(const CondensedHead& head, const CondensedStream& stream) {
+  const Expected<Skeleton> skeleton = skeleton_of(head, stream);
+  if (!skeleton) return skeleton.status();
+  FieldsExpander expander(head, stream, *skeleton);
+  const Expected<DracoFields> fields = expander.read();
+  if (!fields) return fields.status();
+  return expander.bytes_read();
 }
 
 }  // namespace psplit

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "src/condensed/section_bytes.h"
 #include "src/container/condensed_head.h"
 
 namespace psplit {
@@ -19,6 +20,9 @@ struct CondensedStream {
   // walk, one component after the other.
   std::span<const int32_t> known{};
 };
+
+// Where its bytes are. They sum to its size. Errors: those of expand_stream.
+Expected<SectionBytes> measure_stream(const CondensedHead& head, const CondensedStream& stream);
 
 // The Draco stream. The bytes and the row may be anything. Errors: kInvalidInput. Thread-safe.
 Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head, const CondensedStream& stream);

@@ -50,4 +50,21 @@ Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container,
   return write_container(entries, container.has_residue, stitch, streams);
 }
 
+Expected<SectionBytes> measure_sections(const PatchContainer& container, const ThreadPool& pool) {
+  const size_t count = container.entries.size();
+  std::vector<Expected<SectionBytes>> measured(count, SectionBytes());
+  pool.for_each(count, [&](size_t i) {
+    const StreamEntry& entry = container.entries[i];
+    if (entry.is_condensed)
+      measured[i] = measure_stream(*container.head,
+                                   {container.streams[i], entry.skeleton, entry.face_count, entry.point_count});
+  });
+  SectionBytes sum;
+  for (size_t i = 0; i < count; ++i) {
+    if (!measured[i]) return measured[i].status().at({.patch = static_cast<int64_t>(i)});
+    sum += *measured[i];
+  }
+  return sum;
+}
+
 }  // namespace psplit

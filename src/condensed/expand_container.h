@@ -2,6 +2,7 @@
 // made from.
 #pragma once
 
+#include "src/condensed/section_bytes.h"
 #include "src/container/patch_container.h"
 #include "src/parallel.h"
 
@@ -13,5 +14,9 @@ Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, uin
 
 // A container of version 2 with the same mesh, numbering and stitch map. Errors: those of expand_patch.
 Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container, const ThreadPool& pool);
+
+// Where the bytes of all condensed streams are. Attributes have the places that they have in the streams.
+// Errors: those of expand_patch.
+Expected<SectionBytes> measure_sections(const PatchContainer& container, const ThreadPool& pool);
 
 }  // namespace psplit

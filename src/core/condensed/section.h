@@ -51,6 +51,8 @@ class SectionReader {
   }
   PSPLIT_HD bool empty() const { return begin_ == end_; }
   PSPLIT_HD uint64_t bits_taken() const { return taken_; }
+  PSPLIT_HD uint32_t state() const { return state_; }
+  PSPLIT_HD size_t word_bytes_taken() const { return static_cast<size_t>(at_ - begin_); }
   PSPLIT_HD void go_to_bit(uint64_t at) { taken_ = at; }
   PSPLIT_HD bool has_bits(uint64_t end) const { return end <= uint64_t{8} * size(); }
 

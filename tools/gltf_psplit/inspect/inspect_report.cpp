@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "src/container/patch_container.h"
+#include "tools/gltf_psplit/inspect/section_report.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
@@ -37,6 +38,7 @@ Json to_json(const InspectedPrimitive& primitive) {
     attributes.push_back(std::move(attribute));
   }
   object["attributes"] = std::move(attributes);
+  if (primitive.summary.condensed_patches > 0) object["sections"] = sections_json(primitive);
   return object;
 }
 
@@ -54,17 +56,6 @@ std::string attributes_text(const InspectedPrimitive& primitive) {
     text += primitive.bits[i] == 0 ? "exact" : counted(static_cast<uint64_t>(primitive.bits[i]), "bit");
   }
   return text;
-}
-
-// Where the bytes of a condensed primitive are.
-std::string sections_text(const InspectedPrimitive& primitive) {
-  const PatchSummary& summary = primitive.summary;
-  if (summary.condensed_patches == 0) return "";
-  return describe_place(primitive.id.mesh, primitive.id.primitive) + ": " +
-         with_separators(summary.condensed_patches) + " of " + counted(summary.patches, "patch") +
-         " condensed; bytes: directory " + with_separators(summary.directory_bytes) + ", head " +
-         with_separators(summary.head_bytes) + ", stitch map " + with_separators(summary.stitch_bytes) +
-         ", streams " + with_separators(summary.payload_bytes) + "\n";
 }
 
 // Each set of attributes once, with the number of primitives that have it.
@@ -111,11 +102,11 @@ std::string primitives_table(const InspectedAsset& asset, bool wide) {
              primitive.coding ? coding_name(*primitive.coding) : ""},
             primitive.summary, attributes_text(primitive));
   if (asset.compressed.size() > 1) add_row(table, {"all", "", "", ""}, asset.sum(), "");
-  if (wide) return table.to_string();
-  table.keep_columns(std::vector<std::string>{"mesh", "primitive", "storage", "coding", "patches", "faces",
-                                              "points", "replication", "total bytes", "bits/point"});
   std::string sections;
   for (const InspectedPrimitive& primitive : asset.compressed) sections += sections_text(primitive);
+  if (wide) return table.to_string() + sections;
+  table.keep_columns(std::vector<std::string>{"mesh", "primitive", "storage", "coding", "patches", "faces",
+                                              "points", "replication", "total bytes", "bits/point"});
   return table.to_string() + attribute_sets_text(asset) + sections;
 }
 

@@ -21,7 +21,14 @@ Status add_coding(const StreamDescription& stream, InspectedPrimitive& primitive
   return {};
 }
 
-Status inspect_patches(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+// An attribute of the streams that the primitive does not use has no name.
+std::string name_of(const StreamAttribute& attribute, const InspectedPrimitive& primitive) {
+  const auto found = std::ranges::find(primitive.attributes, attribute.unique_id, &AttributeRequest::unique_id);
+  return found == primitive.attributes.end() ? "unused" : found->semantic;
+}
+
+Status inspect_patches(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
+                       InspectedPrimitive& out) {
   const Expected<StoredPrimitive> patched = stored_primitive(document, out.id, kExtensionName);
   if (!patched) return patched.status();
   const Expected<PatchContainer> container = open_container(patched->bytes);
@@ -35,7 +42,13 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
   const Expected<std::vector<uint8_t>> first = expand_patch(*container, 0);
   if (!first) return first.status();
   const Expected<StreamDescription> stream = describe(*first);
-  return (stream ? add_coding(*stream, out) : stream.status()).at({.patch = 0});
+  if (!stream) return stream.status().at({.patch = 0});
+  for (const StreamAttribute& attribute : stream->attributes)
+    out.section_attributes.push_back(name_of(attribute, out));
+  Expected<SectionBytes> sections = measure_sections(*container, pool);
+  if (!sections) return sections.status();
+  out.sections = std::move(*sections);
+  return add_coding(*stream, out).at({.patch = 0});
 }
 
 Status inspect_stock(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
@@ -49,12 +62,13 @@ Status inspect_stock(const Document& document, const DescribeStream& describe, I
 }
 
 // For a plain primitive only the storage is set.
-Status inspect_primitive(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
+Status inspect_primitive(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
+                         InspectedPrimitive& out) {
   const Expected<PrimitiveKind> kind = primitive_kind(document, out.id);
   if (!kind) return kind.status();
   out.storage = kind->storage;
   switch (kind->storage) {
-    case PrimitiveStorage::kPatches: return inspect_patches(document, describe, out);
+    case PrimitiveStorage::kPatches: return inspect_patches(document, describe, pool, out);
     case PrimitiveStorage::kStockDraco: return inspect_stock(document, describe, out);
     case PrimitiveStorage::kPlain: break;
   }
@@ -68,7 +82,8 @@ Status inspect_primitives(const Document& document, const DescribeStream& descri
   std::vector<InspectedPrimitive> all;
   for (const PrimitiveId id : all_primitives(document)) all.emplace_back().id = id;
   std::vector<Status> statuses(all.size());
-  pool.for_each(all.size(), [&](size_t i) { statuses[i] = inspect_primitive(document, describe, all[i]); });
+  pool.for_each(all.size(),
+                [&](size_t i) { statuses[i] = inspect_primitive(document, describe, pool, all[i]); });
   for (size_t i = 0; i < all.size(); ++i) {
     const auto [mesh, primitive] = all[i].id;
     if (!statuses[i].ok())

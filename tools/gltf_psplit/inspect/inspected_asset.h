@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gltf_ext/primitive/read_primitives.h"
+#include "src/condensed/section_bytes.h"
 #include "src/container/stream_description.h"
 #include "src/parallel.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
@@ -20,7 +21,9 @@ struct InspectedPrimitive {
   std::optional<uint32_t> container_version;  // only for patches
   std::optional<StreamCoding> coding;         // of the first stream; nothing for a plain primitive
   std::vector<AttributeRequest> attributes;
-  std::vector<int> bits;  // one for each attribute; 0 if it is stored exactly
+  std::vector<int> bits;                        // one for each attribute; 0 if it is stored exactly
+  SectionBytes sections;                        // of the condensed streams
+  std::vector<std::string> section_attributes;  // the names of `sections.attributes`
 };
 
 struct InspectedAsset {
