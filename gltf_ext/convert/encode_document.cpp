@@ -2,6 +2,7 @@
 
 #include <atomic>
 
+#include "gltf_ext/convert/condense_patches.h"
 #include "gltf_ext/convert/condense_stock.h"
 #include "gltf_ext/convert/draco_extension.h"
 #include "gltf_ext/convert/drop_manifolds.h"
@@ -69,6 +70,7 @@ void report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) 
     for (const PrimitiveId id : job.group.ids) {
       PrimitiveReport& report = reports[id];
       report.stored_as = job.stored_as;
+      report.keeps_streams = job.keeps_stream;
       report.bytes = job.stored_bytes;
       report.streams = entries;
       report.has_residue = job.encoded.opened->has_residue;
@@ -210,6 +212,8 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
     patches[i] = std::move(*primitives);
   }
   write_geometry(document, jobs, patches, options.fallback == Fallback::kUncompressed, reports);
+  if (options.condense && options.compat == Compat::kNone)
+    if (Status status = condense_patches(document, options, pool, reports); !status.ok()) return status;
   return std::move(reports).list();
 }
 

@@ -45,8 +45,8 @@ struct EncodeDocumentOptions {
   Compat compat = Compat::kNone;
   // Condense the streams of patches, with models that they share: fewer bytes, for loaders that read containers
   // of version 3. Primitives that stay whole become one condensed patch if that saves bytes. A stock Draco
-  // stream that stays whole is condensed as it is, and can be restored (expand_document.h). Not with
-  // Compat::kKhr.
+  // stream that stays whole is condensed as it is, and so are patches of the input; both can be restored
+  // (expand_document.h). Not with Compat::kKhr.
   bool condense = false;
   bool condense_smallest = false;  // also if that decodes more slowly
   bool verify = true;

@@ -25,6 +25,8 @@ struct PrimitiveReport {
   StoredAs stored_as = StoredAs::kAsItWas;
   // An earlier primitive has the same geometry, which is stored once: sums leave this primitive's bytes out.
   bool repeated = false;
+  // The streams are those of the input, condensed without loss.
+  bool keeps_streams = false;
   uint64_t faces = 0, points = 0;  // of the input; 0 if it was not read
   uint64_t input_bytes = 0;        // gltf_ext/primitive/geometry_bytes.h
   // Those of the output's container or streams, without a fallback; input_bytes for kAsItWas.

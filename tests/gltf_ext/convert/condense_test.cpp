@@ -118,6 +118,56 @@ TEST(Condense, StockDracoIsCondensedAsItIs) {
   }
 }
 
+// Patches that the input has already: nothing is encoded again.
+TEST(Condense, PatchesAreCondensedAsTheyAre) {
+  Document before = document_from_mesh(rich_mesh(kColumns, kRows));
+  EncodeDocumentOptions options;
+  options.patches = 5;
+  ASSERT_TRUE(encode_with(before, options).ok());
+  // Another primitive has the same container.
+  Json& primitives = before.json["meshes"][0]["primitives"];
+  primitives.push_back(Json(primitives[0]));
+  Document document = before, at_once = document_from_mesh(rich_mesh(kColumns, kRows));
+  ASSERT_TRUE(encode_with(at_once, condensing(5)).ok());
+  // Options of encoding do not count.
+  EncodeDocumentOptions others = condensing(2);
+  others.position_bits = 8;
+  const auto reports = encode_document(document, others, cpu_backend(), test_pool());
+  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+  for (const PrimitiveReport& report : *reports) {
+    EXPECT_EQ(report.skipped, "");
+    EXPECT_EQ(report.stored_as, StoredAs::kPatches);
+    EXPECT_TRUE(report.keeps_streams);
+    EXPECT_EQ(report.streams.size(), 5u);
+    EXPECT_EQ(report.faces, rich_mesh(kColumns, kRows).faces.size());
+  }
+  EXPECT_FALSE(reports->at(0).repeated);
+  EXPECT_TRUE(reports->at(1).repeated);
+  EXPECT_EQ(reports->at(0).bytes, stored_bytes(document, kExtensionName).size());
+  EXPECT_LT(reports->at(0).bytes, reports->at(0).input_bytes);
+  EXPECT_EQ(stored_bytes(document, kExtensionName), stored_bytes(at_once, kExtensionName));
+  EXPECT_EQ(without_views(document), without_views(before));
+  EXPECT_EQ(findings_of(document), "");
+
+  const auto again = encode_document(document, condensing(), cpu_backend(), test_pool());
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->at(0).skipped, "already in condensed patches");
+  ASSERT_TRUE(expand_document(document, test_pool()).ok());
+  EXPECT_EQ(stored_bytes(document, kExtensionName), stored_bytes(before, kExtensionName));
+}
+
+TEST(Condense, PatchesThatWouldGrowStay) {
+  Document document = document_from_mesh(make_grid(2, 2));
+  EncodeDocumentOptions options;
+  options.always_patches = true;
+  ASSERT_TRUE(encode_with(document, options).ok());
+  const Document before = document;
+  const auto reports = encode_document(document, condensing(), cpu_backend(), test_pool());
+  ASSERT_TRUE(reports.ok());
+  EXPECT_EQ(reports->at(0).skipped, "already in patches, which condensing does not make smaller");
+  EXPECT_EQ(document.json, before.json);
+}
+
 // Splitting changes the order of points, so EXT_mesh_manifold is dropped. Condensing a stream does not.
 TEST(Condense, StockDracoThatIsCondensedKeepsItsManifold) {
   Document document = stock_document(make_grid(kColumns, kRows));

@@ -41,6 +41,20 @@ TEST_F(ExpandCommand, RestoresThePatchesOfVersion2) {
   EXPECT_LT(before.at("bytes").at("total"), split.at("bytes").at("total"));
 }
 
+TEST_F(ExpandCommand, PatchesOfTheInputAreCondensedAndComeBack) {
+  const std::string split = split_sample();
+  const CommandOutcome outcome = run_command(
+      {"encode", split, path("small.glb"), "--condense", "--report", path("report.json"), "-j", "2"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "1 primitive condensed without encoding again")) << outcome.err;
+  const auto report = nlohmann::json::parse(read_bytes(path("report.json")));
+  EXPECT_EQ(report.at("primitives").at(0).at("keeps_streams"), true);
+  EXPECT_LT(report.at("geometry").at("output_bytes"), report.at("geometry").at("input_bytes"));
+  EXPECT_EQ(inspect(path("small.glb")).at("container_version"), 3);
+  ASSERT_EQ(run_command({"expand", path("small.glb"), path("back.glb"), "-q"}).code, 0);
+  EXPECT_EQ(inspect(path("back.glb")), inspect(split));
+}
+
 TEST_F(ExpandCommand, MakesStockDracoOfASinglePatch) {
   const std::string condensed = condensed_sample("1");
   const CommandOutcome outcome = run_command({"expand", condensed, path("expanded.gltf"), "-j", "2"});
@@ -73,11 +87,32 @@ TEST_F(ExpandCommand, SaysWhatIsWrongWithABrokenContainer) {
 }
 
 TEST_F(ExpandCommand, InspectTellsWhereTheBytesAre) {
-  const CommandOutcome outcome = run_command({"inspect", condensed_sample()});
+  const std::string condensed = condensed_sample();
+  const CommandOutcome outcome = run_command({"inspect", condensed});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "patches (version 3)")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, "mesh 0, primitive 0: 4 of 4 patches condensed; bytes: directory "))
-      << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "mesh 0, primitive 0: 4 of 4 patches condensed\n")) << outcome.out;
+  for (const char* row :
+       {"directory\n", "head\n", "stitch map\n", "connectivity: symbols\n", "POSITION: tokens\n"})
+    EXPECT_TRUE(contains(outcome.out, row)) << row << outcome.out;
+
+  const auto primitive = inspect(condensed);
+  const auto& bytes = primitive.at("bytes");
+  const auto& sections = primitive.at("sections");
+  uint64_t sum = 0;
+  for (const char* name : {"directory", "head", "stitch"}) sum += bytes.at(name).get<uint64_t>();
+  for (const char* name : {"numbers", "borders", "symbols", "seams", "ends", "stored_streams"})
+    sum += sections.at(name).get<uint64_t>();
+  for (const auto& attribute : sections.at("attributes"))
+    for (const char* name : {"tokens", "bits", "flags"}) sum += attribute.at(name).get<uint64_t>();
+  EXPECT_EQ(sum, bytes.at("total"));
+  EXPECT_EQ(sections.at("attributes").at(0).at("semantic"), "POSITION");
+  EXPECT_GT(sections.at("attributes").at(0).at("tokens"), sections.at("symbols"));
+  // About 0.7 bits for each of the triangles, and a few bytes for the ends of each patch's sections.
+  EXPECT_GT(sections.at("symbols"), 500);
+  EXPECT_LT(sections.at("ends"), 4 * 16 * sections.at("attributes").size());
+  EXPECT_EQ(sections.at("stored_streams"), 0);
+  EXPECT_FALSE(inspect(split_sample()).contains("sections"));
 }
 
 TEST_F(ExpandCommand, CondensingIsChosenByFlags) {

@@ -17,5 +17,11 @@ TEST(AssetBytes, SizesNameTexturesApart) {
   EXPECT_EQ(sizes_text({{9800000, 0}, {0, 0}}), "");  // to stdout
 }
 
+TEST(AssetBytes, TheLastLineLeavesOutUnknownSizes) {
+  EXPECT_EQ(written_text("out.glb", {{34100000, 0}, {1180000, 0}}, "2 primitives decoded; 1.11 s"),
+            "out.glb: 1.18 MB from 34.1 MB (3.5 %); 2 primitives decoded; 1.11 s");
+  EXPECT_EQ(written_text("-", {{34100000, 0}, {0, 0}}, "2 primitives decoded"), "stdout: 2 primitives decoded");
+}
+
 }  // namespace
 }  // namespace psplit

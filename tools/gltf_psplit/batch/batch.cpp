@@ -150,7 +150,7 @@ class Batch {
     outcome.sizes.output = bytes_on_disk(item.output.string());
     const Expected<Document> written = read_document(item.output);
     if (!written) return written.status();
-    session_.log.detail(item.output.string() + ": " + encode_summary(outcome.result, outcome.sizes));
+    session_.log.detail(written_text(item.output.string(), outcome.sizes, encode_summary(outcome.result)));
     return record_.add(item.name, {made_from, hash_asset(*written)});
   }
 

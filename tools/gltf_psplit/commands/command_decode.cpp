@@ -88,9 +88,8 @@ Status run_decode(const Arguments& arguments, const Session& session) {
     if (Status status = write_asset_report(std::move(report), arguments.report, written); !status.ok())
       return status;
   }
-  const std::string bytes = sizes_text(sizes);
-  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
-                   (bytes.empty() ? "" : "; ") + decode_summary(*counts) + "; " + as_duration(wall_ms));
+  session.log.note(
+      written_text(arguments.output, sizes, decode_summary(*counts) + "; " + as_duration(wall_ms)));
   return {};
 }
 

@@ -87,6 +87,11 @@ std::string sizes_text(const AssetSizes& sizes) {
                                                                : text + " from " + as_bytes(input.textures);
 }
 
+std::string written_text(const std::string& output, const AssetSizes& sizes, const std::string& done) {
+  const std::string bytes = sizes_text(sizes);
+  return (output == "-" ? "stdout" : output) + ": " + bytes + (bytes.empty() ? "" : "; ") + done;
+}
+
 Json sizes_json(const AssetSizes& sizes) {
   const auto side = [](const AssetBytes& bytes) {
     if (bytes.files == 0) return Json(nullptr);

@@ -69,6 +69,10 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& l
       if (report.stored_as == StoredAs::kDraco && !report.repeated) ++result.unsplit_streams;
       log.detail(describe_place(report.id.mesh, report.id.primitive) + ": " + row_text(row));
     }
+    if (report.keeps_streams) {
+      object["keeps_streams"] = true;
+      ++result.recoded_count;
+    }
     if (!report.warnings.empty()) object["warnings"] = report.warnings;
     result.primitives.push_back(std::move(object));
   }
@@ -102,24 +106,19 @@ std::string changes_text(const EncodeStatistics& statistics) {
   return text;
 }
 
-std::string encode_summary(const EncodeResult& result, const AssetSizes& sizes) {
-  std::string text = sizes_text(sizes);
-  const auto add = [&text](const char* separator, const std::string& part) {
-    if (!part.empty()) text += (text.empty() ? "" : separator) + part;
-  };
-  if (result.split_count + result.draco_count == 0) {
-    add("; ", "nothing was encoded");
-    return text;
-  }
+std::string encode_summary(const EncodeResult& result) {
+  if (result.split_count + result.draco_count == 0) return "nothing was encoded";
   // The sum counts a stream that was not split as a patch.
   const uint64_t streams = result.total.summary.patches;
   const uint64_t patches = streams - std::min(streams, result.unsplit_streams);
   std::string stored = patches > 0 ? counted(patches, "patch") : "";
   if (result.unsplit_streams > 0)
     stored += (stored.empty() ? "" : " and ") + counted(result.unsplit_streams, "unsplit primitive");
-  add(", ", "mesh data " + as_bytes(result.total.summary.total_bytes) + " in " + stored);
-  add("; ", changes_text(result.total.statistics));
-  return text;
+  std::string text = "mesh data " + as_bytes(result.total.summary.total_bytes) + " in " + stored;
+  if (result.recoded_count > 0)
+    text += "; " + counted(result.recoded_count, "primitive") + " condensed without encoding again";
+  const std::string changes = changes_text(result.total.statistics);
+  return text + (changes.empty() ? "" : "; ") + changes;
 }
 
 }  // namespace psplit

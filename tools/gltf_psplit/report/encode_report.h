@@ -51,6 +51,7 @@ struct EncodeResult {
   size_t split_count = 0;        // in several patches, or in the extension
   size_t draco_count = 0;        // in one stream of KHR_draco_mesh_compression
   size_t unchanged_count = 0;    // as they were
+  size_t recoded_count = 0;      // those whose streams are the input's, condensed
   uint64_t unsplit_streams = 0;  // those of draco_count whose geometry no earlier primitive has
 };
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log);
@@ -64,7 +65,7 @@ void warn_of_growth(const EncodeResult& result, const Log& log, const std::strin
 // How the meshes changed: "merged 12 duplicate points, dropped 3 degenerate faces"; empty if they did not.
 std::string changes_text(const EncodeStatistics& statistics);
 
-// One line: "1.18 MB from 34.1 MB (3.4 %), mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces".
-std::string encode_summary(const EncodeResult& result, const AssetSizes& sizes);
+// "mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces", for written_text.
+std::string encode_summary(const EncodeResult& result);
 
 }  // namespace psplit
