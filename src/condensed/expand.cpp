@@ -181,8 +181,10 @@ class FieldsExpander {
     const Fault fault =
         core::start_border_part(header_, {table_of.data(), count}, {symbols.data(), symbols.size()}, tokens);
     if (fault != Fault::kNone) return fault;
+    SectionMeter meter(tokens.section());
     core::TokenSequence* const one = &tokens;
     core::step_tokens<1>(&one, 1);
+    meter.add(read_.borders, read_.borders);
     main_ = tokens.section();
     return Fault::kNone;
   }

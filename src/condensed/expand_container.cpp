@@ -6,17 +6,24 @@
 namespace psplit {
 namespace {
 
-Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, const BorderValues& borders,
-                                            uint32_t patch) {
+CondensedStream condensed_stream(const PatchContainer& container, const BorderValues& borders, uint32_t patch) {
   const StreamEntry& entry = container.entries[patch];
-  const std::span<const uint8_t> stream = container.streams[patch];
-  if (!entry.is_condensed) return std::vector<uint8_t>(stream.begin(), stream.end());
   core::StreamHeader header = container.headers[patch];
   borders.complete(patch, header);
   const core::View<const int32_t> known = header.condensed.known;
-  Expected<std::vector<uint8_t>> expanded = expand_stream(
-      *container.head,
-      {stream, entry.skeleton, entry.face_count, entry.point_count, {known.data(), known.size()}});
+  return {container.streams[patch],
+          entry.skeleton,
+          entry.face_count,
+          entry.point_count,
+          {known.data(), known.size()}};
+}
+
+Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, const BorderValues& borders,
+                                            uint32_t patch) {
+  const std::span<const uint8_t> stream = container.streams[patch];
+  if (!container.entries[patch].is_condensed) return std::vector<uint8_t>(stream.begin(), stream.end());
+  Expected<std::vector<uint8_t>> expanded =
+      expand_stream(*container.head, condensed_stream(container, borders, patch));
   if (!expanded) return expanded.status().at({.patch = patch});
   if (expanded->size() > 0xffffffffu) return unsupported("a stream of more than 4 GiB", {.patch = patch});
   return expanded;
@@ -52,12 +59,13 @@ Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container,
 
 Expected<SectionBytes> measure_sections(const PatchContainer& container, const ThreadPool& pool) {
   const size_t count = container.entries.size();
+  const Expected<BorderValues> borders = BorderValues::decode(container, pool);
+  if (!borders) return borders.status();
   std::vector<Expected<SectionBytes>> measured(count, SectionBytes());
   pool.for_each(count, [&](size_t i) {
-    const StreamEntry& entry = container.entries[i];
-    if (entry.is_condensed)
-      measured[i] = measure_stream(*container.head,
-                                   {container.streams[i], entry.skeleton, entry.face_count, entry.point_count});
+    if (container.entries[i].is_condensed)
+      measured[i] =
+          measure_stream(*container.head, condensed_stream(container, *borders, static_cast<uint32_t>(i)));
   });
   SectionBytes sum;
   for (size_t i = 0; i < count; ++i) {
