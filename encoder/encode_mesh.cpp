@@ -1,7 +1,7 @@
 #include "encoder/encode_mesh.h"
 
 #include "encoder/coding/quantization.h"
-#include "encoder/condensing/condense.h"
+#include "encoder/condensing/condense_container.h"
 #include "encoder/cut_faces.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
@@ -112,27 +112,6 @@ Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const St
   return entries;
 }
 
-// The container as version 3, if that is smaller than `most_bytes`.
-std::optional<std::vector<uint8_t>> condensed_container(std::vector<StreamEntry> entries,
-                                                        const Streams& streams, const Stitching& stitching,
-                                                        const EncodeOptions& options, size_t most_bytes,
-                                                        const ThreadPool& pool) {
-  std::vector<DecodedCounts> counts;
-  for (size_t i = 0; i < entries.size(); ++i)
-    counts.push_back(
-        {entries[i].face_count, entries[i].point_count, entries[i].reference_count, stitching.maps[i]});
-  const CondensedStreams condensed = condense(streams.bytes, counts, options.condense_smallest, pool);
-  for (size_t i = 0; i < entries.size(); ++i) {
-    entries[i].stream_bytes = static_cast<uint32_t>(condensed.bytes[i].size());
-    entries[i].is_condensed = condensed.is_condensed[i] != 0;
-    entries[i].skeleton = condensed.skeleton[i];
-  }
-  auto container =
-      write_condensed_container(entries, streams.has_residue, condensed.head, stitching.maps, condensed.bytes);
-  if (container && container->size() >= most_bytes) container.reset();
-  return container;
-}
-
 Expected<std::vector<uint8_t>> join_streams(const Streams& streams, const Stitching& stitching,
                                             const EncodeOptions& options, const ThreadPool& pool) {
   const Expected<std::vector<StreamEntry>> entries = make_entries(streams, stitching);
@@ -142,8 +121,9 @@ Expected<std::vector<uint8_t>> join_streams(const Streams& streams, const Stitch
   if (!options.condense) return container;
   // A single stream can also be stored without a container.
   const size_t most_bytes = entries->size() == 1 ? entries->front().stream_bytes : container.size();
-  auto condensed = condensed_container(*entries, streams, stitching, options, most_bytes, pool);
-  return condensed ? std::move(*condensed) : std::move(container);
+  auto condensed = condense_container(*entries, streams.has_residue, stitching.maps, streams.bytes,
+                                      options.condense_smallest, pool);
+  return condensed && condensed->size() < most_bytes ? std::move(*condensed) : std::move(container);
 }
 
 }  // namespace

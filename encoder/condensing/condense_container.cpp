@@ -9,7 +9,8 @@ std::optional<std::vector<uint8_t>> condense_container(std::vector<StreamEntry> 
                                                        std::span<const std::vector<uint8_t>> streams,
                                                        bool smallest, const ThreadPool& pool) {
   std::vector<DecodedCounts> counts;
-  for (const StreamEntry& entry : entries) counts.push_back({entry.face_count, entry.point_count});
+  for (size_t i = 0; i < entries.size(); ++i)
+    counts.push_back({entries[i].face_count, entries[i].point_count, entries[i].reference_count, stitch[i]});
   const CondensedStreams condensed = condense(streams, counts, smallest, pool);
   for (size_t i = 0; i < entries.size(); ++i) {
     entries[i].stream_bytes = static_cast<uint32_t>(condensed.bytes[i].size());

@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "encoder/condensing/condense.h"
+#include "encoder/condensing/condense_container.h"
 #include "src/container/claims.h"
 #include "src/cpu/checked_decode.h"
 
@@ -10,20 +10,12 @@ namespace psplit {
 namespace {
 
 // The container, if it is smaller than the stream.
-std::optional<std::vector<uint8_t>> condensed_container(std::span<const uint8_t> stream,
-                                                        const DecodedCounts& counts, bool smallest,
+std::optional<std::vector<uint8_t>> condensed_container(std::span<const uint8_t> stream, uint32_t face_count,
+                                                        uint32_t point_count, bool smallest,
                                                         const ThreadPool& pool) {
-  const std::vector<std::vector<uint8_t>> streams = {{stream.begin(), stream.end()}};
-  const CondensedStreams condensed = condense(streams, {&counts, 1}, smallest, pool);
-  if (condensed.is_condensed[0] == 0) return std::nullopt;
-  const StreamEntry entry{.stream_bytes = static_cast<uint32_t>(condensed.bytes[0].size()),
-                          .face_count = counts.face_count,
-                          .point_count = counts.point_count,
-                          .is_condensed = true,
-                          .skeleton = condensed.skeleton[0]};
-  const std::vector<std::vector<uint8_t>> no_stitch_map = {{}};
-  auto container =
-      write_condensed_container({&entry, 1}, false, condensed.head, no_stitch_map, condensed.bytes);
+  const std::vector<std::vector<uint8_t>> streams = {{stream.begin(), stream.end()}}, no_stitch_map = {{}};
+  const StreamEntry entry{.face_count = face_count, .point_count = point_count};
+  auto container = condense_container({entry}, false, no_stitch_map, streams, smallest, pool);
   if (container && container->size() >= stream.size()) container.reset();
   return container;
 }
@@ -39,7 +31,7 @@ Status condense_stock(const Document& document, EncodeJob& job) {
   const Expected<core::StreamHeader> header = read_stream_header(stored->bytes);
   if (!header || !header->edgebreaker) return {};
   const ThreadPool one(1);  // jobs run at once
-  auto container = condensed_container(stored->bytes, {header->counts.face_count, job.mesh.point_count},
+  auto container = condensed_container(stored->bytes, header->counts.face_count, job.mesh.point_count,
                                        job.options.condense_smallest, one);
   if (!container) return {};
 

@@ -4,35 +4,21 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "encoder/condensing/condense.h"
+#include "encoder/condensing/condense_container.h"
 #include "src/container/patch_container.h"
 
 namespace psplit {
 
 std::vector<uint8_t> as_version_3(const PatchContainer& container, bool smallest, const ThreadPool& pool) {
-  std::vector<std::vector<uint8_t>> streams, stitch;
-  std::vector<DecodedCounts> counts;
-  std::vector<StreamEntry> entries = container.entries;
-  for (size_t i = 0; i < entries.size(); ++i) {
-    streams.emplace_back(container.streams[i].begin(), container.streams[i].end());
-    stitch.emplace_back(container.stitch[i].begin(), container.stitch[i].end());
-    counts.push_back(
-        {entries[i].face_count, entries[i].point_count, entries[i].reference_count, container.stitch[i]});
-  }
-  const CondensedStreams condensed = condense(streams, counts, smallest, pool);
-  if (std::ranges::count(condensed.is_condensed, 1) == 0) return {};
-  for (size_t i = 0; i < entries.size(); ++i) {
-    entries[i].stream_bytes = static_cast<uint32_t>(condensed.bytes[i].size());
-    entries[i].is_condensed = condensed.is_condensed[i] != 0;
-    entries[i].skeleton = condensed.skeleton[i];
-  }
-  auto written =
-      write_condensed_container(entries, container.has_residue, condensed.head, stitch, condensed.bytes);
+  auto written = condense_container(container, smallest, pool);
   if (!written) {
     std::fprintf(stderr, "a small container does not fit into version 3\n");
     std::abort();
   }
-  return std::move(*written);
+  constexpr size_t kHeadBytesAt = 16;
+  const bool is_condensed = std::any_of(written->begin() + kHeadBytesAt, written->begin() + kHeadBytesAt + 4,
+                                        [](uint8_t byte) { return byte != 0; });
+  return is_condensed ? std::move(*written) : std::vector<uint8_t>();
 }
 
 std::vector<CondensedSample> condensed_samples(const ThreadPool& pool) {
