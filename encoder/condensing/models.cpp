@@ -49,8 +49,8 @@ double symbol_bits(const SymbolCounts& counts, std::span<const std::array<uint16
 
 double token_bits(const TokenCounts& counts, std::span<const uint16_t> table) {
   double bits = coded_bits(counts, table);
-  for (uint32_t token = kDirectTokens; token < kTokens; ++token)
-    bits += static_cast<double>(counts[token]) * extra_bits_of(token);
+  for (uint32_t token = core::kDirectTokens; token < core::kTokenCount; ++token)
+    bits += static_cast<double>(counts[token]) * core::token_bits(token).bit_count;
   return bits;
 }
 

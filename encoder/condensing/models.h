@@ -23,9 +23,9 @@ inline const std::vector<uint8_t>& flags_of_kind(const AttributeFields& fields, 
 
 // The frequencies of tokens in the tables of an attribute: two, or three by creation.
 using TokenTables = std::vector<std::vector<uint16_t>>;
-using TokenCounts = std::array<uint64_t, kTokens>;
+using TokenCounts = std::array<uint64_t, core::kTokenCount>;
 inline TokenCounts& operator+=(TokenCounts& to, const TokenCounts& from) {
-  for (uint32_t token = 0; token < kTokens; ++token) to[token] += from[token];
+  for (uint32_t token = 0; token < core::kTokenCount; ++token) to[token] += from[token];
   return to;
 }
 using BitCounts = std::array<uint64_t, 2>;

@@ -13,14 +13,14 @@ constexpr double kWorthTwice = 0.0015;  // of all bits
 
 constexpr size_t kTables = std::tuple_size_v<decltype(AttributeCounts::tokens)>;
 // The bits of each token with the tables of a set, in 65536ths: sums are exact.
-using TokenBits = std::array<std::array<uint32_t, kTokens>, kTables>;
+using TokenBits = std::array<std::array<uint32_t, core::kTokenCount>, kTables>;
 
 // A token that the set does not have yet would get a slot in its table.
 TokenBits bits_of_tokens(const AttributeCounts& set) {
   TokenBits bits;
   for (size_t t = 0; t < kTables; ++t) {
     const std::vector<uint16_t> table = fitting_frequencies(set.tokens[t]);
-    for (uint32_t token = 0; token < kTokens; ++token) {
+    for (uint32_t token = 0; token < core::kTokenCount; ++token) {
       const std::array frequency{std::max<uint16_t>(table[token], 1)};
       bits[t][token] = static_cast<uint32_t>(65536 * coded_bits(std::array{uint64_t{1}}, frequency));
     }
@@ -85,7 +85,7 @@ void improve(std::span<const PatchTokens> patches, uint32_t count, const ThreadP
 PatchTokens patch_tokens(const AttributeCounts& counts) {
   PatchTokens result;
   for (uint16_t table = 0; table < kTables; ++table)
-    for (uint16_t token = 0; token < kTokens; ++token)
+    for (uint16_t token = 0; token < core::kTokenCount; ++token)
       if (const uint64_t count = counts.tokens[table][token]; count > 0)
         result.push_back({table, token, static_cast<uint32_t>(count)});
   return result;

@@ -11,10 +11,10 @@ namespace psplit::core {
 struct alignas(16) TokenBits {
   uint32_t base, bit_count, mask;
 };
+inline constexpr uint32_t kDirectTokens = 64, kFewestTokenBits = 5;
 PSPLIT_HD constexpr TokenBits token_bits(uint32_t token) {
-  constexpr uint32_t kDirect = 64, kFewestBits = 5;
-  if (token < kDirect) return {token, 0, 0};
-  const uint32_t bit_count = (token - kDirect) / 2 + kFewestBits;
+  if (token < kDirectTokens) return {token, 0, 0};
+  const uint32_t bit_count = (token - kDirectTokens) / 2 + kFewestTokenBits;
   return {(2 + token % 2) << bit_count, bit_count, (1u << bit_count) - 1};
 }
 

@@ -76,10 +76,11 @@ TEST(Token, SaysTheSymbolWithItsExtraBits) {
     for (const uint32_t by : {~0u, 0u, 1u}) symbols.push_back((1u << bit) + by);
   for (const uint32_t symbol : symbols) {
     const Token token = token_of(symbol);
-    ASSERT_LT(token.token, kTokens);
-    EXPECT_EQ(token.extra_bits, extra_bits_of(token.token));
-    const uint32_t again =
-        token.token < kDirectTokens ? token.token : (2 + token.token % 2) << token.extra_bits | token.extra;
+    ASSERT_LT(token.token, core::kTokenCount);
+    EXPECT_EQ(token.extra_bits, core::token_bits(token.token).bit_count);
+    const uint32_t again = token.token < core::kDirectTokens
+                               ? token.token
+                               : (2 + token.token % 2) << token.extra_bits | token.extra;
     EXPECT_EQ(again, symbol);
   }
 }

@@ -23,11 +23,11 @@ std::vector<PatchTokens> patches_of_kinds(size_t count, size_t kinds) {
 TEST(TableSets, PatchTokensAreThoseThatOccur) {
   AttributeCounts counts;
   counts.tokens[0][3] = 7;
-  counts.tokens[2][kTokens - 1] = 1;
+  counts.tokens[2][core::kTokenCount - 1] = 1;
   const PatchTokens tokens = patch_tokens(counts);
   ASSERT_EQ(tokens.size(), 2u);
   EXPECT_TRUE(tokens[0].table == 0 && tokens[0].token == 3 && tokens[0].count == 7);
-  EXPECT_TRUE(tokens[1].table == 2 && tokens[1].token == kTokens - 1 && tokens[1].count == 1);
+  EXPECT_TRUE(tokens[1].table == 2 && tokens[1].token == core::kTokenCount - 1 && tokens[1].count == 1);
 }
 
 TEST(TableSets, PatchesThatAreAlikeShareASet) {
