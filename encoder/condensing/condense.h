@@ -31,7 +31,14 @@ struct CondensedStreams {
 // `draco_streams` are the streams of one primitive, the residue among them, and `counts` has an item for each.
 // Each condensed stream is expanded again: it is stored instead if that does not give the same bytes, or if it
 // does not get smaller. `smallest` chooses the smallest coding; otherwise a coding that is slower to decode
-// must save bytes worth it. The result does not depend on the number of threads.
+// must save bytes worth it.
+//
+// The result depends neither on the number of threads nor, with IEEE 754 arithmetic, on the machine. One
+// exception: whether a stream gives the same bytes depends, very rarely, on the C library's log2
+// (src/condensed/entropy_encoder.cpp).
+//
+// Until it returns, it takes about 40 bytes for each decoded point of positions, and 20 more for each further
+// attribute: far less than a partition (measured: Dragon, patches of 440 and 4,800 faces).
 CondensedStreams condense(std::span<const std::vector<uint8_t>> draco_streams,
                           std::span<const DecodedCounts> counts, bool smallest, const ThreadPool& pool);
 
