@@ -129,6 +129,7 @@ const ways = [
   ['--patches', 40, '--condense'],
   ['--patches', 600, '--condense', '--encode-speed', 0, '--profile', 'size'],
   ['--patches', 30, '--condense', '--lossless'],
+  ['--patches', 20, '--condense', '--profile', 'size'],
 ];
 ways.forEach((way, i) => {
   const encoded = in_scratch(`scene-${i}.glb`);
