@@ -152,3 +152,15 @@ void operator delete(void* memory) noexcept { psplit::web::release(memory); }
 void operator delete(void* memory, size_t) noexcept { psplit::web::release(memory); }
 void operator delete[](void* memory) noexcept { psplit::web::release(memory); }
 void operator delete[](void* memory, size_t) noexcept { psplit::web::release(memory); }
+
+// For types with a larger alignment: the address of the block is just before the memory.
+void* operator new(size_t bytes, std::align_val_t alignment) {
+  const auto unit = static_cast<size_t>(alignment);
+  const auto block = reinterpret_cast<uintptr_t>(operator new(bytes + unit + sizeof(uintptr_t)));
+  const uintptr_t memory = (block + sizeof(uintptr_t) + unit - 1) / unit * unit;
+  reinterpret_cast<uintptr_t*>(memory)[-1] = block;
+  return reinterpret_cast<void*>(memory);
+}
+void operator delete(void* memory, std::align_val_t) noexcept {
+  if (memory != nullptr) operator delete(reinterpret_cast<void*>(static_cast<uintptr_t*>(memory)[-1]));
+}
