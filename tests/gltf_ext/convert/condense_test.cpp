@@ -156,18 +156,6 @@ TEST(Condense, PatchesAreCondensedAsTheyAre) {
   EXPECT_EQ(stored_bytes(document, kExtensionName), stored_bytes(before, kExtensionName));
 }
 
-TEST(Condense, PatchesThatWouldGrowStay) {
-  Document document = document_from_mesh(make_grid(2, 2));
-  EncodeDocumentOptions options;
-  options.always_patches = true;
-  ASSERT_TRUE(encode_with(document, options).ok());
-  const Document before = document;
-  const auto reports = encode_document(document, condensing(), cpu_backend(), test_pool());
-  ASSERT_TRUE(reports.ok());
-  EXPECT_EQ(reports->at(0).skipped, "already in patches, which condensing does not make smaller");
-  EXPECT_EQ(document.json, before.json);
-}
-
 // Splitting changes the order of points, so EXT_mesh_manifold is dropped. Condensing a stream does not.
 TEST(Condense, StockDracoThatIsCondensedKeepsItsManifold) {
   Document document = stock_document(make_grid(kColumns, kRows));
