@@ -6,14 +6,16 @@ namespace psplit {
 namespace {
 
 // What a coding that decodes slower must save. Measured on scans and on a regular mesh (Dragon, skull,
-// nefertiti, ICBM; patches of 440 and 4,800 faces, one thread): every percent of the bytes may cost 5 % of the
-// time. Contexts of valences take 20 to 27 % more time than those of symbols, because each waits for the mesh.
-constexpr double kWorthValence = 0.05;  // of all bits
+// nefertiti, ICBM; patches of 440 to 4,800 faces, one thread), so that condensed patches decode as fast as
+// ordinary ones: with half of these thresholds, nefertiti decodes at 0.81 to 0.91 of that speed, ICBM at 0.70
+// to 0.85. Contexts of valences take 20 to 27 % more time than those of symbols, because each waits for the
+// mesh.
+constexpr double kWorthValence = 0.09;  // of all bits
 // Up to 3 symbols cost nothing. 5 cost 4 %, as their 3,125 contexts do not stay in the cache.
 constexpr double kWorthContexts = 0.001;  // of all bits, for each symbol more in the context
 // One parallelogram in the order of creation is fast, forward and backward. Draco's order, two parallelograms,
 // means of two values and a shorter reach take 12 to 20 % more, each of them and all together.
-constexpr double kWorthSlowValues = 0.04;  // of the attribute's bits
+constexpr double kWorthSlowValues = 0.08;  // of the attribute's bits
 constexpr double kWorthBorders = 0.005;    // of the first attribute's bits
 
 bool is_fast(const ValueCoding& coding) {
