@@ -10,12 +10,14 @@
 //   FinishStreams   a warp a stream      the remaining stops; the points that it owns; the first stream's grid
 //   WriteStreams    a warp a stream      values and faces, to their targets
 //
-// All except WriteStreams exist twice: for Draco streams, and for condensed streams.
+// All except WriteStreams exist twice: for Draco streams, and for condensed streams. Before them come the
+// bodies of border_bodies.h, if a container stores the values at borders once.
 #pragma once
 
 #include <new>
 
 #include "decoder_cuda/device_head.h"
+#include "src/core/condensed/border_values.h"
 #include "src/core/condensed/condensed_header.h"
 #include "src/core/stitch.h"
 #include "src/core/workspace.h"
@@ -63,6 +65,7 @@ struct PrimitiveTask {
 
 enum class StreamUse : uint8_t {
   kNone,
+  kBorder,      // only its border part is decoded
   kReferredTo,  // decoded only for the numbers of its points
   kWritten,
 };
@@ -80,6 +83,31 @@ struct StreamTask {
   bool has_point_limit = false;  // the row has the largest number of points, not the exact one
   uint64_t workspace_at = 0, workspace_bytes = 0;  // of the StreamState, and the bytes after it
   uint64_t walk_at = 0;                            // of point_count numbers, which all streams may refer to
+  static constexpr uint64_t kNoBorder = ~uint64_t{0};
+  uint64_t border_at = kNoBorder;  // of the BorderState of a condensed stream with a border part
+};
+
+// A stream with a border part.
+struct BorderTask {
+  uint32_t stream = 0;  // its place in the batch
+  uint32_t places = 0, components = 0;
+  // Of a patch alone: the place and the number of the values at its border, which are uploaded.
+  bool is_known = false;
+  uint32_t known_count = 0;
+  uint64_t known_at = 0;
+};
+
+// The values of the first attribute at a stream's border, which are known before the stream is decoded. Behind
+// it are the values and marks of all places.
+struct BorderState {
+  core::WalkValues walk;
+  uint32_t components = 0;
+  core::SectionReader behind;  // the stream's coder behind its border part
+
+  // With the memory after it. Every value takes four bytes, and every place a mark.
+  static size_t bytes(uint64_t places, uint64_t components) {
+    return static_cast<size_t>((sizeof(BorderState) + places * (4 * components + 1) + 15) / 16 * 16);
+  }
 };
 
 // The memory for a stream's numbers, beside the memory that it decodes in.
@@ -118,6 +146,28 @@ struct Batch {
   core::Fault* faults = nullptr;          // of decoding
   core::Fault* stitch_faults = nullptr;
   uint32_t* point_counts = nullptr;  // as decoded
+  uint8_t* borders = nullptr;        // the places of borders count from here
+  const int32_t* known = nullptr;    // the values at the borders of patches alone
+
+  PSPLIT_HD BorderState& border(const StreamTask& task) const {
+    return *__builtin_launder(reinterpret_cast<BorderState*>(borders + task.border_at));
+  }
+  PSPLIT_HD core::Fault read_condensed_header(const StreamTask& task, core::StreamHeader& header) const {
+    const PrimitiveTask& primitive = primitives[task.primitive];
+    return core::read_condensed_header(primitive.head->skeleton(task.skeleton_at, task.skeleton_bytes),
+                                       {primitive.bytes + task.stream_at, task.stream_bytes},
+                                       primitive.head->models, task.face_count, task.point_count, header);
+  }
+  PSPLIT_HD core::StitchRow row(const StreamTask& task) const {
+    const PrimitiveTask& primitive = primitives[task.primitive];
+    return {core::View<const uint8_t>(primitive.bytes + task.stitch_at, task.stitch_bytes),
+            primitive.stitch_version,
+            task.number,
+            task.point_count,
+            task.reference_count,
+            task.owned_base,
+            primitive.point_count};
+  }
 };
 
 // Streams whose numbers take 16 bits, or streams whose numbers take 32.
@@ -137,16 +187,6 @@ struct StreamSet {
   }
   PSPLIT_HD uint8_t* memory(uint32_t i) const { return batch.workspace + task(i).workspace_at; }
   PSPLIT_HD core::Fault& fault(uint32_t i) const { return batch.faults[streams[i]]; }
-  PSPLIT_HD core::StitchRow row(const StreamTask& task) const {
-    const PrimitiveTask& primitive = batch.primitives[task.primitive];
-    return {core::View<const uint8_t>(primitive.bytes + task.stitch_at, task.stitch_bytes),
-            primitive.stitch_version,
-            task.number,
-            task.point_count,
-            task.reference_count,
-            task.owned_base,
-            primitive.point_count};
-  }
 };
 
 // The attribute of a target, or null if the stream has none of its type.
@@ -178,7 +218,10 @@ struct BeginStreams {
   StreamSet<Index> set;
 
   PSPLIT_HD void operator()(uint32_t i) const {
-    set.fault(i) = begin(set.task(i), *new (set.memory(i)) StreamState<Index>, set.memory(i));
+    StreamState<Index>& state = *new (set.memory(i)) StreamState<Index>;
+    const StreamTask& task = set.task(i);
+    const core::Fault of_border = task.border_at != StreamTask::kNoBorder ? set.fault(i) : core::Fault::kNone;
+    set.fault(i) = of_border == core::Fault::kNone ? begin(task, state, set.memory(i)) : of_border;
   }
 
  private:
@@ -195,14 +238,17 @@ struct BeginStreams {
     return (new (state.decoder_bytes) Decoder(state.header, state.arena, state.patch))->start();
   }
   PSPLIT_HD core::Fault read_header(const StreamTask& task, core::StreamHeader& header) const {
-    const PrimitiveTask& primitive = set.batch.primitives[task.primitive];
-    const uint8_t* const stream = primitive.bytes + task.stream_at;
-    if constexpr (kKinds == core::StreamKinds::kDraco)
+    if constexpr (kKinds == core::StreamKinds::kDraco) {
+      const uint8_t* const stream = set.batch.primitives[task.primitive].bytes + task.stream_at;
       return core::read_stream_header(stream, task.stream_bytes, header);
-    else
-      return core::read_condensed_header(primitive.head->skeleton(task.skeleton_at, task.skeleton_bytes),
-                                         {stream, task.stream_bytes}, primitive.head->models, task.face_count,
-                                         task.point_count, header);
+    } else {
+      const core::Fault fault = set.batch.read_condensed_header(task, header);
+      if (fault != core::Fault::kNone || task.border_at == StreamTask::kNoBorder) return fault;
+      const BorderState& border = set.batch.border(task);
+      header.condensed.known = border.walk.values.first(size_t{border.walk.length} * border.components);
+      header.condensed.behind_border = border.behind;
+      return fault;
+    }
   }
 };
 
@@ -305,7 +351,7 @@ struct FinishStreams {
     }
     const uint32_t total = primitive.point_count;
     const core::Fault fault = core::number_mesh_points(
-        lanes, set.row(task), core::View<const Index>(state.border), state.numbers, state.references);
+        lanes, set.batch.row(task), core::View<const Index>(state.border), state.numbers, state.references);
     if (fault != core::Fault::kNone) return fault;
     core::for_each_lane_item(lanes, static_cast<uint32_t>(walk.size()), [&](uint32_t at) {
       const uint32_t number = state.numbers[state.border[at]];
@@ -442,7 +488,7 @@ struct WriteStreams {
       const StreamTask& owner = batch.streams[first + stream];
       return rank < owner.owned_end - owner.owned_base ? owner.owned_base + rank : core::kNoPoint;
     };
-    return core::resolve_references(lanes, set.row(task), walk_of, owned_of, state.references);
+    return core::resolve_references(lanes, set.batch.row(task), walk_of, owned_of, state.references);
   }
 };
 

@@ -19,7 +19,7 @@
 #include <cstring>
 
 #include "decoder_cuda/batch_plan.h"
-#include "decoder_cuda/expanded_containers.h"
+#include "decoder_cuda/border_bodies.h"
 
 namespace psplit {
 
@@ -50,6 +50,15 @@ Status launch_writing(Device& device, const StreamSet<Index>& set) {
   return device.launch_warps(set.count, WriteStreams<Index>{set});
 }
 
+// The values at the borders of `count` streams.
+template <typename Device>
+Status launch_borders(Device& device, const Batch& batch, const BorderTask* tasks, uint32_t count) {
+  if (count == 0) return {};
+  device.mark("borders");
+  if (Status status = device.launch_threads(count, TakeBorderParts{batch, tasks}); !status.ok()) return status;
+  return device.launch_warps(count, ShareBorderValues{batch, tasks});
+}
+
 // Reserves at least `bytes`. Grows by half if `most` allows it, since the need may grow little by little.
 template <typename Array>
 Status grow(Array& array, uint64_t bytes, uint64_t most = ~uint64_t{0}) {
@@ -72,7 +81,7 @@ class BatchDecoder {
   // device fails. All others come from finish.
   Status start(std::span<const CudaPrimitive> primitives) {
     if (is_running_) (void)device_.wait();  // for a batch without a finish
-    make_plan(primitives);
+    statuses_ = plan_.make(primitives);
     layout_ = Layout(plan_);
     faults_.assign(2 * plan_.streams().size(), core::Fault::kNone);
     point_counts_.assign(plan_.streams().size(), 0);
@@ -103,30 +112,13 @@ class BatchDecoder {
   }
 
  private:
-  // Plans, with expanded containers in the place of those with border parts.
-  void make_plan(std::span<const CudaPrimitive> primitives) {
-    expanded_.clear();
-    std::vector<CudaPrimitive> plain(primitives.begin(), primitives.end());
-    std::vector<Status> failures(plain.size());
-    for (size_t i = 0; i < plain.size(); ++i) {
-      if (plain[i].container == nullptr) continue;
-      const Expected<const PatchContainer*> container = expanded_.find(*plain[i].container);
-      failures[i] = container.status().at({.primitive = static_cast<int64_t>(i)});
-      if (container && *container == plain[i].container) continue;
-      plain[i].container = container ? *container : nullptr;
-      plain[i].device_bytes = nullptr;
-    }
-    statuses_ = plan_.make(plain);
-    for (size_t i = 0; i < plain.size(); ++i)
-      if (!failures[i].ok()) statuses_[i] = std::move(failures[i]);
-  }
-
   // The places of everything in the one array that a batch has on the device, so that one limit holds for all
   // of it. Tables and pieces of containers come first: they are uploaded. The workspace is last: only it may
   // grow.
   struct Layout {
-    size_t primitives = 0, targets = 0, streams = 0, lists = 0, heads = 0, pieces = 0;
-    size_t walks = 0, walk_numbers = 0, faults = 0, point_counts = 0, workspace = 0;
+    size_t primitives = 0, targets = 0, streams = 0, lists = 0, heads = 0, border_tasks = 0, known = 0;
+    size_t pieces = 0;
+    size_t walks = 0, walk_numbers = 0, borders = 0, faults = 0, point_counts = 0, workspace = 0;
 
     Layout() = default;
     explicit Layout(const BatchPlan& plan) {
@@ -138,9 +130,12 @@ class BatchDecoder {
       streams = place(count * sizeof(StreamTask));
       lists = place(count * sizeof(uint32_t));  // narrow, then wide
       heads = place(plan.head_bytes());
+      border_tasks = place(plan.borders().size() * sizeof(BorderTask));
+      known = place(plan.known().size() * sizeof(int32_t));
       pieces = place(plan.piece_bytes());
       walks = place(count * sizeof(core::View<uint32_t>));
       walk_numbers = place(plan.walk_points() * sizeof(uint32_t));
+      borders = place(plan.border_bytes());
       faults = place(2 * count * sizeof(core::Fault));
       point_counts = place(count * sizeof(uint32_t));
       workspace = end;
@@ -198,6 +193,8 @@ class BatchDecoder {
     copy(layout_.targets, plan_.targets());
     copy(layout_.streams, plan_.streams());
     copy(copy(layout_.lists, plan_.narrow().streams), plan_.wide().streams);
+    copy(layout_.border_tasks, plan_.borders());
+    copy(layout_.known, plan_.known());
 
     size_t begin = 0, end = layout_.pieces;  // of the gathered bytes that are not uploaded yet
     size_t to = 0;
@@ -228,11 +225,17 @@ class BatchDecoder {
                       .walks = array<core::View<uint32_t>>(layout_.walks),
                       .faults = array<core::Fault>(layout_.faults),
                       .stitch_faults = array<core::Fault>(layout_.faults) + plan_.streams().size(),
-                      .point_counts = array<uint32_t>(layout_.point_counts)};
+                      .point_counts = array<uint32_t>(layout_.point_counts),
+                      .borders = array<uint8_t>(layout_.borders),
+                      .known = array<int32_t>(layout_.known)};
     const auto* const lists = array<uint32_t>(layout_.lists);
     const StreamSet<uint16_t> narrow{batch, lists, static_cast<uint32_t>(plan_.narrow().streams.size())};
     const StreamSet<uint32_t> wide{batch, lists + narrow.count,
                                    static_cast<uint32_t>(plan_.wide().streams.size())};
+    if (Status status = launch_borders(device_, batch, array<BorderTask>(layout_.border_tasks),
+                                       static_cast<uint32_t>(plan_.borders().size()));
+        !status.ok())
+      return status;
     for (const BatchPlan::Part& part : plan_.parts()) {
       Status status = decode(narrow, part.narrow, plan_.narrow());
       if (status.ok()) status = decode(wide, part.wide, plan_.wide());
@@ -294,12 +297,14 @@ class BatchDecoder {
         faults_[count + stream] = faults[count + stream];
         point_counts_[stream] = point_counts[stream];
       }
+    for (const BorderTask& border : plan_.borders())
+      if (plan_.streams()[border.stream].use == StreamUse::kBorder)
+        faults_[border.stream] = faults[border.stream];
     return {};
   }
 
   Device device_;
   uint64_t memory_limit_ = ~uint64_t{0};
-  ExpandedContainers expanded_;  // of the batch
   BatchPlan plan_;
   Layout layout_;
   std::vector<Status> statuses_;     // by primitive

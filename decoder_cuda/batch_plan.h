@@ -85,7 +85,7 @@ class BatchPlan {
     workspace_bytes_ = 0;
     for (uint32_t i = 0; i < streams_.size(); ++i) {
       StreamTask& task = streams_[i];
-      if (task.use == StreamUse::kNone || !is_due_[task.primitive]) continue;
+      if (!is_decoded(task.use) || !is_due_[task.primitive]) continue;
       const bool is_wide = sizes_[i] == Size::kWide;
       const uint64_t bytes = (is_wide ? StreamState<uint32_t>::bytes() : StreamState<uint16_t>::bytes()) +
                              in_block(task.workspace_bytes);
@@ -140,6 +140,8 @@ class BatchPlan {
   const std::vector<AttributeTarget>& targets() const { return targets_; }
   const std::vector<StreamTask>& streams() const { return streams_; }
   const std::vector<Piece>& pieces() const { return pieces_; }
+  const std::vector<BorderTask>& borders() const { return borders_; }
+  const std::vector<int32_t>& known() const { return known_; }
   const std::vector<Head>& heads() const { return heads_; }
   const std::vector<Part>& parts() const { return parts_; }
   const Width& narrow() const { return narrow_; }
@@ -149,6 +151,7 @@ class BatchPlan {
   uint64_t workspace_bytes() const { return workspace_bytes_; }
   uint64_t walk_points() const { return walk_points_; }
   uint64_t stream_bytes() const { return stream_bytes_; }
+  uint64_t border_bytes() const { return border_bytes_; }
   uint64_t head_bytes() const { return head_bytes_; }
   uint64_t piece_bytes() const { return pieces_.empty() ? 0 : pieces_.back().at + pieces_.back().bytes.size(); }
   uint64_t gathered_bytes() const { return gathered_bytes_; }
@@ -161,6 +164,16 @@ class BatchPlan {
   }
 
   bool is_condensed(uint32_t stream) const { return streams_[stream].skeleton_bytes > 0; }
+
+  // Whole, and not only its border part.
+  static bool is_decoded(StreamUse use) { return use >= StreamUse::kReferredTo; }
+  static bool has_borders(const PatchContainer& container) {
+    return container.head != nullptr && container.head->has_borders;
+  }
+  static uint64_t border_bytes(const core::StreamHeader& header, const StreamEntry& entry) {
+    const core::CondensedStream& stream = header.condensed;
+    return BorderState::bytes(core::most_places(stream, entry.reference_count), stream.border_components);
+  }
 
   static AttributeTarget target_of(const CudaAttribute& attribute) {
     return {.unique_id = attribute.unique_id,
@@ -175,6 +188,7 @@ class BatchPlan {
     if (primitive.container == nullptr) return {StatusCode::kUsage, "no container"};
     const PatchContainer& container = *primitive.container;
     if (Status status = check_container(container); !status.ok()) return status;
+    if (Status status = check_borders(container); !status.ok()) return status;
     const uint32_t first = primitive.first, end = end_of(primitive);
     const auto refused = [](const char* message) { return Status(StatusCode::kUsage, message); };
     const auto is_aligned = [](const void* at, size_t bytes) {
@@ -211,20 +225,32 @@ class BatchPlan {
     return {};
   }
 
+  // Whether the bytes justify the memory for the values at borders.
+  static Status check_borders(const PatchContainer& container) {
+    uint64_t bytes = 0;
+    for (size_t i = 0; has_borders(container) && i < container.entries.size(); ++i)
+      bytes += border_bytes(container.headers[i], container.entries[i]);
+    return status_of(bytes > core::justified_bytes(container.stream_bytes()) ? core::Fault::kWorkspace
+                                                                             : core::Fault::kNone);
+  }
+
   // The use of each stream below `end`, if [first, end) is written.
   static std::vector<StreamUse> uses_of(const CudaPrimitive& primitive) {
     const PatchContainer& container = *primitive.container;
     const uint32_t end = end_of(primitive);
     std::vector<StreamUse> uses(end, StreamUse::kNone);
-    const auto refer_to = [&](uint32_t owner) {
-      if (owner < primitive.first) uses[owner] = StreamUse::kReferredTo;
-    };
-    for (uint32_t i = primitive.first; i < end; ++i) {
-      uses[i] = StreamUse::kWritten;
-      if (!primitive.is_stitched || primitive.first == 0) continue;
+    std::fill(uses.begin() + std::min(primitive.first, end), uses.end(), StreamUse::kWritten);
+    if (primitive.first == 0) return uses;  // references only go back
+    const auto refer_to = [&](uint32_t owner, StreamUse use) { uses[owner] = std::max(uses[owner], use); };
+    for (uint32_t i = primitive.first; primitive.is_stitched && i < end; ++i) {
       core::StitchReader reader(container.stitch_row(i));
-      for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner);
-      for (core::StitchReader::Pair pair; reader.next_pair(pair);) refer_to(pair.owner);
+      for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner, StreamUse::kReferredTo);
+      for (core::StitchReader::Pair pair; reader.next_pair(pair);) refer_to(pair.owner, StreamUse::kReferredTo);
+    }
+    for (uint32_t i = 0; has_borders(container) && i < end; ++i) {
+      if (!is_decoded(uses[i])) continue;
+      core::StitchReader reader(container.stitch_row(i));
+      for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner, StreamUse::kBorder);
     }
     return uses;
   }
@@ -265,7 +291,9 @@ class BatchPlan {
       task.has_point_limit = container.is_stock;
       task.has_walk = has_walks;
       task.walk_at = walk_points_;
-      if (task.use != StreamUse::kNone) {
+      if (task.use != StreamUse::kNone && header.is_condensed() && has_borders(container))
+        add_border(header, entry, container.is_stock, task);
+      if (is_decoded(task.use)) {
         next_point += entry.point_count;
         stream_bytes_ += entry.stream_bytes;
         if (task.has_walk) walk_points_ += entry.point_count;
@@ -294,6 +322,22 @@ class BatchPlan {
     for (const CudaAttribute& attribute : primitive.attributes) targets_.push_back(target_of(attribute));
   }
 
+  // The border of the stream that is added. The header of a patch alone has the values at its border.
+  void add_border(const core::StreamHeader& header, const StreamEntry& entry, bool is_alone, StreamTask& task) {
+    task.border_at = border_bytes_;
+    border_bytes_ += border_bytes(header, entry);
+    BorderTask& border = borders_.emplace_back();
+    border.stream = static_cast<uint32_t>(streams_.size());
+    border.places = core::most_places(header.condensed, entry.reference_count);
+    border.components = header.condensed.border_components;
+    border.is_known = is_alone;
+    if (!is_alone) return;
+    const core::View<const int32_t> known = header.condensed.known;
+    border.known_at = known_.size();
+    border.known_count = static_cast<uint32_t>(known.size());
+    known_.insert(known_.end(), known.data(), known.data() + known.size());
+  }
+
   // The head of the primitive that is added. Windows of a mesh share it.
   void add_head(const CondensedHead& head) {
     const size_t primitive = primitives_.size();
@@ -320,7 +364,7 @@ class BatchPlan {
     };
     // In a container all stitch maps come first.
     for (StreamTask& task : tasks)
-      if (task.use != StreamUse::kNone && primitive.is_stitched)
+      if (task.use != StreamUse::kNone && (primitive.is_stitched || task.border_at != StreamTask::kNoBorder))
         task.stitch_at = place(primitive.container->stitch[task.number]);
     for (StreamTask& task : tasks)
       if (task.use != StreamUse::kNone) task.stream_at = place(primitive.container->streams[task.number]);
@@ -367,11 +411,14 @@ class BatchPlan {
   std::vector<Size> sizes_;   // by stream
   std::vector<bool> is_due_;  // by primitive: whether its streams are to be decoded
   std::vector<Head> heads_;
+  std::vector<BorderTask> borders_;
+  std::vector<int32_t> known_;  // the values at the borders of patches alone
   std::vector<Piece> pieces_;
   std::vector<Part> parts_;
   Width narrow_, wide_;
   bool has_point_limits_ = false;
-  uint64_t workspace_bytes_ = 0, walk_points_ = 0, stream_bytes_ = 0, head_bytes_ = 0, gathered_bytes_ = 0;
+  uint64_t workspace_bytes_ = 0, walk_points_ = 0, stream_bytes_ = 0, head_bytes_ = 0, border_bytes_ = 0,
+           gathered_bytes_ = 0;
 };
 
 }  // namespace psplit

@@ -23,20 +23,16 @@ class HostDecoder {
   // before each batch whether to stop.
   std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
                                   const Watch& watch) {
-    ExpandedContainers expanded;  // once for all windows
-    Call call{{tasks.begin(), tasks.end()}, buffers_for, watch, {}, {}, {}, 0};
+    Call call{tasks, buffers_for, watch, {}, {}, {}, 0};
     call.statuses.resize(tasks.size());
     call.buffers.resize(tasks.size());
     size_t done = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
-      const Expected<const PatchContainer*> found = expanded.find(*tasks[i].container);
-      call.statuses[i] = found ? check_container(**found) : found.status();
+      const PatchContainer& container = *tasks[i].container;
+      call.statuses[i] = check_container(container);
       if (!call.statuses[i].ok()) continue;
-      const PatchContainer& container = *(call.tasks[i].container = *found);
       const auto stream_count = static_cast<uint32_t>(container.entries.size());
-      const auto bytes_of = [&](uint32_t first, uint32_t end) {
-        return result_bytes(call.tasks[i], first, end);
-      };
+      const auto bytes_of = [&](uint32_t first, uint32_t end) { return result_bytes(tasks[i], first, end); };
       if (call.result_bytes + bytes_of(0, stream_count) > limit_ / 2) run(call);
       for (uint32_t first = 0, end; first < stream_count; first = end) {
         uint64_t bytes = bytes_of(first, first + 1);
@@ -63,7 +59,7 @@ class HostDecoder {
     uint32_t first = 0, end = 0;
   };
   struct Call {
-    std::vector<DecodeTask> tasks;
+    std::span<const DecodeTask> tasks;
     const BuffersFor& buffers_for;
     const Watch& watch;
     std::vector<Status> statuses;           // of each task

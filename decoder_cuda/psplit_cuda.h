@@ -75,9 +75,7 @@ struct CudaAttribute {
 // first point of all.
 //
 // Condensed patches are decoded on the device like others. The tables of their container's head are uploaded
-// with every batch, also if device_bytes has the container. A container whose condensed patches store their
-// border points once is expanded on the host, and then uploaded whatever device_bytes says. If one of its
-// patches is broken, that may be the error of the whole primitive.
+// with every batch, also if device_bytes has the container.
 //
 // A stock Draco stream is a container of one patch. There must be room for the points that its container
 // counts.
@@ -109,8 +107,9 @@ class PSPLIT_EXPORT CudaDecoder {
   Status start(std::span<const CudaPrimitive> primitives);
   // Waits, and returns the first error with its place: kUsage for an impossible request, kInvalidInput for
   // broken streams, kUnsupported for types that were not encoded, kRuntimeFailure if CUDA fails. Patches that
-  // are not broken are right nevertheless, except for faces that share a point with a broken patch. Of broken
-  // patches, the indices are below the number of points, and nothing was written outside of the buffers.
+  // are not broken are right nevertheless, with two exceptions: faces that share a point with a broken patch,
+  // and condensed patches that take values at their border from a broken patch. These are broken as well. Of
+  // broken patches, the indices are below the number of points, and nothing was written outside of the buffers.
   // Returns the same again if nothing was started since, or if start failed.
   Status finish();
   // After finish: the first error of one primitive of the batch.

@@ -9,6 +9,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/decoder_cuda/device_samples.h"
+#include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
 
 namespace psplit {
@@ -218,7 +219,7 @@ TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 6})};
   size_t count = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
+  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
     SCOPED_TRACE(sample.name);
     const PatchContainer input = opened(sample.encoded.container);
     const PatchContainer& container = input;
@@ -260,7 +261,7 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 5})};
   size_t count = 0;
-  for (const PatchedSample& sample : patched_samples(pool)) {
+  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
     SCOPED_TRACE(sample.name);
     const PatchContainer input = opened(sample.encoded.container);
     const PatchContainer* const container = &input;
@@ -269,7 +270,7 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
     std::vector<Mesh> expected;
     size_t faces = 0, points = 0;
     for (uint32_t i = kFirst; i < end; ++i) {
-      Expected<Mesh> patch = decode_stream(draco_backend(), container->streams[i], sample.requests);
+      Expected<Mesh> patch = draco_backend().decode(container->alone(i), sample.requests, pool);
       ASSERT_TRUE(patch);
       patch->faces.resize(container->entries[i].face_count);  // a residue may have more
       faces += patch->faces.size();

@@ -12,6 +12,7 @@
 #include "tests/decoder_cuda/device_samples.h"
 #include "tests/decoder_cuda/mutants.h"
 #include "tests/src/loader/buffers.h"
+#include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
 
 namespace psplit {
@@ -37,7 +38,7 @@ TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
   std::vector<HostDecoder<EmulatedDevice>> decoders;
   for (const LaneOrder& order : kLaneOrders) decoders.emplace_back(EmulatedDevice(order));
   size_t count = 0;
-  for (const PatchedSample& sample : all_samples(pool)) {
+  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
     SCOPED_TRACE(sample.name);
     const std::vector<uint8_t>& container = sample.encoded.container;
     const Expected<Mesh> expected = decode_container(draco_backend(), container, sample.requests, pool);
@@ -46,6 +47,29 @@ TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
     ASSERT_TRUE(decoded) << decoded.status().to_string();
     EXPECT_TRUE(same_bits(*decoded, *expected));
   }
+}
+
+// Each knows the values at its border, if patches share them.
+TEST(HostDecoder, DecodesCondensedPatchesAlone) {
+  const ThreadPool pool(2);
+  HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
+  size_t with_borders = 0;
+  for (const CondensedSample& sample : condensed_samples(pool)) {
+    SCOPED_TRACE(sample.original.name);
+    const PatchContainer container = opened(sample.container);
+    const std::vector<AttributeRequest>& requests = sample.original.requests;
+    for (uint32_t i = 0; i < std::min<size_t>(container.entries.size(), 3); ++i) {
+      const PatchContainer alone = container.alone(i);
+      with_borders += alone.borders != nullptr;
+      const Expected<Mesh> expected =
+          draco_backend().decode(sample.original.encoded.opened->alone(i), requests, pool);
+      const Expected<Mesh> decoded = backend_of(decoder).decode(alone, requests, pool);
+      ASSERT_TRUE(expected);
+      ASSERT_TRUE(decoded) << decoded.status().to_string();
+      EXPECT_TRUE(same_bits(*decoded, *expected));
+    }
+  }
+  EXPECT_GT(with_borders, 10u);
 }
 
 // Limits for results and for all other memory, down to one patch at a time.

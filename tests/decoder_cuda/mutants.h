@@ -8,8 +8,8 @@
 #include <random>
 
 #include "src/cpu/cpu_backend.h"
+#include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
-#include "tests/support/patched_samples.h"
 
 namespace psplit {
 
@@ -17,10 +17,10 @@ namespace psplit {
 template <typename Decode>
 void expect_mutants_as_on_cpu(Decode decode) {
   const ThreadPool pool(1);
-  const std::vector<PatchedSample> seeds = patched_samples(pool);
+  const std::vector<PatchedSample> seeds = samples_of_all_versions(pool);
   std::mt19937 random(2);
   size_t accepted = 0;
-  for (int i = 0; i < 1500; ++i) {
+  for (int i = 0; i < 3000; ++i) {
     const PatchedSample& seed = seeds[random() % seeds.size()];
     if (seed.encoded.container.size() > 10'000) continue;
     std::vector<uint8_t> bytes = seed.encoded.container;

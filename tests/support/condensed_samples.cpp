@@ -35,4 +35,15 @@ std::vector<CondensedSample> condensed_samples(const ThreadPool& pool) {
   return samples;
 }
 
+std::vector<PatchedSample> samples_of_all_versions(const ThreadPool& pool) {
+  std::vector<PatchedSample> samples = patched_samples(pool);
+  for (CondensedSample& sample : condensed_samples(pool)) {
+    sample.original.name += ", condensed";
+    sample.original.encoded.container = std::move(sample.container);
+    samples.push_back(std::move(sample.original));
+  }
+  for (PatchedSample& sample : samples) sample.encoded.opened = nullptr;
+  return samples;
+}
+
 }  // namespace psplit

@@ -17,4 +17,7 @@ struct CondensedSample {
 };
 std::vector<CondensedSample> condensed_samples(const ThreadPool& pool);
 
+// patched_samples, and then the containers of condensed_samples. `encoded.opened` is not set.
+std::vector<PatchedSample> samples_of_all_versions(const ThreadPool& pool);
+
 }  // namespace psplit
