@@ -5,7 +5,8 @@
 
 A well-formed file must encode, validate, decode, and be the same mesh as before: same_mesh and the command itself
 (compare A B) must both say so. This is done twice: with the default options, except one grid per primitive, as same_mesh
-needs it; and split and lossless, with every face and point kept (kSplit below). Or the file must be refused exactly as
+needs it; and split, condensed and lossless, with every face and point kept (kSplit below), in patches of one of three sizes.
+Then libdraco must decode the same patches, expanded, to the same bytes. Or the file must be refused exactly as
 expected_refusals.txt says. In glTF's JSON only what asset_difference.py lists may change.
 
 A file of the malformed folder must be refused, with exit code 2, 3 or 5 and a message that names it, or must load if
@@ -18,7 +19,7 @@ and draco.
 
 The corpus is not part of the project. Without it the exit code is 77 (skipped).
 """
-import argparse, concurrent.futures, fnmatch, gzip, json, pathlib, shutil, subprocess, sys, tempfile
+import argparse, concurrent.futures, fnmatch, gzip, json, pathlib, shutil, subprocess, sys, tempfile, zlib
 from asset_difference import differences
 
 here = pathlib.Path(__file__).resolve().parent
@@ -32,7 +33,8 @@ parser.add_argument("--malformed", action="store_true", help="only the malformed
 parser.add_argument("--timeout", type=int, default=300, help="seconds for one command")
 options = parser.parse_args()
 kDefault = ["--quantization-volume", "primitive"]
-kSplit = ["--lossless", "--always-patches", "--patch-faces", 1200, "--keep-degenerate", "--keep-unused"]
+kSplit = ["--lossless", "--always-patches", "--keep-degenerate", "--keep-unused", "--patch-faces"]
+kPatchFaces = [440, 1200, 4800]
 kLoadable = {".gltf", ".glb", ".ply", ".obj", ".stl", ".drc", ".off"}
 
 
@@ -95,10 +97,15 @@ def decode_stock(source, folder):
     return "older .drc" if older else ".drc" if is_drc else "glTF", count
 
 
-def round_trip(path, source, folder, malformed, lossless):
+def round_trip(path, source, folder, malformed, lossless, has_stock):
     """The outcome: "equal", "loaded" (a malformed file has nothing to be compared with) or "refused"."""
     encoded, decoded = folder / "encoded.glb", folder / "decoded.glb"
-    code, said = run("encode", options.psplit, "encode", "-q", "-j", 1, *(kSplit if lossless else kDefault), source, encoded)
+    ways = kDefault
+    if lossless:
+        ways = [*kSplit, kPatchFaces[zlib.crc32(path.encode()) % len(kPatchFaces)]]
+        # Stock Draco would be condensed as it is, with all of its points, of which same_mesh wants equal ones merged.
+        ways += [] if has_stock else ["--condense"]
+    code, said = run("encode", options.psplit, "encode", "-q", "-j", 1, *ways, source, encoded)
     expected = expected_codes(refusals, path)
     if code != 0:
         if not said or code not in (2, 3, 5):
@@ -120,6 +127,13 @@ def round_trip(path, source, folder, malformed, lossless):
             raise Failure("encode changes what it must not change: " + "; ".join(found)[:400])
     must("validate", options.psplit, "validate", "-q", "-j", 1, encoded)
     must("decode", options.psplit, "decode", "-q", "-j", 1, encoded, decoded)
+    if lossless:
+        expanded, by_draco = folder / "expanded.glb", folder / "by-draco.glb"
+        must("decode --backend draco", options.psplit, "decode", "-q", "-j", 1, "--backend", "draco", encoded, by_draco)
+        if decoded.read_bytes() != by_draco.read_bytes():
+            raise Failure("libdraco decodes the expanded patches to other bytes")
+        must("expand", options.psplit, "expand", "-q", "-j", 1, encoded, expanded)
+        must("validate", options.psplit, "validate", "-q", "-j", 1, expanded)
     if malformed:
         return "loaded"
     must("same_mesh", options.same_mesh, *(["--lossless"] if lossless else []), source, decoded)
@@ -154,7 +168,7 @@ def check(file):
                 stock = decode_stock(source, folder)
             for lossless in (False, True):
                 (folder / "out").mkdir()
-                outcome = round_trip(path, source, folder / "out", malformed, lossless)
+                outcome = round_trip(path, source, folder / "out", malformed, lossless, stock[0] is not None)
                 shutil.rmtree(folder / "out")
                 if outcome == "refused" or malformed:
                     break
