@@ -101,7 +101,6 @@ struct BorderTask {
 // it are the values and marks of all places.
 struct BorderState {
   core::WalkValues walk;
-  uint32_t components = 0;
   core::SectionReader behind;  // the stream's coder behind its border part
 
   // With the memory after it. Every value takes four bytes, and every place a mark.
@@ -245,7 +244,8 @@ struct BeginStreams {
       const core::Fault fault = set.batch.read_condensed_header(task, header);
       if (fault != core::Fault::kNone || task.border_at == StreamTask::kNoBorder) return fault;
       const BorderState& border = set.batch.border(task);
-      header.condensed.known = border.walk.values.first(size_t{border.walk.length} * border.components);
+      header.condensed.known =
+          border.walk.values.first(size_t{border.walk.length} * header.condensed.border_components);
       header.condensed.behind_border = border.behind;
       return fault;
     }

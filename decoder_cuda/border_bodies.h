@@ -31,7 +31,6 @@ struct TakeBorderParts {
     if (stream.border_components != components || core::most_places(stream, of.reference_count) != places)
       return Fault::kRow;
     auto* const values = reinterpret_cast<int32_t*>(&border + 1);
-    border.components = task.components;
     border.walk.values = {values, places * components};
     border.walk.is_own = {reinterpret_cast<uint8_t*>(values + places * components), places};
     // The part's symbols are at the end of the values.
