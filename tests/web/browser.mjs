@@ -1,0 +1,123 @@
+// Pages in Chromium, for tests. A site has files, headers and a script; the script runs in a page as its own module, so
+// that the page's Content-Security-Policy holds for it:
+//
+//   page_test('what holds', { headers: { 'Content-Security-Policy': "..." }, script: async () => (await import('/psplit/index.js')).ready() },
+//     async ({ result, page, site }) => assert.equal(await result, undefined));
+//
+// A test fails if the page or one of its workers reports an error that `errors` does not name. Without Chromium, tests are
+// skipped, and say so. A test ends after kMostMs; Chromium ends with its pipe, also if this process is killed.
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { existsSync, readFileSync, statSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+import test, { after } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { modules_folder, package_folder } from './load.mjs';
+
+export const kMostMs = 60000;
+
+const chromium = ['chromium', 'chromium-browser', 'google-chrome']
+  .map((name) => spawnSync('sh', ['-c', `command -v ${name}`], { encoding: 'utf8' }).stdout.trim())
+  .find((found) => found) ?? null;
+// The reason why tests are skipped, or false.
+export const skip = chromium === null && 'there is no Chromium (Debian: chromium)';
+
+let browser = null;
+
+// The Chromium of this process. Its WebGL is computed by the processor.
+export async function open_browser() {
+  const puppeteer = createRequire(path.join(modules_folder, 'package.json'))('puppeteer-core');
+  // Chromium's sandbox does not work for root.
+  browser ??= puppeteer.launch({ executablePath: chromium, pipe: true, protocolTimeout: kMostMs, args: [
+    ...(process.getuid?.() === 0 ? ['--no-sandbox'] : []), '--disable-dev-shm-usage', '--use-angle=swiftshader',
+    '--enable-unsafe-swiftshader', '--js-flags=--expose-gc'] });
+  return browser;
+}
+if (skip === false) after(async () => browser !== null && (await browser).close());
+
+const kTypes = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.mjs': 'text/javascript', '.css': 'text/css',
+  '.json': 'application/json', '.wasm': 'application/wasm', '.gltf': 'model/gltf+json', '.glb': 'model/gltf-binary' };
+const kPage = '<!doctype html><meta charset="utf-8"><title>test</title><script type="module" src="/main.js"></script>';
+
+/**
+ * Starts a server.
+ * @param {object} [site]
+ * @param {Object<string, string | Uint8Array | {folder: string}>} [site.files] by path: text, bytes, or a folder (or a file)
+ *   of this machine. By default the package is at /psplit/, npm's modules at /modules/, and page.js at /page.js.
+ * @param {object} [site.headers] of every response
+ * @param {object} [site.types] content types that differ, by extension; null for no type
+ * @param {(...args: any) => Promise<*>} [site.script] the script of the page at /
+ * @param {any} [site.argument] the script's argument, as JSON
+ * @returns {Promise<{origin: string, requests: string[], close: () => void}>} close() returns at once
+ */
+export async function start_site({ files = {}, headers = {}, types = {}, script = () => {}, argument } = {}) {
+  const served = { '/': kPage, '/main.js': `globalThis.result = (${script})(${JSON.stringify(argument) ?? ''});
+    globalThis.result?.catch?.(() => {});  // the test has it`,
+    '/psplit/': { folder: package_folder }, '/modules/': { folder: path.join(modules_folder, 'node_modules') },
+    '/page.js': { folder: fileURLToPath(new URL('page.js', import.meta.url)) }, '/favicon.ico': '', ...files };
+  const content = (url) => {
+    if (typeof served[url] === 'string' || served[url] instanceof Uint8Array) return served[url];
+    const prefix = Object.keys(served).filter((name) => served[name].folder !== undefined && url.startsWith(name)).at(-1);
+    const file = prefix && path.join(served[prefix].folder, url.slice(prefix.length));
+    return file && existsSync(file) && statSync(file).isFile() ? readFileSync(file) : null;
+  };
+  const requests = [];
+  const server = createServer((request, response) => {
+    const url = decodeURIComponent(new URL(request.url, 'http://localhost').pathname), body = content(url);
+    requests.push(url);
+    const extension = url.endsWith('/') ? '.html' : path.extname(url);
+    const type = extension in types ? types[extension] : kTypes[extension] ?? 'application/octet-stream';
+    response.writeHead(body === null ? 404 : 200, { ...(type === null ? {} : { 'Content-Type': type }), ...headers });
+    response.end(body ?? '');
+  });
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  return { origin: `http://127.0.0.1:${server.address().port}`, requests, close: () => server.close() && server.closeAllConnections() };
+}
+
+/**
+ * Opens a page in a profile of its own.
+ * @returns {Promise<{page: import('puppeteer-core').Page, errors: string[], close: () => Promise<void>}>} `errors` are those
+ *   that the page and its workers report: exceptions, console errors, violations of the policy, failed requests.
+ */
+export async function open_page(url) {
+  const context = await (await open_browser()).createBrowserContext();
+  const page = await context.newPage(), errors = [];
+  page.on('console', (message) => message.type() === 'error' && errors.push(message.text()));
+  page.on('pageerror', (error) => errors.push(String(error)));
+  page.on('requestfailed', (request) => errors.push(`${request.url()}: ${request.failure()?.errorText}`));
+  page.on('error', (error) => errors.push(`crash: ${error.message}`));
+  const log = await page.createCDPSession();
+  // Puppeteer leaves out what workers report.
+  log.on('Log.entryAdded', ({ entry }) => entry.level === 'error' && entry.source === 'worker' && errors.push(entry.text));
+  await log.send('Log.enable');
+  await page.goto(url, { timeout: kMostMs });
+  return { page, errors, close: () => context.close() };
+}
+
+/**
+ * A test in a page of a site of its own (see start_site, whose options these are too).
+ * @param {string} name
+ * @param {object} options
+ * @param {RegExp[]} [options.errors] errors that the page must report; each must occur, and no others
+ * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check `result` is the script's
+ */
+export function page_test(name, { errors: expected = [], ...options }, check) {
+  test(name, { skip, timeout: kMostMs }, async () => {
+    const site = await start_site(options);
+    let opened;
+    try {
+      opened = await open_page(site.origin);
+      const { page, errors } = opened;
+      const result = page.evaluate(() => globalThis.result);
+      result.catch(() => {});  // `check` awaits it later
+      await check({ result, page, site, errors });
+      assert.deepEqual(errors.filter((error) => !expected.some((pattern) => pattern.test(error))), []);
+      for (const pattern of expected) assert.ok(errors.some((error) => pattern.test(error)), `${pattern} does not occur: ${errors}`);
+    } finally {
+      await opened?.close();
+      site.close();
+    }
+  });
+}

@@ -1,0 +1,19 @@
+// What scripts of test pages import: bytes of the site, and digests of results.
+export async function fetch_bytes(url) {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url}: ${response.status}`);
+  return new Uint8Array(await response.arrayBuffer());
+}
+
+// The SHA-256 of an array's bytes, as text.
+export async function digest(array) {
+  const hash = await crypto.subtle.digest('SHA-256', new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
+  return Array.from(new Uint8Array(hash), (byte) => byte.toString(16).padStart(2, '0')).join('');
+}
+
+// What the tests compare of a decoded mesh.
+export async function digests({ faceCount, pointCount, indices, attributes }) {
+  return { faceCount, pointCount, indices: await digest(indices),
+    attributes: await Promise.all(attributes.map(async ({ uniqueId, componentCount, array }) =>
+      ({ uniqueId, componentCount, type: array.constructor.name, values: await digest(array) }))) };
+}
