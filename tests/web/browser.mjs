@@ -101,10 +101,11 @@ export async function open_page(url) {
  * @param {string} name
  * @param {object} options
  * @param {RegExp[]} [options.errors] errors that the page must report; each must occur, and no others
+ * @param {string | false} [options.skip] the reason why the test does not run
  * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check `result` is the script's
  */
-export function page_test(name, { errors: expected = [], ...options }, check) {
-  test(name, { skip, timeout: kMostMs }, async () => {
+export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
+  test(name, { skip: skip || why, timeout: kMostMs }, async () => {
     const site = await start_site(options);
     let opened;
     try {

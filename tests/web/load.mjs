@@ -55,6 +55,13 @@ export function compressed_primitives(file, extension) {
   });
 }
 
+// The Draco streams of the corpus, as [file, bytes].
+export function* corpus_streams() {
+  for (const file of files_below(corpus_folder, /\.drc$/)) yield [file, new Uint8Array(readFileSync(file))];
+  for (const file of files_below(path.join(corpus_folder, 'gltf'), /\.(glb|gltf)$/))
+    for (const { bytes } of compressed_primitives(file, 'KHR_draco_mesh_compression')) yield [file, bytes];
+}
+
 // The same numbers for the same seed.
 export function random_numbers(seed) {
   let state = seed >>> 0;

@@ -1,9 +1,7 @@
 // Draco streams decode to the arrays of stock Draco, to the bit; what is not a stream of bitstream 2.2 is refused.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import path from 'node:path';
 import test from 'node:test';
-import { compressed_primitives, corpus_folder, files_below, psplit } from './load.mjs';
+import { corpus_folder, corpus_streams, psplit } from './load.mjs';
 import { decode, streams } from './stock_draco.mjs';
 
 async function check(bytes, what) {
@@ -30,12 +28,8 @@ test('every coding of draco3d', async () => {
 });
 
 test('the corpus', { skip: corpus_folder === null && 'there is no corpus' }, async () => {
-  const found = [];
-  for (const file of files_below(corpus_folder, /\.drc$/)) found.push([file, new Uint8Array(readFileSync(file))]);
-  for (const file of files_below(path.join(corpus_folder, 'gltf'), /\.(glb|gltf)$/))
-    for (const { bytes } of compressed_primitives(file, 'KHR_draco_mesh_compression')) found.push([file, bytes]);
   let same = 0, refused = 0;
-  for (const [file, bytes] of found) {
+  for (const [file, bytes] of corpus_streams()) {
     const [kind, major, minor] = [bytes[7], bytes[5], bytes[6]];
     if (kind === 1 && major === 2 && minor === 2) {
       await check(bytes, file);
