@@ -1,5 +1,5 @@
 // What the tests read: the built package, stock Draco, and files.
-import { existsSync, readdirSync, readFileSync } from 'node:fs';
+import { existsSync, readdirSync, readFileSync, symlinkSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import { fileURLToPath, pathToFileURL } from 'node:url';
@@ -8,11 +8,21 @@ export const root = fileURLToPath(new URL('../../', import.meta.url));
 export const package_folder = path.join(root, 'build/web/psplit');
 export const modules_folder = path.join(root, 'build/web/modules');
 export const checked_module = path.join(root, 'build/web/checked.wasm');
+// The package finds its optional peers there, as in a project that installs both.
+try {
+  symlinkSync('modules/node_modules', path.join(root, 'build/web/node_modules'));
+} catch (error) {
+  if (error.code !== 'EEXIST') throw error;
+}
 export const psplit = await import(pathToFileURL(path.join(package_folder, 'index.js')));
 export const stock = createRequire(path.join(modules_folder, 'package.json'))('draco3d');
 
 const corpus = process.env.PSPLIT_CORPUS ?? path.join(root, '../shared/corpus');
 export const corpus_folder = existsSync(corpus) ? corpus : null;
+
+// The native tool, which encodes what tests decode.
+export const gltf_psplit = [process.env.PSPLIT, ...['release', 'bench'].map((build) => path.join(root, 'build', build, 'gltf-psplit')),
+  path.join(root, '../main/build/release/gltf-psplit')].find((file) => file !== undefined && existsSync(file)) ?? null;
 
 export function files_below(folder, pattern) {
   return readdirSync(folder, { recursive: true }).filter((name) => pattern.test(name)).sort()

@@ -9,9 +9,13 @@ import { package_folder, psplit } from './load.mjs';
 
 test('npm packs these files', () => {
   const [{ files }] = JSON.parse(execFileSync('npm', ['pack', '--dry-run', '--json'], { cwd: package_folder, stdio: ['ignore', 'pipe', 'ignore'] }));
-  assert.deepEqual(files.map((file) => file.path).sort(), ['LICENSE', 'README.md', 'draco/conformance.md',
-    'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json', 'error.js', 'index.d.ts', 'index.js',
-    'instance.js', 'job.js', 'module.js', 'package.json', 'pool.js', 'psplit.wasm', 'worker.js']);
+  assert.deepEqual(files.map((file) => file.path).sort(), [
+    'LICENSE', 'README.md',
+    'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
+    'error.js',
+    'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
+    'index.d.ts', 'index.js', 'instance.js', 'job.js', 'module.js', 'package.json', 'pool.js', 'psplit.wasm', 'worker.js',
+  ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);
 });
 

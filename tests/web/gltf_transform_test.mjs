@@ -1,0 +1,273 @@
+// The extension for glTF-Transform: it reads what gltf-psplit reads, and keeps containers whose geometry did not change.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import test, { after } from 'node:test';
+import { pathToFileURL } from 'node:url';
+import { compressed_primitives, corpus_folder, files_below, gltf_psplit, modules_folder, package_folder, psplit, read_asset, root } from './load.mjs';
+
+const require_module = createRequire(path.join(modules_folder, 'package.json'));
+const load = (name) => import(pathToFileURL(path.join(modules_folder, `node_modules/${name}`)));
+const { Document, NodeIO } = await load('@gltf-transform/core/dist/index.js');
+const { ALL_EXTENSIONS, EXTMeshoptCompression } = await load('@gltf-transform/extensions/dist/index.js');
+const functions = await load('@gltf-transform/functions/dist/index.js');
+const { MeshoptDecoder, MeshoptEncoder, MeshoptSimplifier } = await load('meshoptimizer/index.js');
+const { PsplitMeshDracoPatches, createDecoder, decodeAhead } = await import(pathToFileURL(path.join(package_folder, 'gltf-transform.js')));
+
+const kName = 'PSPLIT_mesh_draco_patches';
+const decoder = await createDecoder();
+const folder = mkdtempSync(path.join(tmpdir(), 'psplit-gltf-transform-'));
+after(() => rmSync(folder, { recursive: true }));
+const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
+const sample = (name) => path.join(samples, name);
+
+// An I/O and the warnings that it logs.
+function make_io(dependencies = { 'psplit.decoder': decoder }) {
+  const warnings = [], nothing = () => {};
+  const io = new NodeIO().setLogger({ debug: nothing, info: nothing, error: nothing, warn: (text) => warnings.push(text) })
+    .registerExtensions([...ALL_EXTENSIONS, PsplitMeshDracoPatches])
+    .registerDependencies({ 'meshopt.decoder': MeshoptDecoder, 'meshopt.encoder': MeshoptEncoder, ...dependencies });
+  return { io, warnings: () => warnings.filter((text) => text.includes(kName)) };
+}
+const primitives_of = (document) => document.getRoot().listMeshes().flatMap((mesh) => mesh.listPrimitives());
+const first_primitive = (document) => primitives_of(document)[0];
+const facts = (accessor) => accessor && [accessor.getType(), accessor.getNormalized(), accessor.getArray()];
+const geometry = (document) => primitives_of(document).map((primitive) => [primitive.getMode(), facts(primitive.getIndices()),
+  ...primitive.listSemantics().sort().map((name) => [name, facts(primitive.getAttribute(name))]),
+  ...primitive.listTargets().map((target) => target.listSemantics().map((name) => facts(target.getAttribute(name))))]);
+
+// The containers of a file, in the order of primitives.
+function containers(file) {
+  const { json, view_bytes } = read_asset(file);
+  return (json.meshes ?? []).flatMap((mesh) => mesh.primitives).map((primitive) => primitive.extensions?.[kName])
+    .map((stored) => stored && Buffer.from(view_bytes(stored.bufferView)).toString('base64'));
+}
+async function written(io, document, name = 'out.glb') {
+  const file = path.join(folder, name);
+  await io.write(file, document);
+  return file;
+}
+const native = (...arguments_) => execFileSync(gltf_psplit, arguments_, { stdio: ['ignore', 'pipe', 'pipe'] });
+const needs_tool = { skip: gltf_psplit === null && 'there is no gltf-psplit' };
+
+test('samples have the arrays of decodeContainer', async () => {
+  for (const name of ['patches.glb', 'residue.glb', 'condensed.glb', 'version-1.glb', 'fallback.gltf']) {
+    const { io, warnings } = make_io(), document = await io.read(sample(name));
+    const [{ bytes, attributes }] = compressed_primitives(sample(name), kName), primitive = first_primitive(document);
+    const mesh = await psplit.decodeContainer(bytes, { attributes });
+    assert.deepEqual(Uint32Array.from(primitive.getIndices().getArray()), mesh.indices, name);
+    for (const { name, array } of mesh.attributes) assert.deepEqual(primitive.getAttribute(name).getArray(), array, name);
+    assert.deepEqual(warnings(), []);
+  }
+});
+
+test('workers may decode ahead', async () => {
+  const pool = psplit.createPool({ workers: 2 });
+  try {
+    const { io } = make_io({}), json = await io.readAsJSON(sample('patches.glb'));
+    await assert.rejects(io.readJSON(json), { code: 'invalid-input', message: /"psplit\.decoder" is missing/ });
+    await decodeAhead(json, pool);
+    assert.deepEqual(geometry(await io.readJSON(json)), geometry(await make_io().io.read(sample('patches.glb'))));
+    json.json.meshes[0].primitives[0].extensions[kName].attributes.POSITION = 77;
+    await assert.rejects(decodeAhead(json, pool), { message: /^\[PSPLIT_mesh_draco_patches\] mesh 0, primitive 0: patch 0: .*unique id 77/ });
+  } finally {
+    pool.dispose();
+  }
+});
+
+test('errors name mesh and primitive', async () => {
+  const { io } = make_io();
+  const read = async (edit) => {
+    const document = await io.readAsJSON(sample('patches.glb'));
+    document.json = structuredClone(document.json);
+    document.resources = structuredClone(document.resources);
+    edit(document.json, document.json.meshes[0].primitives[0], document.resources);
+    return io.readJSON(document);
+  };
+  const rejects = (edit, message) => assert.rejects(read(edit), { name: 'PsplitError', code: 'invalid-input',
+    message: `[${kName}] mesh 0, primitive 0: ${message}` });
+  const count = first_primitive(await io.read(sample('patches.glb'))).getAttribute('POSITION').getCount();
+  await rejects((json, primitive) => { json.accessors[primitive.attributes.POSITION].count += 1; },
+    `the accessor of POSITION has ${count + 1} points, but the patches have ${count}`);
+  await rejects((json, primitive) => { primitive.mode = 5; }, 'patches are triangle lists: mode must be 4');
+  await rejects((json, primitive) => { delete primitive.indices; }, 'indices has no accessor');
+  await rejects((json, primitive) => { primitive.extensions[kName].bufferView = 99; }, 'the container has no buffer view');
+  await rejects((json, primitive) => { primitive.extensions[kName].attributes.TANGENT = 3; }, 'TANGENT has no accessor');
+  await rejects((json, primitive) => { json.bufferViews[primitive.extensions[kName].bufferView].byteLength -= 1; },
+    'container: its length is not the sum of its parts');
+});
+
+test('what did not change is written byte for byte', async () => {
+  for (const name of ['patches.glb', 'residue.glb', 'condensed.glb', 'version-1.glb']) {
+    const { io, warnings } = make_io(), document = await io.read(sample(name));
+    const file = await written(io, document);
+    assert.deepEqual(containers(file), containers(sample(name)), name);
+    assert.deepEqual(geometry(await io.read(file)), geometry(document), name);
+    const { json } = read_asset(file);
+    assert.deepEqual(json.extensionsRequired, [kName]);
+    for (const accessor of json.accessors) assert.equal(accessor.bufferView, undefined);
+    assert.deepEqual(warnings(), []);
+  }
+});
+
+test('a fallback stays a fallback', async () => {
+  const { io, warnings } = make_io(), document = await io.read(sample('fallback.gltf'));
+  const file = await written(io, document, 'fallback.gltf'), { json } = read_asset(file);
+  assert.deepEqual(containers(file), containers(sample('fallback.gltf')));
+  assert.equal(json.extensionsRequired, undefined);
+  for (const accessor of json.accessors) assert.notEqual(accessor.bufferView, undefined);
+  const without = make_io({}), read = await without.io.read(file);
+  assert.deepEqual(geometry(read), geometry(document));
+  assert.match(without.warnings()[0], /the fallback is read, and containers are not kept/);
+  assert.deepEqual(warnings(), []);
+});
+
+// Each transformation: whether the container is kept, and what the warning says otherwise.
+const kTransforms = {
+  'dedup': [() => [functions.dedup()], true],
+  'prune that keeps attributes': [() => [functions.prune({ keepAttributes: true })], true],
+  'clone': [async (document) => functions.cloneDocument(document), true],
+  'more attributes': [(document) => {
+    const primitive = first_primitive(document), points = primitive.getAttribute('POSITION').getCount();
+    primitive.setAttribute('_ID', document.createAccessor().setType('SCALAR').setArray(new Float32Array(points)));
+  }, true],
+  'a plain primitive that shares accessors': [(document) => {
+    const primitive = first_primitive(document), plain = primitive.clone().setExtension(kName, null);
+    document.getRoot().listMeshes()[0].addPrimitive(plain);
+  }, true],
+  'a second mesh of the same container': [(document) => {
+    document.createMesh().addPrimitive(first_primitive(document).clone());
+  }, true],
+  'weld of indexed geometry': [() => [functions.weld({ overwrite: false })], true],
+  'weld': [() => [functions.weld({ overwrite: true })], /indices changed/],
+  'one value': [(document) => { first_primitive(document).getAttribute('POSITION').getArray()[5] += 1; }, /mesh 0, primitive 0: POSITION changed/],
+  'one index': [(document) => { first_primitive(document).getIndices().getArray()[5] ^= 1; }, /indices changed/],
+  'quantize': [() => [functions.quantize()], /POSITION has another type/],
+  'simplify': [async () => {
+    await MeshoptSimplifier.ready;
+    return [functions.simplify({ simplifier: MeshoptSimplifier, ratio: 0.5, error: 0.1 })];
+  }, /indices changed/],
+  'reorder': [async () => {
+    await MeshoptEncoder.ready;
+    return [functions.reorder({ encoder: MeshoptEncoder })];
+  }, /indices changed/],
+  'unweld': [() => [functions.unweld()], /not a list of indexed triangles/],
+  'a removed attribute': [(document) => void first_primitive(document).setAttribute('NORMAL', null), true],
+  'prune': [() => [functions.prune()], true],
+  'all attributes removed': [(document) => {
+    for (const name of first_primitive(document).listSemantics()) first_primitive(document).setAttribute(name, null);
+    first_primitive(document).setAttribute('_ID', document.createAccessor().setType('SCALAR').setArray(new Float32Array(396)));
+  }, /no attribute of its container/],
+  'a new primitive in its place': [(document) => {
+    const [mesh] = document.getRoot().listMeshes(), primitive = first_primitive(document);
+    const plain = primitive.clone().setExtension(kName, null);
+    mesh.removePrimitive(primitive).addPrimitive(plain);
+    primitive.dispose();
+  }, /1 containers that were read belong to no primitive/],
+  'meshopt': [(document) => {
+    document.createExtension(EXTMeshoptCompression).setRequired(true);
+  }, /another extension writes it/],
+};
+for (const [name, [transform, expected]] of Object.entries(kTransforms))
+  test(`after ${name}`, async () => {
+    await Promise.all([MeshoptEncoder.ready, MeshoptDecoder.ready]);
+    const asset = sample('seams.glb');
+    const { io, warnings } = make_io();
+    let document = await io.read(asset);
+    const result = await transform(document);
+    if (result instanceof Document) document = result;
+    else if (Array.isArray(result)) await document.transform(...result);
+    const file = await written(io, document), again = await io.read(file);
+    // Meshoptimizer's index codec may rotate triangles.
+    const same = (indices) => name === 'meshopt' ? Uint32Array.from(indices).sort() : indices;
+    const data = (of) => geometry(of).map(([mode, indices, ...others]) => [mode, indices && [indices[0], indices[1], same(indices[2])], ...others]);
+    assert.deepEqual(data(again), data(document), 'no data is lost');
+    if (expected === true) {
+      assert.deepEqual(warnings(), []);
+      assert.deepEqual(containers(file)[0], containers(asset)[0]);
+    } else {
+      assert.equal(warnings().length, 1);
+      assert.match(warnings()[0], expected);
+      assert.deepEqual(containers(file).filter((container) => container !== undefined), []);
+      assert.ok(!(read_asset(file).json.extensionsUsed ?? []).includes(kName));
+    }
+    if (gltf_psplit !== null && expected === true) native('validate', '-q', file);
+  });
+
+test('primitives that share accessors, but not containers, have their own arrays', async () => {
+  const { io, warnings } = make_io(), document = await io.readAsJSON(sample('patches.glb'));
+  const json = document.json = structuredClone(document.json), [primitive] = json.meshes[0].primitives;
+  const { byteOffset = 0, byteLength } = json.bufferViews[primitive.extensions[kName].bufferView];
+  const [key] = Object.keys(document.resources), glb = Buffer.from(document.resources[key]);
+  // The second container is a copy in which the grids of positions begin elsewhere.
+  const copy = Buffer.from(glb.subarray(byteOffset, byteOffset + byteLength));
+  const origin = Buffer.from(Float32Array.from(json.accessors[primitive.attributes.POSITION].min).buffer);
+  for (let at = copy.indexOf(origin); at >= 0; at = copy.indexOf(origin)) copy.writeFloatLE(copy.readFloatLE(at) + 1, at);
+  document.resources[key] = Buffer.concat([glb, copy]);
+  json.buffers[0].byteLength = glb.length + copy.length;
+  json.bufferViews.push({ buffer: 0, byteOffset: glb.length, byteLength: copy.length });
+  json.meshes[0].primitives.push({ ...primitive, extensions: { [kName]: { ...primitive.extensions[kName],
+    bufferView: json.bufferViews.length - 1 } } });
+  const read = await io.readJSON(document), [first, second] = primitives_of(read).map((each) => each.getAttribute('POSITION').getElement(7, []));
+  assert.deepEqual(geometry(read)[0], geometry(await io.read(sample('patches.glb')))[0]);
+  assert.ok(Math.abs(second[0] - first[0] - 1) < 1e-6 && second[1] === first[1], `${first} ${second}`);
+  const file = await written(io, read);
+  assert.equal(new Set(containers(file)).size, 2);
+  assert.deepEqual(geometry(await io.read(file)), geometry(read));
+  assert.deepEqual(warnings(), []);
+});
+
+test('an asset without a decoder is written with a message', async () => {
+  const document = await make_io().io.read(sample('patches.glb'));
+  document.getRoot().listExtensionsUsed().find((extension) => extension.extensionName === kName).dispose();
+  const { io } = make_io({}), file = await written(io, document);
+  assert.deepEqual(geometry(await io.read(file)), geometry(document));
+});
+
+test('the corpus', { ...needs_tool, timeout: 600000, ...(corpus_folder === null && { skip: 'there is no corpus' }) }, async () => {
+  const validate = require_module('gltf-validator').validateBytes;
+  await Promise.all([MeshoptEncoder.ready, MeshoptDecoder.ready]);
+  let kept = 0, count = 0;
+  for (const source of files_below(path.join(corpus_folder, 'gltf'), /\.(glb|gltf)$/i)) {
+    const [encoded, plain] = ['encoded.glb', 'plain.glb'].map((name) => path.join(folder, name));
+    for (const file of [encoded, plain]) if (existsSync(file)) rmSync(file);
+    try {
+      native('encode', '-q', '--always-patches', '--patch-faces', '800', source, encoded);
+    } catch {
+      continue;
+    }
+    const stored = containers(encoded).filter((container) => container !== undefined);
+    if (stored.length === 0) continue;
+    native('decode', '-q', encoded, plain);
+    const { io, warnings } = make_io();
+    let document, expected;
+    try {
+      expected = await io.read(plain);
+    } catch {
+      continue;  // glTF-Transform does not read this asset
+    }
+    document = await io.read(encoded);
+    assert.deepEqual(geometry(document), geometry(expected), source);
+    let file;
+    try {
+      file = await written(io, document);
+    } catch (error) {
+      await assert.rejects(written(io, expected, 'expected.glb'), { message: error.message }, source);
+      continue;
+    }
+    assert.deepEqual(containers(file).filter((container) => container !== undefined), stored, source);
+    assert.deepEqual(warnings(), [], source);
+    assert.deepEqual(geometry(await io.read(file)), geometry(expected), source);
+    native('validate', '-q', file);
+    const { issues } = await validate(readFileSync(file), { maxIssues: 0 });
+    const before = await validate(readFileSync(encoded), { maxIssues: 0 });
+    assert.ok(issues.numErrors <= before.issues.numErrors, `${source}: ${JSON.stringify(issues.messages)}`);
+    ++count;
+    kept += stored.length;
+  }
+  assert.ok(count >= 100, `${count} assets`);
+  assert.ok(kept >= count);
+});

@@ -1,0 +1,248 @@
+// The extension PSPLIT_mesh_draco_patches for glTF-Transform 4. It reads containers. There is no encoder in WebAssembly, so it
+// writes the containers that it read and whose geometry did not change since. Other geometry is written without the extension.
+import { Extension, ExtensionProperty, GLB_BUFFER, Primitive, PropertyType } from '@gltf-transform/core';
+import { error_from_data, PsplitError } from './error.js';
+import { fitting_indices, kComponentCounts, kComponentTypes, kExtensionName, stored_primitive } from './gltf.js';
+import { Decoder } from './instance.js';
+import { make_job } from './job.js';
+import { compile_module } from './module.js';
+
+/** A decoder that works on the calling thread and returns at once, because glTF-Transform reads and writes that way. */
+export async function createDecoder({ wasm } = {}) {
+  const decoder = new Decoder(await compile_module(wasm));
+  return { decodeContainer: (data, options) => decoder.run(make_job('container', data, options)) };
+}
+
+// Calls work(definition of the primitive, what it stores, numbers of mesh and primitive). Errors get the place in the asset.
+function for_each_stored_primitive(json, work) {
+  (json.meshes ?? []).forEach((mesh, m) => mesh.primitives.forEach((primitive, p) => {
+    try {
+      const stored = stored_primitive(json, primitive);
+      if (stored !== undefined) work(primitive, stored, m, p);
+    } catch (error) {
+      throw placed(error, m, p);
+    }
+  }));
+}
+const placed = (error, mesh, primitive) => error instanceof PsplitError ? error_from_data({ code: error.code, patch: error.patch,
+  message: `[${kExtensionName}] mesh ${mesh}, primitive ${primitive}: ${error.message}` }) : error;
+
+// Meshes that decodeAhead decoded, by the extension's object in the JSON.
+const decoded_ahead = new WeakMap();
+
+/** Decodes all containers of a JSONDocument in a pool's workers, so that io.readJSON() finds them decoded. */
+export async function decodeAhead({ json, resources }, pool, { signal } = {}) {
+  const jobs = [];
+  for_each_stored_primitive(json, (primitive, { bufferView, attributes }, m, p) => {
+    const { buffer, byteOffset = 0, byteLength } = json.bufferViews[bufferView];
+    const bytes = resources[json.buffers[buffer].uri ?? GLB_BUFFER].subarray(byteOffset, byteOffset + byteLength);
+    jobs.push(pool.decodeContainer(bytes, { attributes, signal }).then(
+      (mesh) => void decoded_ahead.set(primitive.extensions[kExtensionName], mesh), (error) => { throw placed(error, m, p); }));
+  });
+  await Promise.all(jobs);
+}
+
+// A container as it was read. Primitives that share it share this property.
+class PatchContainer extends ExtensionProperty {
+  static EXTENSION_NAME = kExtensionName;
+
+  init() {
+    this.extensionName = kExtensionName;
+    this.propertyType = 'PatchContainer';
+    this.parentTypes = [PropertyType.PRIMITIVE];
+  }
+  getDefaults() {
+    return Object.assign(super.getDefaults(), { bytes: null, attributes: [], buffer: null });
+  }
+  // `attributes`: those that the decoder is asked for.
+  fill(bytes, attributes, buffer) {
+    return this.set('bytes', bytes).set('attributes', attributes).setRef('buffer', buffer);
+  }
+  get bytes() {
+    return this.get('bytes');
+  }
+  get attributes() {
+    return this.get('attributes');
+  }
+  get buffer() {
+    return this.getRef('buffer');
+  }
+}
+
+function equal_bytes(a, b) {
+  if (a.byteLength !== b.byteLength) return false;
+  const [left, right] = [a, b].map((array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
+  for (let i = 0; i < left.length; ++i) if (left[i] !== right[i]) return false;
+  return true;
+}
+
+export class PsplitMeshDracoPatches extends Extension {
+  static EXTENSION_NAME = kExtensionName;
+
+  extensionName = kExtensionName;
+  prereadTypes = [PropertyType.PRIMITIVE];
+  prewriteTypes = [PropertyType.ACCESSOR];
+  readDependencies = ['psplit.decoder'];
+  writeDependencies = ['psplit.decoder'];
+  #decoder;
+  #read_primitives = [];  // { m, p, container, accessors: [[name, accessor]] }; the name of indices is undefined
+
+  install(key, dependency) {
+    if (key === 'psplit.decoder') this.#decoder = dependency ?? this.#decoder;
+    return this;
+  }
+
+  // Gives accessors the decoded arrays.
+  preread(context) {
+    const { json } = context.jsonDoc;
+    const stored_in = new Map();      // by buffer view and attributes: { container, mesh }
+    const mesh_of_accessor = new Map();
+    let is_fallback = false;
+    for_each_stored_primitive(json, (primitive, { bufferView, attributes }, m, p) => {
+      const ahead = decoded_ahead.get(primitive.extensions[kExtensionName]);
+      if (ahead === undefined && this.#decoder === undefined) return void (is_fallback = true);
+      const key = JSON.stringify([bufferView, attributes]), buffer = context.bufferViewBuffers[bufferView];
+      if (!stored_in.has(key)) {
+        const bytes = context.bufferViews[bufferView].slice();
+        stored_in.set(key, { container: new PatchContainer(this.document.getGraph()).fill(bytes, attributes, buffer),
+          mesh: ahead ?? this.#decoder.decodeContainer(bytes, { attributes }) });
+      }
+      const { container, mesh } = stored_in.get(key), primitive_read = { m, p, container, accessors: [] };
+      const set = (name, i, array) => {
+        // Two primitives may share an accessor, although their containers store different data of the same description.
+        if (!mesh_of_accessor.has(i)) mesh_of_accessor.set(i, mesh);
+        const shared = context.accessors[i], accessor = mesh_of_accessor.get(i) === mesh ? shared : shared.clone();
+        accessor.setArray(array);
+        // An accessor without data has no buffer of its own.
+        if (json.accessors[i].bufferView === undefined) accessor.setBuffer(buffer);
+        primitive_read.accessors.push([name, accessor]);
+      };
+      set(undefined, primitive.indices, fitting_indices(json, primitive, mesh));
+      for (const { name, array } of mesh.attributes) set(name, primitive.attributes[name], array);
+      this.#read_primitives.push(primitive_read);
+    });
+    if (is_fallback) this.#read_fallback();
+    return this;
+  }
+
+  #read_fallback() {
+    if (this.isRequired()) {
+      throw new PsplitError(`[${kExtensionName}] the dependency "psplit.decoder" is missing: register what createDecoder() ` +
+        'resolves to', 'invalid-input');
+    }
+    this.document.getLogger().warn(
+      `[${kExtensionName}] There is no dependency "psplit.decoder": the fallback is read, and containers are not kept.`);
+  }
+
+  read(context) {
+    for (const { m, p, container, accessors } of this.#read_primitives) {
+      const primitive = context.meshes[m].listPrimitives()[p].setExtension(kExtensionName, container);
+      for (const [name, accessor] of accessors) {
+        if (name === undefined) primitive.setIndices(accessor);
+        else primitive.setAttribute(name, accessor);
+      }
+    }
+    return this;
+  }
+
+  // Writes accessors without data if a container has the data.
+  prewrite(context) {
+    const kept = new Map(), changes = [];  // kept: primitive -> PatchContainer
+    let decoded = {};                      // the last mesh; primitives that share a container are next to each other
+    this.document.getRoot().listMeshes().forEach((mesh, m) => mesh.listPrimitives().forEach((primitive, p) => {
+      const container = primitive.getExtension(kExtensionName);
+      if (container === null) return;
+      if (decoded.container !== container) decoded = { container, mesh: undefined };
+      const change = this.#change_of(primitive, container, context, () => (decoded.mesh ??= this.#decoder.decodeContainer(
+        container.bytes, { attributes: container.attributes })));
+      if (change === undefined) kept.set(primitive, container);
+      else changes.push(`mesh ${m}, primitive ${p}: ${change}`);
+    }));
+    const gone = new Set(this.#read_primitives.map(({ container }) => container));
+    for (const container of this.listProperties()) if (used_by_mesh(container)) gone.delete(container);
+    if (gone.size > 0) changes.push(`${gone.size} containers that were read belong to no primitive any more`);
+    if (changes.length > 0) {
+      this.document.getLogger().warn(`[${kExtensionName}] Geometry that changed is written without compression, because psplit's ` +
+        `encoder is not part of this package: use gltf-psplit encode. ${changes.join('; ')}.`);
+    }
+    // If loaders may ignore the extension, the accessors keep their data as the fallback.
+    if (this.isRequired()) this.#write_accessors(context, kept);
+    for (const [primitive, container] of kept) this.#add_buffer_view(context, primitive, container);
+    context.extensionData[kExtensionName] = kept;
+    return this;
+  }
+
+  // Why a container cannot be kept; undefined if it can.
+  #change_of(primitive, container, context, decode) {
+    const indices = primitive.getIndices(), present = present_attributes(primitive, container);
+    if (this.#decoder === undefined) return 'there is no dependency "psplit.decoder" to compare the geometry with its container';
+    if (indices === null || primitive.getMode() !== Primitive.Mode.TRIANGLES) return 'it is not a list of indexed triangles any more';
+    if (present.length === 0) return 'it has no attribute of its container any more';
+    const another_type = present.find(({ type, componentCount, accessor }) =>
+      kComponentTypes[accessor.getComponentType()] !== type || kComponentCounts[accessor.getType()] !== componentCount);
+    if (another_type !== undefined) return `${another_type.name} has another type`;
+    if ([indices, ...present.map(({ accessor }) => accessor)].some((accessor) => context.accessorIndexMap.has(accessor)))
+      return 'another extension writes it';
+    const mesh = decode();
+    if (!equal_bytes(mesh.indices, new Uint32Array(indices.getArray()))) return 'indices changed';
+    const changed = present.find(({ name, accessor }) =>
+      !equal_bytes(mesh.attributes.find((attribute) => attribute.name === name).array, accessor.getArray()));
+    return changed && `${changed.name} changed`;
+  }
+
+  #write_accessors(context, kept) {
+    const graph = this.document.getGraph(), { accessors } = context.jsonDoc.json;
+    // Whether a container has what the graph's edge to an accessor refers to.
+    const is_stored = (edge) => {
+      const parent = edge.getParent(), container = kept.get(parent);
+      if (container !== undefined) {
+        return edge.getName() === 'indices' || (edge.getName() === 'attributes' &&
+          container.attributes.some(({ name }) => name === edge.getAttributes().key));
+      }
+      return parent.propertyType === PropertyType.ROOT || (parent.propertyType === PropertyType.PRIMITIVE && !is_in_mesh(parent));
+    };
+    for (const [primitive, container] of kept) {
+      for (const { accessor } of [{ accessor: primitive.getIndices() }, ...present_attributes(primitive, container)]) {
+        if (context.accessorIndexMap.has(accessor) || !graph.listParentEdges(accessor).every(is_stored)) continue;
+        context.accessorIndexMap.set(accessor, accessors.length);
+        accessors.push(context.createAccessorDef(accessor));
+      }
+    }
+  }
+
+  // Views are padded here, so that the next one is aligned; write() states the container's own length.
+  #add_buffer_view({ extensionData, otherBufferViews }, primitive, container) {
+    const padded = (extensionData[`${kExtensionName} views`] ??= new Map());
+    if (padded.has(container)) return;
+    const bytes = new Uint8Array((container.bytes.length + 3) & ~3);
+    bytes.set(container.bytes);
+    padded.set(container, bytes);
+    const buffer = container.buffer ?? primitive.getAttribute('POSITION')?.getBuffer() ?? this.document.getRoot().listBuffers()[0];
+    otherBufferViews.set(buffer, [...otherBufferViews.get(buffer) ?? [], bytes]);
+  }
+
+  write(context) {
+    const { json } = context.jsonDoc, kept = context.extensionData[kExtensionName];
+    const views = context.extensionData[`${kExtensionName} views`];
+    for (const [mesh, m] of context.meshIndexMap) {
+      mesh.listPrimitives().forEach((primitive, p) => {
+        const container = kept.get(primitive);
+        if (container === undefined) return;
+        const view = context.otherBufferViewsIndexMap.get(views.get(container)), definition = json.meshes[m].primitives[p];
+        json.bufferViews[view].byteLength = container.bytes.length;
+        const attributes = Object.fromEntries(present_attributes(primitive, container).map(({ name, uniqueId }) => [name, uniqueId]));
+        definition.extensions = { ...definition.extensions, [kExtensionName]: { bufferView: view, attributes } };
+      });
+    }
+    if (kept.size > 0) return this;
+    for (const list of ['extensionsUsed', 'extensionsRequired']) json[list] = json[list].filter((name) => name !== kExtensionName);
+    return this;
+  }
+}
+
+// The attributes of a container that the primitive has. Others were removed: they stay in the container, but are not read.
+const present_attributes = (primitive, { attributes }) => attributes.map((attribute) =>
+  ({ ...attribute, accessor: primitive.getAttribute(attribute.name) })).filter(({ accessor }) => accessor !== null);
+const is_in_mesh = (primitive) => primitive.listParents().some((parent) => parent.propertyType === PropertyType.MESH);
+const used_by_mesh = (container) => container.listParents().some((parent) =>
+  parent.propertyType === PropertyType.PRIMITIVE && is_in_mesh(parent));

@@ -1,0 +1,52 @@
+// What the JSON of a glTF primitive asks of its container, and whether the decoded mesh fits it. The rules are those of the
+// specification of PSPLIT_mesh_draco_patches. Errors name the place in the primitive; callers add mesh and primitive.
+import { PsplitError } from './error.js';
+
+export const kExtensionName = 'PSPLIT_mesh_draco_patches';
+
+// By glTF's numbers and names.
+export const kComponentTypes = { 5120: 'int8', 5121: 'uint8', 5122: 'int16', 5123: 'uint16', 5125: 'uint32', 5126: 'float32' };
+export const kComponentCounts = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
+const kIndexArrays = { 5121: Uint8Array, 5123: Uint16Array, 5125: Uint32Array };
+
+const invalid = (message) => new PsplitError(message, 'invalid-input');
+
+function accessor_of(json, holder, name) {
+  const accessor = json.accessors?.[holder?.[name]];
+  if (accessor === undefined) throw invalid(`${name} has no accessor`);
+  if (accessor.sparse !== undefined) throw invalid(`${name} is in the patches, but its accessor is sparse`);
+  return accessor;
+}
+
+/**
+ * The container's buffer view, and the attributes to decode. Undefined if the primitive does not have the extension.
+ * @returns {{ bufferView: number, attributes: import('./index.js').AttributeRequest[] } | undefined}
+ */
+export function stored_primitive(json, primitive) {
+  const stored = primitive.extensions?.[kExtensionName];
+  if (stored === undefined) return undefined;
+  if ((primitive.mode ?? 4) !== 4) throw invalid('patches are triangle lists: mode must be 4');
+  if (json.bufferViews?.[stored.bufferView] === undefined) throw invalid('the container has no buffer view');
+  const attributes = Object.entries(stored.attributes ?? {}).map(([name, uniqueId]) => {
+    const { componentType, type, normalized = false } = accessor_of(json, primitive.attributes, name);
+    return { name, uniqueId, type: kComponentTypes[componentType], componentCount: kComponentCounts[type], normalized };
+  });
+  if (attributes.length === 0) throw invalid(`${kExtensionName} has no attributes`);
+  accessor_of(json, primitive, 'indices');
+  return { bufferView: stored.bufferView, attributes };
+}
+
+/** The mesh's indices in the type of the primitive's accessor. Throws if the mesh does not fit the accessors. */
+export function fitting_indices(json, primitive, { faceCount, pointCount, indices, attributes }) {
+  for (const { name } of attributes) {
+    const { count } = accessor_of(json, primitive.attributes, name);
+    if (count !== pointCount) throw invalid(`the accessor of ${name} has ${count} points, but the patches have ${pointCount}`);
+  }
+  const { count, componentType } = accessor_of(json, primitive, 'indices');
+  if (count !== 3 * faceCount) throw invalid(`the accessor of indices has ${count} indices, but the patches have ${3 * faceCount}`);
+  const Type = kIndexArrays[componentType];
+  // No index may be the largest value of the type.
+  if (Type === undefined || pointCount > 2 ** (8 * Type.BYTES_PER_ELEMENT) - 1)
+    throw invalid(`${pointCount} points do not fit the component type ${componentType} of indices`);
+  return Type === Uint32Array ? indices : new Type(indices);
+}
