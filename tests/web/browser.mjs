@@ -46,7 +46,7 @@ const kPage = '<!doctype html><meta charset="utf-8"><title>test</title><script t
  * @param {object} [site]
  * @param {Object<string, string | Uint8Array | {folder: string}>} [site.files] by path: text, bytes, or a folder (or a file)
  *   of this machine. By default the package is at /psplit/, npm's modules at /modules/, and page.js at /page.js.
- * @param {object} [site.headers] of every response
+ * @param {object | ((path: string) => object)} [site.headers] of every response
  * @param {object} [site.types] content types that differ, by extension; null for no type
  * @param {(...args: any) => Promise<*>} [site.script] the script of the page at /
  * @param {any} [site.argument] the script's argument, as JSON
@@ -69,7 +69,8 @@ export async function start_site({ files = {}, headers = {}, types = {}, script 
     requests.push(url);
     const extension = url.endsWith('/') ? '.html' : path.extname(url);
     const type = extension in types ? types[extension] : kTypes[extension] ?? 'application/octet-stream';
-    response.writeHead(body === null ? 404 : 200, { ...(type === null ? {} : { 'Content-Type': type }), ...headers });
+    response.writeHead(body === null ? 404 : 200, { ...(type === null ? {} : { 'Content-Type': type }),
+      ...(typeof headers === 'function' ? headers(url) : headers) });
     response.end(body ?? '');
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));

@@ -5,6 +5,9 @@ export async function fetch_bytes(url) {
   return new Uint8Array(await response.arrayBuffer());
 }
 
+// The bytes of a text in base64.
+export const bytes_of_text = (text) => Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
+
 // The SHA-256 of an array's bytes, as text.
 export async function digest(array) {
   const hash = await crypto.subtle.digest('SHA-256', new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
@@ -17,3 +20,9 @@ export async function digests({ faceCount, pointCount, indices, attributes }) {
     attributes: await Promise.all(attributes.map(async ({ uniqueId, componentCount, array }) =>
       ({ uniqueId, componentCount, type: array.constructor.name, values: await digest(array) }))) };
 }
+
+// How a promise settles: 'done', or its error. 'hangs' after ten seconds.
+export const outcome = (promise) => Promise.race([
+  promise.then(() => 'done', ({ name, code, message }) => ({ name, code, message })),
+  new Promise((resolve) => setTimeout(() => resolve('hangs'), 10000)),
+]);
