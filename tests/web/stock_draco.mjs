@@ -34,7 +34,7 @@ export function decode(bytes) {
 }
 
 // A wavy grid with a hole, with normals and colours, and with texture coordinates that have a seam.
-function grid(size) {
+export function grid(size) {
   const points = [], faces = [];
   for (let y = 0; y <= size; ++y)
     for (let x = 0; x <= size; ++x) points.push([x / size, y / size, 0.1 * Math.sin(5 * x / size) * Math.cos(7 * y / size)]);
@@ -57,7 +57,8 @@ export function* streams() {
             encode(grid(extra ? 20 : 31), { method, speed, bits, extra })];
 }
 
-function encode({ points, faces }, { method, speed, bits, extra }) {
+// Encodes a grid: `extra` adds normals, texture coordinates, colours and numbers.
+export function encode({ points, faces }, { method, speed, bits, extra }) {
   const encoder = new encoders.Encoder(), builder = new encoders.MeshBuilder(), mesh = new encoders.Mesh();
   const out = new encoders.DracoInt8Array();
   try {

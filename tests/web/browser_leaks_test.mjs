@@ -1,0 +1,160 @@
+// Nothing is left behind in a page: workers, memory of WebAssembly, arrays and objects, whatever ends the work.
+import assert from 'node:assert/strict';
+import path from 'node:path';
+import { page_test } from './browser.mjs';
+import { compressed_primitives, root } from './load.mjs';
+import { encode, grid, streams } from './stock_draco.mjs';
+
+const all = [...streams()].map(([, bytes]) => bytes);
+const [{ bytes: container, attributes }] =
+  compressed_primitives(path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb'), 'PSPLIT_mesh_draco_patches');
+const files = { ...Object.fromEntries(all.map((bytes, i) => [`/${i}.drc`, bytes])), '/container.bin': container };
+const jobs_in_all = all.length + 1;
+const argument = { count: all.length, attributes };
+const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+// Gives the page globalThis.psplit and globalThis.jobs: functions that decode with a pool, or with the package itself.
+async function prepare({ count, attributes }) {
+  const psplit = await import('/psplit/index.js'), { fetch_bytes } = await import('/page.js');
+  const streams = await Promise.all(Array.from({ length: count }, (_, i) => fetch_bytes(`/${i}.drc`)));
+  const container = await fetch_bytes('/container.bin');
+  const jobs = [...streams.map((bytes) => (decoder, options) => decoder.decodeDraco(bytes, options)),
+    (decoder, options) => decoder.decodeContainer(container, { attributes, ...options })];
+  Object.assign(globalThis, { psplit, jobs });
+}
+
+// What a page holds: bytes of objects, of arrays, and of memories of WebAssembly; after a garbage collection.
+async function held(page) {
+  const memories = await page.queryObjects(await page.evaluateHandle(() => WebAssembly.Memory.prototype));
+  const wasm = await memories.evaluate((all) => all.reduce((sum, memory) => sum + memory.buffer.byteLength, 0));
+  await memories.dispose();
+  const session = await page.createCDPSession();
+  await session.send('HeapProfiler.collectGarbage');
+  const { usedSize, backingStorageSize } = await session.send('Runtime.getHeapUsage');
+  await session.detach();
+  return { objects: usedSize, arrays: backingStorageSize, wasm };
+}
+function check_same(after, before) {
+  const grown = Object.fromEntries(Object.keys(before).map((name) => [name, after[name] - before[name]]));
+  assert.ok(grown.objects < 50000 && grown.arrays < 10000 && grown.wasm <= 0, JSON.stringify({ before, after }));
+}
+
+// The workers of a page, as the DevTools protocol counts them. It knows of a start or an end a moment later.
+async function check_workers(page, count) {
+  for (let left = 100; left > 0 && page.workers().length !== count; --left) await wait(20);
+  assert.equal(page.workers().length, count);
+}
+
+const page_of = (name, check, options) => page_test(name, { files, argument, script: prepare, ...options }, async (of) => {
+  await of.result;
+  await check(of.page);
+});
+
+page_of('200 loads in a pool', async (page) => {
+  await page.evaluate(() => { globalThis.pool = psplit.createPool({ workers: 2, idleMs: 300 }); });
+  const load = (loads) => page.evaluate(async (loads) => {
+    for (let done = 0; done < loads; done += 20)
+      await Promise.all(Array.from({ length: 20 }, (_, i) => jobs[(2 * done + i) % jobs.length](pool)));
+  }, loads);
+  await load(40);
+  assert.equal(page.workers().length, 2);
+  const before = await held(page);
+  await load(200);
+  assert.ok(page.workers().length <= 2);
+  check_same(await held(page), before);
+  await check_workers(page, 0);  // idle
+  await load(20);  // and they come back
+  await page.evaluate(() => pool.dispose());
+  await check_workers(page, 0);
+  check_same(await held(page), before);
+});
+
+page_of('200 loads on the calling thread', async (page) => {
+  const load = (loads) => page.evaluate(async (loads) => {
+    for (let i = 0; i < loads; ++i) await jobs[i % jobs.length](psplit);
+  }, loads);
+  await load(3 * jobs_in_all);
+  const before = await held(page);
+  assert.ok(before.wasm > 0);
+  await load(200);
+  check_same(await held(page), before);
+});
+page_of('100 pools', async (page) => {
+  const load = (pools) => page.evaluate(async (pools) => {
+    for (let i = 0; i < pools; ++i) {
+      const pool = psplit.createPool({ workers: 2 });
+      await Promise.all([jobs[0](pool), jobs.at(-1)(pool)]);
+      pool.dispose();
+    }
+  }, pools);
+  await load(10);
+  const before = await held(page);
+  await load(100);
+  await check_workers(page, 0);
+  check_same(await held(page), before);
+});
+
+page_of('two pools side by side', async (page) => {
+  const counts = await page.evaluate(async () => {
+    const pools = [1, 2].map((workers) => psplit.createPool({ workers }));
+    const meshes = await Promise.all(pools.flatMap((pool) => jobs.map((job) => job(pool))));
+    const counts = pools.map((pool) => pool.workerCount);
+    pools[0].dispose();
+    await jobs[0](pools[1]);
+    globalThis.last = pools[1];
+    return { counts, meshes: meshes.length, same: meshes.every(({ faceCount }, i) => faceCount === meshes[i % jobs.length].faceCount) };
+  });
+  assert.deepEqual(counts, { counts: [1, 2], meshes: 2 * jobs_in_all, same: true });
+  await check_workers(page, 2);
+  await page.evaluate(() => last.dispose());
+  await check_workers(page, 0);
+});
+
+page_of('abort and dispose', async (page) => {
+  const codes = await page.evaluate(async () => {
+    const codes = new Set();
+    const settle = (promises) => Promise.all(promises.map((promise) => promise.then(() => codes.add('done'), ({ code }) => codes.add(code))));
+    for (let round = 0; round < 10; ++round) {
+      const pool = psplit.createPool({ workers: 2 }), controller = new AbortController();
+      const aborted = settle(jobs.map((job) => job(pool, { signal: controller.signal })));
+      setTimeout(() => controller.abort(), 3 * round);
+      await aborted;
+      const disposed = settle(jobs.map((job) => job(pool)));
+      setTimeout(() => pool.dispose(), 3 * round);
+      await disposed;
+    }
+    return [...codes].filter((code) => code !== 'done');
+  });
+  assert.deepEqual(codes, ['aborted']);
+  await check_workers(page, 0);
+});
+
+page_of('a page that goes away while its workers work', async (page) => {
+  const start = () => page.evaluate(async () => {
+    globalThis.pool = psplit.createPool({ workers: 2 });
+    await jobs[0](pool);
+    for (let i = 0; i < 10; ++i) for (const job of jobs) job(pool);
+  });
+  await start();
+  await check_workers(page, 2);
+  await page.reload();
+  await page.evaluate(() => globalThis.result);
+  await check_workers(page, 0);
+  await start();
+  await page.goto('about:blank');
+  await check_workers(page, 0);
+});
+
+const large = encode(grid(800), { method: 'edgebreaker', speed: 10, bits: 11 });
+page_of('the memory of a large mesh is given back', async (page) => {
+  const decode = () => page.evaluate(async () => {
+    const bytes = new Uint8Array(await (await fetch('/large.drc')).arrayBuffer());
+    return (await psplit.decodeDraco(bytes)).faceCount;
+  });
+  assert.ok((await decode()) > 1000000);
+  assert.ok((await held(page)).wasm > 64 * 2 ** 20);
+  await wait(2500);
+  const { wasm, arrays } = await held(page);
+  assert.ok(wasm < 2 ** 20 && arrays < 2 ** 20, `${wasm} and ${arrays} bytes`);
+  await decode();
+}, { files: { ...files, '/large.drc': large } });
