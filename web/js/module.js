@@ -1,5 +1,6 @@
 // The compiled WebAssembly module. It is compiled once, and posted to workers.
 import { PsplitError } from './error.js';
+import { wasm_file } from './files.js';
 
 const is_node = typeof process === 'object' && process.versions?.node !== undefined;
 
@@ -21,11 +22,11 @@ async function fetch_module(url) {
  * Compiles a module: a module, its bytes, or its address. By default psplit.wasm beside this file.
  * @returns {Promise<WebAssembly.Module>}
  */
-export async function compile_module(wasm) {
+export async function compile_module(wasm = wasm_file()) {
   if (wasm instanceof WebAssembly.Module) return wasm;
   try {
     if (wasm instanceof ArrayBuffer || ArrayBuffer.isView(wasm)) return await WebAssembly.compile(wasm);
-    return await fetch_module(wasm === undefined ? new URL('./psplit.wasm', import.meta.url) : new URL(wasm, globalThis.location?.href));
+    return await fetch_module(new URL(wasm, globalThis.location?.href));
   } catch (error) {
     throw new PsplitError(`psplit.wasm cannot be loaded: ${error.message}`, 'failed');
   }

@@ -1,6 +1,7 @@
 // A pool of workers. Jobs wait in order; each goes to the next idle worker. Workers start when jobs come, and end
 // when they were idle for a while. Every job settles: a worker that fails is replaced, and its job rejects.
 import { error_from_data, PsplitError } from './error.js';
+import { node_worker, page_worker } from './files.js';
 import { make_job } from './job.js';
 import { compile_module, shared_module } from './module.js';
 
@@ -11,7 +12,7 @@ const kDefaultWorkers = 4;
 async function start_worker(receive, fail) {
   if (is_node) {
     const { Worker } = await import(/* webpackIgnore: true */ /* @vite-ignore */ 'node:worker_threads');
-    const worker = new Worker(new URL('./worker.js', import.meta.url));
+    const worker = node_worker(Worker);
     worker.on('message', receive);
     worker.on('error', fail);
     worker.on('messageerror', fail);
@@ -21,7 +22,7 @@ async function start_worker(receive, fail) {
     return { post: (message, transfer) => worker.postMessage(message, transfer), end: () => worker.terminate(),
       hold: () => worker.ref(), let_go: () => worker.unref() };
   }
-  const worker = new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
+  const worker = page_worker();
   worker.onmessage = ({ data }) => receive(data);
   worker.onerror = (event) => {
     event.preventDefault?.();
