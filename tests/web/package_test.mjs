@@ -14,6 +14,7 @@ test('npm packs these files', () => {
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
     'error.js', 'files.js',
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
+    'inline.d.ts', 'inline.js',
     'index.d.ts', 'index.js', 'instance.js', 'job.js', 'module.js', 'package.json', 'pool.js', 'psplit.wasm', 'worker.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);

@@ -1,0 +1,2 @@
+// The package in one file, with its WebAssembly module and its worker: for pages that cannot load a second file.
+export * from './index.js';
