@@ -12,6 +12,7 @@ test('npm packs these files', () => {
   assert.deepEqual(files.map((file) => file.path).sort(), [
     'LICENSE', 'README.md',
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
+    'babylon.d.ts', 'babylon.js',
     'error.js', 'files.js',
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
     'inline.d.ts', 'inline.js',

@@ -1,0 +1,176 @@
+// psplit/babylon in Babylon.js' glTF loader, in Chromium: it loads what gltf-psplit decodes.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { after } from 'node:test';
+import { page_test } from './browser.mjs';
+import { compressed_primitives, corpus_folder, gltf_psplit, root } from './load.mjs';
+
+const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
+const folder = mkdtempSync(path.join(tmpdir(), 'psplit-babylon-'));
+after(() => rmSync(folder, { recursive: true }));
+
+const imports = { '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/loaders/': '/modules/@babylonjs/loaders/' };
+const page = `<!doctype html><canvas width="200" height="200"></canvas>
+  <script type="importmap">${JSON.stringify({ imports })}</script><script type="module" src="/main.js"></script>`;
+
+// Gives the page facts(url): what Babylon.js has of an asset's meshes, or the error's message.
+async function prepare() {
+  const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
+  const { LoadAssetContainerAsync, SceneLoader } = await import('@babylonjs/core/Loading/sceneLoader.js');
+  const { registerGLTFExtension } = await import('@babylonjs/loaders/glTF/2.0/index.js');
+  const { createPool } = await import('/psplit/index.js'), { registerPsplit } = await import('/psplit/babylon.js');
+  const { digest } = await import('/page.js');
+  globalThis.pool = createPool({ workers: 2 });
+  registerPsplit(registerGLTFExtension, { pool });
+  Object.assign(globalThis, { registerGLTFExtension, registerPsplit, SceneLoader });
+  const engine = new NullEngine();
+
+  const values = async (numbers) => numbers && [numbers.length, await digest(Float64Array.from(numbers))];
+  const buffer_facts = async (buffer, points) => ({ type: buffer.type, size: buffer.getSize(), normalized: buffer.normalized,
+    values: await values(buffer.getFloatData(points)) });
+  const mesh_facts = async (item) => {
+    const mesh = item.sourceMesh ?? item;  // of an instance
+    const kinds = mesh.getVerticesDataKinds().sort(), targets = mesh.morphTargetManager, { minimum, maximum } = mesh.getBoundingInfo();
+    return { name: item.name, points: mesh.getTotalVertices(), indices: await values(mesh.getIndices()),
+      attributes: await Promise.all(kinds.map(async (kind) => [kind, await buffer_facts(mesh.getVertexBuffer(kind), mesh.getTotalVertices())])),
+      box: [minimum.asArray(), maximum.asArray()], alpha: mesh.hasVertexAlpha, influencers: mesh.numBoneInfluencers,
+      targets: await Promise.all(Array.from({ length: targets?.numTargets ?? 0 }, async (_, i) =>
+        [await values(targets.getTarget(i).getPositions()), await values(targets.getTarget(i).getNormals())])) };
+  };
+  globalThis.facts = async (url) => {
+    const scene = new Scene(engine);
+    try {
+      const { meshes } = await LoadAssetContainerAsync(url, scene);
+      return await Promise.all(meshes.map(mesh_facts));
+    } catch ({ message }) {
+      return message;
+    } finally {
+      scene.dispose();
+    }
+  };
+}
+
+// Samples, and assets of the corpus that gltf-psplit encodes: with normals, texture coordinates, colours, skins, morph targets,
+// and quantized attributes. gltf-psplit also decodes them.
+const assets = ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'version-1.glb', 'seams.glb']
+  .map((name) => ({ name, encoded: path.join(samples, name) }));
+if (corpus_folder !== null && gltf_psplit !== null) {
+  for (const file of ['draco/Duck.glb', 'draco/CesiumMan.glb', 'gt/ShapeCollection.glb', 'gt/BoxVertexColors.glb', 'bjs/riggedMesh.glb',
+    'bjs/greySnapper_vertColor.glb', 'bjs/morphLoader.glb', 'derived/AnimatedMorphCube.quant.glb', 'derived/scallop.quant.glb', '3dt/tree-lime-2-0.glb']) {
+    const name = path.basename(file), encoded = path.join(folder, name);
+    execFileSync(gltf_psplit, ['encode', path.join(corpus_folder, 'gltf', file), encoded, '--always-patches', '--patch-faces', '500', '-q']);
+    assets.push({ name, encoded });
+  }
+}
+
+const files = { '/': page };
+if (gltf_psplit !== null)
+  for (const [i, { encoded }] of assets.entries()) {
+    const plain = path.join(folder, `${i}.glb`);
+    execFileSync(gltf_psplit, ['decode', encoded, plain, '-q']);
+    files[`/${i}/encoded.glb`] = readFileSync(encoded);
+    files[`/${i}/plain.glb`] = readFileSync(plain);
+  }
+
+page_test('meshes are those of the asset that gltf-psplit decodes', { skip: gltf_psplit === null && 'there is no gltf-psplit', files,
+  script: prepare }, async ({ result, page }) => {
+  await result;
+  let attributes = 0;
+  for (const [i, { name }] of assets.entries()) {
+    const [encoded, plain] = await page.evaluate((i) => Promise.all([facts(`/${i}/encoded.glb`), facts(`/${i}/plain.glb`)]), i);
+    assert.ok(Array.isArray(encoded), `${name}: ${encoded}`);
+    assert.deepEqual(encoded, plain, name);
+    attributes += encoded.flatMap(({ attributes }) => attributes).length;
+  }
+  assert.ok(attributes > assets.length);
+});
+
+// The sample with a fallback: the container is in a file of its own.
+const fallback = readFileSync(path.join(samples, 'fallback.gltf'), 'utf8');
+const of_fallback = (name) => readFileSync(path.join(samples, JSON.parse(fallback).buffers[name === 'container' ? 0 : 1].uri));
+function asset(at, change_container, change_json = () => {}) {
+  const json = JSON.parse(fallback), container = of_fallback('container');
+  change_container(container);
+  change_json(json);
+  return { [`/${at}/a.gltf`]: JSON.stringify(json), [`/${at}/${json.buffers[0].uri}`]: container, [`/${at}/${json.buffers[1].uri}`]: of_fallback('data') };
+}
+const newer_version = (container) => { container[4] = 99; };
+const broken_patch = (container) => container.fill(0xff, 1800);
+const without_fallback = (json) => json.accessors.forEach((accessor) => delete accessor.bufferView);
+const only_fallback = (json) => {
+  delete json.extensionsUsed;
+  delete json.meshes[0].primitives[0].extensions;
+};
+
+page_test('fallback, errors, and the end of a load', { script: prepare, files: { '/': page,
+  ...asset('sample', () => {}), ...asset('plain', () => {}, only_fallback), ...asset('newer', newer_version), ...asset('broken', broken_patch),
+  ...asset('newer_only', newer_version, without_fallback),
+  ...asset('wrong_count', () => {}, ({ accessors }) => { accessors[1].count = 7; }),
+  ...asset('wrong_mode', () => {}, ({ meshes }) => { meshes[0].primitives[0].mode = 5; }),
+  ...asset('two', () => {}, ({ meshes, nodes, scenes }) => {
+    meshes.push({ primitives: [meshes[0].primitives[0]] });
+    nodes.push({ mesh: 1 });
+    scenes[0].nodes.push(1);
+  }) } }, async ({ result, page }) => {
+  await result;
+  const facts = (name) => page.evaluate((name) => globalThis.facts(`/${name}/a.gltf`), name);
+  const plain = await facts('plain');
+  assert.equal(plain.length, 2);
+  assert.deepEqual(await facts('sample'), plain);
+  assert.deepEqual(await facts('newer'), plain);
+  const [root, first, second] = await facts('two');
+  assert.deepEqual([root, first], plain);
+  assert.deepEqual(second, { ...first, name: 'node1' });
+  const place = '/meshes/0/primitives/0/extensions/PSPLIT_mesh_draco_patches: ';
+  for (const [name, message] of [['broken', `${place}patch \\d+: Draco stream: `], ['newer_only', `${place}container: version 99`],
+    ['wrong_count', `${place}the accessor of NORMAL has 7 points, but the patches have 179`], ['wrong_mode', `${place}patches are triangle lists`]])
+    assert.match(await facts(name), new RegExp(message), name);
+  // A load that is disposed ends its jobs.
+  const jobs = await page.evaluate(async () => {
+    const events = [];
+    await new Promise((resolve) => {
+      let plugin;
+      registerPsplit(registerGLTFExtension, { pool: { decodeContainer: (bytes, { signal }) => new Promise((_, reject) => {
+        signal.addEventListener('abort', () => {
+          events.push('aborted');
+          reject(new Error('aborted'));
+          resolve();
+        });
+        plugin.dispose();
+      }) } });
+      SceneLoader.OnPluginActivatedObservable.addOnce((activated) => { plugin = activated; });
+      globalThis.facts('/sample/a.gltf').then(() => events.push('settled'));
+    });
+    return events;
+  });
+  assert.deepEqual(jobs, ['aborted']);
+  // Without an option, a pool is made.
+  await page.evaluate(() => registerPsplit(registerGLTFExtension));
+  assert.deepEqual(await facts('sample'), plain);
+});
+
+page_test('a frame', { script: prepare, files: { '/': page, ...asset('sample', () => {}), ...asset('plain', () => {}, only_fallback) } },
+  async ({ result, page }) => {
+    await result;
+    // The pixels of a frame.
+    const draw = (name) => page.evaluate(async (name) => {
+      const { Engine } = await import('@babylonjs/core/Engines/engine.js'), { Scene } = await import('@babylonjs/core/scene.js');
+      const { AppendSceneAsync } = await import('@babylonjs/core/Loading/sceneLoader.js');
+      await Promise.all([import('@babylonjs/core/Helpers/sceneHelpers.js'), import('@babylonjs/core/Loading/loadingScreen.js')]);
+      const engine = new Engine(document.querySelector('canvas')), scene = new Scene(engine);
+      await AppendSceneAsync(`/${name}/a.gltf`, scene);
+      scene.createDefaultCameraOrLight(true);
+      await scene.whenReadyAsync();
+      scene.render();
+      const { buffer } = await engine.readPixels(0, 0, 200, 200), pixels = new Uint32Array(buffer);
+      engine.dispose();
+      const { digest } = await import('/page.js');
+      return { colours: new Set(pixels).size, pixels: await digest(pixels) };
+    }, name);
+    const frame = await draw('sample');
+    assert.ok(frame.colours > 50, `${frame.colours} colours`);
+    assert.deepEqual(await draw('plain'), frame);
+  });

@@ -1,0 +1,114 @@
+// The extension PSPLIT_mesh_draco_patches for Babylon.js' glTF loader. Before the loader reads a mesh, each primitive of the
+// extension gets accessors and buffer views of its own, whose bytes are the arrays of the decoded mesh. So the loader works as
+// for an asset that is not compressed.
+import { error_from_data, PsplitError } from './error.js';
+import { fitting_indices, kComponentCounts, kExtensionName, stored_primitive } from './gltf.js';
+import { createPool } from './pool.js';
+
+let default_pool;
+
+export function registerPsplit(registerGLTFExtension, { pool } = {}) {
+  registerGLTFExtension(kExtensionName, true, (loader) => new PatchesLoader(loader, pool));
+}
+
+const placed = (error, place) => error_from_data({ code: error.code, patch: error.patch,
+  message: `${place}/extensions/${kExtensionName}: ${error.message}` });
+const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
+
+// The bytes of an accessor without gaps.
+function packed(data, { byteOffset = 0, count, type }, { byteStride }, component_bytes) {
+  const item_bytes = kComponentCounts[type] * component_bytes, bytes = new Uint8Array(count * item_bytes);
+  for (let i = 0, from = byteOffset; i < count; ++i, from += byteStride ?? item_bytes)
+    bytes.set(data.subarray(from, from + item_bytes), i * item_bytes);
+  return bytes;
+}
+
+class PatchesLoader {
+  // The members that Babylon.js asks for.
+  name = kExtensionName;
+  enabled;
+
+  #loader;
+  #pool;
+  #columns = new Map();  // { container, name } by buffer view; the name of indices is undefined
+  #abort = new AbortController();
+
+  constructor(loader, pool) {
+    this.#loader = loader;
+    this.#pool = pool;
+    this.enabled = loader.isExtensionUsed(kExtensionName);
+  }
+
+  dispose() {
+    this.#abort.abort();
+  }
+
+  onLoading() {
+    const { gltf } = this.#loader, containers = new Map();
+    (gltf.meshes ?? []).forEach(({ primitives }, m) => primitives.forEach((primitive, p) => {
+      const place = `/meshes/${m}/primitives/${p}`;
+      try {
+        const stored = stored_primitive(gltf, primitive);
+        if (stored === undefined) return;
+        const key = JSON.stringify([primitive.extensions[kExtensionName], primitive.attributes, primitive.indices]);
+        if (!containers.has(key)) containers.set(key, this.#add_accessors(gltf, primitive, stored, place));
+        const { attributes, indices } = containers.get(key);
+        primitive.attributes = { ...primitive.attributes, ...attributes };
+        primitive.indices = indices;
+      } catch (error) {
+        throw placed(error, place);
+      }
+    }));
+  }
+
+  // Null for buffer views of the asset, which the loader then loads itself.
+  loadBufferViewAsync(_, view) {
+    const column = this.#columns.get(view);
+    if (column === undefined) return null;
+    column.container.arrays ??= this.#decode(column.container);
+    return column.container.arrays.then((arrays) => arrays.get(column.name));
+  }
+
+  // Makes the accessors of a container; they have the numbers `attributes` and `indices`.
+  #add_accessors(gltf, { attributes, indices }, stored, place) {
+    const container = { gltf, primitive: { attributes, indices }, stored, place, arrays: undefined };
+    const add = (name, original) => {
+      const view = { buffer: gltf.bufferViews[stored.bufferView].buffer, byteLength: 0, index: gltf.bufferViews.length };
+      gltf.bufferViews.push(view);
+      this.#columns.set(view, { container, name });
+      const index = gltf.accessors.length;
+      gltf.accessors.push({ ...gltf.accessors[original], bufferView: view.index, byteOffset: 0, index });
+      return index;
+    };
+    return { indices: add(undefined, indices),
+      attributes: Object.fromEntries(stored.attributes.map(({ name }) => [name, add(name, attributes[name])])) };
+  }
+
+  // The bytes of a container's columns, by their names.
+  async #decode(container) {
+    const { gltf, primitive, stored, place } = container, { signal } = this.#abort;
+    const data = await this.#load_view(gltf, stored.bufferView);
+    try {
+      const pool = this.#pool ?? (default_pool ??= createPool());
+      // The data is a part of the file's buffer, which must stay.
+      const mesh = await pool.decodeContainer(data.slice(), { attributes: stored.attributes, transfer: true, signal });
+      return new Map([[undefined, bytes_of(fitting_indices(gltf, primitive, mesh))],
+        ...mesh.attributes.map(({ name, array }) => [name, bytes_of(array)])]);
+    } catch (error) {
+      // A loader may read the fallback in place of a container, except if the container is invalid.
+      const columns = [[undefined, primitive.indices], ...stored.attributes.map(({ name }) => [name, primitive.attributes[name]])];
+      const has_fallback = columns.every(([, accessor]) => gltf.accessors[accessor].bufferView !== undefined);
+      const is_fault = !(error instanceof PsplitError) || error.code === 'invalid-input' || error.code === 'aborted';
+      if (is_fault || !has_fallback) throw placed(error, place);
+      return new Map(await Promise.all(columns.map(async ([name, number]) => {
+        const accessor = gltf.accessors[number], component_bytes = accessor.componentType >= 5125 ? 4 : accessor.componentType >= 5122 ? 2 : 1;
+        return [name, packed(await this.#load_view(gltf, accessor.bufferView), accessor, gltf.bufferViews[accessor.bufferView], component_bytes)];
+      })));
+    }
+  }
+
+  async #load_view(gltf, view) {
+    const data = await this.#loader.loadBufferViewAsync(`/bufferViews/${view}`, gltf.bufferViews[view]);
+    return bytes_of(data);
+  }
+}
