@@ -1,13 +1,12 @@
 // The drop-in for draco3d's decoder: the same calls have the same results, and loaders run on it unmodified.
 import assert from 'node:assert/strict';
-import { resolveObjectURL } from 'node:buffer';
 import { readFileSync } from 'node:fs';
 import { createServer } from 'node:http';
 import { createRequire } from 'node:module';
 import path from 'node:path';
 import test from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { Worker as NodeWorker } from 'node:worker_threads';
+import { BlobWorker } from './blob_worker.mjs';
 import { compressed_primitives, corpus_folder, files_below, modules_folder, package_folder, root, stock } from './load.mjs';
 import { streams } from './stock_draco.mjs';
 
@@ -134,29 +133,6 @@ test('memory comes back', () => {
   for (let i = 0; i < 200; ++i) ask(ours, bytes);
   assert.equal(ours.HEAPU8.length, before);
 });
-
-// A Worker of the web, as far as DRACOLoader needs it.
-class BlobWorker {
-  #worker = null;
-  #waiting = [];
-  constructor(url) {
-    resolveObjectURL(url).text().then((source) => {
-      const prelude = `const port = require('node:worker_threads').parentPort; globalThis.self = globalThis;
-        globalThis.postMessage = (message, transfer) => port.postMessage(message, transfer);
-        port.on('message', (data) => onmessage({ data }));`;
-      this.#worker = new NodeWorker(`${prelude}\n${source}`, { eval: true });
-      this.#worker.on('message', (data) => this.onmessage({ data }));
-      for (const [message, transfer] of this.#waiting) this.#worker.postMessage(message, transfer);
-    });
-  }
-  postMessage(message, transfer) {
-    if (this.#worker === null) this.#waiting.push([message, transfer]);
-    else this.#worker.postMessage(message, transfer);
-  }
-  terminate() {
-    this.#worker?.terminate();
-  }
-}
 
 test("three's DRACOLoader", async () => {
   const server = createServer((request, response) => response.end(readFileSync(path.join(folder, path.basename(request.url)))));

@@ -17,6 +17,8 @@ test('npm packs these files', () => {
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
     'inline.d.ts', 'inline.js',
     'index.d.ts', 'index.js', 'instance.js', 'job.js', 'module.js', 'package.json', 'pool.js', 'psplit.wasm', 'worker.js',
+    'three.d.ts', 'three.js',
+    'three/aligned.js', 'three/container.js', 'three/draco_loader.js', 'three/growing_mesh.js', 'three/psplit_plugin.js',
   ].sort());
   assert.ok(statSync(path.join(package_folder, 'README.md')).size > 1000);
 });

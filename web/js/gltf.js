@@ -29,24 +29,32 @@ export function stored_primitive(json, primitive) {
   if (json.bufferViews?.[stored.bufferView] === undefined) throw invalid('the container has no buffer view');
   const attributes = Object.entries(stored.attributes ?? {}).map(([name, uniqueId]) => {
     const { componentType, type, normalized = false } = accessor_of(json, primitive.attributes, name);
+    if (kComponentTypes[componentType] === undefined || kComponentCounts[type] === undefined)
+      throw invalid(`the accessor of ${name} has no valid type`);
     return { name, uniqueId, type: kComponentTypes[componentType], componentCount: kComponentCounts[type], normalized };
   });
   if (attributes.length === 0) throw invalid(`${kExtensionName} has no attributes`);
-  accessor_of(json, primitive, 'indices');
+  if (kIndexArrays[accessor_of(json, primitive, 'indices').componentType] === undefined)
+    throw invalid('the accessor of indices has no valid type');
   return { bufferView: stored.bufferView, attributes };
 }
 
-/** The mesh's indices in the type of the primitive's accessor. Throws if the mesh does not fit the accessors. */
-export function fitting_indices(json, primitive, { faceCount, pointCount, indices, attributes }) {
+/** Throws if a mesh with these counts does not fit the accessors of these attributes and of indices. */
+export function check_counts(json, primitive, attributes, { faceCount, pointCount }) {
   for (const { name } of attributes) {
     const { count } = accessor_of(json, primitive.attributes, name);
     if (count !== pointCount) throw invalid(`the accessor of ${name} has ${count} points, but the patches have ${pointCount}`);
   }
   const { count, componentType } = accessor_of(json, primitive, 'indices');
   if (count !== 3 * faceCount) throw invalid(`the accessor of indices has ${count} indices, but the patches have ${3 * faceCount}`);
-  const Type = kIndexArrays[componentType];
   // No index may be the largest value of the type.
-  if (Type === undefined || pointCount > 2 ** (8 * Type.BYTES_PER_ELEMENT) - 1)
+  if (pointCount > 2 ** (8 * kIndexArrays[componentType].BYTES_PER_ELEMENT) - 1)
     throw invalid(`${pointCount} points do not fit the component type ${componentType} of indices`);
-  return Type === Uint32Array ? indices : new Type(indices);
+}
+
+/** The mesh's indices in the type of the primitive's accessor. Throws if the mesh does not fit the accessors. */
+export function fitting_indices(json, primitive, mesh) {
+  check_counts(json, primitive, mesh.attributes, mesh);
+  const Type = kIndexArrays[json.accessors[primitive.indices].componentType];
+  return Type === Uint32Array ? mesh.indices : new Type(mesh.indices);
 }

@@ -5,10 +5,12 @@ export type ComponentType = 'int8' | 'uint8' | 'int16' | 'uint16' | 'int32' | 'u
 export type ComponentArray = Int8Array | Uint8Array | Int16Array | Uint16Array | Int32Array | Uint32Array | BigInt64Array |
   BigUint64Array | Float32Array | Float64Array;
 
-/** An attribute of a Draco stream that is wanted, by its unique id. */
+/** An attribute of a Draco stream that is wanted, by its unique id or its semantic. */
 export interface DracoAttributeRequest {
-  uniqueId: number;
-  /** For messages, and for the result. By default Draco's own: POSITION, NORMAL, COLOR, TEX_COORD or GENERIC. */
+  uniqueId?: number;
+  /** In place of `uniqueId`: the first attribute of this semantic. The result leaves it out if the stream has none. */
+  semantic?: 'POSITION' | 'NORMAL' | 'COLOR' | 'TEX_COORD' | 'GENERIC';
+  /** For messages, and for the result. By default Draco's semantic: POSITION, NORMAL, COLOR, TEX_COORD or GENERIC. */
   name?: string;
   /** The type of the result. By default the type that the stream stores. */
   type?: ComponentType;

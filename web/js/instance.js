@@ -38,10 +38,12 @@ export class Instance {
       const stored = Array.from({ length: attribute_count }, (_, i) => this.#stream_attribute(stream, i));
       const indices = this.#written(Uint32Array, 3 * face_count,
         (out) => this.#exports.write_faces(stream, 4, out));
-      const attributes = (requests ?? stored).map((request) => {
-        const i = stored.findIndex((attribute) => attribute.uniqueId === request.uniqueId);
+      const attributes = (requests ?? stored).flatMap((request) => {
+        const i = stored.findIndex(({ name, uniqueId }) =>
+          (request.semantic === undefined ? uniqueId === request.uniqueId : name === request.semantic));
+        if (i < 0 && request.semantic !== undefined) return [];
         if (i < 0) throw new PsplitError(`no attribute has the unique id ${request.uniqueId}`, 'invalid-input');
-        return this.#stream_values(stream, i, { ...stored[i], ...request }, point_count);
+        return this.#stream_values(stream, i, { ...stored[i], ...request, uniqueId: stored[i].uniqueId }, point_count);
       });
       return { faceCount: face_count, pointCount: point_count, indices, attributes };
     });

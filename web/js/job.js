@@ -14,10 +14,11 @@ function bytes_of(data) {
 function check_attributes(kind, attributes) {
   if (attributes === undefined && kind === 'draco') return undefined;
   if (!Array.isArray(attributes)) throw new PsplitError('the option `attributes` is not an array', 'invalid-input');
-  return attributes.map(({ name, uniqueId, type, componentCount, normalized }) => {
-    const request = { uniqueId, name: String(name ?? `attribute ${uniqueId}`) };
+  return attributes.map(({ name, uniqueId, semantic, type, componentCount, normalized }) => {
+    const request = { uniqueId, name: String(name ?? semantic ?? `attribute ${uniqueId}`) };
     const is_count = (value, most) => Number.isInteger(value) && value >= 0 && value <= most;
-    if (!is_count(uniqueId, 0xffffffff)) throw new PsplitError(`${request.name}: no unique id`, 'invalid-input');
+    if (kind === 'draco' && uniqueId === undefined && typeof semantic === 'string') request.semantic = semantic;
+    else if (!is_count(uniqueId, 0xffffffff)) throw new PsplitError(`${request.name}: no unique id`, 'invalid-input');
     if (type !== undefined || kind === 'container') {
       if (!kTypes.includes(type)) throw new PsplitError(`${request.name}: unknown type ${type}`, 'invalid-input');
       request.type = type;

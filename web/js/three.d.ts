@@ -1,0 +1,92 @@
+// For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
+import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
+import type { GLTF, GLTFLoaderPlugin, GLTFParser } from 'three/addons/loaders/GLTFLoader.js';
+import type { Pool } from './index.js';
+
+export interface PsplitPluginOptions {
+  /** Decodes. By default one pool that all plugins of the page share. */
+  pool?: Pool;
+  /** Ends decoding. The load rejects with the code `aborted`. `LoadingManager.abort()` does the same. */
+  signal?: AbortSignal;
+  /**
+   * Is called while patches are decoded: how many are done, of how many in all containers that decoding has begun with. The
+   * last argument is the primitive (its first use, if several primitives share a container).
+   */
+  onProgress?(done: number, total: number, primitive: { mesh: number; primitive: number }): void;
+  /**
+   * Whether meshes are shown while their patches arrive. The loader then resolves when each mesh has its first patches. The
+   * geometries have their final size, and gain triangles until `whole` resolves. Draw again on each `onProgress`. Do not
+   * copy or change the geometries before `whole`. Meshes with stored weights of a skin arrive whole.
+   */
+  patchByPatch?: boolean;
+  /** The name of the file, for errors. By default the path that the loader has, which lacks the name of a GLB. */
+  file?: string;
+}
+
+/** What a mesh was made of. */
+export interface PatchFacts {
+  /** Of the container. */
+  bytes: number;
+  version: number;
+  patchCount: number;
+  hasResidue: boolean;
+  faceCount: number;
+  pointCount: number;
+  /** Stream i (a patch, or the residue at the end) has the faces from `firstFaces[i]` to before `firstFaces[i + 1]`. */
+  firstFaces: Uint32Array;
+}
+
+/**
+ * Decodes PSPLIT_mesh_draco_patches in GLTFLoader:
+ *
+ *     loader.register((parser) => new PsplitPlugin(parser, { pool }));
+ *
+ * Each primitive becomes one mesh. Errors have the numbers of the mesh and the primitive in `mesh` and `primitive`, and
+ * the decoder's error in `cause`. The result of the load has the plugin in `psplit`.
+ */
+export class PsplitPlugin implements GLTFLoaderPlugin {
+  constructor(parser: GLTFParser, options?: PsplitPluginOptions);
+  readonly name: 'PSPLIT_mesh_draco_patches';
+  /** Resolves when all meshes are whole. Rejects if one cannot be; none of its triangles are shown then. */
+  readonly whole: Promise<void>;
+  /** The patches of a mesh of the result; null if it was not made of patches, or is not whole yet. */
+  patchesOf(mesh: Object3D): PatchFacts | null;
+  beforeRoot(): Promise<void>;
+  loadBufferView(index: number): Promise<ArrayBuffer> | null;
+  afterRoot(gltf: GLTF): null;
+}
+
+export interface PsplitDracoLoaderOptions {
+  manager?: LoadingManager;
+  /** Decodes. By default a pool of the loader's own, which `dispose` ends. */
+  pool?: Pool;
+  /** For example a DRACOLoader. It decodes what psplit does not support: point clouds, bitstreams older than 2.2. */
+  fallback?: { decodeGeometry(buffer: ArrayBuffer, task: object): Promise<BufferGeometry> };
+}
+
+/**
+ * The interface of three's DRACOLoader. For GLTFLoader:
+ *
+ *     loader.setDRACOLoader(new PsplitDracoLoader({ pool }));
+ */
+export class PsplitDracoLoader extends Loader<BufferGeometry> {
+  constructor(options?: PsplitDracoLoaderOptions | LoadingManager);
+  readonly pool: Pool;
+  fallback: PsplitDracoLoaderOptions['fallback'] | null;
+  defaultAttributeIDs: Record<string, string>;
+  defaultAttributeTypes: Record<string, string>;
+  /** Does nothing: the decoder is found beside the package's code. */
+  setDecoderPath(path: string | object): this;
+  /** Does nothing. */
+  setDecoderConfig(config: object): this;
+  /** The most workers of the loader's own pool. Call it before decoding. */
+  setWorkerLimit(limit: number): this;
+  preload(): this;
+  /** Decodes a .drc file. Its colours are taken as sRGB, as DRACOLoader does. */
+  parse(buffer: ArrayBuffer, onLoad: (geometry: BufferGeometry) => void, onError?: (error: unknown) => void): void;
+  decodeDracoFile(buffer: ArrayBuffer, callback: (geometry: BufferGeometry) => void, attributeIDs?: Record<string, number> | null,
+    attributeTypes?: Record<string, string> | null, vertexColorSpace?: string, onError?: (error: unknown) => void): Promise<void>;
+  decodeGeometry(buffer: ArrayBuffer, task: { attributeIDs: Record<string, number | string>; attributeTypes: Record<string, string>;
+    useUniqueIDs: boolean; vertexColorSpace: string }): Promise<BufferGeometry>;
+  dispose(): this;
+}

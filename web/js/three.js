@@ -1,0 +1,3 @@
+// For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
+export { PsplitDracoLoader } from './three/draco_loader.js';
+export { PsplitPlugin } from './three/psplit_plugin.js';

@@ -1,0 +1,188 @@
+// The extension PSPLIT_mesh_draco_patches for three's GLTFLoader. Before the loader reads accessors, each primitive of the
+// extension gets synthetic accessors and buffer views, whose bytes are the arrays of the decoded mesh. So the loader works as
+// for an asset that is not compressed.
+import { PsplitError } from '../error.js';
+import { kExtensionName } from '../gltf.js';
+import { createPool } from '../pool.js';
+import { Container } from './container.js';
+import { GrowingMesh } from './growing_mesh.js';
+
+let default_pool;
+
+// Rejects when the signal aborts, also if the promise never settles.
+const until_abort = (promise, signal) => new Promise((resolve, reject) => {
+  const abort = () => reject(new PsplitError('aborted', 'aborted'));
+  if (signal.aborted) abort();
+  signal.addEventListener('abort', abort);
+  promise.then(resolve, reject);
+});
+
+export class PsplitPlugin {
+  name = kExtensionName;
+  #parser;
+  #options;
+  #pool;
+  #containers = new Map();  // by key
+  #of_view = new Map();     // containers by their synthetic buffer views
+  #growing = [];            // promises of meshes that are shown patch by patch
+  #running = new Set();     // the AbortControllers of containers that are being decoded
+  #failure = null;          // the first one
+  #stop = () => this.#running.forEach((controller) => controller.abort());
+
+  constructor(parser, options = {}) {
+    this.#parser = parser;
+    this.#options = options;
+    this.#pool = options.pool ?? (default_pool ??= createPool());
+  }
+
+  // The hooks of GLTFLoader. A function that is `async` rejects where it would throw, which the loader handles.
+
+  async beforeRoot() {
+    for (const [mesh, { primitives }] of (this.#parser.json.meshes ?? []).entries())
+      for (const [primitive, definition] of primitives.entries())
+        if (definition.extensions?.[kExtensionName] !== undefined) this.#replace_accessors(definition, { mesh, primitive });
+  }
+
+  loadBufferView(view) {
+    const container = this.#of_view.get(view);
+    if (container === undefined) return null;
+    container.buffers ??= this.#load(container);
+    return container.buffers.then((buffers) => buffers.get(view));
+  }
+
+  afterRoot(gltf) {
+    gltf.psplit = this;
+  }
+
+  // For users
+
+  get whole() {
+    const whole = Promise.all(this.#growing).then(() => {});
+    whole.catch(() => {});  // nothing happens if the caller does not wait
+    return whole;
+  }
+
+  patchesOf(object) {
+    const { meshes, primitives = 0 } = this.#parser.associations.get(object) ?? {};
+    const is_use = ({ mesh, primitive }) => mesh === meshes && primitive === primitives;
+    return [...this.#containers.values()].find(({ uses }) => uses.some(is_use))?.patches ?? null;
+  }
+
+  #replace_accessors(definition, use) {
+    const { json } = this.#parser;
+    let container;
+    try {
+      container = new Container(json, definition);
+    } catch (error) {
+      throw this.#error_at(use, definition.extensions[kExtensionName].bufferView, error);
+    }
+    const known = this.#containers.get(container.key);
+    if (known === undefined) {
+      container.publish();
+      this.#containers.set(container.key, container);
+      for (const { view } of container.columns) this.#of_view.set(view, container);
+    }
+    (known ?? container).uses.push(use);
+    (known ?? container).assign(definition);
+  }
+
+  // The buffers of a container's synthetic views.
+  #load(container) {
+    // The loader normalizes the weights of a skin when it makes the mesh, so they must be whole by then.
+    const is_skin = container.requests.some(({ name }) => name.startsWith('WEIGHTS_'));
+    if (this.#options.patchByPatch !== true || is_skin)
+      return this.#decoded(container).then((arrays) => container.buffers_of(arrays));
+    const attributes = new Map();  // three's, by column
+    const growing = new GrowingMesh(container, (column, first, count) => {
+      const attribute = attributes.get(column);
+      if (attribute === undefined) return;  // nothing of it was drawn
+      const data = attribute.data ?? attribute;
+      data.addUpdateRange(first, count);
+      data.needsUpdate = true;
+    });
+    for (const column of container.columns)
+      growing.buffers.then(() => this.#parser.getDependency('accessor', column.number)).then((attribute) => attributes.set(column, attribute));
+    const whole = this.#decoded(container, growing).catch((error) => {
+      growing.clear();
+      throw error;
+    });
+    this.#growing.push(whole);
+    // Without a first part, the arrays are those of the fallback.
+    return Promise.race([growing.buffers,
+      whole.then((arrays) => (growing.has_begun ? growing.buffers : container.buffers_of(arrays)))]);
+  }
+
+  // The decoded arrays, in the order of columns. If one container fails, the load fails. So the others end too.
+  async #decoded(container, growing) {
+    const { manager } = this.#parser.options, item = this.#place_of(container.uses[0], container.view);
+    const signals = [this.#options.signal, manager.abortController?.signal].filter((signal) => signal !== undefined);
+    const controller = new AbortController();
+    this.#running.add(controller);
+    for (const signal of signals) signal.addEventListener('abort', this.#stop);  // once: it is one function
+    if (this.#failure !== null || signals.some(({ aborted }) => aborted)) controller.abort();
+    manager.itemStart(item);
+    try {
+      return await this.#decode(container, controller.signal, growing);
+    } catch (error) {
+      manager.itemError(item);
+      this.#failure ??= this.#error_at(container.uses[0], container.view, error);
+      this.#stop();
+      throw this.#failure;
+    } finally {
+      this.#running.delete(controller);
+      if (this.#running.size === 0) for (const signal of signals) signal.removeEventListener('abort', this.#stop);
+      manager.itemEnd(item);
+    }
+  }
+
+  async #decode(container, signal, growing) {
+    const options = { attributes: container.requests, signal,
+      onProgress: (done, total) => this.#progress(container, done, total) };
+    try {
+      const bytes = await until_abort(this.#parser.getDependency('bufferView', container.view), signal);
+      const mesh = await (growing === undefined ? this.#pool.decodeContainer(bytes, options)
+        : this.#pool.decodePatches(bytes, { ...options, onPart: (part, totals) => growing.add(part, totals) }));
+      container.check(mesh);
+      const { faceCount, pointCount, version, patchCount, hasResidue, firstFaces } = mesh;
+      container.patches = { bytes: bytes.byteLength, faceCount, pointCount, version, patchCount, hasResidue, firstFaces };
+      const streams = container.total || patchCount + (hasResidue ? 1 : 0);
+      if (container.done !== streams) this.#progress(container, streams, streams);
+      return [mesh.indices, ...mesh.attributes.map(({ array }) => array)];
+    } catch (error) {
+      // A loader may read the fallback in place of a container, except if the container is invalid.
+      const is_final = error.code === 'aborted' || error.code === 'invalid-input';
+      if (is_final || !container.has_fallback || growing?.has_begun === true) throw error;
+      return this.#fallback(container);
+    }
+  }
+
+  async #fallback({ columns }) {
+    const attributes = await Promise.all(columns.map(({ source }) => this.#parser.getDependency('accessor', source)));
+    return attributes.map((attribute, i) => {
+      if (attribute.data === undefined) return attribute.array;
+      const { components, Type, count } = columns[i], { array, stride } = attribute.data;
+      const values = new Type(count * components);
+      for (let k = 0; k < values.length; ++k)
+        values[k] = array[attribute.offset + Math.floor(k / components) * stride + (k % components)];
+      return values;
+    });
+  }
+
+  #progress(container, done, total) {
+    Object.assign(container, { done, total });
+    const sum = (name) => [...this.#containers.values()].reduce((all, other) => all + other[name], 0);
+    this.#options.onProgress?.(sum('done'), sum('total'), container.uses[0]);
+  }
+
+  // For example: assets/ship.bin: mesh 2 "hull", primitive 0
+  #place_of({ mesh, primitive }, view) {
+    const { json, options } = this.#parser;
+    const uri = json.buffers?.[json.bufferViews?.[view]?.buffer]?.uri ?? '', { name } = json.meshes[mesh];
+    const file = this.#options.file ?? (options.path ?? '') + (uri.startsWith('data:') ? '' : uri);
+    return `${file === '' ? '' : `${file}: `}mesh ${mesh}${name === undefined ? '' : ` "${name}"`}, primitive ${primitive}`;
+  }
+  #error_at({ mesh, primitive }, view, cause) {
+    const error = new PsplitError(`${this.#place_of({ mesh, primitive }, view)}: ${cause.message ?? cause}`, cause.code ?? 'failed');
+    return Object.assign(error, { patch: cause.patch, mesh, primitive, cause });
+  }
+}
