@@ -16,7 +16,7 @@ test('npm packs these files', () => {
     'error.js', 'files.js',
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
     'inline.d.ts', 'inline.js',
-    'index.d.ts', 'index.js', 'instance.js', 'job.js', 'module.js', 'package.json', 'pool.js', 'psplit.wasm', 'worker.js',
+    'index.d.ts', 'index.js', 'instance.js', 'job.js', 'module.js', 'node.js', 'package.json', 'pool.js', 'psplit.wasm', 'worker.js',
     'three.d.ts', 'three.js',
     'three/aligned.js', 'three/container.js', 'three/draco_loader.js', 'three/growing_mesh.js', 'three/psplit_plugin.js',
   ].sort());

@@ -1,12 +1,11 @@
 // The compiled WebAssembly module. It is compiled once, and posted to workers.
 import { PsplitError } from './error.js';
 import { wasm_file } from './files.js';
-
-const is_node = typeof process === 'object' && process.versions?.node !== undefined;
+import { is_node, node_module } from './node.js';
 
 async function fetch_module(url) {
   if (is_node && url.protocol === 'file:') {
-    const { readFile } = await import(/* webpackIgnore: true */ /* @vite-ignore */ 'node:fs/promises');
+    const { readFile } = await node_module('node:fs/promises');
     return WebAssembly.compile(await readFile(url));
   }
   const response = await fetch(url);

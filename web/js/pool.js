@@ -4,14 +4,14 @@ import { error_from_data, PsplitError } from './error.js';
 import { node_worker, page_worker } from './files.js';
 import { make_job } from './job.js';
 import { compile_module, shared_module } from './module.js';
+import { is_node, node_module } from './node.js';
 
-const is_node = typeof process === 'object' && process.versions?.node !== undefined;
 const kDefaultWorkers = 4;
 
 // Starts a worker, which calls receive(message) or fail(error).
 async function start_worker(receive, fail) {
   if (is_node) {
-    const { Worker } = await import(/* webpackIgnore: true */ /* @vite-ignore */ 'node:worker_threads');
+    const { Worker } = await node_module('node:worker_threads');
     const worker = node_worker(Worker);
     worker.on('message', receive);
     worker.on('error', fail);

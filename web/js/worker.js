@@ -1,10 +1,9 @@
 // The worker of a pool: runs jobs one after the other. The first message has the compiled module.
 import { error_to_data } from './error.js';
 import { buffers_of, Decoder } from './instance.js';
+import { is_node, node_module } from './node.js';
 
-const is_node = typeof process === 'object' && process.versions?.node !== undefined;
-const port = is_node
-  ? (await import(/* webpackIgnore: true */ /* @vite-ignore */ 'node:worker_threads')).parentPort : globalThis;
+let port = globalThis;
 const post = (message, transfer) => port.postMessage(message, transfer);
 
 let decoder;
@@ -22,5 +21,12 @@ function receive({ module, id, job }) {
   }
 }
 
-if (is_node) port.on('message', receive);
-else port.onmessage = ({ data }) => receive(data);
+// No `await` on the top level: bundlers may make a classic script of this file.
+if (is_node) {
+  node_module('node:worker_threads').then(({ parentPort }) => {
+    port = parentPort;
+    port.on('message', receive);
+  });
+} else {
+  port.onmessage = ({ data }) => receive(data);
+}
