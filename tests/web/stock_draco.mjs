@@ -94,3 +94,20 @@ export function encode({ points, faces }, { method, speed, bits, extra }) {
     for (const object of [out, mesh, builder, encoder]) encoders.destroy(object);
   }
 }
+
+// Encodes a point cloud with colours.
+export function encode_cloud(point_count) {
+  const encoder = new encoders.Encoder(), builder = new encoders.PointCloudBuilder(), cloud = new encoders.PointCloud();
+  const out = new encoders.DracoInt8Array();
+  try {
+    const points = Float32Array.from({ length: 3 * point_count }, (_, i) => Math.sin(i));
+    builder.AddFloatAttribute(cloud, encoders.POSITION, point_count, 3, points);
+    builder.AddUInt8Attribute(cloud, encoders.COLOR, point_count, 3, Uint8Array.from(points, (_, i) => i * 7));
+    encoder.SetAttributeQuantization(encoders.POSITION, 11);
+    const length = encoder.EncodePointCloudToDracoBuffer(cloud, false, out);
+    if (length === 0) throw new Error('draco3d does not encode');
+    return Uint8Array.from({ length }, (_, i) => out.GetValue(i) & 255);
+  } finally {
+    for (const object of [out, cloud, builder, encoder]) encoders.destroy(object);
+  }
+}

@@ -5,6 +5,11 @@ export interface DecoderConfig {
   wasmBinary?: ArrayBuffer | Uint8Array;
   /** Returns the address of a file, in Node.js its path. */
   locateFile?: (file: string) => string;
+  /**
+   * draco3d, for older bitstreams and point clouds: its module, or the address of the folder that has its draco_wasm_wrapper.js
+   * and draco_decoder.wasm. Classic workers load these when the first such stream comes; elsewhere it must be the module.
+   */
+  draco3d?: string | object;
   onModuleLoaded?: (module: any) => void;
   onRuntimeInitialized?: () => void;
 }
@@ -12,5 +17,7 @@ export interface DecoderConfig {
 declare function createDecoderModule(config?: DecoderConfig): Promise<any>;
 declare namespace createDecoderModule {
   export { createDecoderModule };
+  /** The same for loaders that pass no configuration. */
+  export let draco3d: string | object | undefined;
 }
 export = createDecoderModule;

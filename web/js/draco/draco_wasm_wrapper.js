@@ -100,8 +100,9 @@ var DracoDecoderModule = (() => {
       return bytes.slice(0, size);
     };
 
-    const array_class = (Type) => class extends WrapperObject {
+    const array_class = (Type, name) => class extends WrapperObject {
       array_ = new Type(0);
+      name_ = name;
       GetValue(i) { return this.array_[i]; }
       size() { return this.array_.length; }
     };
@@ -144,9 +145,18 @@ var DracoDecoderModule = (() => {
       }
       transform_type() { return this.type_; }
     }
+    // An attribute whose values are those before a transform, as { bits_, range_, origin_ }; undefined if it is not.
+    function transformed(attribute, coding, transform) {
+      if (attribute instanceof PointAttribute) return attribute.is_skipped_ && attribute.coding_ === coding ? attribute : undefined;
+      const theirs = new draco3d[transform]();
+      const result = theirs.InitFromAttribute(attribute) ? { bits_: theirs.quantization_bits(), range_: theirs.range?.(),
+        origin_: Array.from({ length: attribute.num_components() }, (_, axis) => theirs.min_value?.(axis)) } : undefined;
+      draco3d.destroy(theirs);
+      return result;
+    }
     class AttributeQuantizationTransform extends WrapperObject {
       InitFromAttribute(attribute) {
-        this.attribute_ = attribute.is_skipped_ && attribute.coding_ === kQuantized ? attribute : undefined;
+        this.attribute_ = transformed(attribute, kQuantized, 'AttributeQuantizationTransform');
         return this.attribute_ !== undefined;
       }
       quantization_bits() { return this.attribute_?.bits_ ?? -1; }
@@ -155,7 +165,7 @@ var DracoDecoderModule = (() => {
     }
     class AttributeOctahedronTransform extends WrapperObject {
       InitFromAttribute(attribute) {
-        this.attribute_ = attribute.is_skipped_ && attribute.coding_ === kNormal ? attribute : undefined;
+        this.attribute_ = transformed(attribute, kNormal, 'AttributeOctahedronTransform');
         return this.attribute_ !== undefined;
       }
       quantization_bits() { return this.attribute_?.bits_ ?? -1; }
@@ -166,9 +176,12 @@ var DracoDecoderModule = (() => {
       handle_ = 0;
       skipped_ = new Set();
       attributes_ = [];
+      theirs_;  // draco3d's object, if draco3d decoded it
       num_attributes() { return this.counts_[2]; }
       num_points() { return this.counts_[1]; }
       clear_() {
+        if (this.theirs_ !== undefined) draco3d.destroy(this.theirs_);
+        this.theirs_ = undefined;
         if (this.handle_ === 0) return;
         if (!this.core_.broken) this.core_.exports.free_stream(this.handle_);
         leave(this.core_);
@@ -186,14 +199,15 @@ var DracoDecoderModule = (() => {
       num_faces() { return this.counts_[0]; }
     }
     class Metadata extends WrapperObject {}
-    class MetadataQuerier extends WrapperObject {
-      HasEntry() { return false; }
-      GetIntEntry() { return 0; }
-      GetIntEntryArray() {}
-      GetDoubleEntry() { return 0; }
-      GetStringEntry() { return ''; }
-      NumEntries() { return 0; }
-      GetEntryName() { return ''; }
+    // psplit skips metadata. That of draco3d is in draco3d's own objects.
+    class MetadataQuerier extends WrapperObject {}
+    for (const [name, none] of Object.entries({ HasEntry: false, GetIntEntry: 0, GetIntEntryArray: undefined, GetDoubleEntry: 0,
+      GetStringEntry: '', NumEntries: 0, GetEntryName: '' })) {
+      MetadataQuerier.prototype[name] = function (metadata, ...rest) {
+        if (metadata instanceof Metadata) return none;
+        this.theirs_ ??= new draco3d.MetadataQuerier();
+        return call_draco3d(this.theirs_, name, metadata, rest);
+      };
     }
 
     class Decoder extends WrapperObject {
@@ -209,13 +223,40 @@ var DracoDecoderModule = (() => {
 
       DecodeArrayToMesh(data, size, mesh) { return this.#decode(bytes_of(data, size), mesh); }
       DecodeBufferToMesh(buffer, mesh) { return this.#decode(buffer.data_, mesh); }
-      DecodeArrayToPointCloud() { return this.#refuse_point_cloud(); }
-      DecodeBufferToPointCloud() { return this.#refuse_point_cloud(); }
-      #refuse_point_cloud() {
-        return new Status(kConstants.DRACO_ERROR, 'psplit: point clouds are not supported; use draco3d for them');
+      DecodeArrayToPointCloud(data, size, cloud) { return this.#decode_point_cloud(bytes_of(data, size), cloud); }
+      DecodeBufferToPointCloud(buffer, cloud) { return this.#decode_point_cloud(buffer.data_, cloud); }
+      #decode_point_cloud(bytes, cloud) {
+        cloud.clear_();
+        return this.#decode_by_draco3d(bytes, cloud, 'PointCloud',
+          new Status(kConstants.DRACO_ERROR, 'psplit: point clouds are not supported; use draco3d for them'));
+      }
+      // What psplit refuses, with `refusal`, if the page offers no draco3d.
+      #decode_by_draco3d(bytes, mesh, kind, refusal) {
+        try {
+          draco3d ??= load_draco3d(config.draco3d ?? DracoDecoderModule.draco3d);
+        } catch (error) {
+          return new Status(refusal.code(), `${refusal.error_msg()} (${error.message})`);
+        }
+        if (draco3d === undefined) return refusal;
+        if (this.theirs_ === undefined) {
+          this.theirs_ = new draco3d.Decoder();
+          for (const semantic of this.#skipped) this.theirs_.SkipAttributeTransform(semantic);
+        }
+        mesh.theirs_ = new draco3d[kind]();
+        const status = this.theirs_[`DecodeArrayTo${kind}`](bytes, bytes.length, mesh.theirs_);
+        mesh.counts_ = [mesh.theirs_.num_faces?.() ?? 0, mesh.theirs_.num_points(), mesh.theirs_.num_attributes()];
+        return new Status(status.code(), status.error_msg());
+      }
+      __destroy__() {
+        if (this.theirs_ !== undefined) draco3d.destroy(this.theirs_);
+        super.__destroy__();
       }
       #decode(bytes, mesh) {
         mesh.clear_();
+        const status = this.#decode_by_psplit(bytes, mesh);
+        return status.code() === kConstants.UNSUPPORTED_VERSION ? this.#decode_by_draco3d(bytes, mesh, 'Mesh', status) : status;
+      }
+      #decode_by_psplit(bytes, mesh) {
         mesh.core_ = usable_core();
         mesh.skipped_ = new Set(this.#skipped);
         const { exports } = mesh.core_;
@@ -289,7 +330,35 @@ var DracoDecoderModule = (() => {
       GetAttributeInt32ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, DT_INT32, out); }
       GetAttributeUInt32ForAllPoints(mesh, attribute, out) { return values_for_all_points(mesh, attribute, 6, out); }
 
-      SkipAttributeTransform(semantic) { this.#skipped.add(semantic); }
+      SkipAttributeTransform(semantic) {
+        this.#skipped.add(semantic);
+        this.theirs_?.SkipAttributeTransform(semantic);
+      }
+    }
+    // The calls above are for meshes that psplit decoded.
+    for (const name of Object.getOwnPropertyNames(Decoder.prototype).filter((name) => /^Get/.test(name) && !/EncodedGeometryType/.test(name))) {
+      const own = Decoder.prototype[name];
+      Decoder.prototype[name] = function (mesh, ...rest) {
+        return mesh.theirs_ === undefined ? own.call(this, mesh, ...rest) : call_draco3d(this.theirs_, name, mesh.theirs_, rest);
+      };
+    }
+
+    // draco3d, which decodes what psplit refuses.
+    let draco3d;
+    // Calls draco3d with copies of the arguments that draco3d writes: Draco's arrays, and memory of this module.
+    function call_draco3d(object, name, subject, rest) {
+      const arrays = rest.filter((argument) => argument?.array_ !== undefined).map((ours) => [ours, new draco3d[ours.name_]()]);
+      const copies = new Map(arrays), size = /Triangles|DataArray/.test(name) ? rest.at(-2) : 0, at = size > 0 ? draco3d._malloc(size) : 0;
+      try {
+        const result = object[name](subject, ...rest.map((argument, i) =>
+          (at !== 0 && i === rest.length - 1 ? at : copies.get(argument) ?? argument)));
+        for (const [ours, theirs] of arrays) ours.array_ = ours.array_.constructor.from({ length: theirs.size() }, (_, i) => theirs.GetValue(i));
+        if (at !== 0 && result) new Uint8Array(core.buffer, rest.at(-1), size).set(draco3d.HEAPU8.subarray(at, at + size));
+        return result;
+      } finally {
+        for (const [, theirs] of arrays) draco3d.destroy(theirs);
+        if (at !== 0) draco3d._free(at);
+      }
     }
 
     const value_count = (mesh, attribute) => mesh.num_points() * attribute.components_;
@@ -330,10 +399,9 @@ var DracoDecoderModule = (() => {
     const module = Object.assign(config, kConstants, {
       WrapperObject, VoidPtr, Status, DecoderBuffer, GeometryAttribute, PointAttribute, AttributeTransformData,
       AttributeQuantizationTransform, AttributeOctahedronTransform, PointCloud, Mesh, Metadata, MetadataQuerier, Decoder,
-      DracoFloat32Array: array_class(Float32Array), DracoInt8Array: array_class(Int8Array),
-      DracoUInt8Array: array_class(Uint8Array), DracoInt16Array: array_class(Int16Array),
-      DracoUInt16Array: array_class(Uint16Array), DracoInt32Array: array_class(Int32Array),
-      DracoUInt32Array: array_class(Uint32Array),
+      ...Object.fromEntries(Object.entries({ DracoFloat32Array: Float32Array, DracoInt8Array: Int8Array, DracoUInt8Array: Uint8Array,
+        DracoInt16Array: Int16Array, DracoUInt16Array: Uint16Array, DracoInt32Array: Int32Array, DracoUInt32Array: Uint32Array })
+        .map(([name, Type]) => [name, array_class(Type, name)])),
       NULL: kNull,
       _malloc(bytes) {
         const at = usable_core().allocate(bytes);
@@ -358,6 +426,30 @@ var DracoDecoderModule = (() => {
       HEAP32: Int32Array, HEAPU32: Uint32Array, HEAPF32: Float32Array, HEAPF64: Float64Array }))
       Object.defineProperty(module, name, { get: () => new Type(core.buffer), configurable: true });
     return module;
+  }
+
+  // draco3d's module from `offered`: the module, or the address of the folder of its draco_wasm_wrapper.js and
+  // draco_decoder.wasm. Decoding is synchronous, so only a classic worker can load these when they are needed.
+  function load_draco3d(offered) {
+    if (typeof offered !== 'string') return offered;
+    if (typeof importScripts !== 'function') throw new Error('draco3d can be loaded from an address in a classic worker only');
+    const address = (file) => new URL(file, offered.replace(/\/?$/, '/')).href;
+    const request = new XMLHttpRequest();
+    request.open('GET', address('draco_decoder.wasm'), false);
+    request.responseType = 'arraybuffer';
+    request.send();
+    if (request.status !== 200) throw new Error(`${address('draco_decoder.wasm')}: HTTP status ${request.status}`);
+    const compiled = new WebAssembly.Module(request.response), own = globalThis.DracoDecoderModule;
+    importScripts(address('draco_wasm_wrapper.js'));
+    const theirs = { instantiateWasm(imports, done) {
+      const instance = new WebAssembly.Instance(compiled, imports);
+      done(instance);
+      return instance.exports;
+    } };
+    globalThis.DracoDecoderModule(theirs);
+    globalThis.DracoDecoderModule = own;
+    if (theirs.Decoder === undefined) throw new Error(`${offered} has no draco3d that starts at once`);
+    return theirs;
   }
 
   async function wasm_bytes(config) {
