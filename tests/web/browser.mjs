@@ -48,19 +48,20 @@ const kPage = '<!doctype html><meta charset="utf-8"><title>test</title><script t
  *   of this machine. By default the package is at /psplit/, npm's modules at /modules/, and page.js at /page.js.
  * @param {object | ((path: string) => object)} [site.headers] of every response
  * @param {object} [site.types] content types that differ, by extension; null for no type
- * @param {(...args: any) => Promise<*>} [site.script] the script of the page at /
+ * @param {(argument: any) => Promise<*>} [site.script] the script /main.js of the page
  * @param {any} [site.argument] the script's argument, as JSON
  * @returns {Promise<{origin: string, requests: string[], close: () => void}>} close() returns at once
  */
-export async function start_site({ files = {}, headers = {}, types = {}, script = () => {}, argument } = {}) {
-  const served = { '/': kPage, '/main.js': `globalThis.result = (${script})(${JSON.stringify(argument) ?? ''});
-    globalThis.result?.catch?.(() => {});  // the test has it`,
+export async function start_site({ files = {}, headers = {}, types = {}, script, argument } = {}) {
+  const main = `globalThis.result = (${script ?? '() => {}'})(${JSON.stringify(argument) ?? ''});
+    globalThis.result?.catch?.(() => {});  // the test has it`;
+  const served = { '/': kPage, ...('/' in files && script === undefined ? {} : { '/main.js': main }),
     '/psplit/': { folder: package_folder }, '/modules/': { folder: path.join(modules_folder, 'node_modules') },
     '/page.js': { folder: fileURLToPath(new URL('page.js', import.meta.url)) }, '/favicon.ico': '', ...files };
   const content = (url) => {
     if (typeof served[url] === 'string' || served[url] instanceof Uint8Array) return served[url];
     const prefix = Object.keys(served).filter((name) => served[name].folder !== undefined && url.startsWith(name)).at(-1);
-    const file = prefix && path.join(served[prefix].folder, url.slice(prefix.length));
+    const file = prefix && path.join(served[prefix].folder, url.slice(prefix.length), url.endsWith('/') ? 'index.html' : '');
     return file && existsSync(file) && statSync(file).isFile() ? readFileSync(file) : null;
   };
   const requests = [];
