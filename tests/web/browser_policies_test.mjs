@@ -12,8 +12,8 @@ const text = (data) => Buffer.from(data).toString('base64');
 const argument = { stream: text(stream), container: text(bytes), attributes };
 
 // Everything that a page does with the package at `from`. Returns how each promise settles.
-async function use_all({ stream, container, attributes, from = '' }) {
-  const { createPool, decodeContainer, decodeDraco, ready } = await import(`${from}/psplit/index.js`);
+async function use_all({ stream, container, attributes, from = '/psplit/index.js' }) {
+  const { createPool, decodeContainer, decodeDraco, ready } = await import(from);
   const { bytes_of_text, outcome } = await import('/page.js');
   const pool = createPool({ workers: 2 }), [draco, patches] = [bytes_of_text(stream), bytes_of_text(container)];
   const outcomes = {
@@ -79,14 +79,24 @@ page_test('no worker.js', { files: { '/psplit/worker.js': { folder: '/nowhere' }
 page_test('a worker that throws', { files: { '/psplit/worker.js': 'throw new Error("broken")' }, argument, script: use_all },
   fails(/^worker: .*broken$/, not_pool));
 
+// psplit/inline has its worker in a blob.
+const inline = { ...argument, from: '/psplit/inline.js' };
+page_test('psplit/inline under a policy that allows blobs', { argument: inline, script: use_all,
+  headers: policy("script-src 'self' 'wasm-unsafe-eval'; worker-src blob:; connect-src 'none'") }, works(false));
+page_test('psplit/inline under a policy without blobs', { headers: policy(kEnough), argument: inline, script: use_all,
+  errors: [/worker-src/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
+
 // The package on another origin: that of a second site.
-for (const [name, headers, check, errors] of [
-  ['that allows it', { 'Access-Control-Allow-Origin': '*' }, fails(/^worker: .*cannot be accessed from origin/, not_pool), []],
-  ['that does not', {}, ({ result }) => assert.rejects(result, /Failed to fetch dynamically imported module/), [/CORS|ERR_FAILED/]]])
-  page_test(`the package on another origin ${name}`, { errors }, async ({ page, ...of }) => {
+for (const [name, file, headers, check, errors] of [
+  ['the package on another origin that allows it', 'index.js', { 'Access-Control-Allow-Origin': '*' },
+    fails(/^worker: .*cannot be accessed from origin/, not_pool), []],
+  ['psplit/inline on another origin', 'inline.js', { 'Access-Control-Allow-Origin': '*' }, works(false), []],
+  ['the package on another origin that does not allow it', 'index.js', {},
+    ({ result }) => assert.rejects(result, /Failed to fetch dynamically imported module/), [/CORS|ERR_FAILED/]]])
+  page_test(name, { errors }, async ({ page, ...of }) => {
     const other = await start_site({ headers });
     try {
-      await check({ ...of, page, result: page.evaluate(use_all, { ...argument, from: other.origin }) });
+      await check({ ...of, page, result: page.evaluate(use_all, { ...argument, from: `${other.origin}/psplit/${file}` }) });
     } finally {
       other.close();
     }
