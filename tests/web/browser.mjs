@@ -35,7 +35,8 @@ export async function open_browser() {
     '--enable-unsafe-swiftshader', '--js-flags=--expose-gc'] });
   return browser;
 }
-if (skip === false) after(async () => browser !== null && (await browser).close());
+export const close_browser = async () => (await browser)?.close();
+let closes_browser = false;
 
 const kTypes = { '.html': 'text/html; charset=utf-8', '.js': 'text/javascript', '.mjs': 'text/javascript', '.css': 'text/css',
   '.json': 'application/json', '.wasm': 'application/wasm', '.gltf': 'model/gltf+json', '.glb': 'model/gltf-binary' };
@@ -107,6 +108,8 @@ export async function open_page(url) {
  * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check `result` is the script's
  */
 export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
+  if (!closes_browser) after(close_browser);
+  closes_browser = true;
   test(name, { skip: skip || why, timeout: kMostMs }, async () => {
     const site = await start_site(options);
     let opened;
