@@ -21,6 +21,19 @@ bool has_borders(const PatchContainer& container) {
   return !container.is_stock && container.head && container.head->has_borders;
 }
 
+// The most that the walk of a patch can have.
+struct WalkSize {
+  uint64_t places = 0, numbers = 0;
+
+  uint64_t bytes() const { return numbers * sizeof(int32_t) + places; }
+};
+
+WalkSize most_of(const PatchContainer& container, uint32_t patch) {
+  const core::CondensedStream& stream = container.headers[patch].condensed;
+  const uint64_t places = core::most_places(stream, container.entries[patch].reference_count);
+  return {places, places * stream.border_components};
+}
+
 Status first_failure(std::vector<Status>& statuses) {
   for (Status& status : statuses)
     if (!status.ok()) return std::move(status);
@@ -55,22 +68,47 @@ Expected<BorderValues> BorderValues::decode(const PatchContainer& container, con
 
 Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uint32_t patch) {
   if (!has_borders(container) || patch >= container.patch_count()) return BorderValues();
-  std::vector<uint32_t> patches{patch};
-  core::StitchReader reader(container.stitch_row(patch));
-  for (core::StitchReader::Run run; reader.next_run(run);) patches.push_back(run.owner);
+  return decode_some(container, patch, patch + 1);
+}
+
+Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uint32_t first, uint32_t end,
+                                            const ThreadPool& pool) {
+  const uint32_t count = container.patch_count();
+  end = std::min(end, count);
+  if (!has_borders(container) || (first == 0 && end == count)) return decode(container, pool);
+  uint64_t bytes = 0;
+  for (uint32_t patch = 0; patch < count; ++patch) bytes += most_of(container, patch).bytes();
+  if (bytes > core::justified_bytes(container.stream_bytes())) return status_of(Fault::kWorkspace);
+  if (first >= end) return BorderValues();
+  Expected<BorderValues> some = decode_some(container, first, end);
+  // The first failure of all patches may be another one.
+  return some ? std::move(some) : decode(container, pool);
+}
+
+Expected<BorderValues> BorderValues::decode_some(const PatchContainer& container, uint32_t first,
+                                                 uint32_t end) {
+  std::vector<uint32_t> patches(end - first);
+  std::iota(patches.begin(), patches.end(), first);
+  for (uint32_t patch = first; patch < end; ++patch) {
+    core::StitchReader reader(container.stitch_row(patch));
+    for (core::StitchReader::Run run; reader.next_run(run);)
+      if (run.owner < first) patches.push_back(run.owner);
+  }
   std::sort(patches.begin(), patches.end());
   patches.erase(std::unique(patches.begin(), patches.end()), patches.end());
   BorderValues result(std::move(patches));
   if (Status status = result.allocate(container); !status.ok()) return status;
   const size_t count = result.patches_.size();
   std::vector<Status> statuses(count);
-  for (size_t begin = 0; begin < count; begin += kTogether) {
-    const size_t end = std::min(begin + kTogether, count);
-    result.decode_parts(container, begin, end, std::span(statuses).subspan(begin, end - begin));
+  for (size_t slot = 0; slot < count; slot += kTogether) {
+    const size_t together = std::min(kTogether, count - slot);
+    result.decode_parts(container, slot, slot + together, std::span(statuses).subspan(slot, together));
   }
   if (Status status = first_failure(statuses); !status.ok()) return status;
-  const Fault fault = result.share_values(container, result.slot_of(patch));
-  if (fault != Fault::kNone) return status_of(fault).at({.patch = patch});
+  for (uint32_t patch = first; patch < end; ++patch) {
+    const Fault fault = result.share_values(container, result.slot_of(patch));
+    if (fault != Fault::kNone) return status_of(fault).at({.patch = patch});
+  }
   return result;
 }
 
@@ -83,32 +121,25 @@ void BorderValues::complete(uint32_t patch, core::StreamHeader& header) const {
 
 // Takes memory for all walks.
 Status BorderValues::allocate(const PatchContainer& container) {
-  uint64_t places = 0, numbers = 0;
-  const auto for_slots = [&](auto visit) {
-    for (size_t slot = 0; slot < patches_.size(); ++slot) {
-      const core::CondensedStream& stream = container.headers[patches_[slot]].condensed;
-      const uint64_t most = core::most_places(stream, container.entries[patches_[slot]].reference_count);
-      visit(slot, static_cast<size_t>(most), static_cast<size_t>(most * stream.border_components));
-    }
-  };
-  for_slots([&](size_t, size_t most_places, size_t most_numbers) {
-    places += most_places;
-    numbers += most_numbers;
-  });
-  if (numbers * sizeof(int32_t) + places > core::justified_bytes(container.stream_bytes()))
-    return status_of(Fault::kWorkspace);
-  values_.reset(new int32_t[static_cast<size_t>(numbers)]);
-  is_own_.reset(new uint8_t[static_cast<size_t>(places)]);
+  WalkSize all;
+  for (const uint32_t patch : patches_) {
+    const WalkSize most = most_of(container, patch);
+    all = {all.places + most.places, all.numbers + most.numbers};
+  }
+  if (all.bytes() > core::justified_bytes(container.stream_bytes())) return status_of(Fault::kWorkspace);
+  values_.reset(new int32_t[static_cast<size_t>(all.numbers)]);
+  is_own_.reset(new uint8_t[static_cast<size_t>(all.places)]);
   walks_.resize(patches_.size());
   behind_parts_.resize(patches_.size());
   int32_t* values = values_.get();
   uint8_t* is_own = is_own_.get();
-  for_slots([&](size_t slot, size_t most_places, size_t most_numbers) {
-    walks_[slot].values = {values, most_numbers};
-    walks_[slot].is_own = {is_own, most_places};
-    values += most_numbers;
-    is_own += most_places;
-  });
+  for (size_t slot = 0; slot < patches_.size(); ++slot) {
+    const WalkSize most = most_of(container, patches_[slot]);
+    walks_[slot].values = {values, static_cast<size_t>(most.numbers)};
+    walks_[slot].is_own = {is_own, static_cast<size_t>(most.places)};
+    values += most.numbers;
+    is_own += most.places;
+  }
   return {};
 }
 

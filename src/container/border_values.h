@@ -21,6 +21,9 @@ class BorderValues {
   static Expected<BorderValues> decode(const PatchContainer& container, const ThreadPool& pool);
   // Of one patch. Decodes only its part and those of the patches that own its shared values.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t patch);
+  // Of the patches [first, end), in the same way. Errors are those of all patches, or it has none.
+  static Expected<BorderValues> decode(const PatchContainer& container, uint32_t first, uint32_t end,
+                                       const ThreadPool& pool);
 
   bool empty() const { return patches_.empty(); }
   // Sets what the header of a patch lacks to decode it: the values at its border, which this owns. Does nothing
@@ -30,6 +33,7 @@ class BorderValues {
  private:
   explicit BorderValues(std::vector<uint32_t> patches) : patches_(std::move(patches)) {}
 
+  static Expected<BorderValues> decode_some(const PatchContainer& container, uint32_t first, uint32_t end);
   Status allocate(const PatchContainer& container);
   void decode_parts(const PatchContainer& container, size_t begin, size_t end, std::span<Status> statuses);
   core::Fault share_values(const PatchContainer& container, size_t slot) const;

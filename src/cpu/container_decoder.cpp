@@ -12,19 +12,30 @@ using core::Fault;
 
 ContainerDecoder::ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool,
                                    Steps& steps, std::vector<StreamFindings>* findings)
+    : ContainerDecoder(task, {0, static_cast<uint32_t>(task.container->entries.size())}, out, pool, steps,
+                       findings) {}
+
+ContainerDecoder::ContainerDecoder(const DecodeTask& task, StreamRange range, const PrimitiveBuffers& out,
+                                   const ThreadPool& pool, Steps& steps, std::vector<StreamFindings>* findings)
     : container_(*task.container),
       requests_(task.requests),
       has_references_(container_.reference_count() > 0),
+      range_(range),
       out_(out),
       pool_(pool),
       steps_(steps),
       findings_(findings),
       patches_(container_.entries.size()) {}
 
-Status ContainerDecoder::decode() {
-  Expected<BorderValues> borders = BorderValues::decode(container_, pool_);
+Status ContainerDecoder::decode_borders() {
+  Expected<BorderValues> borders = BorderValues::decode(container_, range_.first, range_.end, pool_);
   if (!borders) return borders.status();
   borders_ = std::move(*borders);
+  return {};
+}
+
+Status ContainerDecoder::decode() {
+  if (Status status = decode_borders(); !status.ok()) return status;
   const auto count = static_cast<uint32_t>(patches_.size());
   // In step only if that leaves no thread without work.
   const uint32_t in_step = count / kInStep >= static_cast<uint32_t>(pool_.thread_count()) ? count / kInStep : 0;
@@ -32,15 +43,18 @@ Status ContainerDecoder::decode() {
     if (steps_.stopped()) return;
     const auto i = static_cast<uint32_t>(task);
     if (i < in_step)
-      decode_patches(i * kInStep);
+      decode_streams(i * kInStep, kInStep);
     else
-      decode_patch(in_step * (kInStep - 1) + i);
-    steps_.finish(i < in_step ? kInStep : 1);
+      decode_streams(in_step * (kInStep - 1) + i, 1);
   });
   if (steps_.stopped()) return cancelled();
   if (Status status = first_failure(); !status.ok()) return status;
   pool_.for_each(count, [&](size_t i) {
-    patches_[i].status = resolve_references(static_cast<uint32_t>(i)).at({.patch = static_cast<int64_t>(i)});
+    const auto patch = static_cast<uint32_t>(i);
+    patches_[i].status = resolve_references(patch).at({.patch = patch});
+    if (!patches_[i].status.ok()) return;
+    write_references(patch);
+    check_copies(patch);
   });
   return first_failure();
 }
@@ -51,9 +65,13 @@ Status ContainerDecoder::first_failure() const {
   return {};
 }
 
-void ContainerDecoder::decode_patch(uint32_t i) {
+void ContainerDecoder::decode_streams(uint32_t first, uint32_t count) {
   const ScratchPool::Lease lease(scratch_pool());
-  decode_patch(i, *lease);
+  if (count == kInStep)
+    decode_patches(first, *lease);
+  else
+    decode_patch(first, *lease);
+  steps_.finish(count);
 }
 
 void ContainerDecoder::decode_patch(uint32_t i, Scratch& scratch) {
@@ -64,9 +82,7 @@ void ContainerDecoder::decode_patch(uint32_t i, Scratch& scratch) {
 }
 
 // Patches [first, first + kInStep).
-void ContainerDecoder::decode_patches(uint32_t first) {
-  const ScratchPool::Lease lease(scratch_pool());
-  Scratch& scratch = *lease;
+void ContainerDecoder::decode_patches(uint32_t first, Scratch& scratch) {
   const auto left = decode_in_step(container_, borders_, first, requests_, scratch,
                                    [&](uint32_t n, const auto& patch, core::Arena& arena) {
                                      auto status = write_patch(first + n, patch, arena, scratch.numbers);
@@ -98,7 +114,7 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
   std::vector<Placeholder>& placeholders = patches_[i].placeholders;
   placeholders.clear();
   with_indices(out_, [&]<typename Out>(Out* out) {
-    out += size_t{3} * first_face;
+    out += size_t{3} * (first_face - container_.face_base[range_.first]);
     for (uint32_t face = 0; face < entry.face_count; ++face)
       for (uint32_t k = 0; k < 3; ++k) {
         const uint32_t number = numbers[patch.point_at[4 * face + k]];
@@ -106,12 +122,15 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
         if (number >= total) placeholders.push_back({3 * (first_face + face) + k, number - total});
       }
   });
+  const size_t first_point = container_.owned_base[range_.first];
   for (size_t k = 0; k < requests_.size(); ++k) {
-    std::byte* const values = out_.attributes[k].bytes.data();
     const size_t stride = out_.attributes[k].stride;
+    // The address of the mesh's point 0. Only addresses of points that the range owns are made to pointers.
+    const uintptr_t values =
+        reinterpret_cast<uintptr_t>(out_.attributes[k].bytes.data()) - first_point * stride;
     Status status = write_attribute(patch, *attributes[k], requests_[k], [&](uint32_t point) -> std::byte* {
       // The owner writes; every copy holds the same bits.
-      return numbers[point] < total ? values + numbers[point] * stride : nullptr;
+      return numbers[point] < total ? reinterpret_cast<std::byte*>(values + numbers[point] * stride) : nullptr;
     });
     if (!status.ok()) return status;
   }
@@ -200,13 +219,16 @@ Status ContainerDecoder::resolve_references(uint32_t i) {
   };
   const Fault fault =
       core::resolve_references(core::SerialLanes(), container_.stitch_row(i), walk_of, owned_of, numbers);
-  if (fault != Fault::kNone) return status_of(fault);
+  return status_of(fault);
+}
+
+void ContainerDecoder::write_references(uint32_t i) {
+  const StitchedPatch& patch = patches_[i];
+  const size_t first_corner = size_t{3} * container_.face_base[range_.first];
   with_indices(out_, [&]<typename Out>(Out* out) {
-    for (const Placeholder& placeholder : patches_[i].placeholders)
-      out[placeholder.corner] = static_cast<Out>(numbers[placeholder.reference]);
+    for (const Placeholder& placeholder : patch.placeholders)
+      out[placeholder.corner - first_corner] = static_cast<Out>(patch.references[placeholder.reference]);
   });
-  check_copies(i);
-  return {};
 }
 
 Expected<CheckedMesh> decode_checked(const PatchContainer& container,

@@ -29,23 +29,25 @@ class Steps {
   std::atomic<size_t> done_ = 0;
 };
 
+// Streams of a container: from `first` on, without `end`. They own consecutive points of the mesh, and their
+// faces are consecutive.
+struct StreamRange {
+  uint32_t first = 0, end = 0;
+};
+
 // Values that patches share at their borders are decoded first. Then there are two rounds over the patches. In
 // the first, each patch writes the values that it owns, and its faces with placeholders for references. In the
 // second, references take the numbers that their owners gave.
+//
+// Several decoders may share a container: each decodes a range of its streams. Their callers take the steps of
+// decode() themselves.
 class ContainerDecoder {
  public:
-  // `out` has room for the container's counts. If `findings` is not null, it has an element for each stream,
-  // and the streams are checked as decode_checked says. All arguments must outlive the decoder.
-  ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool, Steps& steps,
-                   std::vector<StreamFindings>* findings = nullptr);
-
-  Status decode();
-
- private:
   struct Placeholder {
     uint32_t corner;     // of the mesh, three for each face
     uint32_t reference;  // of the patch, in the order of its stitch map
   };
+  // What one stream of the container has become.
   struct StitchedPatch {
     std::vector<uint32_t> walk;  // the mesh's numbers along the border; kNoPoint for references
     std::vector<Placeholder> placeholders;
@@ -56,10 +58,33 @@ class ContainerDecoder {
     Status status;
   };
 
+  // `out` has room for the container's counts. If `findings` is not null, it has an element for each stream,
+  // and the streams are checked as decode_checked says. All arguments must outlive the decoder.
+  ContainerDecoder(const DecodeTask& task, const PrimitiveBuffers& out, const ThreadPool& pool, Steps& steps,
+                   std::vector<StreamFindings>* findings = nullptr);
+  // Of a range of the streams: `out` has room for their faces, and for the points that they own.
+  ContainerDecoder(const DecodeTask& task, StreamRange range, const PrimitiveBuffers& out,
+                   const ThreadPool& pool, Steps& steps, std::vector<StreamFindings>* findings = nullptr);
+
+  // Decodes all streams.
+  Status decode();
+
+  // The steps of it. The shared values come first.
+  Status decode_borders();
+  // The first round for streams of the range: `count` is 1, or kInStep for as many in step. Their statuses are
+  // those of stitched(i).
+  void decode_streams(uint32_t first, uint32_t count);
+  // The second round, in two steps. All streams to which stream `i` refers are decoded, or stitched(i) has what
+  // another decoder made of them. They never come after `i`.
+  Status resolve_references(uint32_t i);
+  // `i` is of the range.
+  void write_references(uint32_t i);
+  StitchedPatch& stitched(uint32_t i) { return patches_[i]; }
+
+ private:
   Status first_failure() const;
-  void decode_patch(uint32_t i);
   void decode_patch(uint32_t i, Scratch& scratch);
-  void decode_patches(uint32_t first);
+  void decode_patches(uint32_t first, Scratch& scratch);
   // std::nullopt if it needs more memory than the arena has left.
   template <typename Index>
   std::optional<Status> write_patch(uint32_t i, const core::Patch<Index>& patch, core::Arena& arena,
@@ -72,11 +97,11 @@ class ContainerDecoder {
                      const std::vector<uint32_t>& numbers);
   void check_copies(uint32_t i);
   core::View<uint32_t> references_of(uint32_t i);
-  Status resolve_references(uint32_t i);
 
   const PatchContainer& container_;
   const std::span<const AttributeRequest> requests_;
   const bool has_references_;
+  const StreamRange range_;
   const PrimitiveBuffers& out_;
   const ThreadPool& pool_;
   Steps& steps_;

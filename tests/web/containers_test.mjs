@@ -49,5 +49,32 @@ test('errors name the patch', async () => {
   const newer = Uint8Array.from(bytes);
   newer[4] = 99;
   await assert.rejects(psplit.decodeContainer(newer, { attributes }), { code: 'unsupported' });
-  await assert.rejects(psplit.decodeContainer(bytes), { code: 'invalid-input' });
+  await assert.rejects(psplit.decodeContainer(bytes, { attributes: 'all' }), { code: 'invalid-input' });
+});
+
+test('all attributes, if none are named', async () => {
+  for (const name of Object.keys(expected))
+    for (const { bytes, attributes } of compressed_primitives(path.join(samples, name), 'PSPLIT_mesh_draco_patches')) {
+      const mesh = await psplit.decodeContainer(bytes);
+      const named = await psplit.decodeContainer(bytes, { attributes });
+      assert.deepEqual(mesh.indices, named.indices);
+      assert.deepEqual(mesh.attributes.map(({ uniqueId }) => uniqueId).sort(), attributes.map(({ uniqueId }) => uniqueId).sort());
+      for (const { name, uniqueId, type, array } of mesh.attributes) {
+        const same = named.attributes.find((attribute) => attribute.uniqueId === uniqueId);
+        assert.ok(same.name.replace('TEXCOORD', 'TEX_COORD').startsWith(name) || name === 'GENERIC', `${same.name} as ${name}`);
+        assert.equal(type, same.type);
+        assert.deepEqual(array, same.array);
+      }
+    }
+});
+
+test('patches are slices of the mesh', async () => {
+  const [{ bytes, attributes }] = compressed_primitives(path.join(samples, 'residue.glb'), 'PSPLIT_mesh_draco_patches');
+  const { faceCount, pointCount, patchCount, hasResidue, firstFaces, firstPoints } = await psplit.decodeContainer(bytes, { attributes });
+  assert.ok(hasResidue && patchCount > 1);
+  for (const [firsts, count] of [[firstFaces, faceCount], [firstPoints, pointCount]]) {
+    assert.equal(firsts.length, patchCount + 2);
+    assert.ok(firsts[0] === 0 && firsts.every((first, i) => i === 0 || first >= firsts[i - 1]));
+    assert.equal(firsts.at(-1), count);
+  }
 });

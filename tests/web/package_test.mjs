@@ -13,10 +13,10 @@ test('npm packs these files', () => {
     'LICENSE', 'README.md',
     'draco/conformance.md', 'draco/draco_decoder.wasm', 'draco/draco_wasm_wrapper.d.ts', 'draco/draco_wasm_wrapper.js', 'draco/package.json',
     'babylon.d.ts', 'babylon.js',
-    'error.js', 'files.js',
+    'container.js', 'container_job.js', 'error.js', 'files.js',
     'gltf-transform.d.ts', 'gltf-transform.js', 'gltf.js',
     'inline.d.ts', 'inline.js',
-    'index.d.ts', 'index.js', 'instance.js', 'job.js', 'module.js', 'node.js', 'package.json', 'pool.js', 'psplit.wasm', 'worker.js',
+    'index.d.ts', 'index.js', 'instance.js', 'job.js', 'module.js', 'node.js', 'package.json', 'pool.js', 'psplit.wasm', 'task.js', 'types.js', 'worker.js',
     'three.d.ts', 'three.js',
     'three/aligned.js', 'three/container.js', 'three/draco_loader.js', 'three/growing_mesh.js', 'three/psplit_plugin.js',
   ].sort());

@@ -1,6 +1,6 @@
 // Pools: the same results as without workers, and every promise settles.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { readdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import test from 'node:test';
 import { compressed_primitives, package_folder, psplit, root } from './load.mjs';
@@ -8,6 +8,9 @@ import { streams } from './stock_draco.mjs';
 
 const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
 const [{ bytes, attributes }] = compressed_primitives(sample, 'PSPLIT_mesh_draco_patches');
+const samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
+const containers = readdirSync(samples).filter((name) => name.endsWith('.glb'))
+  .flatMap((name) => compressed_primitives(path.join(samples, name), 'PSPLIT_mesh_draco_patches').map((primitive) => ({ name, ...primitive })));
 const all_streams = [...streams()].map(([, stream]) => stream);
 
 async function with_pool(options, use) {
@@ -25,6 +28,65 @@ test('results are those of the calling thread', () => with_pool({ workers: 2 }, 
   assert.deepEqual(await pool.decodeContainer(bytes, { attributes }), await psplit.decodeContainer(bytes, { attributes }));
   assert.equal(pool.workerCount, 2);
 }));
+
+// Shared arrays become plain ones, so that both are compared.
+const plain_arrays = ({ indices, attributes, ...rest }) => ({ ...rest, indices: Uint32Array.from(indices),
+  attributes: attributes.map((attribute) => ({ ...attribute, array: attribute.array.constructor.from(attribute.array) })) });
+
+for (const shared of [false, true])
+  test(`several workers decode what one decodes, ${shared ? 'in shared memory' : 'by transfer'}`, () => with_pool({ workers: 4, shared }, async (pool) => {
+    assert.ok(containers.length > 8);
+    for (const { name, bytes, attributes } of containers) {
+      const expected = await psplit.decodeContainer(bytes, { attributes });
+      for (const workers of [2, 3, 4]) {
+        const mesh = await pool.decodeContainer(bytes, { attributes, workers });
+        const is_several = Math.min(workers, mesh.firstFaces.length - 1) > 1;
+        assert.equal(mesh.indices.buffer instanceof SharedArrayBuffer, shared && is_several, name);
+        assert.deepEqual(plain_arrays(mesh), expected, name);
+      }
+    }
+    assert.equal(pool.workerCount, 4);
+  }));
+
+test('parts are the mesh, and progress is complete', () => with_pool({ workers: 3 }, async (pool) => {
+  for (const { name, bytes, attributes } of containers)
+    for (const workers of [1, 2, 3]) {
+      const parts = [], progress = [];
+      const mesh = await pool.decodePatches(bytes, { attributes, workers, onPart: (part) => parts.push(part),
+        onProgress: (...counts) => progress.push(counts) });
+      assert.deepEqual(mesh, await psplit.decodeContainer(bytes, { attributes }));
+      check_parts(parts, mesh, name);
+      const total = mesh.firstFaces.length - 1;
+      assert.ok(progress.every(([done, of], i) => of === total && done > (i === 0 ? 0 : progress[i - 1][0])), String(progress));
+      assert.equal(progress.at(-1)[0], total);
+    }
+}));
+
+// Each part is a slice of the mesh, and refers to no point that comes later. Faces of parts that are not final may be
+// degenerate.
+function check_parts(parts, mesh, name) {
+  const has_come = new Uint8Array(mesh.pointCount), final_count = new Uint8Array(mesh.firstFaces.length - 1);
+  for (const { patches: [first, end], isFinal, firstFace, indices, firstPoint, pointCount, attributes } of parts) {
+    if (isFinal) for (let i = first; i < end; ++i) ++final_count[i];
+    assert.equal(firstFace, mesh.firstFaces[first]);
+    assert.equal(firstPoint, mesh.firstPoints[first]);
+    assert.equal(firstPoint + pointCount, mesh.firstPoints[end]);
+    const expected = mesh.indices.slice(3 * firstFace, 3 * mesh.firstFaces[end]);
+    for (let at = 0; !isFinal && at < indices.length; at += 3)
+      if (indices.subarray(at, at + 3).every((index) => index === 0)) expected.fill(0, at, at + 3);
+    assert.deepEqual(Uint32Array.from(indices), expected);
+    for (const [i, { array, ...attribute }] of attributes.entries()) {
+      const { array: whole, ...expected } = mesh.attributes[i], { componentCount } = expected;
+      assert.deepEqual(attribute, expected);
+      assert.deepEqual(array, whole.slice(componentCount * firstPoint, componentCount * (firstPoint + pointCount)));
+    }
+    has_come.fill(1, firstPoint, firstPoint + pointCount);
+    for (let at = 0; at < indices.length; at += 3)
+      if (isFinal || indices[at] + indices[at + 1] + indices[at + 2] > 0)
+        assert.ok(has_come[indices[at]] & has_come[indices[at + 1]] & has_come[indices[at + 2]], `${name}: a part refers to a later one`);
+  }
+  assert.ok(final_count.every((count) => count === 1), `${name}: a patch is not final once`);
+}
 
 test('errors have code and patch', () => with_pool({ workers: 1 }, async (pool) => {
   const broken = Uint8Array.from(bytes);

@@ -46,8 +46,35 @@ export interface DecodedMesh {
 export interface DecodedContainer extends DecodedMesh {
   /** Of the container: 1, 2 or 3. */
   version: number;
+  /** Without the residue. */
   patchCount: number;
+  /** Whether a residue follows the patches: faces and points that no patch can carry. It counts as one more patch below. */
   hasResidue: boolean;
+  /** Patch i has the faces from `firstFaces[i]` to `firstFaces[i + 1]`. The last number is the count of faces. */
+  firstFaces: Uint32Array;
+  /** The same for points: each point belongs to one patch. Faces also use points of patches before theirs. */
+  firstPoints: Uint32Array;
+}
+
+/**
+ * Some consecutive patches of a mesh. The numbers of faces and points are the mesh's: the part has `indices.length / 3`
+ * faces from `firstFace` on, and `pointCount` points from `firstPoint` on. A receiver copies them to these places of its
+ * arrays, in any order of the parts: the faces then refer only to points that have come, at any time.
+ *
+ * A part that is not final lacks some faces, between patches that different workers decode. Their three indices are 0. Its
+ * patches come once more, in a part that is final. All final parts together are the mesh, each patch once.
+ */
+export interface DecodedPart {
+  /** The first patch, and the one after the last. */
+  patches: [first: number, end: number];
+  isFinal: boolean;
+  firstFace: number;
+  /** Three numbers of the mesh's points for each face. */
+  indices: Uint32Array;
+  firstPoint: number;
+  pointCount: number;
+  /** The values of the part's points. Arrays of a part may be views of the result's arrays. */
+  attributes: DecodedAttribute[];
 }
 
 export type Bytes = ArrayBuffer | ArrayBufferView | SharedArrayBuffer;
@@ -69,8 +96,12 @@ export function ready(): Promise<void>;
  */
 export function decodeDraco(data: Bytes, options?: { attributes?: DracoAttributeRequest[] }): Promise<DecodedMesh>;
 
-/** Decodes a container on the calling thread, and stitches its patches to one mesh. Any bytes may be given. */
-export function decodeContainer(data: Bytes, options: { attributes: AttributeRequest[] }): Promise<DecodedContainer>;
+/**
+ * Decodes a container on the calling thread, and stitches its patches to one mesh. Any bytes may be given. By default all
+ * attributes of the first patch, in the types that it stores, with the names that decodeDraco gives them; the first patch
+ * is then decoded twice.
+ */
+export function decodeContainer(data: Bytes, options?: { attributes?: AttributeRequest[] }): Promise<DecodedContainer>;
 
 export interface PoolOptions {
   /** The most workers at a time. By default as many as the machine has processors, but no more than 4. */
@@ -79,6 +110,12 @@ export interface PoolOptions {
   wasm?: WebAssembly.Module | BufferSource | string | URL;
   /** How long a worker without work goes on, in milliseconds. By default 10,000. */
   idleMs?: number;
+  /**
+   * Whether several workers may write a mesh to shared memory, which saves assembling it. The arrays of its result then have
+   * a SharedArrayBuffer. By default true in pages that are cross-origin isolated, and false in Node.js. Pages that are not
+   * isolated have no shared memory, and need none.
+   */
+  shared?: boolean;
 }
 
 export interface JobOptions {
@@ -88,12 +125,28 @@ export interface JobOptions {
   transfer?: boolean;
 }
 
-/** Decodes in workers. Jobs run side by side; each one runs on one worker. */
+export interface ContainerOptions extends JobOptions {
+  attributes?: AttributeRequest[];
+  /** Called with the number of decoded patches, which grows, and their total; the last call has done = total. */
+  onProgress?: (done: number, total: number) => void;
+  /**
+   * The number of workers that share the container's patches, if the pool has them. By default as many as its size pays for:
+   * one for small containers.
+   */
+  workers?: number;
+}
+
+/**
+ * Decodes in workers. Jobs run side by side. A large container takes several workers if they are idle; the result is the
+ * same. If a function that the caller gives throws, the job's promise rejects with what it threw.
+ */
 export interface Pool {
   readonly workerCount: number;
   ready(): Promise<void>;
   decodeDraco(data: Bytes, options?: { attributes?: DracoAttributeRequest[] } & JobOptions): Promise<DecodedMesh>;
-  decodeContainer(data: Bytes, options: { attributes: AttributeRequest[] } & JobOptions): Promise<DecodedContainer>;
+  decodeContainer(data: Bytes, options?: ContainerOptions): Promise<DecodedContainer>;
+  /** The same. Calls onPart with the patches as they are decoded, all before the promise resolves. */
+  decodePatches(data: Bytes, options: ContainerOptions & { onPart: (part: DecodedPart) => void }): Promise<DecodedContainer>;
   /** Ends all workers. Jobs that are not done reject with the code `aborted`. */
   dispose(): void;
 }

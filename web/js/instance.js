@@ -1,14 +1,8 @@
 // One instance of the WebAssembly module: calls its exports, and copies bytes in and arrays out. Synchronous.
+import { decode_alone, decode_as_helper, decode_as_lead } from './container_job.js';
 import { PsplitError } from './error.js';
+import { kArrays, kSemantics, kTypes } from './types.js';
 
-// By Draco's number of a type.
-const kArrays = [undefined, Int8Array, Uint8Array, Int16Array, Uint16Array, Int32Array, Uint32Array, BigInt64Array,
-  BigUint64Array, Float32Array, Float64Array, Uint8Array];
-const kTypes = [undefined, 'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'float32', 'float64',
-  'bool'];
-const kSemantics = ['POSITION', 'NORMAL', 'COLOR', 'TEX_COORD', 'GENERIC'];
-// glTF's number of a type.
-const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
 const kStatusInvalid = 3, kStatusUnsupported = 5;
 
 // An instance that holds more memory than this is dropped when it had no work for a while. Memory of WebAssembly never
@@ -65,46 +59,24 @@ export class Instance {
     return { name, uniqueId, type, componentCount, normalized, array };
   }
 
-  decode_container(bytes, requests) {
-    return this.#with_handle(bytes, 'open_container', 'free_container', (container) => {
-      const [version, patch_count, has_residue, face_count, point_count] =
-        this.#words(this.#exports.container_counts(container), 6);
-      for (const request of requests) this.#request(container, request);
-      if (!this.#exports.decode_container(container)) throw this.#last_error();
-      const copy = (Type, at, length) => new Type(this.#exports.memory.buffer, at, length).slice();
-      return {
-        faceCount: face_count, pointCount: point_count, version, patchCount: patch_count,
-        hasResidue: has_residue !== 0,
-        indices: copy(Uint32Array, this.#exports.container_faces(container), 3 * face_count),
-        attributes: requests.map(({ name, uniqueId, type, componentCount, normalized = false }, i) => ({
-          name, uniqueId, type, componentCount, normalized,
-          array: copy(kArrays[kTypes.indexOf(type)], this.#exports.container_values(container, i),
-            point_count * componentCount),
-        })),
-      };
-    });
+  get exports() {
+    return this.#exports;
   }
-
-  #request(container, { name, uniqueId, type, componentCount, normalized = false }) {
-    const component_type = kComponentTypes[type];
-    if (component_type === undefined) throw new PsplitError(`${name}: ${type} is not a type of glTF`, 'invalid-input');
-    const text = new TextEncoder().encode(name), at = this.#copy_in(text);
-    this.#exports.request_attribute(container, at, text.length, uniqueId, component_type, componentCount,
-      normalized ? 1 : 0);
-    this.#exports.release(at);
-  }
-
-  // Calls use(handle) with what `open` makes of the bytes. A trap of the module breaks the instance.
+  // Calls use(handle) with what `open` makes of the bytes.
   #with_handle(bytes, open, free, use) {
-    try {
-      const at = this.#copy_in(bytes);
-      const handle = this.#exports[open](at, bytes.length);
-      if (handle === 0) throw this.#last_error();
+    return this.guarded(() => {
+      const handle = this.open(open, bytes);
       try {
         return use(handle);
       } finally {
         if (!this.#broken) this.#exports[free](handle);
       }
+    });
+  }
+  // Calls use(). A trap of the module breaks the instance.
+  guarded(use) {
+    try {
+      return use();
     } catch (error) {
       if (error instanceof PsplitError) throw error;
       this.#broken = true;
@@ -112,10 +84,21 @@ export class Instance {
     }
   }
 
-  #copy_in(bytes) {
-    const at = this.#allocate(bytes.length);
-    new Uint8Array(this.#exports.memory.buffer, at, bytes.length).set(bytes);
+  // The handle of what an export makes of the bytes.
+  open(name, bytes) {
+    const handle = this.#exports[name](this.copy_in(bytes), bytes.length);
+    if (handle === 0) throw this.last_error();
+    return handle;
+  }
+  // The address of memory with the bytes of a typed array.
+  copy_in({ buffer, byteOffset, byteLength }) {
+    const at = this.#allocate(byteLength);
+    this.view(Uint8Array, at, byteLength).set(new Uint8Array(buffer, byteOffset, byteLength));
     return at;
+  }
+  // A view of memory, which is valid until the next call.
+  view(Type, at, length) {
+    return new Type(this.#exports.memory.buffer, at >>> 0, length);
   }
   #allocate(bytes) {
     const at = this.#exports.allocate(bytes) >>> 0;
@@ -135,7 +118,7 @@ export class Instance {
   #words(at, count) {
     return new Uint32Array(this.#exports.memory.buffer, at, count);
   }
-  #last_error() {
+  last_error() {
     const [code, patch, at, length] = this.#words(this.#exports.last_error(), 4);
     const message = new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, at, length));
     return new PsplitError(message,
@@ -155,25 +138,39 @@ export class Decoder {
     this.#module = module;
   }
 
-  // Runs a job: { kind: 'draco' | 'container', bytes, attributes }.
-  run({ kind, bytes, attributes }) {
-    clearTimeout(this.#timer);
-    this.#instance ??= new Instance(this.#module);
+  // Runs a job: { kind: 'draco' | 'container', bytes, attributes }, and for containers what container_job.js says.
+  run(job, post) {
+    const instance = this.#take();
     try {
-      return kind === 'draco' ? this.#instance.decode_draco(bytes, attributes)
-        : this.#instance.decode_container(bytes, attributes);
+      return job.kind === 'draco' ? instance.decode_draco(job.bytes, job.attributes) : decode_alone(instance, job, post);
     } finally {
-      if (this.#instance.broken) this.#instance = null;
-      else if (this.#instance.memory_bytes > kMostKeptBytes) this.#drop_later();
+      this.#give_back();
+    }
+  }
+  // Takes part in a job of several workers. Resolves to the result if this one is the lead.
+  async run_part(job, post) {
+    const instance = this.#take();
+    try {
+      return await (job.part === 0 ? decode_as_lead : decode_as_helper)(instance, job, post);
+    } finally {
+      this.#give_back();
     }
   }
 
+  #take() {
+    clearTimeout(this.#timer);
+    return (this.#instance ??= new Instance(this.#module));
+  }
+  #give_back() {
+    if (this.#instance.broken) this.#instance = null;
+    else if (this.#instance.memory_bytes > kMostKeptBytes) this.#drop_later();
+  }
   #drop_later() {
     this.#timer = setTimeout(() => (this.#instance = null), kKeptMs);
     this.#timer.unref?.();
   }
 }
 
-// The buffers of a result, for a transfer between threads.
+// The buffers of a result, for a transfer between threads. Shared ones need none.
 export const buffers_of = ({ indices, attributes }) =>
-  [indices.buffer, ...attributes.map((attribute) => attribute.array.buffer)];
+  [indices, ...attributes.map(({ array }) => array)].map(({ buffer }) => buffer).filter((buffer) => buffer instanceof ArrayBuffer);

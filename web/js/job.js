@@ -12,7 +12,7 @@ function bytes_of(data) {
 }
 
 function check_attributes(kind, attributes) {
-  if (attributes === undefined && kind === 'draco') return undefined;
+  if (attributes === undefined) return undefined;
   if (!Array.isArray(attributes)) throw new PsplitError('the option `attributes` is not an array', 'invalid-input');
   return attributes.map(({ name, uniqueId, semantic, type, componentCount, normalized }) => {
     const request = { uniqueId, name: String(name ?? semantic ?? `attribute ${uniqueId}`) };

@@ -1,10 +1,12 @@
-// A pool of workers. Jobs wait in order; each goes to the next idle worker. Workers start when jobs come, and end
-// when they were idle for a while. Every job settles: a worker that fails is replaced, and its job rejects.
+// A pool of workers. Jobs wait in order; each goes to the next idle worker, or to several if it is large. Workers start
+// when jobs come, and end when they were idle for a while. Every job settles: if a worker fails, its job rejects, and
+// all workers of the job are replaced.
 import { error_from_data, PsplitError } from './error.js';
 import { node_worker, page_worker } from './files.js';
 import { make_job } from './job.js';
 import { compile_module, shared_module } from './module.js';
 import { is_node, node_module } from './node.js';
+import { Task } from './task.js';
 
 const kDefaultWorkers = 4;
 
@@ -35,19 +37,23 @@ async function start_worker(receive, fail) {
 
 class Pool {
   #most;
+  #limit;  // of workers; less than #most if no more can be started
+  #is_shared;
   #idle_ms;
   #wasm;
   #module;
   #waiting = [];
-  #members = new Set();  // { worker, task, timer }; `worker` is null while it starts
+  #members = new Set();  // { worker, is_up, task, timer }; `worker` is null while it starts
   #next_id = 0;
   #is_disposed = false;
 
-  constructor({ workers, wasm, idleMs = 10000 } = {}) {
+  constructor({ workers, shared, wasm, idleMs = 10000 } = {}) {
     const cores = globalThis.navigator?.hardwareConcurrency ?? kDefaultWorkers;
-    this.#most = workers ?? Math.max(1, Math.min(kDefaultWorkers, cores));
+    this.#most = this.#limit = workers ?? Math.max(1, Math.min(kDefaultWorkers, cores));
     if (!Number.isInteger(this.#most) || this.#most < 1)
       throw new PsplitError('the option `workers` is not a positive integer', 'invalid-input');
+    const can_share = typeof SharedArrayBuffer !== 'undefined' && (is_node || globalThis.crossOriginIsolated === true);
+    this.#is_shared = can_share && (shared ?? !is_node);
     this.#idle_ms = idleMs;
     this.#wasm = wasm;
   }
@@ -65,12 +71,20 @@ class Pool {
   async decodeContainer(data, options = {}) {
     return this.#add(make_job('container', data, options), options);
   }
+  async decodePatches(data, options = {}) {
+    if (typeof options.onPart !== 'function') throw new PsplitError('the option `onPart` is not a function', 'invalid-input');
+    return this.#add(make_job('container', data, options), options);
+  }
 
   // Ends all workers. Jobs that are not done reject.
   dispose() {
     this.#is_disposed = true;
-    for (const task of this.#waiting.splice(0)) task.reject(new PsplitError('the pool is disposed', 'aborted'));
-    for (const member of [...this.#members]) this.#drop(member, new PsplitError('the pool is disposed', 'aborted'));
+    const error = new PsplitError('the pool is disposed', 'aborted');
+    for (const task of this.#waiting.splice(0)) task.reject(error);
+    for (const member of [...this.#members]) {
+      member.task?.reject(error);
+      this.#drop(member);
+    }
   }
 
   #load() {
@@ -81,21 +95,13 @@ class Pool {
     return this.#module;
   }
 
-  #add(job, { signal, transfer = false }) {
+  #add(job, options) {
     return new Promise((resolve, reject) => {
-      const aborted = () => new PsplitError('aborted', 'aborted');
       if (this.#is_disposed) return reject(new PsplitError('the pool is disposed', 'aborted'));
-      if (signal?.aborted) return reject(aborted());
-      const task = { id: this.#next_id++, job, transfer };
-      const abort = () => {
-        const at = this.#waiting.indexOf(task);
-        if (at >= 0) this.#waiting.splice(at, 1);
-        task.reject(aborted());
-        // A worker cannot stop its work: it is replaced.
-        const member = [...this.#members].find((other) => other.task === task);
-        if (member !== undefined) this.#drop(member, aborted());
-        this.#advance();
-      };
+      const { signal } = options;
+      if (signal?.aborted) return reject(new PsplitError('aborted', 'aborted'));
+      const task = new Task(this.#next_id++, job, options);
+      const abort = () => this.#cancel(task, new PsplitError('aborted', 'aborted'));
       const settle = (how) => (value) => {
         signal?.removeEventListener('abort', abort);
         how(value);
@@ -103,85 +109,117 @@ class Pool {
       task.resolve = settle(resolve), task.reject = settle(reject);
       signal?.addEventListener('abort', abort);
       this.#waiting.push(task);
-      this.#advance();
+      // Jobs that come together share the workers.
+      queueMicrotask(() => this.#advance());
     });
+  }
+
+  // A worker cannot stop its work: it is replaced.
+  #cancel(task, error) {
+    const at = this.#waiting.indexOf(task);
+    if (at >= 0) this.#waiting.splice(at, 1);
+    task.reject(error);
+    for (const member of task.members) this.#drop(member);
+    this.#advance();
   }
 
   // Gives waiting tasks to idle workers, and starts workers for the others.
   #advance() {
-    for (const member of this.#members) {
-      if (this.#waiting.length === 0) return;
-      if (member.worker !== null && member.task === null) this.#give(member, this.#waiting.shift());
+    while (this.#waiting.length > 0) {
+      const members = [...this.#members], idle = members.filter(({ is_up, task }) => is_up && task === null);
+      const starting = members.filter(({ is_up }) => !is_up).length;
+      const free = idle.length + starting + Math.max(0, this.#limit - members.length);
+      const [task] = this.#waiting, count = Math.min(task.most, Math.max(1, Math.floor(free / this.#waiting.length)));
+      if (idle.length < count) {
+        const wanted = this.#waiting.reduce((sum, { most }) => sum + most, 0);
+        for (let more = wanted - idle.length - starting; more > 0 && this.#members.size < this.#limit; --more) this.#start();
+        return;
+      }
+      this.#waiting.shift();
+      this.#give(task, idle.slice(0, count));
     }
-    const starting = [...this.#members].filter((member) => member.worker === null).length;
-    for (let more = this.#waiting.length - starting; more > 0 && this.#members.size < this.#most; --more) this.#start();
   }
 
   async #start() {
-    const member = { worker: null, task: null, timer: undefined };
+    const member = { worker: null, is_up: false, task: null, timer: undefined };
     this.#members.add(member);
     try {
       const module = await this.#load();
       const worker = await start_worker((message) => this.#receive(member, message), (error) => this.#fail(member, error));
       if (!this.#members.has(member)) return worker.end();
       member.worker = worker;
+      worker.hold();
       worker.post({ module });
-      this.#rest(member);
     } catch (error) {
       this.#fail(member, error);
     }
   }
 
-  #give(member, task) {
-    clearTimeout(member.timer);
-    member.task = task;
-    member.worker.hold();
-    const { bytes } = task.job, is_whole = bytes.byteLength === bytes.buffer.byteLength;
+  #give(task, members) {
+    task.members = members;
+    for (const member of members) {
+      clearTimeout(member.timer);
+      member.task = task;
+      member.worker.hold();
+    }
     try {
-      member.worker.post({ id: task.id, job: task.job }, task.transfer && is_whole ? [bytes.buffer] : []);
+      const messages = task.messages(members.length, this.#is_shared);
+      for (let part = members.length; part-- > 0;) members[part].worker.post(...messages[part]);
     } catch (error) {
-      member.task = null;
-      task.reject(new PsplitError(error.message, 'failed'));
-      this.#rest(member);
+      this.#cancel(task, new PsplitError(error.message, 'failed'));
     }
   }
 
-  #receive(member, { id, result, error }) {
+  #receive(member, { is_up, id, done, total, part, result, error }) {
+    if (is_up) {
+      member.is_up = true;
+      return this.#rest([member]);
+    }
     const { task } = member;
     if (task === null || task.id !== id) return;
-    member.task = null;
+    try {
+      if (part !== undefined) return task.deliver(part);
+      if (done !== undefined) return task.progress(member, done, total);
+      if (result !== undefined) task.complete(result);
+    } catch (cause) {
+      return this.#cancel(task, cause);  // of the caller's functions
+    }
+    for (const other of task.members) other.task = null;
     if (error === undefined) task.resolve(result);
     else task.reject(error_from_data(error));
-    this.#rest(member);
+    this.#rest(task.members);
   }
 
-  // The member has no task: takes the next one, or ends after a while.
-  #rest(member) {
-    member.worker.let_go();
+  // The members have no task: they take the next one, or end after a while.
+  #rest(members) {
+    for (const { worker } of members) worker.let_go();
     this.#advance();
-    if (member.task !== null) return;
-    member.timer = setTimeout(() => this.#drop(member), this.#idle_ms);
-    member.timer.unref?.();
+    for (const member of members) {
+      if (member.task !== null) continue;
+      clearTimeout(member.timer);
+      member.timer = setTimeout(() => this.#drop(member), this.#idle_ms);
+      member.timer.unref?.();
+    }
   }
 
-  // A worker failed, or none can be started. If no worker is left, the tasks that wait have the same error.
+  // A worker failed, or cannot be started. If no worker is left, the tasks that wait have the same error.
   #fail(member, error) {
     if (!this.#members.has(member)) return;
     const failure = error instanceof PsplitError ? error : new PsplitError(`worker: ${error?.message ?? error}`, 'failed');
-    const never_worked = member.worker === null || member.task === null;
-    this.#drop(member, failure);
-    if (never_worked && this.#members.size === 0)
-      for (const task of this.#waiting.splice(0)) task.reject(failure);
+    const { is_up, task } = member;
+    this.#drop(member);
+    if (task !== null) return this.#cancel(task, failure);
+    if (!is_up && this.#members.size > 0) this.#limit = this.#members.size;
+    if (!is_up && this.#members.size === 0) for (const waiting of this.#waiting.splice(0)) waiting.reject(failure);
     this.#advance();
   }
 
-  #drop(member, error) {
+  #drop(member) {
     if (!this.#members.delete(member)) return;
     clearTimeout(member.timer);
     member.worker?.end();
-    const { task } = member;
     member.task = null;
-    task?.reject(error);
+    if (this.#members.size === 0) this.#limit = this.#most;
   }
 }
 

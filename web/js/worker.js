@@ -8,14 +8,16 @@ const post = (message, transfer) => port.postMessage(message, transfer);
 
 let decoder;
 
-function receive({ module, id, job }) {
+async function receive({ module, id, job }) {
   if (module !== undefined) {
     decoder = new Decoder(module);
+    post({ is_up: true });
     return;
   }
   try {
-    const result = decoder.run(job);
-    post({ id, result }, buffers_of(result));
+    const report = (message) => post({ id, ...message }, message.part === undefined ? [] : buffers_of(message.part));
+    const result = await (job.ports === undefined ? decoder.run(job, report) : decoder.run_part(job, report));
+    if (result !== undefined) post({ id, result }, buffers_of(result));
   } catch (error) {
     post({ id, error: error_to_data(error) });
   }

@@ -3,6 +3,17 @@
 #include "web/src/exports.h"
 
 namespace psplit::web {
+namespace {
+
+// address and length of a list of words
+const uint32_t* list_words(const std::vector<uint32_t>& list) {
+  static uint32_t words[2];
+  words[0] = reinterpret_cast<uint32_t>(list.data());
+  words[1] = static_cast<uint32_t>(list.size());
+  return words;
+}
+
+}  // namespace
 
 // Containers. The bytes are in memory of allocate, which the call takes over.
 PSPLIT_WEB_EXPORT(open_container) DecodedContainer* open_container_bytes(uint8_t* bytes, size_t size) {
@@ -10,16 +21,27 @@ PSPLIT_WEB_EXPORT(open_container) DecodedContainer* open_container_bytes(uint8_t
 }
 PSPLIT_WEB_EXPORT(free_container) void free_container(DecodedContainer* container) { delete container; }
 
-// version, patches, residue, faces, points, references
+// version, streams, residue, and the addresses of the streams' first faces and first points: a number for each
+// stream, and the mesh's count
 PSPLIT_WEB_EXPORT(container_counts) const uint32_t* container_counts(const DecodedContainer* handle) {
-  static uint32_t words[6];
+  static uint32_t words[5];
   const PatchContainer& container = handle->container();
   words[0] = container.version;
-  words[1] = container.patch_count();
+  words[1] = static_cast<uint32_t>(container.entries.size());
   words[2] = container.has_residue;
-  words[3] = container.face_count();
-  words[4] = container.point_count();
-  words[5] = static_cast<uint32_t>(container.reference_count());
+  words[3] = reinterpret_cast<uint32_t>(container.face_base.data());
+  words[4] = reinterpret_cast<uint32_t>(container.owned_base.data());
+  return words;
+}
+
+// The attributes that the first stream stores, which it decodes for that. Null after an error. Address and
+// number of words; for each attribute Draco's attribute type, data type, components, normalized, unique id.
+PSPLIT_WEB_EXPORT(describe_container) const uint32_t* describe_container(DecodedContainer* container) {
+  static uint32_t words[2];
+  if (!keep_error(container->describe())) return nullptr;
+  words[0] = reinterpret_cast<uint32_t>(container->stored().data());
+  words[1] = static_cast<uint32_t>(container->stored().size() * sizeof(DecodedContainer::StoredAttribute) /
+                                   sizeof(uint32_t));
   return words;
 }
 // Requests an attribute. `name` is glTF's semantic in UTF-8, for messages.
@@ -29,17 +51,42 @@ void request_attribute(DecodedContainer* container, const char* name, size_t nam
   container->request({std::string(name, name_bytes), unique_id, static_cast<ComponentType>(component_type),
                       static_cast<uint8_t>(components), normalized != 0});
 }
-PSPLIT_WEB_EXPORT(decode_container) bool decode_container(DecodedContainer* container) {
-  return keep_error(container->decode_all());
+
+// The streams [first, end), as DecodedContainer says.
+PSPLIT_WEB_EXPORT(begin_range) bool begin_range(DecodedContainer* container, uint32_t first, uint32_t end) {
+  return keep_error(container->begin({first, end}));
 }
-// After decode_container: three 32-bit numbers of points for each face, and the values of the requests in their
-// order, tightly packed.
-PSPLIT_WEB_EXPORT(container_faces) const void* container_faces(const DecodedContainer* container) {
-  return container->mesh().faces.data();
+PSPLIT_WEB_EXPORT(decode_streams) uint32_t decode_streams(DecodedContainer* container) {
+  return container->decode_streams();
 }
-PSPLIT_WEB_EXPORT(container_values)
-const void* container_values(const DecodedContainer* container, uint32_t i) {
-  return container->mesh().attributes[i].values.data();
+// A Stage. Its error is kept.
+PSPLIT_WEB_EXPORT(failed_stage) uint32_t failed_stage(const DecodedContainer* container) {
+  keep_error(container->failure());
+  return static_cast<uint32_t>(container->failed_stage());
+}
+// After decode_streams. The faces of the range, with three 32-bit numbers of the mesh's points for each; the
+// values of its points of a request, tightly packed; and a byte for each stream of the container.
+PSPLIT_WEB_EXPORT(range_faces) const void* range_faces(const DecodedContainer* container) {
+  return container->part().faces.data();
+}
+PSPLIT_WEB_EXPORT(range_values) const void* range_values(const DecodedContainer* container, uint32_t i) {
+  return container->part().attributes[i].values.data();
+}
+PSPLIT_WEB_EXPORT(resolved_streams) const void* resolved_streams(const DecodedContainer* container) {
+  return container->is_resolved().data();
+}
+
+// What the lead needs of a range.
+PSPLIT_WEB_EXPORT(stitching) const uint32_t* stitching(DecodedContainer* container) {
+  return list_words(container->stitching());
+}
+PSPLIT_WEB_EXPORT(add_stitching)
+void add_stitching(DecodedContainer* container, uint32_t first, const uint32_t* words, size_t count) {
+  container->add_stitching(first, {words, count});
+}
+// Null after an error. For each index to change, the corner and the index.
+PSPLIT_WEB_EXPORT(resolve_rest) const uint32_t* resolve_rest(DecodedContainer* container) {
+  return keep_error(container->resolve_rest()) ? list_words(container->corrections()) : nullptr;
 }
 
 }  // namespace psplit::web

@@ -1,8 +1,32 @@
 #include "web/src/decoded_container.h"
 
-#include "src/cpu/container_decoder.h"
+#include <algorithm>
+
+#include "src/container/claims.h"
+#include "src/cpu/decode_patch.h"
 
 namespace psplit::web {
+namespace {
+
+using StitchedPatch = ContainerDecoder::StitchedPatch;
+using Placeholder = ContainerDecoder::Placeholder;
+
+// A list in words: the number of its items, and the items.
+template <typename T>
+void append_list(const std::vector<T>& list, std::vector<uint32_t>& words) {
+  words.push_back(static_cast<uint32_t>(list.size()));
+  const auto* const items = reinterpret_cast<const uint32_t*>(list.data());
+  words.insert(words.end(), items, items + list.size() * (sizeof(T) / sizeof(uint32_t)));
+}
+template <typename T>
+void take_list(const uint32_t*& words, std::vector<T>& list) {
+  const uint32_t count = *words++;
+  const auto* const items = reinterpret_cast<const T*>(words);
+  list.assign(items, items + count);
+  words += count * (sizeof(T) / sizeof(uint32_t));
+}
+
+}  // namespace
 
 Expected<std::unique_ptr<DecodedContainer>> DecodedContainer::open(std::unique_ptr<uint8_t[]> bytes,
                                                                    size_t size) {
@@ -14,14 +38,117 @@ Expected<std::unique_ptr<DecodedContainer>> DecodedContainer::open(std::unique_p
   return opened;
 }
 
-Status DecodedContainer::decode_all() {
-  const Expected<PrimitiveBuffers> buffers = allocate_mesh(container_.point_count(), container_.face_count(),
-                                                           requests_, container_.bytes.size(), mesh_);
+Status DecodedContainer::describe() {
+  const Expected<BorderValues> borders = BorderValues::decode(container_, 0, 1, pool_);
+  if (!borders) return borders.status();
+  const ScratchPool::Lease lease(scratch_pool());
+  Status status = with_decoded(container_, *borders, 0, {}, *lease, [&](const auto& patch, core::Arena&) {
+    for (uint32_t i = 0; i < patch.attributes.size(); ++i) {
+      const auto& attribute = patch.attributes[i];
+      stored_.push_back({attribute.semantic, static_cast<uint32_t>(attribute.type), attribute.components,
+                         attribute.normalized, attribute.unique_id});
+    }
+    return Status();
+  });
+  return std::move(status).at({.patch = 0});
+}
+
+Status DecodedContainer::begin(StreamRange range) {
+  range_ = range;
+  next_ = range.first;
+  is_resolved_.assign(container_.entries.size(), 0);
+  if (Status status =
+          check_results(container_.point_count(), container_.face_count(), requests_, container_.bytes.size());
+      !status.ok())
+    return status;
+  Expected<PrimitiveBuffers> buffers =
+      allocate_mesh(container_.owned_base[range.end] - container_.owned_base[range.first],
+                    container_.face_base[range.end] - container_.face_base[range.first], requests_,
+                    container_.bytes.size(), part_);
   if (!buffers) return buffers.status();
-  const ThreadPool pool;
-  const Watch watch;
-  Steps steps(watch, container_.entries.size());
-  return ContainerDecoder({&container_, requests_}, *buffers, pool, steps).decode();
+  buffers_ = std::move(*buffers);
+  decoder_.emplace(DecodeTask{&container_, requests_}, range_, buffers_, pool_, steps_);
+  return decoder_->decode_borders();
+}
+
+uint32_t DecodedContainer::decode_streams() {
+  if (!stream_failure_.ok() || next_ == range_.end) return 0;
+  const uint32_t first = next_, count = range_.end - first < kInStep ? 1 : kInStep;
+  decoder_->decode_streams(first, count);
+  next_ += count;
+  for (uint32_t i = first; i < next_; ++i) {
+    StitchedPatch& stitched = decoder_->stitched(i);
+    if (!stitched.status.ok()) {
+      stream_failure_ = std::move(stitched.status);
+      return 0;
+    }
+    if (!refers_only_to_range(i)) continue;
+    Status status = decoder_->resolve_references(i).at({.patch = i});
+    is_resolved_[i] = status.ok();
+    if (status.ok())
+      decoder_->write_references(i);
+    else if (reference_failure_.ok())
+      reference_failure_ = std::move(status);
+    std::vector<uint32_t>().swap(stitched.references);
+    std::vector<Placeholder>().swap(stitched.placeholders);
+  }
+  return count;
+}
+
+DecodedContainer::Stage DecodedContainer::failed_stage() const {
+  if (!stream_failure_.ok()) return Stage::kStreams;
+  return reference_failure_.ok() ? Stage::kNone : Stage::kReferences;
+}
+
+const Status& DecodedContainer::failure() const {
+  return stream_failure_.ok() ? reference_failure_ : stream_failure_;
+}
+
+// The stream is decoded, so its row is not broken.
+bool DecodedContainer::refers_only_to_range(uint32_t stream) const {
+  if (range_.first == 0) return true;
+  core::StitchReader reader(container_.stitch_row(stream));
+  for (core::StitchReader::Run run; reader.next_run(run);)
+    if (run.owner < range_.first) return false;
+  for (core::StitchReader::Pair pair; reader.next_pair(pair);)
+    if (!pair.is_repeat && pair.owner < range_.first) return false;
+  return true;
+}
+
+const std::vector<uint32_t>& DecodedContainer::stitching() {
+  stitching_.clear();
+  for (uint32_t i = range_.first; i < next_; ++i) {
+    const StitchedPatch& stitched = decoder_->stitched(i);
+    append_list(stitched.walk, stitching_);
+    append_list(stitched.references, stitching_);
+    append_list(stitched.placeholders, stitching_);
+  }
+  return stitching_;
+}
+
+void DecodedContainer::add_stitching(uint32_t first, std::span<const uint32_t> words) {
+  const uint32_t *at = words.data(), *const end = at + words.size();
+  for (uint32_t i = first; at != end; ++i) {
+    StitchedPatch& stitched = decoder_->stitched(i);
+    take_list(at, stitched.walk);
+    take_list(at, stitched.references);
+    take_list(at, stitched.placeholders);
+    is_resolved_[i] = stitched.references.empty();
+  }
+}
+
+Status DecodedContainer::resolve_rest() {
+  for (uint32_t i = 0; i < container_.entries.size(); ++i) {
+    if (is_resolved_[i] != 0) continue;
+    if (Status status = decoder_->resolve_references(i); !status.ok())
+      return std::move(status).at({.patch = i});
+    const StitchedPatch& stitched = decoder_->stitched(i);
+    for (const Placeholder& placeholder : stitched.placeholders) {
+      corrections_.push_back(placeholder.corner);
+      corrections_.push_back(stitched.references[placeholder.reference]);
+    }
+  }
+  return {};
 }
 
 }  // namespace psplit::web

@@ -1,0 +1,118 @@
+// A container in an instance of the module, and the range of its streams that the instance decodes. Synchronous.
+import { PsplitError } from './error.js';
+import { kArrays, kSemantics, kTypes } from './types.js';
+
+// glTF's number of a type.
+const kComponentTypes = { int8: 5120, uint8: 5121, int16: 5122, uint16: 5123, uint32: 5125, float32: 5126 };
+
+export class Container {
+  #instance;
+  #handle;
+  #first;
+  #end;
+
+  /** @param {import('./instance.js').Instance} instance */
+  constructor(instance, bytes) {
+    this.#instance = instance;
+    this.#handle = instance.open('open_container', bytes);
+    const [version, stream_count, has_residue, faces_at, points_at] =
+      instance.view(Uint32Array, instance.exports.container_counts(this.#handle), 5);
+    this.version = version;
+    this.stream_count = stream_count;
+    this.has_residue = has_residue !== 0;
+    // A number for each stream, and the count of the mesh.
+    this.first_faces = instance.view(Uint32Array, faces_at, stream_count + 1).slice();
+    this.first_points = instance.view(Uint32Array, points_at, stream_count + 1).slice();
+  }
+
+  free() {
+    if (!this.#instance.broken) this.#instance.exports.free_container(this.#handle);
+  }
+
+  get face_count() {
+    return this.first_faces[this.stream_count];
+  }
+  get point_count() {
+    return this.first_points[this.stream_count];
+  }
+
+  // Requests attributes; without any, all that the first stream has.
+  request(attributes) {
+    this.attributes = attributes ?? this.#stored();
+    for (const { name, uniqueId, type, componentCount, normalized } of this.attributes) {
+      const component_type = kComponentTypes[type];
+      if (component_type === undefined)
+        throw new PsplitError(`${name}: ${type} is not a type of glTF`, attributes === undefined ? 'unsupported' : 'invalid-input');
+      const text = new TextEncoder().encode(name), at = this.#instance.copy_in(text);
+      this.#instance.exports.request_attribute(this.#handle, at, text.length, uniqueId, component_type, componentCount,
+        normalized ? 1 : 0);
+      this.#instance.exports.release(at);
+    }
+  }
+  #stored() {
+    const words = this.#list('describe_container');
+    return Array.from({ length: words.length / 5 }, (_, i) => {
+      const [semantic, type, componentCount, normalized, uniqueId] = words.subarray(5 * i);
+      return { name: kSemantics[semantic], uniqueId, type: kTypes[type], componentCount, normalized: normalized !== 0 };
+    });
+  }
+
+  // Takes the memory for streams [first, end).
+  begin(first, end) {
+    this.#first = first;
+    this.#end = end;
+    if (!this.#instance.exports.begin_range(this.#handle, first, end)) throw this.#instance.last_error();
+  }
+  // Decodes them, and calls on_streams(end) when the streams before `end` are decoded. Returns { stage, error } if one
+  // of them failed.
+  decode(on_streams) {
+    for (let at = this.#first, count; (count = this.#instance.exports.decode_streams(this.#handle)) > 0;)
+      on_streams?.(at += count);
+    const stage = this.#instance.exports.failed_stage(this.#handle);
+    return stage === 0 ? undefined : { stage, error: this.#instance.last_error() };
+  }
+
+  // Views of what streams [first, end) of the range became: the indices, then the values of each attribute.
+  arrays(first = this.#first, end = this.#end) {
+    const view_of = (Type, at, numbers, width) => {
+      const begin = numbers[first] - numbers[this.#first];
+      return this.#instance.view(Type, at + begin * width * Type.BYTES_PER_ELEMENT, (numbers[end] - numbers[first]) * width);
+    };
+    const { range_faces, range_values } = this.#instance.exports;
+    return [view_of(Uint32Array, range_faces(this.#handle), this.first_faces, 3),
+      ...this.attributes.map(({ type, componentCount }, i) =>
+        view_of(array_of(type), range_values(this.#handle, i), this.first_points, componentCount))];
+  }
+  // Where the range's arrays go in the mesh's.
+  get offsets() {
+    return [3 * this.first_faces[this.#first],
+      ...this.attributes.map(({ componentCount }) => componentCount * this.first_points[this.#first])];
+  }
+  // Whether the faces of each stream are final.
+  get resolved_streams() {
+    return this.#instance.view(Uint8Array, this.#instance.exports.resolved_streams(this.#handle), this.stream_count);
+  }
+
+  // What the lead needs of the range.
+  stitching() {
+    return this.#list('stitching').slice();
+  }
+  add_stitching(first, words) {
+    const at = this.#instance.copy_in(words);
+    this.#instance.exports.add_stitching(this.#handle, first, at, words.length);
+    this.#instance.exports.release(at);
+  }
+  // Resolves the references of all streams that are not final: a corner of the mesh and its index, and so on.
+  resolve_rest() {
+    return this.#list('resolve_rest');
+  }
+
+  #list(name) {
+    const words = this.#instance.exports[name](this.#handle);
+    if (words === 0) throw this.#instance.last_error();
+    const [at, length] = this.#instance.view(Uint32Array, words, 2);
+    return this.#instance.view(Uint32Array, at, length);
+  }
+}
+
+export const array_of = (type) => kArrays[kTypes.indexOf(type)];

@@ -1,0 +1,189 @@
+// Decoding a container: by one instance of the module, or by several workers that share its streams.
+//
+// A job has `bytes` and `attributes`. With `reports`, the worker posts { done, total } of streams on the way; with
+// `parts`, also { part } for the streams themselves.
+//
+// A job of several workers has `part_count`, `is_shared`, and `part` and `ports` of each. Part 0 is the lead, which has
+// a port for each helper; helpers have one. All decode a range of streams each. Then each helper sends one message to
+// the lead, which resolves the references from one range to another, and has the result. Arrays of the mesh are
+// assembled by the lead, or if `is_shared`, all write to shared ones, which the lead sends to the helpers at first.
+import { array_of, Container } from './container.js';
+import { error_from_data, error_to_data } from './error.js';
+
+// The part of a helper's work that the lead decodes: it also assembles the mesh.
+const kShareOfLead = 0.9, kShareOfLeadIfShared = 1;
+const kReportMs = 16;
+
+// Stages at which a job fails. A failure of an earlier stage comes before others, and then that of the lowest stream:
+// so the error is the one that one worker has. Faults of a worker itself come last.
+const kBegin = 0, kReferences = 2, kWorker = 3;
+
+// The streams of a part: [first, end). Parts have about the same number of faces, but the lead's.
+function range_of({ first_faces, stream_count, face_count }, { part, part_count, is_shared }) {
+  const share = is_shared ? kShareOfLeadIfShared : kShareOfLead;
+  const bound = (i) => {
+    if (i === 0 || i === part_count) return i === 0 ? 0 : stream_count;
+    const faces = (face_count * (share + i - 1)) / (share + part_count - 1);
+    const at = first_faces.findIndex((first) => first >= faces);
+    return faces - first_faces[at - 1] < first_faces[at] - faces ? at - 1 : at;
+  };
+  return [bound(part), bound(part + 1)];
+}
+
+function opened(instance, { bytes, attributes }) {
+  const container = new Container(instance, bytes);
+  container.request(attributes);
+  return container;
+}
+
+// Streams [first, end), which are decoded, in parts that are final or not. Corners that refer to another range have no
+// point yet: their faces are degenerate until the lead knows the points.
+function* decoded_parts(container, first, end) {
+  const { attributes, first_faces, first_points, point_count } = container;
+  const resolved = container.resolved_streams.slice(first, end);
+  for (let begin = first, at; begin < end; begin = at) {
+    for (at = begin + 1; at < end && resolved[at - first] === resolved[begin - first];) ++at;
+    const arrays = container.arrays(begin, at).map((view) => view.slice()), [indices] = arrays;
+    const is_final = resolved[begin - first] !== 0;
+    for (let i = 0; !is_final && i < indices.length; i += 3)
+      if (Math.max(indices[i], indices[i + 1], indices[i + 2]) >= point_count) indices.fill(0, i, i + 3);
+    yield part_of(attributes, first_faces, first_points, begin, at, arrays, is_final);
+  }
+}
+
+export function part_of(attributes, first_faces, first_points, first, end, [indices, ...values], isFinal) {
+  return { patches: [first, end], isFinal, firstFace: first_faces[first], indices, firstPoint: first_points[first],
+    pointCount: first_points[end] - first_points[first], attributes: with_arrays(attributes, values) };
+}
+const with_arrays = (attributes, arrays) =>
+  attributes.map(({ name, uniqueId, type, componentCount, normalized = false }, i) =>
+    ({ name, uniqueId, type, componentCount, normalized, array: arrays[i] }));
+
+// What decoding calls with the end of the decoded streams.
+function reporter(container, first, end, { reports, parts }, post) {
+  if (!reports) return undefined;
+  let last = -Infinity, reported = first;
+  return (at) => {
+    const now = performance.now();
+    if (now - last < kReportMs && at < end) return;
+    last = now;
+    if (parts) for (const part of decoded_parts(container, reported, at)) post({ part });
+    reported = at;
+    post({ done: at - first, total: container.stream_count });
+  };
+}
+
+function result_of(container, [indices, ...values]) {
+  const { attributes, face_count, first_faces, first_points, has_residue, point_count, stream_count, version } = container;
+  return { faceCount: face_count, pointCount: point_count, version, patchCount: stream_count - (has_residue ? 1 : 0),
+    hasResidue: has_residue, firstFaces: first_faces, firstPoints: first_points, indices,
+    attributes: with_arrays(attributes, values) };
+}
+
+export function decode_alone(instance, job, post) {
+  return instance.guarded(() => {
+    const container = opened(instance, job);
+    try {
+      container.begin(0, container.stream_count);
+      const failure = container.decode(reporter(container, 0, container.stream_count, job, post));
+      if (failure !== undefined) throw failure.error;
+      return result_of(container, container.arrays().map((view) => view.slice()));
+    } finally {
+      container.free();
+    }
+  });
+}
+
+// Calls use(), and returns a failure if it has one or throws.
+function attempt(instance, stage, use) {
+  try {
+    return instance.guarded(use);
+  } catch (error) {
+    return { stage: instance.broken ? kWorker : stage, error };
+  }
+}
+
+const next_message = (port) => new Promise((resolve, reject) => {
+  port.onmessage = ({ data }) => resolve(data);
+  port.onmessageerror = () => reject(new Error('a message between workers cannot be read'));
+});
+
+const is_before = (a, b) => b === undefined || a.stage < b.stage || (a.stage === b.stage && a.error.patch < b.error.patch);
+const first_failure = (failures) =>
+  failures.reduce((first, failure) => (failure !== undefined && is_before(failure, first) ? failure : first), undefined);
+
+// New arrays of the mesh, in buffers of a type.
+function new_arrays({ attributes, face_count, point_count }, Buffer) {
+  const array = (Type, length) => new Type(new Buffer(length * Type.BYTES_PER_ELEMENT));
+  return [array(Uint32Array, 3 * face_count),
+    ...attributes.map(({ type, componentCount }) => array(array_of(type), point_count * componentCount))];
+}
+function write_arrays(arrays, from, offsets) {
+  for (const [i, array] of arrays.entries()) array.set(from[i], offsets[i]);
+}
+
+export async function decode_as_lead(instance, job, post) {
+  const messages = job.ports.map(next_message);
+  let container, arrays = null;
+  const begun = attempt(instance, kBegin, () => {
+    container = opened(instance, job);
+    const [first, end] = range_of(container, job);
+    container.begin(first, end);
+    if (job.is_shared) arrays = new_arrays(container, SharedArrayBuffer);
+  });
+  if (job.is_shared) for (const port of job.ports) port.postMessage(arrays);
+  const decoded = begun ?? attempt(instance, kBegin, () => {
+    const failure = container.decode(reporter(container, ...range_of(container, job), job, post));
+    arrays ??= new_arrays(container, ArrayBuffer);
+    write_arrays(arrays, container.arrays(), container.offsets);
+    return failure;
+  });
+  try {
+    return finished(instance, container, arrays, decoded, await Promise.all(messages));
+  } finally {
+    for (const port of job.ports) port.close();
+    container?.free();
+  }
+}
+
+// The result of a lead that has all messages of its helpers.
+function finished(instance, container, arrays, decoded, messages) {
+  let failure = first_failure([decoded, ...messages.map(failure_of)]);
+  if (failure === undefined || failure.stage === kReferences) {
+    const resolved = attempt(instance, kReferences, () => {
+      for (const { first, stitching } of messages) container.add_stitching(first, stitching);
+      for (const { slices, offsets } of messages) if (slices) write_arrays(arrays, slices, offsets);
+      const corrections = container.resolve_rest(), [indices] = arrays;
+      for (let i = 0; i < corrections.length; i += 2) indices[corrections[i]] = corrections[i + 1];
+    });
+    failure = first_failure([failure, resolved]);
+  }
+  if (failure !== undefined) throw failure.error;
+  return result_of(container, arrays);
+}
+
+// An error loses its class on the way from one worker to another.
+const failure_of = ({ failure }) => failure && { stage: failure.stage, error: error_from_data(failure.error) };
+
+export async function decode_as_helper(instance, job, post) {
+  const [port] = job.ports;
+  const shared_arrays = job.is_shared ? next_message(port) : null;
+  let container, message = {};
+  let failure = attempt(instance, kBegin, () => {
+    container = opened(instance, job);
+    const [first, end] = range_of(container, job);
+    container.begin(first, end);
+    const failed = container.decode(reporter(container, first, end, job, post));
+    if (failed === undefined || failed.stage === kReferences) {
+      const slices = job.is_shared ? null : container.arrays().map((view) => view.slice());
+      message = { first, offsets: container.offsets, stitching: container.stitching(), slices };
+    }
+    return failed;
+  });
+  const arrays = await shared_arrays;
+  if (arrays !== null && failure === undefined)
+    failure = attempt(instance, kWorker, () => write_arrays(arrays, container.arrays(), container.offsets));
+  if (failure !== undefined) message.failure = { stage: failure.stage, error: error_to_data(failure.error) };
+  container?.free();
+  port.postMessage(message, [message.stitching, ...(message.slices ?? [])].filter(Boolean).map(({ buffer }) => buffer));
+}

@@ -1,0 +1,80 @@
+// A job of a pool: what its workers are told, and what its caller is told.
+import { part_of } from './container_job.js';
+import { PsplitError } from './error.js';
+
+// A container has a worker for this many of its bytes.
+const kBytesOfWorker = 30000;
+
+// The number of streams that a container has, or claims to have.
+const stream_count_of = (bytes) =>
+  (bytes.length < 12 ? 1 : Math.max(1, new DataView(bytes.buffer, bytes.byteOffset).getUint32(8, true)));
+
+export class Task {
+  members = [];  // the pool's workers that have it
+  #job;
+  #may_take;
+  #on_progress;
+  #on_part;
+  #done = new Map();
+  #reported = 0;
+  #is_final = new Set();  // delivered streams
+
+  constructor(id, job, { transfer = false, onProgress, onPart, workers }) {
+    if (workers !== undefined && !(Number.isInteger(workers) && workers > 0))
+      throw new PsplitError('the option `workers` is not a positive integer', 'invalid-input');
+    const { bytes, kind } = job;
+    this.id = id;
+    this.#job = job;
+    this.#on_progress = onProgress;
+    this.#on_part = onPart;
+    this.#may_take = transfer && bytes.length === bytes.buffer.byteLength && bytes.buffer instanceof ArrayBuffer;
+    // The number of workers to have.
+    const useful = Math.max(1, Math.floor(bytes.length / kBytesOfWorker));
+    this.most = kind === 'draco' ? 1 : Math.min(workers ?? useful, stream_count_of(bytes));
+  }
+
+  // For each worker its message, and what is transferred with it. Each has a copy of the bytes, or all have a shared
+  // one. The lead, which is the first, may take the bytes themselves: the others' messages are to be posted before.
+  messages(part_count, can_share) {
+    const is_alone = part_count === 1, is_shared = can_share && !is_alone, { bytes } = this.#job;
+    const parts = this.#on_part !== undefined, reports = parts || this.#on_progress !== undefined;
+    const shared = is_shared ? new Uint8Array(new SharedArrayBuffer(bytes.length)) : null;
+    shared?.set(bytes);
+    const channels = Array.from({ length: part_count - 1 }, () => new MessageChannel());
+    return Array.from({ length: part_count }, (_, part) => {
+      const ports = part === 0 ? channels.map(({ port1 }) => port1) : [channels[part - 1].port2];
+      const own = shared ?? (part === 0 && this.#may_take ? bytes : new Uint8Array(bytes));
+      const job = { ...this.#job, bytes: own, reports, parts, ...(!is_alone && { part, part_count, ports, is_shared }) };
+      return [{ id: this.id, job }, is_shared ? ports : [own.buffer, ...ports]];
+    });
+  }
+
+  // Streams that a worker decoded since the job began.
+  progress(member, done, total) {
+    this.#done.set(member, done);
+    this.#report([...this.#done.values()].reduce((a, b) => a + b, 0), total);
+  }
+  #report(done, total) {
+    if (done > this.#reported) this.#on_progress?.((this.#reported = done), total);
+  }
+
+  deliver(part) {
+    for (let i = part.patches[0]; part.isFinal && i < part.patches[1]; ++i) this.#is_final.add(i);
+    this.#on_part(part);
+  }
+
+  // Delivers the streams that were not delivered on the way, or lacked faces.
+  complete({ attributes, firstFaces, firstPoints, indices }) {
+    if (firstFaces === undefined) return;  // a Draco stream
+    const total = firstFaces.length - 1, is_final = (i) => this.#is_final.has(i);
+    for (let first = 0, end; this.#on_part !== undefined && first < total; first = end) {
+      for (end = first + 1; end < total && is_final(end) === is_final(first);) ++end;
+      if (is_final(first)) continue;
+      const values = attributes.map(({ array, componentCount }) =>
+        array.subarray(componentCount * firstPoints[first], componentCount * firstPoints[end]));
+      const faces = indices.subarray(3 * firstFaces[first], 3 * firstFaces[end]);
+      this.#on_part(part_of(attributes, firstFaces, firstPoints, first, end, [faces, ...values], true));
+    }
+    this.#report(total, total);
+  }
+}
