@@ -35,6 +35,7 @@ async function check_corpus(pairs, make) {
     if (read_asset(encoded).json.buffers?.slice(1).some(({ uri }) => uri === undefined)) continue;
     const load = (loader, file) => loader.parseAsync(buffer_of(readFileSync(file)), '');
     const loaded = await load(make(), encoded).catch((error) => assert.fail(`${name}: ${error.stack}`));
+    await loaded.psplit?.whole;
     assert.deepEqual(await scene_differences(await load(make_loader(), plain), loaded), [], name);
     ++count;
   }
@@ -44,8 +45,9 @@ async function check_corpus(pairs, make) {
 test('patches of the corpus', { skip }, async () => {
   const pool = psplit.createPool({ workers: 2 });
   try {
-    for (const [kind, options] of [['patches', ['--patches', '6', '--always-patches']], ['condensed', ['--patches', '6', '--always-patches', '--condense']]])
-      await check_corpus(await encoded_corpus(kind, options), () => make_loader({ plugin: { pool } }));
+    await check_corpus(await encoded_corpus('patches', ['--patches', '6', '--always-patches']), () => make_loader({ plugin: { pool } }));
+    await check_corpus(await encoded_corpus('condensed', ['--patches', '6', '--always-patches', '--condense']),
+      () => make_loader({ plugin: { pool, patchByPatch: true } }));
   } finally {
     pool.dispose();
   }

@@ -184,10 +184,11 @@ test('primitives that break the rules', async () => {
   }
 });
 
-// A pool whose decodePatches cuts the mesh into parts, which come in another order.
+// A pool whose decodePatches cuts the mesh into parts, which come in another order, and first without the faces that have
+// points of parts that have not come.
 const scrambled = (part_count, fail_at = Infinity) => ({
   decodePatches: async (bytes, { onPart, onProgress, ...options }) => {
-    const mesh = await pool.decodeContainer(bytes, options), parts = [];
+    const mesh = await pool.decodeContainer(bytes, options), present = new Set(), parts = [];
     const bound = (i) => Math.round((mesh.faceCount * i) / part_count);
     for (let i = 0, first_point = 0; i < part_count; ++i) {
       const indices = mesh.indices.slice(3 * bound(i), 3 * bound(i + 1));
@@ -199,17 +200,21 @@ const scrambled = (part_count, fail_at = Infinity) => ({
     }
     for (const [i, at] of parts.map((_, k) => (k * 3 + 1) % part_count).entries()) {
       if (i === fail_at) throw new psplit.PsplitError('for the test', 'invalid-input', at);
-      onPart(parts[at], mesh);
+      const { firstPoint, pointCount, indices } = parts[at];
+      for (let point = firstPoint; point < firstPoint + pointCount; ++point) present.add(point);
+      const has_come = (face) => indices.subarray(3 * face, 3 * face + 3).every((point) => present.has(point));
+      onPart({ ...parts[at], isFinal: false, indices: indices.map((point, k) => (has_come(Math.floor(k / 3)) ? point : 0)) });
       onProgress(i + 1, part_count);
       await new Promise((resolve) => setTimeout(resolve, 1));
     }
+    for (const part of parts) onPart({ ...part, isFinal: true });
     return mesh;
   },
 });
 
 test('patch by patch', async () => {
   for (const name of ['patches.glb', 'seams.glb', 'residue.glb', 'fallback.gltf'])
-    for (const part_count of [1, 2, 10]) {
+    for (const part_count of [null, 1, 2, 10]) {
       const steps = [];
       let geometry = null;
       const onProgress = () => {
@@ -218,14 +223,14 @@ test('patch by patch', async () => {
         const drawn = Array.from({ length: index.length / 3 }, (_, i) => index.subarray(3 * i, 3 * i + 3)).filter((face) => face.some((point) => point > 0));
         steps.push(drawn.length);
         // Drawn triangles have their points: no position of these samples is 0 0 0.
-        for (const face of drawn)
-          for (const point of face) assert.ok(positions.subarray(3 * point, 3 * point + 3).some((value) => value !== 0));
+        for (const point of new Set(drawn.flatMap((face) => [...face])))
+          assert.ok(positions.subarray(3 * point, 3 * point + 3).some((value) => value !== 0));
       };
-      const gltf = await parse(sample(name).json, { pool: scrambled(part_count), patchByPatch: true, onProgress });
+      const gltf = await parse(sample(name).json, { pool: part_count === null ? pool : scrambled(part_count), patchByPatch: true, onProgress });
       geometry = await geometry_of(gltf);
       await gltf.psplit.whole;
       assert_sample(name, geometry);
-      if (part_count < 10) continue;
+      if (part_count !== 10) continue;
       assert.ok(new Set(steps).size > 2, `${steps}`);
       assert.ok(geometry.index.version > 1 && geometry.index.updateRanges.length > 1 && geometry.attributes.position.version > 1);
     }
@@ -237,6 +242,21 @@ test('no part of a mesh is left if a patch fails', async () => {
   await assert.rejects(gltf.psplit.whole, { code: 'invalid-input', mesh: 0, primitive: 0 });
   assert.ok(index.array.every((point) => point === 0));
   await assert.rejects(parse(json, { pool: scrambled(10, 0), patchByPatch: true }), { code: 'invalid-input', mesh: 0 });
+});
+
+test('patch by patch, accessors are checked', async () => {
+  const cases = [[(accessors) => (accessors[0].count = 1e9), /can justify/], [(accessors) => (accessors[0].count = 500), /more points or faces/],
+    [(accessors) => (accessors[1].count = 30), /more points or faces/]];
+  for (const [edit, message] of cases) {
+    const { json } = sample('patches.glb');
+    edit(json.accessors);
+    const loaded = parse(json, { pool: scrambled(4), patchByPatch: true }).then((gltf) => gltf.psplit.whole);
+    await assert.rejects(loaded, { code: 'invalid-input', message });
+  }
+  const { json } = sample('patches.glb');
+  json.accessors[0].count += 3;
+  const gltf = await parse(json, { pool: scrambled(4), patchByPatch: true });
+  await assert.rejects(gltf.psplit.whole, { code: 'invalid-input', message: /has 666 points, but the patches have 663/ });
 });
 
 test('progress', async () => {

@@ -1,7 +1,7 @@
 // For three.js: PSPLIT_mesh_draco_patches in GLTFLoader, and psplit in place of DRACOLoader.
 import type { BufferGeometry, Loader, LoadingManager, Object3D } from 'three';
 import type { GLTF, GLTFLoaderPlugin, GLTFParser } from 'three/addons/loaders/GLTFLoader.js';
-import type { Pool } from './index.js';
+import type { DecodedPart, Pool } from './index.js';
 
 export interface PsplitPluginOptions {
   /** Decodes. By default one pool that all plugins of the page share. */
@@ -19,6 +19,8 @@ export interface PsplitPluginOptions {
    * copy or change the geometries before `whole`. Meshes with stored weights of a skin arrive whole.
    */
   patchByPatch?: boolean;
+  /** With `patchByPatch`: is called when the patches of a part have been written to the geometry. */
+  onPart?(part: DecodedPart, primitive: { mesh: number; primitive: number }): void;
   /** The name of the file, for errors. By default the path that the loader has, which lacks the name of a GLB. */
   file?: string;
 }

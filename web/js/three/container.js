@@ -22,12 +22,14 @@ class Column {
   get count() {
     return this.accessor.count;
   }
+  get bytes() {
+    return this.count * this.stride * this.Type.BYTES_PER_ELEMENT;
+  }
 
   // Adds a synthetic accessor and its buffer view to the JSON.
   publish(json, buffer) {
-    const stride_bytes = this.stride * this.Type.BYTES_PER_ELEMENT;
-    const view = { buffer, byteLength: this.count * stride_bytes };
-    if (this.stride !== this.components) view.byteStride = stride_bytes;
+    const view = { buffer, byteLength: this.bytes };
+    if (this.stride !== this.components) view.byteStride = this.stride * this.Type.BYTES_PER_ELEMENT;
     this.view = json.bufferViews.push(view) - 1;
     const accessor = { ...this.accessor, bufferView: this.view, byteOffset: 0 };
     this.number = json.accessors.push(accessor) - 1;
@@ -40,9 +42,8 @@ class Column {
 
   // The bytes of the buffer view. `values` have no gaps.
   buffer_of(values) {
-    const { buffer } = values;
-    if (values instanceof this.Type && this.stride === this.components && buffer instanceof ArrayBuffer &&
-        buffer.byteLength === values.byteLength) return buffer;
+    const is_whole = values.buffer.byteLength === values.byteLength;
+    if (values instanceof this.Type && this.stride === this.components && is_whole) return values.buffer;
     const array = this.make_array();
     copy_elements(values, this.components, array, this.stride);
     return array.buffer;

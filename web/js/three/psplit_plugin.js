@@ -141,12 +141,10 @@ export class PsplitPlugin {
     try {
       const bytes = await until_abort(this.#parser.getDependency('bufferView', container.view), signal);
       const mesh = await (growing === undefined ? this.#pool.decodeContainer(bytes, options)
-        : this.#pool.decodePatches(bytes, { ...options, onPart: (part, totals) => growing.add(part, totals) }));
+        : this.#pool.decodePatches(bytes, { ...options, onPart: (part) => this.#add(container, growing, part, bytes.byteLength) }));
       container.check(mesh);
       const { faceCount, pointCount, version, patchCount, hasResidue, firstFaces } = mesh;
       container.patches = { bytes: bytes.byteLength, faceCount, pointCount, version, patchCount, hasResidue, firstFaces };
-      const streams = container.total || patchCount + (hasResidue ? 1 : 0);
-      if (container.done !== streams) this.#progress(container, streams, streams);
       return [mesh.indices, ...mesh.attributes.map(({ array }) => array)];
     } catch (error) {
       // A loader may read the fallback in place of a container, except if the container is invalid.
@@ -154,6 +152,11 @@ export class PsplitPlugin {
       if (is_final || !container.has_fallback || growing?.has_begun === true) throw error;
       return this.#fallback(container);
     }
+  }
+
+  #add(container, growing, part, container_bytes) {
+    growing.add(part, container_bytes);
+    this.#options.onPart?.(part, container.uses[0]);
   }
 
   async #fallback({ columns }) {
