@@ -1,86 +1,120 @@
-// CPU time of decoders of the web on the same meshes, in one process, taken in turn:  node bench.mjs FOLDER ROUNDS
+// Measures decoders of the web on the same meshes, in one process, in turn:
 //
-// Each decoder has an instance of its own. Its first call is the row "first": it has the time of compiling code while it
-// runs. The others are medians of the rounds after it.
-import { readdirSync, readFileSync } from 'node:fs';
-import { createRequire } from 'node:module';
+//   node bench.mjs FOLDER ROUNDS [--rival FILE]...     the tables of docs/web.md, as Markdown
+//   node bench.mjs --first NUMBER FOLDER MESH [--rival FILE]...   the CPU time that decoder NUMBER takes for a page's first mesh
+//
+// Each decoder has an instance of its own. Its first calls are not counted: code is compiled while they run. Times are medians
+// of the rounds after them. A ratio is the median of the rounds' ratios, so that what slows the machine down slows both.
+import { execFileSync } from 'node:child_process';
+import { readFileSync } from 'node:fs';
 import path from 'node:path';
-import { pathToFileURL } from 'node:url';
-import { compressed_primitives, modules_folder, package_folder, stock } from '../../tests/web/load.mjs';
+import { fileURLToPath } from 'node:url';
+import { parseArgs } from 'node:util';
+import { brotliCompressSync } from 'node:zlib';
+import { measured } from './cpu_time.mjs';
+import { calling_thread, in_workers } from './decoders.mjs';
+import { names_in, read_mesh, read_primitive } from './meshes.mjs';
 
-const [folder, rounds] = [process.argv[2], Number(process.argv[3])];
-const { Instance } = await import(pathToFileURL(path.join(package_folder, 'instance.js')));
-const drop_in = createRequire(import.meta.url)(path.join(package_folder, 'draco/draco_wasm_wrapper.js'));
-const of_three = path.join(modules_folder, 'node_modules/three/examples/jsm/libs/draco/gltf/');
-const module = await WebAssembly.compile(readFileSync(path.join(package_folder, 'psplit.wasm')));
-
-// A classic script inside a package of modules.
-const of_three_script = new Function('require', '__dirname',
-  `${readFileSync(path.join(of_three, 'draco_wasm_wrapper.js'))}; return DracoDecoderModule;`);
-
-// As DRACOLoader decodes: three floats and so on, by calls of draco3d's interface.
-function decode_by_interface(draco, { bytes, attributes }) {
-  const decoder = new draco.Decoder(), mesh = new draco.Mesh();
-  const status = decoder.DecodeArrayToMesh(new Int8Array(bytes.buffer, bytes.byteOffset, bytes.length), bytes.length, mesh);
-  if (!status.ok()) throw new Error(status.error_msg());
-  const copied = (size, write) => {
-    const at = draco._malloc(size);
-    write(size, at);
-    const array = draco.HEAPU8.slice(at, at + size);
-    draco._free(at);
-    return array;
-  };
-  copied(12 * mesh.num_faces(), (size, at) => decoder.GetTrianglesUInt32Array(mesh, size, at));
-  for (const { uniqueId, componentCount } of attributes)
-    copied(4 * mesh.num_points() * componentCount, (size, at) => decoder.GetAttributeDataArrayForAllPoints(mesh,
-      decoder.GetAttributeByUniqueId(mesh, uniqueId), draco.DT_FLOAT32, size, at));
-  draco.destroy(mesh);
-  draco.destroy(decoder);
-}
-
-const primitive = (name, kind, extension) => compressed_primitives(path.join(folder, `${name}.${kind}.glb`), extension)[0];
-async function decoders_of(name) {
-  const whole = primitive(name, 'stock', 'KHR_draco_mesh_compression');
-  const decoders = {};
-  const by_interface = async (label, create) => {
-    const draco = await create();
-    decoders[label] = { run: () => decode_by_interface(draco, whole), bytes: whole.bytes.length, memory: () => draco.HEAP8.length };
-  };
-  await by_interface('draco3d', () => stock.createDecoderModule({}));
-  await by_interface("three's draco_decoder", () => of_three_script(createRequire(import.meta.url), of_three)(
-    { wasmBinary: readFileSync(`${of_three}draco_decoder.wasm`) }));
-  await by_interface('psplit, drop-in', drop_in);
-  const by_package = (label, { bytes, attributes }, decode) => {
-    const instance = new Instance(module);
-    decoders[label] = { run: () => instance[decode](bytes, attributes), bytes: bytes.length, memory: () => instance.memory_bytes };
-  };
-  by_package('psplit, one stream', whole, 'decode_draco');
-  if (primitive(name, 'patches', 'PSPLIT_mesh_draco_patches') !== undefined) {
-    by_package('psplit, patches', primitive(name, 'patches', 'PSPLIT_mesh_draco_patches'), 'decode_container');
-    by_package('psplit, condensed', primitive(name, 'condensed', 'PSPLIT_mesh_draco_patches'), 'decode_container');
-  }
-  return decoders;
-}
+const { values: { first, rival: rivals }, positionals: [folder, argument] } = parseArgs({ allowPositionals: true,
+  options: { first: { type: 'string' }, rival: { type: 'string', multiple: true, default: [] } } });
+const decoders = await calling_thread(rivals);
 
 const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
-function timed(run) {
-  const start = process.cpuUsage();
-  run();
-  const { user, system } = process.cpuUsage(start);
-  return (user + system) / 1000;
+const geometric_mean = (values) => Math.exp(values.reduce((sum, value) => sum + Math.log(value), 0) / values.length);
+const fixed = (value, digits = 1) => value.toFixed(digits), count = (value) => Math.round(value).toLocaleString('en-US');
+
+if (first !== undefined) {
+  const decoder = decoders[first], primitive = await read_primitive(folder, argument, decoder.stored);
+  const { main, all } = await measured(async () => (await decoder.create()).run(primitive));
+  console.log(JSON.stringify([main, all]));
+  process.exit();
 }
 
-for (const name of ['small', 'blob', 'gyroid', 'terrain'].filter((name) => readdirSync(folder).includes(`${name}.stock.glb`))) {
-  const decoders = await decoders_of(name), times = {};
-  for (let round = 0; round <= rounds; ++round)
-    for (const [label, { run }] of Object.entries(decoders)) (times[label] ??= []).push(timed(run));
-  const of_rival = times.draco3d.slice(1);
-  console.log(`${name}: ms of CPU time, times as fast as draco3d (median of the rounds' ratios)`);
-  console.log(`${''.padEnd(24)}${'first'.padStart(10)}${'warm'.padStart(10)}${'ratio'.padStart(8)}${'bytes'.padStart(12)}${'memory MiB'.padStart(12)}`);
-  for (const [label, { bytes, memory }] of Object.entries(decoders)) {
-    const [first, ...warm] = times[label];
-    const ratio = median(warm.map((time, i) => of_rival[i] / time));
-    console.log(label.padEnd(24) + first.toFixed(1).padStart(10) + median(warm).toFixed(1).padStart(10) + ratio.toFixed(2).padStart(8) +
-      String(bytes).padStart(12) + (memory() / 2 ** 20).toFixed(1).padStart(12));
+function print_table(header, rows) {
+  console.log(`| ${header.join(' | ')} |\n|${header.map((_, i) => (i === 0 ? '---' : '---:')).join('|')}|`);
+  for (const row of rows) console.log(`| ${row.join(' | ')} |`);
+  console.log();
+}
+
+// Rounds of all decoders in turn. Returns, by decoder, the medians, and the times of the first decoder divided by its own.
+// `cost` is the CPU time of the calling thread, and in workers that of the busiest worker as well.
+async function run_rounds(list, mesh, rounds) {
+  const instances = [];
+  for (const decoder of list) instances.push(await decoder.create());
+  const results = list.map(() => []), runs = Math.ceil(50000 / mesh.faces);  // small meshes several times, to be measurable
+  for (let round = -kWarmUpRounds; round < rounds; ++round) {
+    for (const [i, { stored }] of list.entries()) {
+      const result = await measured(async () => {
+        for (let left = runs; left > 0; --left) await instances[i].run(mesh[stored]);
+      });
+      for (const key of Object.keys(result)) result[key] /= runs;
+      if (round >= 0) results[i].push({ ...result, cost: result.main + (list === workers ? result.busiest : 0) });
+    }
+  }
+  const summary = results.map((times, i) => ({
+    ...Object.fromEntries(Object.keys(times[0]).map((key) => [key, median(times.map((time) => time[key]))])),
+    ratio: median(times.map(({ cost }, round) => results[0][round].cost / cost)),
+    wall_ratio: median(times.map(({ wall }, round) => results[0][round].wall / wall)),
+    memory: instances[i].memory?.(),
+  }));
+  for (const instance of instances) instance.end?.();
+  return summary;
+}
+
+const kWarmUpRounds = 3, rounds = Number(argument), names = names_in(folder), workers = in_workers();
+const ratios = new Map(), of_workers = new Map();  // by decoder
+const add = (map, list, summary) => list.forEach(({ name }, i) => map.set(name, [...map.get(name) ?? [], summary[i]]));
+const is_generated = (name) => !name.startsWith('corpus-');
+const worker_tables = [];
+
+for (const name of names) {
+  const mesh = await read_mesh(folder, name);
+  const title = `${name}: ${count(mesh.faces)} faces, ${mesh.attributes.join(', ')}`;
+  const summary = await run_rounds(decoders, mesh, rounds);
+  add(ratios, decoders, summary);
+  const bytes_of = (stored) => (stored === 'meshopt' ? `${count(mesh.meshopt.bytes.length)} (${count(mesh.meshopt.zstd_bytes)} with zstd)`
+    : count(mesh[stored].bytes.length));
+  if (is_generated(name)) {
+    console.log(`### ${title}\n`);
+    print_table(['decoder', 'bytes of the mesh', 'CPU ms', `times ${decoders[0].name}`, 'wall ms', 'heap, MiB'], decoders.map(({ name, stored }, i) =>
+      [name, bytes_of(stored), fixed(summary[i].cost), fixed(summary[i].ratio, 2), fixed(summary[i].wall),
+        summary[i].memory === undefined ? '' : fixed(summary[i].memory / 2 ** 20)]));
+    const in_pool = await run_rounds(workers, mesh, rounds);
+    add(of_workers, workers, in_pool);
+    worker_tables.push([title, workers.map(({ name }, i) => [name, fixed(in_pool[i].main), fixed(in_pool[i].busiest), fixed(in_pool[i].ratio, 2),
+      fixed(in_pool[i].wall), fixed(in_pool[i].wall_ratio, 2)])]);
   }
 }
+
+console.log(`### All ${ratios.get(decoders[0].name).length} meshes: times ${decoders[0].name}\n`);
+print_table(['decoder', 'CPU time, geometric mean', 'worst', 'heap, geometric mean', 'largest'], decoders.map(({ name }) => {
+  const all = ratios.get(name), heaps = all.map(({ memory }, i) => memory / ratios.get(decoders[0].name)[i].memory);
+  return [name, fixed(geometric_mean(all.map(({ ratio }) => ratio)), 2), fixed(Math.min(...all.map(({ ratio }) => ratio)), 2),
+    ...(all[0].memory === undefined ? ['', ''] : [fixed(geometric_mean(heaps), 2), fixed(Math.max(...heaps), 2)])];
+}));
+
+console.log('### In workers: CPU time of the main thread and of the busiest worker\n');
+for (const [title, rows] of worker_tables) {
+  console.log(`${title}\n`);
+  print_table(['loader', 'main ms', 'busiest worker ms', `both, times ${workers[0].name}`, 'wall ms', 'wall, times'], rows);
+}
+
+console.log('### The first mesh of a page: CPU time of loading the decoder and decoding, each in a process of its own\n');
+const script = fileURLToPath(import.meta.url), kFirstRounds = 5, firsts = names.filter(is_generated);
+const of_first = decoders.map(() => firsts.map(() => []));
+for (let round = 0; round < kFirstRounds; ++round)
+  for (const [d] of decoders.entries())
+    for (const [m, name] of firsts.entries())
+      of_first[d][m].push(JSON.parse(execFileSync(process.execPath, [script, '--first', d, folder, name, ...rivals.flatMap((file) => ['--rival', file])])));
+for (const [m, name] of firsts.entries()) {
+  const time = (d, which) => median(of_first[d][m].map((times) => times[which]));
+  console.log(`${name}\n`);
+  print_table(['decoder', 'main thread, ms', `times ${decoders[0].name}`, 'all threads, ms', 'times'], decoders.map(({ name }, d) =>
+    [name, ...[0, 1].flatMap((which) => [fixed(time(d, which)), fixed(time(0, which) / time(d, which), 2)])]));
+}
+
+console.log('### Code that a page loads\n');
+const brotli = (file) => brotliCompressSync(readFileSync(file)).length;
+print_table(['decoder', 'files', 'bytes', 'brotli'], decoders.filter(({ code }, i) => decoders.findIndex((other) => `${other.code}` === `${code}`) === i)
+  .map(({ name, code }) => [name, code.map((file) => path.basename(file)).join(', '), count(code.reduce((sum, file) => sum + readFileSync(file).length, 0)),
+    count(code.reduce((sum, file) => sum + brotli(file), 0))]));

@@ -88,6 +88,24 @@ page_test('meshes are those of the asset that gltf-psplit decodes', { skip: gltf
   assert.ok(attributes > assets.length);
 });
 
+// Assets of the corpus with Draco streams, by psplit/draco in place of draco3d.
+const draco_assets = corpus_folder === null ? [] : ['draco/Box_Draco.glb', 'derived/CesiumMan.draco-seq.glb', 'derived/marbleTower.draco-eb.glb'];
+page_test('KHR_draco_mesh_compression on psplit/draco', { skip: draco_assets.length === 0 && 'there is no corpus', script: prepare,
+  files: { '/': page, ...Object.fromEntries(draco_assets.map((file, i) => [`/${i}.glb`, { folder: path.join(corpus_folder ?? '', 'gltf', file) }])) } },
+async ({ result, page, site }) => {
+  await result;
+  const facts_with = (folder) => page.evaluate(async (folder, count) => {
+    const { DracoDecoder } = await import('@babylonjs/core/Meshes/Compression/dracoDecoder.js');
+    DracoDecoder.ResetDefault();
+    DracoDecoder.DefaultConfiguration = { wasmUrl: `${folder}draco_wasm_wrapper.js`, wasmBinaryUrl: `${folder}draco_decoder.wasm` };
+    return Promise.all(Array.from({ length: count }, (_, i) => facts(`/${i}.glb`)));
+  }, folder, draco_assets.length);
+  const [ours, theirs] = [await facts_with('/psplit/draco/'), await facts_with('/modules/three/examples/jsm/libs/draco/gltf/')];
+  assert.ok(ours.every(Array.isArray), JSON.stringify(ours));
+  assert.deepEqual(ours, theirs);
+  assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
+});
+
 // The sample with a fallback: the container is in a file of its own.
 const fallback = readFileSync(path.join(samples, 'fallback.gltf'), 'utf8');
 const of_fallback = (name) => readFileSync(path.join(samples, JSON.parse(fallback).buffers[name === 'container' ? 0 : 1].uri));

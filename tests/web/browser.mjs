@@ -45,8 +45,8 @@ const kPage = '<!doctype html><meta charset="utf-8"><title>test</title><script t
 /**
  * Starts a server.
  * @param {object} [site]
- * @param {Object<string, string | Uint8Array | {folder: string}>} [site.files] by path: text, bytes, or a folder (or a file)
- *   of this machine. By default the package is at /psplit/, npm's modules at /modules/, and page.js at /page.js.
+ * @param {Object<string, string | Uint8Array | {folder: string} | null>} [site.files] by path: text, bytes, a folder (or a file)
+ *   of this machine, or null: the server does not answer. By default the package is at /psplit/, npm's modules at /modules/, and page.js at /page.js.
  * @param {object | ((path: string) => object)} [site.headers] of every response
  * @param {object} [site.types] content types that differ, by extension; null for no type
  * @param {(argument: any) => Promise<*>} [site.script] the script /main.js of the page
@@ -61,7 +61,7 @@ export async function start_site({ files = {}, headers = {}, types = {}, script,
     '/page.js': { folder: fileURLToPath(new URL('page.js', import.meta.url)) }, '/favicon.ico': '', ...files };
   const content = (url) => {
     if (typeof served[url] === 'string' || served[url] instanceof Uint8Array) return served[url];
-    const prefix = Object.keys(served).filter((name) => served[name].folder !== undefined && url.startsWith(name)).at(-1);
+    const prefix = Object.keys(served).filter((name) => served[name]?.folder !== undefined && url.startsWith(name)).at(-1);
     const file = prefix && path.join(served[prefix].folder, url.slice(prefix.length), url.endsWith('/') ? 'index.html' : '');
     return file && existsSync(file) && statSync(file).isFile() ? readFileSync(file) : null;
   };
@@ -69,6 +69,7 @@ export async function start_site({ files = {}, headers = {}, types = {}, script,
   const server = createServer((request, response) => {
     const url = decodeURIComponent(new URL(request.url, 'http://localhost').pathname), body = content(url);
     requests.push(url);
+    if (served[url] === null) return;
     const extension = url.endsWith('/') ? '.html' : path.extname(url);
     const type = extension in types ? types[extension] : kTypes[extension] ?? 'application/octet-stream';
     response.writeHead(body === null ? 404 : 200, { ...(type === null ? {} : { 'Content-Type': type }),

@@ -76,6 +76,18 @@ page_test('no psplit.wasm', { files: { '/psplit/psplit.wasm': { folder: '/nowher
   fails(/^psplit\.wasm cannot be loaded: .*404$/));
 page_test('no worker.js', { files: { '/psplit/worker.js': { folder: '/nowhere' } }, argument, script: use_all, errors: [/worker\.js: net::ERR_FAILED|404/] },
   fails(/^worker: the worker cannot be loaded$/, not_pool));
+page_test('worker.js is a page', { headers: (file) => (file === '/psplit/worker.js' ? { 'Content-Type': 'text/html' } : {}), argument,
+  script: use_all, errors: [/MIME type/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
+for (const file of ['worker.js', 'psplit.wasm'])
+  page_test(`the server does not answer for ${file}`, { files: { [`/psplit/${file}`]: null }, argument, script: async ({ stream }) => {
+    const { createPool } = await import('/psplit/index.js'), { bytes_of_text, outcome } = await import('/page.js');
+    const pool = createPool({ workers: 1 }), controller = new AbortController();
+    const jobs = [pool.decodeDraco(bytes_of_text(stream), { signal: controller.signal }), pool.decodeDraco(bytes_of_text(stream))].map(outcome);
+    setTimeout(() => controller.abort(), 100);
+    await jobs[0];
+    pool.dispose();
+    return (await Promise.all(jobs)).map(({ code }) => code);
+  } }, async ({ result }) => assert.deepEqual(await result, ['aborted', 'aborted']));
 page_test('a worker that throws', { files: { '/psplit/worker.js': 'throw new Error("broken")' }, argument, script: use_all },
   fails(/^worker: .*broken$/, not_pool));
 

@@ -19,7 +19,7 @@ const bin = path.join(modules_folder, 'node_modules/.bin');
 const shown = ['Draco stream: 1826 faces, 991 points', 'Container: 1222 faces, 663 points'];
 // What the example's page shows when it is done.
 const text_of = async (page) => {
-  await page.waitForSelector('[data-done]', { timeout: 10000 });
+  await page.waitForSelector('[data-done]', { timeout: 30000 });
   return page.$$eval('figure', (figures) => figures.map(({ textContent }) => textContent));
 };
 

@@ -21,8 +21,8 @@ export async function digests({ faceCount, pointCount, indices, attributes }) {
       ({ uniqueId, componentCount, type: array.constructor.name, values: await digest(array) }))) };
 }
 
-// How a promise settles: 'done', or its error. 'hangs' after ten seconds.
+// How a promise settles: 'done', or its error. 'hangs' after 20 seconds.
 export const outcome = (promise) => Promise.race([
   promise.then(() => 'done', ({ name, code, message }) => ({ name, code, message })),
-  new Promise((resolve) => setTimeout(() => resolve('hangs'), 10000)),
+  new Promise((resolve) => setTimeout(() => resolve('hangs'), 20000)),
 ]);

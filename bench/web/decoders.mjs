@@ -1,0 +1,125 @@
+// The decoders that bench.mjs measures. Each one decodes a mesh to arrays of indices and attributes:
+//
+//   { name, stored, code, create() }    `stored`: in which coding the mesh is stored; `code`: the files that a page loads
+//   create() resolves to { run(primitive), memory? }, an instance of its own. run() may be asynchronous; memory() is the
+//   bytes of its WebAssembly memory, which never shrinks.
+//
+// A rival that npm does not have is a module that exports `name`, `code` (paths beside it) and decode(bytes, attributes), which
+// returns { indices, arrays }.
+import { readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
+import { createRequire } from 'node:module';
+import path from 'node:path';
+import { pathToFileURL } from 'node:url';
+import { BlobWorker } from '../../tests/web/blob_worker.mjs';
+import { modules_folder, package_folder } from '../../tests/web/load.mjs';
+
+const in_modules = (name) => path.join(modules_folder, 'node_modules', name);
+const in_package = (name) => path.join(package_folder, name);
+const require_module = createRequire(path.join(modules_folder, 'package.json'));
+const load = (file) => import(pathToFileURL(file));
+const of_three = in_modules('three/examples/jsm/libs/draco/gltf/');
+
+// By the calls that DRACOLoader makes.
+function decode_by_interface(draco, { bytes, attributes }) {
+  const decoder = new draco.Decoder(), mesh = new draco.Mesh();
+  const status = decoder.DecodeArrayToMesh(new Int8Array(bytes.buffer, bytes.byteOffset, bytes.length), bytes.length, mesh);
+  if (!status.ok()) throw new Error(status.error_msg());
+  const copied = (size, write) => {
+    const at = draco._malloc(size);
+    write(size, at);
+    const array = draco.HEAPU8.slice(at, at + size);
+    draco._free(at);
+    return array;
+  };
+  copied(12 * mesh.num_faces(), (size, at) => decoder.GetTrianglesUInt32Array(mesh, size, at));
+  for (const { uniqueId, componentCount } of attributes)
+    copied(4 * mesh.num_points() * componentCount, (size, at) => decoder.GetAttributeDataArrayForAllPoints(mesh,
+      decoder.GetAttributeByUniqueId(mesh, uniqueId), draco.DT_FLOAT32, size, at));
+  draco.destroy(mesh);
+  draco.destroy(decoder);
+}
+
+const by_interface = (name, code, create_module) => ({ name, stored: 'stock', code, async create() {
+  const draco = await create_module();
+  return { run: (primitive) => decode_by_interface(draco, primitive), memory: () => draco.HEAP8.length };
+} });
+
+// draco3d's script is a classic one, inside a package of modules.
+const three_module = () => new Function('require', '__dirname',
+  `${readFileSync(`${of_three}draco_wasm_wrapper.js`)}; return DracoDecoderModule;`)(createRequire(import.meta.url), of_three)(
+  { wasmBinary: readFileSync(`${of_three}draco_decoder.wasm`) });
+
+const package_code = ['psplit.wasm', 'index.js', 'error.js', 'files.js', 'instance.js', 'job.js', 'module.js', 'pool.js', 'worker.js'].map(in_package);
+const by_instance = (name, stored, decode) => ({ name, stored, code: package_code, async create() {
+  const { Instance } = await load(in_package('instance.js'));
+  const instance = new Instance(await WebAssembly.compile(readFileSync(in_package('psplit.wasm'))));
+  return { run: ({ bytes, attributes }) => void instance[decode](bytes, attributes), memory: () => instance.memory_bytes };
+} });
+
+const meshoptimizer = { name: 'meshopt_decoder', stored: 'meshopt', code: [in_modules('meshoptimizer/meshopt_decoder.mjs')], async create() {
+  const { MeshoptDecoder } = await load(in_modules('meshoptimizer/meshopt_decoder.mjs'));
+  await MeshoptDecoder.ready;
+  return { run({ index_count, point_count, indices, streams }) {
+    MeshoptDecoder.decodeIndexBuffer(new Uint8Array(4 * index_count), index_count, 4, indices);
+    for (const { bytes, stride, filter } of streams)
+      MeshoptDecoder.decodeVertexBuffer(new Uint8Array(point_count * stride), point_count, stride, bytes, filter);
+  } };
+} };
+
+/** Decoders on the calling thread. The first is what the others are compared with. */
+export async function calling_thread(rivals) {
+  const of_files = await Promise.all(rivals.map(async (file) => {
+    const { name, code, decode } = await load(path.resolve(file));
+    return { name, stored: 'stock', code: code.map((part) => path.resolve(path.dirname(file), part)),
+      create: async () => ({ run: ({ bytes, attributes }) => void decode(bytes, attributes) }) };
+  }));
+  const node_code = (folder) => ['draco_decoder_nodejs.js', 'draco_decoder.wasm'].map((file) => in_modules(`${folder}/${file}`));
+  return [
+    by_interface('draco3d 1.5.7', node_code('draco3d'), () => require_module('draco3d').createDecoderModule({})),
+    by_interface('draco3d 1.5.9', node_code('draco3d-newest'), () => require_module('draco3d-newest').createDecoderModule({})),
+    by_interface("three's draco_decoder", ['draco_wasm_wrapper.js', 'draco_decoder.wasm'].map((file) => of_three + file), three_module),
+    ...of_files,
+    by_interface('psplit/draco', ['draco_wasm_wrapper.js', 'draco_decoder.wasm'].map((file) => in_package(`draco/${file}`)),
+      () => require_module(in_package('draco/draco_wasm_wrapper.js'))()),
+    by_instance('psplit, one stream', 'stock', 'decode_draco'),
+    by_instance('psplit, patches', 'patches', 'decode_container'),
+    by_instance('psplit, condensed', 'condensed', 'decode_container'),
+    meshoptimizer,
+  ];
+}
+
+// three's DRACOLoader with one worker, as it decodes for GLTFLoader.
+async function three_loader() {
+  const server = createServer((request, response) => response.end(readFileSync(of_three + path.basename(request.url))));
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  globalThis.Worker = BlobWorker;
+  globalThis.ProgressEvent ??= class extends Event {};
+  globalThis.self ??= globalThis;
+  const { DRACOLoader } = await load(in_modules('three/examples/jsm/loaders/DRACOLoader.js'));
+  const loader = new DRACOLoader().setDecoderPath(`http://127.0.0.1:${server.address().port}/`).setWorkerLimit(1);
+  return { loader, end() {
+    loader.dispose();
+    server.close();
+  } };
+}
+
+const by_pool = (name, stored, workers, decode) => ({ name, stored, async create() {
+  const { createPool } = await load(in_package('index.js'));
+  const pool = createPool({ workers, idleMs: 1e6 });
+  return { run: ({ bytes, attributes }) => pool[decode](bytes, { attributes }), end: () => pool.dispose() };
+} });
+
+/** Decoders in workers. The first is what the others are compared with. */
+export const in_workers = () => [
+  { name: "three's DRACOLoader, 1 worker", stored: 'stock', async create() {
+    const { loader, end } = await three_loader();
+    return { end, run: ({ bytes, attributes }) => loader.decodeGeometry(bytes.slice().buffer, {
+      attributeIDs: Object.fromEntries(attributes.map(({ name, uniqueId }) => [name, uniqueId])),
+      attributeTypes: Object.fromEntries(attributes.map(({ name }) => [name, 'Float32Array'])), useUniqueIDs: true }) };
+  } },
+  by_pool('psplit, one stream, 1 worker', 'stock', 1, 'decodeDraco'),
+  by_pool('psplit, patches, 1 worker', 'patches', 1, 'decodeContainer'),
+  by_pool('psplit, patches, 2 workers', 'patches', 2, 'decodeContainer'),
+  by_pool('psplit, condensed, 2 workers', 'condensed', 2, 'decodeContainer'),
+];
