@@ -9,33 +9,31 @@ namespace psplit::core {
 // The number of runs, or of whole streams, that one thread takes in turn. Three keep a processor busy, and the
 // working sets of three streams still fit its cache.
 inline constexpr uint32_t kInStep = 3;
+// The same for runs that take a small part of the time, at most kRuns.
+template <uint32_t kRuns>
+inline constexpr uint32_t kRareInStep = PSPLIT_IS_SMALL_CODE ? 1 : kRuns;
 
 // Takes all steps of `count` runs, up to kRuns of them in turn. A run has step() and running(). It may have
 // renew(), which is called once running() is false and returns whether the run goes on after all. If a step has
 // several dependent parts, it has begin_step(), and step_part() for each of its kParts, instead of step(): then
 // the parts of all runs are taken in turn. Each run is copied to a Run, whose state may be kept in registers,
-// and assigned back at its end.
+// and assigned back when one of those in turn ends.
 template <uint32_t kRuns, typename Run, typename T>
 PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
-  constexpr uint32_t kFewer = PSPLIT_IS_SMALL_CODE ? 1 : kRuns - 1;
-  if constexpr (kRuns > 1) {
-    if (count < kRuns) return step_all<kFewer, Run>(runs, count);
-  } else if (count == 0) {
-    return;
-  }
-  T* at[kRuns];
-  Run local[kRuns];
-  for (uint32_t n = 0; n < kRuns; ++n) {
-    at[n] = runs[n];
-    local[n] = Run(*at[n]);
-  }
   const auto goes_on = [](Run& run) {
     if constexpr (requires { run.renew(); })
       return run.running() || run.renew();
     else
       return run.running();
   };
-  for (uint32_t next = kRuns, live = kRuns; live == kRuns;) {
+  T* at[kRuns];
+  uint32_t live = 0;
+  for (uint32_t next = 0;;) {
+    // The next runs take the places of those that ended.
+    while (live < kRuns && next < count) at[live++] = runs[next++];
+    if (live < kRuns) break;
+    Run local[kRuns];
+    for (uint32_t n = 0; n < kRuns; ++n) local[n] = Run(*at[n]);
     if constexpr (requires { local[0].steps_left(); }) {
       auto steps = local[0].steps_left();
       for (const Run& run : local) steps = run.steps_left() < steps ? run.steps_left() : steps;
@@ -64,24 +62,15 @@ PSPLIT_HD void step_all(T* const* runs, uint32_t count) {
         }
       }
     }
-    // The next runs take the places of those that ended.
+    live = 0;
     for (uint32_t n = 0; n < kRuns; ++n) {
-      while (!goes_on(local[n]) && next < count) {
-        *at[n] = local[n];
-        at[n] = runs[next++];
-        local[n] = Run(*at[n]);
-      }
-      live -= goes_on(local[n]) ? 0 : 1;
+      T* const run = at[n];
+      const bool is_live = goes_on(local[n]);
+      *run = local[n];
+      if (is_live) at[live++] = run;
     }
   }
-  for (uint32_t n = 0; n < kRuns; ++n) *at[n] = local[n];
-  if constexpr (kRuns > 1) {
-    T* rest[kRuns];
-    uint32_t left = 0;
-    for (uint32_t n = 0; n < kRuns; ++n)
-      if (goes_on(local[n])) rest[left++] = at[n];
-    step_all<kFewer, Run>(rest, left);
-  }
+  if constexpr (kRuns > 1) step_all<kRareInStep<kRuns - 1>, Run>(at, live);
 }
 
 }  // namespace psplit::core

@@ -159,22 +159,21 @@ class IntegerDecoder {
       parallelograms_2d_ = ParallelogramSteps<Index, 2>({values<2>(), data_.wrap});
   }
 
-  template <uint32_t kComponents>
-  PSPLIT_HD Fault predict_values(Arena& arena) {
-    Positions<Index> positions;
-    if (position_ != nullptr)
-      positions = {group_->table.table, positions_->table.table, group_->sequence, position_->values,
-                   positions_->table.has_seams};
-    return predict(values<kComponents>(), positions, data_, arena);
-  }
   PSPLIT_HD Fault predict_components(Arena& arena) {
-    switch (attribute_->value_components()) {
-      case 1: return predict_values<1>(arena);
-      case 2: return predict_values<2>(arena);
-      case 3: return predict_values<3>(arena);
-      case 4: return predict_values<4>(arena);
-      default: return predict_values<0>(arena);
+    const uint32_t components = attribute_->value_components();
+    if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal) {
+      if (components != 2) return Fault::kPrediction;
+      const Positions<Index> positions{group_->table.table, positions_->table.table, group_->sequence,
+                                       position_->values, positions_->table.has_seams};
+      return predict_from_positions(values<2>(), positions, data_);
     }
+    if (components == 3) return predict(values<3>(), data_, arena);
+    if constexpr (!PSPLIT_IS_SMALL_CODE) {
+      if (components == 1) return predict(values<1>(), data_, arena);
+      if (components == 2) return predict(values<2>(), data_, arena);
+      if (components == 4) return predict(values<4>(), data_, arena);
+    }
+    return predict(values<0>(), data_, arena);
   }
 
   const Group<Index>* group_ = nullptr;

@@ -35,7 +35,7 @@ struct Patch {
     const ValueWriter<Index> writer(attribute, type);
     const Group<Index>& group = groups[attribute.group];
     const bool is_raw = attribute.coding == Coding::kRaw;
-    if (corner_of_point.empty() && !is_raw)
+    if (!PSPLIT_IS_SMALL_CODE && corner_of_point.empty() && !is_raw)
       return writer.template write<kAligned>(
           lanes, point_count, [](uint32_t point) { return point; }, place_of);
     writer.template write<kAligned>(

@@ -31,11 +31,10 @@ PSPLIT_HD void predict_by_difference(const PredictedValues<Index, kComponents>& 
 
 // Computes the values of an attribute from its corrections, except parallelograms of two and three components
 // and normals by difference: ParallelogramSteps and NormalSteps compute those (see IntegerDecoder). kComponents
-// is 0 if their number is known only at run time. Only kTexCoords and kGeometricNormal read `positions`. The
-// arena is not released.
+// is 0 if their number is known only at run time. The arena is not released.
 template <typename Index, uint32_t kComponents>
-PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Positions<Index>& positions,
-                        PredictionData& data, Arena& arena) {
+PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const PredictionData& data,
+                        Arena& arena) {
   const WrappedValues<Index, kComponents> wrapped(on, data.wrap);
   switch (data.scheme) {
     case Scheme::kNone:
@@ -44,20 +43,25 @@ PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Pos
       return Fault::kNone;
     case Scheme::kDifference: return predict_by_difference(on, data.wrap), Fault::kNone;
     case Scheme::kParallelogram:
-      for (ParallelogramSteps<Index, kComponents> steps(wrapped); steps.running();) steps.step();
+      if constexpr (kComponents != 2 && kComponents != 3)
+        for (ParallelogramSteps<Index, kComponents> steps(wrapped); steps.running();) steps.step();
       return Fault::kNone;
     case Scheme::kMultiParallelogram: predict_by_multi_parallelogram(wrapped); return Fault::kNone;
     case Scheme::kConstrainedMultiParallelogram:
       return predict_by_constrained_multi_parallelogram(wrapped, data.creases, arena);
     case Scheme::kTexCoords:
-      if constexpr (kComponents == 2)
-        return TexCoordsPredictor<Index>(wrapped, positions, data.orientations).predict();
-      return Fault::kPrediction;
-    case Scheme::kGeometricNormal:
-      if constexpr (kComponents == 2) return predict_from_geometry(on, positions, data), Fault::kNone;
-      return Fault::kPrediction;
+    case Scheme::kGeometricNormal: break;
   }
   return Fault::kPrediction;
+}
+
+// The same for the schemes that predict from positions: kTexCoords and kGeometricNormal.
+template <typename Index>
+PSPLIT_HD Fault predict_from_positions(const PredictedValues<Index, 2>& on, const Positions<Index>& positions,
+                                       PredictionData& data) {
+  if (data.scheme == Scheme::kGeometricNormal) return predict_from_geometry(on, positions, data), Fault::kNone;
+  const WrappedValues<Index, 2> wrapped(on, data.wrap);
+  return TexCoordsPredictor<Index>(wrapped, positions, data.orientations).predict();
 }
 
 }  // namespace psplit::core

@@ -80,7 +80,7 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
       if constexpr (kHasCondensed)
         for_runs<CondensedSeamSteps>(
             decoders, count, [](Decoder& decoder) { return decoder.condensed_seams(); }, itself,
-            step_all<kInStep, CondensedSeamSteps, CondensedSeamSteps>);
+            step_all<kRareInStep<kInStep>, CondensedSeamSteps, CondensedSeamSteps>);
       for_runs<BitSteps>(
           decoders, count, [](Decoder& decoder) { return decoder.seams(); }, itself,
           step_all<kInStep, BitSteps, BitSteps>);

@@ -134,7 +134,7 @@ std::optional<Status> ContainerDecoder::write_patch(uint32_t i, const core::Patc
     });
     if (!status.ok()) return status;
   }
-  if (findings_ != nullptr) {
+  if (!PSPLIT_IS_SMALL_CODE && findings_ != nullptr) {
     check_types<Index>(i, attributes);
     if (Status status = keep_copies<Index>(i, patch, attributes, numbers); !status.ok()) return status;
   }

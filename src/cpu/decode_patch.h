@@ -100,11 +100,13 @@ Status find_attributes(const core::Patch<Index>& patch, std::span<const Attribut
     const core::Attribute<Index>* attribute = nullptr;
     for (uint32_t i = 0; i < patch.attributes.size() && attribute == nullptr; ++i)
       if (patch.attributes[i].unique_id == request.unique_id) attribute = &patch.attributes[i];
-    const std::string name = request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
-    if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + name);
+    const auto name = [&] {
+      return request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
+    };
+    if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + name());
     if (request.component_count == 0 || request.component_count > 16 ||
         attribute->components != request.component_count)
-      return invalid_input("Draco stream: " + name + " has " + std::to_string(attribute->components) +
+      return invalid_input("Draco stream: " + name() + " has " + std::to_string(attribute->components) +
                            " components, not " + std::to_string(request.component_count));
     found.push_back(attribute);
   }
@@ -115,19 +117,18 @@ Status find_attributes(const core::Patch<Index>& patch, std::span<const Attribut
 template <typename Index, typename PlaceOf>
 Status write_attribute(const core::Patch<Index>& patch, const core::Attribute<Index>& attribute,
                        const AttributeRequest& request, PlaceOf place_of) {
-  if (attribute.type == stored_type(request.component_type)) {
-    patch.write_values(attribute, [&](uint32_t point) { return reinterpret_cast<uint8_t*>(place_of(point)); });
-    return {};
-  }
-  std::vector<std::byte> stored(size_t{patch.point_count} * attribute.stride());
-  patch.write_values(attribute, [&](uint32_t point) {
-    return reinterpret_cast<uint8_t*>(stored.data() + size_t{point} * attribute.stride());
+  const core::DataType type = stored_type(request.component_type);
+  const size_t stride = attribute.stride();
+  std::vector<uint8_t> stored(attribute.type == type ? 0 : patch.point_count * stride);
+  patch.write_values(attribute, [place_of, stride,
+                                 converted = attribute.type == type ? nullptr : stored.data()](uint32_t point) {
+    return converted == nullptr ? reinterpret_cast<uint8_t*>(place_of(point)) : converted + point * stride;
   });
+  if (attribute.type == type) return {};
   for (uint32_t point = 0; point < patch.point_count; ++point) {
-    std::byte* const place = place_of(point);
-    if (place != nullptr &&
-        !convert_value(stored.data() + size_t{point} * attribute.stride(), attribute.type, attribute.normalized,
-                       request.component_type, attribute.components, place))
+    auto* const place = reinterpret_cast<uint8_t*>(place_of(point));
+    if (place != nullptr && !convert_components(stored.data() + point * stride, attribute.type,
+                                                attribute.normalized, attribute.components, type, place))
       return invalid_input("Draco stream: a value of " + request.semantic +
                            " does not fit its accessor's type");
   }

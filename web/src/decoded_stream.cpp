@@ -5,7 +5,7 @@
 
 #include "src/container/claims.h"
 #include "src/core/workspace.h"
-#include "web/src/convert_components.h"
+#include "src/cpu/convert.h"
 
 namespace psplit::web {
 
@@ -40,6 +40,11 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
   }
 }
 
+void ValuePlaces::Conversion::convert() {
+  fits &= convert_components(value, attribute.type, attribute.normalized, attribute.components, type, out);
+  out += attribute.components * core::data_type_bytes(type);
+}
+
 void DecodedStream::write_faces(uint32_t index_bytes, void* out) const {
   const auto write = [&](auto* index) {
     for (uint32_t face = 0; face < patch_.face_count; ++face)
@@ -50,26 +55,14 @@ void DecodedStream::write_faces(uint32_t index_bytes, void* out) const {
 }
 
 bool DecodedStream::write_attribute(const Attribute& attribute, DataType type, uint8_t* out) const {
-  const uint32_t components = attribute.components;
   if (type == attribute.type) {
-    const size_t stride = attribute.stride();
-    patch_.write_values(attribute, [=](uint32_t point) { return out + point * stride; });
+    patch_.write_values(attribute, ValuePlaces(out, attribute.stride()));
     return true;
   }
-  // Each value is written to the same place, and is converted when the next is asked for.
-  alignas(8) uint8_t value[8 * 255];
-  const size_t stride = components * core::data_type_bytes(type);
-  bool fits = true;
-  const auto convert = [&] {
-    fits &= convert_components(value, attribute.type, attribute.normalized, components, type, out);
-    out += stride;
-  };
-  patch_.write_values(attribute, [&](uint32_t point) {
-    if (point > 0) convert();
-    return value;
-  });
-  if (patch_.point_count > 0) convert();
-  return fits;
+  ValuePlaces::Conversion conversion{attribute, type, out};
+  patch_.write_values(attribute, ValuePlaces(conversion));
+  if (patch_.point_count > 0) conversion.convert();
+  return conversion.fits;
 }
 
 bool DecodedStream::write_integers(const Attribute& attribute, int32_t* out) const {

@@ -332,22 +332,25 @@ class CreationSteps : public CreatedValues<Index> {
 template <uint32_t kRuns, typename Index>
 PSPLIT_HD void step_created(CreatedValues<Index>* const* all, uint32_t count) {
   constexpr uint32_t kMost = 16;
+  constexpr bool kHasTwo = !PSPLIT_IS_SMALL_CODE;
   const auto step_those = [&]<uint32_t kComponents, CreationMode kMode>() {
     CreatedValues<Index>* chosen[kMost] = {};
     uint32_t chosen_count = 0;
     for (uint32_t i = 0; i < count && chosen_count < kMost; ++i) {
       const uint32_t components = all[i]->components(),
-                     fast = components == 2 || components == 3 ? components : 0;
+                     fast = components == 3 || (kHasTwo && components == 2) ? components : 0;
       if (all[i]->running() && fast == kComponents && all[i]->mode() == kMode) chosen[chosen_count++] = all[i];
     }
-    step_all<kRuns, CreationSteps<Index, kComponents, kMode>>(chosen, chosen_count);
+    step_all<kRareInStep<kRuns>, CreationSteps<Index, kComponents, kMode>>(chosen, chosen_count);
   };
   step_those.template operator()<3, CreationMode::kOne>();
   step_those.template operator()<3, CreationMode::kTwo>();
   step_those.template operator()<3, CreationMode::kDamped>();
-  step_those.template operator()<2, CreationMode::kOne>();
-  step_those.template operator()<2, CreationMode::kTwo>();
-  step_those.template operator()<2, CreationMode::kDamped>();
+  if constexpr (kHasTwo) {
+    step_those.template operator()<2, CreationMode::kOne>();
+    step_those.template operator()<2, CreationMode::kTwo>();
+    step_those.template operator()<2, CreationMode::kDamped>();
+  }
   step_those.template operator()<0, CreationMode::kOne>();
   step_those.template operator()<0, CreationMode::kTwo>();
   step_those.template operator()<0, CreationMode::kDamped>();

@@ -146,7 +146,7 @@ PSPLIT_HD void step_tokens(TokenSequence* const* sequences, uint32_t count) {
                      fast = components == 2 || components == 3 ? components : 0;
       if (fast == kComponents) chosen[chosen_count++] = sequences[i];
     }
-    step_all<kRuns, TokenSteps<kComponents>>(chosen, chosen_count);
+    step_all<kComponents == 0 ? kRareInStep<kRuns> : kRuns, TokenSteps<kComponents>>(chosen, chosen_count);
   };
   step_those.template operator()<3>();
   step_those.template operator()<2>();

@@ -1,10 +1,10 @@
-#include "web/src/convert_components.h"
+#include "src/cpu/convert.h"
 
 #include <cstring>
 
 #include "src/core/attributes.h"
 
-namespace psplit::web {
+namespace psplit {
 namespace {
 
 using core::DataType;
@@ -98,4 +98,4 @@ bool convert_components(const uint8_t* in, DataType from, bool normalized, uint3
   return true;
 }
 
-}  // namespace psplit::web
+}  // namespace psplit

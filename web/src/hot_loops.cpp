@@ -1,0 +1,59 @@
+// The loops that most of the time goes into. This file is compiled for speed, and the rest of the core for
+// size: the linker takes a function that is in several files from this one.
+#include "src/core/decode_patch.h"
+#include "web/src/decoded_stream.h"
+
+namespace psplit::core {
+
+using Index = uint32_t;
+
+// Connectivity and seams
+template Fault decode_connectivity(StandardSymbols, View<const SplitEvent>, RansBits&, Arena&,
+                                   Connectivity<Index>&);
+template Fault decode_connectivity(ValenceSymbols<Index>, View<const SplitEvent>, RansBits&, Arena&,
+                                   Connectivity<Index>&);
+template Fault decode_connectivity(DecodedSymbols<Index, false>, View<const SplitEvent>, CondensedStartFaces&,
+                                   Arena&, Connectivity<Index>&);
+template Fault decode_connectivity(DecodedSymbols<Index, true>, View<const SplitEvent>, CondensedStartFaces&,
+                                   Arena&, Connectivity<Index>&);
+template Fault decode_connectivity(ValenceContextSymbols<Index, false>, View<const SplitEvent>,
+                                   CondensedStartFaces&, Arena&, Connectivity<Index>&);
+template Fault decode_connectivity(ValenceContextSymbols<Index, true>, View<const SplitEvent>,
+                                   CondensedStartFaces&, Arena&, Connectivity<Index>&);
+template void Connectivity<Index>::drop_merged_vertices(bool);
+template void step_all<kInStep, BitSteps>(BitSteps* const*, uint32_t);
+template void step_all<kInStep, ContextSymbolSteps>(ContextSymbolSteps* const*, uint32_t);
+template void step_all<1, CondensedSeamSteps>(CondensedSeamSteps* const*, uint32_t);
+template uint32_t list_inner_edges(const CornerTable<Index>&, View<Index>);
+template Fault cut_seams(const Connectivity<Index>&, View<Index>, View<uint8_t>, Arena&, AttributeTable<Index>&,
+                         View<bool>);
+template void number_attribute_vertices(const Connectivity<Index>&, View<const bool>, View<Index>,
+                                        AttributeTable<Index>&);
+template uint32_t split_into_points(const Connectivity<Index>&, View<AttributeTable<Index>>, View<const bool>,
+                                    View<Index>, View<Index>);
+template size_t link_border(const Patch<Index>&, View<Index>);
+
+// Orders of values, and their corrections
+template void step_both(DepthFirstTraversal<Index>&, SymbolSequence&);
+template void step_all<kInStep, DepthFirstTraversal<Index>>(DepthFirstTraversal<Index>* const*, uint32_t);
+template Fault traverse_by_prediction_degree(const AttributeTable<Index>&, Arena&, const Sequence<Index>&);
+template class CreationOrder<Index>;
+template void step_symbols<kInStep>(SymbolSequence* const*, uint32_t);
+template void step_tokens<kInStep>(TokenSequence* const*, uint32_t);
+template Fault read_tagged(SerialLanes, ByteReader&, View<const uint32_t>, uint32_t, View<uint32_t>);
+template void IntegerDecoder<Index>::start_prediction(SerialLanes, bool);
+
+// Values
+template void step_all<kInStep, ParallelogramSteps<Index, 3>>(ParallelogramSteps<Index, 3>* const*, uint32_t);
+template void step_all<kInStep, ParallelogramSteps<Index, 2>>(ParallelogramSteps<Index, 2>* const*, uint32_t);
+template void step_all<kInStep, NormalSteps<Index>>(NormalSteps<Index>* const*, uint32_t);
+template void step_created<kInStep>(CreatedValues<Index>* const*, uint32_t);
+template void CreatedValues<Index>::find_predictors(const AttributeModel&, const Sequence<Index>&, uint32_t);
+template Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, 3>,
+                                                          const View<uint8_t> (&)[kMaxParallelograms], Arena&);
+template Fault predict_from_positions(const PredictedValues<Index, 2>&, const Positions<Index>&,
+                                      PredictionData&);
+template void Patch<Index>::write_values(SerialLanes, const Attribute<Index>&, DataType,
+                                         web::ValuePlaces) const;
+
+}  // namespace psplit::core
