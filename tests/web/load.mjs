@@ -8,12 +8,17 @@ export const root = fileURLToPath(new URL('../../', import.meta.url));
 export const package_folder = path.join(root, 'build/web/psplit');
 export const modules_folder = path.join(root, 'build/web/modules');
 export const checked_module = path.join(root, 'build/web/checked.wasm');
-// The package finds its optional peers there, as in a project that installs both.
-try {
-  symlinkSync('modules/node_modules', path.join(root, 'build/web/node_modules'));
-} catch (error) {
-  if (error.code !== 'EEXIST') throw error;
+function link(target, name) {
+  try {
+    symlinkSync(target, name);
+  } catch (error) {
+    if (error.code !== 'EEXIST') throw error;
+  }
 }
+// The package finds its optional peers there, as in a project that installs both.
+link('modules/node_modules', path.join(root, 'build/web/node_modules'));
+// Makes the package one of the modules, as in a project that installs it.
+export const link_package = () => link('../../psplit', path.join(modules_folder, 'node_modules/psplit'));
 export const psplit = await import(pathToFileURL(path.join(package_folder, 'index.js')));
 export const stock = createRequire(path.join(modules_folder, 'package.json'))('draco3d');
 
