@@ -1,6 +1,8 @@
 // What the tests read: the built package, stock Draco, and files.
-import { existsSync, readdirSync, readFileSync, symlinkSync } from 'node:fs';
+import { execFileSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, symlinkSync } from 'node:fs';
 import { createRequire } from 'node:module';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath, pathToFileURL } from 'node:url';
 
@@ -75,6 +77,19 @@ export function* corpus_streams() {
   for (const file of files_below(corpus_folder, /\.drc$/)) yield [file, new Uint8Array(readFileSync(file))];
   for (const file of files_below(path.join(corpus_folder, 'gltf'), /\.(glb|gltf)$/))
     for (const { bytes } of compressed_primitives(file, 'KHR_draco_mesh_compression')) yield [file, bytes];
+}
+
+// A container of a new mesh with normals and texture coordinates, and its attributes.
+export function make_container(faces, patch_faces) {
+  const folder = mkdtempSync(path.join(tmpdir(), 'psplit-container-')), file = (name) => path.join(folder, name);
+  const run = (...arguments_) => execFileSync(gltf_psplit, [...arguments_, '-q']);
+  try {
+    run('generate', file('mesh.glb'), '--shape', 'terrain', '--faces', String(faces), '--seed', '1', '--normals', '--texcoords');
+    run('encode', file('mesh.glb'), file('patches.glb'), '--patch-faces', String(patch_faces));
+    return compressed_primitives(file('patches.glb'), 'PSPLIT_mesh_draco_patches')[0];
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
 }
 
 // The same numbers for the same seed.

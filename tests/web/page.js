@@ -8,9 +8,9 @@ export async function fetch_bytes(url) {
 // The bytes of a text in base64.
 export const bytes_of_text = (text) => Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
 
-// The SHA-256 of an array's bytes, as text.
+// The SHA-256 of an array's bytes, as text. The bytes may be shared, which SubtleCrypto does not allow.
 export async function digest(array) {
-  const hash = await crypto.subtle.digest('SHA-256', new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
+  const hash = await crypto.subtle.digest('SHA-256', new Uint8Array(array.buffer, array.byteOffset, array.byteLength).slice());
   return Array.from(new Uint8Array(hash), (byte) => byte.toString(16).padStart(2, '0')).join('');
 }
 
