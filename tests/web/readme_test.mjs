@@ -1,0 +1,135 @@
+// The code of web/README.md runs: each block alone, in Node.js or in a page of Chromium.
+import assert from 'node:assert/strict';
+import { copyFileSync, mkdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+import test from 'node:test';
+import { pathToFileURL } from 'node:url';
+import { page_test } from './browser.mjs';
+import { compressed_primitives, link_package, root } from './load.mjs';
+import { streams } from './stock_draco.mjs';
+
+link_package();
+const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
+const [{ bytes: container }] = compressed_primitives(sample, 'PSPLIT_mesh_draco_patches'), [[, stream]] = [...streams()];
+
+// By heading: the blocks of code.
+const blocks = {};
+for (const section of readFileSync(path.join(root, 'web/README.md'), 'utf8').split(/^## /m).slice(1))
+  blocks[section.slice(0, section.indexOf('\n'))] = [...section.matchAll(/^```js\n(.*?)^```$/gms)].map(([, code]) => code);
+
+// In Node.js, as a module of a project that has the package.
+const folder = path.join(root, 'build/web/readme');
+rmSync(folder, { recursive: true, force: true });
+mkdirSync(folder, { recursive: true });
+async function run(code, names, globals) {
+  const file = path.join(folder, `${names.join('-')}.mjs`), before = process.cwd();
+  Object.assign(globalThis, globals);
+  writeFileSync(file, `${code}\nexport { ${names} };`);
+  copyFileSync(sample, path.join(folder, 'model.glb'));
+  process.chdir(folder);
+  try {
+    return await import(pathToFileURL(file));
+  } finally {
+    process.chdir(before);
+  }
+}
+const tested = new Set();
+function block(heading, i = 0) {
+  tested.add(`${heading} ${i}`);
+  return blocks[heading][i];
+}
+
+test('glTF-Transform', async () => {
+  const points_of = (document) => document.getRoot().listMeshes()[0].listPrimitives()[0].getAttribute('POSITION').getCount();
+  const { document, io } = await run(block('glTF-Transform'), ['document', 'io'], {});
+  const { document: ahead } = await run(block('glTF-Transform', 1), ['document'], {});
+  assert.equal(points_of(document), points_of(ahead));
+  assert.equal(points_of(await io.read(path.join(folder, 'out.glb'))), points_of(document));
+});
+test('without a loader', async () => {
+  const { mesh, converted, whole } = await run(block('Without a loader'), ['mesh', 'converted', 'whole'], { bytes: stream, container });
+  assert.deepEqual(converted.attributes[0].array, mesh.attributes[0].array);
+  assert.equal(whole.attributes[0].array.length, 3 * whole.pointCount);
+});
+test('workers', async () => {
+  const { log } = console, lines = [];
+  console.log = (line) => lines.push(line);
+  try {
+    const { meshes, whole } = await run(block('Workers'), ['meshes', 'whole'], { streams: [stream, stream], container });
+    assert.deepEqual(meshes[0], meshes[1]);
+    assert.equal(lines.at(-1), `${whole.patchCount} of ${whole.patchCount} patches`);
+  } finally {
+    console.log = log;
+  }
+});
+test('in one file', async () => {
+  const { whole } = await run(block('In one file'), ['whole'], { container });
+  assert.ok(whole.patchCount > 1);
+});
+test('errors', async () => {
+  const { log } = console, lines = [];
+  console.log = (...values) => lines.push(values);
+  try {
+    await run(block('Errors'), ['PsplitError'], { bytes: Uint8Array.from(container).fill(255, container.length - 60) });
+  } finally {
+    console.log = log;
+  }
+  assert.equal(lines[0][0], 'invalid-input');
+  assert.ok(lines[0][2] > 0);
+});
+
+// In a page.
+const imports = { psplit: '/psplit/index.js', 'psplit/three': '/psplit/three.js', 'psplit/babylon': '/psplit/babylon.js',
+  three: '/modules/three/build/three.module.js', 'three/addons/': '/modules/three/examples/jsm/',
+  '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/loaders/': '/modules/@babylonjs/loaders/',
+  '@google/model-viewer': '/modules/@google/model-viewer/dist/model-viewer.min.js' };
+const page = (code, names, body = '') => ({
+  '/': `<!doctype html><meta charset="utf-8"><script type="importmap">${JSON.stringify({ imports })}</script>
+    <script type="module" src="/main.js"></script>${body}`,
+  '/model.glb': { folder: sample }, '/mesh.drc': stream, '/block.js': `${code}\nexport { ${names} };`,
+});
+
+page_test('three.js', { files: page(block('three.js'), ['scene', 'pool']), script: async () => {
+  const { scene, pool } = await import('/block.js');
+  const [mesh] = scene.children[0].isMesh ? scene.children : scene.children[0].children;
+  pool.dispose();
+  return mesh.geometry.index.count;
+} }, async ({ result }) => assert.ok(await result > 1000));
+page_test('three.js, patch by patch', { files: page(block('three.js', 1), ['scene', 'psplit']), script: async () => {
+  const { scene, psplit } = await import('/block.js');
+  let facts = null;
+  scene.traverse((object) => { facts ??= object.isMesh ? psplit.patchesOf(object) : null; });
+  return facts.patchCount;
+} }, async ({ result }) => assert.ok(await result > 1));
+page_test('Babylon.js', { files: page(block('Babylon.js'), ['meshes']), script: async () => {
+  const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
+  globalThis.scene = new Scene(new NullEngine());
+  const { meshes } = await import('/block.js');
+  return meshes.reduce((sum, mesh) => sum + mesh.getTotalVertices(), 0);
+} }, async ({ result }) => assert.ok(await result > 100));
+page_test('Babylon.js with psplit/draco', { files: page(block('Babylon.js', 1), ['DracoDecoder']), script: async () => {
+  const { DracoDecoder } = await import('/block.js');
+  const mesh = await DracoDecoder.Default.decodeMeshToMeshDataAsync(await (await fetch('/mesh.drc')).arrayBuffer());
+  DracoDecoder.Default.dispose();
+  return mesh.totalVertices;
+} }, async ({ result, site }) => {
+  assert.ok(await result > 100);
+  assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
+});
+page_test('model-viewer', { files: page(block('model-viewer'), ['ModelViewerElement']), script: async () => {
+  const { ModelViewerElement } = await import('/block.js');
+  return ModelViewerElement.dracoDecoderLocation;
+} }, async ({ result }) => assert.equal(await result, '/psplit/draco/'));
+page_test("three's DRACOLoader", { files: page(block('In place of draco3d'), ['loader']), script: async () => {
+  const { loader } = await import('/block.js'), geometry = await loader.loadAsync('/mesh.drc');
+  loader.dispose();
+  return geometry.index.count;
+} }, async ({ result, site }) => {
+  assert.ok(await result > 100);
+  assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
+});
+
+test('each block is tested', () => {
+  const all = Object.entries(blocks).flatMap(([heading, list]) => list.map((_, i) => `${heading} ${i}`));
+  assert.deepEqual([...tested].sort(), all.sort());
+});
