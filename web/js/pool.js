@@ -144,12 +144,13 @@ class Pool {
     const member = { worker: null, is_up: false, task: null, timer: undefined };
     this.#members.add(member);
     try {
-      const module = await this.#load();
+      const module = this.#load();  // at the same time as the worker
+      module.catch(() => {});
       const worker = await start_worker((message) => this.#receive(member, message), (error) => this.#fail(member, error));
       if (!this.#members.has(member)) return worker.end();
       member.worker = worker;
       worker.hold();
-      worker.post({ module });
+      worker.post({ module: await module });
     } catch (error) {
       this.#fail(member, error);
     }
