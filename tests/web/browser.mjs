@@ -76,7 +76,7 @@ export async function start_site({ files = {}, headers = {}, types = {}, script,
       ...(typeof headers === 'function' ? headers(url) : headers) });
     response.end(body ?? '');
   });
-  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
+  await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve).unref());
   return { origin: `http://127.0.0.1:${server.address().port}`, requests, close: () => server.close() && server.closeAllConnections() };
 }
 
