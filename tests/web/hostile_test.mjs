@@ -9,7 +9,8 @@ import { checked_module, compressed_primitives, package_folder, random_numbers, 
 import { streams } from './stock_draco.mjs';
 
 const { Decoder } = await import(pathToFileURL(path.join(package_folder, 'instance.js')));
-const decoder = new Decoder(await WebAssembly.compile(readFileSync(checked_module)));
+const checked = await WebAssembly.compile(readFileSync(checked_module));
+const decoder = new Decoder(checked), team = [0, 1, 2].map(() => new Decoder(checked));
 
 const below = random_numbers(17);
 
@@ -51,4 +52,38 @@ for (const name of ['version-1.glb', 'patches.glb', 'residue.glb', 'condensed.gl
   test(`500 mutants of ${name}`, () => {
     const [{ bytes, attributes }] = compressed_primitives(path.join(samples, name), 'PSPLIT_mesh_draco_patches');
     run('container', attributes, [bytes], 500);
+  });
+
+// Decodes as the workers of a pool do, but in one thread.
+async function decode_in_parts(bytes, attributes, part_count, is_shared) {
+  const channels = Array.from({ length: part_count - 1 }, () => new MessageChannel());
+  const results = await Promise.allSettled(team.slice(0, part_count).map((member, part) => member.run_part({
+    kind: 'container', bytes, attributes, part, part_count, is_shared,
+    ports: part === 0 ? channels.map(({ port1 }) => port1) : [channels[part - 1].port2] })));
+  assert.ok(results.slice(1).every(({ status, value }) => status === 'fulfilled' && value === undefined));
+  if (results[0].status === 'rejected') throw results[0].reason;
+  return results[0].value;
+}
+// The result, or the error as data.
+async function outcome(run) {
+  try {
+    const { indices, attributes, ...rest } = await run();
+    return { ...rest, arrays: [indices, ...attributes.map(({ array }) => array)].map((array) => array.constructor.from(array)) };
+  } catch ({ name, code, patch, message }) {
+    return { name, code, patch, message };
+  }
+}
+
+for (const name of ['version-1.glb', 'patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'condensed-residue.glb'])
+  test(`200 mutants of ${name} in several parts`, { timeout: 120000 }, async () => {
+    const [{ bytes, attributes }] = compressed_primitives(path.join(samples, name), 'PSPLIT_mesh_draco_patches');
+    let refused = 0, of_patches = 0;
+    for (let i = 0; i < 200; ++i) {
+      const mutant = i === 0 ? bytes : mutate(bytes);
+      const expected = await outcome(() => decoder.run({ kind: 'container', bytes: mutant, attributes }));
+      refused += expected.code !== undefined;
+      of_patches += expected.patch !== undefined;
+      assert.deepEqual(await outcome(() => decode_in_parts(mutant, attributes, 2 + (i % 2), i % 4 > 1)), expected, `mutant ${i}`);
+    }
+    assert.ok(refused > 20 && refused < 200 && of_patches > 0, `${refused} refused, ${of_patches} for a patch`);
   });

@@ -52,10 +52,12 @@ test('parts are the mesh, and progress is complete', () => with_pool({ workers: 
   for (const { name, bytes, attributes } of containers)
     for (const workers of [1, 2, 3]) {
       const parts = [], progress = [];
-      const mesh = await pool.decodePatches(bytes, { attributes, workers, onPart: (part) => parts.push(part),
+      const mesh = await pool.decodePatches(bytes, { attributes, workers, onPart: (part, counts) => parts.push([part, counts]),
         onProgress: (...counts) => progress.push(counts) });
       assert.deepEqual(mesh, await psplit.decodeContainer(bytes, { attributes }));
-      check_parts(parts, mesh, name);
+      check_parts(parts.map(([part]) => part), mesh, name);
+      const { firstFaces, firstPoints, indices, attributes: arrays, ...counts } = mesh;
+      for (const [, of_part] of parts) assert.deepEqual(of_part, counts);
       const total = mesh.firstFaces.length - 1;
       assert.ok(progress.every(([done, of], i) => of === total && done > (i === 0 ? 0 : progress[i - 1][0])), String(progress));
       assert.equal(progress.at(-1)[0], total);

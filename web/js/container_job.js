@@ -1,7 +1,7 @@
 // Decoding a container: by one instance of the module, or by several workers that share its streams.
 //
 // A job has `bytes` and `attributes`. With `reports`, the worker posts { done, total } of streams on the way; with
-// `parts`, also { part } for the streams themselves.
+// `parts`, also { part, counts } for the streams themselves, with the counts of the mesh.
 //
 // A job of several workers has `part_count`, `is_shared`, and `part` and `ports` of each. Part 0 is the lead, which has
 // a port for each helper; helpers have one. All decode a range of streams each. Then each helper sends one message to
@@ -10,20 +10,21 @@
 import { array_of, Container } from './container.js';
 import { error_from_data, error_to_data } from './error.js';
 
-// The part of a helper's work that the lead decodes: it also assembles the mesh.
-const kShareOfLead = 0.9, kShareOfLeadIfShared = 1;
+// The time for assembling a mesh, as a part of the time for decoding it on one worker.
+const kAssembling = 0.045;
 const kReportMs = 16;
 
 // Stages at which a job fails. A failure of an earlier stage comes before others, and then that of the lowest stream:
 // so the error is the one that one worker has. Faults of a worker itself come last.
 const kBegin = 0, kReferences = 2, kWorker = 3;
 
-// The streams of a part: [first, end). Parts have about the same number of faces, but the lead's.
+// The streams of a part: [first, end). Parts have about the same number of faces, except that the lead, which assembles
+// the mesh, has less.
 function range_of({ first_faces, stream_count, face_count }, { part, part_count, is_shared }) {
-  const share = is_shared ? kShareOfLeadIfShared : kShareOfLead;
+  const assembling = is_shared ? 0 : kAssembling;
   const bound = (i) => {
     if (i === 0 || i === part_count) return i === 0 ? 0 : stream_count;
-    const faces = (face_count * (share + i - 1)) / (share + part_count - 1);
+    const faces = face_count * Math.max(0, (i * (1 + assembling)) / part_count - assembling);
     const at = first_faces.findIndex((first) => first >= faces);
     return faces - first_faces[at - 1] < first_faces[at] - faces ? at - 1 : at;
   };
@@ -67,31 +68,27 @@ function reporter(container, first, end, { reports, parts }, post) {
     const now = performance.now();
     if (now - last < kReportMs && at < end) return;
     last = now;
-    if (parts) for (const part of decoded_parts(container, reported, at)) post({ part });
+    if (parts) for (const part of decoded_parts(container, reported, at)) post({ part, counts: counts_of(container) });
     reported = at;
     post({ done: at - first, total: container.stream_count });
   };
 }
 
-function result_of(container, [indices, ...values]) {
-  const { attributes, face_count, first_faces, first_points, has_residue, point_count, stream_count, version } = container;
-  return { faceCount: face_count, pointCount: point_count, version, patchCount: stream_count - (has_residue ? 1 : 0),
-    hasResidue: has_residue, firstFaces: first_faces, firstPoints: first_points, indices,
-    attributes: with_arrays(attributes, values) };
-}
+const counts_of = ({ face_count, has_residue, point_count, stream_count, version }) => ({ faceCount: face_count,
+  pointCount: point_count, version, patchCount: stream_count - (has_residue ? 1 : 0), hasResidue: has_residue });
+const result_of = (container, [indices, ...values]) => ({ ...counts_of(container), firstFaces: container.first_faces,
+  firstPoints: container.first_points, indices, attributes: with_arrays(container.attributes, values) });
 
 export function decode_alone(instance, job, post) {
-  return instance.guarded(() => {
-    const container = opened(instance, job);
-    try {
-      container.begin(0, container.stream_count);
-      const failure = container.decode(reporter(container, 0, container.stream_count, job, post));
-      if (failure !== undefined) throw failure.error;
-      return result_of(container, container.arrays().map((view) => view.slice()));
-    } finally {
-      container.free();
-    }
-  });
+  const container = opened(instance, job);
+  try {
+    container.begin(0, container.stream_count);
+    const failure = container.decode(reporter(container, 0, container.stream_count, job, post));
+    if (failure !== undefined) throw failure.error;
+    return result_of(container, container.arrays().map((view) => view.slice()));
+  } finally {
+    container.free();
+  }
 }
 
 // Calls use(), and returns a failure if it has one or throws.

@@ -43,13 +43,19 @@ export interface DecodedMesh {
   attributes: DecodedAttribute[];
 }
 
-export interface DecodedContainer extends DecodedMesh {
+/** What a container says of its mesh. */
+export interface ContainerCounts {
+  faceCount: number;
+  pointCount: number;
   /** Of the container: 1, 2 or 3. */
   version: number;
   /** Without the residue. */
   patchCount: number;
   /** Whether a residue follows the patches: faces and points that no patch can carry. It counts as one more patch below. */
   hasResidue: boolean;
+}
+
+export interface DecodedContainer extends DecodedMesh, ContainerCounts {
   /** Patch i has the faces from `firstFaces[i]` to `firstFaces[i + 1]`. The last number is the count of faces. */
   firstFaces: Uint32Array;
   /** The same for points: each point belongs to one patch. Faces also use points of patches before theirs. */
@@ -145,8 +151,8 @@ export interface Pool {
   ready(): Promise<void>;
   decodeDraco(data: Bytes, options?: { attributes?: DracoAttributeRequest[] } & JobOptions): Promise<DecodedMesh>;
   decodeContainer(data: Bytes, options?: ContainerOptions): Promise<DecodedContainer>;
-  /** The same. Calls onPart with the patches as they are decoded, all before the promise resolves. */
-  decodePatches(data: Bytes, options: ContainerOptions & { onPart: (part: DecodedPart) => void }): Promise<DecodedContainer>;
+  /** The same. Calls onPart with the patches as they are decoded, all before the promise resolves. `mesh`: of the whole. */
+  decodePatches(data: Bytes, options: ContainerOptions & { onPart: (part: DecodedPart, mesh: ContainerCounts) => void }): Promise<DecodedContainer>;
   /** Ends all workers. Jobs that are not done reject with the code `aborted`. */
   dispose(): void;
 }

@@ -43,6 +43,11 @@ export class Instance {
     });
   }
 
+  // `options` and `post`: container_job.js says what they are.
+  decode_container(bytes, attributes, options, post) {
+    return this.guarded(() => decode_alone(this, { ...options, bytes, attributes }, post));
+  }
+
   #stream_attribute(stream, i) {
     const [semantic, type, component_count, normalized, unique_id] =
       this.#words(this.#exports.stream_attribute(stream, i), 9);
@@ -142,7 +147,8 @@ export class Decoder {
   run(job, post) {
     const instance = this.#take();
     try {
-      return job.kind === 'draco' ? instance.decode_draco(job.bytes, job.attributes) : decode_alone(instance, job, post);
+      return job.kind === 'draco' ? instance.decode_draco(job.bytes, job.attributes)
+        : instance.decode_container(job.bytes, job.attributes, job, post);
     } finally {
       this.#give_back();
     }

@@ -171,7 +171,7 @@ class Pool {
     }
   }
 
-  #receive(member, { is_up, id, done, total, part, result, error }) {
+  #receive(member, { is_up, id, done, total, part, counts, result, error }) {
     if (is_up) {
       member.is_up = true;
       return this.#rest([member]);
@@ -179,7 +179,7 @@ class Pool {
     const { task } = member;
     if (task === null || task.id !== id) return;
     try {
-      if (part !== undefined) return task.deliver(part);
+      if (part !== undefined) return task.deliver(part, counts);
       if (done !== undefined) return task.progress(member, done, total);
       if (result !== undefined) task.complete(result);
     } catch (cause) {

@@ -2,8 +2,10 @@
 import { part_of } from './container_job.js';
 import { PsplitError } from './error.js';
 
-// A container has a worker for this many of its bytes.
-const kBytesOfWorker = 30000;
+// A container has a worker for this many of its bytes. Two workers are faster than one from about 150,000 bytes on, which
+// are 40,000 faces with normals and texture coordinates, or 80,000 with positions alone: measured with
+// bench/web/workers.mjs in Node.js on two processors.
+const kBytesOfWorker = 75000;
 
 // The number of streams that a container has, or claims to have.
 const stream_count_of = (bytes) =>
@@ -58,13 +60,13 @@ export class Task {
     if (done > this.#reported) this.#on_progress?.((this.#reported = done), total);
   }
 
-  deliver(part) {
+  deliver(part, counts) {
     for (let i = part.patches[0]; part.isFinal && i < part.patches[1]; ++i) this.#is_final.add(i);
-    this.#on_part(part);
+    this.#on_part(part, counts);
   }
 
   // Delivers the streams that were not delivered on the way, or lacked faces.
-  complete({ attributes, firstFaces, firstPoints, indices }) {
+  complete({ attributes, firstFaces, firstPoints, indices, ...counts }) {
     if (firstFaces === undefined) return;  // a Draco stream
     const total = firstFaces.length - 1, is_final = (i) => this.#is_final.has(i);
     for (let first = 0, end; this.#on_part !== undefined && first < total; first = end) {
@@ -73,7 +75,7 @@ export class Task {
       const values = attributes.map(({ array, componentCount }) =>
         array.subarray(componentCount * firstPoints[first], componentCount * firstPoints[end]));
       const faces = indices.subarray(3 * firstFaces[first], 3 * firstFaces[end]);
-      this.#on_part(part_of(attributes, firstFaces, firstPoints, first, end, [faces, ...values], true));
+      this.#on_part(part_of(attributes, firstFaces, firstPoints, first, end, [faces, ...values], true), counts);
     }
     this.#report(total, total);
   }
