@@ -1,23 +1,21 @@
 // Measures decoders of the web on the same meshes, in one process, in turn:
 //
-//   node bench.mjs FOLDER ROUNDS [--rival FILE]...     the tables of docs/web.md, as Markdown
+//   node bench.mjs FOLDER ROUNDS [--only NAMES] [--rival FILE]...   the tables of docs/web.md, as Markdown
 //   node bench.mjs --first NUMBER FOLDER MESH [--rival FILE]...   the CPU time that decoder NUMBER takes for a page's first mesh
 //
 // Each decoder has an instance of its own. Its first calls are not counted: code is compiled while they run. Times are medians
 // of the rounds after them. A ratio is the median of the rounds' ratios, so that what slows the machine down slows both.
 import { execFileSync } from 'node:child_process';
-import { readFileSync } from 'node:fs';
-import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
 import { brotliCompressSync } from 'node:zlib';
 import { measured } from './cpu_time.mjs';
-import { calling_thread, in_workers } from './decoders.mjs';
+import { calling_thread, code_of_pages, in_workers } from './decoders.mjs';
 import { names_in, read_mesh, read_primitive } from './meshes.mjs';
 
-const { values: { first, rival: rivals }, positionals: [folder, argument] } = parseArgs({ allowPositionals: true,
-  options: { first: { type: 'string' }, rival: { type: 'string', multiple: true, default: [] } } });
-const decoders = await calling_thread(rivals);
+const { values: { first, only, rival: rivals }, positionals: [folder, argument] } = parseArgs({ allowPositionals: true,
+  options: { first: { type: 'string' }, only: { type: 'string', default: 'warm,workers,first,code' }, rival: { type: 'string', multiple: true, default: [] } } });
+const decoders = await calling_thread(rivals), workers = in_workers();
 
 const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
 const geometric_mean = (values) => Math.exp(values.reduce((sum, value) => sum + Math.log(value), 0) / values.length);
@@ -61,60 +59,64 @@ async function run_rounds(list, mesh, rounds) {
   return summary;
 }
 
-const kWarmUpRounds = 3, rounds = Number(argument), names = names_in(folder), workers = in_workers();
-const ratios = new Map(), of_workers = new Map();  // by decoder
-const add = (map, list, summary) => list.forEach(({ name }, i) => map.set(name, [...map.get(name) ?? [], summary[i]]));
+const kWarmUpRounds = 3, rounds = Number(argument), names = names_in(folder);
 const is_generated = (name) => !name.startsWith('corpus-');
-const worker_tables = [];
+const title_of = (name, { faces, attributes }) => `${name}: ${count(faces)} faces, ${attributes.join(', ')}`;
 
-for (const name of names) {
-  const mesh = await read_mesh(folder, name);
-  const title = `${name}: ${count(mesh.faces)} faces, ${mesh.attributes.join(', ')}`;
-  const summary = await run_rounds(decoders, mesh, rounds);
-  add(ratios, decoders, summary);
-  const bytes_of = (stored) => (stored === 'meshopt' ? `${count(mesh.meshopt.bytes.length)} (${count(mesh.meshopt.zstd_bytes)} with zstd)`
-    : count(mesh[stored].bytes.length));
-  if (is_generated(name)) {
-    console.log(`### ${title}\n`);
-    print_table(['decoder', 'bytes of the mesh', 'CPU ms', `times ${decoders[0].name}`, 'wall ms', 'heap, MiB'], decoders.map(({ name, stored }, i) =>
-      [name, bytes_of(stored), fixed(summary[i].cost), fixed(summary[i].ratio, 2), fixed(summary[i].wall),
+async function print_warm() {
+  const of_decoders = decoders.map(() => []);
+  for (const name of names) {
+    const mesh = await read_mesh(folder, name), summary = await run_rounds(decoders, mesh, rounds);
+    summary.forEach((of_mesh, i) => of_decoders[i].push(of_mesh));
+    if (!is_generated(name)) continue;
+    const bytes_of = (stored) => (stored === 'meshopt' ? `${count(mesh.meshopt.bytes.length)} (${count(mesh.meshopt.zstd_bytes)} with zstd)`
+      : count(mesh[stored].bytes.length));
+    console.log(`### ${title_of(name, mesh)}\n`);
+    print_table(['decoder', 'bytes of the mesh', 'CPU ms', `times ${decoders[0].name}`, 'wall ms', 'heap, MiB'], decoders.map((decoder, i) =>
+      [decoder.name, bytes_of(decoder.stored), fixed(summary[i].cost), fixed(summary[i].ratio, 2), fixed(summary[i].wall),
         summary[i].memory === undefined ? '' : fixed(summary[i].memory / 2 ** 20)]));
-    const in_pool = await run_rounds(workers, mesh, rounds);
-    add(of_workers, workers, in_pool);
-    worker_tables.push([title, workers.map(({ name }, i) => [name, fixed(in_pool[i].main), fixed(in_pool[i].busiest), fixed(in_pool[i].ratio, 2),
-      fixed(in_pool[i].wall), fixed(in_pool[i].wall_ratio, 2)])]);
+  }
+  console.log(`### All ${names.length} meshes: times ${decoders[0].name}\n`);
+  print_table(['decoder', 'CPU time, geometric mean', 'worst', 'heap, geometric mean', 'largest'], decoders.map(({ name }, i) => {
+    const ratios = of_decoders[i].map(({ ratio }) => ratio), heaps = of_decoders[i].map(({ memory }, m) => memory / of_decoders[0][m].memory);
+    return [name, fixed(geometric_mean(ratios), 2), fixed(Math.min(...ratios), 2),
+      ...(of_decoders[i][0].memory === undefined ? ['', ''] : [fixed(geometric_mean(heaps), 2), fixed(Math.max(...heaps), 2)])];
+  }));
+}
+
+async function print_workers() {
+  console.log('### In workers: CPU time of the main thread and of the busiest worker\n');
+  for (const name of names.filter(is_generated)) {
+    const mesh = await read_mesh(folder, name), summary = await run_rounds(workers, mesh, rounds);
+    console.log(`${title_of(name, mesh)}\n`);
+    print_table(['loader', 'main ms', 'busiest worker ms', `both, times ${workers[0].name}`, 'wall ms', 'wall, times'], workers.map((loader, i) =>
+      [loader.name, ...['main', 'busiest'].map((key) => fixed(summary[i][key])), fixed(summary[i].ratio, 2), fixed(summary[i].wall),
+        fixed(summary[i].wall_ratio, 2)]));
   }
 }
 
-console.log(`### All ${ratios.get(decoders[0].name).length} meshes: times ${decoders[0].name}\n`);
-print_table(['decoder', 'CPU time, geometric mean', 'worst', 'heap, geometric mean', 'largest'], decoders.map(({ name }) => {
-  const all = ratios.get(name), heaps = all.map(({ memory }, i) => memory / ratios.get(decoders[0].name)[i].memory);
-  return [name, fixed(geometric_mean(all.map(({ ratio }) => ratio)), 2), fixed(Math.min(...all.map(({ ratio }) => ratio)), 2),
-    ...(all[0].memory === undefined ? ['', ''] : [fixed(geometric_mean(heaps), 2), fixed(Math.max(...heaps), 2)])];
-}));
-
-console.log('### In workers: CPU time of the main thread and of the busiest worker\n');
-for (const [title, rows] of worker_tables) {
-  console.log(`${title}\n`);
-  print_table(['loader', 'main ms', 'busiest worker ms', `both, times ${workers[0].name}`, 'wall ms', 'wall, times'], rows);
+function print_first() {
+  const script = fileURLToPath(import.meta.url), kRounds = 5, meshes = names.filter((name) => ['small', 'terrain'].includes(name));
+  console.log('### The first mesh of a page: CPU time of loading the decoder and decoding, each in a process of its own\n');
+  for (const mesh of meshes) {
+    const times = decoders.map(() => []);
+    for (let round = 0; round < kRounds; ++round) {
+      for (const d of decoders.keys())
+        times[d].push(JSON.parse(execFileSync(process.execPath, [script, '--first', d, folder, mesh, ...rivals.flatMap((file) => ['--rival', file])])));
+    }
+    const time = (d, which) => median(times[d].map((both) => both[which]));
+    console.log(`${mesh}\n`);
+    print_table(['decoder', 'main thread, ms', `times ${decoders[0].name}`, 'all threads, ms', 'times'], decoders.map(({ name }, d) =>
+      [name, ...[0, 1].flatMap((which) => [fixed(time(d, which)), fixed(time(0, which) / time(d, which), 2)])]));
+  }
 }
 
-console.log('### The first mesh of a page: CPU time of loading the decoder and decoding, each in a process of its own\n');
-const script = fileURLToPath(import.meta.url), kFirstRounds = 5, firsts = names.filter(is_generated);
-const of_first = decoders.map(() => firsts.map(() => []));
-for (let round = 0; round < kFirstRounds; ++round)
-  for (const [d] of decoders.entries())
-    for (const [m, name] of firsts.entries())
-      of_first[d][m].push(JSON.parse(execFileSync(process.execPath, [script, '--first', d, folder, name, ...rivals.flatMap((file) => ['--rival', file])])));
-for (const [m, name] of firsts.entries()) {
-  const time = (d, which) => median(of_first[d][m].map((times) => times[which]));
-  console.log(`${name}\n`);
-  print_table(['decoder', 'main thread, ms', `times ${decoders[0].name}`, 'all threads, ms', 'times'], decoders.map(({ name }, d) =>
-    [name, ...[0, 1].flatMap((which) => [fixed(time(d, which)), fixed(time(0, which) / time(d, which), 2)])]));
+async function print_code() {
+  console.log('### Code that a page loads\n');
+  const total = (parts, bytes_of) => count(parts.reduce((sum, part) => sum + bytes_of(part), 0));
+  print_table(['decoder', 'bytes', 'brotli'], (await code_of_pages(rivals)).map(([name, parts]) =>
+    [name, total(parts, (part) => part.length), total(parts, (part) => brotliCompressSync(part).length)]));
 }
 
-console.log('### Code that a page loads\n');
-const brotli = (file) => brotliCompressSync(readFileSync(file)).length;
-print_table(['decoder', 'files', 'bytes', 'brotli'], decoders.filter(({ code }, i) => decoders.findIndex((other) => `${other.code}` === `${code}`) === i)
-  .map(({ name, code }) => [name, code.map((file) => path.basename(file)).join(', '), count(code.reduce((sum, file) => sum + readFileSync(file).length, 0)),
-    count(code.reduce((sum, file) => sum + brotli(file), 0))]));
+const tables = { warm: print_warm, workers: print_workers, first: print_first, code: print_code };
+for (const name of only.split(',')) await tables[name]();

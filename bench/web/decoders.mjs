@@ -1,6 +1,6 @@
 // The decoders that bench.mjs measures. Each one decodes a mesh to arrays of indices and attributes:
 //
-//   { name, stored, code, create() }    `stored`: in which coding the mesh is stored; `code`: the files that a page loads
+//   { name, stored, create() }    `stored`: in which coding the mesh is stored
 //   create() resolves to { run(primitive), memory? }, an instance of its own. run() may be asynchronous; memory() is the
 //   bytes of its WebAssembly memory, which never shrinks.
 //
@@ -40,7 +40,7 @@ function decode_by_interface(draco, { bytes, attributes }) {
   draco.destroy(decoder);
 }
 
-const by_interface = (name, code, create_module) => ({ name, stored: 'stock', code, async create() {
+const by_interface = (name, create_module) => ({ name, stored: 'stock', async create() {
   const draco = await create_module();
   return { run: (primitive) => decode_by_interface(draco, primitive), memory: () => draco.HEAP8.length };
 } });
@@ -50,14 +50,17 @@ const three_module = () => new Function('require', '__dirname',
   `${readFileSync(`${of_three}draco_wasm_wrapper.js`)}; return DracoDecoderModule;`)(createRequire(import.meta.url), of_three)(
   { wasmBinary: readFileSync(`${of_three}draco_decoder.wasm`) });
 
-const package_code = ['psplit.wasm', 'index.js', 'error.js', 'files.js', 'instance.js', 'job.js', 'module.js', 'pool.js', 'worker.js'].map(in_package);
-const by_instance = (name, stored, decode) => ({ name, stored, code: package_code, async create() {
-  const { Instance } = await load(in_package('instance.js'));
+const by_instance = (name, stored, kind) => ({ name, stored, async create() {
+  const [{ Instance }, { decode_alone }, { make_job }] = await Promise.all(['instance.js', 'container_job.js', 'job.js'].map((file) => load(in_package(file))));
   const instance = new Instance(await WebAssembly.compile(readFileSync(in_package('psplit.wasm'))));
-  return { run: ({ bytes, attributes }) => void instance[decode](bytes, attributes), memory: () => instance.memory_bytes };
+  return { memory: () => instance.memory_bytes, run({ bytes, attributes }) {
+    const job = make_job(kind, bytes, { attributes });
+    if (kind === 'draco') instance.decode_draco(job.bytes, job.attributes);
+    else decode_alone(instance, job, () => {});
+  } };
 } });
 
-const meshoptimizer = { name: 'meshopt_decoder', stored: 'meshopt', code: [in_modules('meshoptimizer/meshopt_decoder.mjs')], async create() {
+const meshoptimizer = { name: 'meshopt_decoder', stored: 'meshopt', async create() {
   const { MeshoptDecoder } = await load(in_modules('meshoptimizer/meshopt_decoder.mjs'));
   await MeshoptDecoder.ready;
   return { run({ index_count, point_count, indices, streams }) {
@@ -67,24 +70,21 @@ const meshoptimizer = { name: 'meshopt_decoder', stored: 'meshopt', code: [in_mo
   } };
 } };
 
+const rivals_of = (files) => Promise.all(files.map(async (file) => ({ ...await load(path.resolve(file)), folder: path.dirname(file) })));
+
 /** Decoders on the calling thread. The first is what the others are compared with. */
-export async function calling_thread(rivals) {
-  const of_files = await Promise.all(rivals.map(async (file) => {
-    const { name, code, decode } = await load(path.resolve(file));
-    return { name, stored: 'stock', code: code.map((part) => path.resolve(path.dirname(file), part)),
-      create: async () => ({ run: ({ bytes, attributes }) => void decode(bytes, attributes) }) };
-  }));
-  const node_code = (folder) => ['draco_decoder_nodejs.js', 'draco_decoder.wasm'].map((file) => in_modules(`${folder}/${file}`));
+export async function calling_thread(rival_files) {
+  const of_files = (await rivals_of(rival_files)).map(({ name, decode }) => ({ name, stored: 'stock',
+    create: async () => ({ run: ({ bytes, attributes }) => void decode(bytes, attributes) }) }));
   return [
-    by_interface('draco3d 1.5.7', node_code('draco3d'), () => require_module('draco3d').createDecoderModule({})),
-    by_interface('draco3d 1.5.9', node_code('draco3d-newest'), () => require_module('draco3d-newest').createDecoderModule({})),
-    by_interface("three's draco_decoder", ['draco_wasm_wrapper.js', 'draco_decoder.wasm'].map((file) => of_three + file), three_module),
+    by_interface('draco3d 1.5.7', () => require_module('draco3d').createDecoderModule({})),
+    by_interface('draco3d 1.5.9', () => require_module('draco3d-newest').createDecoderModule({})),
+    by_interface("three's draco_decoder", three_module),
     ...of_files,
-    by_interface('psplit/draco', ['draco_wasm_wrapper.js', 'draco_decoder.wasm'].map((file) => in_package(`draco/${file}`)),
-      () => require_module(in_package('draco/draco_wasm_wrapper.js'))()),
-    by_instance('psplit, one stream', 'stock', 'decode_draco'),
-    by_instance('psplit, patches', 'patches', 'decode_container'),
-    by_instance('psplit, condensed', 'condensed', 'decode_container'),
+    by_interface('psplit/draco', () => require_module(in_package('draco/draco_wasm_wrapper.js'))()),
+    by_instance('psplit, one stream', 'stock', 'draco'),
+    by_instance('psplit, patches', 'patches', 'container'),
+    by_instance('psplit, condensed', 'condensed', 'container'),
     meshoptimizer,
   ];
 }
@@ -104,9 +104,9 @@ async function three_loader() {
   } };
 }
 
-const by_pool = (name, stored, workers, decode) => ({ name, stored, async create() {
+const by_pool = (name, stored, workers, decode, shared = false) => ({ name, stored, async create() {
   const { createPool } = await load(in_package('index.js'));
-  const pool = createPool({ workers, idleMs: 1e6 });
+  const pool = createPool({ workers, shared, idleMs: 1e6 });
   return { run: ({ bytes, attributes }) => pool[decode](bytes, { attributes }), end: () => pool.dispose() };
 } });
 
@@ -121,5 +121,27 @@ export const in_workers = () => [
   by_pool('psplit, one stream, 1 worker', 'stock', 1, 'decodeDraco'),
   by_pool('psplit, patches, 1 worker', 'patches', 1, 'decodeContainer'),
   by_pool('psplit, patches, 2 workers', 'patches', 2, 'decodeContainer'),
+  by_pool('psplit, patches, 2 workers, shared memory', 'patches', 2, 'decodeContainer', true),
   by_pool('psplit, condensed, 2 workers', 'condensed', 2, 'decodeContainer'),
 ];
+
+/** What a page loads, as [name, [texts and bytes]]. psplit's code is minified, as the others' is, without the loader's own. */
+export async function code_of_pages(rival_files) {
+  const minified = async (name) => (await require_module('esbuild').build({ entryPoints: [in_package(name)], bundle: true, minify: true,
+    format: 'esm', write: false, external: ['three', 'three/*'], logLevel: 'error' })).outputFiles[0].contents;
+  const script = async (file) => (await require_module('esbuild').transform(readFileSync(in_package(file), 'utf8'), { minify: true })).code;
+  const files = (folder, ...names) => names.map((name) => readFileSync(path.join(folder, name)));
+  const wasm = readFileSync(in_package('psplit.wasm')), worker = await minified('worker.js');
+  return [
+    ['draco3d 1.5.7 (for Node.js)', files(in_modules('draco3d'), 'draco_decoder_nodejs.js', 'draco_decoder.wasm')],
+    ['draco3d 1.5.9 (for Node.js)', files(in_modules('draco3d-newest'), 'draco_decoder_nodejs.js', 'draco_decoder.wasm')],
+    ["three's draco_decoder", files(of_three, 'draco_wasm_wrapper.js', 'draco_decoder.wasm')],
+    ...(await rivals_of(rival_files)).map(({ name, code, folder }) => [name, files(folder, ...code)]),
+    ['meshopt_decoder', files(in_modules('meshoptimizer'), 'meshopt_decoder.mjs')],
+    ['psplit/draco', [await script('draco/draco_wasm_wrapper.js'), readFileSync(in_package('draco/draco_decoder.wasm'))]],
+    ['psplit', [wasm, await minified('index.js'), worker]],
+    ['psplit/three', [wasm, await minified('three.js'), worker]],
+    ['psplit/babylon', [wasm, await minified('babylon.js'), worker]],
+    ['psplit/inline', files(package_folder, 'inline.js')],
+  ];
+}
