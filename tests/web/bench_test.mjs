@@ -1,0 +1,26 @@
+// The decoders that scripts/web-bench measures decode. It measures nothing here.
+import assert from 'node:assert/strict';
+import path from 'node:path';
+import test from 'node:test';
+import { calling_thread, code_of_pages, in_workers } from '../../bench/web/decoders.mjs';
+import { compressed_primitives, root } from './load.mjs';
+import { streams } from './stock_draco.mjs';
+
+const [container] = compressed_primitives(path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb'), 'PSPLIT_mesh_draco_patches');
+const [[, bytes]] = streams();
+const meshes = { stock: { bytes, attributes: [{ name: 'POSITION', uniqueId: 0, type: 'float32', componentCount: 3 }] },
+  patches: container, condensed: container };
+
+for (const decoder of [...await calling_thread([]), ...in_workers()].filter(({ stored }) => stored in meshes))
+  test(decoder.name, async () => {
+    const { run, end } = await decoder.create();
+    try {
+      await run(meshes[decoder.stored]);
+    } finally {
+      end?.();
+    }
+  });
+
+test('the code that a page loads', async () => {
+  for (const [name, parts] of await code_of_pages([])) for (const part of parts) assert.ok(part.length > 1000, name);
+});
