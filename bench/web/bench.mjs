@@ -14,7 +14,8 @@ import { calling_thread, code_of_pages, in_workers } from './decoders.mjs';
 import { names_in, read_mesh, read_primitive } from './meshes.mjs';
 
 const { values: { first, only, rival: rivals }, positionals: [folder, argument] } = parseArgs({ allowPositionals: true,
-  options: { first: { type: 'string' }, only: { type: 'string', default: 'warm,workers,first,code' }, rival: { type: 'string', multiple: true, default: [] } } });
+  options: { first: { type: 'string' }, only: { type: 'string', default: 'warm,workers,first,code' },
+    rival: { type: 'string', multiple: true, default: [] } } });
 const decoders = await calling_thread(rivals), workers = in_workers();
 
 const median = (values) => values.toSorted((a, b) => a - b)[values.length >> 1];
@@ -69,16 +70,19 @@ async function print_warm() {
     const mesh = await read_mesh(folder, name), summary = await run_rounds(decoders, mesh, rounds);
     summary.forEach((of_mesh, i) => of_decoders[i].push(of_mesh));
     if (!is_generated(name)) continue;
-    const bytes_of = (stored) => (stored === 'meshopt' ? `${count(mesh.meshopt.bytes.length)} (${count(mesh.meshopt.zstd_bytes)} with zstd)`
+    const bytes_of = (stored) => (stored === 'meshopt'
+      ? `${count(mesh.meshopt.bytes.length)} (${count(mesh.meshopt.zstd_bytes)} with zstd)`
       : count(mesh[stored].bytes.length));
     console.log(`### ${title_of(name, mesh)}\n`);
-    print_table(['decoder', 'bytes of the mesh', 'CPU ms', `times ${decoders[0].name}`, 'wall ms', 'heap, MiB'], decoders.map((decoder, i) =>
+    print_table(['decoder', 'bytes of the mesh', 'CPU ms', `times ${decoders[0].name}`, 'wall ms', 'heap, MiB'],
+      decoders.map((decoder, i) =>
       [decoder.name, bytes_of(decoder.stored), fixed(summary[i].cost), fixed(summary[i].ratio, 2), fixed(summary[i].wall),
         summary[i].memory === undefined ? '' : fixed(summary[i].memory / 2 ** 20)]));
   }
   console.log(`### All ${names.length} meshes: times ${decoders[0].name}\n`);
   print_table(['decoder', 'CPU time, geometric mean', 'worst', 'heap, geometric mean', 'largest'], decoders.map(({ name }, i) => {
-    const ratios = of_decoders[i].map(({ ratio }) => ratio), heaps = of_decoders[i].map(({ memory }, m) => memory / of_decoders[0][m].memory);
+    const ratios = of_decoders[i].map(({ ratio }) => ratio);
+    const heaps = of_decoders[i].map(({ memory }, m) => memory / of_decoders[0][m].memory);
     return [name, fixed(geometric_mean(ratios), 2), fixed(Math.min(...ratios), 2),
       ...(of_decoders[i][0].memory === undefined ? ['', ''] : [fixed(geometric_mean(heaps), 2), fixed(Math.max(...heaps), 2)])];
   }));
@@ -89,7 +93,8 @@ async function print_workers() {
   for (const name of names.filter(is_generated)) {
     const mesh = await read_mesh(folder, name), summary = await run_rounds(workers, mesh, rounds);
     console.log(`${title_of(name, mesh)}\n`);
-    print_table(['loader', 'main ms', 'busiest worker ms', `both, times ${workers[0].name}`, 'wall ms', 'wall, times'], workers.map((loader, i) =>
+    print_table(['loader', 'main ms', 'busiest worker ms', `both, times ${workers[0].name}`, 'wall ms', 'wall, times'],
+      workers.map((loader, i) =>
       [loader.name, ...['main', 'busiest'].map((key) => fixed(summary[i][key])), fixed(summary[i].ratio, 2), fixed(summary[i].wall),
         fixed(summary[i].wall_ratio, 2)]));
   }
@@ -99,14 +104,15 @@ function print_first() {
   const script = fileURLToPath(import.meta.url), kRounds = 5, meshes = names.filter((name) => ['small', 'terrain'].includes(name));
   console.log('### The first mesh of a page: CPU time of loading the decoder and decoding, each in a process of its own\n');
   for (const mesh of meshes) {
-    const times = decoders.map(() => []);
+    const times = decoders.map(() => []), of_rivals = rivals.flatMap((file) => ['--rival', file]);
     for (let round = 0; round < kRounds; ++round) {
       for (const d of decoders.keys())
-        times[d].push(JSON.parse(execFileSync(process.execPath, [script, '--first', d, folder, mesh, ...rivals.flatMap((file) => ['--rival', file])])));
+        times[d].push(JSON.parse(execFileSync(process.execPath, [script, '--first', d, folder, mesh, ...of_rivals])));
     }
     const time = (d, which) => median(times[d].map((both) => both[which]));
     console.log(`${mesh}\n`);
-    print_table(['decoder', 'main thread, ms', `times ${decoders[0].name}`, 'all threads, ms', 'times'], decoders.map(({ name }, d) =>
+    print_table(['decoder', 'main thread, ms', `times ${decoders[0].name}`, 'all threads, ms', 'times'],
+      decoders.map(({ name }, d) =>
       [name, ...[0, 1].flatMap((which) => [fixed(time(d, which)), fixed(time(0, which) / time(d, which), 2)])]));
   }
 }

@@ -24,7 +24,8 @@ async function times_of_threads() {
 export async function measured(run) {
   const before = await times_of_threads(), start = performance.now();
   await run();
-  const wall = performance.now() - start, spent = [...await times_of_threads()].map(([id, time]) => [id, (time - (before.get(id) ?? 0)) / 1e6]);
+  const wall = performance.now() - start;
+  const spent = [...await times_of_threads()].map(([id, time]) => [id, (time - (before.get(id) ?? 0)) / 1e6]);
   const others = spent.filter(([id]) => id !== process.pid).map(([, time]) => time);
   const [[, main]] = spent.filter(([id]) => id === process.pid);
   return { main, busiest: Math.max(0, ...others), all: main + others.reduce((sum, time) => sum + time, 0), wall };

@@ -51,7 +51,8 @@ const three_module = () => new Function('require', '__dirname',
   { wasmBinary: readFileSync(`${of_three}draco_decoder.wasm`) });
 
 const by_instance = (name, stored, kind) => ({ name, stored, async create() {
-  const [{ Instance }, { decode_alone }, { make_job }] = await Promise.all(['instance.js', 'container_job.js', 'job.js'].map((file) => load(in_package(file))));
+  const [{ Instance }, { decode_alone }, { make_job }] = await Promise.all(['instance.js', 'container_job.js', 'job.js']
+    .map((file) => load(in_package(file))));
   const instance = new Instance(await WebAssembly.compile(readFileSync(in_package('psplit.wasm'))));
   return { memory: () => instance.memory_bytes, run({ bytes, attributes }) {
     const job = make_job(kind, bytes, { attributes });
@@ -70,7 +71,8 @@ const meshoptimizer = { name: 'meshopt_decoder', stored: 'meshopt', async create
   } };
 } };
 
-const rivals_of = (files) => Promise.all(files.map(async (file) => ({ ...await load(path.resolve(file)), folder: path.dirname(file) })));
+const rivals_of = (files) => Promise.all(files.map(async (file) =>
+  ({ ...await load(path.resolve(file)), folder: path.dirname(file) })));
 
 /** Decoders on the calling thread. The first is what the others are compared with. */
 export async function calling_thread(rival_files) {
@@ -127,9 +129,10 @@ export const in_workers = () => [
 
 /** What a page loads, as [name, [texts and bytes]]. psplit's code is minified, as the others' is, without the loader's own. */
 export async function code_of_pages(rival_files) {
-  const minified = async (name) => (await require_module('esbuild').build({ entryPoints: [in_package(name)], bundle: true, minify: true,
-    format: 'esm', write: false, external: ['three', 'three/*'], logLevel: 'error' })).outputFiles[0].contents;
-  const script = async (file) => (await require_module('esbuild').transform(readFileSync(in_package(file), 'utf8'), { minify: true })).code;
+  const { build, transform } = require_module('esbuild');
+  const minified = async (name) => (await build({ entryPoints: [in_package(name)], bundle: true, minify: true, format: 'esm',
+    write: false, external: ['three', 'three/*'], logLevel: 'error' })).outputFiles[0].contents;
+  const script = async (file) => (await transform(readFileSync(in_package(file), 'utf8'), { minify: true })).code;
   const files = (folder, ...names) => names.map((name) => readFileSync(path.join(folder, name)));
   const wasm = readFileSync(in_package('psplit.wasm')), worker = await minified('worker.js');
   return [

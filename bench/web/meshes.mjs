@@ -5,18 +5,20 @@ import path from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { compressed_primitives, modules_folder, read_asset } from '../../tests/web/load.mjs';
 
-const kExtensions = { stock: 'KHR_draco_mesh_compression', patches: 'PSPLIT_mesh_draco_patches', condensed: 'PSPLIT_mesh_draco_patches' };
+const kExtensions = { stock: 'KHR_draco_mesh_compression', patches: 'PSPLIT_mesh_draco_patches',
+  condensed: 'PSPLIT_mesh_draco_patches' };
 const largest = (primitives) => primitives.toSorted((a, b) => b.bytes.length - a.bytes.length)[0];
 
 /** The names of a folder's meshes, each with the files NAME.plain.glb, NAME.stock.glb and so on. */
-export const names_in = (folder) => readdirSync(folder).filter((file) => file.endsWith('.stock.glb')).map((file) => file.slice(0, -10))
-  .filter((name) => Object.keys(kExtensions).every((stored) => existsSync(path.join(folder, `${name}.${stored}.glb`))));
+export const names_in = (folder) => readdirSync(folder).filter((file) => file.endsWith('.stock.glb'))
+  .map((file) => file.slice(0, -10)).filter((name) => Object.keys(kExtensions).every((stored) => existsSync(path.join(folder, `${name}.${stored}.glb`))));
 
 /** A mesh in one coding: what a decoder of that coding is given. */
 export async function read_primitive(folder, name, stored) {
   const compressed = (kind) => largest(compressed_primitives(path.join(folder, `${name}.${kind}.glb`), kExtensions[kind]));
   if (stored !== 'meshopt') return compressed(stored);
-  return encoded_by_meshoptimizer(path.join(folder, `${name}.plain.glb`), compressed('stock').attributes.map((attribute) => attribute.name));
+  return encoded_by_meshoptimizer(path.join(folder, `${name}.plain.glb`),
+    compressed('stock').attributes.map((attribute) => attribute.name));
 }
 
 /** A mesh in all codings, with `faces` and the names of its `attributes`. */
@@ -32,7 +34,8 @@ const kComponents = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 // A primitive as gltfpack stores it, on grids as fine as those of the Draco streams: positions of 14 bits, normals of 10, texture
 // coordinates of 12. Triangles are in an order that the codec likes, and points in the order of their use.
 async function encoded_by_meshoptimizer(plain, names) {
-  const { MeshoptEncoder } = await import(pathToFileURL(path.join(modules_folder, 'node_modules/meshoptimizer/meshopt_encoder.js')));
+  const { MeshoptEncoder } = await import(pathToFileURL(
+    path.join(modules_folder, 'node_modules/meshoptimizer/meshopt_encoder.js')));
   await MeshoptEncoder.ready;
   const { json, view_bytes } = read_asset(plain);
   const index_count = (primitive) => json.accessors[primitive.indices]?.count ?? 0;

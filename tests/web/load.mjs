@@ -28,8 +28,8 @@ const corpus = process.env.PSPLIT_CORPUS ?? path.join(root, '../shared/corpus');
 export const corpus_folder = existsSync(corpus) ? corpus : null;
 
 // The native tool, which encodes what tests decode.
-export const gltf_psplit = [process.env.PSPLIT, ...['release', 'bench'].map((build) => path.join(root, 'build', build, 'gltf-psplit')),
-  path.join(root, '../main/build/release/gltf-psplit')].find((file) => file !== undefined && existsSync(file)) ?? null;
+export const gltf_psplit = [process.env.PSPLIT, ...['release', 'bench'].map((build) => path.join(root, 'build', build, 'gltf-psplit'))]
+  .find((file) => file !== undefined && existsSync(file)) ?? null;
 
 export function files_below(folder, pattern) {
   return readdirSync(folder, { recursive: true }).filter((name) => pattern.test(name)).sort()

@@ -6,4 +6,5 @@ export const wasm_file = () => new URL('./psplit.wasm', import.meta.url);
 /** A worker of a page. */
 export const page_worker = () => new Worker(new URL('./worker.js', import.meta.url), { type: 'module' });
 /** A worker of Node.js; NodeWorker is the class of node:worker_threads. */
-export const node_worker = (NodeWorker) => new NodeWorker(new URL(/* webpackIgnore: true */ /* @vite-ignore */ './worker.js', import.meta.url));
+export const node_worker = (NodeWorker) => new NodeWorker(
+  new URL(/* webpackIgnore: true */ /* @vite-ignore */ './worker.js', import.meta.url));

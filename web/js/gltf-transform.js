@@ -176,7 +176,8 @@ export class PsplitMeshDracoPatches extends Extension {
   #change_of(primitive, container, context, decode) {
     const indices = primitive.getIndices(), present = present_attributes(primitive, container);
     if (this.#decoder === undefined) return 'there is no dependency "psplit.decoder" to compare the geometry with its container';
-    if (indices === null || primitive.getMode() !== Primitive.Mode.TRIANGLES) return 'it is not a list of indexed triangles any more';
+    if (indices === null || primitive.getMode() !== Primitive.Mode.TRIANGLES)
+      return 'it is not a list of indexed triangles any more';
     if (present.length === 0) return 'it has no attribute of its container any more';
     const another_type = present.find(({ type, componentCount, accessor }) =>
       kComponentTypes[accessor.getComponentType()] !== type || kComponentCounts[accessor.getType()] !== componentCount);
@@ -230,7 +231,8 @@ export class PsplitMeshDracoPatches extends Extension {
         if (container === undefined) return;
         const view = context.otherBufferViewsIndexMap.get(views.get(container)), definition = json.meshes[m].primitives[p];
         json.bufferViews[view].byteLength = container.bytes.length;
-        const attributes = Object.fromEntries(present_attributes(primitive, container).map(({ name, uniqueId }) => [name, uniqueId]));
+        const attributes = Object.fromEntries(
+          present_attributes(primitive, container).map(({ name, uniqueId }) => [name, uniqueId]));
         definition.extensions = { ...definition.extensions, [kExtensionName]: { bufferView: view, attributes } };
       });
     }

@@ -336,7 +336,8 @@ var DracoDecoderModule = (() => {
       }
     }
     // The calls above are for meshes that psplit decoded.
-    for (const name of Object.getOwnPropertyNames(Decoder.prototype).filter((name) => /^Get/.test(name) && !/EncodedGeometryType/.test(name))) {
+    for (const name of Object.getOwnPropertyNames(Decoder.prototype)) {
+      if (!/^Get(?!EncodedGeometryType)/.test(name)) continue;
       const own = Decoder.prototype[name];
       Decoder.prototype[name] = function (mesh, ...rest) {
         return mesh.theirs_ === undefined ? own.call(this, mesh, ...rest) : call_draco3d(this.theirs_, name, mesh.theirs_, rest);
@@ -348,11 +349,13 @@ var DracoDecoderModule = (() => {
     // Calls draco3d with copies of the arguments that draco3d writes: Draco's arrays, and memory of this module.
     function call_draco3d(object, name, subject, rest) {
       const arrays = rest.filter((argument) => argument?.array_ !== undefined).map((ours) => [ours, new draco3d[ours.name_]()]);
-      const copies = new Map(arrays), size = /Triangles|DataArray/.test(name) ? rest.at(-2) : 0, at = size > 0 ? draco3d._malloc(size) : 0;
+      const copies = new Map(arrays), size = /Triangles|DataArray/.test(name) ? rest.at(-2) : 0;
+      const at = size > 0 ? draco3d._malloc(size) : 0;
       try {
         const result = object[name](subject, ...rest.map((argument, i) =>
           (at !== 0 && i === rest.length - 1 ? at : copies.get(argument) ?? argument)));
-        for (const [ours, theirs] of arrays) ours.array_ = ours.array_.constructor.from({ length: theirs.size() }, (_, i) => theirs.GetValue(i));
+        for (const [ours, theirs] of arrays)
+          ours.array_ = ours.array_.constructor.from({ length: theirs.size() }, (_, i) => theirs.GetValue(i));
         if (at !== 0 && result) new Uint8Array(core.buffer, rest.at(-1), size).set(draco3d.HEAPU8.subarray(at, at + size));
         return result;
       } finally {
