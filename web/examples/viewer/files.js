@@ -1,0 +1,47 @@
+// The files that a user gives, as one asset.
+
+/**
+ * @typedef {object} Asset
+ * @property {string} name
+ * @property {ArrayBuffer} bytes of the .glb or .gltf
+ * @property {number} file_bytes of all files
+ * @property {(url: string) => string} resolve the address of a file that the asset names
+ */
+
+const path_of = (file) => file.path_in_drop || file.webkitRelativePath || file.name;
+
+/** @returns {Promise<Asset>} */
+export async function asset_of(files) {
+  const main = files.find(({ name }) => /\.(glb|gltf)$/i.test(name));
+  if (main === undefined) throw new Error('There is no .glb or .gltf among the files.');
+  const folder = path_of(main).slice(0, -main.name.length);
+  const addresses = new Map(), made = [];
+  const address_of = (file) => {
+    if (!addresses.has(file)) addresses.set(file, made[made.push(URL.createObjectURL(file)) - 1]);
+    return addresses.get(file);
+  };
+  const resolve = (url) => {
+    if (/^(blob|data|https?):/.test(url)) return url;
+    const path = decodeURIComponent(url).replace(/^(\.\/)+/, ''), name = path.split('/').pop();
+    const file = files.find((other) => path_of(other) === folder + path) ?? files.find((other) => other.name === name);
+    return file === undefined ? url : address_of(file);
+  };
+  return { name: main.name, bytes: await main.arrayBuffer(), file_bytes: files.reduce((sum, { size }) => sum + size, 0), resolve };
+}
+
+/** The files of a drop, also those in folders. */
+export async function dropped_files({ items, files }) {
+  // Entries are lost after the first wait.
+  const entries = [...items].map((item) => item.webkitGetAsEntry?.()).filter((entry) => entry != null);
+  if (entries.length === 0) return [...files];
+  const files_of = async (entry) => {
+    if (entry.isFile) {
+      const file = await new Promise((resolve, reject) => entry.file(resolve, reject));
+      return [Object.assign(file, { path_in_drop: entry.fullPath.slice(1) })];
+    }
+    const reader = entry.createReader(), children = [];
+    for (let more; (more = await new Promise((resolve, reject) => reader.readEntries(resolve, reject))).length > 0;) children.push(...more);
+    return (await Promise.all(children.map(files_of))).flat();
+  };
+  return (await Promise.all(entries.map(files_of))).flat();
+}

@@ -1,0 +1,271 @@
+// The page: what the controls do, and what it says about the model.
+import { LoadingManager } from './three/three.module.js';
+import { MeshoptDecoder } from './three/libs/meshopt_decoder.module.js';
+import { GLTFLoader } from './three/loaders/GLTFLoader.js';
+import { createPool } from './psplit/index.js';
+import { PsplitDracoLoader, PsplitPlugin } from './psplit/three.js';
+import { compare } from './comparison.js';
+import { asset_of, dropped_files } from './files.js';
+import { Stage } from './scene.js';
+import { patches_of, streams_of, streams_of_glb } from './streams.js';
+
+const element = (id) => document.getElementById(id);
+const number = (value, digits = 0) => value.toLocaleString('en', { maximumFractionDigits: digits, minimumFractionDigits: digits });
+const size = (bytes) => (bytes < 1e6 ? `${number(bytes / 1e3, bytes < 1e4 ? 1 : 0)} kB` : `${number(bytes / 1e6, 2)} MB`);
+const duration = (ms) => `${number(ms, ms < 10 ? 1 : 0)} ms`;
+const plural = (count, one, many = `${one}s`) => `${number(count)} ${count === 1 ? one : many}`;
+
+const stage = new Stage(element('canvas'));
+let job = new AbortController();  // of the model that is loaded or measured
+let current = null;               // { asset, sample, streams }
+let sample = {};                  // its name and coding
+
+function say_problem(error) {
+  const is_abort = error?.code === 'aborted' || error?.name === 'AbortError';
+  if (is_abort) return;
+  console.warn(error);
+  element('problem').textContent = error.message ?? String(error);
+  element('problem').hidden = false;
+  set_state('failed');
+}
+function set_state(state) {
+  document.body.dataset.state = state;
+  const is_busy = state === 'loading' || state === 'measuring';
+  element('progress').hidden = state !== 'loading';
+  for (const id of ['reload', 'replay', 'measure']) element(id).disabled = is_busy || current === null;
+}
+function show_progress(done, total) {
+  element('bar').max = Math.max(1, total);
+  element('bar').value = done;
+  element('phase').textContent = total > 0 ? 'Decoding' : 'Loading';
+  element('count').textContent = total > 0 ? `${number(done)} of ${plural(total, 'patch', 'patches')}` : '';
+}
+
+// Loads an asset into the stage.
+async function load(asset, of_sample = null) {
+  job.abort();
+  job = new AbortController();
+  const { signal } = job, workers = Math.max(1, Number(element('workers').value) || 1);
+  current = null;
+  element('problem').hidden = true;
+  element('name').textContent = asset.name;
+  element('facts').replaceChildren();
+  element('times').hidden = true;
+  element('compared').textContent = '';
+  set_state('loading');
+  show_progress(0, 0);
+  const pool = createPool({ workers });
+  try {
+    await pool.ready();
+    const { gltf, first_ms, whole_ms } = await decode(asset, pool, signal);
+    const streams = await streams_of(gltf.parser.json, (view) => gltf.parser.getDependency('bufferView', view));
+    signal.throwIfAborted();
+    current = { asset, of_sample, streams, workers };
+    show_facts(gltf, { asset, streams, first_ms, whole_ms, workers });
+    set_state('shown');
+  } finally {
+    pool.dispose();
+  }
+  await show_times(signal);
+}
+
+async function decode(asset, pool, signal) {
+  const ranges = new Map(), meshes = new Map();  // by mesh and primitive
+  const key = ({ mesh, primitive }) => `${mesh} ${primitive}`;
+  const onPart = ({ patches: [first], firstFaces = [] }, use) => {
+    const known = ranges.get(key(use)) ?? ranges.set(key(use), new Map()).get(key(use));
+    for (let i = 0; i + 1 < firstFaces.length; ++i) known.set(first + i, [first + i, firstFaces[i], firstFaces[i + 1]]);
+    for (const mesh of meshes.get(key(use)) ?? []) stage.colour(mesh, known.values());
+  };
+  const onProgress = (done, total) => {
+    show_progress(done, total);
+    stage.draw();
+  };
+  const manager = new LoadingManager().setURLModifier(asset.resolve);
+  const loader = new GLTFLoader(manager).setMeshoptDecoder(MeshoptDecoder).setDRACOLoader(new PsplitDracoLoader({ manager, pool }));
+  loader.register((parser) => new PsplitPlugin(parser, { pool, signal, patchByPatch: element('growing').checked, onProgress, onPart, file: asset.name }));
+  const begin = performance.now();
+  const gltf = await loader.parseAsync(asset.bytes.slice(0), '');
+  signal.throwIfAborted();
+  const first_ms = performance.now() - begin;
+  stage.show(gltf.scene ?? gltf.scenes[0]);
+  for (const mesh of stage.meshes) {
+    const { meshes: number, primitives = 0 } = gltf.parser.associations.get(mesh) ?? {}, use = key({ mesh: number, primitive: primitives });
+    meshes.set(use, [...(meshes.get(use) ?? []), mesh]);
+    if (ranges.has(use)) stage.colour(mesh, ranges.get(use).values());
+  }
+  await gltf.psplit.whole;
+  signal.throwIfAborted();
+  const whole_ms = performance.now() - begin;
+  for (const [i, mesh] of stage.meshes.entries()) colour_whole(gltf, mesh, i);
+  return { gltf, first_ms, whole_ms };
+}
+
+// A patch has a colour; so has a mesh that is one Draco stream.
+function colour_whole({ parser, psplit }, mesh, i) {
+  const facts = psplit.patchesOf(mesh), { meshes, primitives = 0 } = parser.associations.get(mesh) ?? {};
+  const is_stock = parser.json.meshes?.[meshes]?.primitives[primitives].extensions?.KHR_draco_mesh_compression !== undefined;
+  if (facts !== null) {
+    const { firstFaces } = facts;
+    stage.colour(mesh, Array.from({ length: firstFaces.length - 1 }, (_, k) => [k, firstFaces[k], firstFaces[k + 1]]));
+  } else if (is_stock) {
+    stage.colour(mesh, [[i, 0, mesh.geometry.index.count / 3]]);
+  }
+}
+
+function show_facts({ psplit }, { asset, streams, first_ms, whole_ms, workers }) {
+  const geometries = new Map(stage.meshes.map((mesh) => [mesh.geometry, psplit.patchesOf(mesh)]));
+  let triangles = 0, points = 0, decoded = 0, patches = 0, containers = 0;
+  for (const [{ index, attributes }, facts] of geometries) {
+    triangles += (index ?? attributes.position).count / 3;
+    points += attributes.position.count;
+    for (const attribute of new Set([index, ...Object.values(attributes)])) decoded += (attribute?.data ?? attribute)?.array.byteLength ?? 0;
+    if (facts === null) continue;
+    patches += facts.patchCount;
+    ++containers;
+  }
+  const stored = streams.reduce((sum, { bytes }) => sum + bytes.length, 0), stock = streams.filter(({ kind }) => kind === 'draco').length;
+  const versions = new Set([...geometries.values()].filter((facts) => facts !== null).map(({ version }) => version));
+  const rows = [
+    ['Triangles', number(triangles)],
+    ['Points', number(points)],
+    ['Meshes', number(geometries.size)],
+    containers > 0 && ['Patches', `${number(patches)}${versions.has(3) ? ', condensed' : ''}`],
+    stock > 0 && ['Draco streams', number(stock)],
+    ['File', size(asset.file_bytes)],
+    stored > 0 && ['Compressed', `${size(stored)}${triangles > 0 ? `, ${number((8 * stored) / triangles, 1)} bits per triangle` : ''}`],
+    ['Decoded', size(decoded)],
+    element('growing').checked && containers > 0 && ['First triangles after', duration(first_ms)],
+    ['Loaded after', `${duration(whole_ms)} with ${plural(workers, 'worker')}`],
+  ].filter(Boolean);
+  element('facts').replaceChildren(...rows.flatMap(([name, value]) => {
+    const term = document.createElement('dt'), description = document.createElement('dd');
+    term.textContent = name;
+    description.textContent = value;
+    return [term, description];
+  }));
+}
+
+// What is compared with what, in words.
+function comparison_text(streams, { stock, patches }, rounds) {
+  const is_stock = streams.every(({ kind }) => kind === 'draco');
+  const what = is_stock ? `Both decode the same ${streams.length === 1 ? 'Draco stream' : 'Draco streams'}.`
+    : stock !== null ? 'The same mesh in two files: draco3d decodes its stock Draco, psplit also its patches, which it joins to one mesh.'
+      : patches !== null ? 'draco3d decodes each patch as a mesh of its own. psplit decodes them and joins them to one mesh.'
+        : 'draco3d cannot decode condensed patches, so only psplit is measured.';
+  return `${what} Median of ${rounds} runs on this machine, from bytes to arrays on the page, after one run to warm up.`;
+}
+
+// Two rows of the table: the numbers, and a bar.
+function time_rows({ name, what, ms, factor }, most) {
+  const make = (tag, text = '', ...children) => {
+    const made = document.createElement(tag);
+    made.append(text, ...children);
+    return made;
+  };
+  const head = Object.assign(make('th', `${name} `, make('span', what)), { scope: 'row' });
+  const bar = Object.assign(make('td'), { colSpan: 3,
+    innerHTML: `<svg viewBox="0 0 100 1" preserveAspectRatio="none"><rect height="1" width="${(100 * ms) / most}"/></svg>` });
+  const bars = make('tr', bar);
+  bars.className = name === 'psplit' ? 'ours' : '';
+  bars.ariaHidden = 'true';
+  return [make('tr', head, make('td', duration(ms)), make('td', factor === undefined ? '' : `${number(factor, factor === 1 ? 0 : 1)} ×`)), bars];
+}
+
+async function show_times(signal) {
+  const { streams, of_sample, workers } = current;
+  if (streams.length === 0) {
+    element('compared').textContent = 'The model has no Draco streams and no patches, so there is nothing to measure.';
+    return set_state('measured');
+  }
+  set_state('measuring');
+  element('compared').textContent = 'Measuring …';
+  const is_stock = streams.every(({ kind }) => kind === 'draco');
+  const stock = of_sample === null || is_stock ? null : await streams_of_glb((await sample_asset({ ...of_sample, coding: 'draco' }, signal)).bytes);
+  const apart = streams.map((stream) => (stream.kind === 'draco' ? [stream] : patches_of(stream)));
+  const others = { stock, patches: is_stock || apart.includes(null) ? null : apart.flat() };
+  const { rows, rounds } = await compare(streams, { ...others, workers }, signal);
+  const most = Math.max(...rows.map(({ ms }) => ms));
+  element('times').tBodies[0].replaceChildren(...rows.flatMap((row) => time_rows(row, most)));
+  element('times').hidden = false;
+  element('compared').textContent = comparison_text(streams, others, rounds);
+  set_state('measured');
+}
+
+async function sample_asset({ name, coding }, signal) {
+  const file = `${name}.${coding}.glb`, response = await fetch(`samples/${file}`, { signal });
+  if (!response.ok) throw new Error(`The sample ${file} is not there: HTTP status ${response.status}.`);
+  const bytes = await response.arrayBuffer();
+  return { name: file, bytes, file_bytes: bytes.byteLength, resolve: (url) => url };
+}
+
+// The controls
+
+function press(group, attribute, value) {
+  for (const button of element(group).querySelectorAll('button')) button.setAttribute('aria-pressed', String(button.dataset[attribute] === value));
+}
+async function open_sample(change) {
+  sample = { ...sample, ...change };
+  press('samples', 'sample', sample.name);
+  press('codings', 'coding', sample.coding);
+  history.replaceState(null, '', `#${sample.name}.${sample.coding}`);
+  for (const button of element('codings').children) button.disabled = false;
+  try {
+    await load(await sample_asset(sample, job.signal), sample);
+  } catch (error) {
+    say_problem(error);
+  }
+}
+async function open_files(files) {
+  try {
+    press('samples', 'sample', null);
+    press('codings', 'coding', null);
+    sample = { coding: 'patches' };
+    history.replaceState(null, '', location.pathname);
+    for (const button of element('codings').children) button.disabled = true;
+    await load(await asset_of(files));
+  } catch (error) {
+    say_problem(error);
+  }
+}
+
+element('samples').addEventListener('click', ({ target }) => target.dataset.sample && open_sample({ name: target.dataset.sample }));
+element('codings').addEventListener('click', ({ target }) => target.dataset.coding && open_sample({ coding: target.dataset.coding }));
+element('files').addEventListener('change', ({ target }) => target.files.length > 0 && open_files([...target.files]));
+element('colours').addEventListener('change', ({ target }) => (stage.has_colours = target.checked));
+element('reload').addEventListener('click', () => load(current.asset, current.of_sample).catch(say_problem));
+element('measure').addEventListener('click', () => show_times(job.signal).catch(say_problem));
+element('replay').addEventListener('click', () => {
+  const begin = performance.now(), kMs = 2500;
+  const step = (now) => {
+    stage.part = (now - begin) / kMs;
+    if (now - begin < kMs) requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+});
+element('theme').addEventListener('click', () => {
+  const is_dark = getComputedStyle(document.documentElement).colorScheme === 'dark' ||
+    (document.documentElement.dataset.theme === undefined && matchMedia('(prefers-color-scheme: dark)').matches);
+  document.documentElement.dataset.theme = is_dark ? 'light' : 'dark';
+});
+
+let drags = 0;
+addEventListener('dragenter', (event) => {
+  event.preventDefault();
+  ++drags;
+  element('drop').hidden = false;
+});
+addEventListener('dragleave', () => (element('drop').hidden = --drags <= 0));
+addEventListener('dragover', (event) => event.preventDefault());
+addEventListener('drop', (event) => {
+  event.preventDefault();
+  drags = 0;
+  element('drop').hidden = true;
+  dropped_files(event.dataTransfer).then(open_files);
+});
+
+element('workers').value = Math.max(1, Math.min(4, navigator.hardwareConcurrency ?? 4));
+element('workers').max = navigator.hardwareConcurrency ?? 16;
+// An address such as #terrain.condensed opens that sample.
+const [, name = 'blob', coding = 'patches'] = /^#(\w+)\.(\w+)$/.exec(location.hash) ?? [];
+open_sample({ name, coding });
