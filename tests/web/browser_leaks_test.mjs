@@ -24,20 +24,29 @@ async function prepare({ count, attributes }) {
   Object.assign(globalThis, { psplit, jobs });
 }
 
-// What a page holds: bytes of objects, of arrays, and of memories of WebAssembly; after a garbage collection.
-async function held(page) {
-  const memories = await page.queryObjects(await page.evaluateHandle(() => WebAssembly.Memory.prototype));
-  const wasm = await memories.evaluate((all) => all.reduce((sum, memory) => sum + memory.buffer.byteLength, 0));
-  await memories.dispose();
-  const session = await page.createCDPSession();
+// What a page or a worker holds: bytes of objects, of arrays, and of memories of WebAssembly; after a garbage collection.
+async function held_by(session) {
+  const { result: { objectId: prototypeObjectId } } = await session.send('Runtime.evaluate', { expression: 'WebAssembly.Memory.prototype' });
+  const { objects: { objectId } } = await session.send('Runtime.queryObjects', { prototypeObjectId });
+  const { result: { value: wasm } } = await session.send('Runtime.callFunctionOn', { objectId, returnByValue: true,
+    functionDeclaration: 'function () { return this.reduce((sum, memory) => sum + memory.buffer.byteLength, 0); }' });
+  for (const id of [prototypeObjectId, objectId]) await session.send('Runtime.releaseObject', { objectId: id });
   await session.send('HeapProfiler.collectGarbage');
   const { usedSize, backingStorageSize } = await session.send('Runtime.getHeapUsage');
-  await session.detach();
   return { objects: usedSize, arrays: backingStorageSize, wasm };
 }
-function check_same(after, before) {
+async function held(page) {
+  const session = await page.createCDPSession();
+  try {
+    return await held_by(session);
+  } finally {
+    await session.detach();
+  }
+}
+const held_by_workers = (page) => Promise.all(page.workers().map((worker) => held_by(worker.client)));
+function check_same(after, before, more_wasm = 0) {
   const grown = Object.fromEntries(Object.keys(before).map((name) => [name, after[name] - before[name]]));
-  assert.ok(grown.objects < 50000 && grown.arrays < 10000 && grown.wasm <= 0, JSON.stringify({ before, after }));
+  assert.ok(grown.objects < 50000 && grown.arrays < 10000 && grown.wasm <= more_wasm, JSON.stringify({ before, after }));
 }
 
 // The workers of a page, as the DevTools protocol counts them. It knows of a start or an end a moment later.
@@ -54,25 +63,33 @@ const page_of = (name, check, options) => page_test(name, { files, argument, scr
 const isolation = { 'Cross-Origin-Opener-Policy': 'same-origin', 'Cross-Origin-Embedder-Policy': 'require-corp' };
 for (const [name, headers] of [['200 loads in a pool', {}], ['200 loads in a pool with shared memory', isolation]])
   page_of(name, async (page) => {
-    await page.evaluate(() => { globalThis.pool = psplit.createPool({ workers: 2, idleMs: 2000 }); });
+    await page.evaluate(() => { globalThis.pool = psplit.createPool({ workers: 2, idleMs: 60000 }); });
     const load = (loads) => page.evaluate(async (loads) => {
       for (let done = 0; done < loads; done += 20) {
         await Promise.all(Array.from({ length: 19 }, (_, i) => jobs[(2 * done + i) % jobs.length](pool)));
         await jobs.at(-1)(pool);  // alone: it has all workers
       }
     }, loads);
-    await load(40);
+    await load(200);  // code is compiled
     await check_workers(page, 2);
-    const before = await held(page);
+    const before = await held(page), of_workers = await held_by_workers(page);
     await load(200);
-    assert.ok(page.workers().length <= 2);
+    assert.equal(page.workers().length, 2);
+    // Which worker has which job differs, and so does the size of its memory.
+    for (const [i, of_worker] of (await held_by_workers(page)).entries()) check_same(of_worker, of_workers[i], 2 ** 20);
     check_same(await held(page), before);
-    await check_workers(page, 0);  // idle
-    await load(20);  // and they come back
     await page.evaluate(() => pool.dispose());
     await check_workers(page, 0);
     check_same(await held(page), before);
   }, { headers });
+
+page_of('idle workers end, and come back', async (page) => {
+  await page.evaluate(() => { globalThis.pool = psplit.createPool({ workers: 2, idleMs: 100 }); });
+  for (let round = 0; round < 3; ++round) {
+    await page.evaluate(() => Promise.all(jobs.slice(0, 4).map((job) => job(pool))));
+    await check_workers(page, 0);
+  }
+});
 
 page_of('200 loads on the calling thread', async (page) => {
   const load = (loads) => page.evaluate(async (loads) => {
