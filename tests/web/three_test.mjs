@@ -203,11 +203,11 @@ const scrambled = (part_count, fail_at = Infinity) => ({
       const { firstPoint, pointCount, indices } = parts[at];
       for (let point = firstPoint; point < firstPoint + pointCount; ++point) present.add(point);
       const has_come = (face) => indices.subarray(3 * face, 3 * face + 3).every((point) => present.has(point));
-      onPart({ ...parts[at], isFinal: false, indices: indices.map((point, k) => (has_come(Math.floor(k / 3)) ? point : 0)) });
+      onPart({ ...parts[at], isFinal: false, indices: indices.map((point, k) => (has_come(Math.floor(k / 3)) ? point : 0)) }, mesh);
       onProgress(i + 1, part_count);
       await new Promise((resolve) => setTimeout(resolve, 1));
     }
-    for (const part of parts) onPart({ ...part, isFinal: true });
+    for (const part of parts) onPart({ ...part, isFinal: true }, mesh);
     return mesh;
   },
 });
@@ -245,18 +245,29 @@ test('no part of a mesh is left if a patch fails', async () => {
 });
 
 test('patch by patch, accessors are checked', async () => {
-  const cases = [[(accessors) => (accessors[0].count = 1e9), /can justify/], [(accessors) => (accessors[0].count = 500), /more points or faces/],
-    [(accessors) => (accessors[1].count = 30), /more points or faces/]];
+  const cases = [[(accessors) => (accessors[0].count = 1e9), /has 1000000000 points, but the patches have 663/],
+    [(accessors) => (accessors[1].count = 30), /has 30 indices, but the patches have 3666/]];
   for (const [edit, message] of cases) {
     const { json } = sample('patches.glb');
     edit(json.accessors);
-    const loaded = parse(json, { pool: scrambled(4), patchByPatch: true }).then((gltf) => gltf.psplit.whole);
-    await assert.rejects(loaded, { code: 'invalid-input', message });
+    await assert.rejects(parse(json, { patchByPatch: true }), { code: 'invalid-input', message });
   }
-  const { json } = sample('patches.glb');
-  json.accessors[0].count += 3;
-  const gltf = await parse(json, { pool: scrambled(4), patchByPatch: true });
-  await assert.rejects(gltf.psplit.whole, { code: 'invalid-input', message: /has 666 points, but the patches have 663/ });
+});
+
+test('parts have the faces of their patches', async () => {
+  const parts = [];
+  const gltf = await parse(sample('patches.glb').json, { patchByPatch: true, onPart: (part, use) => parts.push({ ...part, use }) });
+  await gltf.psplit.whole;
+  let mesh;
+  gltf.scene.traverse((object) => (mesh = object.isMesh ? object : mesh));
+  const { firstFaces } = gltf.psplit.patchesOf(mesh), final = parts.filter(({ isFinal }) => isFinal);
+  assert.equal(firstFaces.length, 6);
+  for (const { patches: [first, end], firstFace, firstFaces: of_part, use } of final) {
+    assert.deepEqual([...of_part], [...firstFaces.subarray(first, end + 1)]);
+    assert.equal(of_part[0], firstFace);
+    assert.deepEqual(use, { mesh: 0, primitive: 0 });
+  }
+  assert.equal(final.reduce((sum, { patches: [first, end] }) => sum + end - first, 0), 5);
 });
 
 test('progress', async () => {

@@ -75,6 +75,8 @@ export interface DecodedPart {
   patches: [first: number, end: number];
   isFinal: boolean;
   firstFace: number;
+  /** As in DecodedContainer, of these patches: the first number is `firstFace`. */
+  firstFaces: Uint32Array;
   /** Three numbers of the mesh's points for each face. */
   indices: Uint32Array;
   firstPoint: number;

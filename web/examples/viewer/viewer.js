@@ -72,7 +72,7 @@ async function load(asset, of_sample = null) {
 async function decode(asset, pool, signal) {
   const ranges = new Map(), meshes = new Map();  // by mesh and primitive
   const key = ({ mesh, primitive }) => `${mesh} ${primitive}`;
-  const onPart = ({ patches: [first], firstFaces = [] }, use) => {
+  const onPart = ({ patches: [first], firstFaces }, use) => {
     const known = ranges.get(key(use)) ?? ranges.set(key(use), new Map()).get(key(use));
     for (let i = 0; i + 1 < firstFaces.length; ++i) known.set(first + i, [first + i, firstFaces[i], firstFaces[i + 1]]);
     for (const mesh of meshes.get(key(use)) ?? []) stage.colour(mesh, known.values());

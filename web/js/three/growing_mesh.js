@@ -1,10 +1,6 @@
 // The arrays of a mesh that is shown while its patches arrive. They have their final size from the beginning. All indices
 // are 0 at first, so that no triangle is drawn; each part writes its points and its triangles.
-import { PsplitError } from '../error.js';
 import { copy_elements } from './aligned.js';
-
-// The specification's limit for the arrays of a mesh of a container with that many bytes.
-const justified_bytes = (container_bytes) => 64 * 2 ** 20 + 4096 * container_bytes;
 
 export class GrowingMesh {
   #container;
@@ -26,9 +22,9 @@ export class GrowingMesh {
     return this.#arrays !== null;
   }
 
-  // A part of Pool.decodePatches. Its faces have points of parts that have come.
-  add({ firstPoint, attributes, firstFace, indices }, container_bytes) {
-    if (this.#arrays === null) this.#begin(container_bytes);
+  // A part of Pool.decodePatches, whose faces have points of parts that have come, and the counts of the mesh.
+  add({ firstPoint, attributes, firstFace, indices }, counts) {
+    if (this.#arrays === null) this.#begin(counts);
     for (const [i, column] of this.#container.attributes.entries()) this.#write(column, attributes[i].array, firstPoint);
     this.#write(this.#container.indices, indices, 3 * firstFace);
   }
@@ -41,19 +37,14 @@ export class GrowingMesh {
     this.#changed(indices, 0, indices.count);
   }
 
-  // The counts are those of the accessors. When the mesh is whole, they are compared with it.
-  #begin(container_bytes) {
-    const { columns } = this.#container;
-    if (columns.reduce((sum, { bytes }) => sum + bytes, 0) > justified_bytes(container_bytes))
-      throw new PsplitError('the accessors have more elements than the bytes of the container can justify', 'invalid-input');
-    this.#arrays = new Map(columns.map((column) => [column, column.make_array()]));
+  #begin(counts) {
+    this.#container.check(counts);
+    this.#arrays = new Map(this.#container.columns.map((column) => [column, column.make_array()]));
     this.#begun(new Map([...this.#arrays].map(([column, array]) => [column.view, array.buffer])));
   }
 
   #write(column, values, first) {
-    const { components, stride, count } = column;
-    if (first + values.length / components > count)
-      throw new PsplitError('the patches have more points or faces than the accessors', 'invalid-input');
+    const { components, stride } = column;
     copy_elements(values, components, this.#arrays.get(column), stride, first);
     this.#changed(column, first * stride, (values.length / components) * stride);
   }

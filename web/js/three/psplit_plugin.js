@@ -141,7 +141,7 @@ export class PsplitPlugin {
     try {
       const bytes = await until_abort(this.#parser.getDependency('bufferView', container.view), signal);
       const mesh = await (growing === undefined ? this.#pool.decodeContainer(bytes, options)
-        : this.#pool.decodePatches(bytes, { ...options, onPart: (part) => this.#add(container, growing, part, bytes.byteLength) }));
+        : this.#pool.decodePatches(bytes, { ...options, onPart: (part, counts) => this.#add(container, growing, part, counts) }));
       container.check(mesh);
       const { faceCount, pointCount, version, patchCount, hasResidue, firstFaces } = mesh;
       container.patches = { bytes: bytes.byteLength, faceCount, pointCount, version, patchCount, hasResidue, firstFaces };
@@ -154,8 +154,8 @@ export class PsplitPlugin {
     }
   }
 
-  #add(container, growing, part, container_bytes) {
-    growing.add(part, container_bytes);
+  #add(container, growing, part, counts) {
+    growing.add(part, counts);
     this.#options.onPart?.(part, container.uses[0]);
   }
 
