@@ -220,6 +220,35 @@ test('primitives that share accessors, but not containers, have their own arrays
   assert.deepEqual(warnings(), []);
 });
 
+// What gltf-psplit writes by default: small primitives are not split, and in KHR_draco_mesh_compression.
+test('an asset that has Draco primitives as well', needs_tool, async () => {
+  const [plain, mixed] = ['scene.glb', 'mixed.glb'].map((name) => path.join(folder, name));
+  native('generate', '-q', plain, '--shape', 'scene', '--faces', '20000', '--normals');
+  native('encode', '-q', '--patch-faces', '1000', '--min-faces', '4000', plain, mixed);
+  const stored = containers(mixed), is_patched = stored.map((container) => container !== undefined);
+  assert.ok(is_patched.includes(true) && is_patched.includes(false));
+  const draco3d = require_module('draco3d');
+  const { io, warnings } = make_io({ 'psplit.decoder': decoder, 'draco3d.decoder': await draco3d.createDecoderModule(),
+    'draco3d.encoder': await draco3d.createEncoderModule() });
+  const document = await io.read(mixed), file = await written(io, document), again = await io.read(file), { json } = read_asset(file);
+  assert.deepEqual(containers(file), stored);
+  assert.deepEqual(geometry(again).filter((_, i) => is_patched[i]), geometry(document).filter((_, i) => is_patched[i]));
+  assert.deepEqual(json.extensionsRequired.toSorted(), ['KHR_draco_mesh_compression', kName]);
+  const references = json.meshes.flatMap((mesh) => mesh.primitives).flatMap(({ attributes, indices }) => [...Object.values(attributes), indices]);
+  assert.equal(new Set(references).size, json.accessors.length, 'all accessors are used');
+  assert.deepEqual(warnings(), []);
+  native('validate', '-q', file);
+  // A change makes Draco's of it, and says so. A plain copy needs Draco's accessors, too.
+  const changed = is_patched.indexOf(true), copied = is_patched.lastIndexOf(true);
+  primitives_of(document)[changed].getAttribute('POSITION').getArray()[0] += 0.5;
+  document.getRoot().listMeshes()[copied].addPrimitive(primitives_of(document)[copied].clone().setExtension(kName, null));
+  const rest = containers(await written(io, document));
+  assert.deepEqual([rest[changed], rest[copied]], [undefined, undefined]);
+  assert.notEqual(copied, changed);
+  assert.match(warnings().at(-1), /primitive 0: POSITION changed; .*primitive 0: another extension writes it\. This package/);
+  assert.equal((await io.read(path.join(folder, 'out.glb'))).getRoot().listMeshes().length, stored.length);
+});
+
 test('an asset without a decoder is written with a message', async () => {
   const document = await make_io().io.read(sample('patches.glb'));
   document.getRoot().listExtensionsUsed().find((extension) => extension.extensionName === kName).dispose();

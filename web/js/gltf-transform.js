@@ -162,9 +162,10 @@ export class PsplitMeshDracoPatches extends Extension {
     for (const container of this.listProperties()) if (used_by_mesh(container)) gone.delete(container);
     if (gone.size > 0) changes.push(`${gone.size} containers that were read belong to no primitive any more`);
     if (changes.length > 0) {
-      this.document.getLogger().warn(`[${kExtensionName}] Geometry that changed is written without compression, because psplit's ` +
-        `encoder is not part of this package: use gltf-psplit encode. ${changes.join('; ')}.`);
+      this.document.getLogger().warn(`[${kExtensionName}] Some geometry is written without patches: ${changes.join('; ')}. This ` +
+        'package has no encoder: gltf-psplit encode makes patches again.');
     }
+    take_back_from_draco(context, kept);
     // If loaders may ignore the extension, the accessors keep their data as the fallback.
     if (this.isRequired()) this.#write_accessors(context, kept);
     for (const [primitive, container] of kept) this.#add_buffer_view(context, primitive, container);
@@ -182,8 +183,9 @@ export class PsplitMeshDracoPatches extends Extension {
     const another_type = present.find(({ type, componentCount, accessor }) =>
       kComponentTypes[accessor.getComponentType()] !== type || kComponentCounts[accessor.getType()] !== componentCount);
     if (another_type !== undefined) return `${another_type.name} has another type`;
-    if ([indices, ...present.map(({ accessor }) => accessor)].some((accessor) => context.accessorIndexMap.has(accessor)))
-      return 'another extension writes it';
+    const accessors = [indices, ...present.map(({ accessor }) => accessor)];
+    if (accessors.some((accessor) => context.accessorIndexMap.has(accessor)) &&
+      !(this.isRequired() && is_draco_only(context, primitive, container, accessors))) return 'another extension writes it';
     const mesh = decode();
     if (!equal_bytes(mesh.indices, new Uint32Array(indices.getArray()))) return 'indices changed';
     const changed = present.find(({ name, accessor }) =>
@@ -239,6 +241,28 @@ export class PsplitMeshDracoPatches extends Extension {
     if (kept.size > 0) return this;
     for (const list of ['extensionsUsed', 'extensionsRequired']) json[list] = json[list].filter((name) => name !== kExtensionName);
     return this;
+  }
+}
+
+// KHR_draco_mesh_compression comes before this extension, and encodes all indexed triangles, if the asset has such primitives as
+// well. Its state while it writes is { primitiveHashMap: primitive -> key, primitiveEncodingMap: key -> { data } }.
+const draco_state = ({ extensionData }) => extensionData.KHR_draco_mesh_compression ?? {};
+// Whether Draco alone has the primitive's accessors, and no other primitive needs them for Draco.
+function is_draco_only(context, primitive, container, accessors) {
+  const { primitiveHashMap, primitiveEncodingMap } = draco_state(context), key = primitiveHashMap?.get(primitive);
+  return primitiveEncodingMap?.get(key)?.data !== undefined &&
+    primitive.listAttributes().every((attribute) => accessors.includes(attribute)) &&
+    [...primitiveHashMap].every(([other, of_other]) => of_other !== key || other.getExtension(kExtensionName) === container);
+}
+function take_back_from_draco(context, kept) {
+  const { primitiveHashMap, primitiveEncodingMap } = draco_state(context), { accessorIndexMap, otherBufferViews } = context;
+  for (const primitive of kept.keys()) {
+    const encoded = primitiveEncodingMap?.get(primitiveHashMap.get(primitive));
+    if (encoded === undefined) continue;
+    primitiveHashMap.delete(primitive);
+    for (const [buffer, views] of otherBufferViews) otherBufferViews.set(buffer, views.filter((view) => view !== encoded.data));
+    for (const accessor of [primitive.getIndices(), ...primitive.listAttributes()])
+      context.jsonDoc.json.accessors[accessorIndexMap.get(accessor)] = context.createAccessorDef(accessor);
   }
 }
 
