@@ -1,22 +1,20 @@
 // The viewer in Chromium, under its own policy: it shows samples and dropped files, with their numbers.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import { mkdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import test, { after, before } from 'node:test';
 import { close_browser, open_page, skip as no_chromium } from './browser.mjs';
-import { root } from './load.mjs';
+import { gltf_psplit, root } from './load.mjs';
 
 const viewer = path.join(root, 'web/examples/viewer'), samples = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples');
 const pictures = path.join(root, 'build/web/pictures');
-const native = [process.env.PSPLIT, ...['bench', 'release'].map((build) => path.join(root, 'build', build, 'gltf-psplit'))]
-  .some((file) => file !== undefined && existsSync(file));
-const skip = no_chromium || (!native && 'there is no gltf-psplit');
+const skip = no_chromium || (gltf_psplit === null && 'there is no gltf-psplit');
 const { server } = await import(path.join(viewer, 'serve.mjs'));
 
 before(async () => {
   if (skip !== false) return;
-  execFileSync(path.join(viewer, 'build'), { stdio: ['ignore', 'ignore', 'inherit'] });
+  execFileSync(path.join(viewer, 'build'), { env: { ...process.env, PSPLIT: gltf_psplit }, stdio: ['ignore', 'ignore', 'inherit'] });
   mkdirSync(pictures, { recursive: true });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
 });
