@@ -14,7 +14,7 @@ import { calling_thread, code_of_pages, in_workers } from './decoders.mjs';
 import { names_in, read_mesh, read_primitive } from './meshes.mjs';
 
 const { values: { first, only, rival: rivals }, positionals: [folder, argument] } = parseArgs({ allowPositionals: true,
-  options: { first: { type: 'string' }, only: { type: 'string', default: 'warm,workers,first,code' },
+  options: { first: { type: 'string' }, only: { type: 'string', default: 'warm,workers,first,page,code' },
     rival: { type: 'string', multiple: true, default: [] } } });
 const decoders = await calling_thread(rivals), workers = in_workers();
 
@@ -117,6 +117,19 @@ function print_first() {
   }
 }
 
+// In Chromium: wall time, from the begin of a page until its arrays are there.
+async function print_page() {
+  const { first_mesh } = await import('./first_mesh.mjs');
+  console.log('### The first mesh of a page in Chromium: wall ms from the begin of the page\n');
+  const meshes = names.filter((name) => ['small', 'terrain'].includes(name)), columns = [];
+  for (const mesh of meshes) {
+    const [stock, patches] = await Promise.all(['stock', 'patches'].map((stored) => read_primitive(folder, mesh, stored)));
+    columns.push(await first_mesh({ stream: stock.bytes, container: patches.bytes, attributes: patches.attributes }));
+  }
+  print_table(['decoder', ...meshes.flatMap((name) => [`${name}, ms`, 'times'])], columns[0].map(({ name }, i) =>
+    [name, ...columns.flatMap((column) => [fixed(column[i].ms, 0), fixed(column[0].ms / column[i].ms, 2)])]));
+}
+
 async function print_code() {
   console.log('### Code that a page loads\n');
   const total = (parts, bytes_of) => count(parts.reduce((sum, part) => sum + bytes_of(part), 0));
@@ -124,5 +137,5 @@ async function print_code() {
     [name, total(parts, (part) => part.length), total(parts, (part) => brotliCompressSync(part).length)]));
 }
 
-const tables = { warm: print_warm, workers: print_workers, first: print_first, code: print_code };
+const tables = { warm: print_warm, workers: print_workers, first: print_first, page: print_page, code: print_code };
 for (const name of only.split(',')) await tables[name]();
