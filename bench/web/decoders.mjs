@@ -127,12 +127,14 @@ export const in_workers = () => [
   by_pool('psplit, condensed, 2 workers', 'condensed', 2, 'decodeContainer'),
 ];
 
-/** What a page loads, as [name, [texts and bytes]]. psplit's code is minified, as the others' is, without the loader's own. */
+/**
+ * What a page loads, as [name, [texts and bytes]]. Files that a page has as they are are not changed; what bundlers make of the
+ * rest of psplit's code is minified, without the loader's own.
+ */
 export async function code_of_pages(rival_files) {
-  const { build, transform } = require_module('esbuild');
+  const { build } = require_module('esbuild');
   const minified = async (name) => (await build({ entryPoints: [in_package(name)], bundle: true, minify: true, format: 'esm',
     write: false, external: ['three', 'three/*'], logLevel: 'error' })).outputFiles[0].contents;
-  const script = async (file) => (await transform(readFileSync(in_package(file), 'utf8'), { minify: true })).code;
   const files = (folder, ...names) => names.map((name) => readFileSync(path.join(folder, name)));
   const wasm = readFileSync(in_package('psplit.wasm')), worker = await minified('worker.js');
   return [
@@ -141,7 +143,7 @@ export async function code_of_pages(rival_files) {
     ["three's draco_decoder", files(of_three, 'draco_wasm_wrapper.js', 'draco_decoder.wasm')],
     ...(await rivals_of(rival_files)).map(({ name, code, folder }) => [name, files(folder, ...code)]),
     ['meshopt_decoder', files(in_modules('meshoptimizer'), 'meshopt_decoder.mjs')],
-    ['psplit/draco', [await script('draco/draco_wasm_wrapper.js'), readFileSync(in_package('draco/draco_decoder.wasm'))]],
+    ['psplit/draco', files(in_package('draco'), 'draco_wasm_wrapper.js', 'draco_decoder.wasm')],
     ['psplit', [wasm, await minified('index.js'), worker]],
     ['psplit/three', [wasm, await minified('three.js'), worker]],
     ['psplit/babylon', [wasm, await minified('babylon.js'), worker]],
