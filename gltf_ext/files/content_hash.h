@@ -2,6 +2,7 @@
 // wants two contents with one hash.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -11,6 +12,13 @@
 struct XXH3_state_s;
 
 namespace psplit {
+
+// The same hash as a number, for tables. The bytes of the text are hashed as they are.
+struct Hash128 {
+  uint64_t high = 0, low = 0;
+  auto operator<=>(const Hash128&) const = default;
+};
+Hash128 hash_of(std::string_view text);
 
 class ContentHash {
  public:

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <memory>
 #include <string>
 
+#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/temporary_file.h"
 
 namespace psplit {
@@ -23,7 +23,7 @@ using File = std::unique_ptr<std::FILE, CloseFile>;
 
 Status failure(const char* what, const fs::path& path, int error) {
   const Place place{.file = path == "-" ? "stdin" : path.string()};
-  return io_failure(std::string("cannot ") + what + ": " + std::strerror(error), place);
+  return io_error(std::string("cannot ") + what, error, place);
 }
 
 bool write_parts(std::FILE* file, FileParts parts) {
@@ -70,13 +70,18 @@ Status write_file(const fs::path& path, std::initializer_list<std::span<const ui
 }
 
 Status write_file(const fs::path& path, FileParts parts) {
-  if (path == "-") return write_parts(stdout, parts) ? Status() : failure("write", "stdout", errno);
+  return write_file(path, [parts](std::FILE* file) { return write_parts(file, parts); });
+}
+
+Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& write) {
+  const auto write_whole = [&](std::FILE* file) { return write(file) && std::fflush(file) == 0; };
+  if (path == "-") return write_whole(stdout) ? Status() : failure("write", "stdout", errno);
 
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
   if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, never replaced
     const File file(std::fopen(path.c_str(), "wb"));
-    return file != nullptr && write_parts(file.get(), parts) ? Status() : failure("write", path, errno);
+    return file != nullptr && write_whole(file.get()) ? Status() : failure("write", path, errno);
   }
 
   fs::path target = path;
@@ -87,9 +92,9 @@ Status write_file(const fs::path& path, FileParts parts) {
   if (fs::is_directory(target, error)) return failure("write", path, EISDIR);
 
   TemporaryFile temporary(target);
-  if (!temporary.is_open() || !write_parts(temporary.file(), parts)) return failure("write", path, errno);
+  if (!temporary.is_open() || !write_whole(temporary.file())) return failure("write", path, errno);
   if (const std::error_code renamed = temporary.rename_to(target); renamed)
-    return io_failure("cannot write: " + renamed.message(), {.file = path.string()});
+    return failure("write", path, renamed.value());
   return {};
 }
 
@@ -102,7 +107,7 @@ Expected<bool> write_new_file(const fs::path& path, std::span<const uint8_t> byt
   if (const std::error_code renamed = temporary.rename_to_new(path); renamed == std::errc::file_exists)
     return false;
   else if (renamed)
-    return io_failure("cannot write: " + renamed.message(), {.file = path.string()});
+    return failure("write", path, renamed.value());
   return true;
 }
 

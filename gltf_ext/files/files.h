@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +24,9 @@ Expected<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint
 using FileParts = std::span<const std::span<const uint8_t>>;
 Status write_file(const std::filesystem::path& path, FileParts parts);
 Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts);
+
+// The same with the bytes that `write` writes. It returns false after an error, with its errno.
+Status write_file(const std::filesystem::path& path, const std::function<bool(std::FILE*)>& write);
 
 // The same for a new file. Returns false and writes nothing if the name is taken.
 Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);

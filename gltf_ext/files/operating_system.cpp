@@ -7,17 +7,40 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
-#include <cstring>
+#include <thread>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
 
+#include "gltf_ext/files/io_error.h"
+
 namespace psplit {
 namespace {
 
-Status failure(const std::filesystem::path& path) {
-  return io_failure("cannot use " + path.string() + ": " + std::strerror(errno));
+using Clock = std::chrono::steady_clock;
+// A process that was killed keeps its locks until the system has freed its memory.
+constexpr auto kLockPatience = std::chrono::seconds(2);
+constexpr auto kLockRefresh = std::chrono::milliseconds(20);
+
+Status failure(const std::filesystem::path& path) { return io_error("cannot use " + path.string(), errno); }
+
+// False if another process holds the lock for as long as kLockPatience.
+Expected<bool> lock(int descriptor, int kind, const std::filesystem::path& path) {
+  const auto deadline = Clock::now() + kLockPatience;
+  while (::flock(descriptor, kind | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return failure(path);
+    if (Clock::now() > deadline) return false;
+    std::this_thread::sleep_for(kLockRefresh);
+  }
+  return true;
+}
+
+std::string read_text(int descriptor) {
+  char text[64];
+  const ssize_t size = ::pread(descriptor, text, sizeof(text), 0);
+  return size > 0 ? std::string(text, static_cast<size_t>(size)) : std::string();
 }
 
 }  // namespace
@@ -54,14 +77,64 @@ Expected<bool> LockedLog::open(const std::filesystem::path& path) {
   path_ = path;
   descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (descriptor_ < 0) return failure(path);
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return true;
-  if (errno == EWOULDBLOCK) return false;
-  return failure(path);
+  const Expected<bool> locked = lock(descriptor_, LOCK_EX, path);
+  if (!locked || !*locked) return locked;
+  char last = '\n';
+  const off_t end = ::lseek(descriptor_, 0, SEEK_END);
+  is_cut_short_ = end > 0 && ::pread(descriptor_, &last, 1, end - 1) == 1 && last != '\n';
+  return true;
 }
 
-Status LockedLog::append(std::string_view text) const {
-  if (::write(descriptor_, text.data(), text.size()) == static_cast<ssize_t>(text.size())) return {};
+Status LockedLog::append(std::string_view lines) {
+  std::string text = is_cut_short_ ? "\n" : "";
+  text += lines;
+  const ssize_t written = ::write(descriptor_, text.data(), text.size());
+  if (written == static_cast<ssize_t>(text.size())) {
+    is_cut_short_ = false;
+    return {};
+  }
+  if (written < 0) return failure(path_);
+  // A write in part has no error of its own: the disk is full.
+  is_cut_short_ = true;
+  errno = ENOSPC;
   return failure(path_);
+}
+
+GroupLock::~GroupLock() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Status GroupLock::open(const std::filesystem::path& path) {
+  descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  return descriptor_ < 0 ? failure(path) : Status();
+}
+
+Expected<bool> GroupLock::join(const std::filesystem::path& path, const std::string& group) {
+  if (Status status = open(path); !status.ok()) return status;
+  for (const auto deadline = Clock::now() + kLockPatience;; std::this_thread::sleep_for(kLockRefresh)) {
+    // The first process of a group is alone for the moment in which it writes the name.
+    if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
+      const auto size = static_cast<ssize_t>(group.size());
+      if (::ftruncate(descriptor_, 0) != 0 || ::pwrite(descriptor_, group.data(), group.size(), 0) != size)
+        return failure(path);
+    } else if (errno != EWOULDBLOCK) {
+      return failure(path);
+    }
+    if (::flock(descriptor_, LOCK_SH | LOCK_NB) == 0) {
+      if (read_text(descriptor_) == group) return true;
+      ::flock(descriptor_, LOCK_UN);
+    } else if (errno != EWOULDBLOCK) {
+      return failure(path);
+    }
+    if (Clock::now() > deadline) return false;
+  }
+}
+
+Expected<std::optional<std::string>> GroupLock::take(const std::filesystem::path& path) {
+  if (Status status = open(path); !status.ok()) return status;
+  const Expected<bool> locked = lock(descriptor_, LOCK_EX, path);
+  if (!locked) return locked.status();
+  return *locked ? std::optional(read_text(descriptor_)) : std::nullopt;
 }
 
 bool may_write_into(const std::filesystem::path& folder) { return ::access(folder.c_str(), W_OK | X_OK) == 0; }

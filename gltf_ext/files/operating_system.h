@@ -1,10 +1,12 @@
-// Services that the standard library lacks: file locks, terminals, signals, settings of the heap. All calls of
-// POSIX and glibc are in operating_system.cpp (scripts/check-includes): a port to another system changes only
-// it.
+// Services that the standard library lacks: file locks, terminals, settings of the heap. All calls of POSIX and
+// glibc are in operating_system.cpp and child_process.cpp (scripts/check-includes): a port to another system
+// changes only these two.
 #pragma once
 
 #include <cstdio>
 #include <filesystem>
+#include <optional>
+#include <string>
 #include <string_view>
 
 #include "src/status.h"
@@ -30,13 +32,36 @@ class LockedLog {
   LockedLog(const LockedLog&) = delete;
   LockedLog& operator=(const LockedLog&) = delete;
 
-  // Creates the file if it does not exist. False if another process owns it. Errors: kIo.
+  // Creates the file if it does not exist. Waits up to two seconds for an owner that is about to end. False if
+  // another process then still owns the file. Errors: those of io_error.
   Expected<bool> open(const std::filesystem::path& path);
-  // Writes in one call, so that a kill damages the last line at most. Errors: kIo.
-  Status append(std::string_view text) const;
+  // Writes lines in one call, so that a kill damages the last line at most. A line that could only be written
+  // in part is ended by the next call. Errors: those of io_error.
+  Status append(std::string_view lines);
 
  private:
   std::filesystem::path path_;
+  int descriptor_ = -1;
+  bool is_cut_short_ = false;
+};
+
+// A file that processes of one group hold together. Other groups wait until none of them holds it.
+class GroupLock {
+ public:
+  GroupLock() = default;
+  ~GroupLock();
+  GroupLock(const GroupLock&) = delete;
+  GroupLock& operator=(const GroupLock&) = delete;
+
+  // Joins the group that is named so; the file keeps the name. False if processes of another group hold the
+  // file for two seconds. Errors: those of io_error.
+  Expected<bool> join(const std::filesystem::path& path, const std::string& group);
+  // Holds the file alone. Returns the name of the last group that held it, or nothing if a process holds it for
+  // two seconds. Errors: those of io_error.
+  Expected<std::optional<std::string>> take(const std::filesystem::path& path);
+
+ private:
+  Status open(const std::filesystem::path& path);
   int descriptor_ = -1;
 };
 

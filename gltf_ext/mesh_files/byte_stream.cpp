@@ -11,6 +11,8 @@
 #include <limits>
 #include <string>
 
+#include "gltf_ext/files/io_error.h"
+
 namespace psplit {
 namespace {
 
@@ -23,7 +25,7 @@ struct CloseFile {
 };
 
 Status read_failure(const fs::path& path, int error) {
-  return io_failure(std::string("cannot read: ") + std::strerror(error), {.file = path.string()});
+  return io_error("cannot read", error, {.file = path.string()});
 }
 
 class FileStream : public ByteStream {
@@ -164,8 +166,7 @@ Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path) {
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status)) return read_failure(path, EISDIR);
   std::FILE* const file = std::fopen(path.c_str(), "rb");
-  if (file == nullptr)
-    return io_failure(std::string("cannot open: ") + std::strerror(errno), {.file = path.string()});
+  if (file == nullptr) return io_error("cannot open", errno, {.file = path.string()});
   std::optional<uint64_t> size;
   if (fs::is_regular_file(status))
     if (const uintmax_t bytes = fs::file_size(path, error); !error) size = bytes;

@@ -7,6 +7,7 @@
 
 #include "gltf_ext/convert/draco_file.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/mesh_files/obj.h"
@@ -179,7 +180,7 @@ Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& s
     if (source != "-" && std::ranges::find(files, source) == files.end()) files.push_back(source);
     return asset;
   } catch (const std::bad_alloc&) {
-    return runtime_failure("out of memory", place);
+    return may_pass("out of memory", place);
   } catch (const std::length_error&) {
     return runtime_failure("out of memory", place);
   }

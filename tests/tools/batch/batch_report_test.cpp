@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "gltf_ext/files/io_error.h"
+
 namespace psplit {
 namespace {
 
@@ -12,29 +14,67 @@ BatchOutcome encoded(const std::string& input, double wall_ms) {
 }
 const BatchOutcome kUpToDate{.input = "c.glb", .up_to_date = true};
 
+BatchTally tally_of(const std::vector<BatchOutcome>& outcomes) {
+  BatchTally tally(BatchVerb::kEncode);
+  for (const BatchOutcome& outcome : outcomes) tally.add(to_json(outcome, BatchVerb::kEncode));
+  return tally;
+}
+
 TEST(BatchReport, CountsAndAddsUp) {
-  const std::vector<BatchOutcome> outcomes = {encoded("a.glb", 20), encoded("b.glb", 1500), kUpToDate};
-  EXPECT_EQ(summary_text({.folder = "out", .wall_ms = 1600, .outcomes = outcomes}),
+  const BatchTally tally = tally_of({encoded("a.glb", 20), encoded("b.glb", 1500), kUpToDate});
+  EXPECT_EQ(tally.summary("out", 1600),
             "out: 3 assets, 2 encoded, 1 up to date, 0 failed; 1.60 s\n"
             "600 kB from 6.00 MB (10.0 %); 10 patches\n"
             "slowest: b.glb 1.50 s, a.glb 20.0 ms\n");
+  EXPECT_TRUE(tally.status(0).ok());
 }
 
 TEST(BatchReport, SaysThatNothingWasDone) {
-  EXPECT_EQ(summary_text({.folder = "out", .wall_ms = 1600, .outcomes = {&kUpToDate, 1}}),
+  EXPECT_EQ(tally_of({kUpToDate}).summary("out", 1600),
             "out: 1 asset, 0 encoded, 1 up to date, 0 failed; 1.60 s\n"
             "nothing was encoded\n");
 }
 
 TEST(BatchReport, GivesReasonsOfFailuresAndAnEndToThem) {
-  std::vector<BatchOutcome> outcomes;
-  for (int i = 0; i < 23; ++i)
-    outcomes.push_back({.input = "x", .status = invalid_input("broken", {.file = "x.glb"})});
-  const std::string text = summary_text({.folder = "out", .wall_ms = 1, .outcomes = outcomes});
+  const std::vector<BatchOutcome> outcomes(
+      23, {.input = "x", .status = invalid_input("broken", {.file = "x.glb"})});
+  const std::string text = tally_of(outcomes).summary("out", 1);
   EXPECT_EQ(text.find("out: 23 assets, 0 encoded, 0 up to date, 23 failed; 1.0 ms\nfailed: x.glb: broken\n"),
             0u)
       << text;
   EXPECT_TRUE(text.ends_with("failed: x.glb: broken\nand 3 more failures; the report lists all\n")) << text;
+}
+
+// The rows pass through JSON, and no sum is lost on the way.
+TEST(BatchReport, RowsKeepAllThatIsSummed) {
+  BatchOutcome outcome = encoded("a.glb", 1);
+  PatchSummary& summary = outcome.result.total.summary;
+  summary.faces = 100;
+  summary.points = 60;
+  summary.references = 6;
+  summary.largest_patch_faces = 30;
+  summary.patch_faces = 90;
+  summary.payload_bytes = 50;
+  summary.total_bytes = 70;
+  outcome.result.total.input_faces = 101;
+  outcome.result.total.statistics.dropped_faces = 1;
+  Json one;
+  append_row(one, outcome.result.total);
+  EXPECT_EQ(tally_of({outcome}).to_json()["total"], one);
+  EncodeRow two = outcome.result.total;
+  two += outcome.result.total;
+  Json sum;
+  append_row(sum, two);
+  EXPECT_EQ(tally_of({outcome, outcome}).to_json()["total"], sum);
+}
+
+TEST(BatchReport, WhatMayPassDecidesTheCode) {
+  const BatchOutcome bad{.input = "x", .status = invalid_input("broken")};
+  const BatchOutcome full{.input = "y", .status = may_pass("cannot write: no space")};
+  EXPECT_EQ(tally_of({bad, full}).status(0).code(), kMayPass);
+  EXPECT_EQ(tally_of({bad, full}).status(9).code(), kMayPass);
+  EXPECT_EQ(tally_of({bad, bad}).status(1).code(), StatusCode::kInvalidInput);
+  EXPECT_TRUE(tally_of({bad, bad}).status(2).ok());
 }
 
 }  // namespace

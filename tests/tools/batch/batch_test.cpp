@@ -12,6 +12,7 @@
 #include <sstream>
 #include <thread>
 
+#include "gltf_ext/files/io_error.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
@@ -77,7 +78,7 @@ TEST_F(Batch, PatternsListsAndFilesKeepTheirRelativePaths) {
   EXPECT_EQ(names({"@" + path("list")}), "a.glb x/b.glb ");
   EXPECT_EQ(names({path("in/x/b.gltf")}), "b.glb ");
   EXPECT_EQ(names({path("in/x/b.gltf")}, "in"), "x/b.glb ");
-  EXPECT_EQ(names({path("in/x/b.gltf"), path("in/missing.glb")}), "missing.glb x/b.glb ");
+  EXPECT_EQ(names({path("in/x/b.gltf"), path("in/missing.glb")}), "x/b.glb missing.glb ");
   // Outputs are not read as inputs.
   EXPECT_EQ(names({path("**/*.glb")}), "in/a.glb ");
 }
@@ -226,35 +227,72 @@ TEST_F(Batch, GoesOnAfterFailuresAndSaysWhich) {
 TEST_F(Batch, OneAtATime) {
   generate("in/a.glb");
   BatchRecord other;
-  ASSERT_TRUE(other.open(folder_ / "out").ok());
-  EXPECT_EQ(batch(), 2);
+  ASSERT_TRUE(other.open(folder_ / "out", {}).ok());
+  EXPECT_EQ(batch(), 75);
   EXPECT_NE(err_.find("another batch is running"), std::string::npos) << err_;
   EXPECT_FALSE(fs::exists(path("out/a.glb")));
+}
+
+TEST_F(Batch, ShardsOfOneCountShareAFolderAndOthersWait) {
+  BatchRecord first, second, third;
+  ASSERT_TRUE(first.open(folder_, {0, 2}).ok());
+  ASSERT_TRUE(second.open(folder_, {1, 2}).ok());
+  EXPECT_EQ(third.open(folder_, {0, 3}).code(), kMayPass);
+  EXPECT_EQ(BatchRecord().open(folder_, {1, 2}).code(), kMayPass);
+}
+
+std::unique_ptr<BatchRecord> loaded_record(const fs::path& folder) {
+  auto record = std::make_unique<BatchRecord>();
+  EXPECT_TRUE(record->open(folder, {}).ok());
+  EXPECT_TRUE(record->load(folder, [](std::string_view) { return true; }).ok());
+  return record;
 }
 
 TEST_F(Batch, ARecordThatWasCutShortCountsForNothing) {
   {
     BatchRecord record;
-    ASSERT_TRUE(record.open(folder_).ok());
+    ASSERT_TRUE(record.open(folder_, {}).ok());
     ASSERT_TRUE(record.add("a", {"1", "2"}).ok());
     ASSERT_TRUE(record.add("b", {"3", "4"}).ok());
     ASSERT_TRUE(record.add("a", {"5", "6"}).ok());
   }
-  const fs::path file = folder_ / ".gltf-psplit-batch.jsonl";
+  const fs::path file = record_folder(folder_) / "0-of-1.jsonl";
   fs::resize_file(file, fs::file_size(file) - 3);
   {
-    BatchRecord record;
-    ASSERT_TRUE(record.open(folder_).ok());
-    ASSERT_NE(record.find("a"), nullptr);
-    EXPECT_EQ(record.find("a")->made_from, "1");
-    EXPECT_EQ(record.find("b")->output, "4");
-    EXPECT_EQ(record.find("c"), nullptr);
-    ASSERT_TRUE(record.add("c", {"7", "8"}).ok());
+    const auto record = loaded_record(folder_);
+    EXPECT_TRUE(record->has("a", {"1", "2"}));
+    EXPECT_FALSE(record->has("a", {"5", "6"}));
+    EXPECT_TRUE(record->has("b", {"3", "4"}));
+    EXPECT_FALSE(record->knows("c"));
+    ASSERT_TRUE(record->add("c", {"7", "8"}).ok());
   }
-  BatchRecord record;
-  ASSERT_TRUE(record.open(folder_).ok());
-  ASSERT_NE(record.find("c"), nullptr);
-  EXPECT_EQ(record.find("c")->output, "8");
+  const auto record = loaded_record(folder_);
+  EXPECT_TRUE(record->has("c", {"7", "8"}));
+}
+
+// Every file is read, whatever count of shards wrote it, and also that of versions without shards.
+TEST_F(Batch, RecordsOfAllShardsAreFactsTogether) {
+  for (const Shard& shard : {Shard{0, 2}, Shard{1, 2}, Shard{4, 5}}) {
+    BatchRecord record;
+    ASSERT_TRUE(record.open(folder_, shard).ok());
+    ASSERT_TRUE(record.add("of " + shard.file_name(), {"1", "2"}).ok());
+    ASSERT_TRUE(record.add("x", {"made from", shard.file_name()}).ok());
+  }
+  write(".gltf-psplit-batch.jsonl", R"({"name":"old","made_from":"1","output":"2"})"
+                                    "\n");
+  for (const bool merges : {false, true}) {
+    if (merges) {
+      ASSERT_TRUE(merge_records(folder_).ok());
+    }
+    const auto record = loaded_record(folder_);
+    for (const char* name : {"of 0-of-2", "of 1-of-2", "of 4-of-5", "old"})
+      EXPECT_TRUE(record->has(name, {"1", "2"})) << name;
+    EXPECT_TRUE(record->is_newest("x", "made from"));
+    EXPECT_TRUE(record->has("x", {"made from", "4-of-5"}));
+    EXPECT_EQ(record->has("x", {"made from", "0-of-2"}), !merges);
+  }
+  EXPECT_TRUE(fs::exists(record_folder(folder_) / "merged.jsonl"));
+  EXPECT_FALSE(fs::exists(record_folder(folder_) / "4-of-5.jsonl"));
 }
 
 // The command is killed at several moments and then run again. Every output that exists is complete at all

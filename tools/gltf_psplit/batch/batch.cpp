@@ -1,20 +1,20 @@
 #include "tools/gltf_psplit/batch/batch.h"
 
 #include <algorithm>
-#include <atomic>
-#include <new>
-#include <thread>
+#include <deque>
+#include <map>
 
-#include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/temporary_file.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json_text.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
-#include "tools/gltf_psplit/batch/batch_report.h"
-#include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/batch/worker.h"
 #include "tools/gltf_psplit/files/output_checks.h"
-#include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
-#include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
@@ -23,167 +23,350 @@ namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
 
-class Batch {
+// After a signal, what runs may end within this time. Slurm and Kubernetes kill after 30 seconds.
+constexpr auto kGrace = std::chrono::seconds(5);
+
+// The assets of a batch one after the other, out of a plan in memory or in a file.
+class Items {
  public:
-  Batch(const BatchArguments& arguments, const Session& session) : arguments_(arguments), session_(session) {}
-
-  Status run() {
-    Expected<std::vector<BatchItem>> items = plan_batch(arguments_.request);
-    if (!items) return items.status();
-    items_ = std::move(*items);
-    std::error_code error;
-    const fs::path report_path = fs::weakly_canonical(arguments_.report, error);
-    for (const BatchItem& item : items_)
-      for (const fs::path& path : {item.output, fs::path(item.input)})
-        if (writes_report_file() && fs::weakly_canonical(path, error) == report_path)
-          return {StatusCode::kUsage,
-                  "--report would replace " + arguments_.report + ", which is an input or an output"};
-    if (Status status = record_.open(arguments_.request.folder); !status.ok()) return status;
-    // Only now, because the report may be in the output folder, which `open` has made.
-    if (writes_report_file())
-      if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
-
-    const Stopwatch watch;
-    for (const BatchItem& item : items_)
-      outcomes_.push_back({.input = item.input, .output = item.output.string()});
-    {
-      ProgressBar bar("encoding", session_.log);
-      encode_all(bar);
+  Status open(const BatchArguments& arguments) {
+    shard_ = arguments.shard.value_or(Shard());
+    if (!arguments.manifest.empty()) {
+      Expected<Manifest> manifest = Manifest::open(arguments.manifest);
+      if (!manifest) return manifest.status();
+      manifest_.emplace(std::move(*manifest));
+      if (manifest_->head() && shard_.count == 1) count_ = manifest_->head()->count;
+      return {};
     }
-    const BatchReport done = report(watch.ms());
-    if (!spares_report_ && (!arguments_.report.empty() || !stdout_is_terminal())) {
-      const std::string& path = arguments_.report.empty() ? "-" : arguments_.report;
-      if (Status status = write_text(path, report_text(to_json(done))); !status.ok()) return status;
+    Expected<std::vector<BatchItem>> planned = plan_batch(arguments.request);
+    if (!planned) return planned.status();
+    planned_ = std::move(*planned);
+    std::erase_if(planned_, [&](const BatchItem& item) { return !shard_.owns(item.name); });
+    count_ = planned_.size();
+    return {};
+  }
+  const std::vector<BatchItem>& planned() const { return planned_; }
+  uint64_t count() const { return count_; }  // 0 if it is not known
+
+  // Nothing at the end. Errors: those of Manifest::next.
+  Expected<std::optional<BatchItem>> next() {
+    if (!manifest_) return next_ < planned_.size() ? std::optional(planned_[next_++]) : std::nullopt;
+    for (;;) {
+      Expected<std::optional<BatchItem>> item = manifest_->next();
+      if (!item || !*item || shard_.owns((*item)->name)) return item;
     }
-    session_.log.block(summary_text(done));
-    const auto first = std::ranges::find_if(outcomes_, [](const auto& o) { return !o.status.ok(); });
-    if (first == outcomes_.end()) return {};
-    return {first->status.code(),
-            std::to_string(done.failed()) + " of " + counted(items_.size(), "asset") + " failed"};
   }
 
  private:
+  Shard shard_;
+  std::optional<Manifest> manifest_;
+  std::vector<BatchItem> planned_;
+  size_t next_ = 0;
+  uint64_t count_ = 0;
+};
+
+class Batch {
+ public:
+  Batch(const BatchArguments& arguments, const Session& session)
+      : arguments_(arguments), session_(session), tally_(arguments.verb) {}
+
+  Status run() {
+    if (Status status = prepare(); !status.ok()) return status;
+    const Stopwatch watch;
+    {
+      const StopSignals signals;
+      signals_ = &signals;
+      ProgressBar bar(progress_label(), session_.log);
+      bar_ = &bar;
+      work();
+    }
+    std::error_code ignored;
+    if (arguments_.staging.any()) fs::remove_all(staging_folder_, ignored);
+    if (failure_.ok() && !is_cut_short()) failure_ = rows_.add_end(watch.ms());
+    if (Status status = report(watch.ms()); failure_.ok()) failure_ = std::move(status);
+    session_.log.block(tally_.summary(arguments_.folder, watch.ms()));
+    return result();
+  }
+
+ private:
+  // An asset that the worker has.
+  struct Running {
+    BatchItem item;
+    Deadline deadline;  // nothing while it waits for memory
+    bool waits = false;
+    bool is_alone = false;
+  };
+
+  Status prepare() {
+    if (Status status = items_.open(arguments_); !status.ok()) return status;
+    if (Status status = check_report(); !status.ok()) return status;
+    const fs::path& folder = arguments_.request.folder;
+    const Shard shard = arguments_.shard.value_or(Shard());
+    fs::path rows;
+    if (!arguments_.dry_run) {
+      if (Status status = record_.open(folder, shard); !status.ok()) return status;
+      rows = record_folder(folder) / (shard.file_name() + ".report.jsonl");
+    }
+    // Only now, because the report may be in the output folder, which `open` has made.
+    if (writes_report_file())
+      if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
+    std::error_code error;
+    ContentHash unique;
+    unique.add_framed(fs::weakly_canonical(folder, error).string());
+    unique.add_framed(shard.text());
+    staging_folder_ = arguments_.staging.folder.empty()
+                          ? record_folder(folder) / ("staged-" + shard.file_name())
+                          : fs::path(arguments_.staging.folder) / ("gltf-psplit-staged-" + unique.hex());
+    // What a process left that was killed: nobody else uses this shard's folder.
+    if (arguments_.staging.any() && !arguments_.dry_run) fs::remove_all(staging_folder_, error);
+    return rows_.create(rows);
+  }
+
   bool writes_report_file() const { return !arguments_.report.empty() && arguments_.report != "-"; }
 
-  // Encodes as many assets at once as there are threads. Each asset also uses the pool's threads for its
-  // primitives and patches, so that a large asset at the end does not leave threads idle. Large files come
-  // first for the same reason.
-  void encode_all(ProgressBar& bar) {
-    std::vector<std::pair<uintmax_t, size_t>> order;
-    for (size_t i = 0; i < items_.size(); ++i) {
-      std::error_code error;
-      const uintmax_t bytes = fs::file_size(items_[i].input, error);
-      order.emplace_back(error ? 0 : bytes, i);
-    }
-    std::stable_sort(order.begin(), order.end(),
-                     [](const auto& a, const auto& b) { return a.first > b.first; });
-    std::atomic<size_t> next = 0, done = 0;
-    std::atomic<uint64_t> bytes_done = 0;
-    const auto work = [&] {
-      for (size_t n = next++; n < order.size(); n = next++) {
-        encode_item(order[n].second);
-        bytes_done += order[n].first;
-        ++done;
-        bar.show({.done = done,
-                  .total = order.size(),
-                  .noun = "asset",
-                  .stage = "",
-                  .amount = bytes_done,
-                  .amount_noun = "byte"});
-      }
-    };
-    std::vector<std::thread> others;
-    const size_t workers = std::min(items_.size(), static_cast<size_t>(session_.pool.thread_count()));
-    for (size_t i = 1; i < workers; ++i) others.emplace_back(work);
-    work();
-    for (std::thread& other : others) other.join();
-  }
-
-  void encode_item(size_t i) {
-    BatchOutcome& outcome = outcomes_[i];
-    const Stopwatch watch;
-    try {
-      outcome.status = encode(items_[i], outcome);
-    } catch (const std::bad_alloc&) {
-      outcome.status = runtime_failure("out of memory");
-    } catch (const std::exception& error) {
-      outcome.status = runtime_failure(error.what());
-    }
-    outcome.status = std::move(outcome.status).at({.file = items_[i].input});
-    if (!outcome.status.ok()) session_.log.error(outcome.status);
-    outcome.wall_ms = watch.ms();
-  }
-
-  Status encode(const BatchItem& item, BatchOutcome& outcome) {
-    Expected<Document> document = read_input(item.input, session_.log);
-    if (!document) return document.status();
-    if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
-      spares_report_ = true;
-      return status;
-    }
-    ContentHash hash;
-    hash.add_framed(session_.version);
-    hash.add_framed(describe_options(arguments_.encode.options));
-    hash.add_framed(describe_images(arguments_.write));
-    hash.add_framed(hash_asset(*document));
-    const std::string made_from = hash.hex();
-    if (is_up_to_date(item, made_from)) {
-      outcome.up_to_date = true;
-      session_.log.detail(item.output.string() + " is up to date");
-      return {};
-    }
-    if (Status status = check_output(item); !status.ok()) return status;
-    outcome.sizes.input = bytes_on_disk(document->source.string());
-    const auto reports = encode_document(*document, arguments_.encode.options, find_backend({}), session_.pool);
-    if (!reports) return reports.status();
-    outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
-    log_reports(*reports, session_.log, item.input + ": ");
-    warn_of_growth(outcome.result, session_.log, item.input);
+  Status check_report() const {
+    if (!writes_report_file()) return {};
     std::error_code error;
-    fs::create_directories(item.output.parent_path(), error);  // if it fails, writing reports it
-    if (Status status = record_.begin(item.name); !status.ok()) return status;
-    if (Status status = write_document(*document, item.output, arguments_.write, &outcome.written);
-        !status.ok())
-      return status;
-    log_written(outcome.written, session_.log, item.input + ": ");
-    outcome.sizes.output = bytes_on_disk(item.output.string());
-    const Expected<Document> written = read_document(item.output);
-    if (!written) return written.status();
-    session_.log.detail(written_text(item.output.string(), outcome.sizes, encode_summary(outcome.result)));
-    return record_.add(item.name, {made_from, hash_asset(*written)});
+    const fs::path report = fs::weakly_canonical(arguments_.report, error);
+    for (const BatchItem& item : items_.planned())
+      for (const fs::path& path : {arguments_.request.folder / item.name, fs::path(item.input)})
+        if (fs::weakly_canonical(path, error) == report)
+          return {StatusCode::kUsage,
+                  "--report would replace " + arguments_.report + ", which is an input or an output"};
+    return {};
   }
 
-  // Files in the folder that no batch made are not replaced.
-  Status check_output(const BatchItem& item) const {
-    std::error_code error;
-    if (record_.find(item.name) != nullptr || !fs::exists(fs::symlink_status(item.output, error))) return {};
-    return {StatusCode::kUsage,
-            item.output.string() + " exists, and no batch made it: move it away, or choose another --out-dir"};
+  std::string progress_label() const {
+    switch (arguments_.verb) {
+      case BatchVerb::kEncode: return "encoding";
+      case BatchVerb::kDecode: return "decoding";
+      case BatchVerb::kValidate: return "validating";
+      case BatchVerb::kCompare: return "comparing";
+    }
+    return "";
   }
 
-  // Whether the output was made from the same input with the same options, and has not changed since.
-  bool is_up_to_date(const BatchItem& item, const std::string& made_from) const {
-    const BatchRecord::Entry* entry = record_.find(item.name);
-    if (entry == nullptr || entry->made_from != made_from) return false;
-    const Expected<Document> output = read_document(item.output);
-    return output && hash_asset(*output) == entry->output;
+  // Hands assets to the worker and takes their results until all are done, or until a signal or a failure stops
+  // the batch.
+  void work() {
+    for (;;) {
+      if (!worker_ && may_begin()) start_worker();
+      while (may_begin() && running_.size() < most_at_once()) begin_next();
+      if (running_.empty()) break;
+      ChildProcess::Received received = worker_->receive(next_deadline());
+      for (const std::string& line : received.lines) take(line);
+      if (received.ended) worker_ended(worker_->wait());
+      if (signals_->seen() && !stop_deadline_) stop_deadline_ = Clock::now() + kGrace;
+      if (worker_) drop_late();
+    }
+    if (!worker_) return;
+    worker_->close();
+    worker_->wait();
   }
 
-  BatchReport report(double wall_ms) const {
-    return {.folder = arguments_.folder,
-            .verified = arguments_.encode.options.verify,
-            .threads = session_.pool.thread_count(),
-            .wall_ms = wall_ms,
-            .outcomes = outcomes_};
+  bool is_stopping() const { return stop_deadline_ || signals_->seen() || !failure_.ok(); }
+  bool may_begin() const { return !is_stopping() && !(at_end_ && again_.empty() && alone_.empty()); }
+  bool is_cut_short() const { return dropped_ > 0 || !at_end_ || !again_.empty() || !alone_.empty(); }
+
+  // An asset that may have ended a worker has the next one for itself.
+  size_t most_at_once() const {
+    const bool has_alone =
+        std::ranges::any_of(running_, [](const auto& entry) { return entry.second.is_alone; });
+    return has_alone || !alone_.empty() ? 1 : static_cast<size_t>(session_.pool.thread_count());
+  }
+
+  void start_worker() {
+    Expected<std::unique_ptr<ChildProcess>> worker = ChildProcess::start(
+        [this](ParentLink& link) { return run_worker(link, arguments_, session_, record_, staging_folder_); });
+    if (worker)
+      worker_ = std::move(*worker);
+    else
+      failure_ = worker.status();
+  }
+
+  void begin_next() {
+    Running running;
+    if (!alone_.empty() || !again_.empty()) {
+      running.is_alone = !alone_.empty();
+      std::deque<BatchItem>& waiting = running.is_alone ? alone_ : again_;
+      running.item = std::move(waiting.front());
+      waiting.pop_front();
+    } else {
+      Expected<std::optional<BatchItem>> item = items_.next();
+      if (!item) failure_ = item.status();
+      if (item && !*item) at_end_ = true;
+      if (!item || !*item) return;
+      running.item = std::move(**item);
+    }
+    Json json = to_json(running.item);
+    json["id"] = ++last_id_;
+    running.deadline = deadline();
+    // If this fails, the worker has ended, and `receive` will say so.
+    static_cast<void>(worker_->send(line_of(json)));
+    running_.emplace(last_id_, std::move(running));
+  }
+
+  Deadline deadline() const {
+    if (arguments_.timeout_s <= 0) return std::nullopt;
+    return Clock::now() +
+           std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(arguments_.timeout_s));
+  }
+
+  Deadline next_deadline() const {
+    Deadline next = stop_deadline_;
+    for (const auto& [id, running] : running_)
+      if (running.deadline && (!next || *running.deadline < *next)) next = running.deadline;
+    return next;
+  }
+
+  void take(const std::string& line) {
+    const Expected<Json> json = parse_json(line);
+    if (!json) return;
+    if (const Json* failed = object_field(*json, "failed")) {
+      const std::string* message = string_field(*failed, "message");
+      failure_ = Status(static_cast<StatusCode>(integer_field(*failed, "code").value_or(4)),
+                        message == nullptr ? "the worker failed" : *message);
+    }
+    const auto found = running_.find(static_cast<uint64_t>(integer_field(*json, "id").value_or(0)));
+    if (found == running_.end()) return;
+    Running& running = found->second;
+    if (const Json* waits = field(*json, "waits")) {
+      running.waits = *waits == true;
+      running.deadline = running.waits ? std::nullopt : deadline();
+    }
+    const Json* const row = object_field(*json, "row");
+    if (row == nullptr) return;
+    spares_report_ = spares_report_ || bool_field_or(*json, "spares_report", false);
+    const bool had_company = running_.size() > 1;
+    if (bool_field_or(*json, "alone", false) && had_company && !running.is_alone)
+      alone_.push_back(std::move(running.item));
+    else
+      note(*row, running.item);
+    running_.erase(found);
+  }
+
+  // The worker ended although assets ran. One that ran alone is the cause; otherwise each of them may be.
+  void worker_ended(const ProcessEnd& end) {
+    worker_.reset();
+    const auto runs = [](const auto& entry) { return !entry.second.waits; };
+    const auto suspects = std::ranges::count_if(running_, runs);
+    for (auto& [id, running] : running_) {
+      clean_up_after(id, running.item);
+      if (!failure_.ok())
+        ++dropped_;
+      else if (running.waits)
+        again_.push_back(std::move(running.item));
+      else if (suspects > 1)
+        alone_.push_back(std::move(running.item));
+      else
+        note_failure(running.item, cause_of(end));
+    }
+    running_.clear();
+  }
+
+  // The system kills without a word when memory runs out.
+  static Status cause_of(const ProcessEnd& end) {
+    constexpr int kKill = 9;
+    const std::string number = std::to_string(end.number);
+    if (!end.by_signal) return runtime_failure("the process that worked on it ended with code " + number);
+    return end.number == kKill ? may_pass("was killed, probably because memory ran out")
+                               : runtime_failure("crashed with signal " + number);
+  }
+
+  // Kills the worker if an asset is late, or all assets after a signal.
+  void drop_late() {
+    const Clock::time_point now = Clock::now();
+    const bool drops_all = stop_deadline_ && now >= *stop_deadline_;
+    const auto is_late = [&](const Running& running) { return running.deadline && now >= *running.deadline; };
+    if (!drops_all && std::ranges::none_of(running_, [&](const auto& entry) { return is_late(entry.second); }))
+      return;
+    worker_->kill();
+    worker_.reset();
+    for (auto& [id, running] : running_) {
+      clean_up_after(id, running.item);
+      if (drops_all)
+        ++dropped_;
+      else if (is_late(running))
+        note_failure(running.item, may_pass("took longer than the " + with_decimals(arguments_.timeout_s, 1) +
+                                            " s of --timeout"));
+      else
+        (running.is_alone ? alone_ : again_).push_back(std::move(running.item));
+    }
+    running_.clear();
+  }
+
+  // Removes what a killed worker left of an asset.
+  void clean_up_after(uint64_t id, const BatchItem& item) const {
+    std::error_code ignored;
+    if (arguments_.staging.any()) fs::remove_all(staging_folder_ / std::to_string(id), ignored);
+    if (!arguments_.dry_run) remove_dead_temporaries((arguments_.request.folder / item.name).parent_path());
+  }
+
+  void note_failure(const BatchItem& item, const Status& cause) {
+    const BatchOutcome outcome{.input = item.input, .status = Status(cause).at({.file = item.input})};
+    note(to_json(outcome, arguments_.verb), item);
+  }
+
+  // An asset has ended.
+  void note(const Json& row, const BatchItem& item) {
+    tally_.add(row);
+    if (Status status = rows_.add(row); !status.ok() && failure_.ok()) failure_ = std::move(status);
+    if (const Json* error = object_field(row, "error"))
+      if (const std::string* message = string_field(*error, "message"))
+        session_.log.error({static_cast<StatusCode>(integer_field(*error, "code").value_or(4)), *message});
+    if (arguments_.progress_as_json)
+      if (Status status = write_text("-", line_of(row) + "\n"); !status.ok() && failure_.ok())
+        failure_ = std::move(status);
+    bytes_done_ += item.bytes.value_or(0);
+    bar_->show({.done = tally_.assets(),
+                .total = items_.count(),
+                .noun = "asset",
+                .stage = "",
+                .amount = bytes_done_,
+                .amount_noun = "byte"});
+  }
+
+  Status report(double wall_ms) {
+    const bool asked = !arguments_.report.empty();
+    const bool by_default = !arguments_.shard && !arguments_.progress_as_json && !stdout_is_terminal();
+    if (spares_report_ || !(asked || by_default)) return {};
+    Json head{{"folder", arguments_.folder},
+              {"verified", arguments_.encode.options.verify},
+              {"threads", session_.pool.thread_count()}};
+    if (arguments_.shard) head["shard"] = arguments_.shard->text();
+    head["wall_ms"] = wall_ms;
+    head.update(tally_.to_json());
+    return write_batch_report(asked ? arguments_.report : "-", head, {&rows_, 1});
+  }
+
+  Status result() const {
+    if (!failure_.ok()) return failure_;
+    if (is_cut_short())
+      return may_pass("stopped by a signal after " + counted(tally_.assets(), "asset") +
+                      "; run it again to go on");
+    return tally_.status(arguments_.max_failures);
   }
 
   const BatchArguments& arguments_;
   const Session& session_;
-  std::vector<BatchItem> items_;
-  std::vector<BatchOutcome> outcomes_;
+  Items items_;
   BatchRecord record_;
-  std::atomic<bool> spares_report_ = false;  // the report would replace a file that an asset needs
+  BatchRows rows_;
+  BatchTally tally_;
+  fs::path staging_folder_;
+  const StopSignals* signals_ = nullptr;
+  ProgressBar* bar_ = nullptr;
+  std::unique_ptr<ChildProcess> worker_;
+  std::map<uint64_t, Running> running_;
+  std::deque<BatchItem> again_, alone_;  // those that a worker lost
+  uint64_t last_id_ = 0, bytes_done_ = 0;
+  size_t dropped_ = 0;
+  bool at_end_ = false;
+  bool spares_report_ = false;  // the report would replace a file that an asset needs
+  Deadline stop_deadline_;
+  Status failure_;  // of the batch itself
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <map>
 #include <string_view>
 
-#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/text_lines.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 
 namespace psplit {
@@ -83,7 +83,10 @@ class Planner {
       if (!is_new)
         return usage(other->second + " and " + input + " would both become " +
                      (request_.folder / relative).string());
-      items.push_back({input, request_.folder / relative, relative.generic_string()});
+      std::error_code error;
+      const uintmax_t bytes = fs::file_size(input, error);
+      items.push_back({.input = input, .name = relative.generic_string()});
+      if (!error) items.back().bytes = bytes;
     }
     // Through links, one file may have two names.
     std::error_code error;
@@ -92,23 +95,20 @@ class Planner {
     for (const auto& [output, input] : taken)
       if (const auto found = files.find(fs::weakly_canonical(output, error)); found != files.end())
         return usage(input + " would replace the input " + found->second);
+    std::ranges::stable_sort(items, std::greater<>(), [](const BatchItem& item) { return item.bytes; });
     return items;
   }
 
  private:
   Status add_list(const std::string& name) {
-    const auto bytes = read_file(name);
-    if (!bytes) return bytes.status();
-    const std::string text(bytes->begin(), bytes->end());
-    for (size_t at = 0; at < text.size();) {
-      const size_t end = std::min(text.find('\n', at), text.size());
-      std::string line = text.substr(at, end - at);
-      if (line.ends_with('\r')) line.pop_back();
-      at = end + 1;
+    Expected<TextLines> lines = TextLines::open(name);
+    if (!lines) return lines.status();
+    for (std::string_view line; lines->next(line);) {
+      if (line.ends_with('\r')) line.remove_suffix(1);
       if (line.empty()) continue;
-      if (Status status = add_word(line); !status.ok()) return status;
+      if (Status status = add_word(std::string(line)); !status.ok()) return status;
     }
-    return {};
+    return lines->status();
   }
 
   Status add_word(const std::string& word) {

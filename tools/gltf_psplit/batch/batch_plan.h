@@ -6,14 +6,9 @@
 #include <vector>
 
 #include "src/status.h"
+#include "tools/gltf_psplit/batch/batch_item.h"
 
 namespace psplit {
-
-struct BatchItem {
-  std::string input;
-  std::filesystem::path output;  // below the output folder
-  std::string name;              // the output relative to that folder
-};
 
 struct BatchRequest {
   std::vector<std::string> words;  // files, patterns, @lists of both
@@ -27,7 +22,8 @@ struct BatchRequest {
 // the output folder. The common folder contains all files, and the part of each pattern before its first
 // wildcard. A file that is named twice is read once. Errors: kUsage for a pattern that matches nothing, a
 // folder, an input outside `base`, two inputs with the same output, or an output that is an input; kIo for a
-// list that cannot be read. A missing file is not an error here.
+// list that cannot be read. A missing file is not an error here. The largest files come first, so that none of
+// them begins at the end, when the other threads have nothing left to do.
 Expected<std::vector<BatchItem>> plan_batch(const BatchRequest& request);
 
 }  // namespace psplit

@@ -1,8 +1,13 @@
 #include "tools/gltf_psplit/batch/batch_record.h"
 
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
 #include "gltf_ext/document/linked_files.h"
-#include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/text_lines.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
@@ -12,7 +17,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kRecordName = ".gltf-psplit-batch.jsonl";
+constexpr const char* kFolder = ".gltf-psplit-batch";
+// The record of versions that had no shards.
+constexpr const char* kOldFile = ".gltf-psplit-batch.jsonl";
+constexpr std::string_view kLineBegin = "{\"name\":\"";
+const Hash128 kNotWritten = hash_of("");
+
+// The name in a line, percent-encoded, without parsing the line: a shard reads the lines of all others.
+std::string_view name_in(std::string_view line) {
+  if (!line.starts_with(kLineBegin)) return {};
+  line.remove_prefix(kLineBegin.size());
+  return line.substr(0, std::min(line.find('"'), line.size()));
+}
+
+int64_t now_ms() {
+  using namespace std::chrono;
+  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+std::vector<fs::path> record_files(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  if (fs::is_regular_file(folder / kOldFile, error)) files.push_back(folder / kOldFile);
+  for (fs::directory_iterator entry(record_folder(folder), error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.ends_with(".jsonl") && !name.ends_with(".report.jsonl")) files.push_back(entry->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
 
 }  // namespace
 
@@ -31,39 +65,146 @@ std::string hash_asset(const Document& document) {
   return hash.hex();
 }
 
-Status BatchRecord::open(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  const fs::path path = folder / kRecordName;
-  const Expected<bool> is_ours = file_.open(path);
-  if (!is_ours) return is_ours.status();
-  if (!*is_ours) return io_failure("another batch is running in " + folder.string());
-  const auto bytes = read_file(path);
-  if (!bytes) return bytes.status();
-  const std::string text(bytes->begin(), bytes->end());
-  size_t at = 0;
-  for (size_t end = text.find('\n'); end != std::string::npos; at = end + 1, end = text.find('\n', at)) {
-    const auto line = parse_json(std::string_view(text).substr(at, end - at));
-    if (!line) continue;
-    const std::string *name = string_field(*line, "name"), *made_from = string_field(*line, "made_from"),
-                      *output = string_field(*line, "output");
-    if (name != nullptr && made_from != nullptr && output != nullptr) entries_[*name] = {*made_from, *output};
-  }
-  return at < text.size() ? file_.append("\n") : Status();
+fs::path record_folder(const fs::path& output_folder) { return output_folder / kFolder; }
+fs::path division_file(const fs::path& folder) { return record_folder(folder) / "division"; }
+
+std::string record_name(const std::string& name, const std::string& check) {
+  return percent_encode(name) + (check.empty() ? "" : "?" + check);
 }
 
-const BatchRecord::Entry* BatchRecord::find(const std::string& name) const {
-  const auto found = entries_.find(percent_encode(name));
-  return found == entries_.end() ? nullptr : &found->second;
+Status BatchRecord::open(const fs::path& folder, const Shard& shard) {
+  std::error_code error;
+  const fs::path records = record_folder(folder);
+  fs::create_directories(records, error);
+  if (error) return io_error("cannot make the folder " + records.string(), error.value());
+  const Expected<bool> joined = division_.join(division_file(folder), std::to_string(shard.count));
+  if (!joined) return joined.status();
+  if (!*joined)
+    return may_pass("another batch, with another number of shards, is running in " + folder.string());
+  const Expected<bool> is_ours = file_.open(records / (shard.file_name() + ".jsonl"));
+  if (!is_ours) return is_ours.status();
+  if (*is_ours) return {};
+  return may_pass(shard.count == 1 ? "another batch is running in " + folder.string()
+                                   : "shard " + shard.text() + " is already running in " + folder.string());
+}
+
+Status BatchRecord::load(const fs::path& folder, const std::function<bool(std::string_view)>& is_wanted) {
+  facts_.clear();
+  for (const fs::path& file : record_files(folder))
+    if (Status status = load_file(file, is_wanted); !status.ok()) return status;
+  std::sort(facts_.begin(), facts_.end());
+  facts_.erase(std::unique(facts_.begin(), facts_.end()), facts_.end());
+  return {};
+}
+
+Status BatchRecord::load_file(const fs::path& file, const std::function<bool(std::string_view)>& is_wanted) {
+  Expected<TextLines> lines = TextLines::open(file);
+  if (!lines) return lines.status();
+  for (std::string_view line; lines->next(line);) {
+    const std::string_view name = name_in(line);
+    if (name.empty() || !lines->is_whole()) continue;
+    // What follows the name of an asset that was only checked, "?validate", is not a part of it.
+    if (!is_wanted(percent_decode(name.substr(0, name.find('?'))))) continue;
+    const Expected<Json> json = parse_json(line);
+    if (!json) continue;
+    const std::string *made_from = string_field(*json, "made_from"), *output = string_field(*json, "output");
+    if (made_from == nullptr || output == nullptr) continue;
+    facts_.push_back(
+        {hash_of(name), hash_of(*made_from), hash_of(*output), integer_field(*json, "time").value_or(0)});
+  }
+  return lines->status();
+}
+
+std::pair<std::vector<BatchRecord::Fact>::const_iterator, std::vector<BatchRecord::Fact>::const_iterator>
+BatchRecord::facts(const std::string& name) const {
+  const auto found = std::ranges::equal_range(facts_, hash_of(name), std::less<>(), &Fact::name);
+  return {found.begin(), found.end()};
+}
+
+bool BatchRecord::knows(const std::string& name) const {
+  const auto [begin, end] = facts(name);
+  return begin != end;
+}
+
+bool BatchRecord::has(const std::string& name, const Entry& entry) const {
+  const auto [begin, end] = facts(name);
+  const Hash128 made_from = hash_of(entry.made_from), output = hash_of(entry.output);
+  return std::any_of(begin, end,
+                     [&](const Fact& fact) { return fact.made_from == made_from && fact.output == output; });
+}
+
+bool BatchRecord::is_newest(const std::string& name, const std::string& made_from) const {
+  const auto [begin, end] = facts(name);
+  const auto newest =
+      std::max_element(begin, end, [](const Fact& a, const Fact& b) { return a.time < b.time; });
+  return newest != end && newest->output != kNotWritten && newest->made_from == hash_of(made_from);
 }
 
 Status BatchRecord::add(const std::string& name, const Entry& entry) {
   const std::string line =
-      Json{{"name", percent_encode(name)}, {"made_from", entry.made_from}, {"output", entry.output}}.dump(
-          -1, ' ', false, Json::error_handler_t::replace) +
+      Json{{"name", name}, {"made_from", entry.made_from}, {"output", entry.output}, {"time", now_ms()}}
+          .dump() +
       "\n";
   const std::lock_guard lock(mutex_);
   return file_.append(line);
+}
+
+Status merge_records(const fs::path& folder) {
+  // The line to keep of each name: the newest that says that the output was written, otherwise any.
+  struct Line {
+    Hash128 name;
+    bool is_written = false;
+    int64_t time = 0;
+    size_t file = 0;
+    uint64_t number = 0;
+    auto operator<=>(const Line&) const = default;
+  };
+  std::vector<Line> lines;
+  const std::vector<fs::path> files = record_files(folder);
+  const auto for_each_line = [&](const auto& visit) -> Status {
+    for (size_t file = 0; file < files.size(); ++file) {
+      Expected<TextLines> text = TextLines::open(files[file]);
+      if (!text) return text.status();
+      for (std::string_view line; text->next(line);)
+        if (text->is_whole() && !name_in(line).empty()) visit(file, text->number(), line);
+      if (!text->status().ok()) return text->status();
+    }
+    return {};
+  };
+  Status status = for_each_line([&](size_t file, uint64_t number, std::string_view line) {
+    const Expected<Json> json = parse_json(line);
+    const std::string* output = json ? string_field(*json, "output") : nullptr;
+    if (output == nullptr || string_field(*json, "made_from") == nullptr) return;
+    lines.push_back(
+        {hash_of(name_in(line)), !output->empty(), integer_field(*json, "time").value_or(0), file, number});
+  });
+  if (!status.ok()) return status;
+  std::sort(lines.begin(), lines.end());
+  std::vector<std::pair<size_t, uint64_t>> kept;
+  for (size_t i = 0; i < lines.size(); ++i)
+    if (i + 1 == lines.size() || lines[i + 1].name != lines[i].name)
+      kept.emplace_back(lines[i].file, lines[i].number);
+  std::sort(kept.begin(), kept.end());
+
+  const fs::path merged = record_folder(folder) / "merged.jsonl";
+  Status read;
+  status = write_file(merged, [&](std::FILE* out) {
+    auto next = kept.begin();
+    bool is_written = true;
+    read = for_each_line([&](size_t file, uint64_t number, std::string_view line) {
+      if (next == kept.end() || *next != std::pair(file, number)) return;
+      ++next;
+      is_written = is_written && std::fwrite(line.data(), 1, line.size(), out) == line.size() &&
+                   std::fputc('\n', out) != EOF;
+    });
+    return is_written && read.ok();
+  });
+  if (!read.ok()) return read;
+  if (!status.ok()) return status;
+  std::error_code ignored;  // a file that stays repeats facts
+  for (const fs::path& file : files)
+    if (file != merged) fs::remove(file, ignored);
+  return {};
 }
 
 }  // namespace psplit

@@ -1,45 +1,83 @@
 // The record of what `batch` wrote into an output folder. It is kept in that folder, so that a later run knows
-// which outputs are up to date, no matter how the last run ended.
+// which outputs are up to date, no matter how the last run ended, and how many shards it had.
 #pragma once
 
 #include <filesystem>
-#include <map>
+#include <functional>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/operating_system.h"
+#include "tools/gltf_psplit/batch/shard.h"
 
 namespace psplit {
 
 // The hash of an asset: its JSON, the bytes of its buffers, and those of the image files that it refers to.
 std::string hash_asset(const Document& document);
 
-// A file with one line for each asset that was written. The last line of an output counts. A line that a kill
-// cut short is ignored. Thread-safe, except `open`; only one process at a time can open the record.
+// The folder below the output folder that holds the records and the reports of all shards.
+std::filesystem::path record_folder(const std::filesystem::path& output_folder);
+
+// The name of an asset in the record. `check` is empty for the asset that was written; otherwise it names what
+// the asset was only checked for.
+std::string record_name(const std::string& name, const std::string& check = "");
+
+// Each shard writes a file of its own, "<index>-of-<count>.jsonl", with a line for each asset that it wrote,
+// and reads the files of all. A line is a fact: an output with this hash was made from an input and options
+// with that hash. So the order of lines and files does not matter, and a fact that is lost costs time only. A
+// line that a kill cut short is ignored. Thread-safe, except `open` and `load`.
 class BatchRecord {
  public:
   struct Entry {
     std::string made_from;  // hash of input and options
-    std::string output;     // hash_asset of the written asset
+    std::string output;     // hash_asset of the written asset; empty before it was written
   };
 
   BatchRecord() = default;
   BatchRecord(const BatchRecord&) = delete;
   BatchRecord& operator=(const BatchRecord&) = delete;
 
-  // Makes the folder if it does not exist. Errors: kIo, also if another process has opened the record.
-  Status open(const std::filesystem::path& folder);
-  // Null if the output is not in the record: if it exists, no batch made it.
-  const Entry* find(const std::string& name) const;
+  // Makes the folders if they do not exist, and locks the shard's file. kMayPass if another process has locked
+  // it, or if shards of another count run. Other errors: those of io_error.
+  Status open(const std::filesystem::path& folder, const Shard& shard);
+
+  // Reads what all files say about the outputs whose names `is_wanted` accepts. Memory: 64 bytes for each line.
+  Status load(const std::filesystem::path& folder, const std::function<bool(std::string_view)>& is_wanted);
+
+  // Whether a batch made the output, or began to. Otherwise, if it exists, it is not a batch's.
+  bool knows(const std::string& name) const;
+  // Whether the output with hash `output` is known to be made from `made_from`.
+  bool has(const std::string& name, const Entry& entry) const;
+  // Whether the line that was written last says that the output was made from `made_from`.
+  bool is_newest(const std::string& name, const std::string& made_from) const;
+
   // Call it before the output is written, because a kill may come before `add`.
   Status begin(const std::string& name) { return add(name, {}); }
   Status add(const std::string& name, const Entry& entry);
 
  private:
+  struct Fact {
+    Hash128 name, made_from, output;
+    int64_t time = 0;  // milliseconds; 0 if the line does not say it
+    auto operator<=>(const Fact&) const = default;
+  };
+  Status load_file(const std::filesystem::path& file, const std::function<bool(std::string_view)>& is_wanted);
+  std::pair<std::vector<Fact>::const_iterator, std::vector<Fact>::const_iterator> facts(
+      const std::string& name) const;
+
+  GroupLock division_;
   LockedLog file_;
   std::mutex mutex_;
-  std::map<std::string, Entry> entries_;  // as they were when the record was opened
+  std::vector<Fact> facts_;  // sorted; as they were when the record was loaded
 };
+
+// Joins the files of all shards into one, and keeps only the newest fact about each asset. The caller holds the
+// division's file alone. Errors: those of io_error.
+Status merge_records(const std::filesystem::path& folder);
+// The file that shards of one count hold together (GroupLock).
+std::filesystem::path division_file(const std::filesystem::path& folder);
 
 }  // namespace psplit

@@ -1,8 +1,13 @@
 #include "tools/gltf_psplit/batch/batch_report.h"
 
 #include <algorithm>
-#include <vector>
+#include <cerrno>
 
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/text_lines.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json_text.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
@@ -12,92 +17,214 @@ namespace {
 constexpr size_t kSlowest = 3;
 constexpr size_t kFailures = 20;
 
-std::string slowest_text(std::span<const BatchOutcome> outcomes) {
-  std::vector<const BatchOutcome*> slowest;
-  for (const BatchOutcome& outcome : outcomes)
-    if (outcome.status.ok() && !outcome.up_to_date) slowest.push_back(&outcome);
-  if (slowest.size() < 2) return "";
-  std::ranges::stable_sort(slowest, std::greater<>(), &BatchOutcome::wall_ms);
-  std::string text = "slowest: ";
-  for (size_t i = 0; i < std::min(kSlowest, slowest.size()); ++i)
-    text += (i == 0 ? "" : ", ") + slowest[i]->input + " " + as_duration(slowest[i]->wall_ms);
-  return text + "\n";
+uint64_t count_in(const Json& object, const char* name) {
+  return static_cast<uint64_t>(integer_field(object, name).value_or(0));
 }
+double number_in(const Json& object, const char* name) { return number_field(object, name).value_or(0); }
 
-std::string failures_text(std::span<const BatchOutcome> outcomes, size_t failed) {
-  std::string text;
-  size_t listed = 0;
-  for (const BatchOutcome& outcome : outcomes)
-    if (!outcome.status.ok() && listed++ < kFailures) text += "failed: " + outcome.status.to_string() + "\n";
-  if (failed > kFailures)
-    text += "and " + counted(failed - kFailures, "more failure") + "; the report lists all\n";
-  return text;
-}
-
-Json asset_json(const BatchOutcome& outcome) {
-  Json asset{{"input", outcome.input}, {"output", outcome.output}};
-  asset["status"] = !outcome.status.ok() ? "failed" : outcome.up_to_date ? "up to date" : "encoded";
-  if (!outcome.status.ok()) {
-    asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
-                      {"message", outcome.status.to_string()}};
-  } else if (!outcome.up_to_date) {
-    asset["files"] = sizes_json(outcome.sizes);
-    asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
-                         {"output_bytes", outcome.result.geometry.output}};
-    append_row(asset["total"], outcome.result.total);
-    append_written(asset, outcome.written);
-    asset["primitives"] = outcome.result.primitives;
+// The row that append_row and `to_json` wrote.
+EncodeRow row_of(const Json& json) {
+  EncodeRow row;
+  if (const Json* input = object_field(json, "input")) {
+    row.input_faces = count_in(*input, "faces");
+    row.input_points = count_in(*input, "points");
+    row.input_bytes = count_in(*input, "bytes");
   }
-  asset["wall_ms"] = outcome.wall_ms;
-  return asset;
+  PatchSummary& summary = row.summary;
+  summary.patches = count_in(json, "patches");
+  summary.condensed_patches = count_in(json, "condensed_patches");
+  summary.faces = count_in(json, "faces");
+  summary.points = count_in(json, "points");
+  summary.references = count_in(json, "references");
+  summary.largest_patch_faces = count_in(json, "largest_patch_faces");
+  summary.patch_faces = count_in(json, "patch_faces");
+  if (const Json* bytes = object_field(json, "bytes")) {
+    summary.payload_bytes = count_in(*bytes, "payload");
+    summary.directory_bytes = count_in(*bytes, "directory");
+    summary.head_bytes = count_in(*bytes, "head");
+    summary.stitch_bytes = count_in(*bytes, "stitch");
+    summary.total_bytes = count_in(*bytes, "total");
+  }
+  EncodeStatistics& statistics = row.statistics;
+  statistics.merged_points = count_in(json, "merged_points");
+  statistics.dropped_faces = count_in(json, "dropped_faces");
+  statistics.dropped_points = count_in(json, "dropped_points");
+  statistics.residue_faces = count_in(json, "residue_faces");
+  statistics.residue_points = count_in(json, "residue_points");
+  statistics.partition_ms = number_in(json, "partition_ms");
+  statistics.encode_ms = number_in(json, "encode_ms");
+  statistics.verify_ms = number_in(json, "verify_ms");
+  return row;
 }
 
-// The sums over all assets that were encoded.
-struct Sums {
-  EncodeRow total;
-  AssetSizes sizes;
-};
-
-Sums sum_of(std::span<const BatchOutcome> outcomes) {
-  Sums sums;
-  for (const BatchOutcome& outcome : outcomes) {
-    if (!outcome.status.ok() || outcome.up_to_date) continue;
-    sums.total += outcome.result.total;
-    sums.sizes += outcome.sizes;
-  }
-  return sums;
+AssetBytes bytes_of(const Json& sizes, const char* side) {
+  const Json* bytes = object_field(sizes, side);
+  return bytes == nullptr ? AssetBytes()
+                          : AssetBytes{count_in(*bytes, "bytes"), count_in(*bytes, "texture_bytes")};
 }
 
 }  // namespace
 
-size_t BatchReport::failed() const {
-  return static_cast<size_t>(std::ranges::count_if(outcomes, [](const auto& o) { return !o.status.ok(); }));
-}
-size_t BatchReport::up_to_date() const {
-  return static_cast<size_t>(std::ranges::count(outcomes, true, &BatchOutcome::up_to_date));
+std::string line_of(const Json& row) { return row.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+const char* done_word(BatchVerb verb) {
+  switch (verb) {
+    case BatchVerb::kEncode: return "encoded";
+    case BatchVerb::kDecode: return "decoded";
+    case BatchVerb::kValidate: return "validated";
+    case BatchVerb::kCompare: return "compared";
+  }
+  return "";
 }
 
-std::string summary_text(const BatchReport& report) {
-  const Sums sums = sum_of(report.outcomes);
-  std::string text = report.folder + ": " + counted(report.outcomes.size(), "asset") + ", " +
-                     with_separators(report.encoded()) + " encoded, " + with_separators(report.up_to_date()) +
-                     " up to date, " + with_separators(report.failed()) + " failed; " +
-                     as_duration(report.wall_ms) + "\n";
-  if (report.encoded() == 0 && report.failed() == 0) text += "nothing was encoded\n";
-  if (report.encoded() > 0)
-    text += sizes_text(sums.sizes) + "; " + counted(sums.total.summary.patches, "patch") + "\n";
-  return text + slowest_text(report.outcomes) + failures_text(report.outcomes, report.failed());
+Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
+  Json asset{{"input", outcome.input}};
+  if (!outcome.output.empty()) asset["output"] = outcome.output;
+  const bool is_done = outcome.status.ok() && !outcome.up_to_date && !outcome.planned;
+  asset["status"] = !outcome.status.ok() ? "failed"
+                    : outcome.up_to_date ? "up to date"
+                    : outcome.planned    ? "planned"
+                                         : done_word(verb);
+  if (!outcome.status.ok())
+    asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
+                      {"message", outcome.status.to_string()}};
+  if (is_done && outcome.sizes.output.files > 0) {
+    asset["files"] = sizes_json(outcome.sizes);
+    append_written(asset, outcome.written);
+  }
+  if (is_done && verb == BatchVerb::kEncode) {
+    asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
+                         {"output_bytes", outcome.result.geometry.output}};
+    append_row(asset["total"], outcome.result.total);
+    asset["total"]["largest_patch_faces"] = outcome.result.total.summary.largest_patch_faces;
+    asset["total"]["patch_faces"] = outcome.result.total.summary.patch_faces;
+    asset["primitives"] = outcome.result.primitives;
+  }
+  if (!outcome.details.is_null()) asset["result"] = outcome.details;
+  if (outcome.memory > 0) asset["estimated_memory"] = outcome.memory;
+  asset["wall_ms"] = outcome.wall_ms;
+  return asset;
 }
 
-Json to_json(const BatchReport& report) {
-  const Sums sums = sum_of(report.outcomes);
-  Json result{{"folder", report.folder},     {"verified", report.verified},       {"threads", report.threads},
-              {"encoded", report.encoded()}, {"up_to_date", report.up_to_date()}, {"failed", report.failed()},
-              {"wall_ms", report.wall_ms},   {"files", sizes_json(sums.sizes)}};
-  append_row(result["total"], sums.total);
-  result["assets"] = Json::array();
-  for (const BatchOutcome& outcome : report.outcomes) result["assets"].push_back(asset_json(outcome));
-  return result;
+void BatchTally::add(const Json& row) {
+  ++assets_;
+  const std::string *status = string_field(row, "status"), *input = string_field(row, "input");
+  const std::string word = status == nullptr ? "failed" : *status;
+  if (word == "up to date") ++up_to_date_;
+  if (word == "planned") ++planned_;
+  if (word == "failed") {
+    ++failed_;
+    const Json* error = object_field(row, "error");
+    const auto code = static_cast<StatusCode>(error == nullptr ? 0 : count_in(*error, "code"));
+    if (code == kMayPass) ++may_pass_;
+    const std::string name = input == nullptr ? "" : *input;
+    if (code != kMayPass && (first_ == StatusCode::kOk || name < first_input_)) {
+      first_ = code;
+      first_input_ = name;
+    }
+    const std::string* message = error == nullptr ? nullptr : string_field(*error, "message");
+    if (message != nullptr && failures_.size() < kFailures) failures_.push_back(*message);
+  }
+  if (word != done_word(verb_)) return;
+  ++done_;
+  if (const Json* total = object_field(row, "total")) total_ += row_of(*total);
+  if (const Json* files = object_field(row, "files"))
+    sizes_ += {bytes_of(*files, "input"), bytes_of(*files, "output")};
+  slowest_.push_back({number_in(row, "wall_ms"), input == nullptr ? "" : *input});
+  std::ranges::stable_sort(slowest_, std::greater<>(), &Slow::wall_ms);
+  if (slowest_.size() > kSlowest) slowest_.pop_back();
+}
+
+std::string BatchTally::summary(const std::string& folder, double wall_ms) const {
+  std::string text = folder + ": " + counted(assets_, "asset") + ", " +
+                     (planned_ > 0 ? with_separators(planned_) + " to do, "
+                                   : with_separators(done_) + " " + done_word(verb_) + ", ") +
+                     with_separators(up_to_date_) + " up to date, " + with_separators(failed_) + " failed" +
+                     (wall_ms > 0 ? "; " + as_duration(wall_ms) : "") + "\n";
+  if (done_ == 0 && failed_ == 0 && planned_ == 0)
+    text += "nothing was " + std::string(done_word(verb_)) + "\n";
+  const std::string sizes = sizes_text(sizes_);
+  if (done_ > 0 && !sizes.empty())
+    text += sizes +
+            (verb_ == BatchVerb::kEncode ? "; " + counted(total_.summary.patches, "patch") : std::string()) +
+            "\n";
+  for (size_t i = 0; slowest_.size() > 1 && i < slowest_.size(); ++i)
+    text += (i == 0 ? "slowest: " : ", ") + slowest_[i].input + " " + as_duration(slowest_[i].wall_ms) +
+            (i + 1 == slowest_.size() ? "\n" : "");
+  for (const std::string& failure : failures_) text += "failed: " + failure + "\n";
+  if (failed_ > failures_.size())
+    text += "and " + counted(failed_ - failures_.size(), "more failure") + "; the report lists all\n";
+  return text;
+}
+
+Json BatchTally::to_json() const {
+  Json json{{done_word(verb_), done_},
+            {"up_to_date", up_to_date_},
+            {"failed", failed_},
+            {"may_pass", may_pass_},
+            {"files", sizes_json(sizes_)}};
+  if (planned_ > 0) json["planned"] = planned_;
+  if (verb_ == BatchVerb::kEncode) append_row(json["total"], total_);
+  return json;
+}
+
+Status BatchTally::status(uint64_t max_failures) const {
+  if (failed_ == 0) return {};
+  const std::string message = std::to_string(failed_) + " of " + counted(assets_, "asset") + " failed";
+  if (may_pass_ > 0)
+    return psplit::may_pass(message + ", and " + std::to_string(may_pass_) +
+                            " of them may succeed in another run");
+  if (failed_ <= max_failures) return {};
+  return {first_, message};
+}
+
+Status BatchRows::create(const std::filesystem::path& path) {
+  name_ = path.empty() ? "the report" : path.string();
+  file_.reset(path.empty() ? std::tmpfile() : std::fopen(path.c_str(), "w+b"));
+  return file_ == nullptr ? io_error("cannot write", errno, {.file = name_}) : Status();
+}
+
+Status BatchRows::open(const std::filesystem::path& path) {
+  name_ = path.string();
+  file_.reset(std::fopen(path.c_str(), "rb"));
+  return file_ == nullptr ? io_error("cannot open", errno, {.file = name_}) : Status();
+}
+
+Status BatchRows::add(const Json& row) {
+  const std::string line = line_of(row) + "\n";
+  if (std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size() && std::fflush(file_.get()) == 0)
+    return {};
+  return io_error("cannot write", errno, {.file = name_});
+}
+
+Status BatchRows::add_end(double wall_ms) { return add({{"ended", true}, {"wall_ms", wall_ms}}); }
+
+bool BatchRows::for_each(const std::function<bool(std::string_view row)>& visit) {
+  std::rewind(file_.get());
+  TextLines lines = TextLines::of(file_.get());
+  for (std::string_view line; lines.next(line);) {
+    if (line.starts_with(R"({"ended")")) return true;
+    if (lines.is_whole() && !visit(line)) return false;
+  }
+  return false;
+}
+
+Status write_batch_report(const std::string& path, const Json& head, std::span<BatchRows> rows) {
+  return write_file(path, [&](std::FILE* file) {
+    const auto write = [&](std::string_view text) {
+      return std::fwrite(text.data(), 1, text.size(), file) == text.size();
+    };
+    std::string text = head.dump(2, ' ', false, Json::error_handler_t::replace);
+    text.resize(text.rfind('\n'));  // the brace that closes it follows the assets
+    bool is_written = write(text + ",\n  \"assets\": ["), is_first = true;
+    for (BatchRows& part : rows)
+      part.for_each([&](std::string_view row) {
+        is_written = is_written && write(is_first ? "\n    " : ",\n    ") && write(row);
+        is_first = false;
+        return is_written;
+      });
+    return is_written && write(is_first ? "]\n}\n" : "\n  ]\n}\n");
+  });
 }
 
 }  // namespace psplit

@@ -1,8 +1,14 @@
-// What `batch` reports: a summary for people, and a JSON report that lists every asset.
+// What `batch` reports: a row of JSON for each asset, their sums, and a summary for people.
 #pragma once
 
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "gltf_ext/document/write_report.h"
 #include "src/status.h"
@@ -11,31 +17,90 @@
 
 namespace psplit {
 
+// What a batch does with each asset.
+enum class BatchVerb { kEncode, kDecode, kValidate, kCompare };
+inline constexpr BatchVerb kBatchVerbs[] = {BatchVerb::kEncode, BatchVerb::kDecode, BatchVerb::kValidate,
+                                            BatchVerb::kCompare};
+const char* done_word(BatchVerb verb);  // "encoded", "decoded", "validated", "compared"
+
 // The result of one asset.
 struct BatchOutcome {
-  std::string input{}, output{};
+  std::string input{}, output{};  // `output` is empty if the verb writes none
   Status status{};
   bool up_to_date = false;  // if so, the members below are unset
-  EncodeResult result{};
+  bool planned = false;     // --dry-run: it would be done; the members below are unset
+  EncodeResult result{};    // only for encode
   WriteReport written{};
   AssetSizes sizes{};
+  Json details{};  // what only one verb reports: findings, differences
   double wall_ms = 0;
+  uint64_t memory = 0;  // the estimate that admitted it
 };
 
-struct BatchReport {
-  std::string folder{};
-  bool verified = true;
-  int threads = 1;
-  double wall_ms = 0;
-  std::span<const BatchOutcome> outcomes{};
+// JSON on one line. Bytes that are not UTF-8 are replaced.
+std::string line_of(const Json& row);
 
-  size_t failed() const;
-  size_t up_to_date() const;
-  size_t encoded() const { return outcomes.size() - failed() - up_to_date(); }
+// The row of an asset: "input", "output", "status", "error", "wall_ms", and what was done.
+Json to_json(const BatchOutcome& outcome, BatchVerb verb);
+
+// The sums over rows. It keeps a few rows for the summary, so that its memory does not grow.
+class BatchTally {
+ public:
+  explicit BatchTally(BatchVerb verb) : verb_(verb) {}
+  void add(const Json& row);
+
+  size_t assets() const { return assets_; }
+  // kMayPass if any asset failed for a cause that may pass. Otherwise the code of the first failure in the
+  // order of names, if more than `max_failures` assets failed.
+  Status status(uint64_t max_failures) const;
+  // Several lines: counts, bytes in and out, the slowest assets, and failures with their reasons.
+  // `wall_ms` is 0 if it is not known.
+  std::string summary(const std::string& folder, double wall_ms) const;
+  // {"encoded", "up_to_date", "failed", "may_pass", "files", "total"}
+  Json to_json() const;
+
+ private:
+  BatchVerb verb_;
+  size_t assets_ = 0, done_ = 0, up_to_date_ = 0, planned_ = 0;
+  size_t failed_ = 0, may_pass_ = 0;  // `may_pass_` counts those of `failed_` that may succeed in another run
+  // The code of the first that may not, in the order of names: threads end in any order.
+  StatusCode first_ = StatusCode::kOk;
+  std::string first_input_;
+  EncodeRow total_;
+  AssetSizes sizes_;
+  struct Slow {
+    double wall_ms;
+    std::string input;
+  };
+  std::vector<Slow> slowest_;
+  std::vector<std::string> failures_;
 };
 
-// Several lines: counts, bytes in and out, the slowest assets, and failures with their reasons.
-std::string summary_text(const BatchReport& report);
-Json to_json(const BatchReport& report);
+// The rows of a run, a line each, kept in a file until the report is written.
+class BatchRows {
+ public:
+  // A new file at `path`, or one without a name if `path` is empty. Errors: those of io_error.
+  Status create(const std::filesystem::path& path);
+  // The file of an earlier run. Errors: those of io_error.
+  Status open(const std::filesystem::path& path);
+
+  // The row is in the file when the call returns, so that a kill loses none. Errors: those of io_error.
+  Status add(const Json& row);
+  // Marks the end of a run that no signal stopped.
+  Status add_end(double wall_ms);
+
+  // Visits the row of each asset, until `visit` returns false. True if the mark of the end follows.
+  bool for_each(const std::function<bool(std::string_view row)>& visit);
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::string name_;
+  std::unique_ptr<std::FILE, Close> file_;
+};
+
+// Writes `head`, with the rows as its member "assets", to a file or to stdout ("-"). Errors: those of io_error.
+Status write_batch_report(const std::string& path, const Json& head, std::span<BatchRows> rows);
 
 }  // namespace psplit

@@ -1,5 +1,8 @@
-// gltf-psplit batch: the options; batch/batch.h does the work.
+// gltf-psplit batch, batch plan and batch merge: the options; batch/batch.h does the work.
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdlib>
+#include <map>
 #include <memory>
 
 #include "tools/gltf_psplit/batch/batch.h"
@@ -12,10 +15,271 @@
 namespace psplit {
 namespace {
 
+const std::map<std::string, BatchVerb> kVerbs{{"encode", BatchVerb::kEncode},
+                                              {"decode", BatchVerb::kDecode},
+                                              {"validate", BatchVerb::kValidate},
+                                              {"compare", BatchVerb::kCompare}};
+
 struct Arguments {
   BatchArguments batch;
-  std::string form = "glb";
+  std::string form = "glb", verb = "encode", shard, progress = "bar", plan;
+  bool with_hashes = false;
+  std::function<void()> resolve;            // completes the encode options
+  std::vector<const CLI::Option*> planned;  // those that a plan keeps
 };
+
+void add_inputs(CLI::App& command, BatchArguments& batch) {
+  command.add_option("IN", batch.request.words,
+                     "The inputs: files that encode reads; patterns in quotes (*, ?, [], and ** for any number "
+                     "of folders); @FILE, a list of both with one on each line");
+}
+
+void add_output_folder(CLI::App& command, const std::string& names, BatchArguments& batch) {
+  command
+      .add_option(names, batch.folder, "Folder for the outputs, which keep the relative paths of the inputs")
+      ->type_name("DIR");
+}
+
+void add_base(CLI::App& command, BatchArguments& batch) {
+  command
+      .add_option("--base", batch.request.base,
+                  "Folder that the paths of the inputs are relative to. Default: the deepest folder that holds "
+                  "all inputs")
+      ->type_name("DIR");
+}
+
+// The options that all shards must agree on.
+void add_planned_options(CLI::App& command, Arguments& arguments) {
+  const std::vector<CLI::Option*> before = command.get_options();
+  command
+      .add_option(
+          "--command", arguments.verb,
+          "What to do with each asset: encode, decode to plain glTF, validate, or compare the input with "
+          "its output in --out-dir, as `compare IN OUT` does")
+      ->check(CLI::IsMember({"encode", "decode", "validate", "compare"}))
+      ->capture_default_str()
+      ->type_name("VERB");
+  command.add_option("--as", arguments.form, "Format of the outputs")
+      ->check(CLI::IsMember({"glb", "gltf"}))
+      ->capture_default_str()
+      ->type_name("FORM");
+  arguments.resolve = add_encode_options(command, arguments.batch.encode);
+  add_images_option(command, arguments.batch.write);
+  for (const CLI::Option* option : command.get_options())
+    if (std::find(before.begin(), before.end(), option) == before.end()) arguments.planned.push_back(option);
+}
+
+// The words of the command line that set options of the plan.
+std::vector<std::string> planned_words(const Arguments& arguments) {
+  std::vector<std::string> words;
+  for (const CLI::Option* option : arguments.planned) {
+    const std::string name = "--" + option->get_lnames().front();
+    if (option->count() > 0 && option->get_type_size() == 0) words.push_back(name);
+    if (option->get_type_size() == 0) continue;
+    for (const std::string& value : option->results()) words.push_back(name + "=" + value);
+  }
+  return words;
+}
+
+// Takes the options out of a plan's head. `batch plan` wrote it, or the user did.
+Status apply_plan(Arguments& arguments, const Session& session) {
+  const Expected<Manifest> manifest = Manifest::open(arguments.batch.manifest);
+  if (!manifest) return manifest.status();
+  if (!manifest->head()) return {};
+  const Place place{.file = arguments.batch.manifest};
+  if (manifest->head()->version != session.version)
+    return {StatusCode::kUsage,
+            "was planned by gltf-psplit " + manifest->head()->version + ", and this is " + session.version +
+                ": outputs may differ, so plan again",
+            place};
+  if (const std::vector<std::string> words = planned_words(arguments); !words.empty())
+    return {StatusCode::kUsage,
+            words.front().substr(0, words.front().find('=')) +
+                " must be given to `batch plan`, because all shards share it",
+            place};
+  CLI::App app;
+  Arguments planned;
+  add_planned_options(app, planned);
+  try {
+    std::vector<std::string> words = manifest->head()->options;
+    std::reverse(words.begin(), words.end());  // as CLI11 takes them
+    app.parse(words);
+  } catch (const CLI::ParseError& error) {
+    return {StatusCode::kUsage, std::string("has invalid options: ") + error.what(), place};
+  }
+  planned.resolve();
+  arguments.verb = planned.verb;
+  arguments.batch.encode.options = planned.batch.encode.options;
+  arguments.batch.write = planned.batch.write;
+  return {};
+}
+
+void add_job_options(CLI::App& command, Arguments& arguments) {
+  BatchArguments& batch = arguments.batch;
+  const std::string group = "Jobs";
+  command.add_option("--manifest", batch.manifest, "Take the assets from FILE, which `batch plan` wrote")
+      ->type_name("FILE")
+      ->group(group);
+  command
+      .add_option(
+          "--shard", arguments.shard,
+          "Work on one of N shards: I/N, with I from 0 to N - 1. auto: I and N of the Slurm array or the "
+          "AWS Batch array that this runs in; auto/N: only I, also in an Indexed Job of Kubernetes")
+      ->type_name("I/N")
+      ->group(group);
+  command.add_flag("--dry-run", batch.dry_run, "Only tell what would be done")->group(group);
+  command.add_flag("--force", batch.force, "Also do what is up to date")->group(group);
+  command
+      .add_option("--max-failures", batch.max_failures,
+                  "Succeed even if up to N assets fail for a cause that will not pass")
+      ->capture_default_str()
+      ->type_name("N")
+      ->group(group);
+  command.add_option("--timeout", batch.timeout_s, "Give up an asset after SECONDS")
+      ->check(CLI::Range(0.001, 1e9))
+      ->type_name("SECONDS")
+      ->group(group);
+  command
+      .add_option("--memory", batch.memory,
+                  "Begin assets only while they are expected to fit into SIZE together, such as 8GB. Default: "
+                  "nine tenths of what the container or the machine has")
+      ->check(
+          [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("SIZE")
+      ->group(group);
+  command
+      .add_option(
+          "--progress", arguments.progress,
+          "bar: a progress bar if stderr is a terminal. json: a line of JSON on stdout for each asset that "
+          "ended, at once")
+      ->check(CLI::IsMember({"bar", "json"}))
+      ->capture_default_str()
+      ->type_name("FORM")
+      ->group(group);
+}
+
+void add_staging_options(CLI::App& command, StagingCommands& staging) {
+  const std::string group = "Object storage";
+  command.add_option("--fetch", staging.fetch, "Shell command that brings input $1 to file $2")
+      ->type_name("CMD")
+      ->group(group);
+  command.add_option("--store", staging.store, "Shell command that takes file $1 away as output $2")
+      ->type_name("CMD")
+      ->group(group);
+  command
+      .add_option(
+          "--fetch-output", staging.fetch_output,
+          "Shell command that brings output $1 back to file $2. Each output is then checked after --store, "
+          "and in the next run")
+      ->type_name("CMD")
+      ->group(group);
+  command
+      .add_option("--stage", staging.folder,
+                  "Local folder for the files of these commands. Default: a folder below --out-dir")
+      ->type_name("DIR")
+      ->group(group);
+}
+
+void add_report_option(CLI::App& command, BatchArguments& batch) {
+  command
+      .add_option(
+          "--report", batch.report,
+          "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal, a "
+          "shard is chosen, or progress is JSON")
+      ->type_name("FILE");
+}
+
+Status usage(std::string message) { return {StatusCode::kUsage, std::move(message)}; }
+
+// What the options say together.
+Status check_batch(const Arguments& arguments) {
+  const BatchArguments& batch = arguments.batch;
+  if (batch.folder.empty()) return usage("--out-dir is required");
+  if (batch.manifest.empty() == batch.request.words.empty())
+    return usage(batch.manifest.empty() ? "there is no input: name files, or --manifest FILE"
+                                        : "--manifest excludes other inputs");
+  if (batch.manifest.empty() && !batch.staging.fetch.empty()) return usage("--fetch needs --manifest");
+  if (batch.progress_as_json && batch.report == "-")
+    return usage("--progress json and --report - cannot both write to stdout");
+  if (!batch.staging.fetch_output.empty() && batch.staging.store.empty() && batch.verb != BatchVerb::kCompare)
+    return usage("--fetch-output needs --store");
+  const bool writes_images = batch.write.images && *batch.write.images != ImagePlacement::kEmbed;
+  if (!batch.staging.store.empty() && writes_images) return usage("--store needs --images embed");
+  return {};
+}
+
+Status run(Arguments& arguments, const Session& session) {
+  BatchArguments& batch = arguments.batch;
+  if (batch.manifest == "-") return usage("--manifest must be a file, because all shards read it");
+  if (!batch.manifest.empty())
+    if (Status status = apply_plan(arguments, session); !status.ok()) return status;
+  batch.verb = kVerbs.at(arguments.verb);
+  batch.progress_as_json = arguments.progress == "json";
+  if (!arguments.shard.empty()) {
+    const Expected<Shard> shard =
+        parse_shard(arguments.shard, [](const char* name) { return std::getenv(name); });
+    if (!shard) return shard.status();
+    batch.shard = *shard;
+  }
+  if (Status status = check_batch(arguments); !status.ok()) return status;
+  return run_batch(batch, session);
+}
+
+void complete(Arguments& arguments) {
+  BatchArguments& batch = arguments.batch;
+  batch.request.folder = batch.folder;
+  batch.request.extension = "." + arguments.form;
+  if (arguments.resolve) arguments.resolve();
+}
+
+void add_plan_command(CLI::App& batch, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *batch.add_subcommand(
+      "plan", "Write a manifest: a line of JSON for each asset, and the options that all shards share");
+  add_inputs(command, arguments->batch);
+  command.get_option("IN")->required();
+  add_output_folder(command, "--out-dir", arguments->batch);
+  command.get_option("--out-dir")->required();
+  command.add_option("-o,--output", arguments->plan, "The manifest; - is stdout")
+      ->required()
+      ->type_name("FILE");
+  add_base(command, arguments->batch);
+  command.add_flag("--hash", arguments->with_hashes,
+                   "Add a hash of each input, which --fetch then checks. This reads all inputs");
+  add_planned_options(command, *arguments);
+  group_encode_options(command);
+  add_examples(command, {{"gltf-psplit batch plan 'assets/**/*.glb' --out-dir out -o plan.jsonl",
+                          "plan once, before the shards run"}});
+  command.callback([arguments, &action] {
+    complete(*arguments);
+    action = [arguments](const Session& session) {
+      arguments->batch.verb = kVerbs.at(arguments->verb);
+      return plan_into_file(arguments->batch, planned_words(*arguments), arguments->with_hashes,
+                            arguments->plan, session);
+    };
+  });
+}
+
+void add_merge_command(CLI::App& batch, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *batch.add_subcommand("merge", "Join the records and the reports of all shards");
+  command.add_option("DIR", arguments->batch.folder, "The --out-dir of the shards")->required();
+  command
+      .add_option("--report", arguments->batch.report,
+                  "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal")
+      ->type_name("FILE");
+  command
+      .add_option("--max-failures", arguments->batch.max_failures,
+                  "Succeed even if up to N assets failed for a cause that will not pass")
+      ->capture_default_str()
+      ->type_name("N");
+  add_examples(command, {{"gltf-psplit batch merge out --report report.json", "after all shards have ended"}});
+  command.callback([arguments, &action] {
+    complete(*arguments);
+    action = [arguments](const Session& session) { return merge_batch(arguments->batch, session); };
+  });
+}
 
 }  // namespace
 
@@ -23,42 +287,27 @@ void add_batch_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command =
       *app.add_subcommand("batch", "Split many assets; a second run repeats only those that changed");
-  command
-      .add_option("IN", arguments->batch.request.words,
-                  "The inputs: files that encode reads; patterns in quotes (*, ?, [], and ** for any number "
-                  "of folders); @FILE, a list of both with one on each line")
-      ->required();
-  command
-      .add_option("-o,--out-dir", arguments->batch.folder,
-                  "Folder for the outputs, which keep the relative paths of the inputs")
-      ->required()
-      ->type_name("DIR");
-  command
-      .add_option("--base", arguments->batch.request.base,
-                  "Folder that the paths of the inputs are relative to. Default: the deepest folder that holds "
-                  "all inputs")
-      ->type_name("DIR");
-  command.add_option("--as", arguments->form, "Format of the outputs")
-      ->check(CLI::IsMember({"glb", "gltf"}))
-      ->capture_default_str()
-      ->type_name("FORM");
-  const auto resolve = add_encode_options(command, arguments->batch.encode);
-  add_images_option(command, arguments->batch.write);
-  command
-      .add_option("--report", arguments->batch.report,
-                  "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal")
-      ->type_name("FILE");
+  add_inputs(command, arguments->batch);
+  add_output_folder(command, "-o,--out-dir", arguments->batch);
+  add_base(command, arguments->batch);
+  add_planned_options(command, *arguments);
+  add_report_option(command, arguments->batch);
+  add_job_options(command, *arguments);
+  add_staging_options(command, arguments->batch.staging);
   group_encode_options(command);
+  add_plan_command(command, action);
+  add_merge_command(command, action);
   add_examples(command,
                {{"gltf-psplit batch 'assets/**/*.glb' -o out",
                  "encode all files below assets, into the same folders below out"},
                 {"gltf-psplit batch a.glb b.ply -o out --report report.json", "write a report of every asset"},
-                {"gltf-psplit batch @list.txt -o out --as gltf", "take files and patterns from a list"}});
-  command.callback([arguments, resolve, &action] {
-    resolve();
-    arguments->batch.request.folder = arguments->batch.folder;
-    arguments->batch.request.extension = "." + arguments->form;
-    action = [arguments](const Session& session) { return run_batch(arguments->batch, session); };
+                {"gltf-psplit batch @list.txt -o out --as gltf", "take files and patterns from a list"},
+                {"gltf-psplit batch --manifest plan.jsonl -o out --shard auto",
+                 "in a task of an array: work on its part of what `batch plan` planned"}});
+  command.callback([arguments, &command, &action] {
+    if (!command.get_subcommands().empty()) return;
+    complete(*arguments);
+    action = [arguments](const Session& session) { return run(*arguments, session); };
   });
 }
 

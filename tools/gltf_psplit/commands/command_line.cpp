@@ -7,10 +7,12 @@
 #include <span>
 #include <string_view>
 
+#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/machine_limits.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/options/suggestions.h"
 #include "tools/gltf_psplit/report/log.h"
@@ -32,8 +34,10 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
   command.add_flag("-q,--quiet", options.quiet, "Print only errors on stderr")->group(kGroup);
   command.add_flag("-v,--verbose", options.verbose, "Print details on stderr")->group(kGroup);
   command
-      .add_option("-j,--threads", options.thread_count,
-                  "Number of threads; 0: as many as the machine runs at once")
+      .add_option(
+          "-j,--threads", options.thread_count,
+          "Number of threads; 0: as many as the machine runs at once, or as the CPU quota of a container "
+          "allows")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
       ->type_name("N")
@@ -84,6 +88,12 @@ std::vector<std::string> options_of(const CLI::App& command) {
   return names;
 }
 
+// The subcommand of the command line, or its own subcommand; the app itself if there is none.
+const CLI::App& parsed_command(const CLI::App& app) {
+  const std::vector<CLI::App*> parsed = app.get_subcommands();
+  return parsed.empty() ? app : parsed_command(*parsed.front());
+}
+
 std::string no_such_verb(const CLI::App& app, const std::string& word) {
   return "unknown subcommand: " + word + suggestion(word, verbs_of(app));
 }
@@ -95,7 +105,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error) {
                              error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
   if (!unknown_words) return error.what();
   const std::vector<CLI::App*> parsed = app.get_subcommands();
-  const CLI::App& command = parsed.empty() ? app : *parsed.front();
+  const CLI::App& command = parsed_command(app);
   for (const std::string& word : app.remaining(/*recurse=*/true)) {
     if (!word.starts_with('-') || word == "-" || word == "--") continue;
     const std::string name = word.substr(0, word.find('='));
@@ -159,7 +169,10 @@ int run(int argc, char** argv, const char* version) {
   add_common_options(app, common);
   Action action;
   add_commands(app, action);
-  for (CLI::App* command : app.get_subcommands({})) add_common_options(*command, common);
+  for (CLI::App* command : app.get_subcommands({})) {
+    add_common_options(*command, common);
+    for (CLI::App* part : command->get_subcommands({})) add_common_options(*part, common);
+  }
   add_examples(app, {{"gltf-psplit encode dragon.ply dragon.glb", "split a mesh into patches"},
                      {"gltf-psplit decode dragon.glb plain.glb", "join the patches again, as plain glTF"},
                      {"gltf-psplit help encode", "show the options of a subcommand"}});
@@ -173,16 +186,18 @@ int run(int argc, char** argv, const char* version) {
     if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);
     const Log log(Verbosity::kNormal);
     log.error({StatusCode::kUsage, usage_message(app, error)});
-    const std::vector<CLI::App*> parsed = app.get_subcommands();
-    log.note("`gltf-psplit " + (parsed.empty() ? "--help`" : parsed.front()->get_name() + " --help`") +
-             " lists what is possible");
+    std::string words;
+    for (const CLI::App* command = &parsed_command(app); command != &app; command = command->get_parent())
+      words = " " + command->get_name() + words;
+    log.note("`gltf-psplit" + words + " --help` lists what is possible");
     return static_cast<int>(StatusCode::kUsage);
   }
 
   const Verbosity verbosity = common.quiet     ? Verbosity::kQuiet
                               : common.verbose ? Verbosity::kVerbose
                                                : Verbosity::kNormal;
-  const Session session(verbosity, common.thread_count, version,
+  const int threads = common.thread_count > 0 ? common.thread_count : default_thread_count(cgroup_limits());
+  const Session session(verbosity, threads, version,
                         "gltf-psplit" + shell_words({argv + 1, static_cast<size_t>(std::max(argc, 1) - 1)}));
   const Status status = action(session);
   if (!status.ok()) session.log.error(status);
@@ -197,7 +212,8 @@ int run_command_line(int argc, char** argv, const char* version) {
   try {
     return run(argc, argv, version);
   } catch (const std::bad_alloc&) {
-    log.error(runtime_failure("out of memory"));
+    log.error(may_pass("out of memory"));
+    return static_cast<int>(kMayPass);
   } catch (const std::exception& error) {
     log.error(runtime_failure(error.what()));
   }

@@ -35,9 +35,9 @@ uint64_t buffer_file_bytes(const Json& json, const fs::path& folder) {
   return bytes;
 }
 
-// The JSON of an asset. Of a GLB, only the header and the JSON chunk are read; of a file that begins neither
-// like a GLB nor like JSON, only the first bytes.
-Expected<Json> read_json(const std::string& path) {
+}  // namespace
+
+Expected<Json> read_asset_json(const std::string& path) {
   constexpr uint64_t kHead = 20, kLengthOffset = 12;  // the GLB header, and the header of the JSON chunk
   auto bytes = read_file(path, kHead);
   if (!bytes) return bytes.status();
@@ -55,14 +55,12 @@ Expected<Json> read_json(const std::string& path) {
   return parse_json({reinterpret_cast<const char*>(bytes->data()) + kHead, bytes->size() - kHead});
 }
 
-}  // namespace
-
 AssetBytes bytes_on_disk(const std::string& path) {
   std::error_code error;
   if (path == "-" || !fs::is_regular_file(path, error)) return {};
   AssetBytes bytes{fs::file_size(path, error), 0};
   if (error) return {};
-  const Expected<Json> json = read_json(path);
+  const Expected<Json> json = read_asset_json(path);
   if (!json) return bytes;  // a mesh file refers to no other files
   const fs::path folder = fs::path(path).parent_path();
   bytes.files += buffer_file_bytes(*json, folder);

@@ -1,0 +1,279 @@
+#include "gltf_ext/files/child_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <mutex>
+#ifdef __linux__
+#include <sys/prctl.h>
+#endif
+
+#include "gltf_ext/files/io_error.h"
+
+extern char** environ;
+
+namespace psplit {
+namespace {
+
+// The handler writes into this pipe, so that `poll` wakes up. Set while a StopSignals exists.
+std::atomic<int> stop_descriptor = -1;
+std::array<int, 2> stop_pipe = {-1, -1};
+std::atomic<bool> stop_seen = false;
+struct sigaction before_term, before_int;
+
+void note_stop(int) {
+  const int saved = errno;
+  stop_seen = true;
+  if (const int descriptor = stop_descriptor; descriptor >= 0) {
+    const ssize_t ignored = ::write(descriptor, "x", 1);
+    static_cast<void>(ignored);
+  }
+  errno = saved;
+}
+
+void set_handler(int signal, void (*handler)(int), struct sigaction* before = nullptr) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  sigemptyset(&action.sa_mask);
+  ::sigaction(signal, &action, before);
+}
+
+// A pipe whose ends commands do not inherit.
+bool make_pipe(std::array<int, 2>& ends) {
+  if (::pipe(ends.data()) != 0) return false;
+  for (const int end : ends) ::fcntl(end, F_SETFD, FD_CLOEXEC);
+  return true;
+}
+
+bool write_whole(int descriptor, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(descriptor, text.data(), text.size());
+    if (written < 0 && errno != EINTR) return false;
+    if (written > 0) text.remove_prefix(static_cast<size_t>(written));
+  }
+  return true;
+}
+
+// The process is killed if the thread that started it ends, also by a signal.
+void die_with_parent(pid_t parent) {
+#ifdef __linux__
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(1);  // the parent has ended already
+#else
+  static_cast<void>(parent);
+#endif
+}
+
+ProcessEnd wait_for(pid_t process) {
+  int status = 0;
+  while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
+  }
+  return WIFSIGNALED(status) ? ProcessEnd{true, WTERMSIG(status)} : ProcessEnd{false, WEXITSTATUS(status)};
+}
+
+// Lines out of the bytes of a pipe.
+class Lines {
+ public:
+  // Reads once. False at the end, or after an error.
+  bool read(int descriptor) {
+    std::array<char, 1 << 16> block;
+    ssize_t got = 0;
+    while ((got = ::read(descriptor, block.data(), block.size())) < 0 && errno == EINTR) {
+    }
+    if (got > 0) text_.append(block.data(), static_cast<size_t>(got));
+    return got > 0;
+  }
+  std::optional<std::string> next() {
+    const size_t end = text_.find('\n', begin_);
+    if (end == std::string::npos) {
+      text_.erase(0, begin_);
+      begin_ = 0;
+      return std::nullopt;
+    }
+    std::string line = text_.substr(begin_, end - begin_);
+    begin_ = end + 1;
+    return line;
+  }
+
+ private:
+  std::string text_;
+  size_t begin_ = 0;
+};
+
+class PipeToParent : public ParentLink {
+ public:
+  PipeToParent(int requests, int answers) : requests_(requests), answers_(answers) {}
+  std::optional<std::string> receive() override {
+    const std::lock_guard lock(receiving_);
+    for (;;) {
+      if (std::optional<std::string> line = lines_.next()) return line;
+      if (!lines_.read(requests_)) return std::nullopt;
+    }
+  }
+  void send(const std::string& line) override {
+    const std::lock_guard lock(sending_);
+    if (!write_whole(answers_, line + "\n")) ::_exit(1);
+  }
+
+ private:
+  const int requests_, answers_;
+  std::mutex receiving_, sending_;
+  Lines lines_;
+};
+
+class ForkedChild : public ChildProcess {
+ public:
+  ForkedChild(pid_t process, int requests, int answers)
+      : process_(process), requests_(requests), answers_(answers) {}
+  ~ForkedChild() override {
+    if (process_ > 0) ForkedChild::kill();
+    ForkedChild::close();
+    ::close(answers_);
+  }
+
+  bool send(const std::string& line) override { return requests_ >= 0 && write_whole(requests_, line + "\n"); }
+
+  void close() override {
+    if (requests_ >= 0) ::close(requests_);
+    requests_ = -1;
+  }
+
+  Received receive(Deadline deadline) override {
+    Received received;
+    std::array<pollfd, 2> sources{{{answers_, POLLIN, 0}, {stop_pipe[0], POLLIN, 0}}};
+    int wait_ms = -1;
+    if (deadline) {
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(*deadline - std::chrono::steady_clock::now());
+      constexpr int64_t kLongest = 1 << 30;
+      wait_ms = static_cast<int>(std::clamp<int64_t>(left.count(), 0, kLongest));
+    }
+    if (::poll(sources.data(), sources.size(), wait_ms) <= 0) return received;
+    if (sources[1].revents != 0) {
+      char noted = 0;
+      const ssize_t ignored = ::read(stop_pipe[0], &noted, 1);
+      static_cast<void>(ignored);
+    }
+    if (sources[0].revents != 0 && !lines_.read(answers_)) received.ended = true;
+    while (std::optional<std::string> line = lines_.next()) received.lines.push_back(std::move(*line));
+    return received;
+  }
+
+  ProcessEnd kill() override {
+    if (process_ <= 0) return end_;
+    ::kill(-process_, SIGKILL);
+    return wait();
+  }
+
+  ProcessEnd wait() override {
+    if (process_ <= 0) return end_;
+    end_ = wait_for(process_);
+    process_ = -1;
+    return end_;
+  }
+
+ private:
+  pid_t process_;
+  int requests_, answers_;
+  Lines lines_;
+  ProcessEnd end_;
+};
+
+}  // namespace
+
+StopSignals::StopSignals() {
+  stop_seen = false;
+  if (make_pipe(stop_pipe)) {
+    ::fcntl(stop_pipe[1], F_SETFL, O_NONBLOCK);
+    stop_descriptor = stop_pipe[1];
+  }
+  set_handler(SIGTERM, note_stop, &before_term);
+  set_handler(SIGINT, note_stop, &before_int);
+}
+
+StopSignals::~StopSignals() {
+  ::sigaction(SIGTERM, &before_term, nullptr);
+  ::sigaction(SIGINT, &before_int, nullptr);
+  stop_descriptor = -1;
+  for (int& end : stop_pipe) {
+    if (end >= 0) ::close(end);
+    end = -1;
+  }
+}
+
+bool StopSignals::seen() const { return stop_seen; }
+
+Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<int(ParentLink&)>& work) {
+  std::array<int, 2> requests{-1, -1}, answers{-1, -1};
+  if (!make_pipe(requests) || !make_pipe(answers)) return io_error("cannot make a pipe", errno);
+  set_handler(SIGPIPE, SIG_IGN);  // `send` notices that the child has ended
+  std::fflush(nullptr);           // or the child would write the same text again
+  const pid_t parent = ::getpid();
+  const pid_t process = ::fork();
+  if (process < 0) return io_error("cannot start a process", errno);
+  if (process == 0) {
+    ::setpgid(0, 0);
+    die_with_parent(parent);
+    stop_descriptor = -1;
+    set_handler(SIGTERM, SIG_IGN);  // the parent decides when this process ends
+    set_handler(SIGINT, SIG_IGN);
+    ::close(requests[1]);
+    ::close(answers[0]);
+    PipeToParent link(requests[0], answers[1]);
+    const int code = work(link);
+    std::fflush(nullptr);
+    ::_exit(code);
+  }
+  ::setpgid(process, process);  // both processes do this, because either may be first
+  ::close(requests[0]);
+  ::close(answers[1]);
+  return std::unique_ptr<ChildProcess>(new ForkedChild(process, requests[1], answers[0]));
+}
+
+Expected<ProcessEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
+                               const std::vector<std::pair<std::string, std::string>>& variables) {
+  // Between fork and exec a process with threads may not allocate: everything is prepared here.
+  std::vector<std::string> words{"/bin/sh", "-c", command, "sh"}, settings;
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  for (const auto& [name, value] : variables) settings.push_back(name + "=" + value);
+  for (char** setting = environ; *setting != nullptr; ++setting) settings.emplace_back(*setting);
+  std::vector<char*> argv, envp;
+  for (std::string& word : words) argv.push_back(word.data());
+  for (std::string& setting : settings) envp.push_back(setting.data());
+  argv.push_back(nullptr);
+  envp.push_back(nullptr);
+  const pid_t parent = ::getpid();
+  const pid_t process = ::fork();
+  if (process < 0) return io_error("cannot start a process", errno);
+  if (process == 0) {
+    die_with_parent(parent);
+    for (const int signal : {SIGTERM, SIGINT, SIGPIPE, SIGXFSZ}) set_handler(signal, SIG_DFL);
+    const int nothing = ::open("/dev/null", O_RDONLY);
+    ::dup2(nothing, STDIN_FILENO);
+    ::dup2(STDERR_FILENO, STDOUT_FILENO);
+    ::execve("/bin/sh", argv.data(), envp.data());
+    ::_exit(127);
+  }
+  return wait_for(process);
+}
+
+uint64_t peak_memory() {
+  struct rusage usage {};
+  ::getrusage(RUSAGE_SELF, &usage);
+  return static_cast<uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+uint64_t machine_memory() {
+  const long pages = ::sysconf(_SC_PHYS_PAGES), bytes = ::sysconf(_SC_PAGESIZE);
+  return pages > 0 && bytes > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(bytes) : 0;
+}
+
+}  // namespace psplit

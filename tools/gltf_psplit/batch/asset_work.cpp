@@ -1,0 +1,245 @@
+#include "tools/gltf_psplit/batch/asset_work.h"
+
+#include <new>
+
+#include "gltf_ext/compare/compare_assets.h"
+#include "gltf_ext/convert/decode_document.h"
+#include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/convert/validate.h"
+#include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/io_error.h"
+#include "src/stopwatch.h"
+#include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/read_input.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/report/verdict.h"
+#include "tools/gltf_psplit/sameness/sameness_report.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What the record calls a check of an asset; empty for verbs that write it.
+const char* check_of(BatchVerb verb) {
+  return verb == BatchVerb::kValidate ? "validate" : verb == BatchVerb::kCompare ? "compare" : "";
+}
+
+constexpr const char* kPassed = "passed";
+
+}  // namespace
+
+struct AssetWork::Job {
+  const BatchItem& item;
+  BatchOutcome& outcome;
+  StagedAsset staged;
+  fs::path input{};   // the file to read
+  fs::path output{};  // the file to write, or to compare with
+  std::string record_name{};
+  std::string content{};  // what the plan says about the input's content; empty if it has to be read
+};
+
+BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::function<void(bool)>& waits) {
+  BatchOutcome outcome{.input = item.input};
+  const bool writes = *check_of(arguments_.verb) == '\0';
+  const fs::path place = arguments_.request.folder / item.name;
+  if (writes || arguments_.verb == BatchVerb::kCompare)
+    outcome.output = arguments_.staging.any() ? item.name : place.string();
+  Job job{item, outcome, {arguments_.staging, staging_folder_ / std::to_string(id)}};
+  job.input = item.input;
+  job.output = writes && !arguments_.staging.store.empty() ? job.staged.output(item) : place;
+  job.record_name = psplit::record_name(item.name, check_of(arguments_.verb));
+  const bool is_known = !item.version.empty() || !item.xxh128.empty();
+  if (!arguments_.staging.fetch.empty() && is_known && arguments_.verb != BatchVerb::kCompare)
+    job.content = "given: " + item.xxh128 + " " + item.version;
+  const Stopwatch watch;
+  try {
+    outcome.status = work(job, waits);
+  } catch (const std::bad_alloc&) {
+    outcome.status = may_pass("out of memory");
+  } catch (const std::exception& error) {
+    outcome.status = runtime_failure(error.what());
+  }
+  // The user knows the input by its own name, not by that of a copy.
+  if (const Status& status = outcome.status; status.place().file == job.input.string() && !status.ok()) {
+    Place at = status.place();
+    at.file = item.input;
+    outcome.status = Status(status.code(), status.message(), std::move(at));
+  }
+  outcome.status = std::move(outcome.status).at({.file = item.input});
+  outcome.wall_ms = watch.ms();
+  return outcome;
+}
+
+Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
+  // If the plan says which content the input has, an output that is up to date costs no transfer.
+  if (!job.content.empty() && arguments_.staging.fetch_output.empty() && !arguments_.force &&
+      record_.is_newest(job.record_name, made_from(job.content))) {
+    job.outcome.up_to_date = true;
+    return {};
+  }
+  if (arguments_.dry_run && arguments_.staging.any()) {
+    job.outcome.planned = true;  // it may be up to date, but only a transfer would tell
+    return {};
+  }
+  if (arguments_.staging.any())
+    if (Status status = job.staged.open(); !status.ok()) return status;
+  if (!arguments_.staging.fetch.empty()) {
+    Expected<fs::path> fetched = job.staged.fetch(job.item);
+    if (!fetched) return fetched.status();
+    job.input = std::move(*fetched);
+  }
+  const uint64_t memory = estimate_memory(job.input.string(), arguments_.verb);
+  job.outcome.memory = memory;
+  bool waited = false;
+  const Expected<MemoryBudget::Share> share = memory_.take(memory, [&] {
+    waited = true;
+    waits(true);
+  });
+  if (!share) return share.status();
+  if (waited) waits(false);
+  return work_on_file(job);
+}
+
+Status AssetWork::work_on_file(Job& job) {
+  if (arguments_.verb == BatchVerb::kValidate) return validate(job);
+  Expected<Document> document = read_input(job.input.string(), session_.log);
+  if (!document) return document.status();
+  if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
+    spares_report_ = true;
+    return status;
+  }
+  const std::string content = job.content.empty() ? hash_asset(*document) : job.content;
+  if (arguments_.verb == BatchVerb::kCompare) return compare(job, *document, content);
+  const std::string key = made_from(content);
+  const Expected<bool> up_to_date = is_up_to_date(job, key);
+  if (!up_to_date) return up_to_date.status();
+  job.outcome.up_to_date = *up_to_date;
+  if (*up_to_date) session_.log.detail(job.outcome.output + " is up to date");
+  if (*up_to_date) return {};
+  if (Status status = check_output(job); !status.ok()) return status;
+  job.outcome.planned = arguments_.dry_run;
+  if (arguments_.dry_run) return {};
+  job.outcome.sizes.input = bytes_on_disk(document->source.string());
+  Status status = arguments_.verb == BatchVerb::kEncode
+                      ? encode(job, *document)
+                      : decode_document(*document, find_backend({}), session_.pool);
+  return status.ok() ? write(job, *document, key) : status;
+}
+
+Status AssetWork::encode(Job& job, Document& document) {
+  const auto reports = encode_document(document, arguments_.encode.options, find_backend({}), session_.pool);
+  if (!reports) return reports.status();
+  const std::string prefix = job.item.input + ": ";
+  job.outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
+  log_reports(*reports, session_.log, prefix);
+  warn_of_growth(job.outcome.result, session_.log, job.item.input);
+  return {};
+}
+
+Status AssetWork::write(Job& job, const Document& document, const std::string& key) {
+  BatchOutcome& outcome = job.outcome;
+  const bool replaces = record_.knows(job.record_name);
+  std::error_code error;
+  fs::create_directories(job.output.parent_path(), error);  // if it fails, writing reports it
+  if (Status status = record_.begin(job.record_name); !status.ok()) return status;
+  if (Status status = write_document(document, job.output, arguments_.write, &outcome.written); !status.ok())
+    return status;
+  log_written(outcome.written, session_.log, job.item.input + ": ");
+  outcome.sizes.output = bytes_on_disk(job.output.string());
+  const Expected<Document> written = read_document(job.output);
+  if (!written) return written.status();
+  if (!arguments_.staging.store.empty()) {
+    if (outcome.written.files.size() != 1)
+      return {StatusCode::kUsage, "--store takes one file for each asset: use --as glb and --images embed"};
+    if (Status status = job.staged.store(job.item, replaces); !status.ok()) return status;
+  }
+  session_.log.detail(written_text(
+      outcome.output, outcome.sizes,
+      arguments_.verb == BatchVerb::kEncode ? encode_summary(outcome.result) : done_word(arguments_.verb)));
+  return record_.add(job.record_name, {key, hash_asset(*written)});
+}
+
+Status AssetWork::validate(Job& job) {
+  const Expected<Document> document = read_document(job.input);
+  if (!document) return document.status();
+  const std::string key = made_from(job.content.empty() ? hash_asset(*document) : job.content);
+  if (is_checked(job, key)) return {};
+  const std::vector<Finding> findings = validate_document(*document, find_backend({}), session_.pool);
+  Verdict verdict = verdict_of(job.item.input, findings);
+  job.outcome.details = std::move(verdict.json);
+  return verdict.status.ok() ? record_.add(job.record_name, {key, kPassed}) : verdict.status;
+}
+
+Status AssetWork::compare(Job& job, const Document& input, const std::string& content) {
+  if (!arguments_.staging.fetch_output.empty()) {
+    Expected<fs::path> back = job.staged.bring_back(job.item);
+    if (!back) return back.status();
+    job.output = std::move(*back);
+  }
+  const Expected<Document> output = read_document(job.output);
+  if (!output) return output.status();
+  const std::string key = made_from(content + hash_asset(*output));
+  if (is_checked(job, key)) return {};
+  const auto read = [&](const Document& document) {
+    return read_asset_meshes(document, find_backend({}), find_describer("auto"), session_.pool);
+  };
+  const Expected<AssetMeshes> a = read(input), b = read(*output);
+  if (!a) return a.status();
+  if (!b) return b.status();
+  const Expected<AssetComparison> comparison = compare_assets(*a, *b, {});
+  if (!comparison) return comparison.status();
+  if (comparison->same()) return record_.add(job.record_name, {key, kPassed});
+  job.outcome.details = psplit::to_json(*comparison);
+  return {StatusCode::kDiffers, "does not hold the same meshes as " + job.outcome.output};
+}
+
+// What a result depends on besides the input: this program, and the options of verbs that write.
+std::string AssetWork::made_from(const std::string& content) const {
+  ContentHash hash;
+  hash.add_framed(session_.version);
+  if (arguments_.verb == BatchVerb::kEncode) {
+    hash.add_framed(describe_options(arguments_.encode.options));
+  } else {
+    hash.add_framed(done_word(arguments_.verb));
+  }
+  hash.add_framed(describe_images(arguments_.write));
+  hash.add_framed(content);
+  return hash.hex();
+}
+
+// Whether the output was made from the same input with the same options, and has not changed since. An output in
+// a storage that --fetch-output cannot read is believed to be there.
+Expected<bool> AssetWork::is_up_to_date(Job& job, const std::string& key) {
+  if (arguments_.force || !record_.knows(job.record_name)) return false;
+  if (!arguments_.staging.store.empty() && arguments_.staging.fetch_output.empty())
+    return record_.is_newest(job.record_name, key);
+  fs::path file = job.output;
+  if (!arguments_.staging.store.empty()) {
+    Expected<fs::path> back = job.staged.bring_back(job.item);
+    if (!back) return false;  // it is stored again
+    file = std::move(*back);
+  }
+  const Expected<Document> output = read_document(file);
+  return output && record_.has(job.record_name, {key, hash_asset(*output)});
+}
+
+// The same for a check without an output.
+bool AssetWork::is_checked(Job& job, const std::string& key) const {
+  job.outcome.up_to_date = !arguments_.force && record_.has(job.record_name, {key, kPassed});
+  job.outcome.planned = !job.outcome.up_to_date && arguments_.dry_run;
+  return job.outcome.up_to_date || job.outcome.planned;
+}
+
+// Files in the folder that no batch made are not replaced. A storage is protected by --store (PSPLIT_REPLACE).
+Status AssetWork::check_output(const Job& job) const {
+  std::error_code error;
+  if (!arguments_.staging.store.empty() || record_.knows(job.record_name) ||
+      !fs::exists(fs::symlink_status(job.output, error)))
+    return {};
+  return {StatusCode::kUsage,
+          job.output.string() + " exists, and no batch made it: move it away, or choose another --out-dir"};
+}
+
+}  // namespace psplit

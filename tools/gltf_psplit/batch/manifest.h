@@ -1,0 +1,49 @@
+// The plan of a batch in a file: a line of JSON for each asset. `batch plan` writes it, and every shard reads
+// it line by line, so that its length takes no memory.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gltf_ext/files/text_lines.h"
+#include "tools/gltf_psplit/batch/batch_item.h"
+
+namespace psplit {
+
+// The first line of a plan: {"gltf_psplit_plan": 1, "version", "options", "count"}. A manifest from elsewhere
+// may lack it.
+struct ManifestHead {
+  std::string version;               // of the gltf-psplit that planned
+  std::vector<std::string> options;  // the words of the command line that every shard has to use
+  uint64_t count = 0;                // of assets
+};
+
+// Appears whole or not at all; "-" is stdout. Errors: those of io_error.
+Status write_manifest(const std::filesystem::path& path, const ManifestHead& head,
+                      std::span<const BatchItem> items);
+
+class Manifest {
+ public:
+  // Errors: those of io_error; kInvalidInput for a head that is not understood.
+  static Expected<Manifest> open(const std::filesystem::path& path);
+
+  const std::optional<ManifestHead>& head() const { return head_; }
+  // Nothing at the end. kInvalidInput, with the number of the line, for a line that is not an asset and for a
+  // plan that has fewer or more assets than its head says.
+  Expected<std::optional<BatchItem>> next();
+
+ private:
+  explicit Manifest(TextLines lines, std::string name) : lines_(std::move(lines)), name_(std::move(name)) {}
+  Status invalid(const std::string& why) const;
+
+  TextLines lines_;
+  std::string name_;
+  std::optional<ManifestHead> head_;
+  std::optional<std::string> first_;  // the first line, if it is no head
+  uint64_t count_ = 0;
+};
+
+}  // namespace psplit

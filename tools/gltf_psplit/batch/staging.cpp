@@ -1,0 +1,92 @@
+#include "tools/gltf_psplit/batch/staging.h"
+
+#include "gltf_ext/files/child_process.h"
+#include "gltf_ext/files/io_error.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+using Variables = std::vector<std::pair<std::string, std::string>>;
+
+Status run(const std::string& option, const std::string& command, const std::vector<std::string>& arguments,
+           const Variables& variables = {}) {
+  constexpr int kNoInput = 66;
+  const Expected<ProcessEnd> end = run_shell(command, arguments, variables);
+  if (!end) return end.status();
+  if (!end->by_signal && end->number == 0) return {};
+  const std::string message = option + " failed: " + (end->by_signal ? "signal " : "exit code ") +
+                              std::to_string(end->number);
+  return !end->by_signal && end->number == kNoInput ? io_failure(message) : may_pass(message);
+}
+
+// What a command brought is a file of that size with that hash.
+Status check(const fs::path& file, const std::string& option, std::optional<uint64_t> bytes,
+             const std::string& xxh128) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return may_pass(option + " made no file");
+  const uintmax_t size = fs::file_size(file, error);
+  if (bytes && size != *bytes)
+    return may_pass(option + " made a file of " + std::to_string(size) + " bytes instead of " + std::to_string(*bytes));
+  if (xxh128.empty()) return {};
+  const Expected<std::string> hash = hash_file(file);
+  if (!hash) return hash.status();
+  return *hash == xxh128 ? Status()
+                         : may_pass(option + " made a file with the hash " + *hash + " instead of " + xxh128);
+}
+
+}  // namespace
+
+StagedAsset::~StagedAsset() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+Status StagedAsset::open() const {
+  std::error_code error;
+  fs::remove_all(folder_, error);
+  fs::create_directories(folder_, error);
+  return error ? io_error("cannot make the folder " + folder_.string(), error.value()) : Status();
+}
+
+// The names keep what tells the format.
+Expected<fs::path> StagedAsset::fetch(const BatchItem& item) const {
+  const fs::path folder = folder_ / "in", file = folder / fs::path(item.input).filename();
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (Status status = run("--fetch", commands_.fetch, {item.input, file.string()}); !status.ok()) return status;
+  if (Status status = check(file, "--fetch", item.bytes, item.xxh128); !status.ok()) return status;
+  return file;
+}
+
+fs::path StagedAsset::output(const BatchItem& item) const {
+  return folder_ / "out" / fs::path(item.name).filename();
+}
+
+Status StagedAsset::store(const BatchItem& item, bool replaces) const {
+  const fs::path file = output(item);
+  std::error_code error;
+  const uint64_t bytes = fs::file_size(file, error);
+  const Expected<std::string> hash = hash_file(file);
+  if (!hash) return hash.status();
+  const Variables variables{{"PSPLIT_BYTES", std::to_string(bytes)},
+                            {"PSPLIT_XXH128", *hash},
+                            {"PSPLIT_REPLACE", replaces ? "1" : "0"}};
+  if (Status status = run("--store", commands_.store, {file.string(), item.name}, variables); !status.ok())
+    return status;
+  if (commands_.fetch_output.empty()) return {};
+  const Expected<fs::path> back = bring_back(item);
+  return back ? check(*back, "--fetch-output", bytes, *hash) : back.status();
+}
+
+Expected<fs::path> StagedAsset::bring_back(const BatchItem& item) const {
+  const fs::path folder = folder_ / "back", file = folder / fs::path(item.name).filename();
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (Status status = run("--fetch-output", commands_.fetch_output, {item.name, file.string()}); !status.ok()) return status;
+  if (Status status = check(file, "--fetch-output", std::nullopt, ""); !status.ok()) return status;
+  return file;
+}
+
+}  // namespace psplit

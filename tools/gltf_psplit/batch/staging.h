@@ -1,0 +1,51 @@
+// Assets that are not in a folder: commands bring the inputs into a local folder, and take the outputs away.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "src/status.h"
+#include "tools/gltf_psplit/batch/batch_item.h"
+
+namespace psplit {
+
+// Commands of a shell, each empty if there is none.
+struct StagingCommands {
+  std::string fetch;         // brings input $1 to file $2
+  std::string store;         // takes file $1 away as output $2
+  std::string fetch_output;  // brings output $1 back to file $2
+  std::string folder;        // for the files meanwhile; empty: in the folder of the record
+
+  bool any() const { return !fetch.empty() || !store.empty() || !fetch_output.empty(); }
+};
+
+// A folder for the files of one asset, which is removed with all that is in it.
+class StagedAsset {
+ public:
+  StagedAsset(const StagingCommands& commands, std::filesystem::path folder)
+      : commands_(commands), folder_(std::move(folder)) {}
+  ~StagedAsset();
+  StagedAsset(const StagedAsset&) = delete;
+  StagedAsset& operator=(const StagedAsset&) = delete;
+
+  // Makes the folder. Errors: those of io_error.
+  Status open() const;
+  // Runs --fetch, and returns the file, whose size and hash are those of the item if it has any. kMayPass if the
+  // command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no such
+  // input.
+  Expected<std::filesystem::path> fetch(const BatchItem& item) const;
+  // Where to write the output before it is stored.
+  std::filesystem::path output(const BatchItem& item) const;
+  // Runs --store, with PSPLIT_BYTES, PSPLIT_XXH128 and PSPLIT_REPLACE in its environment. PSPLIT_REPLACE is 1 if a
+  // batch wrote that output before, otherwise 0: then there should be no such output. With --fetch-output the
+  // output is brought back, and its size and hash are compared.
+  Status store(const BatchItem& item, bool replaces) const;
+  // Brings an output back.
+  Expected<std::filesystem::path> bring_back(const BatchItem& item) const;
+
+ private:
+  const StagingCommands& commands_;
+  std::filesystem::path folder_;
+};
+
+}  // namespace psplit

@@ -1,0 +1,19 @@
+// The child process of a batch, which works on the assets that its parent names, several at once.
+#pragma once
+
+#include "gltf_ext/files/child_process.h"
+#include "tools/gltf_psplit/batch/batch.h"
+#include "tools/gltf_psplit/batch/batch_record.h"
+
+namespace psplit {
+
+// The lines between a batch and its worker. To the worker: an item and its "id". To the batch:
+//   {"id", "waits": true or false}   the asset waits for memory, or no longer
+//   {"id", "row", "alone", "spares_report"}   the asset ended; `alone`: it may succeed when it is alone
+//   {"failed": {"code", "message"}}  the worker cannot work at all
+
+// Runs in the child, and returns its exit code. `record` is open, except in a dry run; the worker loads it.
+int run_worker(ParentLink& link, const BatchArguments& arguments, const Session& session, BatchRecord& record,
+               const std::filesystem::path& staging_folder);
+
+}  // namespace psplit
