@@ -152,7 +152,8 @@ class ForkedChild : public ChildProcess {
     std::array<pollfd, 2> sources{{{answers_, POLLIN, 0}, {stop_pipe[0], POLLIN, 0}}};
     int wait_ms = -1;
     if (deadline) {
-      const auto left = std::chrono::ceil<std::chrono::milliseconds>(*deadline - std::chrono::steady_clock::now());
+      const auto left =
+          std::chrono::ceil<std::chrono::milliseconds>(*deadline - std::chrono::steady_clock::now());
       constexpr int64_t kLongest = 1 << 30;
       wait_ms = static_cast<int>(std::clamp<int64_t>(left.count(), 0, kLongest));
     }

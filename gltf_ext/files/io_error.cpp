@@ -8,7 +8,7 @@
 namespace psplit {
 namespace {
 
-constexpr std::array kPassing = {ENOSPC, EDQUOT, ENOMEM, EMFILE, ENFILE, EAGAIN,
+constexpr std::array kPassing = {ENOSPC, EDQUOT, ENOMEM, EMFILE, ENFILE,   EAGAIN,
                                  EINTR,  ESTALE, EBUSY,  EIO,    ETIMEDOUT};
 
 }  // namespace

@@ -23,7 +23,8 @@ std::string shard(const std::string& text, const Variables& variables = {}) {
 TEST(Shard, IsWrittenAsIndexAndCount) {
   EXPECT_EQ(shard("3/128"), "3/128");
   EXPECT_EQ(shard("0/1"), "0/1");
-  for (const char* wrong : {"", "/", "3", "3/", "/3", "3/3", "-1/3", "3/0", "a/b", "1/2/3", " 1/2", "auto/", "autos"})
+  for (const char* wrong :
+       {"", "/", "3", "3/", "/3", "3/3", "-1/3", "3/0", "a/b", "1/2/3", " 1/2", "auto/", "autos"})
     EXPECT_EQ(parse(wrong, {{"JOB_COMPLETION_INDEX", "0"}}).status().code(), StatusCode::kUsage) << wrong;
 }
 
@@ -32,13 +33,15 @@ TEST(Shard, ComesFromTheArrayOfAnEngine) {
   EXPECT_EQ(shard("auto/9", {{"JOB_COMPLETION_INDEX", "4"}}), "4/9");
   EXPECT_NE(shard("auto", {{"JOB_COMPLETION_INDEX", "4"}}).find("write --shard auto/COUNT"), std::string::npos);
   EXPECT_NE(shard("auto").find("finds no array"), std::string::npos);
-  EXPECT_NE(shard("auto/9", {{"JOB_COMPLETION_INDEX", "4"}, {"SLURM_ARRAY_TASK_ID", "4"}}).find("finds two arrays"),
-            std::string::npos);
+  EXPECT_NE(
+      shard("auto/9", {{"JOB_COMPLETION_INDEX", "4"}, {"SLURM_ARRAY_TASK_ID", "4"}}).find("finds two arrays"),
+      std::string::npos);
   EXPECT_EQ(parse("auto/9", {{"JOB_COMPLETION_INDEX", "x"}}).status().code(), StatusCode::kUsage);
   EXPECT_EQ(parse("auto/4", {{"JOB_COMPLETION_INDEX", "4"}}).status().code(), StatusCode::kUsage);
 }
 
-Variables slurm(const char* id, const char* count, const char* least, const char* most, const char* step = "1") {
+Variables slurm(const char* id, const char* count, const char* least, const char* most,
+                const char* step = "1") {
   return {{"SLURM_ARRAY_TASK_ID", id},
           {"SLURM_ARRAY_TASK_COUNT", count},
           {"SLURM_ARRAY_TASK_MIN", least},

@@ -6,6 +6,7 @@
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/io_error.h"
 #include "src/stopwatch.h"
@@ -68,6 +69,7 @@ BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::funct
     outcome.status = Status(status.code(), status.message(), std::move(at));
   }
   outcome.status = std::move(outcome.status).at({.file = item.input});
+  outcome.peak_memory = peak_memory();
   outcome.wall_ms = watch.ms();
   return outcome;
 }
@@ -209,8 +211,8 @@ std::string AssetWork::made_from(const std::string& content) const {
   return hash.hex();
 }
 
-// Whether the output was made from the same input with the same options, and has not changed since. An output in
-// a storage that --fetch-output cannot read is believed to be there.
+// Whether the output was made from the same input with the same options, and has not changed since. An output
+// in a storage that --fetch-output cannot read is believed to be there.
 Expected<bool> AssetWork::is_up_to_date(Job& job, const std::string& key) {
   if (arguments_.force || !record_.knows(job.record_name)) return false;
   if (!arguments_.staging.store.empty() && arguments_.staging.fetch_output.empty())

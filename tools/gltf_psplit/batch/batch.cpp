@@ -10,6 +10,7 @@
 #include "gltf_ext/files/temporary_file.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
+#include "gltf_ext/mesh_files/read_asset.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/batch/batch_record.h"
 #include "tools/gltf_psplit/batch/worker.h"
@@ -128,6 +129,8 @@ class Batch {
 
   Status check_report() const {
     if (!writes_report_file()) return {};
+    if (!arguments_.manifest.empty() && is_asset_name(arguments_.report))
+      return {StatusCode::kUsage, "--report " + arguments_.report + " has the name of an asset"};
     std::error_code error;
     const fs::path report = fs::weakly_canonical(arguments_.report, error);
     for (const BatchItem& item : items_.planned())

@@ -38,7 +38,8 @@ std::optional<std::string> text_of(const Json& object, const std::string& key) {
 // A path below the output folder, in its shortest form. The batch's own folder begins with a dot and its name.
 bool is_output_name(const std::string& name) {
   const fs::path path(name);
-  if (name.empty() || path.is_absolute() || path.lexically_normal() != path || !path.has_filename()) return false;
+  if (name.empty() || path.is_absolute() || path.lexically_normal() != path || !path.has_filename())
+    return false;
   return *path.begin() != ".." && !path.begin()->string().starts_with(".gltf-psplit-batch");
 }
 

@@ -12,8 +12,8 @@
 namespace psplit {
 
 struct BatchItem {
-  std::string input{};  // a path; with --fetch any text that the command understands
-  std::string name{};   // the output relative to the output folder: "x/y.glb"
+  std::string input{};              // a path; with --fetch any text that the command understands
+  std::string name{};               // the output relative to the output folder: "x/y.glb"
   std::optional<uint64_t> bytes{};  // of the input file
   std::string xxh128{};             // the hash of the input file: 32 hexadecimal digits, or empty if unknown
   std::string version{};  // a text that changes whenever the input does, such as an ETag; empty if unknown

@@ -44,7 +44,7 @@ class BatchRecord {
   // it, or if shards of another count run. Other errors: those of io_error.
   Status open(const std::filesystem::path& folder, const Shard& shard);
 
-  // Reads what all files say about the outputs whose names `is_wanted` accepts. Memory: 64 bytes for each line.
+  // Reads what all files say about the outputs whose names `is_wanted` accepts. Memory: 56 bytes for each line.
   Status load(const std::filesystem::path& folder, const std::function<bool(std::string_view)>& is_wanted);
 
   // Whether a batch made the output, or began to. Otherwise, if it exists, it is not a batch's.

@@ -101,7 +101,8 @@ Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
     asset["primitives"] = outcome.result.primitives;
   }
   if (!outcome.details.is_null()) asset["result"] = outcome.details;
-  if (outcome.memory > 0) asset["estimated_memory"] = outcome.memory;
+  if (outcome.memory > 0)
+    asset["memory"] = {{"estimate", outcome.memory}, {"peak_of_process", outcome.peak_memory}};
   asset["wall_ms"] = outcome.wall_ms;
   return asset;
 }

@@ -34,7 +34,8 @@ struct BatchOutcome {
   AssetSizes sizes{};
   Json details{};  // what only one verb reports: findings, differences
   double wall_ms = 0;
-  uint64_t memory = 0;  // the estimate that admitted it
+  uint64_t memory = 0;       // the estimate that admitted it
+  uint64_t peak_memory = 0;  // of the process, with all that it did before
 };
 
 // JSON on one line. Bytes that are not UTF-8 are replaced.

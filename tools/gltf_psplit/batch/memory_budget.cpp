@@ -77,7 +77,8 @@ uint64_t number_after(std::string_view text, std::string_view words) {
 uint64_t unpacked_bytes(const std::string& path, uint64_t bytes) {
   std::ifstream file(path, std::ios::binary);
   unsigned char size[4] = {};
-  if (bytes < 4 || !file.seekg(static_cast<std::streamoff>(bytes - 4)) || !file.read(reinterpret_cast<char*>(size), 4))
+  if (bytes < 4 || !file.seekg(static_cast<std::streamoff>(bytes - 4)) ||
+      !file.read(reinterpret_cast<char*>(size), 4))
     return bytes;
   const uint64_t low = size[0] | size[1] << 8 | size[2] << 16 | uint64_t{size[3]} << 24;
   return std::max(low, bytes);

@@ -43,8 +43,8 @@ BatchVerb verb_of(std::vector<BatchRows>& shards) {
 
 }  // namespace
 
-Status plan_into_file(const BatchArguments& arguments, const std::vector<std::string>& options, bool with_hashes,
-                      const std::string& path, const Session& session) {
+Status plan_into_file(const BatchArguments& arguments, const std::vector<std::string>& options,
+                      bool with_hashes, const std::string& path, const Session& session) {
   Expected<std::vector<BatchItem>> items = plan_batch(arguments.request);
   if (!items) return items.status();
   if (path != "-" && is_asset_name(path))

@@ -67,7 +67,8 @@ Expected<uint32_t> count_of_array(Found& found, const Environment& environment) 
   const uint32_t step = std::max(1u, number(stated_step == nullptr ? "1" : stated_step).value_or(1));
   if (most < least || (most - least) / step + 1 != *count || found.index < least ||
       (found.index - least) % step != 0)
-    return usage("--shard auto: the tasks of this Slurm array do not follow each other; write --shard auto/COUNT");
+    return usage(
+        "--shard auto: the tasks of this Slurm array do not follow each other; write --shard auto/COUNT");
   found.index = (found.index - least) / step;
   return *count;
 }

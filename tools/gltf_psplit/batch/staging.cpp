@@ -16,8 +16,8 @@ Status run(const std::string& option, const std::string& command, const std::vec
   const Expected<ProcessEnd> end = run_shell(command, arguments, variables);
   if (!end) return end.status();
   if (!end->by_signal && end->number == 0) return {};
-  const std::string message = option + " failed: " + (end->by_signal ? "signal " : "exit code ") +
-                              std::to_string(end->number);
+  const std::string message =
+      option + " failed: " + (end->by_signal ? "signal " : "exit code ") + std::to_string(end->number);
   return !end->by_signal && end->number == kNoInput ? io_failure(message) : may_pass(message);
 }
 
@@ -28,7 +28,8 @@ Status check(const fs::path& file, const std::string& option, std::optional<uint
   if (!fs::is_regular_file(file, error)) return may_pass(option + " made no file");
   const uintmax_t size = fs::file_size(file, error);
   if (bytes && size != *bytes)
-    return may_pass(option + " made a file of " + std::to_string(size) + " bytes instead of " + std::to_string(*bytes));
+    return may_pass(option + " made a file of " + std::to_string(size) + " bytes instead of " +
+                    std::to_string(*bytes));
   if (xxh128.empty()) return {};
   const Expected<std::string> hash = hash_file(file);
   if (!hash) return hash.status();
@@ -84,7 +85,8 @@ Expected<fs::path> StagedAsset::bring_back(const BatchItem& item) const {
   const fs::path folder = folder_ / "back", file = folder / fs::path(item.name).filename();
   std::error_code error;
   fs::create_directories(folder, error);
-  if (Status status = run("--fetch-output", commands_.fetch_output, {item.name, file.string()}); !status.ok()) return status;
+  if (Status status = run("--fetch-output", commands_.fetch_output, {item.name, file.string()}); !status.ok())
+    return status;
   if (Status status = check(file, "--fetch-output", std::nullopt, ""); !status.ok()) return status;
   return file;
 }

@@ -30,15 +30,15 @@ class StagedAsset {
 
   // Makes the folder. Errors: those of io_error.
   Status open() const;
-  // Runs --fetch, and returns the file, whose size and hash are those of the item if it has any. kMayPass if the
-  // command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no such
-  // input.
+  // Runs --fetch, and returns the file, whose size and hash are those of the item if it has any. kMayPass if
+  // the command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no
+  // such input.
   Expected<std::filesystem::path> fetch(const BatchItem& item) const;
   // Where to write the output before it is stored.
   std::filesystem::path output(const BatchItem& item) const;
-  // Runs --store, with PSPLIT_BYTES, PSPLIT_XXH128 and PSPLIT_REPLACE in its environment. PSPLIT_REPLACE is 1 if a
-  // batch wrote that output before, otherwise 0: then there should be no such output. With --fetch-output the
-  // output is brought back, and its size and hash are compared.
+  // Runs --store, with PSPLIT_BYTES, PSPLIT_XXH128 and PSPLIT_REPLACE in its environment. PSPLIT_REPLACE is 1
+  // if a batch wrote that output before, otherwise 0: then there should be no such output. With --fetch-output
+  // the output is brought back, and its size and hash are compared.
   Status store(const BatchItem& item, bool replaces) const;
   // Brings an output back.
   Expected<std::filesystem::path> bring_back(const BatchItem& item) const;

@@ -25,7 +25,8 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
   const Status loaded =
       record.load(arguments.request.folder, [&](std::string_view name) { return shard.owns(name); });
   if (!loaded.ok()) {
-    link.send(line_of({{"failed", {{"code", static_cast<int>(loaded.code())}, {"message", loaded.to_string()}}}}));
+    link.send(
+        line_of({{"failed", {{"code", static_cast<int>(loaded.code())}, {"message", loaded.to_string()}}}}));
     return static_cast<int>(loaded.code());
   }
   MemoryBudget memory(memory_for_assets(arguments.memory));
@@ -36,8 +37,9 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
       const Expected<BatchItem> item = json ? item_of(*json) : json.status();
       if (!item) continue;  // the parent wrote the line
       const auto id = static_cast<uint64_t>(integer_field(*json, "id").value_or(0));
-      const BatchOutcome outcome =
-          work.run(*item, id, [&](bool waits) { link.send(line_of({{"id", id}, {"waits", waits}})); });
+      const BatchOutcome outcome = work.run(*item, id, [&](bool waits) {
+        link.send(line_of({{"id", id}, {"waits", waits}}));
+      });
       const bool alone = outcome.status.code() == kMayPass && outcome.status.message() == "out of memory";
       link.send(line_of({{"id", id},
                          {"row", to_json(outcome, arguments.verb)},

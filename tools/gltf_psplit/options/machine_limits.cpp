@@ -73,7 +73,9 @@ int default_thread_count(const CgroupLimits& limits) {
 
 uint64_t default_memory(const CgroupLimits& limits) {
   const uint64_t machine = machine_memory();
-  const uint64_t most = limits.memory == 0 ? machine : machine == 0 ? limits.memory : std::min(machine, limits.memory);
+  const uint64_t most = limits.memory == 0 ? machine
+                        : machine == 0     ? limits.memory
+                                           : std::min(machine, limits.memory);
   return most / 10 * 9;
 }
 
