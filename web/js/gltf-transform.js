@@ -32,14 +32,21 @@ const decoded_ahead = new WeakMap();
 
 /** Decodes all containers of a JSONDocument in a pool's workers, so that io.readJSON() finds them decoded. */
 export async function decodeAhead({ json, resources }, pool, { signal } = {}) {
-  const jobs = [];
+  const jobs = new Map();  // by buffer view and attributes, because primitives may share a container
   for_each_stored_primitive(json, (primitive, { bufferView, attributes }, m, p) => {
-    const { buffer, byteOffset = 0, byteLength } = json.bufferViews[bufferView];
+    const key = JSON.stringify([bufferView, attributes]), { buffer, byteOffset = 0, byteLength } = json.bufferViews[bufferView];
     const bytes = resources[json.buffers[buffer].uri ?? GLB_BUFFER].subarray(byteOffset, byteOffset + byteLength);
-    jobs.push(pool.decodeContainer(bytes, { attributes, signal }).then(
-      (mesh) => void decoded_ahead.set(primitive.extensions[kExtensionName], mesh), (error) => { throw placed(error, m, p); }));
+    if (!jobs.has(key)) jobs.set(key, { bytes, attributes, m, p, primitives: [] });
+    jobs.get(key).primitives.push(primitive);
   });
-  await Promise.all(jobs);
+  await Promise.all([...jobs.values()].map(async ({ bytes, attributes, m, p, primitives }) => {
+    try {
+      const mesh = await pool.decodeContainer(bytes, { attributes, signal });
+      for (const primitive of primitives) decoded_ahead.set(primitive.extensions[kExtensionName], mesh);
+    } catch (error) {
+      throw placed(error, m, p);
+    }
+  }));
 }
 
 // A container as it was read. Primitives that share it share this property.
