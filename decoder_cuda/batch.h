@@ -4,10 +4,11 @@
 // Nothing here is CUDA. A launcher calls a body once for each item, with one thread or with the lanes of a
 // warp. cuda_device.cuh launches on a device, and an emulation launches in the tests.
 //
-//   BeginStreams    a thread a stream    the header and the connectivity, to the first stop
-//   TakeRuns        a thread a run       the long chains of steps: seams, symbols, traversals, predictions
-//   ResumeStreams   a warp a stream      from one stop to the next
-//   FinishStreams   a warp a stream      the remaining stops; the points that it owns; the first stream's grid
+//   BeginStreams    a warp a stream      the header, to the first stop
+//   TakeRuns        a thread a run       the long chains of steps: faces, seams, symbols, traversals,
+//   predictions ResumeStreams   a warp a stream      from one stop to the next PredictStreams  a warp a stream
+//   most values CompleteStreams a warp a stream      the stops that remain, if there are more than launches
+//   FinishStreams   a warp a stream      the points that it owns; the first stream's grid
 //   WriteStreams    a warp a stream      values and faces, to their targets
 //
 // All except WriteStreams exist twice: for Draco streams, and for condensed streams. Before them come the
@@ -216,11 +217,19 @@ template <typename Index, core::StreamKinds kKinds>
 struct BeginStreams {
   StreamSet<Index> set;
 
-  PSPLIT_HD void operator()(uint32_t i) const {
-    StreamState<Index>& state = *new (set.memory(i)) StreamState<Index>;
+  template <core::Lanes L>
+  PSPLIT_HD void operator()(L lanes, uint32_t i) const {
+    using core::Fault;
+    using Decoder = core::PatchDecoder<Index, kKinds>;
     const StreamTask& task = set.task(i);
-    const core::Fault of_border = task.border_at != StreamTask::kNoBorder ? set.fault(i) : core::Fault::kNone;
-    set.fault(i) = of_border == core::Fault::kNone ? begin(task, state, set.memory(i)) : of_border;
+    const Fault of_border = task.border_at != StreamTask::kNoBorder ? set.fault(i) : Fault::kNone;
+    if (lanes.rank() == 0) new (set.memory(i)) StreamState<Index>;
+    lanes.sync();
+    StreamState<Index>& state = set.state(i);
+    Fault fault = of_border;
+    if (fault == Fault::kNone) fault = Decoder::alone(lanes, [&] { return begin(task, state, set.memory(i)); });
+    if (fault == Fault::kNone) fault = state.template decoder<kKinds>().start(lanes);
+    if (lanes.rank() == 0) set.fault(i) = fault;
   }
 
  private:
@@ -234,7 +243,8 @@ struct BeginStreams {
     if (sizeof(Index) == 2 && !state.header.fits_16_bits()) return Fault::kRow;
     state.arena = core::Arena(memory + state.bytes(), task.workspace_bytes);
     using Decoder = core::PatchDecoder<Index, kKinds>;
-    return (new (state.decoder_bytes) Decoder(state.header, state.arena, state.patch))->start();
+    new (state.decoder_bytes) Decoder(state.header, state.arena, state.patch);
+    return Fault::kNone;
   }
   PSPLIT_HD core::Fault read_header(const StreamTask& task, core::StreamHeader& header) const {
     if constexpr (kKinds == core::StreamKinds::kDraco) {
@@ -260,7 +270,7 @@ struct TakeRuns {
   PSPLIT_HD void operator()(uint32_t item) const {
     const uint32_t run = item / set.count, i = item % set.count;
     if (set.fault(i) != core::Fault::kNone) return;
-    const core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
+    core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
     if (run < core::pending_runs(decoder)) core::take_run(decoder, run);
   }
 };
@@ -275,14 +285,48 @@ struct ResumeStreams {
     using core::Fault;
     if (set.fault(i) != Fault::kNone) return;
     core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
-    if (decoder.stop() == core::Stop::kDone) return;
+    if (decoder.stop() >= core::Stop::kCorrections) return;
     const uint32_t pending = core::pending_runs(decoder);
     if (pending > runs_taken)
       core::for_each_lane_item(lanes, pending - runs_taken,
                                [&](uint32_t run) { core::take_run(decoder, runs_taken + run); });
     lanes.sync();
-    const Fault fault = decoder.resume(lanes);
+    const Fault fault = decoder.resume_to_corrections(lanes);
     if (lanes.rank() == 0) set.fault(i) = fault;
+  }
+};
+
+// Values that lanes compute together: those of most streams.
+template <typename Index, core::StreamKinds kKinds>
+struct PredictStreams {
+  StreamSet<Index> set;
+
+  template <core::Lanes L>
+  PSPLIT_HD void operator()(L lanes, uint32_t i) const {
+    core::Fault& fault = set.fault(i);
+    if (fault != core::Fault::kNone) return;
+    core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
+    if (decoder.stop() != core::Stop::kCorrections) return;
+    lanes.sync();  // before a lane sets the fault
+    const core::Fault found = decoder.predict(lanes);
+    if (lanes.rank() == 0) fault = found;
+  }
+};
+
+// Those that the launches before did not finish. Most batches have none.
+template <typename Index, core::StreamKinds kKinds>
+struct CompleteStreams {
+  StreamSet<Index> set;
+
+  template <core::Lanes L>
+  PSPLIT_HD void operator()(L lanes, uint32_t i) const {
+    core::Fault& fault = set.fault(i);
+    if (fault != core::Fault::kNone) return;
+    core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
+    if (decoder.stop() == core::Stop::kDone) return;
+    lanes.sync();  // before a lane sets the fault
+    const core::Fault found = core::finish_together(lanes, decoder);
+    if (lanes.rank() == 0) fault = found;
   }
 };
 
@@ -298,10 +342,11 @@ struct FinishStreams {
     core::View<uint32_t>& walk = set.batch.walks[set.streams[i]];
     Fault fault = set.fault(i);
     core::PatchDecoder<Index, kKinds>& decoder = state.template decoder<kKinds>();
-    if (fault == Fault::kNone) fault = core::finish_together(lanes, decoder);
     if (fault == Fault::kNone)
-      fault = decoder.alone(
-          lanes, [&] { return take_numbers(task, state, walk, set.batch.point_counts[set.streams[i]]); });
+      fault = decoder.alone(lanes, [&] { return check(task, state, set.batch.point_counts[set.streams[i]]); });
+    if (fault == Fault::kNone && task.has_walk)
+      fault = core::walk_border(lanes, state.patch, state.arena, state.border);
+    if (fault == Fault::kNone) fault = decoder.alone(lanes, [&] { return take_numbers(task, state, walk); });
     if (fault == Fault::kNone) fault = number(lanes, task, state, walk);
     lanes.sync();
     if (lanes.rank() != 0) return;
@@ -312,8 +357,8 @@ struct FinishStreams {
   }
 
  private:
-  PSPLIT_HD core::Fault take_numbers(const StreamTask& task, StreamState<Index>& state,
-                                     core::View<uint32_t>& walk, uint32_t& point_count) const {
+  PSPLIT_HD core::Fault check(const StreamTask& task, const StreamState<Index>& state,
+                              uint32_t& point_count) const {
     using core::Fault;
     const uint32_t points = state.patch.point_count;
     if (task.has_point_limit ? points > task.point_count : points != task.point_count) return Fault::kRow;
@@ -322,14 +367,15 @@ struct FinishStreams {
     for (uint32_t t = 0; t < primitive.target_count; ++t)
       if (find_attribute(state.patch, set.batch.targets[primitive.first_target + t]) == nullptr)
         return Fault::kRequest;
-    if (task.has_walk)
-      if (const Fault fault = core::walk_border(state.patch, state.arena, state.border); fault != Fault::kNone)
-        return fault;
+    return Fault::kNone;
+  }
+  PSPLIT_HD core::Fault take_numbers(const StreamTask& task, StreamState<Index>& state,
+                                     core::View<uint32_t>& walk) const {
     // A walk visits no point twice, so it has room.
     walk = core::View<uint32_t>(set.batch.walk_numbers + task.walk_at, state.border.size());
-    const bool taken =
-        state.arena.take(state.numbers, points) && state.arena.take(state.references, task.reference_count);
-    return taken ? Fault::kNone : Fault::kWorkspace;
+    const bool taken = state.arena.take(state.numbers, state.patch.point_count) &&
+                       state.arena.take(state.references, task.reference_count);
+    return taken ? core::Fault::kNone : core::Fault::kWorkspace;
   }
 
   PSPLIT_HD void write_grids(const PrimitiveTask& primitive, const StreamState<Index>& state) const {
@@ -384,18 +430,21 @@ struct WriteStreams {
     if (task.use != StreamUse::kWritten) return;
     if (fault != core::Fault::kNone) return write_nothing();
     const uint32_t total = primitive.point_count;
-    write_indices(lanes, task, primitive, [&](uint32_t at) {
-      const uint32_t number = state.numbers[state.patch.point_at[4 * (at / 3) + at % 3]];
-      return number < total ? number : state.references[number - total];
+    const core::View<const Index> point_at = state.patch.point_at;
+    const core::View<const uint32_t> numbers = state.numbers, references = state.references;
+    write_indices(lanes, task, primitive, [&](uint32_t corner) {
+      const uint32_t number = numbers[point_at[corner]];
+      return number < total ? number : references[number - total];
     });
     for (uint32_t t = 0; t < primitive.target_count; ++t) {
       const AttributeTarget& target = set.batch.targets[primitive.first_target + t];
       const core::Attribute<Index>& attribute = *find_attribute(state.patch, target);
+      uint8_t* const values = target.values;
+      const uint32_t first_point = primitive.first_point, stride = target.stride;
       // The owner writes. Every copy holds the same bits.
       const auto place_of = [&](uint32_t point) -> uint8_t* {
-        const uint32_t number = state.numbers[point];
-        return number < total ? target.values + size_t{number - primitive.first_point} * target.stride
-                              : nullptr;
+        const uint32_t number = numbers[point];
+        return number < total ? values + size_t{number - first_point} * stride : nullptr;
       };
       if (target.is_aligned())
         state.patch.template write_values<true>(lanes, attribute, target.type, place_of);
@@ -421,14 +470,15 @@ struct WriteStreams {
     return core::Fault::kNone;
   }
 
-  // point_at(n) is the point of the stream's n-th corner, three for each face.
+  // point_at(corner) is the point at a corner of the stream, which is 4 * face + 0, 1 or 2.
   template <core::Lanes L, typename PointAt>
   PSPLIT_HD static void write_indices(L lanes, const StreamTask& task, const PrimitiveTask& primitive,
                                       PointAt point_at) {
     const auto write = [&]<typename Out>(Out* indices) {
       Out* const out = indices + size_t{3} * task.face_base;
-      core::for_each_lane_item(lanes, 3 * task.face_count,
-                               [&](uint32_t at) { out[at] = static_cast<Out>(point_at(at)); });
+      core::for_each_lane_item(lanes, task.face_count, [&](uint32_t face) {
+        for (uint32_t k = 0; k < 3; ++k) out[3 * face + k] = static_cast<Out>(point_at(4 * face + k));
+      });
     };
     if (primitive.index_bytes == 2)
       write(static_cast<uint16_t*>(primitive.indices));

@@ -6,7 +6,7 @@
 //   HostArray<T>                 the same for pinned memory of the host
 //   upload(to, from, count)      from the host
 //   download(to, from, count)    to the host
-//   launch_threads(count, body)  calls body(i) for each i below count
+//   launch_threads(count, busy, body)  calls body(i) for each i below count. About `busy` calls have much to do
 //   launch_warps(count, body)    calls body(lanes, i), with the lanes of a warp
 //   mark(stage)                  the name of the stage that follows, for measurements
 //   wait()                       returns when everything before it is done
@@ -27,11 +27,11 @@ template <core::StreamKinds kKinds, typename Index, typename Device>
 Status launch_decoding(Device& device, const StreamSet<Index>& set, const LaunchPlan& plan) {
   if (set.count == 0) return {};
   device.mark("connectivity");
-  if (Status status = device.launch_threads(set.count, BeginStreams<Index, kKinds>{set}); !status.ok())
+  if (Status status = device.launch_warps(set.count, BeginStreams<Index, kKinds>{set}); !status.ok())
     return status;
   for (uint32_t round = 0; round < plan.rounds; ++round) {
     device.mark("steps");
-    if (Status status = device.launch_threads(plan.runs * set.count, TakeRuns<Index, kKinds>{set});
+    if (Status status = device.launch_threads(plan.runs * set.count, set.count, TakeRuns<Index, kKinds>{set});
         !status.ok())
       return status;
     device.mark("between steps");
@@ -39,6 +39,15 @@ Status launch_decoding(Device& device, const StreamSet<Index>& set, const Launch
         !status.ok())
       return status;
   }
+  device.mark("prediction");
+  if (Status status = device.launch_warps(set.count, PredictStreams<Index, kKinds>{set}); !status.ok())
+    return status;
+  if (plan.has_steps)
+    if (Status status = device.launch_threads(plan.runs * set.count, set.count, TakeRuns<Index, kKinds>{set});
+        !status.ok())
+      return status;
+  if (Status status = device.launch_warps(set.count, CompleteStreams<Index, kKinds>{set}); !status.ok())
+    return status;
   device.mark("numbering");
   return device.launch_warps(set.count, FinishStreams<Index, kKinds>{set});
 }
@@ -55,7 +64,8 @@ template <typename Device>
 Status launch_borders(Device& device, const Batch& batch, const BorderTask* tasks, uint32_t count) {
   if (count == 0) return {};
   device.mark("borders");
-  if (Status status = device.launch_threads(count, TakeBorderParts{batch, tasks}); !status.ok()) return status;
+  if (Status status = device.launch_threads(count, count, TakeBorderParts{batch, tasks}); !status.ok())
+    return status;
   return device.launch_warps(count, ShareBorderValues{batch, tasks});
 }
 

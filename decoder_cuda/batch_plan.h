@@ -25,8 +25,9 @@ struct LaunchPlan {
   // Few streams have as many, and the others should not wait for them.
   static constexpr uint32_t kMostRuns = 64, kMostRounds = 24;
 
-  uint32_t runs = 0;    // of one stream between two stops
-  uint32_t rounds = 0;  // from stop to stop
+  uint32_t runs = 0;       // of one stream between two stops
+  uint32_t rounds = 0;     // from stop to stop
+  bool has_steps = false;  // some values may be predicted in steps
 };
 
 class BatchPlan {
@@ -399,10 +400,12 @@ class BatchPlan {
     // stops once more.
     const bool is_condensed = header.is_condensed();
     const uint32_t rounds = 2 + (header.attribute_data_count > 0 ? 1 : 0) +
-                            (is_condensed ? 1 : values.attributes + (header.valence ? 1 : 0));
+                            (is_condensed || header.valence ? 1 : 0) +
+                            (is_condensed ? 0 : values.attributes - 1);
     LaunchPlan& launches = is_condensed ? width.condensed : width.draco;
     launches.runs = std::max(launches.runs, std::min(runs, LaunchPlan::kMostRuns));
     launches.rounds = std::max(launches.rounds, std::min(rounds, LaunchPlan::kMostRounds));
+    launches.has_steps |= values.attributes > 1 || is_condensed;
   }
 
   std::vector<PrimitiveTask> primitives_;  // `bytes` is null if they are uploaded as pieces

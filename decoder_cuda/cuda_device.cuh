@@ -3,6 +3,7 @@
 
 #include <cuda_runtime.h>
 
+#include <algorithm>
 #include <span>
 #include <utility>
 #include <vector>
@@ -18,15 +19,17 @@ inline Status cuda_status(cudaError_t error, const char* what) {
   return runtime_failure(std::string("CUDA: ") + what + ": " + cudaGetErrorString(error));
 }
 
+// The first `lanes` lanes of each warp take an item each.
 template <typename Body>
-__global__ void run_threads(uint32_t count, Body body) {
-  const uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) body(i);
+__global__ void run_threads(uint32_t count, uint32_t lanes, Body body) {
+  const uint32_t lane = threadIdx.x % WarpLanes::size();
+  const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size() * lanes + lane;
+  if (lane < lanes && i < count) body(i);
 }
 
 // Whole warps return together, so no lane waits for a lane that has returned.
 template <typename Body>
-__global__ void run_warps(uint32_t count, Body body) {
+__global__ void run_warps(uint32_t count, uint32_t, Body body) {
   const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size();
   if (i < count) body(WarpLanes(), i);
 }
@@ -83,6 +86,13 @@ class CudaDevice {
   // Works on `stream`, which must outlive it, or on a stream of its own if that is null.
   static Expected<CudaDevice> create(cudaStream_t stream) {
     CudaDevice device;
+    int number = 0, multiprocessors = 0;
+    Status known = cuda_status(cudaGetDevice(&number), "no device");
+    if (known.ok())
+      known = cuda_status(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, number),
+                          "no device");
+    if (!known.ok()) return known;
+    device.multiprocessors_ = static_cast<uint32_t>(multiprocessors);
     device.stream_ = stream;
     device.owns_stream_ = stream == nullptr;
     if (!device.owns_stream_) return Expected<CudaDevice>(std::move(device));
@@ -92,6 +102,7 @@ class CudaDevice {
   }
   CudaDevice(CudaDevice&& other) noexcept
       : stream_(std::exchange(other.stream_, nullptr)),
+        multiprocessors_(other.multiprocessors_),
         owns_stream_(other.owns_stream_),
         measures_(other.measures_),
         marks_(std::exchange(other.marks_, {})),
@@ -111,15 +122,18 @@ class CudaDevice {
     return cuda_status(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream_),
                        "download");
   }
+  // A warp waits for the slowest of its lanes, and steps wait for memory most of the time. So a few items on
+  // each of many warps are faster than 32 items on each of few warps.
   template <typename Body>
-  Status launch_threads(uint32_t count, const Body& body) {
-    constexpr uint32_t kBlock = 128;
-    return launch(run_threads<Body>, (count + kBlock - 1) / kBlock, kBlock, count, body);
+  Status launch_threads(uint32_t count, uint32_t busy, const Body& body) {
+    constexpr uint32_t kWarps = 16;  // of each multiprocessor
+    const uint32_t lanes = std::clamp(busy / (multiprocessors_ * kWarps), 1u, WarpLanes::size());
+    return launch(run_threads<Body>, (count + lanes - 1) / lanes, WarpLanes::size(), count, lanes, body);
   }
   template <typename Body>
   Status launch_warps(uint32_t count, const Body& body) {
-    constexpr uint32_t kWarps = 4;
-    return launch(run_warps<Body>, (count + kWarps - 1) / kWarps, kWarps * WarpLanes::size(), count, body);
+    constexpr uint32_t kWarps = 4, kLanes = WarpLanes::size();
+    return launch(run_warps<Body>, (count + kWarps - 1) / kWarps, kWarps * kLanes, count, kLanes, body);
   }
   uint64_t free_memory() const {
     size_t free = 0, total = 0;
@@ -161,15 +175,17 @@ class CudaDevice {
 
   // Not <<<>>>: its error would be in the runtime's last one, which may be the caller's.
   template <typename Body>
-  Status launch(void (*kernel)(uint32_t, Body), uint32_t blocks, uint32_t threads, uint32_t count, Body body) {
+  Status launch(void (*kernel)(uint32_t, uint32_t, Body), uint32_t blocks, uint32_t threads, uint32_t count,
+                uint32_t lanes, Body body) {
     if (blocks == 0) return {};
-    void* arguments[] = {&count, &body};
+    void* arguments[] = {&count, &lanes, &body};
     return cuda_status(
         cudaLaunchKernel(reinterpret_cast<const void*>(kernel), blocks, threads, arguments, 0, stream_),
         "launch");
   }
 
   cudaStream_t stream_ = nullptr;
+  uint32_t multiprocessors_ = 1;
   bool owns_stream_ = true, measures_ = false;
   std::vector<Mark> marks_;
   size_t mark_count_ = 0;

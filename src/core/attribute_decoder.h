@@ -15,9 +15,9 @@ class AttributeDecoder {
   PSPLIT_HD AttributeDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& patch)
       : header_(header), arena_(arena), patch_(patch) {}
 
-  // Reads groups and descriptions, finds the sequence of each group, and reads the first attributes. Afterwards
-  // sequences(), traversals() and tokens of condensed() are pending. `seam_tables` are by attribute data.
-  // `section` and `corners` are for condensed streams only: see CondensedAttributes::start.
+  // Reads groups and descriptions, finds the sequence of each group, and reads the first attributes. After
+  // begin_traversals, sequences(), traversals() and tokens of condensed() are pending. `seam_tables` are by
+  // attribute data. `section` and `corners` are for condensed streams only: see CondensedAttributes::start.
   PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables,
                         const SectionReader& section, const VertexCorners<Index>& corners) {
     const uint32_t group_count = reader.u8();
@@ -44,6 +44,12 @@ class AttributeDecoder {
     if (fault == Fault::kNone) fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
     if (fault != Fault::kNone || !is_condensed()) return fault == Fault::kNone ? read(reader) : fault;
     return condensed_.start(header_.condensed, section, corners, patch_, integers_, arena_);
+  }
+
+  // Collective.
+  template <Lanes L>
+  PSPLIT_HD void begin_traversals(L lanes) {
+    for (uint32_t i = 0; i < traversal_count_; ++i) traversals_[i].begin(lanes);
   }
 
   // The symbols of the attributes that were read last, and the walks over the groups' tables.
@@ -84,10 +90,20 @@ class AttributeDecoder {
       if (has_integers(i)) integers_[i].start_prediction(lanes, is_condensed());
   }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
+  // Whether all values are computed after start_predictions.
+  PSPLIT_HD bool are_predicted() const {
+    for (uint32_t i = 0; i < integers_.size(); ++i)
+      if (has_integers(i) && !integers_[i].is_predicted()) return false;
+    for (size_t i = 0; i < condensed().size(); ++i)
+      if (condensed()[i].created.running()) return false;
+    return true;
+  }
+  PSPLIT_HD Fault check_created() const {
+    return is_condensed() ? condensed_.finish_created(patch_, integers_) : Fault::kNone;
+  }
   // Finishes the integers after their steps were taken.
   PSPLIT_HD Fault finish_predictions() {
-    if (is_condensed())
-      if (const Fault fault = condensed_.finish_created(patch_, integers_); fault != Fault::kNone) return fault;
+    if (const Fault fault = check_created(); fault != Fault::kNone) return fault;
     for (uint32_t i = 0; i < integers_.size(); ++i) {
       if (!has_integers(i)) continue;
       if (const Fault fault = integers_[i].finish(arena_); fault != Fault::kNone) return fault;
@@ -193,7 +209,7 @@ class AttributeDecoder {
     if (!group.sequence.allocate(group.table.vertex_count, arena_)) return Fault::kWorkspace;
     if (group.by_prediction_degree) return traverse_by_prediction_degree(group.table, arena_, group.sequence);
     traversals_[traversal_count_] = {};
-    return traversals_[traversal_count_++].start(group.table, arena_, group.sequence);
+    return traversals_[traversal_count_++].allocate(group.table, arena_, group.sequence);
   }
 
   // Reads on from attribute_ of group_, to the end of the stream or to symbols that must be decoded to find

@@ -9,6 +9,9 @@ namespace psplit::core {
 // register loads and stores a value: a load that spans two earlier stores would wait for both.
 PSPLIT_HD constexpr uint32_t value_stride(uint32_t components) { return components == 3 ? 4 : components; }
 
+// The signed number that a symbol stands for: 0, -1, 1, -2, 2 ... for 0, 1, 2, 3, 4 ...
+PSPLIT_HD constexpr uint32_t signed_of_symbol(uint32_t symbol) { return symbol >> 1 ^ (0 - (symbol & 1)); }
+
 template <uint32_t kCount>
 class Components {
  public:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "src/core/corner_table.h"
+#include "src/core/lanes.h"
 
 namespace psplit::core {
 
@@ -72,22 +73,29 @@ struct Connectivity {
     merged[merged_count++] = static_cast<Index>(n);
   }
 
-  // To be called when all faces are there.
-  PSPLIT_HD void find_closed_vertices() {
-    for (uint32_t v = 0; v < vertex_count; ++v) {
+  // To be called when all faces are there. Collective.
+  template <Lanes L>
+  PSPLIT_HD void find_closed_vertices(L lanes) {
+    for_each_lane_item(lanes, vertex_count, [&, opposite = table.opposite](uint32_t v) {
       const Index corner = border[v].corner();
-      closed[v] = corner != kNone<Index> && table.opposite[corner] != kNone<Index>;
-    }
+      closed[v] = corner != kNone<Index> && opposite[corner] != kNone<Index>;
+    });
+    lanes.sync();
   }
 
   // Renumbers the vertices, so that each has corners. Either all keep their order, or the last vertices take
-  // the numbers of merged ones, in order of merging. Ends the use of BorderEdge::beyond.
-  PSPLIT_HD void drop_merged_vertices(bool keep_order) {
+  // the numbers of merged ones, in order of merging. Ends the use of BorderEdge::beyond. Closed vertices are to
+  // be found afterwards.
+  PSPLIT_HD void renumber_vertices(bool keep_order) {
     if (merged_count == 0) return;
     if (keep_order)
       move_up();
     else
       fill_holes();
+  }
+  PSPLIT_HD void drop_merged_vertices(bool keep_order) {
+    renumber_vertices(keep_order);
+    find_closed_vertices(SerialLanes());
   }
 
   PSPLIT_HD bool allocate(Arena& arena) {
@@ -117,10 +125,7 @@ struct Connectivity {
     uint32_t count = 0;
     for (uint32_t v = 0; v < vertex_count; ++v) {
       const Index corner = border[v].corner();
-      if (corner != kNone<Index>) {
-        border[count] = {corner, border[count].beyond()};
-        closed[count] = closed[v];
-      }
+      if (corner != kNone<Index>) border[count] = {corner, border[count].beyond()};
       border[v] = {border[v].corner(), static_cast<Index>(count)};
       count += corner != kNone<Index> ? 1 : 0;
     }
@@ -142,7 +147,6 @@ struct Connectivity {
         corner = table.swing_right(corner);
       } while (corner != kNone<Index> && corner != start);
       border[hole] = border[last];
-      closed[hole] = closed[last];
       border[last] = {kNone<Index>, 0};
       --vertex_count;
     }

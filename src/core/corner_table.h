@@ -34,6 +34,20 @@ PSPLIT_HD constexpr Index previous(Index corner) {
   return static_cast<Index>(c + 2 - 3 * is_not_first);
 }
 
+// The numbers at the corners of a face, and the unused fourth. Tables are aligned to 16 bytes, so a device
+// loads or stores a row at once.
+template <typename Index>
+struct alignas(4 * sizeof(Index)) FaceRow {
+  Index at[4];
+
+  // The number at corner k, which is known only at run time. It is not loaded from memory.
+  PSPLIT_HD uint32_t operator[](uint32_t k) const { return k == 0 ? at[0] : k == 1 ? at[1] : at[2]; }
+};
+template <typename Index>
+PSPLIT_HD FaceRow<Index>& row_of(View<Index> table, uint32_t corner) {
+  return *reinterpret_cast<FaceRow<Index>*>(&table[corner & ~3u]);
+}
+
 template <typename Index>
 struct CornerTable {
   View<Index> opposite;  // kNone on a border, and on a seam if the table is an attribute's

@@ -35,7 +35,7 @@ namespace psplit::core {
 
 // Decodes a patch from one stop to the next:
 //
-//   Fault fault = decoder.start();
+//   Fault fault = decoder.start(lanes);
 //   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
 //     take_steps(...);  // those that the decoder waits for
 //     fault = decoder.resume(lanes);
@@ -46,10 +46,19 @@ class PatchDecoder {
   PSPLIT_HD PatchDecoder(const StreamHeader& header, Arena& arena, Patch<Index>& out)
       : header_(header), reader_(header.body), arena_(arena), patch_(out), attributes_(header, arena, out) {}
 
-  PSPLIT_HD Fault start() {
-    patch_.face_count = header_.counts.face_count;
-    return is_condensed() || header_.edgebreaker ? start_edgebreaker() : start_sequential();
+  // Collective: all lanes share the decoder.
+  template <Lanes L>
+  PSPLIT_HD Fault start(L lanes) {
+    const Fault fault = alone(lanes, [&] {
+      patch_.face_count = header_.counts.face_count;
+      return is_condensed() || header_.edgebreaker ? start_edgebreaker() : read_sequential_faces();
+    });
+    const bool waits = stop_ == Stop::kSymbolLists;
+    lanes.sync();
+    if (fault != Fault::kNone || waits) return fault;
+    return is_condensed() || header_.edgebreaker ? begin_faces(lanes) : start_attributes(lanes);
   }
+  PSPLIT_HD Fault start() { return start(SerialLanes()); }
 
   PSPLIT_HD Stop stop() const { return stop_; }
   PSPLIT_HD View<BitSteps> seams() const { return draco_only(seams_.steps()); }
@@ -66,6 +75,13 @@ class PatchDecoder {
   PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return attributes_.traversals(); }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return attributes_.integers(); }
 
+  // At Stop::kConnectivity, in place of steps: adds all faces. Its fault comes from resume.
+  PSPLIT_HD void add_faces() {
+    const bool keep_order = header_.attribute_data_count > 0;
+    connectivity_fault_ = is_condensed() ? condensed_.add_faces(header_.condensed, keep_order, patch_.mesh)
+                                         : edgebreaker_.add_faces(keep_order, patch_.mesh);
+  }
+
   // Goes on to the next stop after all steps were taken, except those that sequences leave to their finish.
   // Collective: all lanes share the decoder.
   template <Lanes L>
@@ -73,13 +89,31 @@ class PatchDecoder {
     const Stop stop = stop_;
     lanes.sync();
     switch (stop) {
-      case Stop::kSymbolLists: return alone(lanes, [&] { return finish_edgebreaker(); });
-      case Stop::kSeams: return alone(lanes, [&] { return finish_seams(); });
-      case Stop::kChains: return finish_chains(lanes);
+      case Stop::kCorrections: return predict(lanes);
       case Stop::kPrediction: return alone(lanes, [&] { return finish_predictions(); });
-      case Stop::kDone: break;
+      default: return resume_to_corrections(lanes);
     }
-    return Fault::kNone;
+  }
+  // The parts of it that most streams need: from a stop before kCorrections, and from kCorrections.
+  template <Lanes L>
+  PSPLIT_HD Fault resume_to_corrections(L lanes) {
+    const Stop stop = stop_;
+    lanes.sync();
+    switch (stop) {
+      case Stop::kSymbolLists: return begin_faces(lanes);
+      case Stop::kConnectivity: return finish_faces(lanes);
+      case Stop::kSeams: return finish_seams(lanes);
+      case Stop::kChains: return finish_chains(lanes);
+      default: return Fault::kNone;
+    }
+  }
+  template <Lanes L>
+  PSPLIT_HD Fault predict(L lanes) {
+    attributes_.start_predictions(lanes);
+    return alone(lanes, [&] {
+      return attributes_.are_predicted() ? stop_at(Stop::kDone, attributes_.check_created())
+                                         : stop_at(Stop::kPrediction, Fault::kNone);
+    });
   }
 
   // Does work on the first lane, and returns its fault on all. Collective.
@@ -102,45 +136,67 @@ class PatchDecoder {
     return kKinds == StreamKinds::kDraco ? Runs() : runs;
   }
 
-  PSPLIT_HD Fault start_sequential() {
+  PSPLIT_HD Fault read_sequential_faces() {
     patch_.point_count = header_.point_count;
-    const Fault fault = decode_sequential_faces(reader_, arena_, patch_);
-    return fault == Fault::kNone ? start_attributes() : fault;
+    return decode_sequential_faces(reader_, arena_, patch_);
   }
 
+  // Ends at the next stop if there are symbols to decode before faces can be added.
   PSPLIT_HD Fault start_edgebreaker() {
     if (header_.attribute_data_count > kMaxAttributeData) return Fault::kAttribute;
     if (is_condensed()) return stop_at(Stop::kSymbolLists, condensed_.start(header_, arena_, patch_.mesh));
     Fault fault = edgebreaker_.start(header_, reader_, arena_, patch_.mesh);
     if (fault == Fault::kNone) fault = seams_.read(reader_, header_.attribute_data_count);
-    if (fault != Fault::kNone) return fault;
-    if (!header_.valence) return finish_edgebreaker();
+    if (fault != Fault::kNone || !header_.valence) return fault;
     return stop_at(Stop::kSymbolLists, edgebreaker_.start_symbol_lists(header_.counts, reader_, arena_));
   }
-  PSPLIT_HD Fault finish_edgebreaker() {
+  template <Lanes L>
+  PSPLIT_HD Fault begin_faces(L lanes) {
+    fill(lanes, patch_.mesh.table.opposite, kNone<Index>);
+    return alone(lanes, [&] {
+      return stop_at(Stop::kConnectivity, is_condensed()
+                                              ? condensed_.begin_faces(arena_, header_.counts)
+                                              : edgebreaker_.begin_faces(reader_, arena_, header_.counts));
+    });
+  }
+  template <Lanes L>
+  PSPLIT_HD Fault finish_faces(L lanes) {
+    if (connectivity_fault_ != Fault::kNone) return connectivity_fault_;
+    patch_.mesh.find_closed_vertices(lanes);
     const bool has_attribute_data = header_.attribute_data_count > 0;
-    const bool keep_order = has_attribute_data;
-    const Fault fault = is_condensed() ? condensed_.finish(header_.condensed, arena_, keep_order, patch_.mesh)
-                                       : edgebreaker_.finish(reader_, arena_, keep_order, patch_.mesh);
-    if (fault != Fault::kNone) return fault;
-    patch_.point_at = patch_.mesh.table.vertex;
-    patch_.point_count = patch_.mesh.vertex_count;
-    if (!has_attribute_data) return start_attributes();
+    const Fault fault = alone(lanes, [&] {
+      if (is_condensed())
+        condensed_.finish(arena_);
+      else
+        edgebreaker_.finish(arena_);
+      patch_.point_at = patch_.mesh.table.vertex;
+      patch_.point_count = patch_.mesh.vertex_count;
+      return has_attribute_data ? start_seams() : Fault::kNone;
+    });
+    return fault != Fault::kNone || has_attribute_data ? fault : start_attributes(lanes);
+  }
+
+  PSPLIT_HD Fault start_seams() {
     return stop_at(Stop::kSeams, is_condensed()
                                      ? seams_.start(header_.condensed, condensed_.section(),
                                                     header_.attribute_data_count, patch_.mesh, arena_)
                                      : seams_.start(patch_.mesh, arena_));
   }
-
-  PSPLIT_HD Fault finish_seams() {
-    const Fault fault = seams_.finish(arena_, patch_);
-    return fault == Fault::kNone ? start_attributes() : fault;
+  template <Lanes L>
+  PSPLIT_HD Fault finish_seams(L lanes) {
+    const Fault fault = alone(lanes, [&] { return seams_.finish(arena_, patch_); });
+    return fault == Fault::kNone ? start_attributes(lanes) : fault;
   }
 
-  PSPLIT_HD Fault start_attributes() {
-    const View<CondensedSeamSteps> seams = condensed_seams();
-    const SectionReader& section = seams.empty() ? condensed_.section() : seams[0].section();
-    return stop_at(Stop::kChains, attributes_.start(reader_, seams_.tables(), section, condensed_.corners()));
+  template <Lanes L>
+  PSPLIT_HD Fault start_attributes(L lanes) {
+    const Fault fault = alone(lanes, [&] {
+      const View<CondensedSeamSteps> seams = condensed_seams();
+      const SectionReader& section = seams.empty() ? condensed_.section() : seams[0].section();
+      return stop_at(Stop::kChains, attributes_.start(reader_, seams_.tables(), section, condensed_.corners()));
+    });
+    if (fault == Fault::kNone) attributes_.begin_traversals(lanes);
+    return fault;
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {
@@ -151,9 +207,13 @@ class PatchDecoder {
     if (fault != Fault::kNone) return fault;
     const bool is_read = attributes_.is_read();
     lanes.sync();
-    if (!is_read) return alone(lanes, [&] { return attributes_.read_on(reader_); });
-    attributes_.start_predictions(lanes);
-    return alone(lanes, [&] { return stop_at(Stop::kPrediction, Fault::kNone); });
+    if (!is_read) {
+      fault = alone(lanes, [&] { return attributes_.read_on(reader_); });
+      const bool is_over = attributes_.is_read() && sequences().empty();
+      lanes.sync();
+      if (fault != Fault::kNone || !is_over) return fault;
+    }
+    return alone(lanes, [&] { return stop_at(Stop::kCorrections, Fault::kNone); });
   }
   PSPLIT_HD Fault finish_predictions() { return stop_at(Stop::kDone, attributes_.finish_predictions()); }
 
@@ -168,6 +228,7 @@ class PatchDecoder {
   Arena& arena_;
   Patch<Index>& patch_;
   Stop stop_ = Stop::kDone;
+  Fault connectivity_fault_ = Fault::kNone;
   EdgebreakerDecoder<Index> edgebreaker_;
   CondensedConnectivity<Index> condensed_;
   SeamDecoder<Index> seams_;
@@ -210,7 +271,7 @@ PSPLIT_HD Fault finish_together(L lanes, PatchDecoder<Index, kKinds>& decoder) {
 // The same from the start.
 template <Lanes L, typename Index>
 PSPLIT_HD Fault decode_together(L lanes, PatchDecoder<Index>& decoder) {
-  const Fault fault = decoder.alone(lanes, [&] { return decoder.start(); });
+  const Fault fault = decoder.start(lanes);
   return fault == Fault::kNone ? finish_together(lanes, decoder) : fault;
 }
 

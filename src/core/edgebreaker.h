@@ -141,11 +141,23 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       const uint32_t v1_of_lr = select(if_r, to, x) & ~if_c;
       v0 = select(if_r, from, to), v2 = select(if_r, x, from);
       v1 = (b.beyond() & if_c) | v1_of_lr;
-      link(opposite, active, c1 - if_r);
-      // For L and R in place of b and c2: the unused fourth corner of the face, twice.
-      const uint32_t unused = c0 + 3, across = select(if_c, b.corner(), unused);
-      opposite[across] = static_cast<Index>(c2);
-      opposite[select(if_c, c2, unused)] = static_cast<Index>(across);
+      if constexpr (PSPLIT_MOVES_ROWS) {
+        constexpr Index kNo = kNone<Index>;
+        const auto meets = static_cast<Index>(active);
+        row_of(opposite, c0) = {{kNo, if_r != 0 ? kNo : meets,
+                                 if_r != 0   ? meets
+                                 : if_c != 0 ? b.corner()
+                                             : kNo,
+                                 kNo}};
+        opposite[active] = static_cast<Index>(c1 - if_r);
+        if (if_c != 0) opposite[b.corner()] = static_cast<Index>(c2);
+      } else {
+        link(opposite, active, c1 - if_r);
+        // For L and R in place of b and c2: the unused fourth corner of the face, twice.
+        const uint32_t unused = c0 + 3, across = select(if_c, b.corner(), unused);
+        opposite[across] = static_cast<Index>(c2);
+        opposite[select(if_c, c2, unused)] = static_cast<Index>(across);
+      }
       border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
       brought(x, c1 - if_r);
       vertex_count += 1 + if_c;
@@ -171,9 +183,13 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       return Fault::kConnectivity;
     }
     if (PSPLIT_UNLIKELY(vertex_count > counts.vertex_limit)) return Fault::kCounts;
-    vertex[c0] = static_cast<Index>(v0);
-    vertex[c1] = static_cast<Index>(v1);
-    vertex[c2] = static_cast<Index>(v2);
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      row_of(vertex, c0) = {{static_cast<Index>(v0), static_cast<Index>(v1), static_cast<Index>(v2), Index{0}}};
+    } else {
+      vertex[c0] = static_cast<Index>(v0);
+      vertex[c1] = static_cast<Index>(v1);
+      vertex[c2] = static_cast<Index>(v2);
+    }
     border[v2] = {c0, v1};
     symbols.added(symbol, v0, v1, v2);
     active = c0, from = v2, to = v1;
@@ -227,22 +243,30 @@ PSPLIT_HD size_t connectivity_scratch_bytes(const ConnectivityCounts& counts) {
 }
 
 // Decodes all symbols, which may be anything, and adds the components' start faces. `mesh` has its counts and
-// its memory. On success the arena is as before, every corner has its vertex, every pair of opposite corners
-// names each other, and each vertex that is not merged has one fan of faces.
+// its memory, `opposite` is kNone everywhere, and `waiting` is started.
 // `start_faces` says for each component whether it has a start face.
+template <typename Index, typename Symbols, typename StartFaces>
+PSPLIT_HD Fault add_all_faces(Symbols symbols, WaitingEdges<Index> waiting, StartFaces& start_faces,
+                              Connectivity<Index>& mesh) {
+  const ConnectivityCounts& counts = mesh.counts;
+  if (counts.symbol_count == 0) return counts.face_count == 0 ? Fault::kNone : Fault::kCounts;
+  const Fault fault = add_faces(symbols, waiting, mesh);
+  return fault == Fault::kNone ? add_start_faces(start_faces, waiting, mesh) : fault;
+}
+
+// The same with all that comes before and after. On success the arena is as before, every corner has its
+// vertex, every pair of opposite corners names each other, and each vertex that is not merged has one fan of
+// faces.
 template <typename Index, typename Symbols, typename StartFaces>
 PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, StartFaces& start_faces,
                                     Arena& arena, Connectivity<Index>& mesh) {
-  const ConnectivityCounts& counts = mesh.counts;
-  if (counts.symbol_count == 0) return counts.face_count == 0 ? Fault::kNone : Fault::kCounts;
   fill(mesh.table.opposite, kNone<Index>);
   const size_t mark = arena.mark();
   WaitingEdges<Index> waiting;
-  Fault fault = waiting.start(events, counts.symbol_count, arena);
-  if (fault == Fault::kNone) fault = add_faces(symbols, waiting, mesh);
-  if (fault == Fault::kNone) fault = add_start_faces(start_faces, waiting, mesh);
+  Fault fault = waiting.start(events, mesh.counts.symbol_count, arena);
+  if (fault == Fault::kNone) fault = add_all_faces(symbols, waiting, start_faces, mesh);
   if (fault != Fault::kNone) return fault;
-  mesh.find_closed_vertices();
+  mesh.find_closed_vertices(SerialLanes());
   arena.release(mark);
   return Fault::kNone;
 }

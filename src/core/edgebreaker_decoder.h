@@ -37,22 +37,21 @@ class EdgebreakerDecoder {
   }
   PSPLIT_HD View<SymbolSequence> symbol_lists() const { return symbol_lists_; }
 
-  // Decodes the mesh, and releases all other memory that was taken since start. `keep_order` is that of
-  // Connectivity::drop_merged_vertices.
-  PSPLIT_HD Fault finish(ByteReader& reader, Arena& arena, bool keep_order, Connectivity<Index>& mesh) {
-    Fault fault = Fault::kNone;
-    if (is_valence_) {
-      fault = valence_symbols_.finish(reader, symbol_lists_);
-      if (fault == Fault::kNone)
-        fault = decode_connectivity(valence_symbols_, events_, start_faces_, arena, mesh);
-    } else {
-      fault = decode_connectivity(StandardSymbols(symbol_bits_), events_, start_faces_, arena, mesh);
-    }
-    if (fault != Fault::kNone) return fault;
-    mesh.drop_merged_vertices(keep_order);
-    arena.release(mark_);
-    return Fault::kNone;
+  // Makes add_faces ready, when the symbols of a valence traversal are decoded.
+  PSPLIT_HD Fault begin_faces(ByteReader& reader, Arena& arena, const ConnectivityCounts& counts) {
+    const Fault fault = is_valence_ ? valence_symbols_.finish(reader, symbol_lists_) : Fault::kNone;
+    return fault == Fault::kNone ? waiting_.start(events_, counts.symbol_count, arena) : fault;
   }
+  // See add_all_faces. `keep_order` is that of Connectivity::renumber_vertices.
+  PSPLIT_HD Fault add_faces(bool keep_order, Connectivity<Index>& mesh) {
+    const Fault fault = is_valence_
+                            ? add_all_faces(valence_symbols_, waiting_, start_faces_, mesh)
+                            : add_all_faces(StandardSymbols(symbol_bits_), waiting_, start_faces_, mesh);
+    if (fault == Fault::kNone) mesh.renumber_vertices(keep_order);
+    return fault;
+  }
+  // Releases all memory that was taken since `start`, except that of the mesh.
+  PSPLIT_HD void finish(Arena& arena) { arena.release(mark_); }
 
   // The memory that this takes and keeps, and the memory that it takes and releases; without the slots of
   // symbols' tables.
@@ -75,6 +74,7 @@ class EdgebreakerDecoder {
   ValenceSymbols<Index> valence_symbols_;
   View<SymbolSequence> symbol_lists_;
   RansBits start_faces_;
+  WaitingEdges<Index> waiting_;
 };
 
 }  // namespace psplit::core

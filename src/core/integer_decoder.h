@@ -72,10 +72,17 @@ class IntegerDecoder {
   }
 
   // Makes the steps of the most frequent predictions ready, when symbols and sequence are known. At most one of
-  // the three kinds is running. Any number of steps may be taken before finish. Collective.
-  // `is_condensed`: corrections of octahedral transforms are signed as well.
+  // the three kinds is running. Any number of steps may be taken before finish. A warp computes parallelograms
+  // at once instead. Collective. `is_condensed`: corrections of octahedral transforms are signed as well.
   template <Lanes L>
   PSPLIT_HD void start_prediction(L lanes, bool is_condensed) {
+    if constexpr (L::size() > 1) {
+      if (has_parallelograms()) {
+        predict_by_parallelogram(lanes);
+        if (lanes.rank() == 0) is_predicted_ = true;
+        return lanes.sync();
+      }
+    }
     const bool is_signed = data_.scheme == Scheme::kNone || data_.transform == Transform::kWrap || is_condensed;
     for_each_lane_item(lanes, is_signed ? static_cast<uint32_t>(corrections_.size()) - 1 : 0, [&](uint32_t i) {
       corrections_[i] = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(corrections_[i])));
@@ -83,6 +90,8 @@ class IntegerDecoder {
     if (lanes.rank() == 0) start_steps();
     lanes.sync();
   }
+  // Whether start_prediction has computed the values.
+  PSPLIT_HD bool is_predicted() const { return is_predicted_; }
   PSPLIT_HD ParallelogramSteps<Index, 3>& parallelograms_3d() { return parallelograms_3d_; }
   PSPLIT_HD ParallelogramSteps<Index, 2>& parallelograms_2d() { return parallelograms_2d_; }
   PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
@@ -144,10 +153,20 @@ class IntegerDecoder {
             attribute_->values,  zeros_.data(),    attribute_->value_components()};
   }
 
-  PSPLIT_HD bool has_steps() const {
+  PSPLIT_HD bool has_parallelograms() const {
     const uint32_t components = attribute_->value_components();
-    return (data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3)) ||
+    return data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3);
+  }
+  PSPLIT_HD bool has_steps() const {
+    return has_parallelograms() ||
            (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal);
+  }
+  template <Lanes L>
+  PSPLIT_HD void predict_by_parallelogram(L lanes) {
+    if (attribute_->value_components() == 3)
+      core::predict_by_parallelogram(lanes, values<3>(), data_.wrap);
+    else
+      core::predict_by_parallelogram(lanes, values<2>(), data_.wrap);
   }
   PSPLIT_HD void start_steps() {
     if (!has_steps()) return;
@@ -182,6 +201,7 @@ class IntegerDecoder {
   const Attribute<Index>* position_ = nullptr;
   PredictionData data_;
   View<int32_t> corrections_, zeros_;
+  bool is_predicted_ = false;
   ParallelogramSteps<Index, 3> parallelograms_3d_;
   ParallelogramSteps<Index, 2> parallelograms_2d_;
   NormalSteps<Index> normals_;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "src/core/predicted_values.h"
+#include "src/core/value_chain.h"
 
 namespace psplit::core {
 
@@ -71,5 +72,51 @@ class ParallelogramSteps {
   const int32_t* last_ = nullptr;
   uint32_t i_ = 0;
 };
+
+// Computes all values, as ParallelogramSteps does, by lanes. The corrections are still symbols. Collective.
+template <Lanes L, typename Index, uint32_t kComponents>
+PSPLIT_HD void predict_by_parallelogram(L lanes, const PredictedValues<Index, kComponents>& on,
+                                        const WrapRange& range) {
+  constexpr uint32_t kValues = ValueLane<kComponents, L>::kValues, kSources = 3;  // a, b and far
+  const ValueLane<kComponents, L> lane(lanes);
+  const Wrap<1> wrap(range);
+  const View<const Index> opposite = on.table.opposite, vertex = on.table.vertex, rank = on.sequence.rank;
+  const uint32_t count = on.sequence.count;
+  for (uint32_t first = 0; first < count; first += kValues) {
+    const uint32_t i = first + lane.value;
+    const bool is_busy = lane.is_busy() && i < count;
+    int32_t sources[kSources] = {}, correction = 0;
+    uint32_t from[kSources] = {kValues, kValues, kValues};
+    int32_t* out = nullptr;
+    if (is_busy) {
+      const auto take = [&](uint32_t source, uint32_t v, uint32_t place) {
+        if (place >= first)
+          from[source] = place - first;
+        else
+          sources[source] = on.of_vertex(v)[lane.component];
+      };
+      const Index corner = on.sequence.corner[i], across = opposite[corner];
+      out = on.at(corner) + lane.component;
+      correction =
+          static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(on.correction(i)[lane.component])));
+      bool is_predicted = across != kNone<Index>;
+      if (is_predicted) {
+        const uint32_t a = vertex[next(across)], b = vertex[previous(across)], far = vertex[across];
+        const uint32_t of_a = rank[a], of_b = rank[b], of_far = rank[far];
+        is_predicted = of_a < i && of_b < i && of_far < i;
+        if (is_predicted) take(0, a, of_a), take(1, b, of_b), take(2, far, of_far);
+      }
+      if (!is_predicted && i > 0) take(0, vertex[on.sequence.corner[i - 1]], i - 1);
+    }
+    const int32_t value =
+        chain_values<kComponents>(lanes, count - first < kValues ? count - first : kValues, sources, from,
+                                  [&](const int32_t(&at)[kSources]) {
+                                    const int32_t predicted = wrapping_sub(wrapping_add(at[0], at[1]), at[2]);
+                                    return wrap(Components<1>(predicted), Components<1>(correction))[0];
+                                  });
+    if (is_busy) *out = value;
+    lanes.sync();
+  }
+}
 
 }  // namespace psplit::core

@@ -35,6 +35,14 @@
 #define PSPLIT_PREFETCH(address) __builtin_prefetch(address)
 #endif
 
+// A device has few registers and stores for many threads at once, so it moves rows of a table whole, and stores
+// nothing that is not needed.
+#if defined(__CUDA_ARCH__)
+#define PSPLIT_MOVES_ROWS true
+#else
+#define PSPLIT_MOVES_ROWS false
+#endif
+
 // Before a loop over a few runs whose state is kept in registers.
 #if defined(__CUDA_ARCH__)
 #define PSPLIT_UNROLL _Pragma("unroll")

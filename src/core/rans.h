@@ -106,7 +106,8 @@ class RansTable {
     uint64_t packed_;
   };
 
-  // Reads the table with which `count` symbols are coded. Its arrays are in the arena.
+  // Reads the table with which `count` symbols are coded. Its arrays are in the arena. Does not fill buckets:
+  // each thread of a device that decodes symbols fills those of its own.
   PSPLIT_HD Fault read(ByteReader& reader, uint32_t precision_bits, uint32_t count, Arena& arena) {
     precision_bits_ = precision_bits;
     is_direct_ = precision_bits == kDirectBits && count >= kFew;
@@ -141,16 +142,25 @@ class RansTable {
         uint64_t entry = uint64_t{symbol} << 32 | prob << 16;
         for (const uint32_t end = sum + prob; filled < end; ++filled, ++entry) direct_[filled] = entry;
       } else {
-        slots_[slot_count] = {symbol, prob, sum};
-        // The first number of these buckets is in this slot.
-        for (; filled << bucket_shift_ < sum + prob; ++filled) buckets_[filled] = slot_count;
-        ++slot_count;
+        slots_[slot_count++] = {symbol, prob, sum};
       }
       sum += prob;
     }
     if (reader.truncated()) return Fault::kTruncated;
     if (!is_direct()) arena.trim(slots_, slot_count);
     return sum == total ? Fault::kNone : Fault::kEntropy;
+  }
+
+  // To be called before the first number is looked up.
+  PSPLIT_HD void fill_buckets() {
+    if (is_direct_ || is_filled_) return;
+    is_filled_ = true;
+    uint32_t filled = 0;
+    for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
+      // The first number of these buckets is in this slot.
+      const uint32_t end = slots_[slot].first() + slots_[slot].prob();
+      for (; filled << bucket_shift_ < end; ++filled) buckets_[filled] = slot;
+    }
   }
 
   // The memory that `read` takes, without the slots.
@@ -182,7 +192,7 @@ class RansTable {
   View<uint32_t> buckets_;
   View<Slot> slots_;
   uint32_t precision_bits_ = 0, bucket_shift_ = 0;
-  bool is_direct_ = false;
+  bool is_direct_ = false, is_filled_ = false;
 };
 
 // A block of symbols.

@@ -10,11 +10,13 @@ namespace psplit::core {
 
 // The runs of steps that a decoder waits for. Runs at the same stop are independent of each other.
 enum class Stop : uint8_t {
-  kSymbolLists,  // sequences(): the symbols of a valence traversal; condensed_symbols()
-  kSeams,        // seams(), condensed_seams()
-  kChains,       // sequences() of the attributes, traversals(), and the tokens of condensed_attributes()
-  kPrediction,   // parallelograms_3d(), parallelograms_2d() and normals() of integers(), and the created values
-                 // of condensed_attributes()
+  kSymbolLists,   // sequences(): the symbols of a valence traversal; condensed_symbols()
+  kConnectivity,  // add_faces()
+  kSeams,         // seams(), condensed_seams()
+  kChains,        // sequences() of the attributes, traversals(), and the tokens of condensed_attributes()
+  kCorrections,   // none
+  kPrediction,  // parallelograms_3d(), parallelograms_2d() and normals() of integers(), and the created values
+                // of condensed_attributes()
   kDone,
 };
 
@@ -45,6 +47,7 @@ PSPLIT_HD void for_runs(Decoder* const* decoders, uint32_t decoder_count, ListOf
 // symbols for each step of the traversal: half as many vertices as faces, and three components each.
 template <typename Index>
 PSPLIT_HD void step_both(DepthFirstTraversal<Index>& traversal, SymbolSequence& sequence) {
+  sequence.fill_buckets();
   const auto step = [&]<typename Symbols>(Symbols symbols) {
     DepthFirstTraversal<Index> walk = traversal;
     while (walk.running() && (symbols.steps_left() >= 2 || symbols.renew()) && symbols.steps_left() >= 2) {
@@ -92,6 +95,9 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
             step_all<kInStep, ContextSymbolSteps, ContextSymbolSteps>);
       for_runs<SymbolSequence>(decoders, count, sequences, itself, step_symbols<kInStep>);
       return;
+    case Stop::kConnectivity:
+      for (uint32_t n = 0; n < count; ++n) decoders[n]->add_faces();
+      return;
     case Stop::kChains: {
       using Run = DepthFirstTraversal<Index>;
       const auto traversals = [](Decoder& decoder) { return decoder.traversals(); };
@@ -115,6 +121,7 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
       take_predictions(&Integers::parallelograms_2d);
       take_predictions(&Integers::normals);
       return;
+    case Stop::kCorrections:
     case Stop::kDone: return;
   }
 }
@@ -124,6 +131,7 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
 template <typename Index, StreamKinds kKinds>
 PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index, kKinds>& decoder) {
   switch (decoder.stop()) {
+    case Stop::kConnectivity: return 1;
     case Stop::kSeams: return static_cast<uint32_t>(decoder.seams().size() + decoder.condensed_seams().size());
     case Stop::kSymbolLists:
       return static_cast<uint32_t>(decoder.sequences().size() + decoder.condensed_symbols().size());
@@ -132,12 +140,13 @@ PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index, kKinds>& decoder) {
                                    decoder.condensed_attributes().size());
     case Stop::kPrediction:
       return static_cast<uint32_t>(decoder.integers().size() + decoder.condensed_attributes().size());
+    case Stop::kCorrections:
     case Stop::kDone: break;
   }
   return 0;
 }
 template <typename Index, StreamKinds kKinds>
-PSPLIT_HD void take_run(const PatchDecoder<Index, kKinds>& decoder, uint32_t number) {
+PSPLIT_HD void take_run(PatchDecoder<Index, kKinds>& decoder, uint32_t number) {
   const auto step_through = []<typename Run>(Run& run) {
     Run* const one = &run;
     step_all<1, Run>(&one, 1);
@@ -149,6 +158,7 @@ PSPLIT_HD void take_run(const PatchDecoder<Index, kKinds>& decoder, uint32_t num
     return found;
   };
   switch (decoder.stop()) {
+    case Stop::kConnectivity: return decoder.add_faces();
     case Stop::kSeams:
       if (is_in(decoder.seams())) return step_through(decoder.seams()[number]);
       if (is_in(decoder.condensed_seams())) step_through(decoder.condensed_seams()[number]);
@@ -179,6 +189,7 @@ PSPLIT_HD void take_run(const PatchDecoder<Index, kKinds>& decoder, uint32_t num
       CreatedValues<Index>* const one = &decoder.condensed_attributes()[number].created;
       return step_created<1>(&one, 1);
     }
+    case Stop::kCorrections:
     case Stop::kDone: return;
   }
 }

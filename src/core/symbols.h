@@ -44,11 +44,14 @@ class SymbolSequence {
 
   PSPLIT_HD bool is_tagged() const { return is_tagged_; }
   PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
+  // To be called before steps.
+  PSPLIT_HD void fill_buckets() { table_.fill_buckets(); }
 
   // Decodes the symbols that are left, and the values of tagged ones. The reader is where start left it, and
   // afterwards behind the last value. Collective: all lanes share the sequence and the reader.
   template <Lanes L>
   PSPLIT_HD Fault finish(L lanes, ByteReader& reader) {
+    if (lanes.rank() == 0 && done_ < symbol_count_) table_.fill_buckets();
     if (lanes.rank() == 0)
       for (; done_ < symbol_count_; ++done_) out_[first_ + done_] = symbols_.next(table_);
     lanes.sync();
@@ -111,6 +114,7 @@ PSPLIT_HD void step_symbols(SymbolSequence* const* sequences, uint32_t count) {
   for (uint32_t i = 0; i < count;) {
     uint32_t direct_count = 0, wide_count = 0;
     for (; i < count && direct_count < kMost && wide_count < kMost; ++i) {
+      sequences[i]->fill_buckets();
       if (sequences[i]->is_direct())
         direct[direct_count++] = sequences[i];
       else
@@ -145,8 +149,5 @@ PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena,
 PSPLIT_HD constexpr size_t decode_symbols_bytes(uint64_t count) {
   return Arena::bytes<uint32_t>(count) + SymbolSequence::bytes();
 }
-
-// The signed number that a symbol stands for: 0, -1, 1, -2, 2 ... for 0, 1, 2, 3, 4 ...
-PSPLIT_HD constexpr uint32_t signed_of_symbol(uint32_t symbol) { return symbol >> 1 ^ (0 - (symbol & 1)); }
 
 }  // namespace psplit::core

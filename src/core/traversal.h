@@ -2,6 +2,7 @@
 // every vertex. Draco bitstream specification 2.2, "edgebreaker traversal" and "prediction degree traversal".
 #pragma once
 
+#include "src/core/lanes.h"
 #include "src/core/seams.h"
 
 namespace psplit::core {
@@ -32,26 +33,41 @@ struct Sequence {
 template <typename Index>
 class Walk {
  public:
-  // The walk is written to `out`, which is allocated.
-  PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
+  // The walk is written to `out`, which is allocated. `begin` has to follow.
+  PSPLIT_HD Fault allocate(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
     table_ = attribute.table;
-    face_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
-    if (!arena.take(face_seen_, mark_count(face_count_))) return Fault::kWorkspace;
-    fill(face_seen_.first(face_count_), false);
-    face_seen_[face_seen_.size() - 1] = true;
+    closed_ = attribute.closed;
+    face_count_ = unseen_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
     met_ = out.corner;
     rank_ = out.rank;
-    for (uint32_t v = 0; v < attribute.vertex_count; ++v)
-      rank_[v] = static_cast<Index>(kUnseenOpen - static_cast<uint32_t>(attribute.closed[v]));
-    return Fault::kNone;
+    return arena.take(face_seen_, mark_count(face_count_)) ? Fault::kNone : Fault::kWorkspace;
   }
-  // The memory that `start` takes.
+  // No face and no vertex is seen. Collective.
+  template <Lanes L>
+  PSPLIT_HD void begin(L lanes) {
+    fill(lanes, face_seen_.first(face_count_), false);
+    if (lanes.rank() == 0) face_seen_[face_seen_.size() - 1] = true;
+    for_each_lane_item(lanes, static_cast<uint32_t>(rank_.size()), [&](uint32_t v) {
+      rank_[v] = static_cast<Index>(kUnseenOpen - static_cast<uint32_t>(closed_[v]));
+    });
+    lanes.sync();
+  }
+  // The memory that `allocate` takes.
   PSPLIT_HD static size_t bytes(uint32_t face_count) { return Arena::bytes<bool>(mark_count(face_count)); }
   // The walk visits every face, so it meets every vertex that has a corner. A vertex without corners is a
   // fault.
   PSPLIT_HD Fault finish() const { return count_ == rank_.size() ? Fault::kNone : Fault::kConnectivity; }
 
   PSPLIT_HD uint32_t face_count() const { return face_count_; }
+  // What a step needs of a face.
+  struct Neighbours {
+    uint32_t right, left, vertex;
+  };
+  PSPLIT_HD Neighbours neighbours(uint32_t corner) const {
+    if constexpr (!PSPLIT_MOVES_ROWS) return {right_of(corner), left_of(corner), vertex_at(corner)};
+    const FaceRow<Index> opposite = row_of(table_.opposite, corner), vertex = row_of(table_.vertex, corner);
+    return {opposite[next(corner) & 3], opposite[previous(corner) & 3], vertex[corner & 3]};
+  }
   PSPLIT_HD uint32_t right_of(uint32_t corner) const { return table_.opposite[next(corner)]; }
   PSPLIT_HD uint32_t left_of(uint32_t corner) const { return table_.opposite[previous(corner)]; }
   PSPLIT_HD uint32_t vertex_at(uint32_t corner) const { return table_.vertex[corner]; }
@@ -64,13 +80,24 @@ class Walk {
   }
   // Loads the neighbours of a face that is visited soon.
   PSPLIT_HD void prefetch(uint32_t corner) const { PSPLIT_PREFETCH(&table_.opposite[corner]); }
-  PSPLIT_HD void see_face(uint32_t corner) { face_seen_[corner >> 2] = true; }
+  // To be called once for each face.
+  PSPLIT_HD void see_face(uint32_t corner) {
+    face_seen_[corner >> 2] = true;
+    --unseen_count_;
+  }
+  PSPLIT_HD bool all_seen() const { return unseen_count_ == 0; }
   PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] < kUnseenClosed; }
 
   // If the vertex at the corner is new, it comes next in the sequence. Returns whether it is new and closed.
-  PSPLIT_HD uint32_t see_vertex(uint32_t corner) {
-    Index& rank = rank_[vertex_at(corner)];
+  PSPLIT_HD uint32_t see_vertex(uint32_t corner) { return see_vertex(corner, vertex_at(corner)); }
+  PSPLIT_HD uint32_t see_vertex(uint32_t corner, uint32_t vertex) {
+    Index& rank = rank_[vertex];
     const uint32_t before = rank, is_new = before >= kUnseenClosed;
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      if (is_new != 0) met_[count_] = static_cast<Index>(corner), rank = static_cast<Index>(count_);
+      count_ += is_new;
+      return before == kUnseenClosed;
+    }
     met_[count_] = static_cast<Index>(corner);
     rank = static_cast<Index>(select(0 - is_new, count_, before));
     count_ += is_new;
@@ -88,22 +115,34 @@ class Walk {
   static constexpr uint32_t kUnseenOpen = kNone<Index>, kUnseenClosed = kUnseenOpen - 1;
 
   CornerTable<Index> table_;
+  View<const bool> closed_;
   View<bool> face_seen_;
   View<Index> met_, rank_;
-  uint32_t face_count_ = 0, count_ = 0;
+  uint32_t face_count_ = 0, unseen_count_ = 0, count_ = 0;
 };
 
 // Depth first: turns right as long as there is an unvisited face, and keeps the faces on the left for later.
 template <typename Index>
 class DepthFirstTraversal {
  public:
+  // `allocate` and `begin` on one lane.
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
-    if (const Fault fault = walk_.start(attribute, arena, out); fault != Fault::kNone) return fault;
-    if (!arena.take(waiting_, uint64_t{walk_.face_count()} + 1)) return Fault::kWorkspace;
-    running_ = begin_component();
-    return Fault::kNone;
+    const Fault fault = allocate(attribute, arena, out);
+    if (fault == Fault::kNone) begin(SerialLanes());
+    return fault;
   }
-  // The memory that `start` takes.
+  PSPLIT_HD Fault allocate(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
+    if (const Fault fault = walk_.allocate(attribute, arena, out); fault != Fault::kNone) return fault;
+    return arena.take(waiting_, uint64_t{walk_.face_count()} + 1) ? Fault::kNone : Fault::kWorkspace;
+  }
+  // Makes the steps ready. Collective.
+  template <Lanes L>
+  PSPLIT_HD void begin(L lanes) {
+    walk_.begin(lanes);
+    if (lanes.rank() == 0) running_ = begin_component();
+    lanes.sync();
+  }
+  // The memory that `allocate` takes.
   PSPLIT_HD static size_t bytes(uint32_t face_count) {
     return Walk<Index>::bytes(face_count) + Arena::bytes<Index>(uint64_t{face_count} + 1);
   }
@@ -112,14 +151,15 @@ class DepthFirstTraversal {
 
   // Visits one face. The way of the walk is unpredictable, so only dead ends have a branch.
   PSPLIT_HD PSPLIT_INLINE void step() {
-    const uint32_t corner = corner_, right = walk_.right_of(corner), left = walk_.left_of(corner);
+    const uint32_t corner = corner_;
+    const auto [right, left, vertex] = walk_.neighbours(corner);
     walk_.see_face(corner);
     const uint32_t right_done = walk_.face_done(right), left_done = walk_.face_done(left);
     // Around a new vertex inside the mesh no face is done yet. The walk to the right goes around it, and comes
     // back on the left by itself.
-    const uint32_t inside = walk_.see_vertex(corner);
-    waiting_[waiting_count_] = static_cast<Index>(left);
-    waiting_count_ += (inside | right_done | left_done) ^ 1;
+    const uint32_t inside = walk_.see_vertex(corner, vertex), waits = (inside | right_done | left_done) ^ 1;
+    if (!PSPLIT_MOVES_ROWS || waits != 0) waiting_[waiting_count_] = static_cast<Index>(left);
+    waiting_count_ += waits;
     corner_ = select(0 - right_done, left, right);
     if (PSPLIT_UNLIKELY((right_done & left_done) != 0)) running_ = go_back();
   }
@@ -133,8 +173,8 @@ class DepthFirstTraversal {
     return begin_component();
   }
   PSPLIT_HD bool begin_component() {
-    while (start_ < walk_.face_count() && walk_.face_seen(4 * start_) != 0) ++start_;
-    if (start_ == walk_.face_count()) return false;
+    if (walk_.all_seen()) return false;
+    while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
     walk_.see_vertex(next(corner_));
     walk_.see_vertex(previous(corner_));
@@ -153,7 +193,8 @@ template <typename Index>
 class PredictionDegreeTraversal {
  public:
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
-    if (const Fault fault = walk_.start(attribute, arena, out); fault != Fault::kNone) return fault;
+    if (const Fault fault = walk_.allocate(attribute, arena, out); fault != Fault::kNone) return fault;
+    walk_.begin(SerialLanes());
     if (!arena.take(degree_, attribute.vertex_count)) return Fault::kWorkspace;
     fill(degree_, uint8_t{0});
     // An edge waits at most once: when the first of its two faces is visited.
@@ -219,8 +260,8 @@ class PredictionDegreeTraversal {
     }
   }
   PSPLIT_HD bool begin_component() {
-    while (start_ < walk_.face_count() && walk_.face_seen(4 * start_) != 0) ++start_;
-    if (start_ == walk_.face_count()) return false;
+    if (walk_.all_seen()) return false;
+    while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
     walk_.see_vertex(next(corner_));
     walk_.see_vertex(previous(corner_));

@@ -176,9 +176,11 @@ core::Fault decode_streams(const PatchContainer& container, const BorderValues& 
     }
     if (at.count == 0) break;
     switch (at.decoders[0]->stop()) {
-      case core::Stop::kSymbolLists: connectivity_stage(at, times); break;
+      case core::Stop::kSymbolLists:
+      case core::Stop::kConnectivity: connectivity_stage(at, times); break;
       case core::Stop::kSeams: seams_stage(at, times); break;
       case core::Stop::kChains: chains_stage(at, times); break;
+      case core::Stop::kCorrections:
       case core::Stop::kPrediction: prediction_stage(at, times); break;
       case core::Stop::kDone: break;
     }

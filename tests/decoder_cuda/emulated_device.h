@@ -99,7 +99,7 @@ class EmulatedDevice {
     return copy(to, from, count);
   }
   template <typename Body>
-  Status launch_threads(uint32_t count, const Body& body) {
+  Status launch_threads(uint32_t count, uint32_t, const Body& body) {
     for (const uint32_t i : in_order(count)) body(i);
     return {};
   }

@@ -6,6 +6,7 @@
 //   copy_shared_values   when that is done for its owners: copies the values that they own
 #pragma once
 
+#include "src/core/components.h"
 #include "src/core/condensed/border_part.h"
 #include "src/core/integer_vectors.h"
 #include "src/core/lanes.h"

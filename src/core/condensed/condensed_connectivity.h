@@ -53,22 +53,27 @@ class CondensedConnectivity {
   // To be taken before finish. Empty for contexts of valences.
   PSPLIT_HD View<ContextSymbolSteps> steps() const { return steps_; }
 
-  // Decodes the mesh, and releases all memory that was taken since start, except that of corners. `keep_order`
-  // is that of Connectivity::drop_merged_vertices.
-  PSPLIT_HD Fault finish(const CondensedStream& stream, Arena& arena, bool keep_order,
-                         Connectivity<Index>& mesh) {
+  // Makes add_faces ready.
+  PSPLIT_HD Fault begin_faces(Arena& arena, const ConnectivityCounts& counts) {
+    return waiting_.start(events_, counts.symbol_count, arena);
+  }
+  // See add_all_faces. `keep_order` is that of Connectivity::renumber_vertices.
+  PSPLIT_HD Fault add_faces(const CondensedStream& stream, bool keep_order, Connectivity<Index>& mesh) {
     CondensedStartFaces start_faces(stream);
-    const Fault fault = corners_.are_last ? add_faces<true>(stream, start_faces, arena, mesh)
-                                          : add_faces<false>(stream, start_faces, arena, mesh);
+    const Fault fault = corners_.are_last ? add_faces<true>(stream, start_faces, mesh)
+                                          : add_faces<false>(stream, start_faces, mesh);
     if (fault != Fault::kNone) return fault;
     if (start_faces.count() != stream.component_count || mesh.merged_count != stream.split_symbol_count)
       return Fault::kCounts;
     corners_.corner = corners_.corner.first(mesh.vertex_count);
     if (corners_.are_last) finish_last_corners(mesh);
-    mesh.drop_merged_vertices(keep_order);
+    mesh.renumber_vertices(keep_order);
+    return Fault::kNone;
+  }
+  // Releases all memory that was taken since `start`, except that of the mesh and of corners.
+  PSPLIT_HD void finish(Arena& arena) {
     arena.release(mark_);
     steps_ = {};
-    return Fault::kNone;
   }
   // First corners ascend. The last corner of a merged vertex is kNone. Last corners are noted if a model needs
   // them, otherwise first corners.
@@ -101,15 +106,15 @@ class CondensedConnectivity {
   }
 
   template <bool kLast>
-  PSPLIT_HD Fault add_faces(const CondensedStream& stream, CondensedStartFaces& start_faces, Arena& arena,
+  PSPLIT_HD Fault add_faces(const CondensedStream& stream, CondensedStartFaces& start_faces,
                             Connectivity<Index>& mesh) {
     if (stream.models.has_valence_contexts) {
       const ValenceContextSymbols<Index, kLast> symbols(valences_, stream.models, section_, corners_.corner);
-      return decode_connectivity(symbols, events_, start_faces, arena, mesh);
+      return add_all_faces(symbols, waiting_, start_faces, mesh);
     }
     section_ = steps_[0].section();
     const DecodedSymbols<Index, kLast> symbols(symbols_, corners_.corner);
-    return decode_connectivity(symbols, events_, start_faces, arena, mesh);
+    return add_all_faces(symbols, waiting_, start_faces, mesh);
   }
   // Start faces come behind all others.
   PSPLIT_HD void finish_last_corners(const Connectivity<Index>& mesh) {
@@ -140,6 +145,7 @@ class CondensedConnectivity {
   Valences<Index> valences_;
   View<uint8_t> symbols_;
   View<ContextSymbolSteps> steps_;
+  WaitingEdges<Index> waiting_;
 };
 
 }  // namespace psplit::core

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "src/core/components.h"
 #include "tests/src/core/rans_encoder.h"
 
 namespace psplit::core {
