@@ -70,18 +70,38 @@ gltf\\-psplit \\- ${summary}
 .SH DESCRIPTION
 ${description}")
 
-string(REGEX REPLACE "^.*\n(Subcommands|Commands|Verbs):\n" "" verbs "${help}")
-string(REGEX REPLACE "\n\n.*" "" verbs "${verbs}")
-string(REGEX MATCHALL "(^|\n)  [a-z]+" verbs "${verbs}")
+# The subcommands that a help lists; empty if it lists none.
+function(verbs_of help result)
+  set(verbs "")
+  if(help MATCHES "\n(Subcommands|Commands|Verbs):\n")
+    string(REGEX REPLACE "^.*\n(Subcommands|Commands|Verbs):\n" "" verbs "${help}")
+    string(REGEX REPLACE "\n\n.*" "" verbs "${verbs}")
+    string(REGEX MATCHALL "(^|\n)  [a-z]+" verbs "${verbs}")
+    string(REGEX REPLACE "[ \n]" "" verbs "${verbs}")
+  endif()
+  set(${result} "${verbs}" PARENT_SCOPE)
+endfunction()
+
+# Appends a section for a subcommand, which may be a list of words, and sections for its own subcommands.
+function(append_section words)
+  help_of("${words}" help)
+  verbs_of("${help}" verbs)
+  # Text that all commands have in common appears once.
+  string(REGEX REPLACE "\nExit codes:.*" "\n" help "${help}")
+  as_troff("${help}" text)
+  string(REPLACE ";" " " name "${words}")
+  string(APPEND page ".SH \"GLTF\\-PSPLIT ${name}\"\n${text}")
+  foreach(verb IN LISTS verbs)
+    append_section("${words};${verb}")
+  endforeach()
+  set(page "${page}" PARENT_SCOPE)
+endfunction()
+
+verbs_of("${help}" verbs)
 if(NOT verbs)
   message(FATAL_ERROR "${COMMAND} --help lists no subcommands")
 endif()
 foreach(verb IN LISTS verbs)
-  string(STRIP "${verb}" verb)
-  help_of("${verb}" help)
-  # Text that all commands have in common appears once.
-  string(REGEX REPLACE "\nExit codes:.*" "\n" help "${help}")
-  as_troff("${help}" text)
-  string(APPEND page ".SH \"GLTF\\-PSPLIT ${verb}\"\n${text}")
+  append_section("${verb}")
 endforeach()
 file(WRITE ${PAGE} "${page}")

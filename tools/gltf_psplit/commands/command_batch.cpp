@@ -136,7 +136,7 @@ void add_job_options(CLI::App& command, Arguments& arguments) {
       ->type_name("N")
       ->group(group);
   command.add_option("--timeout", batch.timeout_s, "Give up an asset after SECONDS")
-      ->check(CLI::Range(0.001, 1e9))
+      ->check(CLI::Range(0.001, 604800.0))
       ->type_name("SECONDS")
       ->group(group);
   command
