@@ -1,5 +1,6 @@
 // The canvas: shows a model, and its patches in colours.
-import { Box3, DirectionalLight, MeshStandardMaterial, NeutralToneMapping, PerspectiveCamera, PMREMGenerator, Scene, Vector3, WebGLRenderer } from './three/three.module.js';
+import { Box3, DirectionalLight, DoubleSide, MeshStandardMaterial, NeutralToneMapping, PerspectiveCamera, PMREMGenerator, Scene,
+  Vector3, WebGLRenderer } from './three/three.module.js';
 import { OrbitControls } from './three/controls/OrbitControls.js';
 import { RoomEnvironment } from './three/environments/RoomEnvironment.js';
 
@@ -26,9 +27,9 @@ export class Stage {
     this.#renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     const environment = new PMREMGenerator(this.#renderer);
     this.#scene.environment = environment.fromScene(new RoomEnvironment(), 0.04).texture;
-    this.#scene.environmentIntensity = 0.55;
+    this.#scene.environmentIntensity = 0.5;
     this.#renderer.toneMapping = NeutralToneMapping;
-    const light = new DirectionalLight('#fff', 1.4);
+    const light = new DirectionalLight('#fff', 1);
     light.position.set(-1, 2, 1.5);
     this.#scene.add(light);
     environment.dispose();
@@ -73,8 +74,8 @@ export class Stage {
     geometry.clearGroups();
     for (const [patch, first, end] of ranges) geometry.addGroup(3 * first, 3 * (end - first), patch % kColours.length);
     if (!this.#materials.has(mesh)) {
-      const { side } = Array.isArray(mesh.material) ? mesh.material[0] : mesh.material, flatShading = geometry.attributes.normal === undefined;
-      const coloured = kColours.map((color) => new MeshStandardMaterial({ color, side, flatShading, roughness: 0.55, metalness: 0 }));
+      const flatShading = geometry.attributes.normal === undefined;
+      const coloured = kColours.map((color) => new MeshStandardMaterial({ color, side: DoubleSide, flatShading, roughness: 0.55, metalness: 0 }));
       this.#materials.set(mesh, { own: mesh.material, coloured });
     }
     this.#assign();
