@@ -1,7 +1,8 @@
 // Pages in Chromium, for tests. A site has files, headers and a script; the script runs in a page as its own module, so
 // that the page's Content-Security-Policy holds for it:
 //
-//   page_test('what holds', { headers: { 'Content-Security-Policy': "..." }, script: async () => (await import('/psplit/index.js')).ready() },
+//   page_test('what holds', { headers: { 'Content-Security-Policy': "..." },
+//     script: async () => (await import('/psplit/index.js')).ready() },
 //     async ({ result, page, site }) => assert.equal(await result, undefined));
 //
 // A test fails if the page or one of its workers reports an error that `errors` does not name. Without Chromium, tests are
@@ -46,7 +47,8 @@ const kPage = '<!doctype html><meta charset="utf-8"><title>test</title><script t
  * Starts a server.
  * @param {object} [site]
  * @param {Object<string, string | Uint8Array | {folder: string} | null>} [site.files] by path: text, bytes, a folder (or a file)
- *   of this machine, or null: the server does not answer. By default the package is at /psplit/, npm's modules at /modules/, and page.js at /page.js.
+ *   of this machine, or null: the server does not answer. By default the package is at /psplit/, npm's modules at /modules/, and
+ *   page.js at /page.js.
  * @param {object | ((path: string) => object)} [site.headers] of every response
  * @param {object} [site.types] content types that differ, by extension; null for no type
  * @param {(argument: any) => Promise<*>} [site.script] the script /main.js of the page
@@ -77,7 +79,8 @@ export async function start_site({ files = {}, headers = {}, types = {}, script,
     response.end(body ?? '');
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve).unref());
-  return { origin: `http://127.0.0.1:${server.address().port}`, requests, close: () => server.close() && server.closeAllConnections() };
+  return { origin: `http://127.0.0.1:${server.address().port}`, requests,
+    close: () => server.close() && server.closeAllConnections() };
 }
 
 /**
@@ -106,7 +109,8 @@ export async function open_page(url) {
  * @param {object} options
  * @param {RegExp[]} [options.errors] errors that the page must report; each must occur, and no others
  * @param {string | false} [options.skip] the reason why the test does not run
- * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check `result` is the script's
+ * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check
+ *   `result` is the script's
  */
 export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
   if (!closes_browser) after(close_browser);
@@ -121,7 +125,8 @@ export function page_test(name, { errors: expected = [], skip: why = false, ...o
       result.catch(() => {});  // `check` awaits it later
       await check({ result, page, site, errors });
       assert.deepEqual(errors.filter((error) => !expected.some((pattern) => pattern.test(error))), []);
-      for (const pattern of expected) assert.ok(errors.some((error) => pattern.test(error)), `${pattern} does not occur: ${errors}`);
+      for (const pattern of expected)
+        assert.ok(errors.some((error) => pattern.test(error)), `${pattern} does not occur: ${errors}`);
     } finally {
       await opened?.close();
       site.close();

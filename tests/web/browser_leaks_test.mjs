@@ -7,8 +7,9 @@ import { encode, grid, streams } from './stock_draco.mjs';
 
 const all = [...streams()].map(([, bytes]) => bytes);
 // Several workers decode the container, if there is a tool to make a large one.
+const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
 const { bytes: container, attributes } = gltf_psplit !== null ? make_container(40000, 1500)
-  : compressed_primitives(path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb'), 'PSPLIT_mesh_draco_patches')[0];
+  : compressed_primitives(sample, 'PSPLIT_mesh_draco_patches')[0];
 const files = { ...Object.fromEntries(all.map((bytes, i) => [`/${i}.drc`, bytes])), '/container.bin': container };
 const jobs_in_all = all.length + 1;
 const argument = { count: all.length, attributes };
@@ -26,7 +27,8 @@ async function prepare({ count, attributes }) {
 
 // What a page or a worker holds: bytes of objects, of arrays, and of memories of WebAssembly; after a garbage collection.
 async function held_by(session) {
-  const { result: { objectId: prototypeObjectId } } = await session.send('Runtime.evaluate', { expression: 'WebAssembly.Memory.prototype' });
+  const { result: { objectId: prototypeObjectId } } =
+    await session.send('Runtime.evaluate', { expression: 'WebAssembly.Memory.prototype' });
   const { objects: { objectId } } = await session.send('Runtime.queryObjects', { prototypeObjectId });
   const { result: { value: wasm } } = await session.send('Runtime.callFunctionOn', { objectId, returnByValue: true,
     functionDeclaration: 'function () { return this.reduce((sum, memory) => sum + memory.buffer.byteLength, 0); }' });
@@ -124,7 +126,8 @@ page_of('two pools side by side', async (page) => {
     pools[0].dispose();
     await jobs[0](pools[1]);
     globalThis.last = pools[1];
-    return { counts, meshes: meshes.length, same: meshes.every(({ faceCount }, i) => faceCount === meshes[i % jobs.length].faceCount) };
+    return { counts, meshes: meshes.length,
+      same: meshes.every(({ faceCount }, i) => faceCount === meshes[i % jobs.length].faceCount) };
   });
   assert.deepEqual(counts, { counts: [1, 2], meshes: 2 * jobs_in_all, same: true });
   await check_workers(page, 2);
@@ -135,7 +138,8 @@ page_of('two pools side by side', async (page) => {
 page_of('abort and dispose', async (page) => {
   const codes = await page.evaluate(async () => {
     const codes = new Set();
-    const settle = (promises) => Promise.all(promises.map((promise) => promise.then(() => codes.add('done'), ({ code }) => codes.add(code))));
+    const settle = (promises) =>
+      Promise.all(promises.map((promise) => promise.then(() => codes.add('done'), ({ code }) => codes.add(code))));
     for (let round = 0; round < 10; ++round) {
       const pool = psplit.createPool({ workers: 2 }), controller = new AbortController();
       const aborted = settle(jobs.map((job) => job(pool, { signal: controller.signal })));

@@ -19,7 +19,8 @@ async function use_all({ stream, container, attributes, from = '/psplit/index.js
   const outcomes = {
     ready: await outcome(ready()), stream: await outcome(decodeDraco(draco)),
     container: await outcome(decodeContainer(patches, { attributes })), pool: await outcome(pool.ready()),
-    pool_stream: await outcome(pool.decodeDraco(draco)), pool_container: await outcome(pool.decodeContainer(patches, { attributes })),
+    pool_stream: await outcome(pool.decodeDraco(draco)),
+    pool_container: await outcome(pool.decodeContainer(patches, { attributes })),
   };
   pool.dispose();
   return { outcomes, isolated: globalThis.crossOriginIsolated };
@@ -45,11 +46,12 @@ const kEnough = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'";
 const kStrict = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; " +
   "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 for (const [name, headers, isolated] of [['no policy', {}, false], ['a policy', policy(kEnough), false],
-  ['a strict policy', policy(kStrict), false], ['isolation', isolation, true], ['a policy and isolation', { ...policy(kEnough), ...isolation }, true]])
+  ['a strict policy', policy(kStrict), false], ['isolation', isolation, true],
+  ['a policy and isolation', { ...policy(kEnough), ...isolation }, true]])
   page_test(`it works under ${name}`, { headers, argument, script: use_all }, works(isolated));
 
-page_test('a policy without wasm-unsafe-eval', { headers: policy("script-src 'self'; worker-src 'self'"), argument, script: use_all },
-  fails(/^psplit\.wasm cannot be loaded: WebAssembly.*Content Security policy/));
+page_test('a policy without wasm-unsafe-eval', { headers: policy("script-src 'self'; worker-src 'self'"), argument,
+  script: use_all }, fails(/^psplit\.wasm cannot be loaded: WebAssembly.*Content Security policy/));
 page_test('a policy without workers', { headers: policy("script-src 'self' 'wasm-unsafe-eval'; worker-src 'none'"), argument,
   script: use_all, errors: [/worker-src/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
 page_test('a policy without connections', { headers: policy(`${kEnough}; connect-src 'none'`), argument, script: use_all,
@@ -66,23 +68,26 @@ page_test('trusted types with a policy of the page', {
   argument, script: use_all }, works(false));
 // The page compiles the module, and posts it.
 page_test('a policy of worker.js alone, without wasm-unsafe-eval', {
-  headers: (file) => (file === '/psplit/worker.js' ? policy("script-src 'self'") : {}), argument, script: use_all }, works(false));
+  headers: (file) => (file === '/psplit/worker.js' ? policy("script-src 'self'") : {}), argument, script: use_all },
+works(false));
 
 for (const type of ['application/octet-stream', 'text/plain', null])
   page_test(`psplit.wasm of the type ${type}`, { types: { '.wasm': type }, argument, script: use_all }, works(false));
 page_test('psplit.wasm is a page', { files: { '/psplit/psplit.wasm': '<!doctype html>' }, argument, script: use_all },
   fails(/^psplit\.wasm cannot be loaded: WebAssembly.*magic/));
-page_test('no psplit.wasm', { files: { '/psplit/psplit.wasm': { folder: '/nowhere' } }, argument, script: use_all, errors: [/psplit\.wasm: net::ERR_ABORTED|404/] },
-  fails(/^psplit\.wasm cannot be loaded: .*404$/));
-page_test('no worker.js', { files: { '/psplit/worker.js': { folder: '/nowhere' } }, argument, script: use_all, errors: [/worker\.js: net::ERR_FAILED|404/] },
-  fails(/^worker: the worker cannot be loaded$/, not_pool));
-page_test('worker.js is a page', { headers: (file) => (file === '/psplit/worker.js' ? { 'Content-Type': 'text/html' } : {}), argument,
+page_test('no psplit.wasm', { files: { '/psplit/psplit.wasm': { folder: '/nowhere' } }, argument, script: use_all,
+  errors: [/psplit\.wasm: net::ERR_ABORTED|404/] }, fails(/^psplit\.wasm cannot be loaded: .*404$/));
+page_test('no worker.js', { files: { '/psplit/worker.js': { folder: '/nowhere' } }, argument, script: use_all,
+  errors: [/worker\.js: net::ERR_FAILED|404/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
+page_test('worker.js is a page', {
+  headers: (file) => (file === '/psplit/worker.js' ? { 'Content-Type': 'text/html' } : {}), argument,
   script: use_all, errors: [/MIME type/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
 for (const file of ['worker.js', 'psplit.wasm'])
-  page_test(`the server does not answer for ${file}`, { files: { [`/psplit/${file}`]: null }, argument, script: async ({ stream }) => {
+  page_test(`the server does not answer for ${file}`, { files: { [`/psplit/${file}`]: null }, argument, script: async (of) => {
     const { createPool } = await import('/psplit/index.js'), { bytes_of_text, outcome } = await import('/page.js');
-    const pool = createPool({ workers: 1 }), controller = new AbortController();
-    const jobs = [pool.decodeDraco(bytes_of_text(stream), { signal: controller.signal }), pool.decodeDraco(bytes_of_text(stream))].map(outcome);
+    const pool = createPool({ workers: 1 }), controller = new AbortController(), { signal } = controller;
+    const stream = bytes_of_text(of.stream);
+    const jobs = [pool.decodeDraco(stream, { signal }), pool.decodeDraco(stream)].map(outcome);
     setTimeout(() => controller.abort(), 100);
     await jobs[0];
     pool.dispose();

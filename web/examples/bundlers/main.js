@@ -14,7 +14,7 @@ function draw(name, { faceCount, pointCount, indices, attributes: [{ array: posi
   const canvas = figure.appendChild(document.createElement('canvas')), context = canvas.getContext('2d');
   figure.append(`${name}: ${faceCount} faces, ${pointCount} points`);
   [canvas.width, canvas.height] = [400, 400];
-  const [low, high] = positions.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+  const [low, high] = [positions.reduce((a, b) => Math.min(a, b)), positions.reduce((a, b) => Math.max(a, b))];
   const place = (point, axis) => 10 + 380 * (positions[3 * point + axis] - low) / (high - low);
   for (let face = 0; face < faceCount; ++face) {
     const [a, b, c] = indices.subarray(3 * face, 3 * face + 3);
