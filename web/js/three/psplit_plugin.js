@@ -101,7 +101,8 @@ export class PsplitPlugin {
       data.needsUpdate = true;
     });
     for (const column of container.columns)
-      growing.buffers.then(() => this.#parser.getDependency('accessor', column.number)).then((attribute) => attributes.set(column, attribute));
+      growing.buffers.then(() => this.#parser.getDependency('accessor', column.number))
+        .then((attribute) => attributes.set(column, attribute));
     const whole = this.#decoded(container, growing).catch((error) => {
       growing.clear();
       throw error;
