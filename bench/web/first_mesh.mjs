@@ -1,5 +1,5 @@
-// The first mesh of a page in Chromium: from the begin of its load until the decoded arrays are there. Each measurement has a
-// page of its own in a fresh profile, without a cache. The server is on the same machine, and sends files as they are. The
+// Measures the time of a page's first mesh in Chromium, from the page's begin until the decoded arrays are there. Each
+// measurement has a page of its own in a fresh profile, without a cache. The server is on the same machine, and sends files as they are. The
 // package is bundled, as pages have it.
 import { copyFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -15,7 +15,7 @@ async function by_package({ pool, attributes }) {
     : decoder.decodeContainer(await data, { attributes }));
   return { faces: faceCount, ms: performance.now() };
 }
-// As loaders call draco3d.
+// Calls draco3d as loaders do.
 async function by_draco3d({ folder }) {
   const data = fetch('/mesh.bin').then((response) => response.arrayBuffer());
   const wasm = fetch(`${folder}draco_decoder.wasm`).then((response) => response.arrayBuffer());
@@ -45,7 +45,7 @@ async function by_draco3d({ folder }) {
   return { faces: indices.length / 3, ms: performance.now() };
 }
 
-// The folder of the bundled package.
+// Bundles the package, and returns the folder.
 function bundle() {
   const { buildSync } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
   const outdir = path.join(root, 'build/web/bundled');

@@ -1,4 +1,4 @@
-// psplit/babylon in Babylon.js' glTF loader, in Chromium: it loads what gltf-psplit decodes.
+// Babylon.js' glTF loader with psplit/babylon, in Chromium. The arrays are those that gltf-psplit decodes.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -16,7 +16,7 @@ const imports = { '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/l
 const page = `<!doctype html><canvas width="200" height="200"></canvas>
   <script type="importmap">${JSON.stringify({ imports })}</script><script type="module" src="/main.js"></script>`;
 
-// Gives the page facts(url): what Babylon.js has of an asset's meshes, or the error's message.
+// Sets facts(url) in the page. It returns Babylon.js' data of an asset's meshes, or the error's message.
 async function prepare() {
   const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js');
   const { Scene } = await import('@babylonjs/core/scene.js');
@@ -55,8 +55,8 @@ async function prepare() {
   };
 }
 
-// Samples, and assets of the corpus that gltf-psplit encodes: with normals, texture coordinates, colours, skins, morph targets,
-// and quantized attributes. gltf-psplit also decodes them.
+// The assets are samples, a large mesh, and assets of the corpus with normals, texture coordinates, colours, skins, morph targets
+// and quantized attributes. gltf-psplit encodes them, and decodes them for the comparison.
 const assets = ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'version-1.glb', 'seams.glb']
   .map((name) => ({ name, encoded: path.join(samples, name) }));
 if (gltf_psplit !== null) {
@@ -103,7 +103,7 @@ async ({ result, page }) => {
   assert.ok(attributes > assets.length);
 });
 
-// Assets of the corpus with Draco streams, by psplit/draco in place of draco3d.
+// Assets of the corpus with Draco streams. psplit/draco takes the place of draco3d.
 const draco_assets = corpus_folder === null ? []
   : ['draco/Box_Draco.glb', 'derived/CesiumMan.draco-seq.glb', 'derived/marbleTower.draco-eb.glb'];
 page_test('KHR_draco_mesh_compression on psplit/draco', {
@@ -124,7 +124,7 @@ page_test('KHR_draco_mesh_compression on psplit/draco', {
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
 
-// The sample with a fallback: the container is in a file of its own.
+// The sample with a fallback has its container in a file of its own.
 const fallback = readFileSync(path.join(samples, 'fallback.gltf'), 'utf8');
 const of_fallback = (name) => readFileSync(path.join(samples, JSON.parse(fallback).buffers[name === 'container' ? 0 : 1].uri));
 function asset(at, change_container, change_json = () => {}) {
@@ -193,7 +193,7 @@ page_test('fallback, errors, and the end of a load', { script: prepare, files: {
 page_test('a frame', { skip: no_tool, headers: isolation, files, script: prepare },
   async ({ result, page }) => {
     await result;
-    // The pixels of a frame.
+    // Draws a frame, and returns its pixels' digest and number of colours.
     const draw = (url) => page.evaluate(async (url) => {
       const { Engine } = await import('@babylonjs/core/Engines/engine.js'), { Scene } = await import('@babylonjs/core/scene.js');
       const { AppendSceneAsync } = await import('@babylonjs/core/Loading/sceneLoader.js');

@@ -1,4 +1,4 @@
-// Pages in Chromium, for tests. A site has files, headers and a script; the script runs in a page as its own module, so
+// Opens pages in Chromium for tests. A site has files, headers and a script; the script runs in a page as its own module, so
 // that the page's Content-Security-Policy holds for it:
 //
 //   page_test('what holds', { headers: { 'Content-Security-Policy': "..." },
@@ -22,12 +22,12 @@ export const kMostMs = 60000;
 const chromium = ['chromium', 'chromium-browser', 'google-chrome']
   .map((name) => spawnSync('sh', ['-c', `command -v ${name}`], { encoding: 'utf8' }).stdout.trim())
   .find((found) => found) ?? null;
-// The reason why tests are skipped, or false.
+// The reason to skip tests, or false.
 export const skip = chromium === null && 'there is no Chromium (Debian: chromium)';
 
 let browser = null;
 
-// The Chromium of this process. Its WebGL is computed by the processor.
+// Returns the Chromium of this process, which all tests share. The processor computes its WebGL.
 export async function open_browser() {
   const puppeteer = createRequire(path.join(modules_folder, 'package.json'))('puppeteer-core');
   // Chromium's sandbox does not work for root.
@@ -96,7 +96,7 @@ export async function open_page(url) {
   page.on('requestfailed', (request) => errors.push(`${request.url()}: ${request.failure()?.errorText}`));
   page.on('error', (error) => errors.push(`crash: ${error.message}`));
   const log = await page.createCDPSession();
-  // Puppeteer leaves out what workers report.
+  // Puppeteer does not report the log entries of workers.
   log.on('Log.entryAdded', ({ entry }) => entry.level === 'error' && entry.source === 'worker' && errors.push(entry.text));
   await log.send('Log.enable');
   await page.goto(url, { timeout: kMostMs });
@@ -104,13 +104,13 @@ export async function open_page(url) {
 }
 
 /**
- * A test in a page of a site of its own (see start_site, whose options these are too).
+ * Adds a test, which has a site and a page of its own. The options are also those of start_site.
  * @param {string} name
  * @param {object} options
- * @param {RegExp[]} [options.errors] errors that the page must report; each must occur, and no others
+ * @param {RegExp[]} [options.errors] the errors that the page reports: each of these, and no others
  * @param {string | false} [options.skip] the reason why the test does not run
  * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check
- *   `result` is the script's
+ *   `result` is the script's promise
  */
 export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
   if (!closes_browser) after(close_browser);

@@ -15,7 +15,7 @@ const jobs_in_all = all.length + 1;
 const argument = { count: all.length, attributes };
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-// Gives the page globalThis.psplit and globalThis.jobs: functions that decode with a pool, or with the package itself.
+// Sets globalThis.psplit and globalThis.jobs in the page. Jobs are functions that decode with a pool, or with the package itself.
 async function prepare({ count, attributes }) {
   const psplit = await import('/psplit/index.js'), { fetch_bytes } = await import('/page.js');
   const streams = await Promise.all(Array.from({ length: count }, (_, i) => fetch_bytes(`/${i}.drc`)));
@@ -25,7 +25,7 @@ async function prepare({ count, attributes }) {
   Object.assign(globalThis, { psplit, jobs });
 }
 
-// What a page or a worker holds: bytes of objects, of arrays, and of memories of WebAssembly; after a garbage collection.
+// Returns the bytes of objects, of arrays, and of WebAssembly memories in a page or a worker, after a garbage collection.
 async function held_by(session) {
   const { result: { objectId: prototypeObjectId } } =
     await session.send('Runtime.evaluate', { expression: 'WebAssembly.Memory.prototype' });
@@ -51,7 +51,7 @@ function check_same(after, before, more_wasm = 0) {
   assert.ok(grown.objects < 50000 && grown.arrays < 10000 && grown.wasm <= more_wasm, JSON.stringify({ before, after }));
 }
 
-// The workers of a page, as the DevTools protocol counts them. It knows of a start or an end a moment later.
+// Checks how many workers the DevTools protocol counts. It knows of a start or an end a moment later.
 async function check_workers(page, count) {
   for (let left = 500; left > 0 && page.workers().length !== count; --left) await wait(20);
   assert.equal(page.workers().length, count);

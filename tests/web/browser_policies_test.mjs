@@ -1,4 +1,4 @@
-// What servers say: policies, isolation, content types, missing files, other origins. Every promise settles.
+// Every promise settles under all policies, isolation, content types, missing files and other origins.
 import assert from 'node:assert/strict';
 import path from 'node:path';
 import { page_test, start_site } from './browser.mjs';
@@ -11,7 +11,7 @@ const [{ bytes, attributes }] =
 const text = (data) => Buffer.from(data).toString('base64');
 const argument = { stream: text(stream), container: text(bytes), attributes };
 
-// Everything that a page does with the package at `from`. Returns how each promise settles.
+// Does everything that a page does with the package at `from`. Returns how each promise settles.
 async function use_all({ stream, container, attributes, from = '/psplit/index.js' }) {
   const { createPool, decodeContainer, decodeDraco, ready } = await import(from);
   const { bytes_of_text, outcome } = await import('/page.js');
@@ -28,7 +28,7 @@ async function use_all({ stream, container, attributes, from = '/psplit/index.js
 
 const done = { ready: 'done', stream: 'done', container: 'done', pool: 'done', pool_stream: 'done', pool_container: 'done' };
 const works = (isolated) => async ({ result }) => assert.deepEqual(await result, { outcomes: done, isolated });
-// All except the names in `but` fail with a message.
+// Checks that all outcomes, except those named in `but`, are failures with a message.
 const fails = (message, but = []) => async ({ result }) => {
   for (const [name, outcome] of Object.entries((await result).outcomes)) {
     if (but.includes(name)) assert.equal(outcome, 'done', name);
@@ -66,7 +66,7 @@ page_test('trusted types with a policy of the page', {
       return url;
     } });` },
   argument, script: use_all }, works(false));
-// The page compiles the module, and posts it.
+// The page compiles the module and posts it, so the worker needs no permission.
 page_test('a policy of worker.js alone, without wasm-unsafe-eval', {
   headers: (file) => (file === '/psplit/worker.js' ? policy("script-src 'self'") : {}), argument, script: use_all },
 works(false));
@@ -103,7 +103,7 @@ page_test('psplit/inline under a policy that allows blobs', { argument: inline, 
 page_test('psplit/inline under a policy without blobs', { headers: policy(kEnough), argument: inline, script: use_all,
   errors: [/worker-src/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
 
-// The package on another origin: that of a second site.
+// The package comes from another origin, which is a second site.
 for (const [name, file, headers, check, errors] of [
   ['the package on another origin that allows it', 'index.js', { 'Access-Control-Allow-Origin': '*' },
     fails(/^worker: .*cannot be accessed from origin/, not_pool), []],

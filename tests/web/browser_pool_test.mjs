@@ -1,4 +1,4 @@
-// One container on several workers of a page, with and without shared memory.
+// Several workers of a page decode one container, with and without shared memory.
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { page_test } from './browser.mjs';
@@ -29,7 +29,7 @@ for (const [name, headers, shared, is_shared] of [
       jobs.push({ patchCount: mesh.patchCount, digests: await digests(arrays_of(mesh)), progress,
         is_shared: arrays_of(mesh).every(({ buffer }) => !(buffer instanceof ArrayBuffer)) });
     }
-    // Copies of the parts, at their places.
+    // The parts are copied to their places.
     const parts = [];
     const mesh = await pool.decodePatches(bytes, { attributes, workers: 2, onPart: (part) => parts.push(part) });
     const joined = arrays_of(mesh).map((array) => new array.constructor(array.length));

@@ -71,7 +71,7 @@ page_test('containers, on the calling thread and in a pool', {
       for (const [fact, value] of Object.entries(answer)) assert.deepEqual(value, expected[fact], `${name}: ${fact}`);
 });
 
-// What loaders make of a stream: faces, and values of attributes as 32-bit floats, as draco3d decodes them.
+// Loaders have the faces and values that draco3d decodes. The values are 32-bit floats.
 const all_attributes = all.filter(([name]) => name.includes('more attributes'));
 const import_map = (imports) => `<!doctype html><script type="importmap">${JSON.stringify({ imports })}</script>
   <script type="module" src="/main.js"></script>`;

@@ -1,4 +1,4 @@
-// The harness of pages itself: what a page reports, its test sees.
+// Tests of browser.mjs itself: a test sees everything that its page reports.
 import assert from 'node:assert/strict';
 import { page_test } from './browser.mjs';
 

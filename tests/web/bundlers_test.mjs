@@ -1,4 +1,4 @@
-// web/examples/bundlers, built by vite, webpack and esbuild, in Chromium; and imports where there is no page.
+// vite, webpack and esbuild build web/examples/bundlers, and Chromium shows it. Imports work where there is no page.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { cpSync, readFileSync, rmSync } from 'node:fs';
@@ -9,7 +9,7 @@ import { pathToFileURL } from 'node:url';
 import { open_page, page_test, skip } from './browser.mjs';
 import { modules_folder, package_folder, root } from './load.mjs';
 
-// A copy, in which the package is installed beside the bundlers' own packages, which are in a folder above.
+// The example is copied to a folder below the bundlers' packages, and the package is installed in it.
 const folder = path.join(root, 'build/web/bundlers');
 rmSync(folder, { recursive: true, force: true });
 cpSync(path.join(root, 'web/examples/bundlers'), folder, { recursive: true });
@@ -17,7 +17,7 @@ cpSync(package_folder, path.join(folder, 'node_modules/psplit'), { recursive: tr
 const bin = path.join(modules_folder, 'node_modules/.bin');
 
 const shown = ['Draco stream: 1826 faces, 991 points', 'Container: 1222 faces, 663 points'];
-// What the example's page shows when it is done.
+// Returns the text of the example's page when it is done.
 const text_of = async (page) => {
   await page.waitForSelector('[data-done]', { timeout: 30000 });
   return page.$$eval('figure', (figures) => figures.map(({ textContent }) => textContent));

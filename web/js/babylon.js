@@ -15,7 +15,7 @@ const placed = (error, place) => error_from_data({ code: error.code, patch: erro
   message: `${place}/extensions/${kExtensionName}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
 
-// The bytes of an accessor without gaps.
+// Returns the bytes of an accessor without gaps.
 function packed(data, { byteOffset = 0, componentType, count, type }, { byteStride }) {
   const component_bytes = componentType >= 5125 ? 4 : componentType >= 5122 ? 2 : 1;
   const item_bytes = kComponentCounts[type] * component_bytes, bytes = new Uint8Array(count * item_bytes);
@@ -70,7 +70,7 @@ class PatchesLoader {
     return column.container.arrays.then((arrays) => arrays.get(column.name));
   }
 
-  // Makes the accessors of a container; they have the numbers `attributes` and `indices`.
+  // Makes the accessors of a container. Returns their numbers.
   #add_accessors(gltf, { attributes, indices }, stored, place) {
     const container = { gltf, primitive: { attributes, indices }, stored, place, arrays: undefined };
     const add = (name, original) => {
@@ -85,7 +85,7 @@ class PatchesLoader {
       attributes: Object.fromEntries(stored.attributes.map(({ name }) => [name, add(name, attributes[name])])) };
   }
 
-  // The bytes of a container's columns, by their names.
+  // Returns the bytes of a container's columns by their names.
   async #decode(container) {
     const { gltf, primitive, stored, place } = container, { signal } = this.#abort;
     const data = await this.#load_view(gltf, stored.bufferView);
