@@ -340,7 +340,6 @@ struct FinishStreams {
     StreamState<Index>& state = set.state(i);
     core::View<uint32_t>& walk = set.batch.walks[set.streams[i]];
     Fault fault = set.fault(i);
-    core::PatchDecoder<Index, kKinds>& decoder = state.template decoder<kKinds>();
     if (fault == Fault::kNone)
       fault = core::alone(lanes, [&] { return check(task, state, set.batch.point_counts[set.streams[i]]); });
     if (fault == Fault::kNone && task.has_walk)
