@@ -116,6 +116,14 @@ class PatchDecoder {
     });
   }
 
+  // Does work on the first lane, and returns its fault on all. Collective.
+  template <Lanes L, typename Work>
+  PSPLIT_HD static Fault alone(L lanes, Work work) {
+    const Fault fault = lanes.rank() == 0 ? work() : Fault::kNone;
+    lanes.sync();
+    return static_cast<Fault>(broadcast(lanes, static_cast<uint32_t>(fault), 0));
+  }
+
  private:
   PSPLIT_HD bool is_condensed() const { return header_.template is_condensed_of<kKinds>(); }
   // Runs of streams of a kind, known to the compiler to be empty for streams of the other kind.
@@ -160,7 +168,7 @@ class PatchDecoder {
       if (is_condensed())
         condensed_.finish(arena_);
       else
-        edgebreaker_.finish(arena_);
+        edgebreaker_.finish(arena_, patch_.mesh);
       patch_.point_at = patch_.mesh.table.vertex;
       patch_.point_count = patch_.mesh.vertex_count;
       return has_attribute_data ? start_seams() : Fault::kNone;
@@ -182,15 +190,13 @@ class PatchDecoder {
 
   template <Lanes L>
   PSPLIT_HD Fault start_attributes(L lanes) {
-    Fault fault = alone(lanes, [&] { return attributes_.start(reader_, seams_.tables()); });
-    if (fault == Fault::kNone && is_condensed()) {
+    const Fault fault = alone(lanes, [&] {
       const View<CondensedSeamSteps> seams = condensed_seams();
-      const SectionReader section = seams.empty() ? condensed_.section() : seams[0].section();
-      fault = attributes_.start_condensed(lanes, section, condensed_.corners());
-    }
-    if (fault != Fault::kNone) return fault;
-    attributes_.begin_traversals(lanes);
-    return alone(lanes, [&] { return stop_at(Stop::kChains, Fault::kNone); });
+      const SectionReader& section = seams.empty() ? condensed_.section() : seams[0].section();
+      return stop_at(Stop::kChains, attributes_.start(reader_, seams_.tables(), section, condensed_.corners()));
+    });
+    if (fault == Fault::kNone) attributes_.begin_traversals(lanes);
+    return fault;
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {
@@ -207,7 +213,7 @@ class PatchDecoder {
       lanes.sync();
       if (fault != Fault::kNone || !is_over) return fault;
     }
-    return alone(lanes, [&] { return stop_at(Stop::kCorrections, Fault::kNone); });
+    return alone(lanes, [&] { return stop_at(Stop::kCorrections, attributes_.take_values()); });
   }
   PSPLIT_HD Fault finish_predictions() { return stop_at(Stop::kDone, attributes_.finish_predictions()); }
 

@@ -50,8 +50,11 @@ class EdgebreakerDecoder {
     if (fault == Fault::kNone) mesh.renumber_vertices(keep_order);
     return fault;
   }
-  // Releases all memory that was taken since `start`, except that of the mesh.
-  PSPLIT_HD void finish(Arena& arena) { arena.release(mark_); }
+  // Releases all memory that was taken since `start`, except that of the mesh, whose `merged` ends.
+  PSPLIT_HD void finish(Arena& arena, Connectivity<Index>& mesh) {
+    arena.release(mark_);
+    arena.trim(mesh.merged, 0);
+  }
 
   // The memory that this takes and keeps, and the memory that it takes and releases; without the slots of
   // symbols' tables.

@@ -25,7 +25,7 @@ class IntegerDecoder {
                             : read_plain(reader, this->symbols());
   }
 
-  // The parts of `start`, for condensed streams. describe reads the scheme. allocate takes memory, also that of
+  // The parts of `start`, for condensed streams. describe reads the scheme. allocate takes the memory of
   // symbols().
   PSPLIT_HD Fault describe(ByteReader& reader, bool is_edgebreaker, const Group<Index>& group,
                            Attribute<Index>& attribute, const Group<Index>* positions,
@@ -41,11 +41,17 @@ class IntegerDecoder {
     const uint64_t total = uint64_t{group_->sequence.count} * components;
     if (total > 0xffffffffu) return Fault::kCounts;
     // One correction more, because a vector register loads four numbers for a value of three components.
-    if (!arena.take(attribute_->values, uint64_t{group_->table.vertex_count} * value_stride(components)) ||
-        !arena.take(corrections_, total + 1) || !arena.take(zeros_, zero_count(components)))
-      return Fault::kWorkspace;
+    return arena.take_for_good(corrections_, total + 1) ? Fault::kNone : Fault::kWorkspace;
+  }
+  // Takes the memory of the values, when the corrections are known.
+  PSPLIT_HD bool take_values(Arena& arena) {
+    const uint32_t components = attribute_->value_components();
+    if (!arena.take_for_good(attribute_->values,
+                             uint64_t{group_->table.vertex_count} * value_stride(components)) ||
+        !arena.take_for_good(zeros_, zero_count(components)))
+      return false;
     fill(zeros_, 0);
-    return Fault::kNone;
+    return true;
   }
   // Symbols turn into corrections in place.
   PSPLIT_HD View<uint32_t> symbols() const {
@@ -55,9 +61,9 @@ class IntegerDecoder {
   // What is stored besides symbols. A condensed stream sets it itself.
   PSPLIT_HD PredictionData& data() { return data_; }
 
-  // The memory that `start` and read_prediction take for `attributes` attributes that have `components`
-  // components together, without the slots of symbols' tables. value_stride adds at most one place to each
-  // attribute.
+  // The memory that `start`, read_prediction and take_values take for `attributes` attributes that have
+  // `components` components together, without the slots of symbols' tables. value_stride adds at most one place
+  // to each attribute.
   PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components) {
     return Arena::bytes<int32_t>(value_count * (components + attributes)) +
            Arena::bytes<int32_t>(value_count * components + attributes) +

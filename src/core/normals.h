@@ -18,7 +18,8 @@ class NormalSteps {
   PSPLIT_HD bool running() const { return i_ < on_.sequence.count; }
   PSPLIT_HD void step() {
     const int32_t* by = on_.correction(i_);
-    last_ = grid_.correct(last_, {by[0], by[1]}, canonicalized_);
+    const OctahedralGrid grid = grid_;
+    last_ = grid.correct(last_, {by[0], by[1]}, canonicalized_);
     int32_t* const out = on_.at(on_.sequence.corner[i_]);
     out[0] = last_.s, out[1] = last_.t;
     ++i_;

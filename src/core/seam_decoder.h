@@ -51,7 +51,7 @@ class SeamDecoder {
     bool any_seams = false;
     View<bool> on_seam;
     View<Index> scratch;
-    if (!arena.take(on_seam, mesh.vertex_count) || !arena.take(patch.on_seam, mesh.vertex_count) ||
+    if (!arena.take(patch.on_seam, mesh.vertex_count) || !arena.take(on_seam, mesh.vertex_count) ||
         !arena.take(scratch, mesh.vertex_count))
       return Fault::kWorkspace;
     fill(patch.on_seam, false);
@@ -62,9 +62,15 @@ class SeamDecoder {
       if (!table.has_seams) continue;
       any_seams = true;
       number_attribute_vertices(mesh, on_seam, scratch, table);
+      arena.trim(table.closed, table.vertex_count);
       for (size_t v = 0; v < on_seam.size(); ++v) patch.on_seam[v] |= on_seam[v];
     }
-    return any_seams ? split_points(scratch, arena, patch) : Fault::kNone;
+    arena.give_back(inner_edges_);
+    arena.give_back(seams_);
+    arena.give_back(on_seam);
+    const Fault fault = any_seams ? split_points(scratch, arena, patch) : Fault::kNone;
+    arena.give_back(scratch);
+    return fault;
   }
   // By attribute data.
   PSPLIT_HD View<AttributeTable<Index>> tables() const { return tables_; }
@@ -87,7 +93,7 @@ class SeamDecoder {
   PSPLIT_HD Fault list_edges(const Connectivity<Index>& mesh, Arena& arena) {
     if (const Fault fault = take_tables(arena); fault != Fault::kNone) return fault;
     if (!arena.take(inner_edges_, uint64_t{3} * mesh.counts.face_count)) return Fault::kWorkspace;
-    inner_edges_ = inner_edges_.first(list_inner_edges(mesh.table, inner_edges_));
+    arena.trim(inner_edges_, list_inner_edges(mesh.table, inner_edges_));
     return arena.take(seams_, uint64_t{count_} * inner_edges_.size()) ? Fault::kNone : Fault::kWorkspace;
   }
   PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
@@ -95,12 +101,13 @@ class SeamDecoder {
   }
 
   PSPLIT_HD Fault split_points(View<Index> scratch, Arena& arena, Patch<Index>& patch) {
-    if (!arena.take(patch.point_at, patch.mesh.table.vertex.size())) return Fault::kWorkspace;
+    if (!arena.take_for_good(patch.point_at, patch.mesh.table.vertex.size())) return Fault::kWorkspace;
     patch.point_count = split_into_points(patch.mesh, tables_, patch.on_seam, scratch, patch.point_at);
-    if (!arena.take(patch.corner_of_point, patch.point_count)) return Fault::kWorkspace;
+    if (!arena.take_for_good(patch.corner_of_point, patch.point_count)) return Fault::kWorkspace;
+    const View<Index> point_at = patch.point_at, corner_of_point = patch.corner_of_point;
     for (uint32_t face = 0; face < patch.face_count; ++face)
       for (uint32_t corner = 4 * face; corner < 4 * face + 3; ++corner)
-        patch.corner_of_point[patch.point_at[corner]] = static_cast<Index>(corner);
+        corner_of_point[point_at[corner]] = static_cast<Index>(corner);
     return Fault::kNone;
   }
 

@@ -18,7 +18,8 @@ struct Sequence {
     count = vertex_count;
     // A walk stores a corner behind the last vertex before it finds out that the corner's vertex is not new.
     // Whatever is stored there is a corner.
-    if (!arena.take(corner, uint64_t{vertex_count} + 1) || !arena.take(rank, vertex_count)) return false;
+    if (!arena.take_for_good(corner, uint64_t{vertex_count} + 1) || !arena.take_for_good(rank, vertex_count))
+      return false;
     corner[vertex_count] = 0;
     return true;
   }
@@ -54,6 +55,7 @@ class Walk {
   }
   // The memory that `allocate` takes.
   PSPLIT_HD static size_t bytes(uint32_t face_count) { return Arena::bytes<bool>(mark_count(face_count)); }
+  PSPLIT_HD void give_back(Arena& arena) { arena.give_back(face_seen_); }
   // The walk visits every face, so it meets every vertex that has a corner. A vertex without corners is a
   // fault.
   PSPLIT_HD Fault finish() const { return count_ == rank_.size() ? Fault::kNone : Fault::kConnectivity; }
@@ -147,6 +149,11 @@ class DepthFirstTraversal {
     return Walk<Index>::bytes(face_count) + Arena::bytes<Index>(uint64_t{face_count} + 1);
   }
   PSPLIT_HD Fault finish() const { return walk_.finish(); }
+  // Gives back the memory that `start` took, after all steps.
+  PSPLIT_HD void give_back(Arena& arena) {
+    walk_.give_back(arena);
+    arena.give_back(waiting_);
+  }
   PSPLIT_HD bool running() const { return running_; }
 
   // Visits one face. The way of the walk is unpredictable, so only dead ends have a branch.
@@ -165,12 +172,16 @@ class DepthFirstTraversal {
   }
 
  private:
-  PSPLIT_HD bool go_back() {
+  PSPLIT_HD PSPLIT_INLINE bool go_back() {
     while (waiting_count_ > 0) {
       corner_ = waiting_[--waiting_count_];
       if (walk_.face_seen(corner_) == 0) return true;
     }
-    return begin_component();
+    // A copy: its address is taken, and the traversal itself stays in registers.
+    DepthFirstTraversal following = *this;
+    const bool found = following.begin_component();
+    *this = following;
+    return found;
   }
   PSPLIT_HD bool begin_component() {
     if (walk_.all_seen()) return false;

@@ -35,11 +35,20 @@ class View {
 // Takes arrays from the caller's memory, one after the other. They are not initialized.
 class Arena {
  public:
+  // Makes the memory at `bytes` at least `wanted` bytes large, where it is. Returns its new size, or 0.
+  using Grow = size_t (*)(uint8_t* bytes, size_t wanted);
+
   Arena() = default;
   PSPLIT_HD Arena(uint8_t* bytes, size_t size) {
     const size_t skip = (kAlignment - reinterpret_cast<uintptr_t>(bytes) % kAlignment) % kAlignment;
     bytes_ = bytes + (skip < size ? skip : size);
     size_ = skip < size ? size - skip : 0;
+  }
+  // The same in memory that grows to at most `most` bytes when they are needed. `bytes` is aligned for vectors.
+  // Not for devices.
+  Arena(uint8_t* bytes, size_t size, size_t most, Grow more) : Arena(bytes, size) {
+    most_ = most;
+    more_ = more;
   }
 
   // Returns false, and leaves `out`, if too little memory is left. Products of counts from streams have 64
@@ -47,11 +56,45 @@ class Arena {
   template <typename T>
   PSPLIT_HD bool take(View<T>& out, uint64_t count) {
     static_assert(alignof(T) <= kAlignment);
-    const size_t start = (used_ + kAlignment - 1) / kAlignment * kAlignment;
-    if (start > size_ || count > (size_ - start) / sizeof(T)) return false;
+    const size_t start = aligned(used_);
+    if ((start > size_ || count > (size_ - start) / sizeof(T)) && !grow(start, count, sizeof(T))) return false;
     out = View<T>(reinterpret_cast<T*>(bytes_ + start), static_cast<size_t>(count));
     used_ = start + static_cast<size_t>(count) * sizeof(T);
     return true;
+  }
+
+  // The same for an array that is not released. It may be where an array was that was given back.
+  template <typename T>
+  PSPLIT_HD bool take_for_good(View<T>& out, uint64_t count) {
+    if constexpr (!kReuses) return take(out, count);
+    for (Hole& hole : holes_) {
+      if (hole.bytes / sizeof(T) < count) continue;
+      out = View<T>(reinterpret_cast<T*>(bytes_ + hole.start), static_cast<size_t>(count));
+      const size_t bytes = aligned(static_cast<size_t>(count) * sizeof(T));
+      hole.start += bytes;
+      hole.bytes -= bytes < hole.bytes ? bytes : hole.bytes;
+      return true;
+    }
+    return take(out, count);
+  }
+  // Gives back an array whose content is not needed any more. Memory that was taken before it must not be
+  // released afterwards.
+  template <typename T>
+  PSPLIT_HD void give_back(View<T>& array) {
+    if (!kReuses || array.empty()) return;
+    Hole freed{static_cast<size_t>(reinterpret_cast<uint8_t*>(array.data()) - bytes_),
+               array.size() * sizeof(T)};
+    array = {};
+    // It is joined with a hole before it, or replaces a smaller one.
+    Hole* smallest = &holes_[0];
+    for (Hole& hole : holes_) {
+      if (hole.bytes > 0 && aligned(hole.start + hole.bytes) == freed.start) {
+        hole.bytes = freed.start + freed.bytes - hole.start;
+        return;
+      }
+      if (hole.bytes < smallest->bytes) smallest = &hole;
+    }
+    if (freed.bytes > smallest->bytes) *smallest = freed;
   }
 
   // The most bytes that take needs for `count` values of type T.
@@ -72,10 +115,36 @@ class Arena {
   PSPLIT_HD void release(size_t mark) { used_ = mark; }
 
  private:
+  struct Hole {
+    size_t start = 0, bytes = 0;
+  };
   static constexpr size_t kAlignment = 16;  // what vectors of 128 bits need
+  static constexpr uint32_t kMostHoles = 4;
+#if defined(__CUDA_ARCH__)
+  static constexpr bool kReuses = false;  // saves registers
+#else
+  static constexpr bool kReuses = true;
+#endif
+
+  PSPLIT_HD static constexpr size_t aligned(size_t at) {
+    return (at + kAlignment - 1) / kAlignment * kAlignment;
+  }
+  PSPLIT_HD bool grow(size_t start, uint64_t count, size_t item_bytes) {
+#if !defined(__CUDA_ARCH__)
+    if (start > most_ || count > (most_ - start) / item_bytes) return false;
+    const size_t size = more_(bytes_, start + static_cast<size_t>(count) * item_bytes);
+    if (size != 0) size_ = size;
+    return size != 0;
+#else
+    return false;
+#endif
+  }
 
   uint8_t* bytes_ = nullptr;
   size_t size_ = 0, used_ = 0;
+  Hole holes_[kMostHoles];
+  Grow more_ = nullptr;
+  size_t most_ = 0;
 };
 
 template <typename T>

@@ -30,8 +30,7 @@ export class Instance {
     return this.#with_handle(bytes, 'decode_stream', 'free_stream', (stream) => {
       const [face_count, point_count, attribute_count] = this.#words(this.#exports.stream_counts(stream), 3);
       const stored = Array.from({ length: attribute_count }, (_, i) => this.#stream_attribute(stream, i));
-      const indices = this.#written(Uint32Array, 3 * face_count,
-        (out) => this.#exports.write_faces(stream, 4, out));
+      const indices = this.#words(this.#exports.stream_faces(stream) >>> 0, 3 * face_count).slice();
       const attributes = (requests ?? stored).flatMap((request) => {
         const i = stored.findIndex(({ name, uniqueId }) =>
           (request.semantic === undefined ? uniqueId === request.uniqueId : name === request.semantic));

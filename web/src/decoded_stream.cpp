@@ -1,11 +1,11 @@
 #include "web/src/decoded_stream.h"
 
-#include <algorithm>
 #include <cstring>
 
 #include "src/container/claims.h"
 #include "src/core/workspace.h"
 #include "src/cpu/convert.h"
+#include "web/src/heap.h"
 
 namespace psplit::web {
 
@@ -25,33 +25,41 @@ Expected<std::unique_ptr<DecodedStream>> DecodedStream::decode(std::unique_ptr<u
   if (!header) return header.status();
   std::unique_ptr<DecodedStream> stream(new DecodedStream());
   stream->bytes_ = std::move(bytes);
-  // Most streams have no more attributes than these. The others are decoded again, in more memory.
-  core::ValueCounts values{core::likely_points(*header), 3, 8};
-  const uint64_t most = core::justified_bytes(size);
-  uint64_t memory_bytes = core::workspace_bytes<uint32_t>(*header, size, values);
-  for (;; memory_bytes *= 2) {
-    memory_bytes = std::min(memory_bytes, most);
-    if (memory_bytes > SIZE_MAX) return status_of(Fault::kWorkspace);
-    core::Arena arena = stream->scratch_.streams[0].arena(static_cast<size_t>(memory_bytes));
-    stream->patch_ = {};
-    const Fault fault = core::decode_patch<uint32_t, kKinds>(*header, arena, stream->patch_);
-    if (fault == Fault::kNone) return stream;
-    if (fault != Fault::kWorkspace || memory_bytes == most) return status_of(fault);
+  // The heap grows as arrays are taken.
+  constexpr size_t kFirstBytes = 4096;
+  stream->memory_.reset(static_cast<uint8_t*>(allocate_last(kFirstBytes)));
+  if (stream->memory_ == nullptr) return status_of(Fault::kWorkspace);
+  const auto grow = [](uint8_t* memory, size_t wanted) { return resize(memory, wanted) ? wanted : 0; };
+  const auto most = static_cast<size_t>(core::justified_bytes(size));
+  core::Arena arena(stream->memory_.get(), kFirstBytes, most, grow);
+  const Fault fault = core::decode_patch<uint32_t, kKinds>(*header, arena, stream->patch_);
+  if (fault != Fault::kNone) return status_of(fault);
+  resize(stream->memory_.get(), arena.mark());
+  stream->close_up_faces();
+  return stream;
+}
+
+// Leaves out the unused fourth corners. Nothing else needs the points of corners any more: corner_of_point is
+// empty if they are the mesh's vertices.
+void DecodedStream::close_up_faces() {
+  const uint32_t* from = patch_.point_at.data();
+  uint32_t* to = patch_.point_at.data();
+  for (uint32_t face = 0; face < patch_.face_count; ++face, from += 4)
+    for (uint32_t k = 0; k < 3; ++k) *to++ = from[k];
+}
+
+void DecodedStream::write_faces(uint32_t index_bytes, void* out) const {
+  const size_t count = size_t{3} * patch_.face_count;
+  if (index_bytes == 4) {
+    std::memcpy(out, faces(), count * sizeof(uint32_t));
+    return;
   }
+  for (size_t i = 0; i < count; ++i) static_cast<uint16_t*>(out)[i] = static_cast<uint16_t>(faces()[i]);
 }
 
 void ValuePlaces::Conversion::convert() {
   fits &= convert_components(value, attribute.type, attribute.normalized, attribute.components, type, out);
   out += attribute.components * core::data_type_bytes(type);
-}
-
-void DecodedStream::write_faces(uint32_t index_bytes, void* out) const {
-  const auto write = [&](auto* index) {
-    for (uint32_t face = 0; face < patch_.face_count; ++face)
-      for (uint32_t k = 0; k < 3; ++k)
-        *index++ = static_cast<std::remove_pointer_t<decltype(index)>>(patch_.point_at[4 * face + k]);
-  };
-  index_bytes == 2 ? write(static_cast<uint16_t*>(out)) : write(static_cast<uint32_t*>(out));
 }
 
 bool DecodedStream::write_attribute(const Attribute& attribute, DataType type, uint8_t* out) const {

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "src/container/patch_container.h"
-#include "src/cpu/scratch.h"
+#include "src/core/decode_patch.h"
 
 namespace psplit::web {
 
@@ -45,10 +45,13 @@ class DecodedStream {
   // kInvalidInput for everything else that does not decode.
   static Expected<std::unique_ptr<DecodedStream>> decode(std::unique_ptr<uint8_t[]> bytes, size_t size);
 
+  // Its point_at is not as the core left it: see faces().
   const Patch& patch() const { return patch_; }
 
-  // Three numbers of points for each face, of 2 or 4 bytes; `out` is aligned for them. Numbers of 2 bytes are
-  // cut off above 65,535.
+  // Three numbers of points for each face.
+  const uint32_t* faces() const { return patch_.point_at.data(); }
+  // The same in numbers of 2 or 4 bytes; `out` is aligned for them. Numbers of 2 bytes are cut off above
+  // 65,535.
   void write_faces(uint32_t index_bytes, void* out) const;
 
   // One value for each point, tightly packed. The components get the type `type`; values of other types are
@@ -61,9 +64,9 @@ class DecodedStream {
 
  private:
   DecodedStream() = default;
+  void close_up_faces();
 
-  std::unique_ptr<uint8_t[]> bytes_;
-  Scratch scratch_;
+  std::unique_ptr<uint8_t[]> bytes_, memory_;
   Patch patch_;
 };
 

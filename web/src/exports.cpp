@@ -63,6 +63,10 @@ PSPLIT_WEB_EXPORT(stream_attribute) const uint32_t* stream_attribute(const Decod
   words[8] = reinterpret_cast<uint32_t>(attribute.origin);
   return words;
 }
+// Three 32-bit numbers of points for each face.
+PSPLIT_WEB_EXPORT(stream_faces) const void* stream_faces(const DecodedStream* stream) {
+  return stream->faces();
+}
 PSPLIT_WEB_EXPORT(write_faces)
 void write_faces(const DecodedStream* stream, uint32_t index_bytes, void* out) {
   stream->write_faces(index_bytes, out);

@@ -73,7 +73,7 @@ Block* free_block(Block* block, uint32_t bytes) {
   return block;
 }
 
-// Returns a free block of at least `bytes`, in no list; null if the memory cannot grow.
+// Returns a free block of at least `bytes` at the end, in no list; null if the memory cannot grow.
 Block* grow(uint32_t bytes) {
   const uint64_t now = uint64_t{kPage} * __builtin_wasm_memory_size(0);
   if (end == nullptr) {
@@ -83,6 +83,11 @@ Block* grow(uint32_t bytes) {
     if (base + kUnit > now) return nullptr;  // the linker leaves more room than that
     end = reinterpret_cast<Block*>(base);
     *end = {kUnit | 1, 0, nullptr, nullptr};
+  }
+  if (end->bytes_before != 0 && !before(end)->in_use()) {
+    Block* const last = before(end);
+    if (last->bytes >= bytes) return take(last), last;
+    bytes -= last->bytes;
   }
   const uint32_t start = reinterpret_cast<uint32_t>(end);
   const uint64_t wanted = uint64_t{start} + bytes + kUnit;
@@ -102,12 +107,37 @@ Block* grow(uint32_t bytes) {
   return free_block(block, size);
 }
 
+// The bytes of a block with this content; 0 if there is no such block.
+uint32_t block_bytes(size_t content_bytes) {
+  if (content_bytes > kMost - kPage) return 0;
+  const uint32_t wanted = static_cast<uint32_t>(content_bytes + kHeader + kUnit - 1) / kUnit * kUnit;
+  return wanted < 2 * kUnit ? 2 * kUnit : wanted;
+}
+
+// Makes a block that is in no list a block of `bytes` that is in use. The rest of it is free.
+void* use(Block* block, uint32_t bytes) {
+  if (block == nullptr) return nullptr;
+  const uint32_t rest_bytes = block->size() - bytes;
+  if (rest_bytes >= 2 * kUnit) {
+    block->bytes = bytes | 1;
+    Block* const rest = after(block);
+    rest->bytes_before = bytes;
+    put(free_block(rest, rest_bytes));
+  }
+  block->bytes |= 1;
+  return reinterpret_cast<uint8_t*>(block) + kHeader;
+}
+Block* block_of(void* memory) {
+  auto* const block = reinterpret_cast<Block*>(static_cast<uint8_t*>(memory) - kHeader);
+  if (!block->in_use()) __builtin_trap();  // released before
+  return block;
+}
+
 }  // namespace
 
 void* allocate(size_t bytes) {
-  if (bytes > kMost - kPage) return nullptr;
-  const uint32_t wanted = static_cast<uint32_t>(bytes + kHeader + kUnit - 1) / kUnit * kUnit;
-  const uint32_t needed = wanted < 2 * kUnit ? 2 * kUnit : wanted;
+  const uint32_t needed = block_bytes(bytes);
+  if (needed == 0) return nullptr;
   // All blocks of a higher list are large enough. In the own list, the first block is looked at.
   const uint32_t list = core::floor_log2(needed);
   Block* block = lists[list] != nullptr && lists[list]->bytes >= needed ? lists[list] : nullptr;
@@ -119,23 +149,38 @@ void* allocate(size_t bytes) {
     take(block);
   else
     block = grow(needed);
-  if (block == nullptr) return nullptr;
-  if (block->bytes - needed >= 2 * kUnit) {
-    const uint32_t rest_bytes = block->bytes - needed;
-    block->bytes = needed;
-    Block* const rest = after(block);
-    *rest = {rest_bytes, needed, nullptr, nullptr};
-    after(rest)->bytes_before = rest_bytes;
-    put(rest);
+  return use(block, needed);
+}
+
+void* allocate_last(size_t bytes) {
+  const uint32_t needed = block_bytes(bytes);
+  return needed == 0 ? nullptr : use(grow(needed), needed);
+}
+
+bool resize(void* memory, size_t bytes) {
+  Block* const block = block_of(memory);
+  const uint32_t needed = block_bytes(bytes), size = block->size();
+  if (needed == 0) return false;
+  if (needed > size) {
+    Block* behind = after(block);
+    const bool is_last = behind == end || (!behind->in_use() && after(behind) == end);
+    if (is_last)
+      behind = grow(needed - size);
+    else if (behind->in_use() || behind->size() < needed - size)
+      return false;
+    else
+      take(behind);
+    if (behind == nullptr) return false;
+    block->bytes += behind->bytes;
+    after(block)->bytes_before = block->size();
   }
-  block->bytes |= 1;
-  return reinterpret_cast<uint8_t*>(block) + kHeader;
+  use(block, needed);
+  return true;
 }
 
 void release(void* memory) {
   if (memory == nullptr) return;
-  auto* const block = reinterpret_cast<Block*>(static_cast<uint8_t*>(memory) - kHeader);
-  if (!block->in_use()) __builtin_trap();  // released twice
+  Block* const block = block_of(memory);
   put(free_block(block, block->size()));
 }
 

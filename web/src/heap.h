@@ -8,6 +8,10 @@ namespace psplit::web {
 
 // Returns memory that is aligned for every type, not zeroed; null if the memory cannot grow.
 void* allocate(size_t bytes);
+// The same behind all other memory that is in use, so that it can grow.
+void* allocate_last(size_t bytes);
+// Changes the size of memory of allocate, where it is. Returns false if there is no room.
+bool resize(void* memory, size_t bytes);
 // Gives back memory of allocate. Null is allowed.
 void release(void* memory);
 

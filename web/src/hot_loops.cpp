@@ -8,19 +8,19 @@ namespace psplit::core {
 using Index = uint32_t;
 
 // Connectivity and seams
-template Fault decode_connectivity(StandardSymbols, View<const SplitEvent>, RansBits&, Arena&,
-                                   Connectivity<Index>&);
-template Fault decode_connectivity(ValenceSymbols<Index>, View<const SplitEvent>, RansBits&, Arena&,
-                                   Connectivity<Index>&);
-template Fault decode_connectivity(DecodedSymbols<Index, false>, View<const SplitEvent>, CondensedStartFaces&,
-                                   Arena&, Connectivity<Index>&);
-template Fault decode_connectivity(DecodedSymbols<Index, true>, View<const SplitEvent>, CondensedStartFaces&,
-                                   Arena&, Connectivity<Index>&);
-template Fault decode_connectivity(ValenceContextSymbols<Index, false>, View<const SplitEvent>,
-                                   CondensedStartFaces&, Arena&, Connectivity<Index>&);
-template Fault decode_connectivity(ValenceContextSymbols<Index, true>, View<const SplitEvent>,
-                                   CondensedStartFaces&, Arena&, Connectivity<Index>&);
-template void Connectivity<Index>::drop_merged_vertices(bool);
+template void fill(SerialLanes, View<Index>, Index);
+template Fault add_all_faces(StandardSymbols, WaitingEdges<Index>, RansBits&, Connectivity<Index>&);
+template Fault add_all_faces(ValenceSymbols<Index>, WaitingEdges<Index>, RansBits&, Connectivity<Index>&);
+template Fault add_all_faces(DecodedSymbols<Index, false>, WaitingEdges<Index>, CondensedStartFaces&,
+                             Connectivity<Index>&);
+template Fault add_all_faces(DecodedSymbols<Index, true>, WaitingEdges<Index>, CondensedStartFaces&,
+                             Connectivity<Index>&);
+template Fault add_all_faces(ValenceContextSymbols<Index, false>, WaitingEdges<Index>, CondensedStartFaces&,
+                             Connectivity<Index>&);
+template Fault add_all_faces(ValenceContextSymbols<Index, true>, WaitingEdges<Index>, CondensedStartFaces&,
+                             Connectivity<Index>&);
+template void Connectivity<Index>::renumber_vertices(bool);
+template void Connectivity<Index>::find_closed_vertices(SerialLanes);
 template void step_all<kInStep, BitSteps>(BitSteps* const*, uint32_t);
 template void step_all<kInStep, ContextSymbolSteps>(ContextSymbolSteps* const*, uint32_t);
 template void step_all<1, CondensedSeamSteps>(CondensedSeamSteps* const*, uint32_t);
@@ -31,11 +31,12 @@ template void number_attribute_vertices(const Connectivity<Index>&, View<const b
                                         AttributeTable<Index>&);
 template uint32_t split_into_points(const Connectivity<Index>&, View<AttributeTable<Index>>, View<const bool>,
                                     View<Index>, View<Index>);
-template size_t link_border(const Patch<Index>&, View<Index>);
+template size_t link_border(SerialLanes, const Patch<Index>&, View<Index>);
 
 // Orders of values, and their corrections
 template void step_both(DepthFirstTraversal<Index>&, SymbolSequence&);
 template void step_all<kInStep, DepthFirstTraversal<Index>>(DepthFirstTraversal<Index>* const*, uint32_t);
+template void DepthFirstTraversal<Index>::begin(SerialLanes);
 template Fault traverse_by_prediction_degree(const AttributeTable<Index>&, Arena&, const Sequence<Index>&);
 template class CreationOrder<Index>;
 template void step_symbols<kInStep>(SymbolSequence* const*, uint32_t);
