@@ -220,14 +220,13 @@ struct BeginStreams {
   template <core::Lanes L>
   PSPLIT_HD void operator()(L lanes, uint32_t i) const {
     using core::Fault;
-    using Decoder = core::PatchDecoder<Index, kKinds>;
     const StreamTask& task = set.task(i);
     const Fault of_border = task.border_at != StreamTask::kNoBorder ? set.fault(i) : Fault::kNone;
     if (lanes.rank() == 0) new (set.memory(i)) StreamState<Index>;
     lanes.sync();
     StreamState<Index>& state = set.state(i);
     Fault fault = of_border;
-    if (fault == Fault::kNone) fault = Decoder::alone(lanes, [&] { return begin(task, state, set.memory(i)); });
+    if (fault == Fault::kNone) fault = core::alone(lanes, [&] { return begin(task, state, set.memory(i)); });
     if (fault == Fault::kNone) fault = state.template decoder<kKinds>().start(lanes);
     if (lanes.rank() == 0) set.fault(i) = fault;
   }
@@ -341,12 +340,11 @@ struct FinishStreams {
     StreamState<Index>& state = set.state(i);
     core::View<uint32_t>& walk = set.batch.walks[set.streams[i]];
     Fault fault = set.fault(i);
-    core::PatchDecoder<Index, kKinds>& decoder = state.template decoder<kKinds>();
     if (fault == Fault::kNone)
-      fault = decoder.alone(lanes, [&] { return check(task, state, set.batch.point_counts[set.streams[i]]); });
+      fault = core::alone(lanes, [&] { return check(task, state, set.batch.point_counts[set.streams[i]]); });
     if (fault == Fault::kNone && task.has_walk)
       fault = core::walk_border(lanes, state.patch, state.arena, state.border);
-    if (fault == Fault::kNone) fault = decoder.alone(lanes, [&] { return take_numbers(task, state, walk); });
+    if (fault == Fault::kNone) fault = core::alone(lanes, [&] { return take_numbers(task, state, walk); });
     if (fault == Fault::kNone) fault = number(lanes, task, state, walk);
     lanes.sync();
     if (lanes.rank() != 0) return;

@@ -405,7 +405,7 @@ class BatchPlan {
     LaunchPlan& launches = is_condensed ? width.condensed : width.draco;
     launches.runs = std::max(launches.runs, std::min(runs, LaunchPlan::kMostRuns));
     launches.rounds = std::max(launches.rounds, std::min(rounds, LaunchPlan::kMostRounds));
-    launches.has_steps |= values.attributes > 1 || is_condensed;
+    launches.has_steps |= values.attributes > 1;
   }
 
   std::vector<PrimitiveTask> primitives_;  // `bytes` is null if they are uploaded as pieces

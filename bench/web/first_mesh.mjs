@@ -1,6 +1,6 @@
-// The first mesh of a page in Chromium: from the begin of its load until the decoded arrays are there. Each measurement has a
-// page of its own in a fresh profile, without a cache. The server is on the same machine, and sends files as they are. The package
-// is bundled, as pages have it.
+// Measures the time of a page's first mesh in Chromium, from the page's begin until the decoded arrays are there. Each
+// measurement has a page of its own in a fresh profile, without a cache. The server is on the same machine, and sends files as they are. The
+// package is bundled, as pages have it.
 import { copyFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
@@ -11,10 +11,11 @@ import { modules_folder, package_folder, root } from '../../tests/web/load.mjs';
 async function by_package({ pool, attributes }) {
   const data = fetch('/mesh.bin').then((response) => response.arrayBuffer());
   const psplit = await import('/bundled/index.js'), decoder = pool > 0 ? psplit.createPool({ workers: pool }) : psplit;
-  const { faceCount } = await (attributes === undefined ? decoder.decodeDraco(await data) : decoder.decodeContainer(await data, { attributes }));
+  const { faceCount } = await (attributes === undefined ? decoder.decodeDraco(await data)
+    : decoder.decodeContainer(await data, { attributes }));
   return { faces: faceCount, ms: performance.now() };
 }
-// As loaders call draco3d.
+// Calls draco3d as loaders do.
 async function by_draco3d({ folder }) {
   const data = fetch('/mesh.bin').then((response) => response.arrayBuffer());
   const wasm = fetch(`${folder}draco_decoder.wasm`).then((response) => response.arrayBuffer());
@@ -23,7 +24,9 @@ async function by_draco3d({ folder }) {
   await new Promise((resolve, reject) => { document.head.append(Object.assign(script, { onload: resolve, onerror: reject })); });
   const wasmBinary = await wasm;
   // The module has a `then`, so it is wrapped.
-  const { draco } = await new Promise((resolve) => { DracoDecoderModule({ wasmBinary, onModuleLoaded: (draco) => resolve({ draco }) }); });
+  const { draco } = await new Promise((resolve) => {
+    DracoDecoderModule({ wasmBinary, onModuleLoaded: (draco) => resolve({ draco }) });
+  });
   const bytes = new Int8Array(await data), decoder = new draco.Decoder(), mesh = new draco.Mesh();
   if (!decoder.DecodeArrayToMesh(bytes, bytes.byteLength, mesh).ok()) throw new Error('not decoded');
   const copied = (Type, length, write) => {
@@ -42,9 +45,10 @@ async function by_draco3d({ folder }) {
   return { faces: indices.length / 3, ms: performance.now() };
 }
 
-// The folder of the bundled package.
+// Bundles the package, and returns the folder.
 function bundle() {
-  const { buildSync } = createRequire(path.join(modules_folder, 'package.json'))('esbuild'), outdir = path.join(root, 'build/web/bundled');
+  const { buildSync } = createRequire(path.join(modules_folder, 'package.json'))('esbuild');
+  const outdir = path.join(root, 'build/web/bundled');
   const entryPoints = ['index.js', 'worker.js'].map((name) => path.join(package_folder, name));
   buildSync({ entryPoints, outdir, bundle: true, minify: true, format: 'esm' });
   copyFileSync(path.join(package_folder, 'psplit.wasm'), path.join(outdir, 'psplit.wasm'));
@@ -53,8 +57,8 @@ function bundle() {
 
 /**
  * Measures in turn, `rounds` times.
- * @param {{ stream: Uint8Array, container?: Uint8Array, attributes?: object[] }} mesh a Draco stream of floats, and the container of
- *   the same mesh with the attributes to ask for
+ * @param {{ stream: Uint8Array, container?: Uint8Array, attributes?: object[] }} mesh a Draco stream of floats, and the
+ *   container of the same mesh with the attributes to ask for
  * @returns {Promise<{name: string, ms: number}[]>} medians
  */
 export async function first_mesh({ stream, container, attributes }, rounds = 5) {

@@ -17,9 +17,8 @@ class AttributeDecoder {
 
   // Reads groups and descriptions, finds the sequence of each group, and reads the first attributes. After
   // begin_traversals, sequences(), traversals() and tokens of condensed() are pending. `seam_tables` are by
-  // attribute data. `section` and `corners` are for condensed streams only: see CondensedAttributes::start.
-  PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables,
-                        const SectionReader& section, const VertexCorners<Index>& corners) {
+  // attribute data. A condensed stream needs start_condensed as well.
+  PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables) {
     const uint32_t group_count = reader.u8();
     if (reader.truncated()) return Fault::kTruncated;
     if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
@@ -42,8 +41,12 @@ class AttributeDecoder {
     Fault fault = Fault::kNone;
     if (is_condensed()) fault = condensed_.read(header_, reader, patch_, integers_, arena_);
     if (fault == Fault::kNone) fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
-    if (fault != Fault::kNone || !is_condensed()) return fault == Fault::kNone ? read(reader) : fault;
-    return condensed_.start(header_.condensed, section, corners, patch_, integers_, arena_);
+    return fault != Fault::kNone || is_condensed() ? fault : read(reader);
+  }
+  // See CondensedAttributes::start. Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault start_condensed(L lanes, const SectionReader& section, const VertexCorners<Index>& corners) {
+    return condensed_.start(lanes, header_.condensed, section, corners, patch_, integers_, arena_);
   }
 
   // Collective.
@@ -97,6 +100,8 @@ class AttributeDecoder {
   PSPLIT_HD void start_predictions(L lanes) {
     for (uint32_t i = 0; i < integers_.size(); ++i)
       if (has_integers(i)) integers_[i].start_prediction(lanes, is_condensed());
+    if constexpr (L::size() > 1)
+      for (size_t i = 0; i < condensed().size(); ++i) condensed()[i].created.predict(lanes);
   }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
   // Whether all values are computed after start_predictions.

@@ -116,14 +116,6 @@ class PatchDecoder {
     });
   }
 
-  // Does work on the first lane, and returns its fault on all. Collective.
-  template <Lanes L, typename Work>
-  PSPLIT_HD static Fault alone(L lanes, Work work) {
-    const Fault fault = lanes.rank() == 0 ? work() : Fault::kNone;
-    lanes.sync();
-    return static_cast<Fault>(broadcast(lanes, static_cast<uint32_t>(fault), 0));
-  }
-
  private:
   PSPLIT_HD bool is_condensed() const { return header_.template is_condensed_of<kKinds>(); }
   // Runs of streams of a kind, known to the compiler to be empty for streams of the other kind.
@@ -190,13 +182,15 @@ class PatchDecoder {
 
   template <Lanes L>
   PSPLIT_HD Fault start_attributes(L lanes) {
-    const Fault fault = alone(lanes, [&] {
+    Fault fault = alone(lanes, [&] { return attributes_.start(reader_, seams_.tables()); });
+    if (fault == Fault::kNone && is_condensed()) {
       const View<CondensedSeamSteps> seams = condensed_seams();
-      const SectionReader& section = seams.empty() ? condensed_.section() : seams[0].section();
-      return stop_at(Stop::kChains, attributes_.start(reader_, seams_.tables(), section, condensed_.corners()));
-    });
-    if (fault == Fault::kNone) attributes_.begin_traversals(lanes);
-    return fault;
+      const SectionReader section = seams.empty() ? condensed_.section() : seams[0].section();
+      fault = attributes_.start_condensed(lanes, section, condensed_.corners());
+    }
+    if (fault != Fault::kNone) return fault;
+    attributes_.begin_traversals(lanes);
+    return alone(lanes, [&] { return stop_at(Stop::kChains, Fault::kNone); });
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_chains(L lanes) {

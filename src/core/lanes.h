@@ -61,6 +61,16 @@ PSPLIT_HD constexpr Word broadcast(L lanes, Word word, uint32_t source) {
   return lanes.shuffle(word, source);
 }
 
+// Does work on the first lane, and returns its result on all: a fault, a flag or a number of 32 bits.
+// Collective.
+template <Lanes L, typename Work>
+PSPLIT_HD constexpr auto alone(L lanes, Work work) {
+  using Result = decltype(work());
+  const Result result = lanes.rank() == 0 ? work() : Result();
+  lanes.sync();
+  return static_cast<Result>(broadcast(lanes, static_cast<uint32_t>(result), 0));
+}
+
 // Calls body(i) for all i below `count`: lane r takes r, r + size() and so on. Neither the call nor `body` is
 // collective, as some lanes call `body` once less than others. `count` is at most 2^32 - 32.
 template <Lanes L, typename Body>

@@ -1,4 +1,4 @@
-// psplit/babylon in Babylon.js' glTF loader, in Chromium: it loads what gltf-psplit decodes.
+// Babylon.js' glTF loader with psplit/babylon, in Chromium. The arrays are those that gltf-psplit decodes.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
@@ -16,9 +16,10 @@ const imports = { '@babylonjs/core/': '/modules/@babylonjs/core/', '@babylonjs/l
 const page = `<!doctype html><canvas width="200" height="200"></canvas>
   <script type="importmap">${JSON.stringify({ imports })}</script><script type="module" src="/main.js"></script>`;
 
-// Gives the page facts(url): what Babylon.js has of an asset's meshes, or the error's message.
+// Sets facts(url) in the page. It returns Babylon.js' data of an asset's meshes, or the error's message.
 async function prepare() {
-  const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js'), { Scene } = await import('@babylonjs/core/scene.js');
+  const { NullEngine } = await import('@babylonjs/core/Engines/nullEngine.js');
+  const { Scene } = await import('@babylonjs/core/scene.js');
   const { LoadAssetContainerAsync, SceneLoader } = await import('@babylonjs/core/Loading/sceneLoader.js');
   const { registerGLTFExtension } = await import('@babylonjs/loaders/glTF/2.0/index.js');
   const { createPool } = await import('/psplit/index.js'), { registerPsplit } = await import('/psplit/babylon.js');
@@ -33,9 +34,10 @@ async function prepare() {
     values: await values(buffer.getFloatData(points)) });
   const mesh_facts = async (item) => {
     const mesh = item.sourceMesh ?? item;  // of an instance
-    const kinds = mesh.getVerticesDataKinds().sort(), targets = mesh.morphTargetManager, { minimum, maximum } = mesh.getBoundingInfo();
-    return { name: item.name, points: mesh.getTotalVertices(), indices: await values(mesh.getIndices()),
-      attributes: await Promise.all(kinds.map(async (kind) => [kind, await buffer_facts(mesh.getVertexBuffer(kind), mesh.getTotalVertices())])),
+    const kinds = mesh.getVerticesDataKinds().sort(), targets = mesh.morphTargetManager;
+    const { minimum, maximum } = mesh.getBoundingInfo(), points = mesh.getTotalVertices();
+    return { name: item.name, points, indices: await values(mesh.getIndices()),
+      attributes: await Promise.all(kinds.map(async (kind) => [kind, await buffer_facts(mesh.getVertexBuffer(kind), points)])),
       box: [minimum.asArray(), maximum.asArray()], alpha: mesh.hasVertexAlpha, influencers: mesh.numBoneInfluencers,
       targets: await Promise.all(Array.from({ length: targets?.numTargets ?? 0 }, async (_, i) =>
         [await values(targets.getTarget(i).getPositions()), await values(targets.getTarget(i).getNormals())])) };
@@ -53,8 +55,8 @@ async function prepare() {
   };
 }
 
-// Samples, and assets of the corpus that gltf-psplit encodes: with normals, texture coordinates, colours, skins, morph targets,
-// and quantized attributes. gltf-psplit also decodes them.
+// The assets are samples, a large mesh, and assets of the corpus with normals, texture coordinates, colours, skins, morph targets
+// and quantized attributes. gltf-psplit encodes them, and decodes them for the comparison.
 const assets = ['patches.glb', 'residue.glb', 'condensed.glb', 'condensed-borders.glb', 'version-1.glb', 'seams.glb']
   .map((name) => ({ name, encoded: path.join(samples, name) }));
 if (gltf_psplit !== null) {
@@ -65,10 +67,12 @@ if (gltf_psplit !== null) {
 }
 const large = assets.length - 1;
 if (corpus_folder !== null && gltf_psplit !== null) {
-  for (const file of ['draco/Duck.glb', 'draco/CesiumMan.glb', 'gt/ShapeCollection.glb', 'gt/BoxVertexColors.glb', 'bjs/riggedMesh.glb',
-    'bjs/greySnapper_vertColor.glb', 'bjs/morphLoader.glb', 'derived/AnimatedMorphCube.quant.glb', 'derived/scallop.quant.glb', '3dt/tree-lime-2-0.glb']) {
+  for (const file of ['draco/Duck.glb', 'draco/CesiumMan.glb', 'gt/ShapeCollection.glb', 'gt/BoxVertexColors.glb',
+    'bjs/riggedMesh.glb', 'bjs/greySnapper_vertColor.glb', 'bjs/morphLoader.glb', 'derived/AnimatedMorphCube.quant.glb',
+    'derived/scallop.quant.glb', '3dt/tree-lime-2-0.glb']) {
     const name = path.basename(file), encoded = path.join(folder, name);
-    execFileSync(gltf_psplit, ['encode', path.join(corpus_folder, 'gltf', file), encoded, '--always-patches', '--patch-faces', '500', '-q']);
+    execFileSync(gltf_psplit,
+      ['encode', path.join(corpus_folder, 'gltf', file), encoded, '--always-patches', '--patch-faces', '500', '-q']);
     assets.push({ name, encoded });
   }
 }
@@ -85,8 +89,9 @@ if (gltf_psplit !== null)
 // Several workers decode large meshes, into shared memory if the page is isolated.
 const isolation = { 'Cross-Origin-Opener-Policy': 'same-origin', 'Cross-Origin-Embedder-Policy': 'require-corp' };
 
-page_test('meshes are those of the asset that gltf-psplit decodes', { skip: gltf_psplit === null && 'there is no gltf-psplit', files,
-  headers: isolation, script: prepare }, async ({ result, page }) => {
+const no_tool = gltf_psplit === null && 'there is no gltf-psplit';
+page_test('meshes are those of the asset that gltf-psplit decodes', { skip: no_tool, files, headers: isolation, script: prepare },
+async ({ result, page }) => {
   await result;
   let attributes = 0;
   for (const [i, { name }] of assets.entries()) {
@@ -98,16 +103,19 @@ page_test('meshes are those of the asset that gltf-psplit decodes', { skip: gltf
   assert.ok(attributes > assets.length);
 });
 
-// Assets of the corpus with Draco streams, by psplit/draco in place of draco3d.
-const draco_assets = corpus_folder === null ? [] : ['draco/Box_Draco.glb', 'derived/CesiumMan.draco-seq.glb', 'derived/marbleTower.draco-eb.glb'];
-page_test('KHR_draco_mesh_compression on psplit/draco', { skip: draco_assets.length === 0 && 'there is no corpus', script: prepare,
-  files: { '/': page, ...Object.fromEntries(draco_assets.map((file, i) => [`/${i}.glb`, { folder: path.join(corpus_folder ?? '', 'gltf', file) }])) } },
-async ({ result, page, site }) => {
+// Assets of the corpus with Draco streams. psplit/draco takes the place of draco3d.
+const draco_assets = corpus_folder === null ? []
+  : ['draco/Box_Draco.glb', 'derived/CesiumMan.draco-seq.glb', 'derived/marbleTower.draco-eb.glb'];
+page_test('KHR_draco_mesh_compression on psplit/draco', {
+  skip: corpus_folder === null && 'there is no corpus', script: prepare, files: { '/': page,
+    ...Object.fromEntries(draco_assets.map((file, i) => [`/${i}.glb`, { folder: path.join(corpus_folder, 'gltf', file) }])) },
+}, async ({ result, page, site }) => {
   await result;
   const facts_with = (folder) => page.evaluate(async (folder, count) => {
     const { DracoDecoder } = await import('@babylonjs/core/Meshes/Compression/dracoDecoder.js');
     DracoDecoder.ResetDefault();
-    DracoDecoder.DefaultConfiguration = { wasmUrl: `${folder}draco_wasm_wrapper.js`, wasmBinaryUrl: `${folder}draco_decoder.wasm` };
+    DracoDecoder.DefaultConfiguration =
+      { wasmUrl: `${folder}draco_wasm_wrapper.js`, wasmBinaryUrl: `${folder}draco_decoder.wasm` };
     return Promise.all(Array.from({ length: count }, (_, i) => facts(`/${i}.glb`)));
   }, folder, draco_assets.length);
   const [ours, theirs] = [await facts_with('/psplit/draco/'), await facts_with('/modules/three/examples/jsm/libs/draco/gltf/')];
@@ -116,14 +124,15 @@ async ({ result, page, site }) => {
   assert.ok(site.requests.includes('/psplit/draco/draco_decoder.wasm'));
 });
 
-// The sample with a fallback: the container is in a file of its own.
+// The sample with a fallback has its container in a file of its own.
 const fallback = readFileSync(path.join(samples, 'fallback.gltf'), 'utf8');
 const of_fallback = (name) => readFileSync(path.join(samples, JSON.parse(fallback).buffers[name === 'container' ? 0 : 1].uri));
 function asset(at, change_container, change_json = () => {}) {
   const json = JSON.parse(fallback), container = of_fallback('container');
   change_container(container);
   change_json(json);
-  return { [`/${at}/a.gltf`]: JSON.stringify(json), [`/${at}/${json.buffers[0].uri}`]: container, [`/${at}/${json.buffers[1].uri}`]: of_fallback('data') };
+  return { [`/${at}/a.gltf`]: JSON.stringify(json), [`/${at}/${json.buffers[0].uri}`]: container,
+    [`/${at}/${json.buffers[1].uri}`]: of_fallback('data') };
 }
 const newer_version = (container) => { container[4] = 99; };
 const broken_patch = (container) => container.fill(0xff, 1800);
@@ -134,8 +143,8 @@ const only_fallback = (json) => {
 };
 
 page_test('fallback, errors, and the end of a load', { script: prepare, files: { '/': page,
-  ...asset('sample', () => {}), ...asset('plain', () => {}, only_fallback), ...asset('newer', newer_version), ...asset('broken', broken_patch),
-  ...asset('newer_only', newer_version, without_fallback),
+  ...asset('sample', () => {}), ...asset('plain', () => {}, only_fallback), ...asset('newer', newer_version),
+  ...asset('broken', broken_patch), ...asset('newer_only', newer_version, without_fallback),
   ...asset('wrong_count', () => {}, ({ accessors }) => { accessors[1].count = 7; }),
   ...asset('wrong_mode', () => {}, ({ meshes }) => { meshes[0].primitives[0].mode = 5; }),
   ...asset('two', () => {}, ({ meshes, nodes, scenes }) => {
@@ -153,9 +162,10 @@ page_test('fallback, errors, and the end of a load', { script: prepare, files: {
   assert.deepEqual([root, first], plain);
   assert.deepEqual(second, { ...first, name: 'node1' });
   const place = '/meshes/0/primitives/0/extensions/PSPLIT_mesh_draco_patches: ';
-  for (const [name, message] of [['broken', `${place}patch \\d+: Draco stream: `], ['newer_only', `${place}container: version 99`],
-    ['wrong_count', `${place}the accessor of NORMAL has 7 points, but the patches have 179`], ['wrong_mode', `${place}patches are triangle lists`]])
-    assert.match(await facts(name), new RegExp(message), name);
+  for (const [name, message] of [['broken', 'patch \\d+: Draco stream: '], ['newer_only', 'container: version 99'],
+    ['wrong_count', 'the accessor of NORMAL has 7 points, but the patches have 179'],
+    ['wrong_mode', 'patches are triangle lists']])
+    assert.match(await facts(name), new RegExp(place + message), name);
   // A load that is disposed ends its jobs.
   const jobs = await page.evaluate(async () => {
     const events = [];
@@ -180,10 +190,10 @@ page_test('fallback, errors, and the end of a load', { script: prepare, files: {
   assert.deepEqual(await facts('sample'), plain);
 });
 
-page_test('a frame', { skip: gltf_psplit === null && 'there is no gltf-psplit', headers: isolation, files, script: prepare },
+page_test('a frame', { skip: no_tool, headers: isolation, files, script: prepare },
   async ({ result, page }) => {
     await result;
-    // The pixels of a frame.
+    // Draws a frame, and returns its pixels' digest and number of colours.
     const draw = (url) => page.evaluate(async (url) => {
       const { Engine } = await import('@babylonjs/core/Engines/engine.js'), { Scene } = await import('@babylonjs/core/scene.js');
       const { AppendSceneAsync } = await import('@babylonjs/core/Loading/sceneLoader.js');

@@ -1,7 +1,8 @@
-// Pages in Chromium, for tests. A site has files, headers and a script; the script runs in a page as its own module, so
+// Opens pages in Chromium for tests. A site has files, headers and a script; the script runs in a page as its own module, so
 // that the page's Content-Security-Policy holds for it:
 //
-//   page_test('what holds', { headers: { 'Content-Security-Policy': "..." }, script: async () => (await import('/psplit/index.js')).ready() },
+//   page_test('what holds', { headers: { 'Content-Security-Policy': "..." },
+//     script: async () => (await import('/psplit/index.js')).ready() },
 //     async ({ result, page, site }) => assert.equal(await result, undefined));
 //
 // A test fails if the page or one of its workers reports an error that `errors` does not name. Without Chromium, tests are
@@ -21,12 +22,12 @@ export const kMostMs = 60000;
 const chromium = ['chromium', 'chromium-browser', 'google-chrome']
   .map((name) => spawnSync('sh', ['-c', `command -v ${name}`], { encoding: 'utf8' }).stdout.trim())
   .find((found) => found) ?? null;
-// The reason why tests are skipped, or false.
+// The reason to skip tests, or false.
 export const skip = chromium === null && 'there is no Chromium (Debian: chromium)';
 
 let browser = null;
 
-// The Chromium of this process. Its WebGL is computed by the processor.
+// Returns the Chromium of this process, which all tests share. The processor computes its WebGL.
 export async function open_browser() {
   const puppeteer = createRequire(path.join(modules_folder, 'package.json'))('puppeteer-core');
   // Chromium's sandbox does not work for root.
@@ -46,7 +47,8 @@ const kPage = '<!doctype html><meta charset="utf-8"><title>test</title><script t
  * Starts a server.
  * @param {object} [site]
  * @param {Object<string, string | Uint8Array | {folder: string} | null>} [site.files] by path: text, bytes, a folder (or a file)
- *   of this machine, or null: the server does not answer. By default the package is at /psplit/, npm's modules at /modules/, and page.js at /page.js.
+ *   of this machine, or null: the server does not answer. By default the package is at /psplit/, npm's modules at /modules/, and
+ *   page.js at /page.js.
  * @param {object | ((path: string) => object)} [site.headers] of every response
  * @param {object} [site.types] content types that differ, by extension; null for no type
  * @param {(argument: any) => Promise<*>} [site.script] the script /main.js of the page
@@ -77,7 +79,8 @@ export async function start_site({ files = {}, headers = {}, types = {}, script,
     response.end(body ?? '');
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve).unref());
-  return { origin: `http://127.0.0.1:${server.address().port}`, requests, close: () => server.close() && server.closeAllConnections() };
+  return { origin: `http://127.0.0.1:${server.address().port}`, requests,
+    close: () => server.close() && server.closeAllConnections() };
 }
 
 /**
@@ -93,7 +96,7 @@ export async function open_page(url) {
   page.on('requestfailed', (request) => errors.push(`${request.url()}: ${request.failure()?.errorText}`));
   page.on('error', (error) => errors.push(`crash: ${error.message}`));
   const log = await page.createCDPSession();
-  // Puppeteer leaves out what workers report.
+  // Puppeteer does not report the log entries of workers.
   log.on('Log.entryAdded', ({ entry }) => entry.level === 'error' && entry.source === 'worker' && errors.push(entry.text));
   await log.send('Log.enable');
   await page.goto(url, { timeout: kMostMs });
@@ -101,12 +104,13 @@ export async function open_page(url) {
 }
 
 /**
- * A test in a page of a site of its own (see start_site, whose options these are too).
+ * Adds a test, which has a site and a page of its own. The options are also those of start_site.
  * @param {string} name
  * @param {object} options
- * @param {RegExp[]} [options.errors] errors that the page must report; each must occur, and no others
+ * @param {RegExp[]} [options.errors] the errors that the page reports: each of these, and no others
  * @param {string | false} [options.skip] the reason why the test does not run
- * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check `result` is the script's
+ * @param {(of: {result: Promise<*>, page: object, site: object, errors: string[]}) => Promise<void>} check
+ *   `result` is the script's promise
  */
 export function page_test(name, { errors: expected = [], skip: why = false, ...options }, check) {
   if (!closes_browser) after(close_browser);
@@ -121,7 +125,8 @@ export function page_test(name, { errors: expected = [], skip: why = false, ...o
       result.catch(() => {});  // `check` awaits it later
       await check({ result, page, site, errors });
       assert.deepEqual(errors.filter((error) => !expected.some((pattern) => pattern.test(error))), []);
-      for (const pattern of expected) assert.ok(errors.some((error) => pattern.test(error)), `${pattern} does not occur: ${errors}`);
+      for (const pattern of expected)
+        assert.ok(errors.some((error) => pattern.test(error)), `${pattern} does not occur: ${errors}`);
     } finally {
       await opened?.close();
       site.close();

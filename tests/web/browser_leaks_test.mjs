@@ -7,14 +7,15 @@ import { encode, grid, streams } from './stock_draco.mjs';
 
 const all = [...streams()].map(([, bytes]) => bytes);
 // Several workers decode the container, if there is a tool to make a large one.
+const sample = path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb');
 const { bytes: container, attributes } = gltf_psplit !== null ? make_container(40000, 1500)
-  : compressed_primitives(path.join(root, 'gltf_ext/PSPLIT_mesh_draco_patches/samples/patches.glb'), 'PSPLIT_mesh_draco_patches')[0];
+  : compressed_primitives(sample, 'PSPLIT_mesh_draco_patches')[0];
 const files = { ...Object.fromEntries(all.map((bytes, i) => [`/${i}.drc`, bytes])), '/container.bin': container };
 const jobs_in_all = all.length + 1;
 const argument = { count: all.length, attributes };
 const wait = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-// Gives the page globalThis.psplit and globalThis.jobs: functions that decode with a pool, or with the package itself.
+// Sets globalThis.psplit and globalThis.jobs in the page. Jobs are functions that decode with a pool, or with the package itself.
 async function prepare({ count, attributes }) {
   const psplit = await import('/psplit/index.js'), { fetch_bytes } = await import('/page.js');
   const streams = await Promise.all(Array.from({ length: count }, (_, i) => fetch_bytes(`/${i}.drc`)));
@@ -24,9 +25,10 @@ async function prepare({ count, attributes }) {
   Object.assign(globalThis, { psplit, jobs });
 }
 
-// What a page or a worker holds: bytes of objects, of arrays, and of memories of WebAssembly; after a garbage collection.
+// Returns the bytes of objects, of arrays, and of WebAssembly memories in a page or a worker, after a garbage collection.
 async function held_by(session) {
-  const { result: { objectId: prototypeObjectId } } = await session.send('Runtime.evaluate', { expression: 'WebAssembly.Memory.prototype' });
+  const { result: { objectId: prototypeObjectId } } =
+    await session.send('Runtime.evaluate', { expression: 'WebAssembly.Memory.prototype' });
   const { objects: { objectId } } = await session.send('Runtime.queryObjects', { prototypeObjectId });
   const { result: { value: wasm } } = await session.send('Runtime.callFunctionOn', { objectId, returnByValue: true,
     functionDeclaration: 'function () { return this.reduce((sum, memory) => sum + memory.buffer.byteLength, 0); }' });
@@ -49,7 +51,7 @@ function check_same(after, before, more_wasm = 0) {
   assert.ok(grown.objects < 50000 && grown.arrays < 10000 && grown.wasm <= more_wasm, JSON.stringify({ before, after }));
 }
 
-// The workers of a page, as the DevTools protocol counts them. It knows of a start or an end a moment later.
+// Checks how many workers the DevTools protocol counts. It knows of a start or an end a moment later.
 async function check_workers(page, count) {
   for (let left = 500; left > 0 && page.workers().length !== count; --left) await wait(20);
   assert.equal(page.workers().length, count);
@@ -124,7 +126,8 @@ page_of('two pools side by side', async (page) => {
     pools[0].dispose();
     await jobs[0](pools[1]);
     globalThis.last = pools[1];
-    return { counts, meshes: meshes.length, same: meshes.every(({ faceCount }, i) => faceCount === meshes[i % jobs.length].faceCount) };
+    return { counts, meshes: meshes.length,
+      same: meshes.every(({ faceCount }, i) => faceCount === meshes[i % jobs.length].faceCount) };
   });
   assert.deepEqual(counts, { counts: [1, 2], meshes: 2 * jobs_in_all, same: true });
   await check_workers(page, 2);
@@ -135,7 +138,8 @@ page_of('two pools side by side', async (page) => {
 page_of('abort and dispose', async (page) => {
   const codes = await page.evaluate(async () => {
     const codes = new Set();
-    const settle = (promises) => Promise.all(promises.map((promise) => promise.then(() => codes.add('done'), ({ code }) => codes.add(code))));
+    const settle = (promises) =>
+      Promise.all(promises.map((promise) => promise.then(() => codes.add('done'), ({ code }) => codes.add(code))));
     for (let round = 0; round < 10; ++round) {
       const pool = psplit.createPool({ workers: 2 }), controller = new AbortController();
       const aborted = settle(jobs.map((job) => job(pool, { signal: controller.signal })));

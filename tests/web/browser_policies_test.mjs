@@ -1,4 +1,4 @@
-// What servers say: policies, isolation, content types, missing files, other origins. Every promise settles.
+// Every promise settles under all policies, isolation, content types, missing files and other origins.
 import assert from 'node:assert/strict';
 import path from 'node:path';
 import { page_test, start_site } from './browser.mjs';
@@ -11,7 +11,7 @@ const [{ bytes, attributes }] =
 const text = (data) => Buffer.from(data).toString('base64');
 const argument = { stream: text(stream), container: text(bytes), attributes };
 
-// Everything that a page does with the package at `from`. Returns how each promise settles.
+// Does everything that a page does with the package at `from`. Returns how each promise settles.
 async function use_all({ stream, container, attributes, from = '/psplit/index.js' }) {
   const { createPool, decodeContainer, decodeDraco, ready } = await import(from);
   const { bytes_of_text, outcome } = await import('/page.js');
@@ -19,7 +19,8 @@ async function use_all({ stream, container, attributes, from = '/psplit/index.js
   const outcomes = {
     ready: await outcome(ready()), stream: await outcome(decodeDraco(draco)),
     container: await outcome(decodeContainer(patches, { attributes })), pool: await outcome(pool.ready()),
-    pool_stream: await outcome(pool.decodeDraco(draco)), pool_container: await outcome(pool.decodeContainer(patches, { attributes })),
+    pool_stream: await outcome(pool.decodeDraco(draco)),
+    pool_container: await outcome(pool.decodeContainer(patches, { attributes })),
   };
   pool.dispose();
   return { outcomes, isolated: globalThis.crossOriginIsolated };
@@ -27,7 +28,7 @@ async function use_all({ stream, container, attributes, from = '/psplit/index.js
 
 const done = { ready: 'done', stream: 'done', container: 'done', pool: 'done', pool_stream: 'done', pool_container: 'done' };
 const works = (isolated) => async ({ result }) => assert.deepEqual(await result, { outcomes: done, isolated });
-// All except the names in `but` fail with a message.
+// Checks that all outcomes, except those named in `but`, are failures with a message.
 const fails = (message, but = []) => async ({ result }) => {
   for (const [name, outcome] of Object.entries((await result).outcomes)) {
     if (but.includes(name)) assert.equal(outcome, 'done', name);
@@ -45,11 +46,12 @@ const kEnough = "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'";
 const kStrict = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'; connect-src 'self'; " +
   "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 for (const [name, headers, isolated] of [['no policy', {}, false], ['a policy', policy(kEnough), false],
-  ['a strict policy', policy(kStrict), false], ['isolation', isolation, true], ['a policy and isolation', { ...policy(kEnough), ...isolation }, true]])
+  ['a strict policy', policy(kStrict), false], ['isolation', isolation, true],
+  ['a policy and isolation', { ...policy(kEnough), ...isolation }, true]])
   page_test(`it works under ${name}`, { headers, argument, script: use_all }, works(isolated));
 
-page_test('a policy without wasm-unsafe-eval', { headers: policy("script-src 'self'; worker-src 'self'"), argument, script: use_all },
-  fails(/^psplit\.wasm cannot be loaded: WebAssembly.*Content Security policy/));
+page_test('a policy without wasm-unsafe-eval', { headers: policy("script-src 'self'; worker-src 'self'"), argument,
+  script: use_all }, fails(/^psplit\.wasm cannot be loaded: WebAssembly.*Content Security policy/));
 page_test('a policy without workers', { headers: policy("script-src 'self' 'wasm-unsafe-eval'; worker-src 'none'"), argument,
   script: use_all, errors: [/worker-src/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
 page_test('a policy without connections', { headers: policy(`${kEnough}; connect-src 'none'`), argument, script: use_all,
@@ -64,25 +66,28 @@ page_test('trusted types with a policy of the page', {
       return url;
     } });` },
   argument, script: use_all }, works(false));
-// The page compiles the module, and posts it.
+// The page compiles the module and posts it, so the worker needs no permission.
 page_test('a policy of worker.js alone, without wasm-unsafe-eval', {
-  headers: (file) => (file === '/psplit/worker.js' ? policy("script-src 'self'") : {}), argument, script: use_all }, works(false));
+  headers: (file) => (file === '/psplit/worker.js' ? policy("script-src 'self'") : {}), argument, script: use_all },
+works(false));
 
 for (const type of ['application/octet-stream', 'text/plain', null])
   page_test(`psplit.wasm of the type ${type}`, { types: { '.wasm': type }, argument, script: use_all }, works(false));
 page_test('psplit.wasm is a page', { files: { '/psplit/psplit.wasm': '<!doctype html>' }, argument, script: use_all },
   fails(/^psplit\.wasm cannot be loaded: WebAssembly.*magic/));
-page_test('no psplit.wasm', { files: { '/psplit/psplit.wasm': { folder: '/nowhere' } }, argument, script: use_all, errors: [/psplit\.wasm: net::ERR_ABORTED|404/] },
-  fails(/^psplit\.wasm cannot be loaded: .*404$/));
-page_test('no worker.js', { files: { '/psplit/worker.js': { folder: '/nowhere' } }, argument, script: use_all, errors: [/worker\.js: net::ERR_FAILED|404/] },
-  fails(/^worker: the worker cannot be loaded$/, not_pool));
-page_test('worker.js is a page', { headers: (file) => (file === '/psplit/worker.js' ? { 'Content-Type': 'text/html' } : {}), argument,
+page_test('no psplit.wasm', { files: { '/psplit/psplit.wasm': { folder: '/nowhere' } }, argument, script: use_all,
+  errors: [/psplit\.wasm: net::ERR_ABORTED|404/] }, fails(/^psplit\.wasm cannot be loaded: .*404$/));
+page_test('no worker.js', { files: { '/psplit/worker.js': { folder: '/nowhere' } }, argument, script: use_all,
+  errors: [/worker\.js: net::ERR_FAILED|404/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
+page_test('worker.js is a page', {
+  headers: (file) => (file === '/psplit/worker.js' ? { 'Content-Type': 'text/html' } : {}), argument,
   script: use_all, errors: [/MIME type/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
 for (const file of ['worker.js', 'psplit.wasm'])
-  page_test(`the server does not answer for ${file}`, { files: { [`/psplit/${file}`]: null }, argument, script: async ({ stream }) => {
+  page_test(`the server does not answer for ${file}`, { files: { [`/psplit/${file}`]: null }, argument, script: async (of) => {
     const { createPool } = await import('/psplit/index.js'), { bytes_of_text, outcome } = await import('/page.js');
-    const pool = createPool({ workers: 1 }), controller = new AbortController();
-    const jobs = [pool.decodeDraco(bytes_of_text(stream), { signal: controller.signal }), pool.decodeDraco(bytes_of_text(stream))].map(outcome);
+    const pool = createPool({ workers: 1 }), controller = new AbortController(), { signal } = controller;
+    const stream = bytes_of_text(of.stream);
+    const jobs = [pool.decodeDraco(stream, { signal }), pool.decodeDraco(stream)].map(outcome);
     setTimeout(() => controller.abort(), 100);
     await jobs[0];
     pool.dispose();
@@ -98,7 +103,7 @@ page_test('psplit/inline under a policy that allows blobs', { argument: inline, 
 page_test('psplit/inline under a policy without blobs', { headers: policy(kEnough), argument: inline, script: use_all,
   errors: [/worker-src/] }, fails(/^worker: the worker cannot be loaded$/, not_pool));
 
-// The package on another origin: that of a second site.
+// The package comes from another origin, which is a second site.
 for (const [name, file, headers, check, errors] of [
   ['the package on another origin that allows it', 'index.js', { 'Access-Control-Allow-Origin': '*' },
     fails(/^worker: .*cannot be accessed from origin/, not_pool), []],

@@ -53,10 +53,12 @@ page_test('containers, on the calling thread and in a pool', {
     const pool = createPool({ workers: 2 });
     const facts = async ({ pointCount, indices, attributes }) => ({ points: pointCount, indices: indices.length,
       indices_sha256: await digest(indices),
-      attributes_sha256: Object.fromEntries(await Promise.all(attributes.map(async ({ name, array }) => [name, await digest(array)]))) });
+      attributes_sha256: Object.fromEntries(await Promise.all(
+        attributes.map(async ({ name, array }) => [name, await digest(array)]))) });
     const answers = await Promise.all(requests.map(async (attributes, i) => {
       const bytes = await fetch_bytes(`/${i}.bin`);
-      return Promise.all([decodeContainer(bytes, { attributes }).then(facts), pool.decodeContainer(bytes, { attributes }).then(facts)]);
+      return Promise.all([decodeContainer, (...of) => pool.decodeContainer(...of)]
+        .map((decode) => decode(bytes, { attributes }).then(facts)));
     }));
     pool.dispose();
     return answers;
@@ -65,12 +67,11 @@ page_test('containers, on the calling thread and in a pool', {
   const answers = await result;
   assert.ok(containers.length >= 9);
   for (const [i, { name, expected }] of containers.entries())
-    for (const { points, indices, indices_sha256, attributes_sha256 } of answers[i])
-      assert.deepEqual({ points, indices, indices_sha256, attributes_sha256 }, { points: expected.points, indices: expected.indices,
-        indices_sha256: expected.indices_sha256, attributes_sha256: expected.attributes_sha256 }, name);
+    for (const answer of answers[i])
+      for (const [fact, value] of Object.entries(answer)) assert.deepEqual(value, expected[fact], `${name}: ${fact}`);
 });
 
-// What loaders make of a stream: faces, and values of attributes as 32-bit floats, as draco3d decodes them.
+// Loaders have the faces and values that draco3d decodes. The values are 32-bit floats.
 const all_attributes = all.filter(([name]) => name.includes('more attributes'));
 const import_map = (imports) => `<!doctype html><script type="importmap">${JSON.stringify({ imports })}</script>
   <script type="module" src="/main.js"></script>`;
@@ -79,7 +80,8 @@ page_test("three's DRACOLoader on psplit/draco", {
   files: { ...files(all_attributes), '/': import_map({ three: '/modules/three/build/three.module.js' }) },
   argument: all_attributes.length,
   script: async (count) => {
-    const { DRACOLoader } = await import('/modules/three/examples/jsm/loaders/DRACOLoader.js'), { digest } = await import('/page.js');
+    const { DRACOLoader } = await import('/modules/three/examples/jsm/loaders/DRACOLoader.js');
+    const { digest } = await import('/page.js');
     const loader = new DRACOLoader().setDecoderPath('/psplit/draco/').setWorkerLimit(2);
     const answers = await Promise.all(Array.from({ length: count }, async (_, i) => {
       const { index, attributes } = await loader.loadAsync(`/${i}.drc`);
@@ -113,7 +115,8 @@ for (const workers of [2, 0])
         const mesh = await decoder.decodeMeshToMeshDataAsync(await fetch_bytes(`/${i}.drc`),
           { position: 0, normal: 1, uv: 2, color: 3 }, { color: true });
         return { points: mesh.totalVertices, indices: await digest(Uint32Array.from(mesh.indices)),
-          attributes: Object.fromEntries(await Promise.all(mesh.attributes.map(async ({ kind, data }) => [kind, await digest(data)]))) };
+          attributes: Object.fromEntries(await Promise.all(
+            mesh.attributes.map(async ({ kind, data }) => [kind, await digest(data)]))) };
       }));
       decoder.dispose();
       return answers;

@@ -1,4 +1,4 @@
-// The harness of pages itself: what a page reports, its test sees.
+// Tests of browser.mjs itself: a test sees everything that its page reports.
 import assert from 'node:assert/strict';
 import { page_test } from './browser.mjs';
 
@@ -15,7 +15,8 @@ page_test('errors of a page, its workers and its policy are seen', {
     await new Promise((resolve) => { new Worker('/worker.js').onerror = resolve; });
     await new Promise((resolve) => setTimeout(resolve, 200));
   },
-  errors: [/^from the page$/, /thrown in the page/, /404|\/nowhere/, /inline script violates/, /from a worker/, /thrown in a worker/],
+  errors: [/^from the page$/, /thrown in the page/, /404|\/nowhere/, /inline script violates/, /from a worker/,
+    /thrown in a worker/],
 }, ({ result }) => result);
 
 page_test('a script that rejects', { script: async () => { throw new RangeError('as it should'); } },

@@ -1,4 +1,4 @@
-// web/examples/bundlers, built by vite, webpack and esbuild, in Chromium; and imports where there is no page.
+// vite, webpack and esbuild build web/examples/bundlers, and Chromium shows it. Imports work where there is no page.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { cpSync, readFileSync, rmSync } from 'node:fs';
@@ -9,7 +9,7 @@ import { pathToFileURL } from 'node:url';
 import { open_page, page_test, skip } from './browser.mjs';
 import { modules_folder, package_folder, root } from './load.mjs';
 
-// A copy, in which the package is installed beside the bundlers' own packages, which are in a folder above.
+// The example is copied to a folder below the bundlers' packages, and the package is installed in it.
 const folder = path.join(root, 'build/web/bundlers');
 rmSync(folder, { recursive: true, force: true });
 cpSync(path.join(root, 'web/examples/bundlers'), folder, { recursive: true });
@@ -17,7 +17,7 @@ cpSync(package_folder, path.join(folder, 'node_modules/psplit'), { recursive: tr
 const bin = path.join(modules_folder, 'node_modules/.bin');
 
 const shown = ['Draco stream: 1826 faces, 991 points', 'Container: 1222 faces, 663 points'];
-// What the example's page shows when it is done.
+// Returns the text of the example's page when it is done.
 const text_of = async (page) => {
   await page.waitForSelector('[data-done]', { timeout: 30000 });
   return page.$$eval('figure', (figures) => figures.map(({ textContent }) => textContent));
@@ -25,7 +25,8 @@ const text_of = async (page) => {
 
 for (const bundler of ['vite', 'webpack', 'esbuild']) {
   test(`${bundler} builds the example`, { timeout: 60000 }, () => {
-    execFileSync('npm', ['run', '--silent', bundler], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'], env: { ...process.env, PATH: `${bin}:${process.env.PATH}` } });
+    const env = { ...process.env, PATH: `${bin}:${process.env.PATH}` };
+    execFileSync('npm', ['run', '--silent', bundler], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'], env });
   });
   page_test(`the page that ${bundler} built`, { files: { '/': { folder: path.join(folder, 'dist', bundler) } },
     headers: { 'Content-Security-Policy': "script-src 'self' 'wasm-unsafe-eval'; worker-src 'self'" } }, async ({ page }) => {
@@ -56,7 +57,8 @@ test("the example's bundlers are those of the tests", () => {
 
 // Servers import pages' code when they render pages. Nothing may happen then.
 const { exports: entries } = JSON.parse(readFileSync(path.join(package_folder, 'package.json')));
-const modules = Object.values(entries).map((entry) => entry.default).filter((file) => file?.endsWith('.js') && !file.startsWith('./draco/'));
+const modules = Object.values(entries).map((entry) => entry.default)
+  .filter((file) => file?.endsWith('.js') && !file.startsWith('./draco/'));
 test('importing has no effects in Node.js', () => {
   const source = `delete globalThis.navigator;
     const before = Object.keys(globalThis).length;
@@ -64,7 +66,9 @@ test('importing has no effects in Node.js', () => {
     if (Object.keys(globalThis).length !== before) throw new Error('a global variable');`;
   const urls = modules.map((file) => pathToFileURL(path.join(package_folder, file)).href);
   assert.ok(urls.length >= 3);
-  assert.equal(execFileSync(process.execPath, ['--input-type=module', '-e', source, ...urls], { encoding: 'utf8', timeout: 10000 }), '');
+  const printed = execFileSync(process.execPath, ['--input-type=module', '-e', source, ...urls],
+    { encoding: 'utf8', timeout: 30000 });
+  assert.equal(printed, '');
 });
 
 page_test('in a worker of the page, which may have workers too', {

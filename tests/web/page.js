@@ -1,4 +1,4 @@
-// What scripts of test pages import: bytes of the site, and digests of results.
+// Functions that scripts of test pages import.
 export async function fetch_bytes(url) {
   const response = await fetch(url);
   if (!response.ok) throw new Error(`${url}: ${response.status}`);
@@ -14,14 +14,14 @@ export async function digest(array) {
   return Array.from(new Uint8Array(hash), (byte) => byte.toString(16).padStart(2, '0')).join('');
 }
 
-// What the tests compare of a decoded mesh.
+// Returns the facts of a decoded mesh that tests compare.
 export async function digests({ faceCount, pointCount, indices, attributes }) {
   return { faceCount, pointCount, indices: await digest(indices),
     attributes: await Promise.all(attributes.map(async ({ uniqueId, componentCount, array }) =>
       ({ uniqueId, componentCount, type: array.constructor.name, values: await digest(array) }))) };
 }
 
-// How a promise settles: 'done', or its error. 'hangs' after 20 seconds.
+// Returns how a promise settles: 'done', its error, or 'hangs' after 20 seconds.
 export const outcome = (promise) => Promise.race([
   promise.then(() => 'done', ({ name, code, message }) => ({ name, code, message })),
   new Promise((resolve) => setTimeout(() => resolve('hangs'), 20000)),

@@ -141,6 +141,11 @@ test('the fallback is read if a container cannot be decoded', async () => {
       assert_sample('fallback.gltf', await geometry_of(gltf));
       await gltf.psplit.whole;
     }
+  const unreachable = structuredClone(json);
+  unreachable.buffers[0].uri = 'http://127.0.0.1:1/container.bin';
+  assert_sample('fallback.gltf', await geometry_of(await parse(unreachable)));
+  const mistake = () => { throw new RangeError('in a callback'); };
+  await assert.rejects(parse(json, { onProgress: mistake }), { message: /in a callback/, mesh: 0 });
   json.buffers[0].uri = data_uri(container.fill(0xff, 40));
   await assert.rejects(parse(json), { code: 'invalid-input' });  // an invalid container is an error of the asset
 });

@@ -15,8 +15,9 @@ const placed = (error, place) => error_from_data({ code: error.code, patch: erro
   message: `${place}/extensions/${kExtensionName}: ${error.message}` });
 const bytes_of = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
 
-// The bytes of an accessor without gaps.
-function packed(data, { byteOffset = 0, count, type }, { byteStride }, component_bytes) {
+// Returns the bytes of an accessor without gaps.
+function packed(data, { byteOffset = 0, componentType, count, type }, { byteStride }) {
+  const component_bytes = componentType >= 5125 ? 4 : componentType >= 5122 ? 2 : 1;
   const item_bytes = kComponentCounts[type] * component_bytes, bytes = new Uint8Array(count * item_bytes);
   for (let i = 0, from = byteOffset; i < count; ++i, from += byteStride ?? item_bytes)
     bytes.set(data.subarray(from, from + item_bytes), i * item_bytes);
@@ -69,7 +70,7 @@ class PatchesLoader {
     return column.container.arrays.then((arrays) => arrays.get(column.name));
   }
 
-  // Makes the accessors of a container; they have the numbers `attributes` and `indices`.
+  // Makes the accessors of a container. Returns their numbers.
   #add_accessors(gltf, { attributes, indices }, stored, place) {
     const container = { gltf, primitive: { attributes, indices }, stored, place, arrays: undefined };
     const add = (name, original) => {
@@ -84,7 +85,7 @@ class PatchesLoader {
       attributes: Object.fromEntries(stored.attributes.map(({ name }) => [name, add(name, attributes[name])])) };
   }
 
-  // The bytes of a container's columns, by their names.
+  // Returns the bytes of a container's columns by their names.
   async #decode(container) {
     const { gltf, primitive, stored, place } = container, { signal } = this.#abort;
     const data = await this.#load_view(gltf, stored.bufferView);
@@ -96,13 +97,14 @@ class PatchesLoader {
         ...mesh.attributes.map(({ name, array }) => [name, bytes_of(array)])]);
     } catch (error) {
       // A loader may read the fallback in place of a container, except if the container is invalid.
-      const columns = [[undefined, primitive.indices], ...stored.attributes.map(({ name }) => [name, primitive.attributes[name]])];
+      const columns = [[undefined, primitive.indices],
+        ...stored.attributes.map(({ name }) => [name, primitive.attributes[name]])];
       const has_fallback = columns.every(([, accessor]) => gltf.accessors[accessor].bufferView !== undefined);
       const is_fault = !(error instanceof PsplitError) || error.code === 'invalid-input' || error.code === 'aborted';
       if (is_fault || !has_fallback) throw placed(error, place);
       return new Map(await Promise.all(columns.map(async ([name, number]) => {
-        const accessor = gltf.accessors[number], component_bytes = accessor.componentType >= 5125 ? 4 : accessor.componentType >= 5122 ? 2 : 1;
-        return [name, packed(await this.#load_view(gltf, accessor.bufferView), accessor, gltf.bufferViews[accessor.bufferView], component_bytes)];
+        const accessor = gltf.accessors[number], { bufferView: view } = accessor;
+        return [name, packed(await this.#load_view(gltf, view), accessor, gltf.bufferViews[view])];
       })));
     }
   }

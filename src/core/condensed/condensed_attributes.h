@@ -60,7 +60,9 @@ class CondensedAttributes {
 
   // Makes the tokens ready, when the groups have their tables and the length of their sequences. `section` is
   // the first one, behind everything before attributes. `corners` are those of CondensedConnectivity.
-  PSPLIT_HD Fault start(const CondensedStream& stream, const SectionReader& section,
+  // Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault start(L lanes, const CondensedStream& stream, const SectionReader& section,
                         const VertexCorners<Index>& corners, Patch<Index>& patch,
                         View<IntegerDecoder<Index>> integers, Arena& arena) {
     size_t at = 0;
@@ -72,9 +74,10 @@ class CondensedAttributes {
         if (const Fault fault = own.start_words(0); fault != Fault::kNone) return fault;
         at += bytes;
       }
-      const Fault fault = attributes_[i].by_creation
-                              ? start_created(i, corners, own, stream, patch, arena)
-                              : start_traversed(i, own, stream.models, patch, integers[i], arena);
+      const Fault fault =
+          attributes_[i].by_creation
+              ? start_created(lanes, i, corners, own, stream, patch, arena)
+              : alone(lanes, [&] { return start_traversed(i, own, stream.models, patch, integers[i], arena); });
       if (fault != Fault::kNone) return fault;
     }
     return Fault::kNone;
@@ -202,52 +205,86 @@ class CondensedAttributes {
     return true;
   }
 
-  PSPLIT_HD Fault start_created(uint32_t i, const VertexCorners<Index>& corners, const SectionReader& section,
-                                const CondensedStream& stream, Patch<Index>& patch, Arena& arena) {
+  template <Lanes L>
+  PSPLIT_HD Fault start_created(L lanes, uint32_t i, const VertexCorners<Index>& corners,
+                                const SectionReader& section, const CondensedStream& stream,
+                                Patch<Index>& patch, Arena& arena) {
     CondensedAttribute<Index>& attribute = attributes_[i];
-    Attribute<Index>& description = patch.attributes[i];
+    const Attribute<Index>& description = patch.attributes[i];
     const AttributeModel& model = *attribute.model;
     const uint32_t group = description.group;
+    const AttributeTable<Index>& table = patch.groups[group].table;
     const bool has_known = i == 0 && stream.models.has_borders;
     Sequence<Index>& order = orders_[has_known ? orders_.size() - 1 : 2 * group + model.backward];
-    Fault fault = attribute.created.allocate(model, patch.groups[group].table, description, arena);
+    Fault fault = alone(lanes, [&] {
+      if (!has_known) share_order(group, model.backward, patch, order);
+      return attribute.created.allocate(model, table, patch.attributes[i], arena);
+    });
+    const bool has_order = !order.corner.empty();
+    lanes.sync();
     uint32_t known_count = 0;
-    if (fault == Fault::kNone && has_known)
-      fault = find_known(stream, patch, order, known_count, arena);
-    else if (fault == Fault::kNone)
-      share_order(group, model.backward, patch, order);
-    if (fault == Fault::kNone && (order.corner.empty() || has_known))
-      fault = find_order(model.backward, corners, patch, patch.groups[group].table, known_count, order, arena);
+    if (fault == Fault::kNone && !has_order)
+      fault = find_order(lanes, i, has_known, corners, stream, patch, known_count, order, arena);
     if (fault != Fault::kNone) return fault;
-    if (!share_predictors(i, order)) attribute.created.find_predictors(model, order, known_count);
-    if (!has_tables(*attribute.tables, attribute.created.used_tables())) return Fault::kEntropy;
-    attribute.tokens.start(section, stream.models, *attribute.tables, description.value_components(),
-                           attribute.created.table_of(), attribute.created.symbols());
-    return Fault::kNone;
+    if (!alone(lanes, [&] { return share_predictors(i, order); }))
+      attribute.created.find_predictors(lanes, model, order, known_count);
+    return alone(lanes, [&] {
+      if (!has_tables(*attribute.tables, attribute.created.used_tables())) return Fault::kEntropy;
+      attribute.tokens.start(section, stream.models, *attribute.tables, description.value_components(),
+                             attribute.created.table_of(), attribute.created.symbols());
+      return Fault::kNone;
+    });
+  }
+
+  // Finds the order of the attribute's values. Known values come first.
+  template <Lanes L>
+  PSPLIT_HD Fault find_order(L lanes, uint32_t i, bool has_known, const VertexCorners<Index>& corners,
+                             const CondensedStream& stream, Patch<Index>& patch, uint32_t& known_count,
+                             Sequence<Index>& order, Arena& arena) const {
+    const AttributeTable<Index>& table = patch.groups[patch.attributes[i].group].table;
+    Fault fault = alone(
+        lanes, [&] { return order.allocate(table.vertex_count, arena) ? Fault::kNone : Fault::kWorkspace; });
+    if (fault != Fault::kNone) return fault;
+    fill(lanes, order.rank, kNone<Index>);
+    if (has_known) fault = find_known(lanes, stream, patch, order, known_count, arena);
+    if (fault != Fault::kNone) return fault;
+    return find_order(lanes, attributes_[i].model->backward, corners, patch, table, known_count, order, arena);
   }
 
   // Sets the values of vertices on the border, which come first in the order.
-  PSPLIT_HD Fault find_known(const CondensedStream& stream, Patch<Index>& patch, Sequence<Index>& order,
-                             uint32_t& count, Arena& arena) const {
+  template <Lanes L>
+  PSPLIT_HD Fault find_known(L lanes, const CondensedStream& stream, Patch<Index>& patch,
+                             const Sequence<Index>& order, uint32_t& count, Arena& arena) const {
+    if (const Fault fault = walk_border(lanes, patch, arena, patch.walk); fault != Fault::kNone) return fault;
+    if (lanes.rank() == 0) patch.is_walked = true;
     const Attribute<Index>& attribute = patch.attributes[0];
     const AttributeTable<Index>& table = patch.groups[attribute.group].table;
     const uint32_t components = attribute.value_components();
-    if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
-    fill(order.rank, kNone<Index>);
-    if (const Fault fault = walk_border(patch, arena, patch.walk); fault != Fault::kNone) return fault;
-    patch.is_walked = true;
-    const View<Index> walk = patch.walk;
+    const View<const Index> walk = patch.walk;
     if (stream.known.size() != walk.size() * components) return Fault::kCounts;
-    for (size_t place = 0; place < walk.size(); ++place) {
-      const Index point = walk[place];
-      const Index vertex =
-          patch.corner_of_point.empty() ? point : table.table.vertex[patch.corner_of_point[point]];
-      if (order.rank[vertex] != kNone<Index>) continue;
-      order.corner[count] = 0;
-      order.rank[vertex] = static_cast<Index>(count++);
+    const auto set = [&](uint32_t place, Index vertex, uint32_t number) {
+      order.corner[number] = 0;
+      order.rank[vertex] = static_cast<Index>(number);
       for (uint32_t k = 0; k < components; ++k)
-        attribute.values[size_t{vertex} * value_stride(components) + k] = stream.known[place * components + k];
+        attribute.values[size_t{vertex} * value_stride(components) + k] =
+            stream.known[size_t{place} * components + k];
+    };
+    const auto length = static_cast<uint32_t>(walk.size());
+    if (patch.corner_of_point.empty()) {
+      // The points are the vertices, and no point is in the walk twice.
+      for_each_lane_item(lanes, length, [&](uint32_t place) { set(place, walk[place], place); });
+      lanes.sync();
+      count = length;
+      return Fault::kNone;
     }
+    count = alone(lanes, [&] {
+      uint32_t known = 0;
+      for (uint32_t place = 0; place < length; ++place) {
+        const Index vertex = table.table.vertex[patch.corner_of_point[walk[place]]];
+        if (order.rank[vertex] == kNone<Index>) set(place, vertex, known++);
+      }
+      return known;
+    });
     return Fault::kNone;
   }
 
@@ -271,24 +308,21 @@ class CondensedAttributes {
       if (!patch.groups[other].table.has_seams) order = orders_[2 * other + backward];
   }
   // Finds the order of a table's vertices. The known ones have their places in it.
-  PSPLIT_HD static Fault find_order(bool backward, const VertexCorners<Index>& corners,
+  template <Lanes L>
+  PSPLIT_HD static Fault find_order(L lanes, bool backward, const VertexCorners<Index>& corners,
                                     const Patch<Index>& patch, const AttributeTable<Index>& table,
-                                    uint32_t known_count, Sequence<Index>& order, Arena& arena) {
-    if (order.corner.empty()) {
-      if (!order.allocate(table.vertex_count, arena)) return Fault::kWorkspace;
-      fill(order.rank, kNone<Index>);
-    }
+                                    uint32_t known_count, const Sequence<Index>& order, Arena& arena) {
     CreationOrder<Index> creation(table.table, known_count, order);
     // Without seams only one corner can be the first one of a vertex.
     if (table.has_seams || corners.are_last != backward)
-      return backward ? creation.see_backward(patch.face_count) : creation.see_forward(patch.face_count);
-    if (!backward) return creation.see_first(corners.corner);
-    const size_t mark = arena.mark();
+      return alone(lanes, [&] {
+        return backward ? creation.see_backward(patch.face_count) : creation.see_forward(patch.face_count);
+      });
+    if (!backward) return creation.see_first(lanes, corners.corner);
+    Arena own = arena;  // the marks are released at the end
     View<uint8_t> marks;
-    if (!arena.take(marks, uint64_t{4} * patch.face_count)) return Fault::kWorkspace;
-    const Fault fault = creation.see_last(corners.corner, patch.face_count, marks);
-    arena.release(mark);
-    return fault;
+    if (!own.take(marks, uint64_t{4} * patch.face_count)) return Fault::kWorkspace;
+    return creation.see_last(lanes, corners.corner, patch.face_count, marks);
   }
   PSPLIT_HD Fault start_traversed(uint32_t i, const SectionReader& section, const CondensedModels& models,
                                   Patch<Index>& patch, IntegerDecoder<Index>& integers, Arena& arena) {

@@ -6,6 +6,7 @@
 #include "src/core/attributes.h"
 #include "src/core/condensed/models.h"
 #include "src/core/in_step.h"
+#include "src/core/value_chain.h"
 
 namespace psplit::core {
 
@@ -43,20 +44,77 @@ class CreationOrder {
   }
   // The same as see_forward or see_backward, if no other corner can be the first one of a vertex. `marks` has
   // room for a mark at each corner.
-  PSPLIT_HD Fault see_first(View<const Index> corners) {
+  // Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault see_first(L lanes, View<const Index> corners) {
     Seen seen = seen_;
-    for (size_t i = 0; i < corners.size(); ++i) seen.see(corners[i]);
+    if constexpr (L::size() == 1) {
+      for (size_t i = 0; i < corners.size(); ++i) seen.see(corners[i]);
+    } else {
+      for (uint32_t chunk = 0; chunk < corners.size(); chunk += L::size()) {
+        const uint32_t i = chunk + lanes.rank();
+        constexpr uint32_t kNoVertex = ~0u;
+        const uint32_t vertex = i < corners.size() ? seen.vertex[corners[i]] : kNoVertex;
+        uint32_t is_new = vertex != kNoVertex && seen.rank[vertex] == kNone<Index>;
+        // A vertex that others were merged into has several corners here. The first one counts.
+        for (uint32_t lane = 0; lane + 1 < L::size(); ++lane)
+          is_new &= lanes.shuffle(vertex, lane) != vertex || lane >= lanes.rank() ? 1 : 0;
+        lanes.sync();
+        const Scan<uint32_t> scan = exclusive_scan(lanes, is_new);
+        if (is_new != 0) {
+          seen.corner[seen.count + scan.before] = corners[i];
+          seen.rank[vertex] = static_cast<Index>(seen.count + scan.before);
+        }
+        seen.count += scan.total;
+        lanes.sync();
+      }
+    }
     return seen.finish();
   }
-  PSPLIT_HD Fault see_last(View<const Index> corners, uint32_t face_count, View<uint8_t> marks) {
+  template <Lanes L>
+  PSPLIT_HD Fault see_last(L lanes, View<const Index> corners, uint32_t face_count, View<uint8_t> marks) {
     const Seen seen = seen_;
     const bool has_known = seen.count > 0;
-    fill(marks, uint8_t{0});
-    for (size_t i = 0; i < corners.size(); ++i) {
+    fill(lanes, marks, uint8_t{0});
+    for_each_lane_item(lanes, static_cast<uint32_t>(corners.size()), [&](uint32_t i) {
       const Index corner = corners[i];
-      if (corner == kNone<Index>) continue;
-      marks[corner] = !has_known || seen.rank[seen.vertex[corner]] == kNone<Index>;
+      if (corner != kNone<Index>) marks[corner] = !has_known || seen.rank[seen.vertex[corner]] == kNone<Index>;
+    });
+    lanes.sync();
+    const uint32_t count = list_marked(lanes, face_count, marks);
+    lanes.sync();
+    for_each_lane_item(lanes, count - seen.count, [&](uint32_t i) {
+      seen.rank[seen.vertex[seen.corner[seen.count + i]]] = static_cast<Index>(seen.count + i);
+    });
+    lanes.sync();
+    return count == seen.rank.size() ? Fault::kNone : Fault::kConnectivity;
+  }
+
+ private:
+  // Appends the marked corners, backward. Returns the number of all.
+  template <Lanes L>
+  PSPLIT_HD uint32_t list_marked(L lanes, uint32_t face_count, View<const uint8_t> marks) const {
+    if constexpr (L::size() > 1) {
+      const Seen seen = seen_;
+      uint32_t count = seen.count;
+      for (uint32_t chunk = 0; chunk < face_count; chunk += L::size()) {
+        const uint32_t i = chunk + lanes.rank(), face = face_count - 1 - i;
+        const uint32_t marked = i < face_count ? load_le32(&marks[4 * size_t{face}]) : 0;
+        const Scan<uint32_t> scan =
+            exclusive_scan(lanes, (marked & 1) + (marked >> 8 & 1) + (marked >> 16 & 1));
+        uint32_t at = count + scan.before;
+        if ((marked >> 8 & 1) != 0) seen.corner[at++] = static_cast<Index>(4 * face + 1);
+        if ((marked >> 16 & 1) != 0) seen.corner[at++] = static_cast<Index>(4 * face + 2);
+        if ((marked & 1) != 0) seen.corner[at++] = static_cast<Index>(4 * face);
+        count += scan.total;
+      }
+      return count;
+    } else {
+      return list_marked(face_count, marks);
     }
+  }
+  PSPLIT_HD uint32_t list_marked(uint32_t face_count, View<const uint8_t> marks) const {
+    const Seen seen = seen_;
     uint32_t count = seen.count;
     for (uint32_t face = face_count; face-- > 0;) {
       constexpr uint32_t kAtCorner0 = 0xff;
@@ -70,12 +128,9 @@ class CreationOrder {
       seen.corner[count] = static_cast<Index>(4 * face);
       count += marked & 1;
     }
-    for (uint32_t i = seen.count; i < count; ++i)
-      seen.rank[seen.vertex[seen.corner[i]]] = static_cast<Index>(i);
-    return count == seen.rank.size() ? Fault::kNone : Fault::kConnectivity;
+    return count;
   }
 
- private:
   // A copy of it stays in registers.
   struct Seen {
     View<const Index> vertex;
@@ -99,6 +154,14 @@ class CreationOrder {
 // How an attribute's values are predicted: from one parallelogram, from the mean of two, or from the mean of
 // two that do not reach out as far.
 enum class CreationMode : uint8_t { kOne, kTwo, kDamped };
+
+// What one parallelogram predicts.
+template <CreationMode kMode, typename Block>
+PSPLIT_HD Block predicted_by(const Block& a, const Block& b, const Block& far, uint32_t reach) {
+  const Block p = a + b - far;
+  if constexpr (kMode != CreationMode::kDamped) return p;
+  return p - (p - (a + (b - a).shifted(1))).shifted(reach);
+}
 
 // The values that predict one value, as vertices. A value without a parallelogram is predicted from one that is
 // three times the same value. One more vertex than there are stands for a value of zeros.
@@ -147,18 +210,25 @@ class CreatedValues {
   }
   // Finds out what predicts each value. `order` has all vertices of the table; the values of the first
   // `known_count` are not stored.
-  PSPLIT_HD void find_predictors(const AttributeModel& model, const Sequence<Index>& order,
+  // Collective.
+  template <Lanes L>
+  PSPLIT_HD void find_predictors(L lanes, const AttributeModel& model, const Sequence<Index>& order,
                                  uint32_t known_count) {
-    order_ = order.corner.data();
-    zero_ = order.count;
-    count_ = order.count - known_count;
-    table_of_ = table_of_.first(count_);
+    if (lanes.rank() == 0) {
+      order_ = order.corner.data();
+      rank_ = order.rank.data();
+      zero_ = order.count;
+      known_count_ = known_count;
+      count_ = order.count - known_count;
+      table_of_ = table_of_.first(count_);
+    }
+    lanes.sync();
     const Search search{table_.opposite, table_.vertex, {order.corner.data() + known_count, count_},
                         order.rank,      known_count,   mask(model.backward)};
     if (mode_ == CreationMode::kOne)
-      find_predictors<false>(model, search);
+      find_predictors<false>(lanes, model, search);
     else
-      find_predictors<true>(model, search);
+      find_predictors<true>(lanes, model, search);
   }
   // Takes the predictors of another attribute, whose model has the same `two` and `mean`. Returns false if they
   // are not for this order, or not as this mode needs them.
@@ -166,7 +236,9 @@ class CreatedValues {
     const bool is_one = mode_ == CreationMode::kOne, other_is_one = other.mode_ == CreationMode::kOne;
     if (other.order_ != order.corner.data() || is_one != other_is_one) return false;
     order_ = other.order_;
+    rank_ = other.rank_;
     zero_ = other.zero_;
+    known_count_ = other.known_count_;
     count_ = other.count_;
     table_of_ = other.table_of_;
     predictors_ = other.predictors_;
@@ -189,12 +261,26 @@ class CreatedValues {
 
   PSPLIT_HD CreationMode mode() const { return mode_; }
   PSPLIT_HD uint32_t components() const { return components_; }
+  // Computes all values that have two or three components, as CreationSteps does, by lanes. Collective.
+  template <Lanes L>
+  PSPLIT_HD void predict(L lanes) {
+    const bool is_due = running() && (components_ == 2 || components_ == 3);
+    lanes.sync();
+    if (!is_due) return;
+    if (components_ == 2)
+      predict_components<2>(lanes);
+    else
+      predict_components<3>(lanes);
+    if (lanes.rank() == 0) at_ = count_;
+    lanes.sync();
+  }
   // Whether there are values to predict.
   PSPLIT_HD bool running() const { return at_ < count_; }
 
  protected:
   CornerTable<Index> table_;
   const Index* order_ = nullptr;  // of the predictors
+  const Index* rank_ = nullptr;   // by vertex: its place in the order
   View<uint32_t> symbols_;
   View<int32_t> values_;
   View<uint8_t> table_of_;
@@ -202,6 +288,7 @@ class CreatedValues {
   uint32_t components_ = 0, used_tables_ = 0, reach_ = 0;
   uint32_t at_ = 0, count_ = 0;  // of the stored values
   uint32_t zero_ = 0;            // the place of the zeros
+  uint32_t known_count_ = 0;
   CreationMode mode_ = CreationMode::kOne;
 
  private:
@@ -222,14 +309,68 @@ class CreatedValues {
     }
   };
 
-  template <bool kTwo>
-  PSPLIT_HD void find_predictors(const AttributeModel& model, const Search& search) {
+  template <uint32_t kComponents, Lanes L>
+  PSPLIT_HD void predict_components(L lanes) const {
+    switch (mode_) {
+      case CreationMode::kOne: return predict_by<kComponents, CreationMode::kOne>(lanes);
+      case CreationMode::kTwo: return predict_by<kComponents, CreationMode::kTwo>(lanes);
+      case CreationMode::kDamped: return predict_by<kComponents, CreationMode::kDamped>(lanes);
+    }
+  }
+  template <uint32_t kComponents, CreationMode kMode, Lanes L>
+  PSPLIT_HD void predict_by(L lanes) const {
+    constexpr uint32_t kValues = ValueLane<kComponents, L>::kValues, kStride = value_stride(kComponents);
+    constexpr uint32_t kPredictors = kMode == CreationMode::kOne ? 1 : 2, kSources = 3 * kPredictors;
+    const ValueLane<kComponents, L> lane(lanes);
+    const Predictors<Index>* const predictors = predictors_.data();
+    const uint32_t count = count_, known_count = known_count_, zero = zero_, reach = reach_;
+    const Index* const rank = rank_;
+    int32_t* const values = values_.data() + lane.component;
+    for (uint32_t first = 0; first < count; first += kValues) {
+      const uint32_t i = first + lane.value;
+      const bool is_busy = lane.is_busy() && i < count;
+      int32_t sources[kSources] = {}, correction = 0;
+      uint32_t from[kSources], vertex = 0;
+      for (uint32_t& each : from) each = kValues;
+      if (is_busy) {
+        const auto take = [&](uint32_t source, uint32_t v) {
+          const uint32_t place = v == zero ? 0 : rank[v];
+          if (place >= known_count + first && v != zero)
+            from[source] = place - known_count - first;
+          else
+            sources[source] = values[size_t{v} * kStride];
+        };
+        for (uint32_t p = 0; p < kPredictors; ++p) {
+          const Predictors<Index> by = predictors[size_t{i} * kPredictors + p];
+          take(3 * p, by.a()), take(3 * p + 1, by.b()), take(3 * p + 2, by.far());
+          if (p == 0) vertex = by.value();
+        }
+        correction = static_cast<int32_t>(signed_of_symbol(symbols_[size_t{i} * kComponents + lane.component]));
+      }
+      const int32_t value = chain_values<kComponents>(
+          lanes, count - first < kValues ? count - first : kValues, sources, from,
+          [&](const int32_t(&at)[kSources]) {
+            using Block = Components<1>;
+            Block created = predicted_by<kMode>(Block(at[0]), Block(at[1]), Block(at[2]), reach);
+            if constexpr (kPredictors == 2)
+              created =
+                  created +
+                  (predicted_by<kMode>(Block(at[3]), Block(at[4]), Block(at[5]), reach) - created).shifted(1);
+            return (created + Block(correction))[0];
+          });
+      if (is_busy) values[size_t{vertex} * kStride] = value;
+      lanes.sync();
+    }
+  }
+
+  template <bool kTwo, Lanes L>
+  PSPLIT_HD void find_predictors(L lanes, const AttributeModel& model, const Search& search) {
     const View<const Index> opposite = search.opposite, vertex = search.vertex;
     const View<Predictors<Index>> out = predictors_;
     const View<uint8_t> table_of = table_of_;
     const uint32_t value_count = count_;
     uint32_t used = 0;
-    for (uint32_t i = 0; i < value_count; ++i) {
+    for_each_lane_item(lanes, value_count, [&](uint32_t i) {
       const Index corner = search.corner[i], on_next = next(corner), on_previous = previous(corner);
       const Index a = vertex[on_next], b = vertex[on_previous], value = vertex[corner],
                   across = opposite[corner];
@@ -250,8 +391,10 @@ class CreatedValues {
       }
       table_of[i] = static_cast<uint8_t>(count);
       used |= 1u << count;
-    }
-    used_tables_ = used;
+    });
+    for (uint32_t step = 1; step < L::size(); step *= 2) used |= lanes.shuffle(used, lanes.rank() ^ step);
+    if (lanes.rank() == 0) used_tables_ = used;
+    lanes.sync();
   }
 
   // Finds the parallelograms at the corner of a value, and if `two`, at the neighbouring corners of its vertex
@@ -315,10 +458,8 @@ class CreationSteps : public CreatedValues<Index> {
     int32_t* const values = this->values_.data();
     for (uint32_t k = 0; k < count; k += kBlock) {
       const auto predicted = [&](const Predictors<Index>& by) {
-        const Block a(values + by.a() * stride + k), b(values + by.b() * stride + k);
-        const Block p = a + b - Block(values + by.far() * stride + k);
-        if constexpr (kMode != CreationMode::kDamped) return p;
-        return p - (p - (a + (b - a).shifted(1))).shifted(this->reach_);
+        return predicted_by<kMode>(Block(values + by.a() * stride + k), Block(values + by.b() * stride + k),
+                                   Block(values + by.far() * stride + k), this->reach_);
       };
       Block value = predicted(from[0]);
       if constexpr (kMode != CreationMode::kOne) value = value + (predicted(from[1]) - value).shifted(1);

@@ -117,8 +117,11 @@ Status BatchRecord::load_file(const fs::path& file, const std::function<bool(std
 
 std::pair<std::vector<BatchRecord::Fact>::const_iterator, std::vector<BatchRecord::Fact>::const_iterator>
 BatchRecord::facts(const std::string& name) const {
-  const auto found = std::ranges::equal_range(facts_, hash_of(name), std::less<>(), &Fact::name);
-  return {found.begin(), found.end()};
+  // clang 14 does not compile std::ranges::equal_range of libstdc++ 12.
+  const Hash128 hash = hash_of(name);
+  const auto is_before = [](const Fact& fact, const Hash128& other) { return fact.name < other; };
+  const auto begin = std::lower_bound(facts_.begin(), facts_.end(), hash, is_before);
+  return {begin, std::find_if(begin, facts_.end(), [&](const Fact& fact) { return fact.name != hash; })};
 }
 
 bool BatchRecord::knows(const std::string& name) const {

@@ -80,7 +80,8 @@ uint64_t unpacked_bytes(const std::string& path, uint64_t bytes) {
   if (bytes < 4 || !file.seekg(static_cast<std::streamoff>(bytes - 4)) ||
       !file.read(reinterpret_cast<char*>(size), 4))
     return bytes;
-  const uint64_t low = size[0] | size[1] << 8 | size[2] << 16 | uint64_t{size[3]} << 24;
+  uint64_t low = 0;
+  for (size_t i = 4; i-- > 0;) low = low << 8 | size[i];
   return std::max(low, bytes);
 }
 

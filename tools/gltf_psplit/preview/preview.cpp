@@ -37,8 +37,9 @@ Vectors vectors_of(const Attribute& attribute) {
   const size_t stride = attribute.stride();
   vectors.resize(attribute.values.size() / stride);
   for (size_t i = 0; i < vectors.size(); ++i)
-    convert_value(attribute.values.data() + i * stride, stored_type(attribute.component_type),
-                  attribute.normalized, ComponentType::kFloat32, 3, reinterpret_cast<std::byte*>(&vectors[i]));
+    convert_components(reinterpret_cast<const uint8_t*>(attribute.values.data()) + i * stride,
+                       stored_type(attribute.component_type), attribute.normalized, 3, core::DataType::kFloat32,
+                       reinterpret_cast<uint8_t*>(&vectors[i]));
   return vectors;
 }
 

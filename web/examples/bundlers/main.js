@@ -5,16 +5,16 @@ const pool = createPool();
 const fetch_bytes = async (url) => (await fetch(url)).arrayBuffer();
 const stream = fetch_bytes(new URL('./stream.drc', import.meta.url));
 const container = fetch_bytes(new URL('./container.bin', import.meta.url));
-// In glTF, the primitive and its accessors say this.
+// A glTF file has these facts in the primitive and its accessors.
 const attributes = [{ name: 'POSITION', uniqueId: 0, type: 'float32', componentCount: 3 }];
 
-// The triangles from above.
+// Draws the triangles, seen from above.
 function draw(name, { faceCount, pointCount, indices, attributes: [{ array: positions }] }) {
   const figure = document.body.appendChild(document.createElement('figure'));
   const canvas = figure.appendChild(document.createElement('canvas')), context = canvas.getContext('2d');
   figure.append(`${name}: ${faceCount} faces, ${pointCount} points`);
   [canvas.width, canvas.height] = [400, 400];
-  const [low, high] = positions.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+  const [low, high] = [positions.reduce((a, b) => Math.min(a, b)), positions.reduce((a, b) => Math.max(a, b))];
   const place = (point, axis) => 10 + 380 * (positions[3 * point + axis] - low) / (high - low);
   for (let face = 0; face < faceCount; ++face) {
     const [a, b, c] = indices.subarray(3 * face, 3 * face + 3);

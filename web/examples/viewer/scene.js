@@ -55,7 +55,8 @@ export class Stage {
     if (this.#model !== null) this.#remove(this.#model);
     this.#model = model;
     if (model !== null) {
-      for (const { material } of this.meshes) if (is_default(material)) material.setValues({ color: '#aeb7c6', metalness: 0, roughness: 0.6 });
+      for (const { material } of this.meshes)
+        if (is_default(material)) material.setValues({ color: '#aeb7c6', metalness: 0, roughness: 0.6 });
       this.#scene.add(model);
       this.#frame(model);
     }
@@ -75,7 +76,8 @@ export class Stage {
     for (const [patch, first, end] of ranges) geometry.addGroup(3 * first, 3 * (end - first), patch % kColours.length);
     if (!this.#materials.has(mesh)) {
       const flatShading = geometry.attributes.normal === undefined;
-      const coloured = kColours.map((color) => new MeshStandardMaterial({ color, side: DoubleSide, flatShading, roughness: 0.55, metalness: 0 }));
+      const coloured = kColours.map((color) =>
+        new MeshStandardMaterial({ color, side: DoubleSide, flatShading, roughness: 0.55, metalness: 0 }));
       this.#materials.set(mesh, { own: mesh.material, coloured });
     }
     this.#assign();

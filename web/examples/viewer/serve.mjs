@@ -13,7 +13,7 @@ export const headers = { 'Cache-Control': 'no-cache', 'X-Content-Type-Options': 
     "img-src 'self' blob: data:; connect-src 'self' blob: data:; base-uri 'none'; form-action 'none'" };
 
 export const server = createServer((request, response) => {
-  const url = decodeURIComponent(new URL(request.url, 'http://localhost').pathname);
+  const url = new URL(request.url, 'http://localhost').pathname;  // no name has escapes
   const file = path.join(folder, url.endsWith('/') ? `${url}index.html` : url);
   if (!file.startsWith(folder) || !existsSync(file) || !statSync(file).isFile()) return response.writeHead(404, headers).end();
   response.writeHead(200, { ...headers, 'Content-Type': kTypes[path.extname(file)] ?? 'application/octet-stream' });

@@ -83,7 +83,8 @@ async function decode(asset, pool, signal) {
   };
   const manager = new LoadingManager().setURLModifier(asset.resolve);
   const loader = new GLTFLoader(manager).setMeshoptDecoder(MeshoptDecoder).setDRACOLoader(new PsplitDracoLoader({ manager, pool }));
-  loader.register((parser) => new PsplitPlugin(parser, { pool, signal, patchByPatch: element('growing').checked, onProgress, onPart, file: asset.name }));
+  const options = { pool, signal, patchByPatch: element('growing').checked, onProgress, onPart, file: asset.name };
+  loader.register((parser) => new PsplitPlugin(parser, options));
   const begin = performance.now();
   const gltf = await loader.parseAsync(asset.bytes.slice(0), '');
   signal.throwIfAborted();
@@ -119,7 +120,8 @@ function show_facts({ psplit }, { asset, streams, first_ms, whole_ms, workers })
   for (const [{ index, attributes }, facts] of geometries) {
     triangles += (index ?? attributes.position).count / 3;
     points += attributes.position.count;
-    for (const attribute of new Set([index, ...Object.values(attributes)])) decoded += (attribute?.data ?? attribute)?.array.byteLength ?? 0;
+    for (const attribute of new Set([index, ...Object.values(attributes)]))
+      decoded += (attribute?.data ?? attribute)?.array.byteLength ?? 0;
     if (facts === null) continue;
     patches += facts.patchCount;
     ++containers;
@@ -169,7 +171,8 @@ function time_rows({ name, what, ms, factor }, most) {
   const bars = make('tr', bar);
   bars.className = name === 'psplit' ? 'ours' : '';
   bars.ariaHidden = 'true';
-  return [make('tr', head, make('td', duration(ms)), make('td', factor === undefined ? '' : `${number(factor, factor === 1 ? 0 : 1)} ×`)), bars];
+  const over = factor === undefined ? '' : `${number(factor, factor === 1 ? 0 : 1)} ×`;
+  return [make('tr', head, make('td', duration(ms)), make('td', over)), bars];
 }
 
 async function show_times(signal) {
@@ -181,10 +184,19 @@ async function show_times(signal) {
   set_state('measuring');
   element('compared').textContent = 'Measuring …';
   const is_stock = streams.every(({ kind }) => kind === 'draco');
-  const stock = of_sample === null || is_stock ? null : await streams_of_glb((await sample_asset({ ...of_sample, coding: 'draco' }, signal)).bytes);
+  const stock = of_sample === null || is_stock ? null
+    : await streams_of_glb((await sample_asset({ ...of_sample, coding: 'draco' }, signal)).bytes);
   const apart = streams.map((stream) => (stream.kind === 'draco' ? [stream] : patches_of(stream)));
   const others = { stock, patches: is_stock || apart.includes(null) ? null : apart.flat() };
-  const { rows, rounds } = await compare(streams, { ...others, workers }, signal);
+  let compared;
+  try {
+    compared = await compare(streams, { ...others, workers }, signal);
+  } catch (error) {
+    signal.throwIfAborted();
+    element('compared').textContent = `The decoders cannot be compared: ${error.message}`;
+    return set_state('measured');
+  }
+  const { rows, rounds } = compared;
   const most = Math.max(...rows.map(({ ms }) => ms));
   element('times').tBodies[0].replaceChildren(...rows.flatMap((row) => time_rows(row, most)));
   element('times').hidden = false;
@@ -202,7 +214,8 @@ async function sample_asset({ name, coding }, signal) {
 // The controls
 
 function press(group, attribute, value) {
-  for (const button of element(group).querySelectorAll('button')) button.setAttribute('aria-pressed', String(button.dataset[attribute] === value));
+  for (const button of element(group).querySelectorAll('button'))
+    button.setAttribute('aria-pressed', String(button.dataset[attribute] === value));
 }
 async function open_sample(change) {
   sample = { ...sample, ...change };

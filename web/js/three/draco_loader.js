@@ -72,6 +72,8 @@ export class PsplitDracoLoader extends Loader {
     const loader = new FileLoader(this.manager);
     loader.setPath(this.path).setResponseType('arraybuffer').setRequestHeader(this.requestHeader)
       .setWithCredentials(this.withCredentials);
+    loader.setPriority?.(this.priority);  // of newer versions
+    loader.setCache?.(this.cache);
     loader.load(url, (buffer) => this.parse(buffer, onLoad, onError), onProgress, onError);
   }
 

@@ -9,13 +9,16 @@ import { GrowingMesh } from './growing_mesh.js';
 
 let default_pool;
 
-// Rejects when the signal aborts, also if the promise never settles.
+// Of bytes that are fetched. Rejects when the signal aborts, also if the promise never settles.
 const until_abort = (promise, signal) => new Promise((resolve, reject) => {
   const abort = () => reject(new PsplitError('aborted', 'aborted'));
   if (signal.aborted) abort();
   signal.addEventListener('abort', abort);
-  promise.then(resolve, reject);
+  promise.then(resolve, (error) => reject(new PsplitError(error.message ?? String(error), 'failed')));
 });
+
+// A loader may read the fallback in place of a container that it cannot decode, except if the container is invalid.
+const may_fall_back = ({ code }) => code === 'failed' || code === 'unsupported' || code === 'out-of-memory';
 
 export class PsplitPlugin {
   name = kExtensionName;
@@ -101,7 +104,8 @@ export class PsplitPlugin {
       data.needsUpdate = true;
     });
     for (const column of container.columns)
-      growing.buffers.then(() => this.#parser.getDependency('accessor', column.number)).then((attribute) => attributes.set(column, attribute));
+      growing.buffers.then(() => this.#parser.getDependency('accessor', column.number))
+        .then((attribute) => attributes.set(column, attribute));
     const whole = this.#decoded(container, growing).catch((error) => {
       growing.clear();
       throw error;
@@ -147,9 +151,7 @@ export class PsplitPlugin {
       container.patches = { bytes: bytes.byteLength, faceCount, pointCount, version, patchCount, hasResidue, firstFaces };
       return [mesh.indices, ...mesh.attributes.map(({ array }) => array)];
     } catch (error) {
-      // A loader may read the fallback in place of a container, except if the container is invalid.
-      const is_final = error.code === 'aborted' || error.code === 'invalid-input';
-      if (is_final || !container.has_fallback || growing?.has_begun === true) throw error;
+      if (!may_fall_back(error) || !container.has_fallback || growing?.has_begun === true) throw error;
       return this.#fallback(container);
     }
   }
