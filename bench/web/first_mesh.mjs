@@ -1,6 +1,6 @@
 // Measures the time of a page's first mesh in Chromium, from the page's begin until the decoded arrays are there. Each
-// measurement has a page of its own in a fresh profile, without a cache. The server is on the same machine, and sends files as they are. The
-// package is bundled, as pages have it.
+// measurement has a page of its own in a fresh profile, without a cache. The server is on the same machine, and sends files as
+// they are. The package is bundled, as pages have it.
 import { copyFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import path from 'node:path';
