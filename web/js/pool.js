@@ -185,6 +185,8 @@ class Pool {
     } catch (cause) {
       return this.#cancel(task, cause);  // of the caller's functions
     }
+    // Helpers have no error of the job. If one fails otherwise, the lead would wait for it.
+    if (member !== task.members[0]) return this.#cancel(task, error_from_data(error));
     for (const other of task.members) other.task = null;
     if (error === undefined) task.resolve(result);
     else task.reject(error_from_data(error));

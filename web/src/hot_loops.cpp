@@ -49,7 +49,8 @@ template void step_all<kInStep, ParallelogramSteps<Index, 3>>(ParallelogramSteps
 template void step_all<kInStep, ParallelogramSteps<Index, 2>>(ParallelogramSteps<Index, 2>* const*, uint32_t);
 template void step_all<kInStep, NormalSteps<Index>>(NormalSteps<Index>* const*, uint32_t);
 template void step_created<kInStep>(CreatedValues<Index>* const*, uint32_t);
-template void CreatedValues<Index>::find_predictors(const AttributeModel&, const Sequence<Index>&, uint32_t);
+template void CreatedValues<Index>::find_predictors(SerialLanes, const AttributeModel&, const Sequence<Index>&,
+                                                    uint32_t);
 template Fault predict_by_constrained_multi_parallelogram(WrappedValues<Index, 3>,
                                                           const View<uint8_t> (&)[kMaxParallelograms], Arena&);
 template Fault predict_from_positions(const PredictedValues<Index, 2>&, const Positions<Index>&,
