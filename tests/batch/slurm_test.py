@@ -66,7 +66,7 @@ def run(*words, **options):
     return done.stdout
 
 
-def wait_until(what, holds, seconds=60):
+def wait_until(what, holds, seconds=80):
     end = time.monotonic() + seconds
     while not holds():
         if time.monotonic() > end:
@@ -82,7 +82,7 @@ def logs():
 def submit(tasks, **options):
     """The number of the job."""
     return run("sbatch", "--parsable", f"--array=0-{tasks - 1}", "--output=log/%A_%a", root / "contrib/slurm/batch.sbatch",
-               PLAN="plan.jsonl", OUT="out", PSPLIT_OPTIONS="--timeout 8", **options).strip()
+               PLAN="plan.jsonl", OUT="out", PSPLIT_OPTIONS="--timeout 15", **options).strip()
 
 
 def states(job):

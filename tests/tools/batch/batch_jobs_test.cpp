@@ -279,6 +279,7 @@ TEST_F(BatchJobs, SignalsStopItWithinSecondsAndTheNextRunGoesOn) {
   ASSERT_EQ(mkfifo(path("in/hang.glb").c_str(), 0600), 0);
   for (const int signal : {SIGTERM, SIGINT}) {
     fs::remove_all(path("out"));
+    fs::remove(path("out.txt"));
     const pid_t child = start("exec $P batch in/hang.glb 'in/*' -o out --progress json -q -j 2");
     // A signal that comes before the first asset would just end the process.
     for (int i = 0; i < 3000 && read_bytes(path("out.txt")).empty(); ++i)
