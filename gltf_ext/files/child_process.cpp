@@ -176,6 +176,10 @@ class ForkedChild : public ChildProcess {
 
   ProcessEnd wait() override {
     if (process_ <= 0) return end_;
+    siginfo_t info;
+    while (::waitid(P_PID, static_cast<id_t>(process_), &info, WEXITED | WNOWAIT) < 0 && errno == EINTR) {
+    }
+    ::kill(-process_, SIGKILL);  // its commands; until it is reaped, no other group has its number
     end_ = wait_for(process_);
     process_ = -1;
     return end_;

@@ -44,8 +44,9 @@ class ParentLink {
 };
 
 // A copy of this process (fork), for work that may have to be killed. It and all commands that it runs form a
-// process group, and they are killed when the parent ends in any way. The copy has no threads of the parent: do
-// not start any before.
+// process group, which `kill` and `wait` end. If the parent itself is killed, the copy and the shells that it
+// runs die with it, but the processes that these shells started do not. The copy has no threads of the parent:
+// do not start any before.
 class ChildProcess {
  public:
   // The child runs `work` and exits with the code that it returns; no destructors of the parent's objects run.

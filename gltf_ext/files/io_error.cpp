@@ -8,8 +8,8 @@
 namespace psplit {
 namespace {
 
-constexpr std::array kPassing = {ENOSPC, EDQUOT, ENOMEM, EMFILE, ENFILE,   EAGAIN,
-                                 EINTR,  ESTALE, EBUSY,  EIO,    ETIMEDOUT};
+constexpr std::array kPassing = {ENOSPC, EDQUOT, ENOMEM, EMFILE, ENFILE,    EAGAIN,
+                                 EINTR,  ESTALE, EBUSY,  EIO,    ETIMEDOUT, ENOLCK};
 
 }  // namespace
 

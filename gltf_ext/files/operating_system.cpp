@@ -30,7 +30,7 @@ Status failure(const std::filesystem::path& path) { return io_error("cannot use 
 Expected<bool> lock(int descriptor, int kind, const std::filesystem::path& path) {
   const auto deadline = Clock::now() + kLockPatience;
   while (::flock(descriptor, kind | LOCK_NB) != 0) {
-    if (errno != EWOULDBLOCK) return failure(path);
+    if (errno != EWOULDBLOCK) return io_error("cannot lock " + path.string(), errno);
     if (Clock::now() > deadline) return false;
     std::this_thread::sleep_for(kLockRefresh);
   }
@@ -79,10 +79,15 @@ Expected<bool> LockedLog::open(const std::filesystem::path& path) {
   if (descriptor_ < 0) return failure(path);
   const Expected<bool> locked = lock(descriptor_, LOCK_EX, path);
   if (!locked || !*locked) return locked;
+  resume();
+  return true;
+}
+
+void LockedLog::resume() {
+  if (descriptor_ < 0) return;
   char last = '\n';
   const off_t end = ::lseek(descriptor_, 0, SEEK_END);
   is_cut_short_ = end > 0 && ::pread(descriptor_, &last, 1, end - 1) == 1 && last != '\n';
-  return true;
 }
 
 Status LockedLog::append(std::string_view lines) {
@@ -115,16 +120,18 @@ Expected<bool> GroupLock::join(const std::filesystem::path& path, const std::str
     // The first process of a group is alone for the moment in which it writes the name.
     if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
       const auto size = static_cast<ssize_t>(group.size());
-      if (::ftruncate(descriptor_, 0) != 0 || ::pwrite(descriptor_, group.data(), group.size(), 0) != size)
+      // The file is never empty in between, also if the disk is full.
+      if (read_text(descriptor_) != group &&
+          (::pwrite(descriptor_, group.data(), group.size(), 0) != size || ::ftruncate(descriptor_, size) != 0))
         return failure(path);
     } else if (errno != EWOULDBLOCK) {
-      return failure(path);
+      return io_error("cannot lock " + path.string(), errno);
     }
     if (::flock(descriptor_, LOCK_SH | LOCK_NB) == 0) {
       if (read_text(descriptor_) == group) return true;
       ::flock(descriptor_, LOCK_UN);
     } else if (errno != EWOULDBLOCK) {
-      return failure(path);
+      return io_error("cannot lock " + path.string(), errno);
     }
     if (Clock::now() > deadline) return false;
   }

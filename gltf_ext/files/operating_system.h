@@ -35,6 +35,8 @@ class LockedLog {
   // Creates the file if it does not exist. Waits up to two seconds for an owner that is about to end. False if
   // another process then still owns the file. Errors: those of io_error.
   Expected<bool> open(const std::filesystem::path& path);
+  // Looks again whether the last line was cut short: another process may have appended to the same open file.
+  void resume();
   // Writes lines in one call, so that a kill damages the last line at most. A line that could only be written
   // in part is ended by the next call. Errors: those of io_error.
   Status append(std::string_view lines);

@@ -253,15 +253,48 @@ TEST_F(BatchJobs, AWorkerThatIsKilledIsReplaced) {
   EXPECT_EQ(shell("$P batch 'in/*' -o out -q --report report.json"), 0) << err_;
 }
 
-TEST_F(BatchJobs, AssetsBeginOnlyIfTheyFitIntoMemory) {
+// An estimate may be too high: what does not fit runs alone.
+TEST_F(BatchJobs, AnAssetThatDoesNotFitRunsAlone) {
   generate_many(3);
   generate("in/large.glb", "200k");
-  EXPECT_EQ(shell("$P batch 'in/*' -o out --memory 40MB --progress json -q -j 3"), 75);
-  EXPECT_EQ(progress()["in/large.glb"], "failed");
-  EXPECT_EQ(count(progress(), "encoded"), 3u);
-  EXPECT_TRUE(contains(err_, "--memory allows")) << err_;
-  EXPECT_EQ(shell("$P batch 'in/*' -o out --memory 200MB --progress json -q -j 3"), 0) << err_;
-  EXPECT_EQ(progress()["in/large.glb"], "encoded");
+  EXPECT_EQ(shell("$P batch 'in/*' -o out --memory 30MB --progress json -q -j 3"), 0) << err_;
+  EXPECT_EQ(count(progress(), "encoded"), 4u);
+}
+
+TEST_F(BatchJobs, MergeDoesNotTakeReportsOfAnotherPlan) {
+  generate_many(4);
+  for (const char* shard : {"0/2", "1/2"})
+    ASSERT_EQ(shell(std::string("$P batch 'in/*' -o out -q --shard ") + shard), 0);
+  ASSERT_EQ(shell("$P batch merge out -q --report merged.json"), 0) << err_;
+  generate("in/more.glb");
+  ASSERT_EQ(shell("$P batch 'in/*' -o out -q --shard 0/2"), 0);
+  EXPECT_EQ(shell("$P batch merge out -q --report merged.json"), 75);
+  EXPECT_TRUE(contains(err_, "have not finished: 1")) << err_;
+}
+
+TEST_F(BatchJobs, TwoAssetsOfAManifestCannotHaveOneName) {
+  generate_many(2);
+  const auto line = [](const char* input) { return Json{{"input", input}, {"name", "x.glb"}}.dump() + "\n"; };
+  write("list.jsonl", line("in/0.glb") + line("in/1.glb"));
+  EXPECT_EQ(shell("$P batch --manifest list.jsonl -o out -q --progress json"), 1);
+  EXPECT_EQ(progress()["in/1.glb"], "failed");
+  EXPECT_TRUE(contains(err_, "has the same name")) << err_;
+}
+
+// A link that someone put at the place of an output, and a file at the place of one that could not be written.
+TEST_F(BatchJobs, WhatOthersPutAtAnOutputsPlaceStays) {
+  generate("in/d/a.glb");
+  generate("in/b.glb");
+  write("out/d", "a file where a folder should be");
+  EXPECT_EQ(shell("$P batch 'in/**/*.glb' -o out -q"), 2);
+  fs::remove(path("out/d"));
+  write("out/d/a.glb", "theirs");
+  write("precious.glb", "theirs");
+  fs::remove(path("out/b.glb"));
+  fs::create_symlink(path("precious.glb"), path("out/b.glb"));
+  EXPECT_EQ(shell("$P batch 'in/**/*.glb' -o out -q --force"), 1);
+  EXPECT_EQ(read_bytes(path("out/d/a.glb")), "theirs");
+  EXPECT_EQ(read_bytes(path("precious.glb")), "theirs");
 }
 
 TEST_F(BatchJobs, AFullDiskMayPass) {
@@ -378,6 +411,7 @@ TEST_F(BatchJobs, TransfersThatFailMayPassAndMissingInputsMayNot) {
   EXPECT_TRUE(contains(err_, "bytes instead of 7")) << err_;
   EXPECT_EQ(shell(batch + "'exit 1'"), 75);
   EXPECT_EQ(shell(batch + "'exit 66'"), 2);
+  EXPECT_EQ(shell(batch + "no-such-command"), 1);
   EXPECT_EQ(shell(batch + "true"), 75);
   EXPECT_TRUE(contains(err_, "--fetch made no file")) << err_;
   write("list.jsonl",

@@ -95,11 +95,10 @@ Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
   const uint64_t memory = estimate_memory(job.input.string(), arguments_.verb);
   job.outcome.memory = memory;
   bool waited = false;
-  const Expected<MemoryBudget::Share> share = memory_.take(memory, [&] {
+  const MemoryBudget::Share share = memory_.take(memory, [&] {
     waited = true;
     waits(true);
   });
-  if (!share) return share.status();
   if (waited) waits(false);
   return work_on_file(job);
 }
@@ -144,10 +143,14 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
   BatchOutcome& outcome = job.outcome;
   const bool replaces = record_.knows(job.record_name);
   std::error_code error;
-  fs::create_directories(job.output.parent_path(), error);  // if it fails, writing reports it
+  fs::create_directories(job.output.parent_path(), error);
+  if (error) return io_error("cannot make the folder " + job.output.parent_path().string(), error.value());
   if (Status status = record_.begin(job.record_name); !status.ok()) return status;
-  if (Status status = write_document(document, job.output, arguments_.write, &outcome.written); !status.ok())
+  if (Status status = write_document(document, job.output, arguments_.write, &outcome.written); !status.ok()) {
+    // What others put there from now on is theirs. If this fails as well, the failure to write is reported.
+    static_cast<void>(record_.withdraw(job.record_name));
     return status;
+  }
   log_written(outcome.written, session_.log, job.item.input + ": ");
   outcome.sizes.output = bytes_on_disk(job.output.string());
   const Expected<Document> written = read_document(job.output);
@@ -237,9 +240,9 @@ bool AssetWork::is_checked(Job& job, const std::string& key) const {
 // Files in the folder that no batch made are not replaced. A storage is protected by --store (PSPLIT_REPLACE).
 Status AssetWork::check_output(const Job& job) const {
   std::error_code error;
-  if (!arguments_.staging.store.empty() || record_.knows(job.record_name) ||
-      !fs::exists(fs::symlink_status(job.output, error)))
-    return {};
+  if (!arguments_.staging.store.empty()) return {};
+  const fs::file_status found = fs::symlink_status(job.output, error);
+  if (!fs::exists(found) || (record_.knows(job.record_name) && !fs::is_symlink(found))) return {};
   return {StatusCode::kUsage,
           job.output.string() + " exists, and no batch made it: move it away, or choose another --out-dir"};
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <deque>
 #include <map>
+#include <random>
+#include <set>
 
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
@@ -44,24 +46,40 @@ class Items {
     Expected<std::vector<BatchItem>> planned = plan_batch(arguments.request);
     if (!planned) return planned.status();
     planned_ = std::move(*planned);
+    for (const BatchItem& item : planned_) note(item);
     std::erase_if(planned_, [&](const BatchItem& item) { return !shard_.owns(item.name); });
     count_ = planned_.size();
     return {};
   }
   const std::vector<BatchItem>& planned() const { return planned_; }
   uint64_t count() const { return count_; }  // 0 if it is not known
+  // Names what all shards together work on, once all items were read.
+  std::string plan() const { return plan_.hex(); }
+  // Whether an earlier item of this shard has the same name. `batch plan` excludes that, so that only other
+  // manifests take memory for their names.
+  bool repeats_name(const BatchItem& item) {
+    return manifest_ && !manifest_->head() && !names_.insert(hash_of(item.name)).second;
+  }
 
   // Nothing at the end. Errors: those of Manifest::next.
   Expected<std::optional<BatchItem>> next() {
     if (!manifest_) return next_ < planned_.size() ? std::optional(planned_[next_++]) : std::nullopt;
     for (;;) {
       Expected<std::optional<BatchItem>> item = manifest_->next();
+      if (item && *item) note(**item);
       if (!item || !*item || shard_.owns((*item)->name)) return item;
     }
   }
 
  private:
+  void note(const BatchItem& item) {
+    plan_.add_framed(item.name);
+    plan_.add_framed(item.input);
+  }
+
   Shard shard_;
+  ContentHash plan_;
+  std::set<Hash128> names_;
   std::optional<Manifest> manifest_;
   std::vector<BatchItem> planned_;
   size_t next_ = 0;
@@ -74,18 +92,18 @@ class Batch {
       : arguments_(arguments), session_(session), tally_(arguments.verb) {}
 
   Status run() {
+    const StopSignals signals;
+    signals_ = &signals;
     if (Status status = prepare(); !status.ok()) return status;
     const Stopwatch watch;
     {
-      const StopSignals signals;
-      signals_ = &signals;
       ProgressBar bar(progress_label(), session_.log);
       bar_ = &bar;
       work();
     }
     std::error_code ignored;
-    if (arguments_.staging.any()) fs::remove_all(staging_folder_, ignored);
-    if (failure_.ok() && !is_cut_short()) failure_ = rows_.add_end(watch.ms());
+    if (arguments_.staging.any() && !arguments_.dry_run) fs::remove_all(staging_folder_.parent_path(), ignored);
+    if (failure_.ok() && !is_cut_short()) failure_ = rows_.add_end(watch.ms(), items_.plan());
     if (Status status = report(watch.ms()); failure_.ok()) failure_ = std::move(status);
     session_.log.block(tally_.summary(arguments_.folder, watch.ms()));
     return result();
@@ -95,7 +113,7 @@ class Batch {
   // An asset that the worker has.
   struct Running {
     BatchItem item;
-    Deadline deadline;  // nothing while it waits for memory
+    Deadline deadline;  // nothing before it begins, and while it waits for memory
     bool waits = false;
     bool is_alone = false;
   };
@@ -122,6 +140,8 @@ class Batch {
                           : fs::path(arguments_.staging.folder) / ("gltf-psplit-staged-" + unique.hex());
     // What a process left that was killed: nobody else uses this shard's folder.
     if (arguments_.staging.any() && !arguments_.dry_run) fs::remove_all(staging_folder_, error);
+    // A command that outlived such a process may still write there.
+    staging_folder_ /= std::to_string(std::random_device()());
     return rows_.create(rows);
   }
 
@@ -202,10 +222,14 @@ class Batch {
       if (item && !*item) at_end_ = true;
       if (!item || !*item) return;
       running.item = std::move(**item);
+      if (items_.repeats_name(running.item))
+        return note_failure(
+            running.item,
+            {StatusCode::kUsage, "another asset of the manifest has the same name, " + running.item.name});
     }
     Json json = to_json(running.item);
     json["id"] = ++last_id_;
-    running.deadline = deadline();
+    // Its time begins when the worker does: the worker first loads the record.
     // If this fails, the worker has ended, and `receive` will say so.
     static_cast<void>(worker_->send(line_of(json)));
     running_.emplace(last_id_, std::move(running));
@@ -341,7 +365,8 @@ class Batch {
     if (arguments_.shard) head["shard"] = arguments_.shard->text();
     head["wall_ms"] = wall_ms;
     head.update(tally_.to_json());
-    return write_batch_report(asked ? arguments_.report : "-", head, {&rows_, 1});
+    return write_batch_report(asked ? arguments_.report : "-", head,
+                              [&](const RowVisitor& visit) { rows_.for_each(visit); });
   }
 
   Status result() const {

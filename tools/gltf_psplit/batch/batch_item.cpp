@@ -38,6 +38,7 @@ std::optional<std::string> text_of(const Json& object, const std::string& key) {
 // A path below the output folder, in its shortest form. The batch's own folder begins with a dot and its name.
 bool is_output_name(const std::string& name) {
   const fs::path path(name);
+  if (name.find('\0') != std::string::npos) return false;
   if (name.empty() || path.is_absolute() || path.lexically_normal() != path || !path.has_filename())
     return false;
   return *path.begin() != ".." && !path.begin()->string().starts_with(".gltf-psplit-batch");
@@ -57,7 +58,8 @@ Json to_json(const BatchItem& item) {
 
 Expected<BatchItem> item_of(const Json& json) {
   const std::optional<std::string> input = text_of(json, "input"), name = text_of(json, "name");
-  if (!input || input->empty()) return invalid_input("there is no \"input\"");
+  if (!input || input->empty() || *input == "-" || input->find('\0') != std::string::npos)
+    return invalid_input("there is no \"input\" that names a file");
   if (!name || !is_output_name(*name))
     return invalid_input("\"name\" must be a path below the output folder, such as \"x/y.glb\"");
   BatchItem item{.input = *input, .name = *name};

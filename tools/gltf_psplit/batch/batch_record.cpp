@@ -21,7 +21,13 @@ constexpr const char* kFolder = ".gltf-psplit-batch";
 // The record of versions that had no shards.
 constexpr const char* kOldFile = ".gltf-psplit-batch.jsonl";
 constexpr std::string_view kLineBegin = "{\"name\":\"";
-const Hash128 kNotWritten = hash_of("");
+constexpr std::string_view kWithdrawn = "withdrawn";
+
+bool is_written(std::string_view output) { return !output.empty() && output != kWithdrawn; }
+bool is_written(const Hash128& output) {
+  static const Hash128 not_written = hash_of(""), withdrawn = hash_of(kWithdrawn);
+  return output != not_written && output != withdrawn;
+}
 
 // The name in a line, percent-encoded, without parsing the line: a shard reads the lines of all others.
 std::string_view name_in(std::string_view line) {
@@ -90,6 +96,7 @@ Status BatchRecord::open(const fs::path& folder, const Shard& shard) {
 
 Status BatchRecord::load(const fs::path& folder, const std::function<bool(std::string_view)>& is_wanted) {
   facts_.clear();
+  file_.resume();
   for (const fs::path& file : record_files(folder))
     if (Status status = load_file(file, is_wanted); !status.ok()) return status;
   std::sort(facts_.begin(), facts_.end());
@@ -124,9 +131,16 @@ BatchRecord::facts(const std::string& name) const {
   return {begin, std::find_if(begin, facts_.end(), [&](const Fact& fact) { return fact.name != hash; })};
 }
 
+std::vector<BatchRecord::Fact>::const_iterator BatchRecord::newest_of(std::vector<Fact>::const_iterator begin,
+                                                                      std::vector<Fact>::const_iterator end) {
+  return std::max_element(begin, end, [](const Fact& a, const Fact& b) { return a.time < b.time; });
+}
+
 bool BatchRecord::knows(const std::string& name) const {
   const auto [begin, end] = facts(name);
-  return begin != end;
+  if (std::any_of(begin, end, [](const Fact& fact) { return is_written(fact.output); })) return true;
+  const auto newest = newest_of(begin, end);
+  return newest != end && newest->output != hash_of(kWithdrawn);
 }
 
 bool BatchRecord::has(const std::string& name, const Entry& entry) const {
@@ -138,26 +152,25 @@ bool BatchRecord::has(const std::string& name, const Entry& entry) const {
 
 bool BatchRecord::is_newest(const std::string& name, const std::string& made_from) const {
   const auto [begin, end] = facts(name);
-  const auto newest =
-      std::max_element(begin, end, [](const Fact& a, const Fact& b) { return a.time < b.time; });
-  return newest != end && newest->output != kNotWritten && newest->made_from == hash_of(made_from);
+  const auto newest = newest_of(begin, end);
+  return newest != end && is_written(newest->output) && newest->made_from == hash_of(made_from);
 }
 
+Status BatchRecord::withdraw(const std::string& name) { return add(name, {"", std::string(kWithdrawn)}); }
+
 Status BatchRecord::add(const std::string& name, const Entry& entry) {
-  const std::string line =
-      Json{{"name", name}, {"made_from", entry.made_from}, {"output", entry.output}, {"time", now_ms()}}
-          .dump() +
-      "\n";
   const std::lock_guard lock(mutex_);
-  return file_.append(line);
+  last_time_ = std::max(now_ms(), last_time_ + 1);
+  const Json line{
+      {"name", name}, {"made_from", entry.made_from}, {"output", entry.output}, {"time", last_time_}};
+  return file_.append(line.dump() + "\n");
 }
 
 Status merge_records(const fs::path& folder) {
-  // The line to keep of each name: the newest that says that the output was written, otherwise any.
   struct Line {
     Hash128 name;
-    bool is_written = false;
     int64_t time = 0;
+    bool is_written = false;
     size_t file = 0;
     uint64_t number = 0;
     auto operator<=>(const Line&) const = default;
@@ -179,28 +192,33 @@ Status merge_records(const fs::path& folder) {
     const std::string* output = json ? string_field(*json, "output") : nullptr;
     if (output == nullptr || string_field(*json, "made_from") == nullptr) return;
     lines.push_back(
-        {hash_of(name_in(line)), !output->empty(), integer_field(*json, "time").value_or(0), file, number});
+        {hash_of(name_in(line)), integer_field(*json, "time").value_or(0), is_written(*output), file, number});
   });
   if (!status.ok()) return status;
   std::sort(lines.begin(), lines.end());
+  // Of each name, the newest line is kept, and the newest that says that the output was written.
   std::vector<std::pair<size_t, uint64_t>> kept;
-  for (size_t i = 0; i < lines.size(); ++i)
-    if (i + 1 == lines.size() || lines[i + 1].name != lines[i].name)
-      kept.emplace_back(lines[i].file, lines[i].number);
+  bool has_written = false;
+  for (size_t i = lines.size(); i-- > 0;) {
+    const bool is_newest = i + 1 == lines.size() || lines[i + 1].name != lines[i].name;
+    if (is_newest) has_written = false;
+    if (is_newest || (lines[i].is_written && !has_written)) kept.emplace_back(lines[i].file, lines[i].number);
+    has_written = has_written || lines[i].is_written;
+  }
   std::sort(kept.begin(), kept.end());
 
   const fs::path merged = record_folder(folder) / "merged.jsonl";
   Status read;
   status = write_file(merged, [&](std::FILE* out) {
     auto next = kept.begin();
-    bool is_written = true;
+    bool is_whole = true;
     read = for_each_line([&](size_t file, uint64_t number, std::string_view line) {
       if (next == kept.end() || *next != std::pair(file, number)) return;
       ++next;
-      is_written = is_written && std::fwrite(line.data(), 1, line.size(), out) == line.size() &&
-                   std::fputc('\n', out) != EOF;
+      is_whole = is_whole && std::fwrite(line.data(), 1, line.size(), out) == line.size() &&
+                 std::fputc('\n', out) != EOF;
     });
-    return is_written && read.ok();
+    return is_whole && read.ok();
   });
   if (!read.ok()) return read;
   if (!status.ok()) return status;

@@ -47,7 +47,7 @@ class BatchRecord {
   // Reads what all files say about the outputs whose names `is_wanted` accepts. Memory: 56 bytes for each line.
   Status load(const std::filesystem::path& folder, const std::function<bool(std::string_view)>& is_wanted);
 
-  // Whether a batch made the output, or began to. Otherwise, if it exists, it is not a batch's.
+  // Whether a batch made the output, or began to and was killed. Otherwise, if it exists, it is not a batch's.
   bool knows(const std::string& name) const;
   // Whether the output with hash `output` is known to be made from `made_from`.
   bool has(const std::string& name, const Entry& entry) const;
@@ -56,6 +56,8 @@ class BatchRecord {
 
   // Call it before the output is written, because a kill may come before `add`.
   Status begin(const std::string& name) { return add(name, {}); }
+  // Call it if the output could not be written.
+  Status withdraw(const std::string& name);
   Status add(const std::string& name, const Entry& entry);
 
  private:
@@ -68,14 +70,18 @@ class BatchRecord {
   std::pair<std::vector<Fact>::const_iterator, std::vector<Fact>::const_iterator> facts(
       const std::string& name) const;
 
+  static std::vector<Fact>::const_iterator newest_of(std::vector<Fact>::const_iterator begin,
+                                                     std::vector<Fact>::const_iterator end);
+
   GroupLock division_;
   LockedLog file_;
   std::mutex mutex_;
+  int64_t last_time_ = 0;    // so that a process's own lines have an order
   std::vector<Fact> facts_;  // sorted; as they were when the record was loaded
 };
 
-// Joins the files of all shards into one, and keeps only the newest fact about each asset. The caller holds the
-// division's file alone. Errors: those of io_error.
+// Joins the files of all shards into one, and keeps only the newest facts about each asset. The caller holds
+// the division's file alone. Errors: those of io_error.
 Status merge_records(const std::filesystem::path& folder);
 // The file that shards of one count hold together (GroupLock).
 std::filesystem::path division_file(const std::filesystem::path& folder);

@@ -198,19 +198,27 @@ Status BatchRows::add(const Json& row) {
   return io_error("cannot write", errno, {.file = name_});
 }
 
-Status BatchRows::add_end(double wall_ms) { return add({{"ended", true}, {"wall_ms", wall_ms}}); }
+Status BatchRows::add_end(double wall_ms, const std::string& plan) {
+  return add({{"ended", true}, {"wall_ms", wall_ms}, {"plan", plan}});
+}
 
-bool BatchRows::for_each(const std::function<bool(std::string_view row)>& visit) {
+std::optional<std::string> BatchRows::for_each(const std::function<bool(std::string_view row)>& visit) {
   std::rewind(file_.get());
   TextLines lines = TextLines::of(file_.get());
   for (std::string_view line; lines.next(line);) {
-    if (line.starts_with(R"({"ended")")) return true;
-    if (lines.is_whole() && !visit(line)) return false;
+    if (!lines.is_whole()) break;
+    if (line.starts_with(R"({"ended")")) {
+      const Expected<Json> end = parse_json(line);
+      const std::string* plan = end ? string_field(*end, "plan") : nullptr;
+      return plan == nullptr ? std::string() : *plan;
+    }
+    if (!visit(line)) break;
   }
-  return false;
+  return std::nullopt;
 }
 
-Status write_batch_report(const std::string& path, const Json& head, std::span<BatchRows> rows) {
+Status write_batch_report(const std::string& path, const Json& head,
+                          const std::function<void(const RowVisitor&)>& for_each_row) {
   return write_file(path, [&](std::FILE* file) {
     const auto write = [&](std::string_view text) {
       return std::fwrite(text.data(), 1, text.size(), file) == text.size();
@@ -218,12 +226,11 @@ Status write_batch_report(const std::string& path, const Json& head, std::span<B
     std::string text = head.dump(2, ' ', false, Json::error_handler_t::replace);
     text.resize(text.rfind('\n'));  // the brace that closes it follows the assets
     bool is_written = write(text + ",\n  \"assets\": ["), is_first = true;
-    for (BatchRows& part : rows)
-      part.for_each([&](std::string_view row) {
-        is_written = is_written && write(is_first ? "\n    " : ",\n    ") && write(row);
-        is_first = false;
-        return is_written;
-      });
+    for_each_row([&](std::string_view row) {
+      is_written = is_written && write(is_first ? "\n    " : ",\n    ") && write(row);
+      is_first = false;
+      return is_written;
+    });
     return is_written && write(is_first ? "]\n}\n" : "\n  ]\n}\n");
   });
 }

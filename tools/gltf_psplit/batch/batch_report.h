@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
-#include <span>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -87,11 +87,11 @@ class BatchRows {
 
   // The row is in the file when the call returns, so that a kill loses none. Errors: those of io_error.
   Status add(const Json& row);
-  // Marks the end of a run that no signal stopped.
-  Status add_end(double wall_ms);
+  // Marks the end of a run that no signal stopped. `plan` names what all shards of the run worked on.
+  Status add_end(double wall_ms, const std::string& plan);
 
-  // Visits the row of each asset, until `visit` returns false. True if the mark of the end follows.
-  bool for_each(const std::function<bool(std::string_view row)>& visit);
+  // Visits the row of each asset, until `visit` returns false. Returns the plan if the mark of the end follows.
+  std::optional<std::string> for_each(const std::function<bool(std::string_view row)>& visit);
 
  private:
   struct Close {
@@ -101,7 +101,10 @@ class BatchRows {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-// Writes `head`, with the rows as its member "assets", to a file or to stdout ("-"). Errors: those of io_error.
-Status write_batch_report(const std::string& path, const Json& head, std::span<BatchRows> rows);
+// Writes `head`, with the rows as its member "assets", to a file or to stdout ("-"). `for_each_row` calls its
+// argument, which returns false after an error, with each row. Errors: those of io_error.
+using RowVisitor = std::function<bool(std::string_view row)>;
+Status write_batch_report(const std::string& path, const Json& head,
+                          const std::function<void(const RowVisitor&)>& for_each_row);
 
 }  // namespace psplit

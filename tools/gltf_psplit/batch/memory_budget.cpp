@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "gltf_ext/files/files.h"
-#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
-#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {
@@ -36,8 +34,10 @@ Counts counts_of_gltf(const Json& json) {
     return number ? top_level_object(json, "accessors", *number) : nullptr;
   };
   const auto count_of = [&](const Json* found) -> uint64_t {
+    // A count may be wrong. This one is enough for any memory, and products of it do not overflow.
+    constexpr int64_t kMost = int64_t{1} << 40;
     const std::optional<int64_t> count = found == nullptr ? std::nullopt : integer_field(*found, "count");
-    return count && *count > 0 ? static_cast<uint64_t>(*count) : 0;
+    return count && *count > 0 ? static_cast<uint64_t>(std::min(*count, kMost)) : 0;
   };
   Counts counts;
   std::set<std::pair<const Json*, const Json*>> seen;
@@ -99,7 +99,9 @@ Counts counts_of_mesh_file(const std::string& path, uint64_t file_bytes) {
   head.resize((*stream)->read(head));
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
   if (text.starts_with("ply")) {
-    Counts counts{number_after(text, "element vertex "), number_after(text, "element face "), 0};
+    constexpr uint64_t kMost = uint64_t{1} << 40;
+    Counts counts{std::min(number_after(text, "element vertex "), kMost),
+                  std::min(number_after(text, "element face "), kMost), 0};
     uint64_t properties = 0;
     for (size_t at = text.find("element vertex "), end = text.find("element face "); at < end;
          at = text.find("property ", at + 1))
@@ -134,10 +136,8 @@ uint64_t estimate_memory(const std::string& path, BatchVerb verb) {
   return kLeast + (factors.file * bytes + factors.face * counts.faces + factors.value * counts.values) / 5 * 6;
 }
 
-Expected<MemoryBudget::Share> MemoryBudget::take(uint64_t bytes, const std::function<void()>& wait) {
-  if (limit_ != 0 && bytes > limit_)
-    return may_pass("out of memory: the asset takes about " + as_bytes(bytes) + ", and --memory allows " +
-                    as_bytes(limit_));
+MemoryBudget::Share MemoryBudget::take(uint64_t bytes, const std::function<void()>& wait) {
+  if (limit_ != 0) bytes = std::min(bytes, limit_);  // it runs alone
   std::unique_lock lock(mutex_);
   const uint64_t ticket = next_ticket_++;
   const auto fits = [&] { return ticket == turn_ && (limit_ == 0 || taken_ + bytes <= limit_); };

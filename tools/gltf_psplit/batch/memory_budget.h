@@ -41,9 +41,9 @@ class MemoryBudget {
     MemoryBudget* budget_;
     uint64_t bytes_;
   };
-  // Waits until the asset fits beside those that run. Calls `wait` before, if it has to. kMayPass if it never
-  // fits.
-  Expected<Share> take(uint64_t bytes, const std::function<void()>& wait);
+  // Waits until the asset fits beside those that run. Calls `wait` before, if it has to. An asset that never
+  // fits runs alone: the estimate may be too high, and the worker process protects the others.
+  Share take(uint64_t bytes, const std::function<void()>& wait);
 
  private:
   void give_back(uint64_t bytes);

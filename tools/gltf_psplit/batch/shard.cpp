@@ -96,6 +96,9 @@ Expected<Shard> parse_shard(const std::string& text, const Environment& environm
   }
   if (!index || !count)
     return usage("--shard " + text + " is neither INDEX/COUNT, such as 3/128, nor auto, nor auto/COUNT");
+  constexpr uint32_t kMost = 1000000;
+  if (*count > kMost)
+    return usage("--shard " + text + ": there may be at most " + std::to_string(kMost) + " shards");
   if (*index >= *count)
     return usage("--shard " + text + ": the index " + std::to_string(*index) + " is not below the count " +
                  std::to_string(*count) + "; indices begin with 0");

@@ -18,7 +18,10 @@ Status run(const std::string& option, const std::string& command, const std::vec
   if (!end->by_signal && end->number == 0) return {};
   const std::string message =
       option + " failed: " + (end->by_signal ? "signal " : "exit code ") + std::to_string(end->number);
-  return !end->by_signal && end->number == kNoInput ? io_failure(message) : may_pass(message);
+  if (end->by_signal) return may_pass(message);
+  // 126 and 127: the shell found no such command.
+  if (end->number == 126 || end->number == 127) return {StatusCode::kUsage, message};
+  return end->number == kNoInput ? io_failure(message) : may_pass(message);
 }
 
 // What a command brought is a file of that size with that hash.
@@ -41,10 +44,11 @@ Status check(const fs::path& file, const std::string& option, std::optional<uint
 
 StagedAsset::~StagedAsset() {
   std::error_code ignored;
-  fs::remove_all(folder_, ignored);
+  if (is_open_) fs::remove_all(folder_, ignored);
 }
 
-Status StagedAsset::open() const {
+Status StagedAsset::open() {
+  is_open_ = true;
   std::error_code error;
   fs::remove_all(folder_, error);
   fs::create_directories(folder_, error);

@@ -29,7 +29,7 @@ class StagedAsset {
   StagedAsset& operator=(const StagedAsset&) = delete;
 
   // Makes the folder. Errors: those of io_error.
-  Status open() const;
+  Status open();
   // Runs --fetch, and returns the file, whose size and hash are those of the item if it has any. kMayPass if
   // the command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no
   // such input.
@@ -46,6 +46,7 @@ class StagedAsset {
  private:
   const StagingCommands& commands_;
   std::filesystem::path folder_;
+  bool is_open_ = false;
 };
 
 }  // namespace psplit

@@ -1,5 +1,6 @@
 #include "tools/gltf_psplit/batch/worker.h"
 
+#include <system_error>
 #include <thread>
 
 #include "gltf_ext/files/io_error.h"
@@ -37,6 +38,7 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
       const Expected<BatchItem> item = json ? item_of(*json) : json.status();
       if (!item) continue;  // the parent wrote the line
       const auto id = static_cast<uint64_t>(integer_field(*json, "id").value_or(0));
+      link.send(line_of({{"id", id}, {"waits", false}}));  // its time begins
       const BatchOutcome outcome = work.run(*item, id, [&](bool waits) {
         link.send(line_of({{"id", id}, {"waits", waits}}));
       });
@@ -50,7 +52,11 @@ int run_worker(ParentLink& link, const BatchArguments& arguments, const Session&
   // As many assets at once as there are threads. Each asset also uses the pool's threads for its primitives and
   // patches, so that a large asset at the end does not leave threads idle.
   std::vector<std::thread> others;
-  for (int i = 1; i < session.pool.thread_count(); ++i) others.emplace_back(serve);
+  try {
+    for (int i = 1; i < session.pool.thread_count(); ++i) others.emplace_back(serve);
+  } catch (const std::system_error&) {
+    // A container may allow fewer. The threads that there are do the work.
+  }
   serve();
   for (std::thread& other : others) other.join();
   return 0;

@@ -8,7 +8,7 @@
 namespace psplit {
 
 // The lines between a batch and its worker. To the worker: an item and its "id". To the batch:
-//   {"id", "waits": true or false}   the asset waits for memory, or no longer
+//   {"id", "waits": true or false}   the asset waits for memory, or it runs
 //   {"id", "row", "alone", "spares_report"}   the asset ended; `alone`: it may succeed when it is alone
 //   {"failed": {"code", "message"}}  the worker cannot work at all
 
