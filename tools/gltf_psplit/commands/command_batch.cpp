@@ -141,7 +141,8 @@ void add_job_options(CLI::App& command, Arguments& arguments) {
       ->group(group);
   command
       .add_option("--memory", batch.memory,
-                  "Begin assets only while they are expected to fit into SIZE together, such as 8GB. Default: "
+                  "Begin assets only while they are expected to fit into SIZE together, such as 8GB; a larger "
+                  "one runs alone. Default: "
                   "nine tenths of what the container or the machine has")
       ->check(
           [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
