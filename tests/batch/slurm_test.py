@@ -170,6 +170,9 @@ def kill_command_of(shard):
             try:
                 if not entry.name.isdigit() or os.readlink(entry / "exe") != str(program):
                     continue
+                parent = (entry / "stat").read_text().rsplit(")", 1)[1].split()[1]
+                if os.readlink(f"/proc/{parent}/exe") == str(program):
+                    continue  # the worker, which would be replaced
                 settings = (entry / "environ").read_bytes().split(b"\0")
                 if f"SLURM_ARRAY_TASK_ID={shard}".encode() in settings and f"SLURM_CONF={folder}/slurm.conf".encode() in settings:
                     os.kill(int(entry.name), signal.SIGKILL)

@@ -239,11 +239,13 @@ TEST_F(BatchJobs, AWorkerThatIsKilledIsReplaced) {
   for (int i = 0; i < kAssets; ++i) generate("in/" + std::to_string(i) + ".glb", "8000", std::to_string(i));
   const pid_t child = start("exec $P batch 'in/*' -o out --progress json -q -j 2");
   const std::string list = "/proc/" + std::to_string(child) + "/task/" + std::to_string(child) + "/children";
-  for (int kills = 0; kills < 3; ++kills) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  int kills = 0;
+  for (int i = 0; i < 500 && kills < 3 && fs::exists(list); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const std::string worker = read_bytes(list);
-    if (!worker.empty()) kill(std::stoi(worker), SIGKILL);
+    if (!worker.empty() && !read_bytes(path("out.txt")).empty()) kills += kill(std::stoi(worker), SIGKILL) == 0;
   }
+  EXPECT_GT(kills, 0);
   const int code = wait_for(child);
   // An asset fails only if it was alone when the worker was killed; then it may succeed later.
   EXPECT_EQ(code, count(progress(), "failed") == 0 ? 0 : 75) << err_;
