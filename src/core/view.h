@@ -66,14 +66,15 @@ class Arena {
   // The same for an array that is not released. It may be where an array was that was given back.
   template <typename T>
   PSPLIT_HD bool take_for_good(View<T>& out, uint64_t count) {
-    if constexpr (!kReuses) return take(out, count);
-    for (Hole& hole : holes_) {
-      if (hole.bytes / sizeof(T) < count) continue;
-      out = View<T>(reinterpret_cast<T*>(bytes_ + hole.start), static_cast<size_t>(count));
-      const size_t bytes = aligned(static_cast<size_t>(count) * sizeof(T));
-      hole.start += bytes;
-      hole.bytes -= bytes < hole.bytes ? bytes : hole.bytes;
-      return true;
+    if constexpr (kReuses) {
+      for (Hole& hole : holes_) {
+        if (hole.bytes / sizeof(T) < count) continue;
+        out = View<T>(reinterpret_cast<T*>(bytes_ + hole.start), static_cast<size_t>(count));
+        const size_t bytes = aligned(static_cast<size_t>(count) * sizeof(T));
+        hole.start += bytes;
+        hole.bytes -= bytes < hole.bytes ? bytes : hole.bytes;
+        return true;
+      }
     }
     return take(out, count);
   }
