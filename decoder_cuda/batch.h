@@ -5,9 +5,10 @@
 // warp. cuda_device.cuh launches on a device, and an emulation launches in the tests.
 //
 //   BeginStreams    a warp a stream      the header, to the first stop
-//   TakeRuns        a thread a run       the long chains of steps: faces, seams, symbols, traversals,
-//   predictions ResumeStreams   a warp a stream      from one stop to the next PredictStreams  a warp a stream
-//   most values CompleteStreams a warp a stream      the stops that remain, if there are more than launches
+//   TakeRuns        a thread a run       the long chains of steps
+//   ResumeStreams   a warp a stream      from one stop to the next
+//   PredictStreams  a warp a stream      most values
+//   CompleteStreams a warp a stream      the stops that remain, if there are more than launches
 //   FinishStreams   a warp a stream      the points that it owns; the first stream's grid
 //   WriteStreams    a warp a stream      values and faces, to their targets
 //

@@ -30,7 +30,7 @@ export class Instance {
     return this.#with_handle(bytes, 'decode_stream', 'free_stream', (stream) => {
       const [face_count, point_count, attribute_count] = this.#words(this.#exports.stream_counts(stream), 3);
       const stored = Array.from({ length: attribute_count }, (_, i) => this.#stream_attribute(stream, i));
-      const indices = this.#words(this.#exports.stream_faces(stream) >>> 0, 3 * face_count).slice();
+      const indices = this.#words(this.#exports.stream_faces(stream), 3 * face_count).slice();
       const attributes = (requests ?? stored).flatMap((request) => {
         const i = stored.findIndex(({ name, uniqueId }) =>
           (request.semantic === undefined ? uniqueId === request.uniqueId : name === request.semantic));
@@ -114,13 +114,13 @@ export class Instance {
     const at = this.#allocate(length * Type.BYTES_PER_ELEMENT);
     try {
       write(at);
-      return new Type(this.#exports.memory.buffer, at, length).slice();
+      return this.view(Type, at, length).slice();
     } finally {
       this.#exports.release(at);
     }
   }
   #words(at, count) {
-    return new Uint32Array(this.#exports.memory.buffer, at, count);
+    return this.view(Uint32Array, at, count);
   }
   last_error() {
     const [code, patch, at, length] = this.#words(this.#exports.last_error(), 4);

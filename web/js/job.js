@@ -1,7 +1,6 @@
 // The arguments of the public functions, checked, as the job that a decoder runs.
 import { PsplitError } from './error.js';
-
-const kTypes = ['int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'float32', 'float64', 'bool'];
+import { kTypes } from './types.js';
 
 function bytes_of(data) {
   if (data instanceof Uint8Array) return data;
@@ -20,7 +19,7 @@ function check_attributes(kind, attributes) {
     if (kind === 'draco' && uniqueId === undefined && typeof semantic === 'string') request.semantic = semantic;
     else if (!is_count(uniqueId, 0xffffffff)) throw new PsplitError(`${request.name}: no unique id`, 'invalid-input');
     if (type !== undefined || kind === 'container') {
-      if (!kTypes.includes(type)) throw new PsplitError(`${request.name}: unknown type ${type}`, 'invalid-input');
+      if (kTypes.indexOf(type) < 1) throw new PsplitError(`${request.name}: unknown type ${type}`, 'invalid-input');
       request.type = type;
     }
     if (kind === 'container') {
