@@ -1,0 +1,75 @@
+// Encodes a mesh that does not fit into memory: one part after the other, into one container of version 2. Its
+// patches are those of the first part, then those of the second, and so on. The stitch map refers to patches of
+// earlier parts as it does within a part, so the container decodes to one mesh, without cracks and without a
+// point twice.
+//
+// Memory: what encode_mesh takes for the largest part, its streams included, and
+//   16 bytes for each point that parts share,
+//   48 bytes for each patch of the container, and about 600 more while a part is verified.
+// Streams, stitch maps and border walks are in spills: about the container's size, and 4 bytes for each point
+// at the border of a patch.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "encoder/coding/attribute_coding.h"
+#include "encoder/encode_mesh.h"
+#include "encoder/out_of_core/mesh_parts.h"
+#include "encoder/out_of_core/spill.h"
+#include "encoder/partition/partition.h"
+#include "src/container/decode_backend.h"
+#include "src/container/stream_entry.h"
+#include "src/export.h"
+#include "src/parallel.h"
+#include "src/status.h"
+
+namespace psplit {
+
+struct PartsOptions {
+  uint64_t patch_faces = 30000;  // a part of F faces gets round(F / patch_faces) patches, at least 1
+  int encode_speed = 5;          // see EncodeOptions
+  bool verify = true;            // compare what was written with each part
+  bool refine = true;            // see PartitionOptions for this and the next two
+  PartitionMethod method = PartitionMethod::kMultilevel;
+  PathDistance distance = PathDistance::kDijkstra;
+  // The most points of a container. The part that would exceed it begins another container.
+  uint64_t most_points = 0xfffffffe;
+  // Called with the number of faces of each encoded patch, from any thread. Does not change the result.
+  std::function<void(size_t)> patch_encoded{};
+};
+
+// The least and the largest finite value of each component; 0 if no value is finite.
+struct ValueBounds {
+  std::vector<double> least, most;
+};
+
+struct PartsContainer {
+  std::unique_ptr<StoredBytes> bytes;  // the whole container
+  std::vector<StreamEntry> entries;    // the directory's rows
+  uint32_t point_count = 0;
+  uint32_t face_count = 0;
+  std::vector<ValueBounds> bounds;  // of the decoded values of each attribute, in the parts' order
+};
+
+struct EncodedParts {
+  // At least one. Parts are in their order, and no part is in two containers. If parts of two containers share
+  // a point, both have it.
+  std::vector<PartsContainer> containers;
+  std::vector<AttributeRequest> requests;  // how to request each attribute, in the parts' order
+  EncodeStatistics statistics;             // of all containers together
+};
+
+// `codings` has one entry per attribute. Each part is decoded from the bytes that were written, for the bounds
+// and to verify it. The result is byte-identical for any number of threads, and the container of a single part
+// is that of encode_mesh with the same number of patches. Errors: those of encode_mesh, of `parts` and of the
+// spills, with the part in the message and the patch as their place; kUnsupported if a part alone exceeds the
+// limits of a container.
+PSPLIT_EXPORT Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeCoding> codings,
+                                                  const PartsOptions& options, const MakeSpill& make_spill,
+                                                  const ThreadPool& pool);
+
+}  // namespace psplit

@@ -1,0 +1,32 @@
+// Bytes that do not have to fit into memory, for example in a temporary file.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "src/status.h"
+
+namespace psplit {
+
+// Not thread-safe.
+class StoredBytes {
+ public:
+  virtual ~StoredBytes() = default;
+  virtual uint64_t size() const = 0;
+  // Fills all of `to` from place `offset` on. The range is within size(). Errors: kIo.
+  virtual Status read(uint64_t offset, std::span<uint8_t> to) = 0;
+};
+
+// Bytes are appended and read in any order of calls.
+class Spill : public StoredBytes {
+ public:
+  // Errors: kIo, for example a full disk. After an error the spill may hold anything.
+  virtual Status append(std::span<const uint8_t> bytes) = 0;
+};
+
+// Makes an empty spill. Errors: kIo.
+using MakeSpill = std::function<Expected<std::unique_ptr<Spill>>()>;
+
+}  // namespace psplit
