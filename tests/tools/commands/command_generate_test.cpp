@@ -27,5 +27,24 @@ TEST_F(GenerateCommand, GeneratesTheSameSceneTwice) {
   EXPECT_NE(bytes("3"), bytes("4"));
 }
 
+TEST_F(GenerateCommand, WritesTheSameMeshAsPly) {
+  ASSERT_EQ(run_command({"generate", path("a.glb"), "--faces", "6000", "--normals"}).code, 0);
+  ASSERT_EQ(run_command({"generate", path("a.ply"), "--faces", "6000", "--normals"}).code, 0);
+  // The reader of PLY makes the same document from the file, so the encoder makes the same patches.
+  const auto encoded = [&](const std::string& input) {
+    EXPECT_EQ(run_command({"encode", path(input), path("out.glb"), "--patches", "3"}).code, 0);
+    EXPECT_EQ(run_command({"decode", path("out.glb"), path("out.gltf")}).code, 0);
+    const auto json = nlohmann::json::parse(read_bytes(path("out.gltf")));
+    return read_bytes(path(json.at("buffers").at(0).at("uri").get<std::string>()));
+  };
+  EXPECT_EQ(encoded("a.ply"), encoded("a.glb"));
+}
+
+TEST_F(GenerateCommand, RefusesWhatPlyCannotHold) {
+  EXPECT_EQ(run_command({"generate", path("a.ply"), "--shape", "scene"}).code, 1);
+  EXPECT_EQ(run_command({"generate", path("a.ply"), "--texcoords"}).code, 1);
+  EXPECT_FALSE(std::filesystem::exists(path("a.ply")));
+}
+
 }  // namespace
 }  // namespace psplit

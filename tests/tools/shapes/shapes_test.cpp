@@ -242,6 +242,76 @@ TEST(Shapes, SceneHasSixObjectsOfDifferentSizes) {
               0.8 * static_cast<double>(meshes[i - 1].faces.size()));
 }
 
+TEST(Shapes, StreamsAreTheWholeMesh) {
+  const ThreadPool pool(3);
+  for (const Shape shape : {Shape::kTerrain, Shape::kBlob, Shape::kGyroid})
+    for (const uint64_t faces : {300u, 70'000u}) {
+      const ShapeOptions options{shape, faces, 9, true, false};
+      const Expected<std::vector<Mesh>> whole = generate_shape(options, pool);
+      const Expected<ShapeStream> stream = ShapeStream::open(options, pool);
+      ASSERT_TRUE(whole.ok() && stream.ok());
+      const Mesh& mesh = whole->front();
+      EXPECT_EQ(stream->point_count(), mesh.point_count);
+      EXPECT_EQ(stream->face_count(), mesh.faces.size());
+      ShapePiece all;
+      size_t pieces = 0;
+      const auto take = [&](ShapePiece&& piece) -> Status {
+        ++pieces;
+        all.positions.insert(all.positions.end(), piece.positions.begin(), piece.positions.end());
+        all.normals.insert(all.normals.end(), piece.normals.begin(), piece.normals.end());
+        all.faces.insert(all.faces.end(), piece.faces.begin(), piece.faces.end());
+        return {};
+      };
+      ASSERT_TRUE(stream->read(pool, take).ok());
+      EXPECT_GE(pieces, faces > 1000 ? 3u : 1u);
+      EXPECT_EQ(all.faces, mesh.faces);
+      ASSERT_EQ(all.positions.size(), mesh.point_count);
+      ASSERT_EQ(all.normals.size(), mesh.point_count);
+      for (uint32_t p = 0; p < mesh.point_count; ++p) {
+        EXPECT_EQ(all.positions[p], float3(*mesh.find("POSITION"), p));
+        EXPECT_EQ(all.normals[p], float3(*mesh.find("NORMAL"), p));
+      }
+    }
+}
+
+TEST(Shapes, StreamsEndWithTheErrorOfTheirReader) {
+  const ThreadPool pool(2);
+  const Expected<ShapeStream> stream = ShapeStream::open({Shape::kBlob, 20'000, 1, false, false}, pool);
+  ASSERT_TRUE(stream.ok());
+  int calls = 0;
+  const Status status =
+      stream->read(pool, [&](ShapePiece&&) { return ++calls == 2 ? runtime_failure("enough") : Status(); });
+  EXPECT_EQ(status.message(), "enough");
+  EXPECT_EQ(calls, 2);
+}
+
+TEST(Shapes, StreamsHaveNeitherChartsNorSeveralMeshes) {
+  const ThreadPool pool(1);
+  EXPECT_EQ(ShapeStream::open({Shape::kScene, 20'000, 1, false, false}, pool).status().code(),
+            StatusCode::kUsage);
+  EXPECT_EQ(ShapeStream::open({Shape::kBlob, 20'000, 1, false, true}, pool).status().code(),
+            StatusCode::kUsage);
+}
+
+// A hash of the bytes, so that a change of the generator shows here.
+TEST(Shapes, AreTheMeshesOfEarlierVersions) {
+  const std::pair<Shape, uint64_t> hashes[] = {{Shape::kTerrain, 7793790865704247561u},
+                                               {Shape::kBlob, 13102126561443740113u},
+                                               {Shape::kGyroid, 13691230929770490112u},
+                                               {Shape::kScene, 14365990089734788639u}};
+  for (const auto& [shape, hash] : hashes) {
+    uint64_t sum = 0xcbf29ce484222325;  // FNV-1a
+    const auto add = [&](const void* bytes, size_t size) {
+      for (size_t i = 0; i < size; ++i) sum = (sum ^ static_cast<const uint8_t*>(bytes)[i]) * 0x100000001b3;
+    };
+    for (const Mesh& mesh : generate(shape, 12'000, 11, true)) {
+      add(mesh.faces.data(), mesh.faces.size() * sizeof(mesh.faces[0]));
+      for (const Attribute& attribute : mesh.attributes) add(attribute.values.data(), attribute.values.size());
+    }
+    EXPECT_EQ(sum, hash);
+  }
+}
+
 TEST(Shapes, RefuseCountsOutOfRange) {
   const ThreadPool pool(1);
   for (const uint64_t faces : {uint64_t{0}, uint64_t{7}, uint64_t{1} << 60})

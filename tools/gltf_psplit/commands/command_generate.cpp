@@ -5,10 +5,12 @@
 #include <memory>
 
 #include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/document/write_document.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "tools/gltf_psplit/commands/commands.h"
-#include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/ply_output.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -68,9 +70,35 @@ void append_mesh(Document& document, const Mesh& mesh) {
       {{"mesh", number}, {"translation", Json::array({kSpacing * static_cast<double>(number), 0.0, 0.0})}});
 }
 
+void log_generated(const Arguments& arguments, uint64_t faces, uint64_t points, const Log& log) {
+  const std::string bytes = sizes_text({{}, bytes_on_disk(arguments.output)});
+  log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
+           (bytes.empty() ? "" : ", ") + arguments.shape + ", " + counted(faces, "face") + ", " +
+           counted(points, "point"));
+}
+
+Status generate_ply(const Arguments& arguments, const Session& session) {
+  if (Status status = check_output_place(arguments.output); !status.ok()) return status;
+  Expected<ShapeStream> shape = [&] {
+    const ProgressBar bar("measuring", session.log);
+    return ShapeStream::open(arguments.options, session.pool);
+  }();
+  if (!shape) return std::move(shape).status().at({.file = arguments.output});
+  {
+    ProgressBar bar("generating", session.log);
+    const bool normals = arguments.options.normals;
+    if (Status status = write_ply(arguments.output, *shape, normals, session.pool, bar.callback("face"));
+        !status.ok())
+      return std::move(status).at({.file = arguments.output});
+  }
+  log_generated(arguments, shape->face_count(), shape->point_count(), session.log);
+  return {};
+}
+
 Status run_generate(Arguments arguments, const Session& session) {
-  if (Status status = check_output_path(arguments.output); !status.ok()) return status;
   arguments.options.shape = kShapes.at(arguments.shape);
+  if (lower_extension(arguments.output) == ".ply") return generate_ply(arguments, session);
+  if (Status status = check_output_path(arguments.output); !status.ok()) return status;
   const Expected<std::vector<Mesh>> meshes = [&] {
     const ProgressBar bar("generating", session.log);
     return generate_shape(arguments.options, session.pool);
@@ -88,10 +116,7 @@ Status run_generate(Arguments arguments, const Session& session) {
   }
   if (Status status = write_document(document, arguments.output); !status.ok())
     return std::move(status).at({.file = arguments.output});
-  const std::string bytes = sizes_text({{}, bytes_on_disk(arguments.output)});
-  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
-                   (bytes.empty() ? "" : ", ") + arguments.shape + ", " + counted(faces, "face") + ", " +
-                   counted(points, "point"));
+  log_generated(arguments, faces, points, session.log);
   return {};
 }
 
@@ -103,7 +128,13 @@ void add_generate_command(CLI::App& app, Action& action) {
   arguments->options.seed = 1;
   CLI::App& command =
       *app.add_subcommand("generate", "Make a sample mesh. The same options always make the same mesh");
-  add_output_option(command, arguments->output);
+  command
+      .add_option(
+          "-o,--output,OUT", arguments->output,
+          "The output: a .glb or .gltf file, or a binary .ply file, whose mesh may be larger than memory; - "
+          "writes a GLB to stdout")
+      ->required()
+      ->type_name("FILE");
   command
       .add_option(
           "--shape", arguments->shape,
@@ -124,7 +155,8 @@ void add_generate_command(CLI::App& app, Action& action) {
   add_examples(command,
                {{"gltf-psplit generate blob.glb --shape blob --faces 1e6", "a ball of a million faces"},
                 {"gltf-psplit generate - --faces 20k | gltf-psplit encode - out.glb",
-                 "encode without a file in between"}});
+                 "encode without a file in between"},
+                {"gltf-psplit generate scan.ply --faces 100M", "a mesh of 1.9 GB, in little memory"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_generate(*arguments, session); };
   });

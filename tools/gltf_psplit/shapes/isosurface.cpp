@@ -8,6 +8,7 @@
 #include "tools/gltf_psplit/shapes/isosurface.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -85,25 +86,92 @@ struct Grid {
             field.low.y + (static_cast<double>(y) + kJitter * signed_unit(bits >> 21)) * cell,
             field.low.z + (static_cast<double>(z) + kJitter * signed_unit(bits >> 42)) * cell};
   }
-  bool outermost(size_t x, size_t y, size_t z) const {
-    return x == 0 || y == 0 || z == 0 || x + 1 == nodes_x || y + 1 == nodes_y || z + 1 == nodes_z;
-  }
 };
 
 size_t node_count(double low, double high, double cell) {
   return static_cast<size_t>(std::max(2.0, std::ceil((high - low) / cell))) + 1;
 }
 
+// The values along one row of nodes in x, as runs of equal values.
+//
+// Far from the surface, one value holds for many nodes. So the rows take no more space and time than there are
+// places where the field was evaluated.
+struct Row {
+  struct Run {
+    uint32_t first;
+    float value;
+  };
+  std::vector<Run> runs;
+  std::vector<uint32_t> flips;  // the nodes whose sign is not that of the node before them, ascending
+  bool starts_inside = false;
+
+  void clear() {
+    runs.clear();
+    flips.clear();
+  }
+  void append(uint32_t first, float value) {
+    const bool inside = value < 0;
+    if (runs.empty())
+      starts_inside = inside;
+    else if (inside != (runs.back().value < 0))
+      flips.push_back(first);
+    runs.push_back({first, value});
+  }
+};
+
+// Reads a row's values at ascending nodes.
+class RowValues {
+ public:
+  explicit RowValues(const Row& row) : runs_(row.runs) {}
+  // May also go one node back.
+  float at(size_t x) {
+    while (at_ + 1 < runs_.size() && runs_[at_ + 1].first <= x) ++at_;
+    while (runs_[at_].first > x) --at_;
+    return runs_[at_].value;
+  }
+
+ private:
+  const std::vector<Row::Run>& runs_;
+  size_t at_ = 0;
+};
+
+// The points on the edges that start at the nodes of one row, ascending. The points of a node have consecutive
+// numbers, by direction.
+struct RowPoints {
+  struct Node {
+    uint32_t x, first_point;
+    uint8_t directions;  // bit d: the edge in direction d has a point
+  };
+  std::vector<Node> nodes;
+};
+
+// Reads a row's points at ascending nodes.
+class PointNumbers {
+ public:
+  explicit PointNumbers(const RowPoints& row) : nodes_(row.nodes) {}
+  // The edge has a point. May also go one node back.
+  uint32_t at(size_t x, uint8_t direction) {
+    while (nodes_[at_].x < x) ++at_;
+    while (nodes_[at_].x > x) --at_;
+    const RowPoints::Node& node = nodes_[at_];
+    const unsigned before = node.directions & ((1u << direction) - 1);
+    return node.first_point + static_cast<uint32_t>(std::popcount(before));
+  }
+
+ private:
+  const std::vector<RowPoints::Node>& nodes_;
+  size_t at_ = 0;
+};
+
 // The layers of nodes [first, last], and the surface between them.
 class Slab {
  public:
   Slab(const Grid& grid, size_t first, size_t last)
-      : grid_(grid), first_(first), last_(last), layer_nodes_(grid.nodes_x * grid.nodes_y) {
+      : grid_(grid), first_(first), last_(last), rising_points_(grid.nodes_y) {
     for (Layer& layer : layers_) {
-      layer.values.resize(layer_nodes_);
-      for (std::vector<uint32_t>& points : layer.points) points.resize(layer_nodes_);
+      layer.rows.resize(grid.nodes_y);
+      layer.points.resize(grid.nodes_y);
     }
-    for (std::vector<uint32_t>& points : rising_points_) points.resize(layer_nodes_);
   }
 
   // Points are numbered from zero. Points on edges within layer `last` belong to the next slab, which numbers
@@ -124,88 +192,133 @@ class Slab {
 
  private:
   struct Layer {
-    std::vector<float> values;
-    std::array<std::vector<uint32_t>, 4> points;  // by direction; only 1, 2 and 3 are used
+    std::vector<Row> rows;
+    std::vector<RowPoints> points;  // on edges in directions 1, 2 and 3
   };
 
-  // If the field is far from zero, its value is used for all following nodes where the sign cannot change.
   void sample(size_t z, Layer& layer) const {
+    for (size_t y = 0; y < grid_.nodes_y; ++y) sample_row(y, z, layer.rows[y]);
+  }
+
+  // If the field is far from zero, its value is used for all following nodes where the sign cannot change.
+  void sample_row(size_t y, size_t z, Row& row) const {
     const double slope_per_cell = grid_.field.slope() * grid_.cell;
     const double band = kBandCells * slope_per_cell;
-    for (size_t y = 0; y < grid_.nodes_y; ++y) {
-      float* row = layer.values.data() + y * grid_.nodes_x;
-      for (size_t x = 0; x < grid_.nodes_x;) {
-        const double value = grid_.field.at(grid_.node(x, y, z), band + kWorthSkipping * slope_per_cell);
-        row[x++] = static_cast<float>(value);
-        for (double sure = std::fabs(value) - band - slope_per_cell; sure > 0 && x < grid_.nodes_x;
-             sure -= slope_per_cell)
-          row[x++] = static_cast<float>(value);
-      }
-      for (size_t x = 0; x < grid_.nodes_x; ++x)
-        if (grid_.field.closed && grid_.outermost(x, y, z))
-          row[x] = std::max(row[x], static_cast<float>(grid_.cell));
+    const bool closed = grid_.field.closed;
+    const bool is_side = y == 0 || z == 0 || y + 1 == grid_.nodes_y || z + 1 == grid_.nodes_z;
+    const auto cell = static_cast<float>(grid_.cell);
+    row.clear();
+    for (size_t x = 0; x < grid_.nodes_x;) {
+      const size_t first = x++;
+      const double exact = grid_.field.at(grid_.node(first, y, z), band + kWorthSkipping * slope_per_cell);
+      for (double sure = std::fabs(exact) - band - slope_per_cell; sure > 0 && x < grid_.nodes_x;
+           sure -= slope_per_cell)
+        ++x;
+      // The nodes at the sides of the box are outside a closed field.
+      const auto append = [&](size_t at) {
+        const bool is_outside = closed && (is_side || at == 0 || at + 1 == grid_.nodes_x);
+        const auto value = static_cast<float>(exact);
+        row.append(static_cast<uint32_t>(at), is_outside ? std::max(value, cell) : value);
+      };
+      append(first);
+      if (first == 0 && x > 1) append(1);
+      if (x == grid_.nodes_x && x - 1 > std::max<size_t>(first, 1)) append(x - 1);
     }
   }
 
   void number_layer(size_t z, Layer& layer, bool owned) {
-    for_mixed_cubes(layer, layer, [&](size_t x, size_t y, unsigned) {
-      for (uint8_t direction = 1; direction < 4; ++direction)
-        number_edge(x, y, z, direction, layer, layer, owned);
-    });
+    for (size_t y = 0; y < grid_.nodes_y; ++y) number_row(y, z, layer, layer, 1, 4, layer.points[y], owned);
   }
 
   void number_rising(size_t z) {
-    for_mixed_cubes(layers_[0], layers_[1], [&](size_t x, size_t y, unsigned) {
-      for (uint8_t direction = 4; direction < 8; ++direction)
-        number_edge(x, y, z, direction, layers_[0], layers_[1], true);
+    for (size_t y = 0; y < grid_.nodes_y; ++y)
+      number_row(y, z, layers_[0], layers_[1], 4, 8, rising_points_[y], true);
+  }
+
+  // Numbers the points on the edges that start at the row and go in the directions [begin, end).
+  void number_row(size_t y, size_t z, const Layer& from, const Layer& to, unsigned begin, unsigned end,
+                  RowPoints& points, bool owned) {
+    points.nodes.clear();
+    const size_t next_y = std::min(y + 1, grid_.nodes_y - 1);
+    RowValues here(from.rows[y]);
+    std::array<RowValues, 2> there = {RowValues(to.rows[y]), RowValues(to.rows[next_y])};
+    for_mixed_cubes(y, from, to, [&](size_t x, unsigned) {
+      const float a = here.at(x);
+      RowPoints::Node node{static_cast<uint32_t>(x), point_count_, 0};
+      for (unsigned direction = begin; direction < end; ++direction) {
+        const size_t to_x = x + (direction & 1u), to_y = y + (direction >> 1 & 1u), to_z = z + (direction >> 2);
+        if (to_x == grid_.nodes_x || to_y == grid_.nodes_y) continue;
+        const float b = there[direction >> 1 & 1u].at(to_x);
+        if ((a < 0) == (b < 0)) continue;
+        node.directions = static_cast<uint8_t>(node.directions | 1u << direction);
+        ++point_count_;
+        if (owned) add_position(grid_.node(x, y, z), grid_.node(to_x, to_y, to_z), a / (a - b));
+      }
+      if (node.directions != 0) points.nodes.push_back(node);
     });
   }
 
-  void number_edge(size_t x, size_t y, size_t z, uint8_t direction, Layer& from, const Layer& to, bool owned) {
-    const size_t to_x = x + (direction & 1u), to_y = y + (direction >> 1 & 1u), to_z = z + (direction >> 2);
-    if (to_x == grid_.nodes_x || to_y == grid_.nodes_y) return;
-    const size_t node = y * grid_.nodes_x + x;
-    const float a = from.values[node];
-    const float b = to.values[to_y * grid_.nodes_x + to_x];
-    if ((a < 0) == (b < 0)) return;
-    (direction < 4 ? from.points[direction] : rising_points_[direction - 4u])[node] = point_count_++;
-    if (!owned) return;
-    const double t = std::clamp(a / (a - b), kEdgeMargin, 1 - kEdgeMargin);
-    const Vec3 low = grid_.node(x, y, z);
-    const Vec3 point = low + (grid_.node(to_x, to_y, to_z) - low) * t;
+  void add_position(Vec3 low, Vec3 high, float crossing) {
+    const double t = std::clamp(crossing, kEdgeMargin, 1 - kEdgeMargin);
+    const Vec3 point = low + (high - low) * t;
     surface_.positions.push_back(
         {static_cast<float>(point.x), static_cast<float>(point.y), static_cast<float>(point.z)});
   }
 
   void connect(size_t z) {
-    for_mixed_cubes(layers_[0], layers_[1], [&](size_t x, size_t y, unsigned inside) {
-      if (x + 1 < grid_.nodes_x && y + 1 < grid_.nodes_y) connect_cube(x, y, z, inside);
-    });
-  }
-
-  // Calls visit(x, y, mask of inside corners), in order, for each cube between two layers that the surface
-  // passes through. Beyond the last node of a row or column, the last node is repeated.
-  template <typename Visit>
-  void for_mixed_cubes(const Layer& low, const Layer& high, const Visit& visit) const {
-    for (size_t y = 0; y < grid_.nodes_y; ++y) {
-      const size_t row = y * grid_.nodes_x, next_row = y + 1 < grid_.nodes_y ? row + grid_.nodes_x : row;
-      const std::array<const float*, 4> rows = {low.values.data() + row, low.values.data() + next_row,
-                                                high.values.data() + row, high.values.data() + next_row};
-      const auto corners = [&](size_t x) {  // 0, 2, 4 and 6
-        return unsigned{rows[0][x] < 0} | unsigned{rows[1][x] < 0} << 2 | unsigned{rows[2][x] < 0} << 4 |
-               unsigned{rows[3][x] < 0} << 6;
-      };
-      unsigned right = corners(0);
-      for (size_t x = 0; x < grid_.nodes_x; ++x) {
-        const unsigned left = right;
-        if (x + 1 < grid_.nodes_x) right = corners(x + 1);
-        const unsigned inside = left | right << 1;
-        if (inside != 0 && inside != 255) visit(x, y, inside);
-      }
+    for (size_t y = 0; y + 1 < grid_.nodes_y; ++y) {
+      CubeRow cubes{{PointNumbers(layers_[0].points[y]), PointNumbers(layers_[0].points[y + 1]),
+                     PointNumbers(layers_[1].points[y]), PointNumbers(layers_[1].points[y + 1])},
+                    {PointNumbers(rising_points_[y]), PointNumbers(rising_points_[y + 1])}};
+      for_mixed_cubes(y, layers_[0], layers_[1], [&](size_t x, unsigned inside) {
+        if (x + 1 < grid_.nodes_x) connect_cube(x, y, z, inside, cubes);
+      });
     }
   }
 
-  void connect_cube(size_t x, size_t y, size_t z, unsigned inside) {
+  // Calls visit(x, mask of inside corners), in order, for each cube that the surface passes through, between
+  // the rows y and y + 1 of two layers. Beyond the last node of a row or column, the last node is repeated.
+  template <typename Visit>
+  void for_mixed_cubes(size_t y, const Layer& low, const Layer& high, const Visit& visit) const {
+    const size_t next_y = std::min(y + 1, grid_.nodes_y - 1);
+    const std::array<const Row*, 4> rows = {&low.rows[y], &low.rows[next_y], &high.rows[y], &high.rows[next_y]};
+    const auto past_end = static_cast<uint32_t>(grid_.nodes_x);
+    std::array<size_t, 4> next{};  // for each row: the next flip
+    unsigned right = 0;            // corners 0, 2, 4 and 6 of the cube at x
+    for (size_t i = 0; i < 4; ++i) right |= unsigned{rows[i]->starts_inside} << (2 * i);
+    const auto next_flip = [&] {
+      uint32_t least = past_end;
+      for (size_t i = 0; i < 4; ++i)
+        if (next[i] < rows[i]->flips.size()) least = std::min(least, rows[i]->flips[next[i]]);
+      return least;
+    };
+    for (uint32_t x = 0; x < past_end;) {
+      const uint32_t flip = next_flip();
+      const unsigned left = right;
+      // All cubes below flip - 1 have these corners on both sides.
+      const uint32_t last = flip == past_end ? past_end : flip - 1;
+      if (left == 0 || left == 0x55)
+        x = std::max(x, last);
+      else
+        for (; x < last; ++x) visit(x, left | left << 1);
+      if (flip == past_end) return;
+      for (size_t i = 0; i < 4; ++i)
+        if (next[i] < rows[i]->flips.size() && rows[i]->flips[next[i]] == flip) {
+          right ^= 1u << (2 * i);
+          ++next[i];
+        }
+      visit(x, left | right << 1);
+      x = flip;
+    }
+  }
+
+  // The points of the edges of the cubes between two rows of two layers.
+  struct CubeRow {
+    std::array<PointNumbers, 4> flat;    // rows y and y + 1 of the lower layer, then of the upper one
+    std::array<PointNumbers, 2> rising;  // rows y and y + 1
+  };
+
+  void connect_cube(size_t x, size_t y, size_t z, unsigned inside, CubeRow& cubes) {
     const uint64_t diagonals =
         hash_lattice(static_cast<int64_t>(x), static_cast<int64_t>(y), static_cast<int64_t>(z), grid_.seed + 1);
     for (size_t t = 0; t < kTetrahedra.size(); ++t) {
@@ -216,9 +329,8 @@ class Slab {
       std::array<uint32_t, 4> points{};
       for (size_t i = 0; i < polygon.corner_count; ++i) {
         const auto [base, direction] = polygon.corners[i];
-        const size_t node = (y + (base >> 1 & 1u)) * grid_.nodes_x + x + (base & 1u);
-        points[i] =
-            direction < 4 ? layers_[base >> 2].points[direction][node] : rising_points_[direction - 4u][node];
+        PointNumbers& row = direction < 4 ? cubes.flat[base >> 1] : cubes.rising[base >> 1 & 1u];
+        points[i] = row.at(x + (base & 1u), direction);
       }
       // The diagonal is random, which makes valences more irregular.
       if (polygon.corner_count == 4 && (diagonals >> t & 1))
@@ -229,16 +341,17 @@ class Slab {
   }
 
   const Grid& grid_;
-  const size_t first_, last_, layer_nodes_;
-  std::array<Layer, 2> layers_;                         // the lower and the upper layer
-  std::array<std::vector<uint32_t>, 4> rising_points_;  // by direction - 4, for the lower layer
+  const size_t first_, last_;
+  std::array<Layer, 2> layers_;           // the lower and the upper layer
+  std::vector<RowPoints> rising_points_;  // of the lower layer, on edges in directions 4 to 7
   uint32_t point_count_ = 0;
   Surface surface_;
 };
 
 }  // namespace
 
-Surface extract_surface(const Field& field, double cell, uint64_t seed, const ThreadPool& pool) {
+Status stream_surface(const Field& field, double cell, uint64_t seed, const ThreadPool& pool,
+                      const std::function<Status(Surface&&)>& take) {
   const Grid grid = {field,
                      cell,
                      seed,
@@ -246,31 +359,22 @@ Surface extract_surface(const Field& field, double cell, uint64_t seed, const Th
                      node_count(field.low.y, field.high.y, cell),
                      node_count(field.low.z, field.high.z, cell)};
   const size_t slab_count = (grid.nodes_z - 1 + kSlabLayers - 1) / kSlabLayers;
-  std::vector<Surface> parts(slab_count);
-  pool.for_each(slab_count, [&](size_t i) {
-    const size_t first = i * kSlabLayers;
-    parts[i] = Slab(grid, first, std::min(first + kSlabLayers, grid.nodes_z - 1)).extract();
-  });
-
-  std::vector<size_t> first_point(slab_count), first_face(slab_count);
-  Surface surface;
-  surface.cell = cell;
-  size_t point_count = 0, face_count = 0;
-  for (size_t i = 0; i < slab_count; ++i) {
-    first_point[i] = std::exchange(point_count, point_count + parts[i].positions.size());
-    first_face[i] = std::exchange(face_count, face_count + parts[i].faces.size());
+  std::vector<Surface> slabs(2 * static_cast<size_t>(pool.thread_count()));
+  uint64_t first_point = 0;
+  for (size_t begin = 0; begin < slab_count; begin += slabs.size()) {
+    const size_t count = std::min(slabs.size(), slab_count - begin);
+    pool.for_each(count, [&](size_t i) {
+      const size_t first = (begin + i) * kSlabLayers;
+      slabs[i] = Slab(grid, first, std::min(first + kSlabLayers, grid.nodes_z - 1)).extract();
+    });
+    for (size_t i = 0; i < count; ++i) {
+      for (auto& face : slabs[i].faces)
+        for (uint32_t& point : face) point += static_cast<uint32_t>(first_point);
+      first_point += slabs[i].positions.size();
+      if (Status status = take(std::exchange(slabs[i], {})); !status.ok()) return status;
+    }
   }
-  surface.positions.resize(point_count);
-  surface.faces.resize(face_count);
-  pool.for_each(slab_count, [&](size_t i) {
-    const Surface part = std::move(parts[i]);
-    std::copy(part.positions.begin(), part.positions.end(),
-              surface.positions.begin() + static_cast<std::ptrdiff_t>(first_point[i]));
-    const auto base = static_cast<uint32_t>(first_point[i]);
-    for (size_t f = 0; f < part.faces.size(); ++f)
-      for (size_t c = 0; c < 3; ++c) surface.faces[first_face[i] + f][c] = part.faces[f][c] + base;
-  });
-  return surface;
+  return {};
 }
 
 }  // namespace psplit

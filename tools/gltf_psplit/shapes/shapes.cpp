@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <span>
 #include <utility>
@@ -37,8 +38,8 @@ double drop_last_bits(double value) {
 }
 
 // The number of faces is proportional to the inverse square of the cell. Two coarse attempts determine the cell
-// for the requested number.
-Surface extract_about(const Field& field, uint64_t faces, uint64_t seed, const ThreadPool& pool) {
+// for the requested number. `count_faces` extracts the surface for a cell; the last cell may not be the result.
+Expected<double> find_cell(uint64_t faces, const std::function<Expected<uint64_t>(double cell)>& count_faces) {
   constexpr double kCoarseFaces = 5000;
   const auto wanted = static_cast<double>(faces);
   const auto target = [&](int attempt) {
@@ -46,24 +47,51 @@ Surface extract_about(const Field& field, uint64_t faces, uint64_t seed, const T
     return std::clamp(part, std::min(wanted, kCoarseFaces), wanted);
   };
   double cell = std::sqrt(40 / target(0));
-  Surface best;
-  double best_miss = HUGE_VAL;
+  double best = 0, best_miss = HUGE_VAL;
   for (int attempt = 0; attempt < 16 && best_miss > kCloseEnough; ++attempt) {
-    Surface surface = extract_surface(field, cell, seed, pool);
-    if (surface.faces.empty()) {
+    const Expected<uint64_t> count = count_faces(cell);
+    if (!count) return count.status();
+    if (*count == 0) {
       cell *= 0.7;
       continue;
     }
-    const auto found = static_cast<double>(surface.faces.size());
+    const auto found = static_cast<double>(*count);
     const double miss = std::fabs(found - wanted) / wanted;
     if (miss < best_miss) {
-      best = std::move(surface);
+      best = cell;
       best_miss = miss;
     }
     // For small meshes the count jumps as the cell shrinks. Shorter steps later on stop it from oscillating.
     cell = drop_last_bits(cell * std::pow(found / target(attempt + 1), attempt < 6 ? 0.5 : 0.3));
   }
+  if (best == 0) return runtime_failure("the shape has no faces");
   return best;
+}
+
+struct SizedSurface {
+  double cell = 0;
+  Surface surface;
+};
+
+Expected<SizedSurface> extract_about(const Field& field, uint64_t faces, uint64_t seed,
+                                     const ThreadPool& pool) {
+  SizedSurface result;
+  const auto extract = [&](double cell) -> Expected<uint64_t> {
+    result = {cell, {}};
+    Surface& surface = result.surface;
+    const auto append = [&](Surface&& slab) -> Status {
+      surface.positions.insert(surface.positions.end(), slab.positions.begin(), slab.positions.end());
+      surface.faces.insert(surface.faces.end(), slab.faces.begin(), slab.faces.end());
+      return {};
+    };
+    if (Status status = stream_surface(field, cell, seed, pool, append); !status.ok()) return status;
+    return surface.faces.size();
+  };
+  const Expected<double> cell = find_cell(faces, extract);
+  if (!cell) return cell.status();
+  if (result.cell != *cell)
+    if (const Expected<uint64_t> again = extract(*cell); !again) return again.status();
+  return result;
 }
 
 Attribute make_attribute(const char* semantic, uint8_t component_count, size_t point_count) {
@@ -93,11 +121,22 @@ std::array<float, 3> normal_at(const Field& field, const std::array<float, 3>& p
           static_cast<float>(gradient.z / size)};
 }
 
-Mesh make_mesh(const Part& part, uint64_t seed, uint64_t faces, const ShapeOptions& options,
-               const ThreadPool& pool) {
+std::vector<std::array<float, 3>> normals_of(std::span<const std::array<float, 3>> positions,
+                                             const Field& field, double cell, const ThreadPool& pool) {
   constexpr size_t kGrain = 1 << 14;
+  std::vector<std::array<float, 3>> normals(positions.size());
+  pool.for_ranges(positions.size(), kGrain, [&](size_t begin, size_t end) {
+    for (size_t v = begin; v < end; ++v) normals[v] = normal_at(field, positions[v], 0.5 * cell);
+  });
+  return normals;
+}
+
+Expected<Mesh> make_mesh(const Part& part, uint64_t seed, uint64_t faces, const ShapeOptions& options,
+                         const ThreadPool& pool) {
   const std::unique_ptr<Field> field = make_field(part.kind, seed);
-  Surface surface = extract_about(*field, faces, seed, pool);
+  Expected<SizedSurface> extracted = extract_about(*field, faces, seed, pool);
+  if (!extracted) return extracted.status();
+  Surface& surface = extracted->surface;
   ChartedPoints points;
   if (options.texcoords) points = unfold(surface, *field);
 
@@ -109,11 +148,7 @@ Mesh make_mesh(const Part& part, uint64_t seed, uint64_t faces, const ShapeOptio
   const auto vertex_of = [&](size_t point) { return options.texcoords ? points.vertex[point] : point; };
 
   if (options.normals) {
-    std::vector<std::array<float, 3>> normals(vertex_count);
-    const double step = 0.5 * surface.cell;
-    pool.for_ranges(vertex_count, kGrain, [&](size_t begin, size_t end) {
-      for (size_t v = begin; v < end; ++v) normals[v] = normal_at(*field, surface.positions[v], step);
-    });
+    const auto normals = normals_of(surface.positions, *field, extracted->cell, pool);
     Attribute normal = make_attribute("NORMAL", 3, point_count);
     for (size_t p = 0; p < point_count; ++p) store(normal, p, normals[vertex_of(p)]);
     mesh.attributes.push_back(std::move(normal));
@@ -134,26 +169,74 @@ Mesh make_mesh(const Part& part, uint64_t seed, uint64_t faces, const ShapeOptio
   return mesh;
 }
 
+Status check_face_count(uint64_t faces) {
+  if (faces >= kMinFaces && faces <= kMaxFaces) return {};
+  return {StatusCode::kUsage, "the number of faces must be from 8 to 1,000,000,000"};
+}
+
+// Not for kScene.
+FieldKind field_kind(Shape shape) {
+  return shape == Shape::kTerrain ? FieldKind::kTerrain
+         : shape == Shape::kBlob  ? FieldKind::kBlob
+                                  : FieldKind::kGyroid;
+}
+
 }  // namespace
 
 Expected<std::vector<Mesh>> generate_shape(const ShapeOptions& options, const ThreadPool& pool) {
-  if (options.faces < kMinFaces || options.faces > kMaxFaces)
-    return Status(StatusCode::kUsage, "the number of faces must be from 8 to 1,000,000,000");
-  const Part single = {options.shape == Shape::kTerrain ? FieldKind::kTerrain
-                       : options.shape == Shape::kBlob  ? FieldKind::kBlob
-                                                        : FieldKind::kGyroid,
-                       1,
-                       {},
-                       1};
+  if (Status status = check_face_count(options.faces); !status.ok()) return status;
+  const Part single = {field_kind(options.shape), 1, {}, 1};
   const std::span<const Part> parts =
       options.shape == Shape::kScene ? std::span<const Part>(kScene) : std::span(&single, 1);
   std::vector<Mesh> meshes;
   for (const Part& part : parts) {
-    const double faces = std::max(8.0, static_cast<double>(options.faces) * part.share);
-    meshes.push_back(
-        make_mesh(part, options.seed + meshes.size(), static_cast<uint64_t>(faces), options, pool));
+    const auto faces = static_cast<uint64_t>(std::max(8.0, static_cast<double>(options.faces) * part.share));
+    Expected<Mesh> mesh = make_mesh(part, options.seed + meshes.size(), faces, options, pool);
+    if (!mesh) return mesh.status();
+    meshes.push_back(std::move(*mesh));
   }
   return meshes;
+}
+
+ShapeStream::ShapeStream(ShapeStream&&) noexcept = default;
+ShapeStream::~ShapeStream() = default;
+
+Expected<ShapeStream> ShapeStream::open(const ShapeOptions& options, const ThreadPool& pool) {
+  if (Status status = check_face_count(options.faces); !status.ok()) return status;
+  if (options.shape == Shape::kScene) return Status(StatusCode::kUsage, "a scene has several meshes");
+  if (options.texcoords)
+    return Status(StatusCode::kUsage, "charts of texture coordinates need the whole mesh in memory");
+  ShapeStream stream;
+  stream.options_ = options;
+  stream.field_ = make_field(field_kind(options.shape), options.seed);
+  uint64_t counted_points = 0, counted_faces = 0;
+  const auto count = [&](double cell) -> Expected<uint64_t> {
+    counted_points = counted_faces = 0;
+    const auto add = [&](Surface&& slab) -> Status {
+      counted_points += slab.positions.size();
+      counted_faces += slab.faces.size();
+      return {};
+    };
+    if (Status status = stream_surface(*stream.field_, cell, options.seed, pool, add); !status.ok())
+      return status;
+    stream.cell_ = cell;
+    return counted_faces;
+  };
+  const Expected<double> cell = find_cell(options.faces, count);
+  if (!cell) return cell.status();
+  if (stream.cell_ != *cell)
+    if (const Expected<uint64_t> again = count(*cell); !again) return again.status();
+  stream.point_count_ = counted_points;
+  stream.face_count_ = counted_faces;
+  return stream;
+}
+
+Status ShapeStream::read(const ThreadPool& pool, const std::function<Status(ShapePiece&&)>& take) const {
+  return stream_surface(*field_, cell_, options_.seed, pool, [&](Surface&& slab) {
+    ShapePiece piece{std::move(slab.positions), {}, std::move(slab.faces)};
+    if (options_.normals) piece.normals = normals_of(piece.positions, *field_, cell_, pool);
+    return take(std::move(piece));
+  });
 }
 
 }  // namespace psplit
