@@ -1,110 +1,12 @@
 #include "gltf_ext/mesh_files/mesh_file.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "gltf_ext/primitive/accessors.h"
 
 namespace psplit {
 namespace {
-
-using Vector = std::array<float, 3>;
-
-template <typename T>
-T load(const Attribute& attribute, size_t index) {
-  T value;
-  std::memcpy(&value, attribute.values.data() + index * sizeof(T), sizeof(T));
-  return value;
-}
-
-template <typename T>
-void store(Attribute& attribute, size_t index, const T& value) {
-  std::memcpy(attribute.values.data() + index * sizeof(T), &value, sizeof(T));
-}
-
-double squared_length(const std::array<double, 3>& v) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
-
-// For each point whose flag in `points` is set, the sum of the area vectors of its faces.
-std::vector<std::array<double, 3>> normals_of_faces(const Mesh& mesh, const Attribute& positions,
-                                                    const std::vector<uint32_t>& slot_of_point,
-                                                    size_t slot_count) {
-  std::vector<std::array<double, 3>> sums(slot_count);
-  for (const auto& face : mesh.faces) {
-    if (std::ranges::all_of(face, [&](uint32_t point) { return slot_of_point[point] == 0; })) continue;
-    std::array<Position, 3> p;
-    for (size_t i = 0; i < 3; ++i) p[i] = position_at(positions, face[i]);
-    std::array<double, 3> normal;
-    for (size_t axis = 0; axis < 3; ++axis) {
-      const size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
-      normal[axis] = (double{p[1][u]} - p[0][u]) * (double{p[2][v]} - p[0][v]) -
-                     (double{p[1][v]} - p[0][v]) * (double{p[2][u]} - p[0][u]);
-    }
-    for (const uint32_t point : face)
-      if (const uint32_t slot = slot_of_point[point]; slot > 0)
-        for (size_t axis = 0; axis < 3; ++axis) sums[slot - 1][axis] += normal[axis];
-  }
-  return sums;
-}
-
-Vector unit(const std::array<double, 3>& v, double square) {
-  const double scale = 1 / std::sqrt(square);
-  return {static_cast<float>(v[0] * scale), static_cast<float>(v[1] * scale), static_cast<float>(v[2] * scale)};
-}
-
-// Returns whether any normal has a direction.
-bool repair_normals(Mesh& mesh, Attribute& normals, const Attribute& positions, Losses& losses) {
-  constexpr double kUnit = 2e-3;  // more than the rounding error of numbers with three decimals
-  std::vector<uint32_t> zeros, slot_of_point;
-  uint64_t changed = 0;
-  for (uint32_t i = 0; i < mesh.point_count; ++i) {
-    const Vector value = load<Vector>(normals, i);
-    const std::array<double, 3> v{value[0], value[1], value[2]};
-    const double square = squared_length(v);
-    if (!std::isfinite(square) || square == 0) {
-      zeros.push_back(i);
-    } else if (std::fabs(square - 1) > kUnit) {
-      store(normals, i, unit(v, square));
-      ++changed;
-    }
-  }
-  if (zeros.size() == mesh.point_count) return false;
-  losses.add("normal was not of unit length: normalized", "normals were not of unit length: normalized",
-             changed);
-  if (zeros.empty()) return true;
-  losses.add("normal had no direction: made from the faces around it",
-             "normals had no direction: made from the faces around them", zeros.size());
-  slot_of_point.assign(mesh.point_count, 0);
-  for (size_t slot = 0; slot < zeros.size(); ++slot)
-    slot_of_point[zeros[slot]] = static_cast<uint32_t>(slot + 1);
-  const auto sums = normals_of_faces(mesh, positions, slot_of_point, zeros.size());
-  for (size_t slot = 0; slot < zeros.size(); ++slot) {
-    const double square = squared_length(sums[slot]);
-    store(normals, zeros[slot], square > 0 ? unit(sums[slot], square) : Vector{0, 0, 1});
-  }
-  return true;
-}
-
-void repair_floats(Attribute& attribute, Losses& losses) {
-  const bool is_color = attribute.semantic.starts_with("COLOR_");
-  const size_t count = attribute.values.size() / sizeof(float);
-  uint64_t not_finite = 0, clamped = 0;
-  for (size_t i = 0; i < count; ++i) {
-    const auto value = load<float>(attribute, i);
-    if (!std::isfinite(value)) {
-      ++not_finite;
-      store(attribute, i, 0.0f);
-    } else if (is_color && (value < 0 || value > 1)) {
-      ++clamped;
-      store(attribute, i, std::clamp(value, 0.0f, 1.0f));
-    }
-  }
-  const std::string of = " of " + attribute.semantic;
-  losses.add("number" + of + " was not finite: it is 0 now",
-             "numbers" + of + " were not finite: they are 0 now", not_finite);
-  losses.add("number" + of + " was not between 0 and 1: clamped",
-             "numbers" + of + " were not between 0 and 1: clamped", clamped);
-}
 
 AccessorData accessor_data_of(Attribute attribute, uint32_t count) {
   return {attribute.component_type, attribute.component_count, attribute.normalized, count,
@@ -204,26 +106,10 @@ void PolygonReader::finish() {
               triangulator_.irregular_count());
 }
 
-Position position_at(const Attribute& positions, uint32_t point) { return load<Position>(positions, point); }
-
-void repair_values(MeshFile& file) {
-  for (MeshFileObject& object : file.objects)
-    for (MeshFilePart& part : object.parts) {
-      Mesh& mesh = part.mesh;
-      const auto named = [&](const char* semantic) {
-        return std::ranges::find(mesh.attributes, semantic, &Attribute::semantic);
-      };
-      const auto positions = named("POSITION"), normals = named("NORMAL");
-      const auto end = mesh.attributes.end();
-      for (Attribute& attribute : mesh.attributes)
-        if (attribute.component_type == ComponentType::kFloat32 && attribute.semantic != "POSITION" &&
-            attribute.semantic != "NORMAL")
-          repair_floats(attribute, file.losses);
-      if (normals == end || positions == end || repair_normals(mesh, *normals, *positions, file.losses))
-        continue;
-      mesh.attributes.erase(normals);
-      file.losses.say("no normal has a direction: all are left out");
-    }
+Position position_at(const Attribute& positions, uint32_t point) {
+  Position position;
+  std::memcpy(position.data(), positions.values.data() + point * sizeof(position), sizeof(position));
+  return position;
 }
 
 Expected<Document> document_from_mesh_file(MeshFile file) {

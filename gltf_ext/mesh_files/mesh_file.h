@@ -63,11 +63,6 @@ class PolygonReader {
 // The position of a point; `positions` must be a POSITION of floats.
 Position position_at(const Attribute& positions, uint32_t point);
 
-// Changes the values of every part to what glTF requires, and counts the changes as losses. Normals become unit
-// vectors. A normal of length 0 is replaced by one of the surrounding faces; if all have length 0, NORMAL is
-// left out. Colours are clamped to [0, 1]. Numbers that are not finite become 0. Positions must be finite.
-void repair_values(MeshFile& file);
-
 // One mesh and one node for each object. The values are moved from `file` into the document one after the
 // other. Errors: kUnsupported if there are no faces.
 Expected<Document> document_from_mesh_file(MeshFile file);

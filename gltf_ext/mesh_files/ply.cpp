@@ -6,8 +6,6 @@
 #include <cstring>
 #include <limits>
 
-#include "gltf_ext/mesh_files/ply_header.h"
-
 namespace psplit {
 namespace {
 
@@ -29,7 +27,8 @@ ComponentType stored_type_of(PlyType type) {
   }
 }
 
-// The attributes of a vertex, and the destination of each property.
+// The attributes of a vertex, and the destination of each property. The attributes hold the values of a block
+// of points.
 class VertexLayout {
  public:
   explicit VertexLayout(const PlyElement& element) : element_(element), targets_(element.properties.size()) {}
@@ -192,6 +191,10 @@ class Values {
       error_ = text_ ? error_at_line(scanner_.line(), what) : error_at_byte(scanner_.offset(), what);
     return false;
   }
+  bool fail(Status status) {
+    if (error_.ok()) error_ = std::move(status);
+    return false;
+  }
   const Status& error() const { return error_; }
   void set_element(const std::string& name) { what_ = "element " + in_quotes(name); }
 
@@ -233,10 +236,10 @@ class Values {
 
 class PlyReader {
  public:
-  PlyReader(Scanner& scanner, const PlyHeader& header)
-      : header_(header), values_(scanner, header.encoding), polygons_(file_.losses) {}
+  PlyReader(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses)
+      : header_(header), values_(scanner, header.encoding), sink_(sink), losses_(losses), polygons_(losses) {}
 
-  Expected<MeshFile> read() {
+  Status read() {
     for (const PlyElement& element : header_.elements) {
       values_.set_element(element.name);
       const PlyProperty* const indices = indices_of(element);
@@ -247,9 +250,7 @@ class PlyReader {
     }
     polygons_.finish();
     if (!read_trailer()) return values_.error();
-    if (mesh_.point_count == 0) return invalid_input("PLY: no vertices");
-    file_.objects.push_back({"", {{std::move(mesh_), -1}}});
-    return std::move(file_);
+    return point_count_ == 0 ? invalid_input("PLY: no vertices") : Status();
   }
 
  private:
@@ -306,37 +307,41 @@ class PlyReader {
   bool read_vertices(const PlyElement& element) {
     if (element.count > kMostPoints) return values_.fail("more vertices than 32 bits can count");
     VertexLayout layout(element);
-    if (!layout.plan(file_.losses)) return values_.fail("vertices without x, y and z");
-    size_t reserved = 0;
-    if (!justify(element, reserved)) return false;
-    std::vector<Attribute>& attributes = layout.attributes();
-    for (Attribute& attribute : attributes) attribute.values.reserve(reserved * attribute.stride());
-    constexpr size_t kBlock = 1024;  // arrays grow by this number of points
-    for (size_t point = 0; point < element.count; ++point) {
-      if (point % kBlock == 0)
-        for (Attribute& attribute : attributes)
-          attribute.values.resize(std::min<size_t>(point + kBlock, element.count) * attribute.stride());
-      for (size_t i = 0; i < element.properties.size(); ++i) {
-        const PlyProperty& property = element.properties[i];
-        if (property.is_list) {
-          if (!skip_list(property)) return false;
-          continue;
-        }
-        double value = 0;
-        if (!values_.next(property.type, value)) return false;
-        const Target& target = layout.targets()[i];
-        Attribute& attribute = attributes[target.attribute];
-        store(attribute, point * attribute.component_count + target.component, value);
-      }
-      if (!is_finite(position_at(attributes[0], static_cast<uint32_t>(point))))
-        return values_.fail("the position of vertex " + std::to_string(point) + " is not finite");
-      if (!values_.end_element()) return false;
+    if (!layout.plan(losses_)) return values_.fail("vertices without x, y and z");
+    size_t expected = 0;
+    if (!justify(element, expected)) return false;
+    if (!take(sink_.begin(layout.attributes(), expected))) return false;
+    constexpr uint64_t kBlock = 1024;  // points
+    for (uint64_t first = 0; first < element.count; first += kBlock) {
+      const auto count = static_cast<size_t>(std::min(kBlock, element.count - first));
+      for (Attribute& attribute : layout.attributes()) attribute.values.resize(count * attribute.stride());
+      for (size_t i = 0; i < count; ++i)
+        if (!read_vertex(element, layout, first, i)) return false;
+      layout.flip_texcoords();
+      if (!take(sink_.add_points(layout.attributes(), count))) return false;
     }
-    layout.flip_texcoords();
     has_vertices_ = true;
-    mesh_.point_count = static_cast<uint32_t>(element.count);
-    mesh_.attributes = std::move(attributes);
+    point_count_ = static_cast<uint32_t>(element.count);
     return true;
+  }
+
+  // Vertex `first + i`, which is point i of the block.
+  bool read_vertex(const PlyElement& element, VertexLayout& layout, uint64_t first, size_t i) {
+    for (size_t k = 0; k < element.properties.size(); ++k) {
+      const PlyProperty& property = element.properties[k];
+      if (property.is_list) {
+        if (!skip_list(property)) return false;
+        continue;
+      }
+      double value = 0;
+      if (!values_.next(property.type, value)) return false;
+      const Target& target = layout.targets()[k];
+      Attribute& attribute = layout.attributes()[target.attribute];
+      store(attribute, i * attribute.component_count + target.component, value);
+    }
+    if (!is_finite(position_at(layout.attributes()[0], static_cast<uint32_t>(i))))
+      return values_.fail("the position of vertex " + std::to_string(first + i) + " is not finite");
+    return values_.end_element();
   }
 
   static bool is_finite(const Position& position) {
@@ -367,7 +372,7 @@ class PlyReader {
 
   bool skip_element(const PlyElement& element) {
     if (element.count == 0 || element.properties.empty()) return true;
-    file_.losses.say("the elements " + in_quotes(element.name) + " are left out");
+    losses_.say("the elements " + in_quotes(element.name) + " are left out");
     size_t count = 0;
     if (!justify(element, count)) return false;
     for (uint64_t n = 0; n < element.count; ++n) {
@@ -382,13 +387,13 @@ class PlyReader {
     if (element.count > 0 && !has_vertices_) return values_.fail("faces before their vertices are not read");
     size_t reserved = 0;
     if (!justify(element, reserved)) return false;
-    mesh_.faces.reserve(mesh_.faces.size() + reserved);
+    sink_.expect_faces(reserved);
     const bool strips = element.name == "tristrips";
     std::string left_out;
     for (const PlyProperty& property : element.properties)
       if (&property != &indices) left_out += (left_out.empty() ? "" : ", ") + in_quotes(property.name);
     if (!left_out.empty() && element.count > 0)
-      file_.losses.say("other properties of faces are left out: " + left_out);
+      losses_.say("other properties of faces are left out: " + left_out);
     for (uint64_t n = 0; n < element.count; ++n) {
       for (const PlyProperty& property : element.properties) {
         const bool reads = &property != &indices ? skip_property(property)
@@ -396,18 +401,25 @@ class PlyReader {
                                                  : read_polygon(property);
         if (!reads) return false;
       }
-      if (!values_.end_element()) return false;
+      if (!values_.end_element() || (faces_.size() >= kMostFaces && !pass_faces())) return false;
     }
+    return pass_faces();
+  }
+
+  bool pass_faces() {
+    if (!take(sink_.add_faces(faces_))) return false;
+    faces_.clear();
     return true;
   }
+
+  bool take(Status status) { return status.ok() || values_.fail(std::move(status)); }
 
   bool read_corner(PlyType type, uint32_t& corner) {
     double value = 0;
     if (!values_.next(type, value)) return false;
-    if (!(value >= 0 && value < mesh_.point_count && std::floor(value) == value)) {
+    if (!(value >= 0 && value < point_count_ && std::floor(value) == value)) {
       const std::string name = parse_integer_text(value);
-      return values_.fail("a face names vertex " + name + ", but there are " +
-                          std::to_string(mesh_.point_count));
+      return values_.fail("a face names vertex " + name + ", but there are " + std::to_string(point_count_));
     }
     corner = static_cast<uint32_t>(value);
     return true;
@@ -426,9 +438,12 @@ class PlyReader {
       uint32_t corner = 0;
       if (!read_corner(property.type, corner)) return false;
       corners_.push_back(corner);
-      if (length > 3) positions_.push_back(position_at(mesh_.attributes[0], corner));
+      if (length <= 3) continue;
+      const Expected<Position> position = sink_.position(corner);
+      if (!position) return values_.fail(position.status());
+      positions_.push_back(*position);
     }
-    polygons_.add(corners_, positions_, mesh_.faces);
+    polygons_.add(corners_, positions_, faces_);
     return true;
   }
 
@@ -446,15 +461,15 @@ class PlyReader {
         count = 0;
         continue;
       }
-      if (!(value >= 0 && value < mesh_.point_count && std::floor(value) == value))
+      if (!(value >= 0 && value < point_count_ && std::floor(value) == value))
         return values_.fail("a strip names vertex " + parse_integer_text(value) + ", but there are " +
-                            std::to_string(mesh_.point_count));
+                            std::to_string(point_count_));
       last = {last[1], last[2], static_cast<uint32_t>(value)};
       if (++count < 3) continue;
       const auto [a, b, c] = last;
       // Strips that turn repeat an index: such triangles draw nothing and are skipped.
       if (a == b || b == c || c == a) continue;
-      mesh_.faces.push_back(count % 2 == 1 ? std::array{a, b, c} : std::array{b, a, c});
+      faces_.push_back(count % 2 == 1 ? std::array{a, b, c} : std::array{b, a, c});
     }
     return true;
   }
@@ -463,8 +478,8 @@ class PlyReader {
   bool read_trailer() {
     Scanner& scanner = values_.scanner();
     if (!values_.is_text()) {
-      file_.losses.add("byte after the last element is not read", "bytes after the last element are not read",
-                       scanner.drain());
+      losses_.add("byte after the last element is not read", "bytes after the last element are not read",
+                  scanner.drain());
       return true;
     }
     if (const std::string_view word = scanner.next_word(); !word.empty())
@@ -472,22 +487,33 @@ class PlyReader {
     return true;
   }
 
+  static constexpr size_t kMostFaces = 4096;  // that are kept before the sink gets them
   const PlyHeader& header_;
   Values values_;
-  MeshFile file_;
-  Mesh mesh_;
+  MeshSink& sink_;
+  Losses& losses_;
   PolygonReader polygons_;
+  uint32_t point_count_ = 0;
   bool has_vertices_ = false;
+  Array<std::array<uint32_t, 3>> faces_;
   std::vector<uint32_t> corners_;
   std::vector<Position> positions_;
 };
 
 }  // namespace
 
+Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses) {
+  return PlyReader(scanner, header, sink, losses).read();
+}
+
 Expected<MeshFile> read_ply(Scanner& scanner) {
   const Expected<PlyHeader> header = read_ply_header(scanner);
   if (!header) return header.status();
-  return PlyReader(scanner, *header).read();
+  MeshFile file;
+  MeshBuilder builder;
+  if (Status status = read_ply(scanner, *header, builder, file.losses); !status.ok()) return status;
+  file.objects.push_back({"", {{builder.take(), -1}}});
+  return file;
 }
 
 }  // namespace psplit

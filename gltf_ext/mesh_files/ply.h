@@ -2,6 +2,8 @@
 #pragma once
 
 #include "gltf_ext/mesh_files/mesh_file.h"
+#include "gltf_ext/mesh_files/mesh_sink.h"
+#include "gltf_ext/mesh_files/ply_header.h"
 #include "gltf_ext/mesh_files/scanner.h"
 
 namespace psplit {
@@ -18,5 +20,8 @@ namespace psplit {
 // elements are left out and count as losses. A file that does not hold what its header claims is an error.
 // Errors: kInvalidInput with the line or byte, kUnsupported for point clouds.
 Expected<MeshFile> read_ply(Scanner& scanner);
+
+// The same as a stream: `sink` gets the points and faces. Call read_ply_header first. Errors of the sink too.
+Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses);
 
 }  // namespace psplit

@@ -1,18 +1,16 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 
 #include <algorithm>
-#include <array>
 #include <new>
 #include <stdexcept>
 
 #include "gltf_ext/convert/draco_file.h"
-#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/uri.h"
-#include "gltf_ext/json/glb.h"
 #include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/mesh_files/off.h"
 #include "gltf_ext/mesh_files/ply.h"
+#include "gltf_ext/mesh_files/repair_values.h"
 #include "gltf_ext/mesh_files/stl.h"
 #include "gltf_ext/primitive/normal_lengths.h"
 
@@ -20,69 +18,6 @@ namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
-
-enum class Format { kGltf, kDraco, kPly, kObj, kStl, kOff };
-
-struct Extension {
-  std::string_view text;
-  Format format;
-};
-constexpr std::array<Extension, 7> kExtensions = {{{".gltf", Format::kGltf},
-                                                   {".glb", Format::kGltf},
-                                                   {".drc", Format::kDraco},
-                                                   {".ply", Format::kPly},
-                                                   {".obj", Format::kObj},
-                                                   {".stl", Format::kStl},
-                                                   {".off", Format::kOff}}};
-
-fs::path without_gz(const fs::path& path) {
-  return lower_extension(path) == ".gz" ? path.parent_path() / path.stem() : path;
-}
-
-std::optional<Format> format_of_name(const fs::path& path) {
-  const std::string extension = lower_extension(without_gz(path));
-  const auto found = std::ranges::find(kExtensions, extension, &Extension::text);
-  return found == kExtensions.end() ? std::nullopt : std::optional(found->format);
-}
-
-// The first word of the first line in the window that is not a comment.
-std::string_view first_word(std::string_view text) {
-  constexpr std::string_view kBlanks = " \t\r\n\v\f";
-  for (size_t at = 0; at < text.size();) {
-    const size_t begin = text.find_first_not_of(kBlanks, at);
-    if (begin == std::string_view::npos) return {};
-    if (text[begin] != '#') {
-      const size_t end = text.find_first_of(kBlanks, begin);
-      return text.substr(begin, std::min(end, text.size()) - begin);
-    }
-    at = std::min(text.find_first_of("\r\n", begin), text.size());
-  }
-  return {};
-}
-
-bool is_obj_keyword(std::string_view word) {
-  constexpr std::array<std::string_view, 11> kKeywords = {"v", "vt", "vn", "vp", "f",     "o",
-                                                          "g", "s",  "l",  "p",  "usemtl"};
-  return word == "mtllib" || std::ranges::find(kKeywords, word) != kKeywords.end();
-}
-
-std::optional<Format> format_of_content(Scanner& scanner) {
-  if (has_size_of_binary_stl(scanner)) return Format::kStl;
-  std::string_view head = scanner.peek(size_t{1} << 16);
-  const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(head.data()), head.size());
-  if (is_glb(bytes)) return Format::kGltf;
-  if (is_draco(bytes)) return Format::kDraco;
-  if (is_text_stl(scanner)) return Format::kStl;
-  head = scanner.peek(size_t{1} << 16);
-  if (head.starts_with("ply\n") || head.starts_with("ply\r") || head.starts_with("ply ")) return Format::kPly;
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  if (head.starts_with(kByteOrderMark)) head.remove_prefix(kByteOrderMark.size());
-  const std::string_view word = first_word(head);
-  if (word.starts_with('{')) return Format::kGltf;
-  if (is_off_keyword(word)) return Format::kOff;
-  if (is_obj_keyword(word)) return Format::kObj;
-  return std::nullopt;
-}
 
 Expected<std::vector<uint8_t>> read_all(Scanner& scanner) {
   std::vector<uint8_t> bytes;
@@ -96,12 +31,12 @@ Expected<std::vector<uint8_t>> read_all(Scanner& scanner) {
   return bytes;
 }
 
-Expected<Asset> read_whole_file(Scanner& scanner, Format format, const fs::path& source,
+Expected<Asset> read_whole_file(Scanner& scanner, AssetFormat format, const fs::path& source,
                                 const DescribeStream& describe) {
   Expected<std::vector<uint8_t>> bytes = read_all(scanner);
   if (!bytes) return bytes.status();
-  Expected<Document> document = format == Format::kDraco ? document_from_draco(*bytes, describe)
-                                                         : parse_document(std::move(*bytes), source);
+  Expected<Document> document = format == AssetFormat::kDraco ? document_from_draco(*bytes, describe)
+                                                              : parse_document(std::move(*bytes), source);
   if (!document) return document.status();
   std::vector<std::string> warnings;
   if (const uint64_t count = count_odd_normals(*document); count > 0)
@@ -124,15 +59,14 @@ OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& file
   };
 }
 
-Expected<Asset> read_mesh_file(Scanner& scanner, Format format, const fs::path& source) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  if (scanner.peek(kByteOrderMark.size()) == kByteOrderMark && format != Format::kStl)
-    scanner.skip(kByteOrderMark.size());
+Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source) {
+  if (format != AssetFormat::kStl) skip_byte_order_mark(scanner);
   std::vector<fs::path> libraries;
-  Expected<MeshFile> file = format == Format::kPly   ? read_ply(scanner)
-                            : format == Format::kStl ? read_stl(scanner)
-                            : format == Format::kOff ? read_off(scanner)
-                                                     : read_obj(scanner, libraries_beside(source, libraries));
+  Expected<MeshFile> file = format == AssetFormat::kPly   ? read_ply(scanner)
+                            : format == AssetFormat::kStl ? read_stl(scanner)
+                            : format == AssetFormat::kOff
+                                ? read_off(scanner)
+                                : read_obj(scanner, libraries_beside(source, libraries));
   // A failure of the stream is the reason why the rest of the file is missing.
   if (Status status = scanner.failure(); !status.ok()) return status;
   if (!file) return file.status();
@@ -146,20 +80,11 @@ Expected<Asset> read_mesh_file(Scanner& scanner, Format format, const fs::path& 
 
 Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& source,
                             const DescribeStream& describe) {
-  std::vector<uint8_t> head(3);
-  size_t count = 0;
-  for (size_t got = 1; got > 0 && count < head.size(); count += got)
-    got = stream->read(std::span(head).subspan(count));
-  head.resize(count);
-  const bool packed = is_gzip(head);
-  stream = join_streams(std::move(head), std::move(stream));
-  if (packed) stream = unpack_gzip(std::move(stream));
-
-  Scanner scanner(std::move(stream));
-  if (scanner.at_end()) return scanner.failure().ok() ? invalid_input("the file is empty") : scanner.failure();
-  std::optional<Format> format = format_of_content(scanner);
-  if (!format) format = format_of_name(source);
-  if (format == Format::kGltf || format == Format::kDraco)
+  Expected<Scanner> opened = open_scanner(std::move(stream));
+  if (!opened) return opened.status();
+  Scanner& scanner = *opened;
+  const std::optional<AssetFormat> format = format_of(scanner, source);
+  if (format == AssetFormat::kGltf || format == AssetFormat::kDraco)
     return read_whole_file(scanner, *format, source, describe);
   if (format) return read_mesh_file(scanner, *format, source);
   if (Status status = scanner.failure(); !status.ok()) return status;
@@ -190,20 +115,6 @@ Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe)
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
   return read_asset(std::move(*stream), path, describe);
-}
-
-bool is_asset_name(const fs::path& path) { return format_of_name(path).has_value(); }
-
-fs::path without_asset_extensions(const fs::path& path) {
-  const fs::path unpacked = is_asset_name(path) ? without_gz(path) : path;
-  return unpacked.parent_path() / unpacked.stem();
-}
-
-std::string asset_extensions_text() {
-  std::string text;
-  for (const Extension& extension : kExtensions)
-    text += (text.empty() ? "" : ", ") + std::string(extension.text);
-  return text;
 }
 
 }  // namespace psplit

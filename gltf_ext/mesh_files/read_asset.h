@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "src/container/stream_description.h"
 
@@ -25,12 +26,5 @@ Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStre
 // The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
                            const DescribeStream& describe);
-
-// Whether the extension of a name is one of these formats, in any case: ".ply" and ".ply.gz", for example.
-bool is_asset_name(const std::filesystem::path& path);
-// The name without ".gz" and without the extension of a format before it: "a.ply.gz" becomes "a".
-std::filesystem::path without_asset_extensions(const std::filesystem::path& path);
-// ".gltf, .glb, .drc, .ply, .obj, .stl or .off", for help texts and messages.
-std::string asset_extensions_text();
 
 }  // namespace psplit

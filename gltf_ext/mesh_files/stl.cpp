@@ -23,25 +23,20 @@ uint32_t facet_count_of(std::string_view header) {
   return count;
 }
 
-// A normal and three positions, as binary files store them.
-struct Facet {
-  std::array<float, 3> normal;
-  std::array<Position, 3> corners;
-};
+bool is_finite(const Facet& facet) {
+  for (const Position& corner : facet.corners)
+    for (const float value : corner)
+      if (!std::isfinite(value)) return false;
+  return true;
+}
 
 // Merges points with equal position and normal, found through a hash table with twice as many slots.
 class SoupBuilder {
  public:
-  // False if a position is not finite.
-  bool add(const Facet& facet) {
+  void add(const Facet& facet) {
     std::array<uint32_t, 3> face;
-    for (size_t i = 0; i < 3; ++i) {
-      for (const float value : facet.corners[i])
-        if (!std::isfinite(value)) return false;
-      face[i] = point_of(facet.corners[i], facet.normal);
-    }
+    for (size_t i = 0; i < 3; ++i) face[i] = point_of(facet.corners[i], facet.normal);
     faces_.push_back(face);
-    return true;
   }
 
   size_t face_count() const { return faces_.size(); }
@@ -108,11 +103,45 @@ class SoupBuilder {
   Array<std::array<uint32_t, 3>> faces_;
 };
 
+// A mesh of each solid, in memory.
+class SolidBuilder : public FacetSink {
+ public:
+  explicit SolidBuilder(Losses& losses) : losses_(losses) {}
+
+  Status add(const Facet& facet) override {
+    soup_.add(facet);
+    return {};
+  }
+
+  void end_solid(const std::string& name, uint64_t offset) override {
+    name_ = name;
+    if (soup_.face_count() == 0) return;
+    // Thousands of solids with one or two facets would take more memory than their bytes justify.
+    constexpr size_t kFewSolids = 1024, kBytesOfSolid = 512;
+    if (objects_.size() < kFewSolids + offset / kBytesOfSolid)
+      objects_.push_back({name, {{soup_.take(), -1}}});
+    else
+      losses_.say("solids of a few facets share a mesh: there are too many of them");
+  }
+
+  std::vector<MeshFileObject> take() {
+    if (soup_.face_count() > 0) objects_.push_back({name_, {{soup_.take(), -1}}});
+    return std::move(objects_);
+  }
+
+ private:
+  Losses& losses_;
+  SoupBuilder soup_;
+  std::vector<MeshFileObject> objects_;
+  std::string name_;
+};
+
 class TextReader {
  public:
-  explicit TextReader(Scanner& scanner) : scanner_(scanner) {}
+  TextReader(Scanner& scanner, FacetSink& sink, Losses& losses)
+      : scanner_(scanner), sink_(sink), losses_(losses) {}
 
-  Expected<MeshFile> read() {
+  Status read() {
     for (;;) {
       const std::string_view word = scanner_.next_word();
       if (word.empty()) break;
@@ -121,18 +150,17 @@ class TextReader {
       } else if (is_word(word, "facet") && inside_) {
         if (Status status = read_facet(); !status.ok()) return status;
       } else if (is_word(word, "endsolid") && inside_) {
-        end_solid();
+        inside_ = false;
+        sink_.end_solid(name_, scanner_.offset());
         scanner_.next_line();
       } else if (is_word(word, "color") && inside_) {  // a statement that some programs add
-        file_.losses.say("colours of solids are left out");
+        losses_.say("colours of solids are left out");
         scanner_.next_line();
       } else {
         return error_at_line(scanner_.line(), in_quotes(word) + " where \"facet\" or \"endsolid\" is expected");
       }
     }
-    if (inside_) return error_at_line(scanner_.line(), "the file ends before \"endsolid\"");
-    if (soup_.face_count() > 0) file_.objects.push_back({name_, {{soup_.take(), -1}}});
-    return std::move(file_);
+    return inside_ ? error_at_line(scanner_.line(), "the file ends before \"endsolid\"") : Status();
   }
 
  private:
@@ -144,17 +172,6 @@ class TextReader {
     if (!name) return error_at_line(scanner_.line(), "a name that is too long");
     name_ = *name;
     return {};
-  }
-
-  void end_solid() {
-    inside_ = false;
-    if (soup_.face_count() == 0) return;
-    // Thousands of solids with one or two facets would take more memory than their bytes justify.
-    constexpr size_t kFewSolids = 1024, kBytesOfSolid = 512;
-    if (file_.objects.size() < kFewSolids + scanner_.offset() / kBytesOfSolid)
-      file_.objects.push_back({name_, {{soup_.take(), -1}}});
-    else
-      file_.losses.say("solids of a few facets share a mesh: there are too many of them");
   }
 
   Status expect(std::initializer_list<std::string_view> words) {
@@ -190,18 +207,17 @@ class TextReader {
       if (Status status = read_vector(corner); !status.ok()) return status;
     }
     if (Status status = expect({"endloop", "endfacet"}); !status.ok()) return status;
-    if (!soup_.add(facet)) return error_at_line(line, "a position that is not finite");
-    return {};
+    return is_finite(facet) ? sink_.add(facet) : error_at_line(line, "a position that is not finite");
   }
 
   Scanner& scanner_;
-  MeshFile file_;
-  SoupBuilder soup_;
+  FacetSink& sink_;
+  Losses& losses_;
   std::string name_;
   bool inside_ = false;
 };
 
-Expected<MeshFile> read_binary(Scanner& scanner) {
+Status read_binary(Scanner& scanner, FacetSink& sink, Losses& losses) {
   const std::string_view header = scanner.peek(kHeaderBytes);
   if (header.size() < kHeaderBytes) return invalid_input("STL: the file ends inside its header");
   const uint32_t count = facet_count_of(header);
@@ -212,8 +228,6 @@ Expected<MeshFile> read_binary(Scanner& scanner) {
   };
   if (const auto left = scanner.bytes_left(); left && *left / kFacetBytes < count)
     return ends_early(*left / kFacetBytes);
-  MeshFile file;
-  SoupBuilder soup;
   uint64_t with_attributes = 0;
   for (uint32_t i = 0; i < count; ++i) {
     const uint64_t offset = scanner.offset();
@@ -224,15 +238,16 @@ Expected<MeshFile> read_binary(Scanner& scanner) {
     std::memcpy(&facet, bytes.data(), sizeof(facet));
     with_attributes += bytes[48] != 0 || bytes[49] != 0;
     scanner.skip(kFacetBytes);
-    if (!soup.add(facet))
+    if (!is_finite(facet))
       return error_at_byte(offset, "a position of facet " + std::to_string(i) + " is not finite");
+    if (Status status = sink.add(facet); !status.ok()) return status;
   }
-  file.losses.add("facet has two attribute bytes, which are left out",
-                  "facets have two attribute bytes each, which are left out", with_attributes);
-  file.losses.add("byte after the last facet is not read", "bytes after the last facet are not read",
-                  scanner.drain());
-  if (soup.face_count() > 0) file.objects.push_back({"", {{soup.take(), -1}}});
-  return file;
+  losses.add("facet has two attribute bytes, which are left out",
+             "facets have two attribute bytes each, which are left out", with_attributes);
+  losses.add("byte after the last facet is not read", "bytes after the last facet are not read",
+             scanner.drain());
+  sink.end_solid("", scanner.offset());
+  return {};
 }
 
 }  // namespace
@@ -255,9 +270,22 @@ bool is_text_stl(Scanner& scanner) {
   return text.find('\0') == std::string_view::npos;
 }
 
+Status read_stl(Scanner& scanner, FacetSink& sink, Losses& losses) {
+  return is_text_stl(scanner) ? TextReader(scanner, sink, losses).read() : read_binary(scanner, sink, losses);
+}
+
+std::optional<uint32_t> facet_count_of_binary_stl(Scanner& scanner) {
+  if (is_text_stl(scanner)) return std::nullopt;
+  const std::string_view header = scanner.peek(kHeaderBytes);
+  return header.size() < kHeaderBytes ? std::nullopt : std::optional(facet_count_of(header));
+}
+
 Expected<MeshFile> read_stl(Scanner& scanner) {
-  Expected<MeshFile> file = is_text_stl(scanner) ? TextReader(scanner).read() : read_binary(scanner);
-  if (file && file->objects.empty() && scanner.failure().ok()) return invalid_input("STL: no facets");
+  MeshFile file;
+  SolidBuilder solids(file.losses);
+  if (Status status = read_stl(scanner, solids, file.losses); !status.ok()) return status;
+  file.objects = solids.take();
+  if (file.objects.empty() && scanner.failure().ok()) return invalid_input("STL: no facets");
   return file;
 }
 

@@ -13,9 +13,31 @@ bool is_text_stl(Scanner& scanner);
 // Whether the size of the file matches its count of facets. False if the size is unknown.
 bool has_size_of_binary_stl(Scanner& scanner);
 
+// A normal and three positions, as binary files store them.
+struct Facet {
+  std::array<float, 3> normal;
+  std::array<Position, 3> corners;
+};
+
+// Receives the facets of a file while it is read.
+class FacetSink {
+ public:
+  virtual ~FacetSink() = default;
+  // Its positions are finite. The reader stops at the first error.
+  virtual Status add(const Facet& facet) = 0;
+  // The solid whose facets came since the last call. `offset` is the number of bytes that were read.
+  virtual void end_solid(const std::string& name, uint64_t offset) = 0;
+};
+
+// The number of facets that the header of a binary file states. Nothing for a text or a file without a header.
+std::optional<uint32_t> facet_count_of_binary_stl(Scanner& scanner);
+
+// Errors: kInvalidInput with the line or byte (missing facets, words that are not numbers, positions that are
+// not finite), and those of the sink.
+Status read_stl(Scanner& scanner, FacetSink& sink, Losses& losses);
+
 // One object for each solid, with the normals of the facets. Points with equal position and normal are one
-// point. Errors: kInvalidInput with the line or byte (missing facets, words that are not numbers, positions
-// that are not finite).
+// point. Errors: the same, and kInvalidInput if there are no facets.
 Expected<MeshFile> read_stl(Scanner& scanner);
 
 }  // namespace psplit
