@@ -9,7 +9,9 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <thread>
+#include <utility>
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
@@ -142,6 +144,67 @@ Expected<std::optional<std::string>> GroupLock::take(const std::filesystem::path
   const Expected<bool> locked = lock(descriptor_, LOCK_EX, path);
   if (!locked) return locked.status();
   return *locked ? std::optional(read_text(descriptor_)) : std::nullopt;
+}
+
+UnnamedFile::UnnamedFile(UnnamedFile&& other) noexcept
+    : folder_(std::move(other.folder_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+UnnamedFile& UnnamedFile::operator=(UnnamedFile&& other) noexcept {
+  std::swap(folder_, other.folder_);
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+void UnnamedFile::close() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  descriptor_ = -1;
+}
+
+Expected<UnnamedFile> UnnamedFile::create(const std::filesystem::path& folder) {
+  UnnamedFile file;
+  file.folder_ = folder.empty() ? "." : folder;
+#ifdef O_TMPFILE
+  file.descriptor_ = ::open(file.folder_.c_str(), O_RDWR | O_TMPFILE | O_CLOEXEC, 0600);
+#endif
+  if (file.descriptor_ < 0) {  // a file system without such files: the name exists for a moment
+    std::string name = (file.folder_ / ".psplit-XXXXXX").string();
+    file.descriptor_ = ::mkstemp(name.data());
+    if (file.descriptor_ >= 0) {
+      ::unlink(name.c_str());
+      ::fcntl(file.descriptor_, F_SETFD, FD_CLOEXEC);
+    }
+  }
+  if (file.descriptor_ < 0)
+    return io_error("cannot create a temporary file in " + file.folder_.string(), errno);
+  return file;
+}
+
+Status UnnamedFile::write(uint64_t offset, std::span<const uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      const std::string what = "cannot write a temporary file in " + folder_.string();
+      const int error = written == 0 ? ENOSPC : errno;
+      return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached")
+                            : io_error(what, error);
+    }
+    bytes = bytes.subspan(static_cast<size_t>(written));
+    offset += static_cast<uint64_t>(written);
+  }
+  return {};
+}
+
+Status UnnamedFile::read(uint64_t offset, std::span<uint8_t> to) const {
+  while (!to.empty()) {
+    const ssize_t got = ::pread(descriptor_, to.data(), to.size(), static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0)
+      return io_error("cannot read a temporary file in " + folder_.string(), got == 0 ? EIO : errno);
+    to = to.subspan(static_cast<size_t>(got));
+    offset += static_cast<uint64_t>(got);
+  }
+  return {};
 }
 
 bool may_write_into(const std::filesystem::path& folder) { return ::access(folder.c_str(), W_OK | X_OK) == 0; }

@@ -3,9 +3,11 @@
 // changes only these two.
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -64,6 +66,32 @@ class GroupLock {
 
  private:
   Status open(const std::filesystem::path& path);
+  int descriptor_ = -1;
+};
+
+// A temporary file without a name: it disappears when the object is destroyed or the process ends, even by a
+// signal. Not thread-safe.
+class UnnamedFile {
+ public:
+  UnnamedFile() = default;
+  UnnamedFile(UnnamedFile&& other) noexcept;
+  UnnamedFile& operator=(UnnamedFile&& other) noexcept;
+  ~UnnamedFile() { close(); }
+
+  // Errors: those of io_error.
+  static Expected<UnnamedFile> create(const std::filesystem::path& folder);
+  // Writes at any offset; bytes between the old end and the offset are zeros. Errors: those of io_error, and
+  // kMayPass for the limit on a file's size.
+  Status write(uint64_t offset, std::span<const uint8_t> bytes);
+  // Reads bytes that were written. Errors: those of io_error.
+  Status read(uint64_t offset, std::span<uint8_t> to) const;
+  // The system's number of the open file, which stays this object's.
+  int descriptor() const { return descriptor_; }
+  // Gives the space back before the object is destroyed.
+  void close();
+
+ private:
+  std::filesystem::path folder_;
   int descriptor_ = -1;
 };
 

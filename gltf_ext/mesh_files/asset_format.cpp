@@ -69,7 +69,8 @@ std::optional<AssetFormat> format_of_content(Scanner& scanner) {
   if (is_draco(bytes)) return AssetFormat::kDraco;
   if (is_text_stl(scanner)) return AssetFormat::kStl;
   head = scanner.peek(size_t{1} << 16);
-  if (head.starts_with("ply\n") || head.starts_with("ply\r") || head.starts_with("ply ")) return AssetFormat::kPly;
+  if (head.starts_with("ply\n") || head.starts_with("ply\r") || head.starts_with("ply "))
+    return AssetFormat::kPly;
   if (head.starts_with(kByteOrderMark)) head.remove_prefix(kByteOrderMark.size());
   const std::string_view word = first_word(head);
   if (word.starts_with('{')) return AssetFormat::kGltf;

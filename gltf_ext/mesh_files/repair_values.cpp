@@ -35,9 +35,8 @@ std::vector<std::array<double, 3>> normals_of_faces(const Mesh& mesh, const Attr
   std::vector<std::array<double, 3>> sums(slot_count);
   for (const auto& face : mesh.faces) {
     if (std::ranges::all_of(face, [&](uint32_t point) { return slot_of_point[point] == 0; })) continue;
-    const std::array<double, 3> normal =
-        area_vector({position_at(positions, face[0]), position_at(positions, face[1]),
-                     position_at(positions, face[2])});
+    const std::array<double, 3> normal = area_vector(
+        {position_at(positions, face[0]), position_at(positions, face[1]), position_at(positions, face[2])});
     for (const uint32_t point : face)
       if (const uint32_t slot = slot_of_point[point]; slot > 0)
         for (size_t axis = 0; axis < 3; ++axis) sums[slot - 1][axis] += normal[axis];
