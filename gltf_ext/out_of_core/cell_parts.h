@@ -1,0 +1,62 @@
+// A mesh in temporary files, as parts that fit into memory.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "encoder/out_of_core/mesh_parts.h"
+#include "gltf_ext/out_of_core/cell_assignment.h"
+#include "gltf_ext/out_of_core/file_blocks.h"
+#include "gltf_ext/out_of_core/mesh_spool.h"
+
+namespace psplit {
+
+// What became of the points and faces. The counts are those of reduce() (encoder/welding/reduce.h) for the
+// whole mesh.
+struct CellStatistics {
+  uint64_t points = 0;           // of the input; of a soup, its different corners
+  uint64_t faces = 0;            // of the input
+  uint64_t kept_faces = 0;       // of all parts
+  uint64_t changed_normals = 0;  // of a soup: see MeshSpool::repair_soup
+  uint64_t merged_points = 0, dropped_faces = 0, dropped_points = 0;
+};
+
+// Each cell with faces is a part. Equal points are merged by the cell that they belong to, before the faces of
+// other cells get them.
+class CellParts : public MeshParts {
+ public:
+  struct Options {
+    std::filesystem::path folder;  // of the temporary files
+    PartCost cost;
+    uint64_t buffer_bytes = 0;  // memory for buffers
+  };
+  // Closes the files of `spool`. Errors: those of the files, kUnsupported if the mesh cannot be divided so, or
+  // if all faces are degenerate.
+  static Expected<std::unique_ptr<CellParts>> make(MeshSpool& spool, const Options& options,
+                                                   const ThreadPool& pool);
+
+  uint32_t part_count() const override { return static_cast<uint32_t>(places_.size()); }
+  uint32_t shared_count() const override { return shared_count_; }
+  Expected<MeshPart> read(uint32_t part) override;
+
+  const CellStatistics& statistics() const { return statistics_; }
+
+ private:
+  class Builder;
+  struct Place {
+    uint64_t offset = 0;
+    uint32_t face_count = 0, point_count = 0, shared_count = 0;
+  };
+  CellParts() = default;
+
+  std::vector<Attribute> attributes_;
+  AppendFile file_;
+  std::vector<Place> places_;
+  // For each point that cells asked each other for, its number among those that several parts use.
+  std::vector<uint32_t> shared_number_;
+  uint32_t shared_count_ = 0;
+  CellStatistics statistics_;
+};
+
+}  // namespace psplit

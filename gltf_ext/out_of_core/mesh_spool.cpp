@@ -1,0 +1,368 @@
+#include "gltf_ext/out_of_core/mesh_spool.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "encoder/coding/quantization.h"
+#include "gltf_ext/mesh_files/repair_values.h"
+
+namespace psplit {
+namespace {
+
+constexpr size_t kBlockBytes = size_t{1} << 20;
+constexpr uint64_t kMostPoints = UINT32_MAX - 1;
+
+std::span<const uint8_t> bytes_of(const auto& values) {
+  return {reinterpret_cast<const uint8_t*>(values.data()), values.size() * sizeof(values[0])};
+}
+
+bool has_direction(const std::array<float, 3>& normal) {
+  double square = 0;
+  for (const float value : normal) square += double{value} * double{value};
+  return std::isfinite(square) && square != 0;
+}
+
+std::array<uint32_t, 6> key_of(const Position& position, const std::array<float, 3>& normal) {
+  std::array<uint32_t, 6> key;
+  std::memcpy(key.data(), position.data(), sizeof(position));
+  std::memcpy(key.data() + 3, normal.data(), sizeof(normal));
+  return key;
+}
+
+}  // namespace
+
+size_t MeshSpool::HashOfPoint::operator()(const std::array<uint32_t, 6>& point) const {
+  uint64_t state = 0x9e3779b97f4a7c15;
+  for (const uint32_t bits : point) {
+    state = (state ^ bits) * 0xff51afd7ed558ccd;
+    state ^= state >> 32;
+  }
+  return static_cast<size_t>(state);
+}
+
+Expected<std::unique_ptr<MeshSpool>> MeshSpool::create(SpoolOptions options, Losses& losses) {
+  std::unique_ptr<MeshSpool> spool(new MeshSpool(std::move(options), losses));
+  Expected<AppendFile> points = AppendFile::create(spool->options_.folder);
+  if (!points) return points.status();
+  Expected<AppendFile> faces = AppendFile::create(spool->options_.folder);
+  if (!faces) return faces.status();
+  spool->points_ = std::move(*points);
+  spool->faces_ = std::move(*faces);
+  return spool;
+}
+
+Status MeshSpool::begin(std::span<const Attribute> layout, size_t) {
+  attributes_.assign(layout.begin(), layout.end());
+  for (size_t i = 0; i < attributes_.size(); ++i) {
+    attributes_[i].values.clear();
+    offsets_.push_back(record_bytes_);
+    record_bytes_ += attributes_[i].stride();
+    if (attributes_[i].semantic == "POSITION") position_ = i;
+    if (attributes_[i].semantic == "NORMAL" && options_.repairs) normal_ = i;
+  }
+  extremes_.resize(attributes_.size());
+  return {};
+}
+
+bool MeshSpool::stays_exact(const Attribute& attribute) const {
+  return options_.coding.lossless || options_.exact.contains(attribute.semantic);
+}
+
+void MeshSpool::measure(const Attribute& attribute, Extremes& extremes) const {
+  if (attribute.component_type != ComponentType::kFloat32) return;
+  const size_t components = attribute.component_count;
+  const size_t count = attribute.values.size() / sizeof(float) / components;
+  std::vector<float> value(components);
+  for (size_t i = 0; i < count; ++i) {
+    std::memcpy(value.data(), attribute.values.data() + i * components * sizeof(float),
+                components * sizeof(float));
+    if (extremes.low.empty()) extremes.low = extremes.high = value;
+    double square = 0;
+    for (size_t c = 0; c < components; ++c) {
+      extremes.is_finite = extremes.is_finite && std::isfinite(value[c]);
+      extremes.low[c] = std::min(extremes.low[c], value[c]);
+      extremes.high[c] = std::max(extremes.high[c], value[c]);
+      square += double{value[c]} * double{value[c]};
+    }
+    // The rule of choose_codings. A normal without a direction becomes a unit vector later.
+    if (!(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) extremes.has_unit_length = false;
+  }
+}
+
+Status MeshSpool::too_many_zero_normals() const {
+  return unsupported("more than " + std::to_string(options_.most_zero_normals) +
+                     " normals have no direction, and others have one: they do not fit into --memory");
+}
+
+Status MeshSpool::repair_block_normals(Attribute& normals, size_t count) {
+  std::vector<uint32_t> zeros;
+  changed_normals_ += normalize(normals, static_cast<uint32_t>(point_count_), zeros);
+  const bool only_zeros_before = zero_count_ == point_count_;
+  zero_count_ += zeros.size();
+  if (only_zeros_before && zeros.size() == count) return {};  // it is enough to count them
+  if (zero_count_ > options_.most_zero_normals) return too_many_zero_normals();
+  if (only_zeros_before)
+    for (uint32_t point = 0; point < point_count_; ++point) zeros_.push_back(point);
+  zeros_.insert(zeros_.end(), zeros.begin(), zeros.end());
+  return {};
+}
+
+Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
+  if (point_count_ + count > kMostPoints) return unsupported("more points than 32 bits can count");
+  block_.resize(count * record_bytes_);
+  for (size_t i = 0; i < block.size(); ++i) {
+    Attribute attribute = block[i];
+    if (options_.repairs) repair_floats(attribute, losses_);
+    if (i == normal_)
+      if (Status status = repair_block_normals(attribute, count); !status.ok()) return status;
+    if (!stays_exact(attribute)) trim_noise(attribute);
+    measure(attribute, extremes_[i]);
+    if (i == position_ && !extremes_[i].is_finite) return unsupported("positions that are not finite");
+    const size_t width = attribute.stride();
+    for (size_t k = 0; k < count; ++k)
+      std::memcpy(block_.data() + k * record_bytes_ + offsets_[i], attribute.values.data() + k * width, width);
+  }
+  point_count_ += count;
+  return points_.append(block_);
+}
+
+Status MeshSpool::add_faces(std::span<const Face> faces) {
+  face_count_ += faces.size();
+  if (!zeros_.empty()) {
+    sums_.resize(zeros_.size());
+    for (const Face& face : faces)
+      if (Status status = add_to_zero_normals(face); !status.ok()) return status;
+  }
+  return faces_.append(bytes_of(faces));
+}
+
+Status MeshSpool::add_to_zero_normals(const Face& face) {
+  std::array<size_t, 3> slots;
+  for (size_t i = 0; i < 3; ++i) {
+    const auto found = std::ranges::lower_bound(zeros_, face[i]);
+    slots[i] = found != zeros_.end() && *found == face[i] ? static_cast<size_t>(found - zeros_.begin()) : kNone;
+  }
+  if (slots[0] == kNone && slots[1] == kNone && slots[2] == kNone) return {};
+  std::array<Position, 3> corners;
+  for (size_t i = 0; i < 3; ++i) {
+    const Expected<Position> corner = position(face[i]);
+    if (!corner) return corner.status();
+    corners[i] = *corner;
+  }
+  const Sum normal = area_vector(corners);
+  for (const size_t slot : slots)
+    if (slot != kNone)
+      for (size_t axis = 0; axis < 3; ++axis) sums_[slot][axis] += normal[axis];
+  return {};
+}
+
+Expected<Position> MeshSpool::position(uint32_t point) {
+  if (Status status = points_.flush(); !status.ok()) return status;
+  Position position;
+  Status status = pages_.read(points_.file(), point_count_ * record_bytes_,
+                              uint64_t{point} * record_bytes_ + offsets_[position_],
+                              {reinterpret_cast<uint8_t*>(position.data()), sizeof(position)});
+  if (!status.ok()) return status;
+  return position;
+}
+
+Status MeshSpool::add(const Facet& facet) {
+  if (attributes_.empty()) {
+    is_soup_ = true;
+    const Attribute layout[] = {{"POSITION", ComponentType::kFloat32, 3, false, {}},
+                                {"NORMAL", ComponentType::kFloat32, 3, false, {}}};
+    if (Status status = begin(layout, 0); !status.ok()) return status;
+    extremes_[0] = {{facet.corners[0].begin(), facet.corners[0].end()},
+                    {facet.corners[0].begin(), facet.corners[0].end()}};
+    extremes_[1] = {{0, 0, 0}, {0, 0, 0}};
+  }
+  if (point_count_ + 3 > kMostPoints) return unsupported("more corners than 32 bits can count");
+  if (!has_direction(facet.normal)) {
+    if (zero_count_ < point_count_)
+      if (Status status = add_zero_facet(facet); !status.ok()) return status;
+    zero_count_ += 3;
+  } else if (zero_count_ == point_count_ && point_count_ > 0) {
+    if (Status status = add_earlier_zero_facets(); !status.ok()) return status;
+  }
+  std::array<std::array<float, 3>, 6> records;
+  for (size_t i = 0; i < 3; ++i) {
+    records[2 * i] = facet.corners[i];
+    records[2 * i + 1] = facet.normal;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      extremes_[0].low[axis] = std::min(extremes_[0].low[axis], facet.corners[i][axis]);
+      extremes_[0].high[axis] = std::max(extremes_[0].high[axis], facet.corners[i][axis]);
+    }
+  }
+  point_count_ += 3;
+  ++face_count_;
+  return points_.append(bytes_of(records));
+}
+
+// repair_values sums over the faces of a point that stands for all equal corners.
+Status MeshSpool::add_zero_facet(const Facet& facet) {
+  const Sum normal = area_vector(facet.corners);
+  for (const Position& corner : facet.corners) {
+    Sum& sum = soup_sums_.try_emplace(key_of(corner, facet.normal), Sum{}).first->second;
+    for (size_t axis = 0; axis < 3; ++axis) sum[axis] += normal[axis];
+  }
+  return soup_sums_.size() > options_.most_zero_normals ? too_many_zero_normals() : Status();
+}
+
+// The first facet with a normal came: now the sums of the facets before it are needed.
+Status MeshSpool::add_earlier_zero_facets() {
+  if (Status status = points_.flush(); !status.ok()) return status;
+  std::vector<uint8_t> facet_bytes(3 * record_bytes_);
+  for (uint64_t i = 0; i < face_count_; ++i) {
+    if (Status status = pages_.read(points_.file(), points_.size(), i * facet_bytes.size(), facet_bytes);
+        !status.ok())
+      return status;
+    Facet facet;
+    std::memcpy(facet.normal.data(), facet_bytes.data() + offsets_[1], sizeof(facet.normal));
+    for (size_t k = 0; k < 3; ++k)
+      std::memcpy(facet.corners[k].data(), facet_bytes.data() + k * record_bytes_, sizeof(Position));
+    if (Status status = add_zero_facet(facet); !status.ok()) return status;
+  }
+  return {};
+}
+
+void MeshSpool::end_solid(const std::string& name, uint64_t) {
+  ++solids_;
+  name_ = solids_ == 1 ? name : "";
+  if (solids_ == 2) losses_.say("solids share a mesh");
+}
+
+Status MeshSpool::finish() {
+  for (AppendFile* file : {&points_, &faces_})
+    if (Status status = file->flush(); !status.ok()) return status;
+  if (face_count_ == 0) return unsupported("a point cloud: only triangles can be split");
+  sums_.resize(zeros_.size());
+  read_attributes_ = attributes_;
+  read_bytes_ = record_bytes_;
+  if (has_no_normals()) {
+    say_no_normals(losses_);
+    read_attributes_.erase(read_attributes_.begin() + static_cast<std::ptrdiff_t>(normal_));
+    read_bytes_ -= attributes_[normal_].stride();
+  } else if (normal_ != kNone && !is_soup_) {
+    say_normals(changed_normals_, zeros_.size(), losses_);
+  }
+  block_ = {};
+  return {};
+}
+
+Box MeshSpool::box() const {
+  Box box;
+  std::ranges::copy(extremes_[position_].low, box.low.begin());
+  std::ranges::copy(extremes_[position_].high, box.high.begin());
+  return box;
+}
+
+std::vector<AttributeCoding> MeshSpool::codings() const {
+  Mesh mesh;
+  mesh.point_count = 2;
+  for (size_t i = 0; i < attributes_.size(); ++i) {
+    if (i == normal_ && has_no_normals()) continue;
+    Attribute& attribute = mesh.attributes.emplace_back(attributes_[i]);
+    attribute.values.assign(2 * attribute.stride(), std::byte{0});
+    if (attribute.component_type != ComponentType::kFloat32) continue;
+    const Extremes& extremes = extremes_[i];
+    std::array<std::vector<float>, 2> values = {extremes.low, extremes.high};
+    for (std::vector<float>& value : values) {
+      if (attribute.semantic == "NORMAL" && attribute.component_count == 3)
+        value = {i == normal_ || extremes.has_unit_length ? 1.0f : 0.0f, 0, 0};
+      if (!extremes.is_finite) value[0] = NAN;
+    }
+    for (size_t k = 0; k < 2; ++k)
+      std::memcpy(attribute.values.data() + k * attribute.stride(), values[k].data(), attribute.stride());
+  }
+  return choose_codings(mesh, options_.coding, options_.exact);
+}
+
+Status MeshSpool::for_each_point(const VisitPoints& visit) const {
+  const uint64_t at_once = kBlockBytes / (3 * record_bytes_) * 3;
+  std::vector<uint8_t> records;
+  size_t next_zero = 0;
+  for (uint64_t first = 0; first < point_count_; first += at_once) {
+    const auto count = static_cast<size_t>(std::min(at_once, point_count_ - first));
+    records.resize(count * record_bytes_);
+    if (Status status = points_.read(first * record_bytes_, records); !status.ok()) return status;
+    for (; next_zero < zeros_.size() && zeros_[next_zero] < first + count; ++next_zero) {
+      const std::array<float, 3> normal = normal_of_faces(sums_[next_zero]);
+      std::memcpy(records.data() + (zeros_[next_zero] - first) * record_bytes_ + offsets_[normal_],
+                  normal.data(), sizeof(normal));
+    }
+    if (read_bytes_ != record_bytes_) {  // without the normals
+      const size_t head = offsets_[normal_], width = attributes_[normal_].stride();
+      for (size_t i = 0; i < count; ++i) {
+        uint8_t* const to = records.data() + i * read_bytes_;
+        const uint8_t* const from = records.data() + i * record_bytes_;
+        std::memmove(to, from, head);
+        std::memmove(to + head, from + head + width, read_bytes_ - head);
+      }
+      records.resize(count * read_bytes_);
+    }
+    if (Status status = visit(first, records); !status.ok()) return status;
+  }
+  return {};
+}
+
+Position MeshSpool::position_of(const uint8_t* record) const {
+  // Only NORMAL may be missing from the records. If it comes before POSITION, its bytes are missing there too.
+  const bool shifts = read_bytes_ != record_bytes_ && normal_ < position_;
+  Position position;
+  std::memcpy(position.data(), record + offsets_[position_] - (shifts ? attributes_[normal_].stride() : 0),
+              sizeof(position));
+  return position;
+}
+
+Status MeshSpool::for_each_position(const std::function<void(std::span<const Position>)>& visit) const {
+  std::vector<Position> positions;
+  return for_each_point([&](uint64_t, std::span<const uint8_t> records) -> Status {
+    positions.resize(records.size() / read_bytes_);
+    for (size_t i = 0; i < positions.size(); ++i) positions[i] = position_of(records.data() + i * read_bytes_);
+    visit(positions);
+    return {};
+  });
+}
+
+Status MeshSpool::for_each_face(const std::function<Status(std::span<const Face>)>& visit) const {
+  constexpr uint64_t kAtOnce = kBlockBytes / sizeof(Face);
+  std::vector<Face> faces;
+  for (uint64_t first = 0; first < face_count_; first += kAtOnce) {
+    faces.resize(static_cast<size_t>(std::min(kAtOnce, face_count_ - first)));
+    const std::span<uint8_t> to(reinterpret_cast<uint8_t*>(faces.data()), faces.size() * sizeof(Face));
+    if (Status status = faces_.read(first * sizeof(Face), to); !status.ok()) return status;
+    if (Status status = visit(faces); !status.ok()) return status;
+  }
+  return {};
+}
+
+uint64_t MeshSpool::repair_soup(std::span<uint8_t> records, const std::vector<uint8_t>& counts) const {
+  if (!is_soup_ || read_bytes_ != record_bytes_) return 0;
+  uint64_t changed = 0;
+  Attribute normal{"NORMAL", ComponentType::kFloat32, 3, false, {}};
+  normal.values.resize(sizeof(Position));
+  std::vector<uint32_t> zeros;
+  for (size_t i = 0; i < counts.size(); ++i) {
+    uint8_t* const at = records.data() + i * record_bytes_ + offsets_[normal_];
+    std::memcpy(normal.values.data(), at, sizeof(Position));
+    zeros.clear();
+    const uint64_t changes = normalize(normal, 0, zeros);
+    if (counts[i] != 0) changed += changes;
+    std::memcpy(at, normal.values.data(), sizeof(Position));
+    if (zeros.empty()) continue;
+    std::array<float, 3> value;
+    std::memcpy(value.data(), at, sizeof(value));
+    const auto found = soup_sums_.find(key_of(position_of(at - offsets_[normal_]), value));
+    value = normal_of_faces(found == soup_sums_.end() ? Sum{} : found->second);
+    std::memcpy(at, value.data(), sizeof(value));
+  }
+  return changed;
+}
+
+void MeshSpool::close_files() {
+  points_.close();
+  faces_.close();
+}
+
+}  // namespace psplit

@@ -1,0 +1,126 @@
+// A mesh of any size in temporary files, as it was read.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <set>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "encoder/coding/choose_codings.h"
+#include "gltf_ext/mesh_files/mesh_file.h"
+#include "gltf_ext/mesh_files/mesh_sink.h"
+#include "gltf_ext/mesh_files/stl.h"
+#include "gltf_ext/out_of_core/cell_tree.h"
+#include "gltf_ext/out_of_core/file_blocks.h"
+
+namespace psplit {
+
+struct SpoolOptions {
+  std::filesystem::path folder;  // of the temporary files
+  // A mesh file, whose values are changed to what glTF requires (gltf_ext/mesh_files/repair_values.h).
+  bool repairs = true;
+  CodingOptions coding;
+  std::set<std::string> exact;     // semantics that stay exact: see choose_codings
+  uint64_t most_zero_normals = 0;  // kept in memory, with about 64 bytes each
+};
+
+using Face = std::array<uint32_t, 3>;
+
+// Takes a mesh as points and faces, or as facets. A point is stored as a record: the values of its attributes,
+// one after the other. Three corners of a facet are three points; mesh_cells merges equal points.
+class MeshSpool : public MeshSink, public FacetSink {
+ public:
+  // `losses` must outlive the object.
+  static Expected<std::unique_ptr<MeshSpool>> create(SpoolOptions options, Losses& losses);
+
+  Status begin(std::span<const Attribute> layout, size_t expected_points) override;
+  Status add_points(std::span<const Attribute> block, size_t count) override;
+  void expect_faces(size_t) override {}
+  Status add_faces(std::span<const Face> faces) override;
+  Expected<Position> position(uint32_t point) override;
+
+  Status add(const Facet& facet) override;
+  void end_solid(const std::string& name, uint64_t offset) override;
+
+  // Call it after everything was added.
+  Status finish();
+
+  uint64_t point_count() const { return point_count_; }
+  uint64_t face_count() const { return face_count_; }
+  bool is_soup() const { return is_soup_; }          // it came as facets: face i has the points 3i to 3i + 2
+  const std::string& name() const { return name_; }  // of the solid, if there is only one
+  // Those of the records that are read, without values. NORMAL is missing if no normal has a direction.
+  const std::vector<Attribute>& attributes() const { return read_attributes_; }
+  size_t record_bytes() const { return read_bytes_; }
+  // The bounds of all positions.
+  Box box() const;
+  // What choose_codings gives for the whole mesh.
+  std::vector<AttributeCoding> codings() const;
+
+  // Calls the function with consecutive records, and the number of the first point; in blocks of facets for a
+  // soup.
+  using VisitPoints = std::function<Status(uint64_t first, std::span<const uint8_t> records)>;
+  Status for_each_point(const VisitPoints& visit) const;
+  Status for_each_position(const std::function<void(std::span<const Position>)>& visit) const;
+  Position position_of(const uint8_t* record) const;
+  // Not for a soup.
+  Status for_each_face(const std::function<Status(std::span<const Face>)>& visit) const;
+
+  // Of a soup: makes normals of records unit vectors, as repair_values does. Call it when equal points are
+  // merged. Returns the number of changed normals among the records whose flag is set.
+  uint64_t repair_soup(std::span<uint8_t> records, const std::vector<uint8_t>& counts) const;
+  // The number of different points of a soup whose normals had no direction.
+  uint64_t zero_normals_of_soup() const { return soup_sums_.size(); }
+
+  // Gives the space of the files back.
+  void close_files();
+
+ private:
+  MeshSpool(SpoolOptions options, Losses& losses) : options_(std::move(options)), losses_(losses) {}
+  struct Extremes {
+    std::vector<float> low, high;
+    bool is_finite = true, has_unit_length = true;
+  };
+  struct HashOfPoint {
+    size_t operator()(const std::array<uint32_t, 6>& point) const;
+  };
+  using Sum = std::array<double, 3>;
+
+  bool stays_exact(const Attribute& attribute) const;
+  void measure(const Attribute& attribute, Extremes& extremes) const;
+  Status repair_block_normals(Attribute& normals, size_t count);
+  Status too_many_zero_normals() const;
+  Status add_to_zero_normals(const Face& face);
+  Status add_zero_facet(const Facet& facet);
+  Status add_earlier_zero_facets();
+  bool has_no_normals() const { return normal_ != kNone && zero_count_ == point_count_; }
+
+  static constexpr size_t kNone = SIZE_MAX;
+  SpoolOptions options_;
+  Losses& losses_;
+  bool is_soup_ = false;
+  std::string name_;
+  size_t solids_ = 0;
+  std::vector<Attribute> attributes_, read_attributes_;
+  std::vector<size_t> offsets_;  // of each attribute in a record
+  size_t record_bytes_ = 0, read_bytes_ = 0;
+  size_t position_ = kNone, normal_ = kNone;
+  std::vector<Extremes> extremes_;
+  AppendFile points_, faces_;
+  uint64_t point_count_ = 0, face_count_ = 0;
+  std::vector<uint8_t> block_;
+  PagedFile pages_;
+
+  uint64_t changed_normals_ = 0;
+  // Points whose normals have no direction. While all points are so, they are only counted.
+  uint64_t zero_count_ = 0;
+  std::vector<uint32_t> zeros_;  // ascending
+  std::vector<Sum> sums_;        // of the area vectors of the faces of each
+  std::unordered_map<std::array<uint32_t, 6>, Sum, HashOfPoint> soup_sums_;
+};
+
+}  // namespace psplit
