@@ -36,12 +36,12 @@ Expected<Compressed> parse(const Document& document, const Json& view) {
   if (!buffer || !length || !offset || !stride || !count || mode == nullptr || *stride < 1 || *stride > 256 ||
       *count < 0 || *count > 0xffffffffLL)
     return invalid_input("has no valid buffer, byteLength, byteStride, count or mode");
-  const std::vector<uint8_t>& bytes = document.buffers[static_cast<size_t>(*buffer)];
+  const std::span<const uint8_t> bytes = document.buffers[static_cast<size_t>(*buffer)];
   if (static_cast<uint64_t>(*offset) > bytes.size() ||
       static_cast<uint64_t>(*length) > bytes.size() - static_cast<uint64_t>(*offset))
     return invalid_input("reaches past its buffer");
-  Compressed compressed{std::span(bytes).subspan(static_cast<size_t>(*offset), static_cast<size_t>(*length)),
-                        *mode, filter == nullptr ? "NONE" : *filter, static_cast<size_t>(*stride),
+  Compressed compressed{bytes.subspan(static_cast<size_t>(*offset), static_cast<size_t>(*length)), *mode,
+                        filter == nullptr ? "NONE" : *filter, static_cast<size_t>(*stride),
                         static_cast<size_t>(*count)};
   if (compressed.decoded_bytes() > kMostBytesOfAByte * compressed.bytes.size())
     return invalid_input("has more elements than its bytes can hold");

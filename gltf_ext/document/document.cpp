@@ -13,9 +13,23 @@
 namespace psplit {
 namespace {
 
-Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, Document& document) {
+template <typename T>
+Expected<Buffer> buffer_of(Expected<T> bytes) {
+  if (!bytes) return bytes.status();
+  return Buffer(std::move(*bytes));
+}
+
+Expected<Buffer> load_file(const std::filesystem::path& path, uint64_t limit, FileAccess access) {
+  std::error_code error;
+  if (access == FileAccess::kMap && path != "-" && std::filesystem::is_regular_file(path, error) &&
+      std::filesystem::file_size(path, error) >= kMappedBytes && !error)
+    return buffer_of(MappedFile::open(path, limit));
+  return buffer_of(read_file(path, limit));
+}
+
+Expected<Buffer> load_uri_of(const Json& buffer, Document& document, FileAccess access) {
   const std::string uri = *string_field(buffer, "uri");
-  if (is_data_uri(uri)) return decode_data_uri(uri);
+  if (is_data_uri(uri)) return buffer_of(decode_data_uri(uri));
   const auto relative = relative_path_of_uri(uri);
   if (!relative) return relative.status();
   const std::filesystem::path path = document.source.parent_path() / *relative;
@@ -23,36 +37,36 @@ Expected<std::vector<uint8_t>> load_uri_of(const Json& buffer, Document& documen
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return io_failure("no file " + path.string());
   document.files.push_back(path);
-  return read_file(path, static_cast<uint64_t>(*integer_field(buffer, "byteLength")));
+  return load_file(path, static_cast<uint64_t>(*integer_field(buffer, "byteLength")), access);
 }
 
-Status set_bytes(Document& document, size_t index, std::vector<uint8_t> bytes) {
+Status set_bytes(Document& document, size_t index, Buffer bytes) {
   Json& buffer = document.json["buffers"][index];
   const auto byte_length = static_cast<uint64_t>(*integer_field(buffer, "byteLength"));
   if (bytes.size() < byte_length) {
     return invalid_input("buffer " + std::to_string(index) + " holds " + std::to_string(bytes.size()) +
                          " bytes of " + std::to_string(byte_length));
   }
-  bytes.resize(static_cast<size_t>(byte_length));
+  bytes.cut_to(0, static_cast<size_t>(byte_length));
   document.buffers[index] = std::move(bytes);
   buffer.erase("uri");  // the bytes are in memory now
   return {};
 }
 
 // Loads every buffer except the placeholders for meshoptimizer's decoded data.
-Status load_buffers(Document& document, std::optional<std::vector<uint8_t>> binary_chunk) {
+Status load_buffers(Document& document, std::optional<Buffer> binary_chunk, FileAccess access) {
   const size_t count = array_size(document.json, "buffers");
   document.buffers.resize(count);
   for (size_t i = 0; i < count; ++i) {
     Json& buffer = document.json["buffers"][i];
     if (is_meshopt_fallback(buffer)) continue;
     const std::string name = "buffer " + std::to_string(i);
-    Expected<std::vector<uint8_t>> bytes = std::vector<uint8_t>();
+    Expected<Buffer> bytes = Buffer();
     if (i == 0 && document.from_glb && field(buffer, "uri") == nullptr) {
       if (!binary_chunk) return invalid_input(name + " has neither a uri nor a GLB chunk");
       bytes = std::move(*binary_chunk);
     } else if (field(buffer, "uri") != nullptr) {
-      bytes = load_uri_of(buffer, document);
+      bytes = load_uri_of(buffer, document, access);
     } else {
       continue;
     }
@@ -63,11 +77,11 @@ Status load_buffers(Document& document, std::optional<std::vector<uint8_t>> bina
 }
 
 // Loads fallback buffers that exist, for the views that meshoptimizer's decoder could not decode.
-Status load_fallbacks(Document& document) {
+Status load_fallbacks(Document& document, FileAccess access) {
   for (size_t i = 0; i < document.buffers.size(); ++i) {
     const Json& buffer = document.json["buffers"][i];
     if (!is_meshopt_fallback(buffer) || field(buffer, "uri") == nullptr) continue;
-    auto bytes = load_uri_of(buffer, document);
+    auto bytes = load_uri_of(buffer, document, access);
     if (!bytes)
       return {bytes.status().code(), "buffer " + std::to_string(i) + ": " + bytes.status().to_string()};
     if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
@@ -75,15 +89,7 @@ Status load_fallbacks(Document& document) {
   return {};
 }
 
-// The bytes of `part`, in the memory of `file`: everything before and after it is removed.
-std::vector<uint8_t> cut_out(std::vector<uint8_t>&& file, std::span<const uint8_t> part) {
-  const auto begin = part.data() - file.data();
-  file.resize(static_cast<size_t>(begin) + part.size());
-  file.erase(file.begin(), file.begin() + begin);
-  return std::move(file);
-}
-
-Expected<Document> parse(std::vector<uint8_t>&& file, const std::filesystem::path& source) {
+Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileAccess access) {
   Document document;
   document.source = source;
   document.from_glb = is_glb(file);
@@ -97,13 +103,17 @@ Expected<Document> parse(std::vector<uint8_t>&& file, const std::filesystem::pat
   auto json = parse_json({reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size()});
   if (!json) return json.status();
   document.json = std::move(*json);
-  if (!document.from_glb) std::vector<uint8_t>().swap(file);
+  if (!document.from_glb) file = {};
   if (Status status = check_structure(document.json); !status.ok()) return status;
-  std::optional<std::vector<uint8_t>> binary;
-  if (chunks.binary) binary = cut_out(std::move(file), *chunks.binary);
-  if (Status status = load_buffers(document, std::move(binary)); !status.ok()) return status;
+  std::optional<Buffer> binary;
+  if (chunks.binary) {
+    const auto offset = static_cast<size_t>(chunks.binary->data() - file.bytes().data());
+    file.cut_to(offset, chunks.binary->size());
+    binary = std::move(file);
+  }
+  if (Status status = load_buffers(document, std::move(binary), access); !status.ok()) return status;
   if (Status status = decode_meshopt_views(document); !status.ok()) return status;
-  if (Status status = load_fallbacks(document); !status.ok()) return status;
+  if (Status status = load_fallbacks(document, access); !status.ok()) return status;
   if (Status status = check_unbacked_bytes(document); !status.ok()) return status;
   return document;
 }
@@ -125,18 +135,22 @@ size_t growing_buffer(Document& document) {
   return buffers.size() - 1;
 }
 
+Expected<Document> parse_at(Buffer file, const std::filesystem::path& source, FileAccess access) {
+  auto document = parse(std::move(file), source, access);
+  if (!document) return document.status().at(place_of(source));
+  return document;
+}
+
 }  // namespace
 
-Expected<Document> read_document(const std::filesystem::path& path) {
-  auto file = read_file(path);
+Expected<Document> read_document(const std::filesystem::path& path, FileAccess access) {
+  auto file = load_file(path, UINT64_MAX, access);
   if (!file) return file.status().at(place_of(path));
-  return parse_document(std::move(*file), path);
+  return parse_at(std::move(*file), path, access);
 }
 
 Expected<Document> parse_document(std::vector<uint8_t>&& file, const std::filesystem::path& source) {
-  auto document = parse(std::move(file), source);
-  if (!document) return document.status().at(place_of(source));
-  return document;
+  return parse_at(std::move(file), source, FileAccess::kRead);
 }
 
 Expected<Document> parse_document(std::span<const uint8_t> file, const std::filesystem::path& source) {
@@ -171,7 +185,7 @@ Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, i
   if (!buffer || !offset || !length || *buffer < 0 || *offset < 0 || *length < 0 ||
       static_cast<uint64_t>(*buffer) >= document.buffers.size())
     return invalid_input(name + " has no valid range");
-  const std::vector<uint8_t>& bytes = document.buffers[static_cast<size_t>(*buffer)];
+  const std::span<const uint8_t> bytes = document.buffers[static_cast<size_t>(*buffer)];
   const auto start = static_cast<uint64_t>(*offset);
   const auto count = static_cast<uint64_t>(*length);
   if (start > bytes.size() || count > bytes.size() - start) {
@@ -182,12 +196,12 @@ Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, i
       return unsupported(name + " is in a buffer without a uri");
     return invalid_input(name + " reaches past its buffer");
   }
-  return std::span(bytes).subspan(static_cast<size_t>(start), static_cast<size_t>(count));
+  return bytes.subspan(static_cast<size_t>(start), static_cast<size_t>(count));
 }
 
 int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes) {
   const size_t buffer = growing_buffer(document);
-  std::vector<uint8_t>& target = document.buffers[buffer];
+  std::vector<uint8_t>& target = document.buffers[buffer].own();
   const size_t offset = (target.size() + 3) / 4 * 4;
   target.resize(offset);
   target.insert(target.end(), bytes.begin(), bytes.end());

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "gltf_ext/document/buffer.h"
 #include "gltf_ext/json/json.h"
 #include "src/export.h"
 #include "src/status.h"
@@ -17,8 +18,8 @@ namespace psplit {
 // json["buffers"], whether its bytes came from a GLB chunk, a data URI or a file.
 struct Document {
   Json json;
-  std::vector<std::vector<uint8_t>> buffers;  // resolved bytes, at least byteLength each
-  std::filesystem::path source;               // "-" for stdin; the directory that relative URIs start from
+  std::vector<Buffer> buffers;   // resolved bytes, at least byteLength each
+  std::filesystem::path source;  // "-" for stdin; the directory that relative URIs start from
   // Files that were read: the asset itself (unless it is stdin), its buffers, its materials.
   std::vector<std::filesystem::path> files;
   bool from_glb = false;
@@ -29,8 +30,11 @@ struct Document {
 // URI, or a file in the asset's folder. URIs are percent-decoded; a URI that leaves the folder is an error.
 // Buffer views that meshoptimizer compressed are decoded (decode_meshopt.h). Images stay as they are. The
 // structure is checked (check_structure.h), so that later code can index accessors, buffer views and buffers
-// safely. Errors: kIo, kInvalidInput, kUnsupported.
-PSPLIT_EXPORT Expected<Document> read_document(const std::filesystem::path& path);
+// safely. With FileAccess::kMap, a GLB or a buffer's file of at least kMappedBytes is mapped: an output that is
+// written by rename may replace it. Errors: kIo, kInvalidInput, kUnsupported.
+inline constexpr uint64_t kMappedBytes = uint64_t{4} << 20;
+PSPLIT_EXPORT Expected<Document> read_document(const std::filesystem::path& path,
+                                               FileAccess access = FileAccess::kRead);
 
 // The same for a file in memory. If the bytes are moved in, those of a GLB become the buffer without a copy.
 PSPLIT_EXPORT Expected<Document> parse_document(std::vector<uint8_t>&& file,

@@ -121,9 +121,24 @@ void for_each_range(Json& json, Visit&& visit) {
   });
 }
 
+// Moves the runs together in place; those of a mapped file are copied.
+void keep_runs(Buffer& buffer, const ByteRuns& covered) {
+  const bool is_mapped = buffer.is_mapped();
+  const auto size = static_cast<size_t>(covered.packed_bytes());
+  std::vector<uint8_t> copied(is_mapped ? size : 0);
+  const std::span<const uint8_t> from = buffer;
+  uint8_t* const to = is_mapped ? copied.data() : buffer.own().data();
+  for (const ByteRuns::Run& run : covered.runs())
+    std::memmove(to + run.packed, from.data() + run.begin, static_cast<size_t>(run.end - run.begin));
+  if (is_mapped) buffer = std::move(copied);
+  buffer.own().resize(size);
+  buffer.own().shrink_to_fit();
+}
+
 // Closes the gaps that no view covers, and shortens the buffer.
 void pack_buffer(Document& document, size_t buffer) {
-  std::vector<uint8_t>& bytes = document.buffers[buffer];
+  Buffer& packed = document.buffers[buffer];
+  const std::span<const uint8_t> bytes = packed;
   if (bytes.empty()) return;
   const auto range_of = [&](const Json& range) -> std::optional<std::pair<uint64_t, uint64_t>> {
     if (integer_field(range, "buffer") != static_cast<int64_t>(buffer)) return std::nullopt;
@@ -139,16 +154,13 @@ void pack_buffer(Document& document, size_t buffer) {
     if (const auto found = range_of(range)) covered.keep(found->first, found->first + found->second);
   });
   covered.close();
-  for (const ByteRuns::Run& run : covered.runs())
-    std::memmove(bytes.data() + run.packed, bytes.data() + run.begin, static_cast<size_t>(run.end - run.begin));
   for_each_range(document.json, [&](Json& range) {
     const auto found = range_of(range);
     if (!found || field(range, "byteOffset") == nullptr) return;
     range["byteOffset"] = found->second == 0 ? 0 : covered.packed(found->first);
   });
-  bytes.resize(static_cast<size_t>(covered.packed_bytes()));
-  bytes.shrink_to_fit();
-  document.json["buffers"][buffer]["byteLength"] = bytes.size();
+  if (covered.packed_bytes() != bytes.size()) keep_runs(packed, covered);
+  document.json["buffers"][buffer]["byteLength"] = packed.size();
 }
 
 // Views that start at 0 may omit byteOffset. It is needed before bytes move, so that it can be changed.
@@ -198,7 +210,7 @@ void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors
   keep_buffer.resize(document.buffers.size(), fixed_numbers);
   for_each_range(json, [&](Json& range) { mark(keep_buffer, integer_field(range, "buffer").value_or(-1)); });
   const auto new_index = compact(json, "buffers", keep_buffer);
-  std::vector<std::vector<uint8_t>> kept;
+  std::vector<Buffer> kept;
   for (size_t i = 0; i < document.buffers.size(); ++i)
     if (keep_buffer[i]) kept.push_back(std::move(document.buffers[i]));
   document.buffers = std::move(kept);

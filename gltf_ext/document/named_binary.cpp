@@ -4,6 +4,7 @@
 
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/files/content_hash.h"
+#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
@@ -29,9 +30,9 @@ bool is_binary_of(const fs::path& binary, const fs::path& gltf) {
   if (digits.empty() || binary.stem().stem() != gltf.stem()) return false;
   std::error_code error;
   if (fs::symlink_status(binary, error).type() != fs::file_type::regular) return false;
-  const auto bytes = read_file(binary);
-  if (!bytes) return false;
-  const std::span<const uint8_t> parts[] = {*bytes};
+  const auto file = MappedFile::open(binary);
+  if (!file) return false;
+  const std::span<const uint8_t> parts[] = {file->bytes()};
   return digits == "." + content_digits(parts);
 }
 
@@ -39,7 +40,11 @@ bool is_binary_of(const fs::path& binary, const fs::path& gltf) {
 
 std::string content_digits(FileParts parts) {
   ContentHash hash;
-  for (const std::span<const uint8_t> part : parts) hash.add(part);
+  for (const std::span<const uint8_t> part : parts)
+    visit_and_release(part, [&hash](std::span<const uint8_t> step) {
+      hash.add(step);
+      return true;
+    });
   return hash.hex().substr(0, kNameDigits);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/temporary_file.h"
 
 namespace psplit {
@@ -28,7 +29,10 @@ Status failure(const char* what, const fs::path& path, int error) {
 
 bool write_parts(std::FILE* file, FileParts parts) {
   for (const auto part : parts)
-    if (!part.empty() && std::fwrite(part.data(), 1, part.size(), file) != part.size()) return false;
+    if (!visit_and_release(part, [file](std::span<const uint8_t> step) {
+          return std::fwrite(step.data(), 1, step.size(), file) == step.size();
+        }))
+      return false;
   return std::fflush(file) == 0;
 }
 

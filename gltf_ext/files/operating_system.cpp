@@ -3,13 +3,19 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
+#include <mutex>
 #include <thread>
 #include <utility>
 #ifdef __GLIBC__
@@ -45,7 +51,113 @@ std::string read_text(int descriptor) {
   return size > 0 ? std::string(text, static_cast<size_t>(size)) : std::string();
 }
 
+// A mapped file. The handler of SIGBUS reads it: `end` is 0 while the other members change.
+struct MappedRange {
+  std::atomic<uintptr_t> begin = 0, end = 0;
+  std::atomic<const char*> name = nullptr;
+
+  bool contains(uintptr_t address) const {
+    const uintptr_t last = end.load(std::memory_order_acquire);
+    return address < last && address >= begin.load(std::memory_order_relaxed);
+  }
+};
+
+constexpr size_t kMostMappedFiles = 256;  // more files than that are read
+std::array<MappedRange, kMostMappedFiles> mapped_ranges;
+std::mutex mapping_mutex;  // of changes to the ranges, the count and the handler
+size_t mapped_count = 0;
+struct sigaction handler_before;
+
+const MappedRange* mapped_range_at(uintptr_t address) {
+  for (const MappedRange& range : mapped_ranges)
+    if (range.contains(address)) return &range;
+  return nullptr;
+}
+
+// Calls only functions that are safe in a signal handler.
+void end_with_file_name(int signal_number, siginfo_t* info, void*) {
+  const MappedRange* range = mapped_range_at(reinterpret_cast<uintptr_t>(info->si_addr));
+  const bool is_sent = info->si_code <= 0;  // by a process, not by the use of memory
+  if (is_sent || range == nullptr) {
+    ::sigaction(signal_number, &handler_before, nullptr);
+    if (is_sent) ::raise(signal_number);
+    return;  // the same use of memory raises the signal again
+  }
+  const auto print = [](const char* text) {
+    [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text, std::strlen(text));
+  };
+  print("gltf-psplit: error: ");
+  print(range->name.load(std::memory_order_relaxed));
+  print(": the file became shorter, or its device failed, while it was read\n");
+  ::_exit(static_cast<int>(StatusCode::kIo));
+}
+
+// False if there are too many mapped files already. The first one installs the handler.
+bool enter_mapped(std::span<const uint8_t> bytes, const std::filesystem::path& path) {
+  const std::lock_guard lock(mapping_mutex);
+  for (MappedRange& range : mapped_ranges) {
+    if (range.end.load(std::memory_order_relaxed) != 0) continue;
+    const char* name = ::strdup(path.c_str());
+    if (name == nullptr) return false;
+    const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
+    range.begin.store(begin, std::memory_order_relaxed);
+    range.name.store(name, std::memory_order_relaxed);
+    range.end.store(begin + bytes.size(), std::memory_order_release);
+    if (mapped_count++ == 0) {
+      struct sigaction action {};
+      action.sa_sigaction = end_with_file_name;
+      action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+      ::sigaction(SIGBUS, &action, &handler_before);
+    }
+    return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+std::span<const uint8_t> map_file(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor < 0) return {};
+  struct stat status {};
+  const bool is_mappable = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode) && status.st_size > 0 &&
+                           static_cast<uintmax_t>(status.st_size) <= SIZE_MAX;
+  const size_t size = is_mappable ? static_cast<size_t>(status.st_size) : 0;
+  void* address = is_mappable ? ::mmap(nullptr, size, PROT_READ, MAP_SHARED, descriptor, 0) : MAP_FAILED;
+  ::close(descriptor);
+  if (address == MAP_FAILED) return {};
+  const std::span<const uint8_t> bytes(static_cast<const uint8_t*>(address), size);
+  if (enter_mapped(bytes, path)) return bytes;
+  ::munmap(address, size);
+  return {};
+}
+
+void unmap_file(std::span<const uint8_t> bytes) {
+  const std::lock_guard lock(mapping_mutex);
+  const auto begin = reinterpret_cast<uintptr_t>(bytes.data());
+  for (MappedRange& range : mapped_ranges) {
+    if (range.end.load(std::memory_order_relaxed) == 0 || range.begin.load(std::memory_order_relaxed) != begin)
+      continue;
+    ::munmap(const_cast<uint8_t*>(bytes.data()), bytes.size());
+    range.end.store(0, std::memory_order_release);
+    std::free(const_cast<char*>(range.name.exchange(nullptr)));
+    if (--mapped_count == 0) ::sigaction(SIGBUS, &handler_before, nullptr);
+    return;
+  }
+}
+
+void release_mapped(std::span<const uint8_t> bytes) {
+  const auto first = reinterpret_cast<uintptr_t>(bytes.data());
+  const MappedRange* range = mapped_range_at(first);
+  if (range == nullptr) return;
+  const auto page = static_cast<uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const uintptr_t file_end = range->end.load(std::memory_order_relaxed);
+  const uintptr_t last = std::min(first + bytes.size(), file_end);
+  const uintptr_t begin = (first + page - 1) / page * page;
+  // The last page of a file is usually not full.
+  const uintptr_t end = last == file_end ? (last + page - 1) / page * page : last / page * page;
+  if (begin < end) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_DONTNEED);
+}
 
 std::FILE* create_locked(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);

@@ -26,6 +26,21 @@ void remove_if_unlocked(const std::filesystem::path& path);
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.
 void let_writes_past_size_limit_fail();
 
+// Maps all bytes of a regular file for reading. Empty if the file is empty, or if it cannot be mapped: the
+// caller then reads it. While any file is mapped, a handler for SIGBUS is installed. The system sends that
+// signal when a mapped byte is used that the file no longer has, or that its device cannot read. The handler
+// then writes a message that names the file to stderr, and ends the process with the code kIo; no destructor
+// runs. It passes signals for other addresses on to the handler that was there before. Not safe: a program that
+// installs its own handler for SIGBUS while a file is mapped; a read(2) into or from such memory returns EFAULT
+// instead.
+std::span<const uint8_t> map_file(const std::filesystem::path& path);
+// Takes what map_file returned.
+void unmap_file(std::span<const uint8_t> bytes);
+
+// Returns the memory of those pages of a mapped file that are wholly in the range to the system; their content
+// stays readable. Does nothing if the memory is not that of a mapped file. Thread-safe.
+void release_mapped(std::span<const uint8_t> bytes);
+
 // A file that grows by whole lines. One process at a time owns it, until the object is destroyed.
 class LockedLog {
  public:

@@ -128,7 +128,7 @@ Expected<Document> document_from_mesh_file(MeshFile file) {
   Json meshes = Json::array(), nodes = Json::array(), roots = Json::array();
   json["buffers"] = Json::array({Json{{"byteLength", 0}}});
   document.buffers.resize(1);
-  document.buffers[0].reserve(stored_bytes(file));
+  document.buffers[0].own().reserve(stored_bytes(file));
   for (MeshFileObject& object : file.objects) {
     Json primitives = Json::array();
     for (MeshFilePart& part : object.parts) primitives.push_back(primitive_of(document, part));

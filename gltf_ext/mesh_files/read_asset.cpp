@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "gltf_ext/convert/draco_file.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/mesh_files/obj.h"
@@ -31,12 +32,15 @@ Expected<std::vector<uint8_t>> read_all(Scanner& scanner) {
   return bytes;
 }
 
-Expected<Asset> read_whole_file(Scanner& scanner, AssetFormat format, const fs::path& source,
-                                const DescribeStream& describe) {
+Expected<Document> read_whole_file(Scanner& scanner, AssetFormat format, const fs::path& source,
+                                   const DescribeStream& describe) {
   Expected<std::vector<uint8_t>> bytes = read_all(scanner);
   if (!bytes) return bytes.status();
-  Expected<Document> document = format == AssetFormat::kDraco ? document_from_draco(*bytes, describe)
-                                                              : parse_document(std::move(*bytes), source);
+  return format == AssetFormat::kDraco ? document_from_draco(*bytes, describe)
+                                       : parse_document(std::move(*bytes), source);
+}
+
+Expected<Asset> asset_of(Expected<Document> document) {
   if (!document) return document.status();
   std::vector<std::string> warnings;
   if (const uint64_t count = count_odd_normals(*document); count > 0)
@@ -78,27 +82,35 @@ Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::p
   return Asset{std::move(*document), std::move(warnings)};
 }
 
+// Whether the bytes of the file are those of the asset: it is neither stdin nor packed.
+bool is_plain_file(const fs::path& source) {
+  std::error_code error;
+  if (source == "-" || !fs::is_regular_file(source, error)) return false;
+  const Expected<std::vector<uint8_t>> head = read_file(source, 3);
+  return head && !is_gzip(*head);
+}
+
 Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& source,
-                            const DescribeStream& describe) {
+                            const DescribeStream& describe, FileAccess access) {
   Expected<Scanner> opened = open_scanner(std::move(stream));
   if (!opened) return opened.status();
   Scanner& scanner = *opened;
   const std::optional<AssetFormat> format = format_of(scanner, source);
+  if (format == AssetFormat::kGltf && access == FileAccess::kMap && is_plain_file(source))
+    return asset_of(read_document(source, access));
   if (format == AssetFormat::kGltf || format == AssetFormat::kDraco)
-    return read_whole_file(scanner, *format, source, describe);
+    return asset_of(read_whole_file(scanner, *format, source, describe));
   if (format) return read_mesh_file(scanner, *format, source);
   if (Status status = scanner.failure(); !status.ok()) return status;
   const std::string text = "no format that is read; " + asset_extensions_text() + " files are";
   return unsupported(text);
 }
 
-}  // namespace
-
-Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& source,
-                           const DescribeStream& describe) {
+Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source, const DescribeStream& describe,
+                     FileAccess access) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
   try {
-    Expected<Asset> asset = read_stream(std::move(stream), source, describe);
+    Expected<Asset> asset = read_stream(std::move(stream), source, describe, access);
     if (!asset) return asset.status().at(place);
     asset->document.source = source;
     std::vector<fs::path>& files = asset->document.files;
@@ -111,10 +123,17 @@ Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& s
   }
 }
 
-Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe) {
+}  // namespace
+
+Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& source,
+                           const DescribeStream& describe) {
+  return read(std::move(stream), source, describe, FileAccess::kRead);
+}
+
+Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe, FileAccess access) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
-  return read_asset(std::move(*stream), path, describe);
+  return read(std::move(*stream), path, describe, access);
 }
 
 }  // namespace psplit

@@ -20,8 +20,10 @@ struct Asset {
 // content decides the format. If it does not show one (an OBJ with unusual lines, broken files), the name
 // decides. `describe` describes a Draco stream (gltf_ext/convert/draco_file.h). Mesh files are read through a
 // window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
-// Errors: kIo, kInvalidInput, kUnsupported (another format, a point cloud).
-Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe);
+// `access` is that of read_document, for glTF. Errors: kIo, kInvalidInput, kUnsupported (another format, a
+// point cloud).
+Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe,
+                           FileAccess access = FileAccess::kRead);
 
 // The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,

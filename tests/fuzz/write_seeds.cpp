@@ -57,7 +57,7 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
     Json json = document.json;
     constexpr const char* kHex = "0123456789abcdef";
     std::string uri = "data:,";
-    for (const uint8_t byte : document.buffers[0]) {
+    for (const uint8_t byte : document.buffers[0].bytes()) {
       uri += '%';
       uri += kHex[byte >> 4];
       uri += kHex[byte & 15];

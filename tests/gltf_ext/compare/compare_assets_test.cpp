@@ -306,7 +306,7 @@ TEST(CompareAssets, CracksAreSaid) {
 
 TEST(CompareAssets, PrimitivesWithoutDataAreCountedAndNotCompared) {
   Document whole = document_from_mesh(make_grid(3, 3)), empty = whole;
-  empty.buffers[0].clear();  // an unknown extension would supply the bytes
+  empty.buffers[0] = {};  // an unknown extension would supply the bytes
   const AssetMeshes with = meshes_of(whole), without = meshes_of(empty);
   EXPECT_TRUE(without.primitives.at(0).has_no_data);
   const AssetComparison equal = compare(without, without);

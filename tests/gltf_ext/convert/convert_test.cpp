@@ -568,7 +568,7 @@ TEST(EncodeDocument, SaysWhyAPrimitiveIsLeftAlone) {
               document.json["accessors"].push_back({{"componentType", 5120}, {"type", "MAT2"}, {"count", 16}});
             }),
             "_PAIR is a matrix with padding");
-  EXPECT_NE(reason([](Document& document, Json&) { document.buffers[0].clear(); }).find("without a uri"),
+  EXPECT_NE(reason([](Document& document, Json&) { document.buffers[0] = {}; }).find("without a uri"),
             std::string::npos);
   // These extensions refer to faces or points by index.
   for (const char* extension : {R"({"CESIUM_primitive_outline":{"indices":1}})", R"({"FB_ngon_encoding":{}})",
@@ -623,8 +623,8 @@ TEST(DecodeDocument, SaysWhereItFails) {
   Document document = document_from_mesh(make_grid(4, 4));
   document.source = "asset.glb";
   ASSERT_TRUE(encode(document).ok());
-  document.buffers[0].back() ^= 0xff;
-  document.buffers[0].resize(document.buffers[0].size() - 5);
+  document.buffers[0].own().back() ^= 0xff;
+  document.buffers[0].own().resize(document.buffers[0].size() - 5);
   document.json["buffers"][0]["byteLength"] = document.buffers[0].size();
   document.json["bufferViews"][0]["byteLength"] = document.buffers[0].size();
   const Status status = decode(document);

@@ -80,7 +80,7 @@ TEST(DocumentBytes, AreThoseOfTheReleaseBefore) {
     ASSERT_TRUE(reports.ok()) << pinned.name << ": " << reports.status().to_string();
     size_t size = 0;
     std::vector<uint8_t> bytes;
-    for (const std::vector<uint8_t>& buffer : document.buffers) {
+    for (const std::span<const uint8_t> buffer : document.buffers) {
       size += buffer.size();
       bytes.insert(bytes.end(), buffer.begin(), buffer.end());
     }

@@ -152,7 +152,7 @@ TEST(Validate, EveryFlippedByte) {
   const auto offset = view["byteOffset"].get<size_t>();
   const size_t stride = std::max<size_t>(1, bytes.size() / 700);
   for (size_t i = 0; i < bytes.size(); i += i < 120 ? 1 : stride) {
-    uint8_t& byte = document.buffers[0][offset + i];
+    uint8_t& byte = document.buffers[0].own()[offset + i];
     byte ^= 0x41;
     const std::vector<Finding> findings = validate(document);
     byte ^= 0x41;
@@ -343,7 +343,7 @@ TEST(Validate, FallbackData) {
     const auto change = [&](Document& document) {
       const Json& accessor = the_accessor(document, name);
       const Json& view = document.json["bufferViews"][accessor["bufferView"].get<size_t>()];
-      document.buffers[view["buffer"].get<size_t>()][view["byteOffset"].get<size_t>()] ^= 1;
+      document.buffers[view["buffer"].get<size_t>()].own()[view["byteOffset"].get<size_t>()] ^= 1;
     };
     EXPECT_EQ(broken(change, Fallback::kUncompressed), std::string("fallback ") + kPlace + ": " + name +
                                                            " differs from the decoded data of the patches\n");

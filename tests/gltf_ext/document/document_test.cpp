@@ -6,6 +6,7 @@
 
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/write_document.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
@@ -235,6 +236,38 @@ TEST_F(DocumentTest, WhatANewerMeshoptimizerCompressedPassesThrough) {
   const auto again = read_document(folder_ / "out.glb");
   ASSERT_TRUE(again) << again.status().to_string();
   EXPECT_EQ(again->json, document->json);
+}
+
+// A mapped input is read, edited and written like one in memory, also onto itself.
+TEST_F(DocumentTest, AMappedFileIsLikeOneThatIsRead) {
+  Document large = new_document();
+  std::vector<uint8_t> bytes(kMappedBytes);
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(i * i >> 7);
+  for (const size_t size : {size_t{10}, bytes.size(), size_t{20}})
+    append_buffer_view(large, std::span(bytes).first(size));
+  large.json["images"] = Json::array({Json{{"bufferView", 2}}, Json{{"bufferView", 1}}});
+  for (const std::string name : {"large.glb", "large.gltf"}) {
+    ASSERT_TRUE(write_document(large, folder_ / name).ok());
+    Document read = *read_document(folder_ / name), mapped = *read_document(folder_ / name, FileAccess::kMap);
+    EXPECT_FALSE(read.buffers[0].is_mapped());
+    EXPECT_TRUE(mapped.buffers[0].is_mapped());
+    EXPECT_EQ(mapped.json, read.json);
+    const auto expect_same_files = [&] {
+      ASSERT_TRUE(write_document(read, folder_ / "read.glb").ok());
+      ASSERT_TRUE(write_document(mapped, folder_ / name).ok());
+      ASSERT_TRUE(write_document(mapped, folder_ / "mapped.glb").ok());
+      EXPECT_EQ(*read_file(folder_ / "mapped.glb"), *read_file(folder_ / "read.glb")) << name;
+    };
+    expect_same_files();
+    EXPECT_TRUE(mapped.buffers[0].is_mapped());
+    for (Document* document : {&read, &mapped}) drop_unused(*document, {});
+    expect_same_files();
+    mapped = *read_document(folder_ / name, FileAccess::kMap);
+    EXPECT_TRUE(mapped.buffers[0].is_mapped());
+    for (Document* document : {&read, &mapped})
+      document->json["images"][0]["bufferView"] = append_buffer_view(*document, std::span(bytes).first(30));
+    expect_same_files();
+  }
 }
 
 TEST_F(DocumentTest, BufferWithoutUriLoadsWithoutBytes) {

@@ -25,7 +25,7 @@ std::vector<uint8_t> gltf_of(const Document& document) {
   Json json = document.json;
   std::string uri = "data:,";
   constexpr std::string_view kHex = "0123456789ABCDEF";
-  for (const uint8_t byte : document.buffers[0]) {
+  for (const uint8_t byte : document.buffers[0].bytes()) {
     uri += '%';
     uri += kHex[byte >> 4];
     uri += kHex[byte & 15];
@@ -89,8 +89,8 @@ TEST(Truncation, AStreamThatIsNoneNamesItsPatch) {
   ASSERT_EQ(container->streams.size(), 4u);
   for (size_t patch = 0; patch < 4; ++patch) {
     Document document = whole;
-    const auto at = static_cast<size_t>(container->streams[patch].data() - whole.buffers[0].data());
-    document.buffers[0][at] ^= 0xff;
+    const auto at = static_cast<size_t>(container->streams[patch].data() - whole.buffers[0].bytes().data());
+    document.buffers[0].own()[at] ^= 0xff;
     const Status status = decode(document);
     EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
     const std::string place = "asset.glb: mesh 0, primitive 0, patch " + std::to_string(patch) + ": ";

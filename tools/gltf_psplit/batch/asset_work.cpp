@@ -105,7 +105,7 @@ Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
 
 Status AssetWork::work_on_file(Job& job) {
   if (arguments_.verb == BatchVerb::kValidate) return validate(job);
-  Expected<Document> document = read_input(job.input.string(), session_.log);
+  Expected<Document> document = read_input(job.input.string(), session_.log, "auto", FileAccess::kRead);
   if (!document) return document.status();
   if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
     spares_report_ = true;

@@ -25,7 +25,7 @@ struct Arguments {
 // An asset that cannot be parsed breaks the first rule. Other failures, such as a missing file, are errors.
 Expected<std::vector<Finding>> find_all(const std::string& input, const Arguments& arguments,
                                         const Session& session) {
-  const Expected<Document> document = read_document(input);
+  const Expected<Document> document = read_document(input, FileAccess::kMap);
   if (document) {
     if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
       return status;

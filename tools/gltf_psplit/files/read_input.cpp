@@ -15,8 +15,9 @@ void add_input_option(CLI::App& command, std::string& path) {
       ->required();
 }
 
-Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend) {
-  Expected<Asset> asset = read_asset(path, find_describer(backend));
+Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend,
+                              FileAccess access) {
+  Expected<Asset> asset = read_asset(path, find_describer(backend), access);
   if (!asset) return asset.status();
   for (const std::string& warning : asset->warnings) log.warning(path + ": " + warning);
   return std::move(asset->document);

@@ -16,7 +16,9 @@ namespace psplit {
 void add_input_option(CLI::App& command, std::string& path);
 
 // Reads any file that read_asset supports (gltf_ext/mesh_files/read_asset.h); "-" is stdin. Its warnings go to
-// the log. The document of a Draco file holds the file's stream, which the named backend described.
-Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend = "auto");
+// the log. Large glTF files are mapped, unless `access` says otherwise. The document of a Draco file holds the
+// file's stream, which the named backend described.
+Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend = "auto",
+                              FileAccess access = FileAccess::kMap);
 
 }  // namespace psplit

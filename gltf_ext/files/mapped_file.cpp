@@ -1,0 +1,47 @@
+#include "gltf_ext/files/mapped_file.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
+
+namespace psplit {
+
+Expected<MappedFile> MappedFile::open(const std::filesystem::path& path, uint64_t limit) {
+  MappedFile file;
+  if (const std::span<const uint8_t> mapped = map_file(path); !mapped.empty()) {
+    file.owner_ = {mapped.data(), [mapped](const void*) { unmap_file(mapped); }};
+    file.bytes_ = mapped.first(static_cast<size_t>(std::min<uint64_t>(mapped.size(), limit)));
+    return file;
+  }
+  Expected<std::vector<uint8_t>> bytes = read_file(path, limit);
+  if (!bytes) return bytes.status();
+  const auto owner = std::make_shared<const std::vector<uint8_t>>(std::move(*bytes));
+  file.bytes_ = *owner;
+  file.owner_ = owner;
+  return file;
+}
+
+MappedFile MappedFile::range(uint64_t offset, uint64_t length) const {
+  MappedFile part = *this;
+  part.bytes_ = bytes_.subspan(static_cast<size_t>(offset), static_cast<size_t>(length));
+  return part;
+}
+
+void MappedFile::release(uint64_t offset, uint64_t length) const {
+  release_mapped(bytes_.subspan(static_cast<size_t>(offset), static_cast<size_t>(length)));
+}
+
+bool visit_and_release(std::span<const uint8_t> bytes,
+                       const std::function<bool(std::span<const uint8_t>)>& visit) {
+  while (!bytes.empty()) {
+    const auto step = bytes.first(static_cast<size_t>(std::min<uint64_t>(bytes.size(), kReleaseStep)));
+    if (!visit(step)) return false;
+    release_mapped(step);
+    bytes = bytes.subspan(step.size());
+  }
+  return true;
+}
+
+}  // namespace psplit

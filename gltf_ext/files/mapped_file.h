@@ -1,0 +1,53 @@
+// A read-only view of the bytes of a file, which may be larger than memory.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+
+#include "src/export.h"
+#include "src/status.h"
+
+namespace psplit {
+
+// How the bytes of large files get into memory.
+enum class FileAccess {
+  kRead,  // they are copied
+  // They are mapped (MappedFile). If such a file gets shorter or unreadable while it is mapped, the process
+  // ends with a message and the code kIo: a choice for commands, not for a library.
+  kMap,
+};
+
+// Copies share the file; it is closed with the last of them. All functions are thread-safe. If the system
+// cannot map the file, its bytes are read.
+class MappedFile {
+ public:
+  // The whole of a regular file, or its first `limit` bytes if it is longer. Errors: those of read_file.
+  PSPLIT_EXPORT static Expected<MappedFile> open(const std::filesystem::path& path,
+                                                 uint64_t limit = UINT64_MAX);
+
+  std::span<const uint8_t> bytes() const { return bytes_; }
+
+  // The same file, but fewer of its bytes. The range must be within bytes().
+  PSPLIT_EXPORT MappedFile range(uint64_t offset, uint64_t length) const;
+
+  // Returns the memory of a range to the system. Its content stays readable: the system reads it again from the
+  // file when it is used. The range must be within bytes().
+  PSPLIT_EXPORT void release(uint64_t offset, uint64_t length) const;
+
+ private:
+  std::shared_ptr<const void> owner_;
+  std::span<const uint8_t> bytes_;
+};
+
+// The step in which large ranges are processed and then released, in bytes.
+inline constexpr uint64_t kReleaseStep = uint64_t{8} << 20;
+
+// Calls `visit` for the bytes in steps of kReleaseStep, and releases each step that is a part of a MappedFile.
+// `visit` returns whether to continue. Returns false if it stopped.
+PSPLIT_EXPORT bool visit_and_release(std::span<const uint8_t> bytes,
+                                     const std::function<bool(std::span<const uint8_t>)>& visit);
+
+}  // namespace psplit

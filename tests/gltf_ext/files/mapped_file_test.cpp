@@ -1,0 +1,157 @@
+#include "gltf_ext/files/mapped_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
+#include "tests/support/test_folder.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MappedFiles : public testing::Test {
+ protected:
+  MappedFiles() {
+    std::iota(bytes_.begin(), bytes_.end(), uint8_t{0});
+    EXPECT_TRUE(write_file(path_, {bytes_}).ok());
+  }
+  bool is_same(std::span<const uint8_t> found) const { return std::ranges::equal(found, bytes_); }
+
+  struct Ending {
+    int code;  // or minus the signal
+    std::string text;
+  };
+  // What a new process writes to stderr, and how it ends.
+  template <typename Act>
+  static Ending in_process(const Act& act) {
+    int ends[2];
+    EXPECT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+      dup2(ends[1], STDERR_FILENO);
+      const rlimit no_core{0, 0};
+      setrlimit(RLIMIT_CORE, &no_core);
+      act();
+      _exit(0);
+    }
+    close(ends[1]);
+    Ending ending;
+    char block[512];
+    for (ssize_t got; (got = read(ends[0], block, sizeof(block))) > 0;)
+      ending.text.append(block, static_cast<size_t>(got));
+    close(ends[0]);
+    int status = 0;
+    waitpid(child, &status, 0);
+    ending.code = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    return ending;
+  }
+
+  TestFolder folder_;
+  const fs::path path_ = folder_ / "x.bin";
+  std::vector<uint8_t> bytes_ = std::vector<uint8_t>(200000);
+};
+
+TEST_F(MappedFiles, HaveTheBytesOfTheFile) {
+  const Expected<MappedFile> file = MappedFile::open(path_);
+  ASSERT_TRUE(file);
+  EXPECT_TRUE(is_same(file->bytes()));
+  const MappedFile part = file->range(5000, 77);
+  EXPECT_TRUE(std::ranges::equal(part.bytes(), std::span(bytes_).subspan(5000, 77)));
+  EXPECT_EQ(MappedFile::open(path_, 333)->bytes().size(), 333u);
+}
+
+TEST_F(MappedFiles, OutliveTheirFirstOwnerAndTheirName) {
+  MappedFile part;
+  {
+    const Expected<MappedFile> file = MappedFile::open(path_);
+    part = file->range(100000, 100000);
+  }
+  fs::remove(path_);
+  EXPECT_TRUE(std::ranges::equal(part.bytes(), std::span(bytes_).subspan(100000)));
+}
+
+TEST_F(MappedFiles, KeepTheirContentWhenTheFileIsReplaced) {
+  const Expected<MappedFile> file = MappedFile::open(path_);
+  const std::vector<uint8_t> other(1000, 1);
+  ASSERT_TRUE(write_file(path_, {other}).ok());
+  file->release(0, file->bytes().size());
+  EXPECT_TRUE(is_same(file->bytes()));
+  EXPECT_EQ(fs::file_size(path_), 1000u);
+}
+
+TEST_F(MappedFiles, CanBeReadAgainAfterARelease) {
+  const Expected<MappedFile> file = MappedFile::open(path_);
+  ASSERT_TRUE(is_same(file->bytes()));
+  file->release(1, 100000);
+  file->release(199999, 1);
+  EXPECT_TRUE(is_same(file->bytes()));
+  size_t visited = 0;
+  EXPECT_TRUE(visit_and_release(file->bytes(), [&](std::span<const uint8_t> step) {
+    visited += step.size();
+    return true;
+  }));
+  EXPECT_EQ(visited, bytes_.size());
+  EXPECT_TRUE(is_same(file->bytes()));
+  EXPECT_FALSE(visit_and_release(file->bytes(), [](std::span<const uint8_t>) { return false; }));
+}
+
+TEST_F(MappedFiles, ReleasingOtherMemoryDoesNothing) {
+  release_mapped(bytes_);
+  EXPECT_EQ(bytes_[150001], static_cast<uint8_t>(150001));
+}
+
+TEST_F(MappedFiles, AFileThatCannotBeMappedIsRead) {
+  ASSERT_TRUE(write_file(folder_ / "empty", {}).ok());
+  const Expected<MappedFile> empty = MappedFile::open(folder_ / "empty");
+  ASSERT_TRUE(empty);
+  EXPECT_TRUE(empty->bytes().empty());
+  EXPECT_EQ(MappedFile::open(folder_ / "missing").status().code(), StatusCode::kIo);
+  EXPECT_EQ(MappedFile::open(folder_.path()).status().code(), StatusCode::kIo);
+  // More files than can be mapped at once.
+  std::vector<MappedFile> files;
+  for (int i = 0; i < 300; ++i) files.push_back(*MappedFile::open(path_));
+  for (const MappedFile& file : files) EXPECT_TRUE(is_same(file.bytes()));
+}
+
+TEST_F(MappedFiles, AFileThatIsCutEndsTheProcessWithItsName) {
+  const Ending ending = in_process([&] {
+    const Expected<MappedFile> other = MappedFile::open(path_);
+    const Expected<MappedFile> file = MappedFile::open(path_);
+    fs::resize_file(path_, 10);
+    std::fprintf(stderr, "%d", file->bytes()[190000]);
+  });
+  EXPECT_EQ(ending.code, static_cast<int>(StatusCode::kIo));
+  EXPECT_EQ(ending.text, "gltf-psplit: error: " + path_.string() +
+                             ": the file became shorter, or its device failed, while it was read\n");
+}
+
+// Sanitizers have a handler of their own.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(MappedFiles, OtherSignalsGoToTheHandlerBefore) {
+  EXPECT_EQ(in_process([&] {
+              const Expected<MappedFile> file = MappedFile::open(path_);
+              std::raise(SIGBUS);
+            }).code,
+            -SIGBUS);
+  const Ending ending = in_process([&] {
+    std::signal(SIGBUS, [](int) { _exit(7); });
+    { const Expected<MappedFile> file = MappedFile::open(path_); }
+    std::raise(SIGBUS);
+  });
+  EXPECT_EQ(ending.code, 7);
+}
+#endif
+
+}  // namespace
+}  // namespace psplit
