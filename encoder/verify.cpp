@@ -53,10 +53,10 @@ bool within_octahedral_step(const Attribute& wanted, const Attribute& got, size_
 }  // namespace
 
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                      std::span<const uint32_t> source_point) {
-  if (decoded.point_count != mesh.point_count || source_point.size() != mesh.point_count)
-    return differs("points: " + std::to_string(decoded.point_count) + ", not " +
-                   std::to_string(mesh.point_count));
+                      std::span<const uint32_t> source_point, uint32_t foreign_count) {
+  const uint64_t point_count = uint64_t{decoded.point_count} + foreign_count;
+  if (point_count != mesh.point_count || source_point.size() != mesh.point_count)
+    return differs("points: " + std::to_string(point_count) + ", not " + std::to_string(mesh.point_count));
   if (decoded.faces.size() != mesh.faces.size())
     return differs("faces: " + std::to_string(decoded.faces.size()) + ", not " +
                    std::to_string(mesh.faces.size()));

@@ -12,8 +12,9 @@ namespace psplit {
 // `decoded` is the decoded container, and `source_point` names the input point of each of its points. Checks
 // that `source_point` is a bijection onto the points of `mesh`; that the faces are the same under it, with the
 // same orientation; that exact attributes have the same bits; and that quantized ones differ by at most half a
-// step of their grid.
+// step of their grid. The last `foreign_count` points of `source_point` are points without values: faces of
+// `decoded` name them, but another part of the container has them.
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                      std::span<const uint32_t> source_point);
+                      std::span<const uint32_t> source_point, uint32_t foreign_count = 0);
 
 }  // namespace psplit

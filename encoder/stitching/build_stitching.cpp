@@ -8,23 +8,17 @@
 namespace psplit {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
-
-struct Owner {
-  uint32_t stream = kNone;
-  uint32_t point = 0;           // decoded point of the stream
-  uint32_t rank = 0;            // number among the points that the stream owns
-  uint32_t walk_place = kNone;  // place in the stream's border walk
-};
+constexpr uint32_t kNone = PointOwner::kNone;
 
 // The length of the run from walk[begin] on: as long as the owner's walk continues in the same direction.
-uint32_t run_length(std::span<const uint32_t> walk, const OwnedStream& stream, std::span<const Owner> owners,
-                    std::span<const uint8_t> is_reference, size_t begin, bool forward) {
-  const Owner& first = owners[stream.points[walk[begin]]];
+uint32_t run_length(std::span<const uint32_t> walk, const OwnedStream& stream,
+                    std::span<const PointOwner> owners, std::span<const uint8_t> is_reference, size_t begin,
+                    bool forward) {
+  const PointOwner& first = owners[stream.points[walk[begin]]];
   uint32_t length = 1;
   for (; begin + length < walk.size(); ++length) {
     const uint32_t point = walk[begin + length];
-    const Owner& owner = owners[stream.points[point]];
+    const PointOwner& owner = owners[stream.points[point]];
     // Counting down past the walk's first place would give kNone, which is not a place.
     if (!forward && length > first.walk_place) break;
     const uint32_t place = forward ? first.walk_place + length : first.walk_place - length;
@@ -40,11 +34,11 @@ struct LeastLengths {
 };
 
 StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const uint32_t> walk,
-                    std::span<const Owner> owners, std::vector<uint8_t> is_reference,
+                    std::span<const PointOwner> owners, std::vector<uint8_t> is_reference,
                     const LeastLengths& least) {
   StitchMap map;
   for (size_t i = 0; i < walk.size();) {
-    const Owner& owner = owners[stream.points[walk[i]]];
+    const PointOwner& owner = owners[stream.points[walk[i]]];
     if (!is_reference[walk[i]] || owner.walk_place == kNone) {
       ++i;
       continue;
@@ -62,7 +56,7 @@ StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const 
   }
   for (uint32_t point = 0; point < stream.points.size(); ++point) {
     if (!is_reference[point]) continue;
-    const Owner& owner = owners[stream.points[point]];
+    const PointOwner& owner = owners[stream.points[point]];
     if (owner.stream == number)
       map.repeats.push_back({point, owner.point});
     else
@@ -74,7 +68,8 @@ StitchMap build_map(const OwnedStream& stream, uint32_t number, std::span<const 
 // The shortest encoding over all choices of least lengths. Usually all runs are long, and there is only one
 // choice.
 std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number, std::span<const uint32_t> walk,
-                                   std::span<const Owner> owners, const std::vector<uint8_t>& is_reference) {
+                                   std::span<const PointOwner> owners,
+                                   const std::vector<uint8_t>& is_reference) {
   const auto point_count = static_cast<uint32_t>(stream.points.size());
   const StitchMap all_runs = build_map(stream, number, walk, owners, is_reference, {});
   std::vector<uint8_t> shortest = write_stitch_map(all_runs, number, point_count);
@@ -98,7 +93,8 @@ std::vector<uint8_t> shortest_part(const OwnedStream& stream, uint32_t number, s
 
 }  // namespace
 
-Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_count, const ThreadPool& pool) {
+Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t first_stream,
+                          std::span<PointOwner> owners, const ThreadPool& pool) {
   const size_t count = streams.size();
   std::vector<std::vector<uint32_t>> walks(count);
   pool.for_each(count, [&](size_t i) {
@@ -108,8 +104,7 @@ Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_c
 
   Stitching stitching;
   stitching.reference_counts.resize(count);
-  stitching.source_point.reserve(point_count);
-  std::vector<Owner> owners(point_count);
+  stitching.source_point.reserve(owners.size());
   std::vector<std::vector<uint8_t>> is_reference(count);
   for (uint32_t i = 0; i < count; ++i) {
     uint32_t rank = 0;
@@ -117,7 +112,7 @@ Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_c
     for (uint32_t point = 0; point < streams[i].points.size(); ++point) {
       const uint32_t source = streams[i].points[point];
       if (owners[source].stream == kNone) {
-        owners[source] = {i, point, rank++, kNone};
+        owners[source] = {first_stream + i, point, rank++, kNone};
         stitching.source_point.push_back(source);
       } else {
         is_reference[i][point] = 1;
@@ -133,7 +128,7 @@ Stitching build_stitching(std::span<const OwnedStream> streams, uint32_t point_c
   pool.for_each(count, [&](size_t i) {
     if (stitching.reference_counts[i] > 0)
       stitching.maps[i] =
-          shortest_part(streams[i], static_cast<uint32_t>(i), walks[i], owners, is_reference[i]);
+          shortest_part(streams[i], first_stream + static_cast<uint32_t>(i), walks[i], owners, is_reference[i]);
   });
   return stitching;
 }

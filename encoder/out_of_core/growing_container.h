@@ -1,0 +1,62 @@
+// A container that grows by the streams of one part of a mesh after the other. Its streams, stitch maps and
+// border walks are in spills.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "encoder/out_of_core/spill.h"
+#include "src/container/decode_backend.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/container_decoder.h"
+#include "src/mesh/mesh.h"
+#include "src/parallel.h"
+#include "src/status.h"
+
+namespace psplit {
+
+class GrowingContainer {
+ public:
+  // Without streams. Errors: those of `make_spill`.
+  static Expected<GrowingContainer> begin(const MakeSpill& make_spill);
+
+  std::span<const StreamEntry> entries() const { return directory_.entries; }
+  uint32_t stream_count() const { return static_cast<uint32_t>(directory_.entries.size()); }
+  uint32_t point_count() const { return directory_.point_count(); }
+  uint32_t face_count() const { return directory_.face_count(); }
+  // The mesh's number of the first point that a stream owns. stream_count() is allowed.
+  uint32_t first_point(uint32_t stream) const { return directory_.owned_base[stream]; }
+
+  // Whether the container stays within `most_points` and within the limits of the format with these streams.
+  bool has_room_for(std::span<const StreamEntry> entries, uint64_t most_points) const;
+
+  // Appends the streams of a part, with one stitch map for each. There is room for them. Errors: kIo.
+  Status append(std::span<const StreamEntry> entries, std::span<const std::vector<uint8_t>> maps,
+                std::span<const std::vector<uint8_t>> streams);
+
+  // Decodes the streams that were appended last from the bytes in the spills. The result has the points that
+  // these streams own. Its faces name points by their numbers in the whole mesh. To be called once after each
+  // append: keeps the walks, to which later streams refer. Errors: kIo, kInvalidInput.
+  Expected<Mesh> decode_last(std::span<const AttributeRequest> requests, const ThreadPool& pool);
+
+  // Whether decoders will take the memory that the whole mesh needs. Errors: kInvalidInput, kUnsupported.
+  Status check_size(std::span<const AttributeRequest> requests) const;
+
+  // The whole container: header, columns, stitch map and streams. Ends the use of this object.
+  std::unique_ptr<StoredBytes> finish();
+
+ private:
+  GrowingContainer() = default;
+  Expected<PatchContainer> open_last(std::span<const uint8_t> maps, std::span<const uint8_t> streams) const;
+  Status load_walks(const PatchContainer& window, ContainerDecoder& decoder);
+  Status keep_walks(ContainerDecoder& decoder);
+
+  PatchContainer directory_;  // rows and sums only
+  std::unique_ptr<Spill> maps_, streams_, walks_;
+  std::vector<uint64_t> walk_ends_;  // for each stream, the end of its walk in its spill
+  StreamRange last_;                 // the streams that were appended last
+};
+
+}  // namespace psplit

@@ -1,0 +1,418 @@
+// A mesh that is encoded part by part comes back as one mesh, however it is cut.
+#include "encoder/out_of_core/encode_parts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "encoder/coding/quantization.h"
+#include "encoder/cut_faces.h"
+#include "encoder/draco/draco_backend.h"
+#include "encoder/welding/reduce.h"
+#include "encoder/welding/weld.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
+#include "tests/support/compare_meshes.h"
+#include "tests/support/decode_bytes.h"
+#include "tests/support/mesh_in_parts.h"
+#include "tests/support/procedural_meshes.h"
+#include "tests/support/reproducible_meshes.h"
+
+namespace psplit {
+namespace {
+
+struct Coded {
+  std::vector<AttributeCoding> codings;
+  std::vector<Tolerance> tolerances;
+};
+
+Coded coded(const Mesh& mesh, bool lossless) {
+  Coded result;
+  for (const Attribute& attribute : mesh.attributes) {
+    AttributeCoding coding;
+    if (!lossless && attribute.semantic == "NORMAL") {
+      coding = {10, true, {}, 0};
+    } else if (!lossless && attribute.component_type == ComponentType::kFloat32) {
+      const auto grid = fit_grid(attribute, attribute.semantic == "POSITION" ? 14 : 12);
+      if (grid) coding = *grid;
+    }
+    result.tolerances.push_back(coding.bits == 0    ? exact_tolerance()
+                                : coding.octahedral ? octahedral_tolerance(coding.bits)
+                                                    : grid_tolerance(coding.bits, coding.origin, coding.range));
+    result.codings.push_back(std::move(coding));
+  }
+  return result;
+}
+
+Mesh reduced(const Mesh& mesh) { return reduce(mesh, {.drop_degenerate = true, .drop_unused = true}).mesh; }
+
+// Parts of consecutive faces.
+std::vector<uint32_t> slabs(const Mesh& mesh, uint32_t count) {
+  std::vector<uint32_t> part(mesh.faces.size());
+  for (size_t face = 0; face < part.size(); ++face)
+    part[face] = static_cast<uint32_t>(face * count / part.size());
+  return part;
+}
+
+std::vector<uint32_t> random_parts(const Mesh& mesh, uint32_t count) {
+  std::mt19937 random(count);
+  std::vector<uint32_t> part(mesh.faces.size());
+  for (uint32_t& number : part) number = static_cast<uint32_t>(random() % count);
+  return part;
+}
+
+Expected<EncodedParts> encode(MeshParts& parts, std::span<const AttributeCoding> codings,
+                              const PartsOptions& options, int threads = 2) {
+  return encode_parts(parts, codings, options, make_memory_spill, ThreadPool(threads));
+}
+
+// The bounds as JSON has them: least, then most.
+std::vector<double> bounds_of(const Attribute& attribute, uint32_t point_count) {
+  std::vector<double> least(attribute.component_count, 0), most = least;
+  for (size_t c = 0; c < least.size(); ++c) {
+    bool any = false;
+    for (size_t point = 0; point < point_count; ++point) {
+      const std::byte* at =
+          &attribute.values[point * attribute.stride() + c * component_bytes(attribute.component_type)];
+      double value = 0;
+      const auto load = [&]<typename T>(T number) {
+        std::memcpy(&number, at, sizeof(T));
+        value = static_cast<double>(number);
+      };
+      switch (attribute.component_type) {
+        case ComponentType::kInt8: load(int8_t{}); break;
+        case ComponentType::kUint8: load(uint8_t{}); break;
+        case ComponentType::kInt16: load(int16_t{}); break;
+        case ComponentType::kUint16: load(uint16_t{}); break;
+        case ComponentType::kUint32: load(uint32_t{}); break;
+        case ComponentType::kFloat32: load(float{}); break;
+      }
+      if (!std::isfinite(value)) continue;
+      least[c] = any ? std::min(least[c], value) : value;
+      most[c] = any ? std::max(most[c], value) : value;
+      any = true;
+    }
+  }
+  least.insert(least.end(), most.begin(), most.end());
+  return least;
+}
+
+void expect_same_mesh(const Mesh& mesh, const Coded& codings, EncodedParts& encoded) {
+  ASSERT_EQ(encoded.containers.size(), 1u);
+  PartsContainer& container = encoded.containers[0];
+  const std::vector<uint8_t> bytes = read_all(*container.bytes);
+  const Expected<PatchContainer> opened = open_container(bytes);
+  ASSERT_TRUE(opened.ok()) << opened.status().to_string();
+  EXPECT_EQ(opened->entries, container.entries);
+  EXPECT_EQ(opened->point_count(), container.point_count);
+  EXPECT_EQ(opened->face_count(), container.face_count);
+  const ThreadPool pool(2);
+  for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
+    const Expected<Mesh> decoded = backend.decode(*opened, encoded.requests, pool);
+    ASSERT_TRUE(decoded.ok()) << backend.name << ": " << decoded.status().to_string();
+    EXPECT_EQ(compare_meshes(mesh, *decoded, codings.tolerances), "") << backend.name;
+    for (size_t i = 0; i < decoded->attributes.size(); ++i) {
+      std::vector<double> bounds = container.bounds[i].least;
+      bounds.insert(bounds.end(), container.bounds[i].most.begin(), container.bounds[i].most.end());
+      EXPECT_EQ(bounds, bounds_of(decoded->attributes[i], decoded->point_count));
+    }
+  }
+}
+
+std::vector<NamedMesh> catalogue() {
+  std::vector<NamedMesh> meshes = procedural_meshes();
+  for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
+  std::vector<NamedMesh> kept;
+  for (NamedMesh& named : meshes) {
+    named.mesh = reduced(named.mesh);
+    if (!named.mesh.faces.empty()) kept.push_back(std::move(named));
+  }
+  return kept;
+}
+
+void expect_all_come_back(uint64_t patch_faces, uint32_t part_count, bool at_random, size_t most_faces) {
+  for (const NamedMesh& named : catalogue()) {
+    const Mesh& mesh = named.mesh;
+    if (mesh.faces.size() > most_faces) continue;
+    for (const bool lossless : {false, true}) {
+      SCOPED_TRACE(named.name + (lossless ? ", lossless" : ""));
+      const Coded codings = coded(mesh, lossless);
+      MeshInParts parts(mesh, at_random ? random_parts(mesh, part_count) : slabs(mesh, part_count));
+      auto encoded = encode(parts, codings.codings, {.patch_faces = patch_faces});
+      ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+      expect_same_mesh(mesh, codings, *encoded);
+    }
+  }
+}
+
+TEST(EncodeParts, EveryMeshComesBackFromSlabs) { expect_all_come_back(700, 5, false, 1000000); }
+TEST(EncodeParts, EveryMeshComesBackFromManyParts) { expect_all_come_back(40, 40, false, 4000); }
+TEST(EncodeParts, EveryMeshComesBackFromRandomParts) { expect_all_come_back(700, 3, true, 6000); }
+TEST(EncodeParts, EveryMeshComesBackFromAPartForEachFace) { expect_all_come_back(1, 1000000, true, 400); }
+
+TEST(EncodeParts, OnePartIsTheContainerOfEncodeMesh) {
+  for (const NamedMesh& named : catalogue()) {
+    SCOPED_TRACE(named.name);
+    const Coded codings = coded(named.mesh, false);
+    MeshInParts parts(named.mesh, slabs(named.mesh, 1));
+    auto encoded = encode(parts, codings.codings, {.patch_faces = 900});
+    ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+    EncodeOptions options;
+    options.patch_count = std::max(1u, static_cast<uint32_t>((named.mesh.faces.size() + 450) / 900));
+    options.keep_duplicates = true;
+    const auto whole = encode_mesh(named.mesh, codings.codings, options, ThreadPool(2));
+    ASSERT_TRUE(whole.ok());
+    EXPECT_EQ(read_all(*encoded->containers[0].bytes), whole->container);
+  }
+}
+
+// The patches that encode_parts makes of a part.
+std::vector<std::vector<uint32_t>> patches_of(const Mesh& part, uint32_t patch_count) {
+  WeldedMesh welded = weld(part, ThreadPool(1));
+  separate_flat_faces(welded);
+  return cut_faces(welded, {.patch_count = patch_count}, {}, ThreadPool(1)).patches;
+}
+
+// References to earlier parts are as short as those within a part.
+TEST(EncodeParts, IsTheContainerOfEncodeMeshWithTheSamePatches) {
+  const Mesh mesh = reduced(make_sheet(120, 100));
+  const Coded codings = coded(mesh, false);
+  for (const auto& part_of_face : {slabs(mesh, 4), random_parts(mesh, 3)}) {
+    MeshInParts parts(mesh, part_of_face);
+    auto encoded = encode(parts, codings.codings, {.patch_faces = 2000});
+    ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+    std::vector<uint32_t> patch_of_face(mesh.faces.size());
+    uint32_t patch = 0;
+    for (uint32_t part = 0; part < parts.part_count(); ++part) {
+      const std::vector<uint32_t>& faces = parts.faces()[part];
+      for (const auto& patch_faces :
+           patches_of(parts.parts()[part].mesh, static_cast<uint32_t>((faces.size() + 1000) / 2000))) {
+        for (const uint32_t face : patch_faces) patch_of_face[faces[face]] = patch;
+        ++patch;
+      }
+    }
+    EncodeOptions options;
+    options.patch_of_face = patch_of_face;
+    const auto whole = encode_mesh(mesh, codings.codings, options, ThreadPool(2));
+    ASSERT_TRUE(whole.ok()) << whole.status().to_string();
+    EXPECT_EQ(encoded->statistics.patch_count, patch);
+    EXPECT_EQ(read_all(*encoded->containers[0].bytes), whole->container);
+  }
+}
+
+TEST(EncodeParts, BytesDoNotDependOnThreads) {
+  const Mesh mesh = reduced(make_sheet(60, 50));
+  const Coded codings = coded(mesh, false);
+  std::vector<uint8_t> expected;
+  for (const int threads : {1, 2, 5}) {
+    MeshInParts parts(mesh, slabs(mesh, 3));
+    std::atomic<size_t> faces = 0;
+    auto encoded =
+        encode(parts, codings.codings,
+               {.patch_faces = 300, .patch_encoded = [&](size_t count) { faces += count; }}, threads);
+    ASSERT_TRUE(encoded.ok());
+    EXPECT_EQ(faces, mesh.faces.size());
+    std::vector<uint8_t> bytes = read_all(*encoded->containers[0].bytes);
+    if (threads == 1) expected = bytes;
+    EXPECT_EQ(bytes, expected) << threads << " threads";
+  }
+}
+
+// The faces of some parts as a mesh.
+Mesh faces_of(const Mesh& mesh, const MeshInParts& parts, uint32_t first, uint32_t end) {
+  Mesh some = mesh;
+  some.faces.clear();
+  for (uint32_t part = first; part < end; ++part)
+    for (const uint32_t face : parts.faces()[part]) some.faces.push_back(mesh.faces[face]);
+  return reduced(some);
+}
+
+TEST(EncodeParts, BeginsAnotherContainerAtTheLimit) {
+  const Mesh mesh = reduced(make_sheet(60, 50));
+  const Coded codings = coded(mesh, false);
+  MeshInParts parts(mesh, slabs(mesh, 7));
+  const uint64_t most = 1200;
+  auto encoded = encode(parts, codings.codings, {.patch_faces = 300, .most_points = most});
+  ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+  EXPECT_EQ(encoded->containers.size(), 4u);
+  uint32_t first = 0;
+  for (PartsContainer& container : encoded->containers) {
+    EXPECT_LE(container.point_count, most);
+    uint32_t end = first;
+    for (uint64_t faces = 0; faces < container.face_count;) faces += parts.faces()[end++].size();
+    const std::vector<uint8_t> bytes = read_all(*container.bytes);
+    const auto decoded = decode_container(cpu_backend(), bytes, encoded->requests, ThreadPool(2));
+    ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
+    EXPECT_EQ(compare_meshes(faces_of(mesh, parts, first, end), *decoded, codings.tolerances), "");
+    first = end;
+  }
+  EXPECT_EQ(first, parts.part_count());
+}
+
+TEST(EncodeParts, RefusesAPartThatNoContainerCanHold) {
+  const Mesh mesh = reduced(make_sheet(20, 10));
+  MeshInParts parts(mesh, slabs(mesh, 2));
+  const auto encoded = encode(parts, coded(mesh, false).codings, {.most_points = 50});
+  ASSERT_FALSE(encoded.ok());
+  EXPECT_EQ(encoded.status().code(), StatusCode::kUnsupported);
+  EXPECT_EQ(encoded.status().to_string(), "part 0: more points or faces than a container can hold");
+}
+
+// Flips a bit of what is appended, or of what is read.
+class BrokenSpill : public MemorySpill {
+ public:
+  // Sets `bits` to the number of bits that were appended.
+  BrokenSpill(uint64_t bit, bool when_read, uint64_t& bits) : bit_(bit), when_read_(when_read), bits_(bits) {}
+
+  Status append(std::span<const uint8_t> bytes) override {
+    std::vector<uint8_t> copy(bytes.begin(), bytes.end());
+    if (!when_read_) flip(size(), copy);
+    Status status = MemorySpill::append(copy);
+    bits_ = std::max(bits_, 8 * size());
+    return status;
+  }
+  Status read(uint64_t offset, std::span<uint8_t> to) override {
+    Status status = MemorySpill::read(offset, to);
+    if (when_read_) flip(offset, to);
+    return status;
+  }
+
+ private:
+  void flip(uint64_t begin, std::span<uint8_t> bytes) const {
+    if (bit_ / 8 < begin || bit_ / 8 - begin >= bytes.size()) return;
+    bytes[static_cast<size_t>(bit_ / 8 - begin)] ^= static_cast<uint8_t>(1u << bit_ % 8);
+  }
+
+  const uint64_t bit_;
+  const bool when_read_;
+  uint64_t& bits_;
+};
+
+// The spills in the order in which they are made.
+enum SpillKind : size_t { kMaps, kStreams, kWalks };
+
+// A mesh in three parts of two patches each. Verification may take a normal that is a step off for the right
+// one, so the mesh has none.
+Mesh small_sheet() {
+  Mesh mesh = reduced(make_sheet(12, 10));
+  std::erase_if(mesh.attributes, [](const Attribute& attribute) { return attribute.semantic == "NORMAL"; });
+  return mesh;
+}
+
+struct Broken {
+  size_t refused = 0, equal = 0;
+};
+
+// Encodes with one bit flipped, for every `step`-th bit of a spill. What is not refused must be the mesh.
+Broken encode_broken(SpillKind kind, bool when_read, uint64_t step) {
+  const Mesh mesh = small_sheet();
+  const Coded codings = coded(mesh, false);
+  MeshInParts parts(mesh, slabs(mesh, 3));
+  Broken result;
+  uint64_t end = 0;
+  const auto encode_with = [&](uint64_t bit) {
+    size_t made = 0;
+    const MakeSpill make = [&]() -> Expected<std::unique_ptr<Spill>> {
+      std::unique_ptr<Spill> spill = std::make_unique<MemorySpill>();
+      if (made++ == kind) spill = std::make_unique<BrokenSpill>(bit, when_read, end);
+      return spill;
+    };
+    return encode_parts(parts, codings.codings, {.patch_faces = 40}, make, ThreadPool(1));
+  };
+  EXPECT_TRUE(encode_with(UINT64_MAX).ok());
+  for (uint64_t bit = 0; bit < end; bit += step) {
+    auto encoded = encode_with(bit);
+    if (!encoded) {
+      ++result.refused;
+      EXPECT_EQ(encoded.status().code(), StatusCode::kRuntimeFailure) << encoded.status().to_string();
+      EXPECT_NE(encoded.status().message().find("verification"), std::string::npos);
+      continue;
+    }
+    ++result.equal;
+    const std::vector<uint8_t> bytes = read_all(*encoded->containers[0].bytes);
+    const auto decoded = decode_container(draco_backend(), bytes, encoded->requests, ThreadPool(1));
+    EXPECT_EQ(decoded.status().to_string(), "") << "bit " << bit;
+    if (decoded) {
+      EXPECT_EQ(compare_meshes(mesh, *decoded, codings.tolerances), "") << "bit " << bit;
+    }
+  }
+  return result;
+}
+
+TEST(EncodeParts, FindsABrokenBitOfAStitchMap) {
+  const Broken broken = encode_broken(kMaps, false, 1);
+  EXPECT_GT(broken.refused, 100u);
+  EXPECT_EQ(broken.equal, 0u);
+}
+
+TEST(EncodeParts, FindsABrokenBitOfAStream) {
+  const Broken broken = encode_broken(kStreams, false, 31);
+  EXPECT_GT(broken.refused, 500u);
+  // Bits without a meaning, the last bits of grids, and values of copies, which decoders take from the owner.
+  EXPECT_LT(broken.equal, broken.refused / 3);
+}
+
+TEST(EncodeParts, FindsABrokenBitOfAWalk) {
+  const Broken broken = encode_broken(kWalks, true, 5);
+  EXPECT_GT(broken.refused, 40u);
+  // Only some walks are read again, and only some places of these.
+  EXPECT_GT(broken.equal, 0u);
+}
+
+TEST(EncodeParts, PassesOnTheErrorsOfSpills) {
+  class FullSpill : public MemorySpill {
+   public:
+    Status append(std::span<const uint8_t> bytes) override {
+      return size() + bytes.size() > 2000 ? io_failure("no space left") : MemorySpill::append(bytes);
+    }
+  };
+  const Mesh mesh = reduced(make_sheet(60, 50));
+  MeshInParts parts(mesh, slabs(mesh, 3));
+  const Coded codings = coded(mesh, false);
+  const MakeSpill full = [] { return Expected(std::unique_ptr<Spill>(std::make_unique<FullSpill>())); };
+  const auto encoded = encode_parts(parts, codings.codings, {}, full, ThreadPool(1));
+  EXPECT_EQ(encoded.status().code(), StatusCode::kIo);
+  EXPECT_EQ(encoded.status().to_string(), "part 0: no space left");
+  const MakeSpill none = []() -> Expected<std::unique_ptr<Spill>> { return io_failure("no folder"); };
+  EXPECT_EQ(encode_parts(parts, codings.codings, {}, none, ThreadPool(1)).status().to_string(),
+            "part 0: no folder");
+}
+
+TEST(EncodeParts, RefusesPartsThatBreakTheRules) {
+  const Mesh mesh = reduced(make_sheet(12, 10));
+  const Coded codings = coded(mesh, false);
+  const auto error = [&](const std::function<void(std::vector<MeshPart>&)>& change) {
+    MeshInParts parts(mesh, slabs(mesh, 2));
+    change(parts.parts());
+    const auto encoded = encode(parts, codings.codings, {});
+    EXPECT_EQ(encoded.status().code(), StatusCode::kInvalidInput);
+    return encoded.status().to_string();
+  };
+  using Parts = std::vector<MeshPart>;
+  EXPECT_EQ(error([](Parts& parts) { parts[1].mesh.faces[3][0] = parts[1].mesh.faces[3][1]; }),
+            "part 1: a face repeats an index");
+  EXPECT_EQ(error([](Parts& parts) { parts[1].mesh.faces.resize(1); }), "part 1: a point is used by no face");
+  EXPECT_EQ(error([](Parts& parts) { parts[1].mesh.faces.clear(); }), "part 1: the mesh has no triangles");
+  EXPECT_EQ(error([](Parts& parts) { parts[1].mesh.attributes[1].semantic = "_OTHER"; }),
+            "part 1: its attributes are not those of part 0");
+  EXPECT_EQ(error([](Parts& parts) { parts[1].shared_numbers.pop_back(); }),
+            "part 1: shared points without numbers");
+  EXPECT_EQ(error([](Parts& parts) { parts[0].shared_numbers[0] = 1000; }),
+            "part 0: shared points that do not ascend, or that do not exist");
+  EXPECT_EQ(error([](Parts& parts) { parts.clear(); }), "the mesh has no triangles");
+}
+
+TEST(EncodeParts, WithoutVerificationTheBytesAreTheSame) {
+  const Mesh mesh = reduced(make_sheet(60, 50));
+  const Coded codings = coded(mesh, false);
+  MeshInParts parts(mesh, slabs(mesh, 3));
+  auto verified = encode(parts, codings.codings, {});
+  auto unverified = encode(parts, codings.codings, {.verify = false});
+  ASSERT_TRUE(verified.ok() && unverified.ok());
+  EXPECT_EQ(read_all(*verified->containers[0].bytes), read_all(*unverified->containers[0].bytes));
+}
+
+}  // namespace
+}  // namespace psplit

@@ -1,0 +1,51 @@
+// A mesh in memory, cut into parts, for tests of what works part by part.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "encoder/out_of_core/mesh_parts.h"
+#include "encoder/out_of_core/spill.h"
+#include "src/mesh/mesh.h"
+
+namespace psplit {
+
+// Cuts a mesh without duplicate points, degenerate faces and unused points (`reduce`). `part_of_face` has a
+// number for each face; numbers without faces make no part.
+class MeshInParts : public MeshParts {
+ public:
+  MeshInParts(const Mesh& mesh, std::span<const uint32_t> part_of_face);
+
+  uint32_t part_count() const override { return static_cast<uint32_t>(parts_.size()); }
+  uint32_t shared_count() const override { return shared_count_; }
+  Expected<MeshPart> read(uint32_t part) override { return parts_[part]; }
+
+  // For tests that change a part.
+  std::vector<MeshPart>& parts() { return parts_; }
+  // The faces of each part, as numbers of the mesh's faces.
+  const std::vector<std::vector<uint32_t>>& faces() const { return faces_; }
+
+ private:
+  std::vector<MeshPart> parts_;
+  std::vector<std::vector<uint32_t>> faces_;
+  uint32_t shared_count_ = 0;
+};
+
+class MemorySpill : public Spill {
+ public:
+  uint64_t size() const override { return bytes_.size(); }
+  Status read(uint64_t offset, std::span<uint8_t> to) override;
+  Status append(std::span<const uint8_t> bytes) override;
+
+ private:
+  std::vector<uint8_t> bytes_;
+};
+
+Expected<std::unique_ptr<Spill>> make_memory_spill();
+
+// All bytes.
+std::vector<uint8_t> read_all(StoredBytes& bytes);
+
+}  // namespace psplit
