@@ -63,14 +63,28 @@ bool write_whole(int descriptor, std::string_view text) {
   return true;
 }
 
-// The process is killed if the thread that started it ends, also by a signal.
-void die_with_parent(pid_t parent) {
+// The process gets the signal if the thread that started it ends, also by a signal.
+void signal_at_end_of(pid_t parent, int signal) {
 #ifdef __linux__
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  ::prctl(PR_SET_PDEATHSIG, signal);
   if (::getppid() != parent) ::_exit(1);  // the parent has ended already
 #else
   static_cast<void>(parent);
+  static_cast<void>(signal);
 #endif
+}
+
+void kill_own_group(int) { ::kill(0, SIGKILL); }
+
+// Process 1 of a container becomes the parent of all processes whose parents have ended. It has to wait for
+// them, or they would stay as zombies.
+void reap_orphans(pid_t child) {
+  while (::getpid() == 1) {
+    siginfo_t info{};
+    if (::waitid(P_ALL, 0, &info, WEXITED | WNOHANG | WNOWAIT) != 0) return;
+    if (info.si_pid == 0 || info.si_pid == child) return;
+    ::waitpid(info.si_pid, nullptr, 0);
+  }
 }
 
 ProcessEnd wait_for(pid_t process) {
@@ -158,6 +172,7 @@ class ForkedChild : public ChildProcess {
       wait_ms = static_cast<int>(std::clamp<int64_t>(left.count(), 0, kLongest));
     }
     if (::poll(sources.data(), sources.size(), wait_ms) <= 0) return received;
+    reap_orphans(process_);
     if (sources[1].revents != 0) {
       char noted = 0;
       const ssize_t ignored = ::read(stop_pipe[0], &noted, 1);
@@ -226,7 +241,8 @@ Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<
   if (process < 0) return io_error("cannot start a process", errno);
   if (process == 0) {
     ::setpgid(0, 0);
-    die_with_parent(parent);
+    set_handler(SIGHUP, kill_own_group);  // with all commands
+    signal_at_end_of(parent, SIGHUP);
     stop_descriptor = -1;
     set_handler(SIGTERM, SIG_IGN);  // the parent decides when this process ends
     set_handler(SIGINT, SIG_IGN);
@@ -259,7 +275,7 @@ Expected<ProcessEnd> run_shell(const std::string& command, const std::vector<std
   const pid_t process = ::fork();
   if (process < 0) return io_error("cannot start a process", errno);
   if (process == 0) {
-    die_with_parent(parent);
+    signal_at_end_of(parent, SIGKILL);
     for (const int signal : {SIGTERM, SIGINT, SIGPIPE, SIGXFSZ}) set_handler(signal, SIG_DFL);
     const int nothing = ::open("/dev/null", O_RDONLY);
     ::dup2(nothing, STDIN_FILENO);

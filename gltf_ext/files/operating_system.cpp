@@ -1,6 +1,7 @@
 #include "gltf_ext/files/operating_system.h"
 
 #include <fcntl.h>
+#include <fnmatch.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/mman.h>
@@ -31,6 +32,7 @@ using Clock = std::chrono::steady_clock;
 // A process that was killed keeps its locks until the system has freed its memory.
 constexpr auto kLockPatience = std::chrono::seconds(2);
 constexpr auto kLockRefresh = std::chrono::milliseconds(20);
+constexpr auto kSyncInterval = std::chrono::seconds(1);
 
 Status failure(const std::filesystem::path& path) { return io_error("cannot use " + path.string(), errno); }
 
@@ -44,6 +46,9 @@ Expected<bool> lock(int descriptor, int kind, const std::filesystem::path& path)
   }
   return true;
 }
+
+// Some file systems cannot sync; they return EINVAL.
+bool sync_descriptor(int descriptor) { return ::fsync(descriptor) == 0 || errno == EINVAL; }
 
 std::string read_text(int descriptor) {
   char text[64];
@@ -174,17 +179,37 @@ std::FILE* create_locked(const std::filesystem::path& path) {
   return nullptr;
 }
 
-void remove_if_unlocked(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
+void remove_if_unlocked(const std::filesystem::path& path, const std::function<void()>& before) {
+  // For writing, because NFS locks no other files.
+  const int descriptor = ::open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   if (descriptor < 0) return;
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(path.c_str());
+  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+    if (before) before();
+    ::unlink(path.c_str());
+  }
   ::close(descriptor);
+}
+
+bool sync_to_disk(std::FILE* file) { return std::fflush(file) == 0 && sync_descriptor(::fileno(file)); }
+
+Status sync_to_disk(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return failure(folder);
+  const Status status = sync_descriptor(descriptor) ? Status() : failure(folder);
+  ::close(descriptor);
+  return status;
+}
+
+bool matches_pattern(const std::string& name, const std::string& pattern) {
+  return ::fnmatch(pattern.c_str(), name.c_str(), FNM_PERIOD) == 0;
 }
 
 void let_writes_past_size_limit_fail() { std::signal(SIGXFSZ, SIG_IGN); }
 
 LockedLog::~LockedLog() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+  if (descriptor_ < 0) return;
+  sync_descriptor(descriptor_);
+  ::close(descriptor_);
 }
 
 Expected<bool> LockedLog::open(const std::filesystem::path& path) {
@@ -210,13 +235,18 @@ Status LockedLog::append(std::string_view lines) {
   const ssize_t written = ::write(descriptor_, text.data(), text.size());
   if (written == static_cast<ssize_t>(text.size())) {
     is_cut_short_ = false;
-    return {};
+    return Clock::now() - synced_ < kSyncInterval ? Status() : sync();
   }
   if (written < 0) return failure(path_);
   // A write in part has no error of its own: the disk is full.
   is_cut_short_ = true;
   errno = ENOSPC;
   return failure(path_);
+}
+
+Status LockedLog::sync() {
+  synced_ = Clock::now();
+  return sync_descriptor(descriptor_) ? Status() : failure(path_);
 }
 
 GroupLock::~GroupLock() {

@@ -3,9 +3,11 @@
 // changes only these two.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -20,8 +22,19 @@ namespace psplit {
 // meanwhile.
 std::FILE* create_locked(const std::filesystem::path& path);
 
-// Removes a file that no process has locked. The file stays if it cannot be locked.
-void remove_if_unlocked(const std::filesystem::path& path);
+// Removes a file that no process has locked. The file stays if it cannot be locked. Calls `before` while it
+// holds the lock.
+void remove_if_unlocked(const std::filesystem::path& path, const std::function<void()>& before = {});
+
+// Writes the file's data to the disk, so that it survives a power failure. False after an error, with its
+// errno.
+bool sync_to_disk(std::FILE* file);
+// The same for the names in a folder. Errors: those of io_error.
+Status sync_to_disk(const std::filesystem::path& folder);
+
+// Whether a file name matches a pattern of *, ? and []. A pattern that begins with one of these matches no
+// hidden file.
+bool matches_pattern(const std::string& name, const std::string& pattern);
 
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.
 void let_writes_past_size_limit_fail();
@@ -55,13 +68,17 @@ class LockedLog {
   // Looks again whether the last line was cut short: another process may have appended to the same open file.
   void resume();
   // Writes lines in one call, so that a kill damages the last line at most. A line that could only be written
-  // in part is ended by the next call. Errors: those of io_error.
+  // in part is ended by the next call. A power failure loses what was appended in the last second, or since the
+  // last `sync`. Errors: those of io_error.
   Status append(std::string_view lines);
+  // Waits until all lines are on the disk. Errors: those of io_error.
+  Status sync();
 
  private:
   std::filesystem::path path_;
   int descriptor_ = -1;
   bool is_cut_short_ = false;
+  std::chrono::steady_clock::time_point synced_;
 };
 
 // A file that processes of one group hold together. Other groups wait until none of them holds it.

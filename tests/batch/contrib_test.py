@@ -17,19 +17,20 @@ import fnmatch, pathlib, shutil, sys
 words = sys.argv[1:]
 assert words.pop(0) == "s3" and words.pop(0) == "cp", sys.argv
 options = {{"--quiet": 0, "--recursive": 0, "--exclude": 1, "--include": 1}}
-given, included, places = set(), [], []
+given, filters, places = set(), [], []
 while words:
     word = words.pop(0)
     if word in options:
         given.add(word)
         value = words.pop(0) if options[word] else ""
-        if word == "--include":
-            included.append(value)
+        if value:
+            filters.append((word == "--include", value))
     else:
         places.append(pathlib.Path(word.replace("s3://", "{folder}/s3/")))
 source, target = places
 for file in sorted(source.rglob("*")) if "--recursive" in given else [source]:
-    if file.is_dir() or ("--exclude" in given and not any(fnmatch.fnmatch(file.name, name) for name in included)):
+    chosen = [True] + [included for included, pattern in filters if fnmatch.fnmatch(file.name, pattern)]  # the last one counts
+    if file.is_dir() or not chosen[-1]:
         continue
     to = target / file.relative_to(source) if "--recursive" in given else target
     to.parent.mkdir(parents=True, exist_ok=True)

@@ -244,7 +244,7 @@ TEST_F(Batch, ShardsOfOneCountShareAFolderAndOthersWait) {
 std::unique_ptr<BatchRecord> loaded_record(const fs::path& folder) {
   auto record = std::make_unique<BatchRecord>();
   EXPECT_TRUE(record->open(folder, {}).ok());
-  EXPECT_TRUE(record->load(folder, [](std::string_view) { return true; }).ok());
+  EXPECT_TRUE(record->load(folder, {}).ok());
   return record;
 }
 

@@ -47,6 +47,16 @@ TEST_F(MachineLimits, AreReadAlsoOfVersion1AndOfAContainersRoot) {
   EXPECT_EQ(cgroup_limits(folder_).memory, 1073741824u);
 }
 
+// RHEL 7 says "cpuacct,cpu"; the folder is "cpu,cpuacct", with the links "cpu" and "cpuacct".
+TEST_F(MachineLimits, AreFoundWhateverTheOrderOfControllers) {
+  write("proc/self/cgroup", "4:cpuacct,cpu:/slice\n");
+  write("sys/fs/cgroup/cpu,cpuacct/slice/cpu.cfs_quota_us", "150000\n");
+  write("sys/fs/cgroup/cpu,cpuacct/slice/cpu.cfs_period_us", "100000\n");
+  EXPECT_EQ(cgroup_limits(folder_).processors, 0);
+  fs::create_directory_symlink("cpu,cpuacct", folder_ / "sys/fs/cgroup/cpu");
+  EXPECT_EQ(cgroup_limits(folder_).processors, 1.5);
+}
+
 TEST_F(MachineLimits, ThreadsFollowTheQuotaUpToTheMachine) {
   const int machine = static_cast<int>(std::thread::hardware_concurrency());
   EXPECT_EQ(default_thread_count({}), machine);

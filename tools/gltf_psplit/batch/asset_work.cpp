@@ -10,6 +10,7 @@
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/io_error.h"
 #include "src/stopwatch.h"
+#include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
@@ -146,6 +147,9 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
   fs::create_directories(job.output.parent_path(), error);
   if (error) return io_error("cannot make the folder " + job.output.parent_path().string(), error.value());
   if (Status status = record_.begin(job.record_name); !status.ok()) return status;
+  // After a power failure the record must not say that the storage still has the earlier output.
+  if (!arguments_.staging.store.empty())
+    if (Status status = record_.sync(); !status.ok()) return status;
   if (Status status = write_document(document, job.output, arguments_.write, &outcome.written); !status.ok()) {
     // What others put there from now on is theirs. If this fails as well, the failure to write is reported.
     static_cast<void>(record_.withdraw(job.record_name));

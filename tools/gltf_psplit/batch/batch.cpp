@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <deque>
 #include <map>
-#include <random>
 #include <set>
 
 #include "gltf_ext/files/child_process.h"
@@ -31,6 +30,13 @@ using Clock = std::chrono::steady_clock;
 // After a signal, what runs may end within this time. Slurm and Kubernetes kill after 30 seconds.
 constexpr auto kGrace = std::chrono::seconds(5);
 
+// An asset of the plan. If the status is not ok, nothing can be done about it: its line is invalid, or an
+// earlier asset has the same name.
+struct PlannedItem {
+  BatchItem item;
+  Status status{};
+};
+
 // The assets of a batch one after the other, out of a plan in memory or in a file.
 class Items {
  public:
@@ -55,23 +61,43 @@ class Items {
   uint64_t count() const { return count_; }  // 0 if it is not known
   // Names what all shards together work on, once all items were read.
   std::string plan() const { return plan_.hex(); }
-  // Whether an earlier item of this shard has the same name. `batch plan` excludes that, so that only other
-  // manifests take memory for their names.
-  bool repeats_name(const BatchItem& item) {
-    return manifest_ && !manifest_->head() && !names_.insert(hash_of(item.name)).second;
-  }
 
   // Nothing at the end. Errors: those of Manifest::next.
-  Expected<std::optional<BatchItem>> next() {
-    if (!manifest_) return next_ < planned_.size() ? std::optional(planned_[next_++]) : std::nullopt;
+  Expected<std::optional<PlannedItem>> next() {
+    if (!manifest_)
+      return next_ < planned_.size() ? std::optional(PlannedItem{planned_[next_++]}) : std::nullopt;
     for (;;) {
-      Expected<std::optional<BatchItem>> item = manifest_->next();
-      if (item && *item) note(**item);
-      if (!item || !*item || shard_.owns((*item)->name)) return item;
+      Expected<std::optional<ManifestLine>> line = manifest_->next();
+      if (!line) return line.status();
+      if (!*line) return std::optional<PlannedItem>();
+      if (std::optional<PlannedItem> ours = item_of_line(**line)) return ours;
     }
   }
 
  private:
+  // Nothing if it is another shard's.
+  std::optional<PlannedItem> item_of_line(ManifestLine& line) {
+    if (!line.item) {  // one shard reports it
+      plan_.add_framed(line.text);
+      const std::string place = "line " + std::to_string(line.number) + " of the manifest";
+      if (!shard_.owns(line.text)) return std::nullopt;
+      return PlannedItem{{.input = place}, line.item.status()};
+    }
+    BatchItem& item = *line.item;
+    note(item);
+    if (!shard_.owns(item.name)) return std::nullopt;
+    if (!repeats_name(item)) return PlannedItem{std::move(item)};
+    const std::string name = item.name;
+    return PlannedItem{std::move(item),
+                       {StatusCode::kUsage, "another asset of the manifest has the same name, " + name}};
+  }
+
+  // Whether an earlier item of this shard has the same name. `batch plan` excludes that, so that only other
+  // manifests take memory for their names.
+  bool repeats_name(const BatchItem& item) {
+    return !manifest_->head() && !names_.insert(hash_of(item.name)).second;
+  }
+
   void note(const BatchItem& item) {
     plan_.add_framed(item.name);
     plan_.add_framed(item.input);
@@ -101,8 +127,6 @@ class Batch {
       bar_ = &bar;
       work();
     }
-    std::error_code ignored;
-    if (arguments_.staging.any() && !arguments_.dry_run) fs::remove_all(staging_folder_.parent_path(), ignored);
     if (failure_.ok() && !is_cut_short()) failure_ = rows_.add_end(watch.ms(), items_.plan());
     if (Status status = report(watch.ms()); failure_.ok()) failure_ = std::move(status);
     session_.log.block(tally_.summary(arguments_.folder, watch.ms()));
@@ -131,17 +155,11 @@ class Batch {
     // Only now, because the report may be in the output folder, which `open` has made.
     if (writes_report_file())
       if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
-    std::error_code error;
-    ContentHash unique;
-    unique.add_framed(fs::weakly_canonical(folder, error).string());
-    unique.add_framed(shard.text());
-    staging_folder_ = arguments_.staging.folder.empty()
-                          ? record_folder(folder) / ("staged-" + shard.file_name())
-                          : fs::path(arguments_.staging.folder) / ("gltf-psplit-staged-" + unique.hex());
-    // What a process left that was killed: nobody else uses this shard's folder.
-    if (arguments_.staging.any() && !arguments_.dry_run) fs::remove_all(staging_folder_, error);
-    // A command that outlived such a process may still write there.
-    staging_folder_ /= std::to_string(std::random_device()());
+    if (arguments_.staging.any() && !arguments_.dry_run) {
+      const fs::path place = arguments_.staging.folder;
+      if (Status status = staged_.open(place.empty() ? record_folder(folder) : place); !status.ok())
+        return status;
+    }
     return rows_.create(rows);
   }
 
@@ -202,7 +220,7 @@ class Batch {
 
   void start_worker() {
     Expected<std::unique_ptr<ChildProcess>> worker = ChildProcess::start(
-        [this](ParentLink& link) { return run_worker(link, arguments_, session_, record_, staging_folder_); });
+        [this](ParentLink& link) { return run_worker(link, arguments_, session_, record_, staged_.path()); });
     if (worker)
       worker_ = std::move(*worker);
     else
@@ -217,15 +235,12 @@ class Batch {
       running.item = std::move(waiting.front());
       waiting.pop_front();
     } else {
-      Expected<std::optional<BatchItem>> item = items_.next();
-      if (!item) failure_ = item.status();
-      if (item && !*item) at_end_ = true;
-      if (!item || !*item) return;
-      running.item = std::move(**item);
-      if (items_.repeats_name(running.item))
-        return note_failure(
-            running.item,
-            {StatusCode::kUsage, "another asset of the manifest has the same name, " + running.item.name});
+      Expected<std::optional<PlannedItem>> next = items_.next();
+      if (!next) failure_ = next.status();
+      if (next && !*next) at_end_ = true;
+      if (!next || !*next) return;
+      if (const Status& flaw = (*next)->status; !flaw.ok()) return note_failure((*next)->item, flaw);
+      running.item = std::move((*next)->item);
     }
     Json json = to_json(running.item);
     json["id"] = ++last_id_;
@@ -327,7 +342,7 @@ class Batch {
   // Removes what a killed worker left of an asset.
   void clean_up_after(uint64_t id, const BatchItem& item) const {
     std::error_code ignored;
-    if (arguments_.staging.any()) fs::remove_all(staging_folder_ / std::to_string(id), ignored);
+    if (arguments_.staging.any()) fs::remove_all(staged_.path() / std::to_string(id), ignored);
     if (!arguments_.dry_run) remove_dead_temporaries((arguments_.request.folder / item.name).parent_path());
   }
 
@@ -383,7 +398,7 @@ class Batch {
   BatchRecord record_;
   BatchRows rows_;
   BatchTally tally_;
-  fs::path staging_folder_;
+  StagingFolder staged_;
   const StopSignals* signals_ = nullptr;
   ProgressBar* bar_ = nullptr;
   std::unique_ptr<ChildProcess> worker_;

@@ -1,11 +1,10 @@
 #include "tools/gltf_psplit/batch/batch_plan.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
 #include <map>
 #include <string_view>
 
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/text_lines.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 
@@ -57,7 +56,7 @@ void match(const fs::path& folder, fs::path::const_iterator part, fs::path::cons
   };
   if (!is_pattern(part->string())) return visit(folder / *part);
   for (const fs::path& entry : sorted_entries(folder))
-    if (fnmatch(part->c_str(), entry.filename().c_str(), FNM_PERIOD) == 0) visit(entry);
+    if (matches_pattern(entry.filename().string(), part->string())) visit(entry);
 }
 
 class Planner {

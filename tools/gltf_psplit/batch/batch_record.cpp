@@ -1,7 +1,6 @@
 #include "tools/gltf_psplit/batch/batch_record.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 
 #include "gltf_ext/document/linked_files.h"
@@ -36,9 +35,10 @@ std::string_view name_in(std::string_view line) {
   return line.substr(0, std::min(line.find('"'), line.size()));
 }
 
-int64_t now_ms() {
-  using namespace std::chrono;
-  return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+// Whether a record is that of another shard of the same count. It says nothing about the outputs of `shard`.
+bool is_of_sibling(const std::string& file, const Shard& shard) {
+  return file != shard.file_name() + ".jsonl" &&
+         file.ends_with("-of-" + std::to_string(shard.count) + ".jsonl");
 }
 
 std::vector<fs::path> record_files(const fs::path& folder) {
@@ -94,30 +94,38 @@ Status BatchRecord::open(const fs::path& folder, const Shard& shard) {
                                    : "shard " + shard.text() + " is already running in " + folder.string());
 }
 
-Status BatchRecord::load(const fs::path& folder, const std::function<bool(std::string_view)>& is_wanted) {
+Status BatchRecord::load(const fs::path& folder, const Shard& shard) {
   facts_.clear();
+  begun_.clear();
   file_.resume();
-  for (const fs::path& file : record_files(folder))
-    if (Status status = load_file(file, is_wanted); !status.ok()) return status;
+  for (const fs::path& file : record_files(folder)) {
+    if (is_of_sibling(file.filename().string(), shard)) continue;
+    if (Status status = load_file(file, shard); !status.ok()) return status;
+  }
   std::sort(facts_.begin(), facts_.end());
   facts_.erase(std::unique(facts_.begin(), facts_.end()), facts_.end());
   return {};
 }
 
-Status BatchRecord::load_file(const fs::path& file, const std::function<bool(std::string_view)>& is_wanted) {
+Status BatchRecord::load_file(const fs::path& file, const Shard& shard) {
   Expected<TextLines> lines = TextLines::open(file);
   if (!lines) return lines.status();
   for (std::string_view line; lines->next(line);) {
     const std::string_view name = name_in(line);
     if (name.empty() || !lines->is_whole()) continue;
     // What follows the name of an asset that was only checked, "?validate", is not a part of it.
-    if (!is_wanted(percent_decode(name.substr(0, name.find('?'))))) continue;
+    if (!shard.owns(percent_decode(name.substr(0, name.find('?'))))) continue;
     const Expected<Json> json = parse_json(line);
     if (!json) continue;
     const std::string *made_from = string_field(*json, "made_from"), *output = string_field(*json, "output");
     if (made_from == nullptr || output == nullptr) continue;
     facts_.push_back(
-        {hash_of(name), hash_of(*made_from), hash_of(*output), integer_field(*json, "time").value_or(0)});
+        {hash_of(name), hash_of(*made_from), hash_of(*output), integer_field(*json, "number").value_or(0)});
+    last_number_ = std::max(last_number_, facts_.back().number);
+    if (output->empty())
+      begun_.emplace(name);
+    else
+      begun_.erase(std::string(name));
   }
   return lines->status();
 }
@@ -133,7 +141,7 @@ BatchRecord::facts(const std::string& name) const {
 
 std::vector<BatchRecord::Fact>::const_iterator BatchRecord::newest_of(std::vector<Fact>::const_iterator begin,
                                                                       std::vector<Fact>::const_iterator end) {
-  return std::max_element(begin, end, [](const Fact& a, const Fact& b) { return a.time < b.time; });
+  return std::max_element(begin, end, [](const Fact& a, const Fact& b) { return a.number < b.number; });
 }
 
 bool BatchRecord::knows(const std::string& name) const {
@@ -156,27 +164,42 @@ bool BatchRecord::is_newest(const std::string& name, const std::string& made_fro
   return newest != end && is_written(newest->output) && newest->made_from == hash_of(made_from);
 }
 
+std::set<fs::path> BatchRecord::unfinished_folders() const {
+  std::set<fs::path> folders;
+  for (const std::string& name : begun_) {
+    const auto [begin, end] = facts(name);  // another file may end what this one began
+    if (newest_of(begin, end)->output == hash_of(""))
+      folders.insert(fs::path(percent_decode(name)).parent_path());
+  }
+  return folders;
+}
+
 Status BatchRecord::withdraw(const std::string& name) { return add(name, {"", std::string(kWithdrawn)}); }
 
 Status BatchRecord::add(const std::string& name, const Entry& entry) {
   const std::lock_guard lock(mutex_);
-  last_time_ = std::max(now_ms(), last_time_ + 1);
   const Json line{
-      {"name", name}, {"made_from", entry.made_from}, {"output", entry.output}, {"time", last_time_}};
+      {"name", name}, {"made_from", entry.made_from}, {"output", entry.output}, {"number", ++last_number_}};
   return file_.append(line.dump() + "\n");
+}
+
+Status BatchRecord::sync() {
+  const std::lock_guard lock(mutex_);
+  return file_.sync();
 }
 
 Status merge_records(const fs::path& folder) {
   struct Line {
     Hash128 name;
-    int64_t time = 0;
+    int64_t number = 0;
     bool is_written = false;
     size_t file = 0;
-    uint64_t number = 0;
+    uint64_t at = 0;  // in the file
     auto operator<=>(const Line&) const = default;
   };
   std::vector<Line> lines;
   const std::vector<fs::path> files = record_files(folder);
+  // Visits the number of a file, that of a line in it, and the line.
   const auto for_each_line = [&](const auto& visit) -> Status {
     for (size_t file = 0; file < files.size(); ++file) {
       Expected<TextLines> text = TextLines::open(files[file]);
@@ -187,12 +210,12 @@ Status merge_records(const fs::path& folder) {
     }
     return {};
   };
-  Status status = for_each_line([&](size_t file, uint64_t number, std::string_view line) {
+  Status status = for_each_line([&](size_t file, uint64_t at, std::string_view line) {
     const Expected<Json> json = parse_json(line);
     const std::string* output = json ? string_field(*json, "output") : nullptr;
     if (output == nullptr || string_field(*json, "made_from") == nullptr) return;
     lines.push_back(
-        {hash_of(name_in(line)), integer_field(*json, "time").value_or(0), is_written(*output), file, number});
+        {hash_of(name_in(line)), integer_field(*json, "number").value_or(0), is_written(*output), file, at});
   });
   if (!status.ok()) return status;
   std::sort(lines.begin(), lines.end());
@@ -202,7 +225,7 @@ Status merge_records(const fs::path& folder) {
   for (size_t i = lines.size(); i-- > 0;) {
     const bool is_newest = i + 1 == lines.size() || lines[i + 1].name != lines[i].name;
     if (is_newest) has_written = false;
-    if (is_newest || (lines[i].is_written && !has_written)) kept.emplace_back(lines[i].file, lines[i].number);
+    if (is_newest || (lines[i].is_written && !has_written)) kept.emplace_back(lines[i].file, lines[i].at);
     has_written = has_written || lines[i].is_written;
   }
   std::sort(kept.begin(), kept.end());
@@ -212,16 +235,18 @@ Status merge_records(const fs::path& folder) {
   status = write_file(merged, [&](std::FILE* out) {
     auto next = kept.begin();
     bool is_whole = true;
-    read = for_each_line([&](size_t file, uint64_t number, std::string_view line) {
-      if (next == kept.end() || *next != std::pair(file, number)) return;
+    read = for_each_line([&](size_t file, uint64_t at, std::string_view line) {
+      if (next == kept.end() || *next != std::pair(file, at)) return;
       ++next;
       is_whole = is_whole && std::fwrite(line.data(), 1, line.size(), out) == line.size() &&
                  std::fputc('\n', out) != EOF;
     });
-    return is_whole && read.ok();
+    return is_whole && read.ok() && sync_to_disk(out);
   });
   if (!read.ok()) return read;
   if (!status.ok()) return status;
+  // The other files have the same facts. They go only when a power failure no longer loses the new file.
+  if (status = sync_to_disk(record_folder(folder)); !status.ok()) return status;
   std::error_code ignored;  // a file that stays repeats facts
   for (const fs::path& file : files)
     if (file != merged) fs::remove(file, ignored);

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,7 +28,8 @@ std::string record_name(const std::string& name, const std::string& check = "");
 // Each shard writes a file of its own, "<index>-of-<count>.jsonl", with a line for each asset that it wrote,
 // and reads the files of all. A line is a fact: an output with this hash was made from an input and options
 // with that hash. So the order of lines and files does not matter, and a fact that is lost costs time only. A
-// line that a kill cut short is ignored. Thread-safe, except `open` and `load`.
+// line that a kill cut short is ignored. The lines about one output are numbered: only one shard at a time
+// writes about it, and that shard has read all earlier lines. Thread-safe, except `open` and `load`.
 class BatchRecord {
  public:
   struct Entry {
@@ -44,8 +45,8 @@ class BatchRecord {
   // it, or if shards of another count run. Other errors: those of io_error.
   Status open(const std::filesystem::path& folder, const Shard& shard);
 
-  // Reads what all files say about the outputs whose names `is_wanted` accepts. Memory: 56 bytes for each line.
-  Status load(const std::filesystem::path& folder, const std::function<bool(std::string_view)>& is_wanted);
+  // Reads what all files say about the outputs of a shard. Memory: 56 bytes for each line about them.
+  Status load(const std::filesystem::path& folder, const Shard& shard);
 
   // Whether a batch made the output, or began to and was killed. Otherwise, if it exists, it is not a batch's.
   bool knows(const std::string& name) const;
@@ -53,20 +54,25 @@ class BatchRecord {
   bool has(const std::string& name, const Entry& entry) const;
   // Whether the line that was written last says that the output was made from `made_from`.
   bool is_newest(const std::string& name, const std::string& made_from) const;
+  // The folders of outputs whose writing was begun and not ended: a kill may have left temporary files there.
+  // Relative to the output folder.
+  std::set<std::filesystem::path> unfinished_folders() const;
 
   // Call it before the output is written, because a kill may come before `add`.
   Status begin(const std::string& name) { return add(name, {}); }
   // Call it if the output could not be written.
   Status withdraw(const std::string& name);
   Status add(const std::string& name, const Entry& entry);
+  // Waits until all lines are on the disk.
+  Status sync();
 
  private:
   struct Fact {
     Hash128 name, made_from, output;
-    int64_t time = 0;  // milliseconds; 0 if the line does not say it
+    int64_t number = 0;  // 0 if the line has none
     auto operator<=>(const Fact&) const = default;
   };
-  Status load_file(const std::filesystem::path& file, const std::function<bool(std::string_view)>& is_wanted);
+  Status load_file(const std::filesystem::path& file, const Shard& shard);
   std::pair<std::vector<Fact>::const_iterator, std::vector<Fact>::const_iterator> facts(
       const std::string& name) const;
 
@@ -76,8 +82,9 @@ class BatchRecord {
   GroupLock division_;
   LockedLog file_;
   std::mutex mutex_;
-  int64_t last_time_ = 0;    // so that a process's own lines have an order
-  std::vector<Fact> facts_;  // sorted; as they were when the record was loaded
+  int64_t last_number_ = 0;
+  std::vector<Fact> facts_;      // sorted; as they were when the record was loaded
+  std::set<std::string> begun_;  // names that a file begins and does not end
 };
 
 // Joins the files of all shards into one, and keeps only the newest facts about each asset. The caller holds

@@ -22,41 +22,6 @@ uint64_t count_in(const Json& object, const char* name) {
 }
 double number_in(const Json& object, const char* name) { return number_field(object, name).value_or(0); }
 
-// The row that append_row and `to_json` wrote.
-EncodeRow row_of(const Json& json) {
-  EncodeRow row;
-  if (const Json* input = object_field(json, "input")) {
-    row.input_faces = count_in(*input, "faces");
-    row.input_points = count_in(*input, "points");
-    row.input_bytes = count_in(*input, "bytes");
-  }
-  PatchSummary& summary = row.summary;
-  summary.patches = count_in(json, "patches");
-  summary.condensed_patches = count_in(json, "condensed_patches");
-  summary.faces = count_in(json, "faces");
-  summary.points = count_in(json, "points");
-  summary.references = count_in(json, "references");
-  summary.largest_patch_faces = count_in(json, "largest_patch_faces");
-  summary.patch_faces = count_in(json, "patch_faces");
-  if (const Json* bytes = object_field(json, "bytes")) {
-    summary.payload_bytes = count_in(*bytes, "payload");
-    summary.directory_bytes = count_in(*bytes, "directory");
-    summary.head_bytes = count_in(*bytes, "head");
-    summary.stitch_bytes = count_in(*bytes, "stitch");
-    summary.total_bytes = count_in(*bytes, "total");
-  }
-  EncodeStatistics& statistics = row.statistics;
-  statistics.merged_points = count_in(json, "merged_points");
-  statistics.dropped_faces = count_in(json, "dropped_faces");
-  statistics.dropped_points = count_in(json, "dropped_points");
-  statistics.residue_faces = count_in(json, "residue_faces");
-  statistics.residue_points = count_in(json, "residue_points");
-  statistics.partition_ms = number_in(json, "partition_ms");
-  statistics.encode_ms = number_in(json, "encode_ms");
-  statistics.verify_ms = number_in(json, "verify_ms");
-  return row;
-}
-
 AssetBytes bytes_of(const Json& sizes, const char* side) {
   const Json* bytes = object_field(sizes, side);
   return bytes == nullptr ? AssetBytes()
@@ -96,8 +61,6 @@ Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
     asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
                          {"output_bytes", outcome.result.geometry.output}};
     append_row(asset["total"], outcome.result.total);
-    asset["total"]["largest_patch_faces"] = outcome.result.total.summary.largest_patch_faces;
-    asset["total"]["patch_faces"] = outcome.result.total.summary.patch_faces;
     asset["primitives"] = outcome.result.primitives;
   }
   if (!outcome.details.is_null()) asset["result"] = outcome.details;

@@ -53,7 +53,9 @@ Expected<Manifest> Manifest::open(const fs::path& path) {
   std::string_view line;
   if (!manifest.lines_.next(line)) return manifest;
   const Expected<Json> json = parse_json(line);
-  if (!json || field(*json, kMark) == nullptr) {
+  // It decides what the file is: without its head, a plan would lose its options.
+  if (!json) return manifest.invalid(json.status().message());
+  if (field(*json, kMark) == nullptr) {
     manifest.first_ = std::string(line);
     return manifest;
   }
@@ -66,7 +68,7 @@ Status Manifest::invalid(const std::string& why) const {
   return invalid_input("line " + std::to_string(lines_.number()) + ": " + why, {.file = name_});
 }
 
-Expected<std::optional<BatchItem>> Manifest::next() {
+Expected<std::optional<ManifestLine>> Manifest::next() {
   std::string_view line;
   const std::optional<std::string> first = std::exchange(first_, std::nullopt);
   if (first) line = *first;
@@ -76,14 +78,13 @@ Expected<std::optional<BatchItem>> Manifest::next() {
     if (head_ && head_->count != count_)
       return invalid("the plan has " + std::to_string(count_) + " assets instead of " +
                      std::to_string(head_->count));
-    return std::optional<BatchItem>();
+    return std::optional<ManifestLine>();
   }
-  const Expected<Json> json = parse_json(line);
-  if (!json) return invalid(json.status().message());
-  Expected<BatchItem> item = item_of(*json);
-  if (!item) return invalid(item.status().message());
   ++count_;
-  return std::optional(std::move(*item));
+  const Expected<Json> json = parse_json(line);
+  Expected<BatchItem> item = json ? item_of(*json) : json.status();
+  if (!item) item = invalid(item.status().message());
+  return std::optional(ManifestLine{std::string(line), lines_.number(), std::move(item)});
 }
 
 }  // namespace psplit

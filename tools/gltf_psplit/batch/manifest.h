@@ -25,15 +25,23 @@ struct ManifestHead {
 Status write_manifest(const std::filesystem::path& path, const ManifestHead& head,
                       std::span<const BatchItem> items);
 
+// A line of a manifest: an asset, or the reason why the line is not one (kInvalidInput, with its number).
+struct ManifestLine {
+  std::string text;
+  uint64_t number = 0;
+  Expected<BatchItem> item;
+};
+
 class Manifest {
  public:
-  // Errors: those of io_error; kInvalidInput for a head that is not understood.
+  // Errors: those of io_error; kInvalidInput for a first line that is neither an asset nor a head that is
+  // understood.
   static Expected<Manifest> open(const std::filesystem::path& path);
 
   const std::optional<ManifestHead>& head() const { return head_; }
-  // Nothing at the end. kInvalidInput, with the number of the line, for a line that is not an asset and for a
-  // plan that has fewer or more assets than its head says.
-  Expected<std::optional<BatchItem>> next();
+  // The next line that is not empty; nothing at the end. Errors: those of io_error; kInvalidInput at the end of
+  // a plan that has fewer or more lines than its head says.
+  Expected<std::optional<ManifestLine>> next();
 
  private:
   explicit Manifest(TextLines lines, std::string name) : lines_(std::move(lines)), name_(std::move(name)) {}

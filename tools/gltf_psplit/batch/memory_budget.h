@@ -5,21 +5,9 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <string>
 #include <utility>
 
-#include "src/status.h"
-#include "tools/gltf_psplit/batch/batch_report.h"
-
 namespace psplit {
-
-// An estimate of the memory in bytes that a verb takes at most for the asset in a file, without that of the
-// process itself. It reads the file's header: the counts of a glTF asset or of a PLY, the sizes of others. The
-// factors are in memory_budget.cpp, and a test holds the estimate against measured peaks.
-uint64_t estimate_memory(const std::string& path, BatchVerb verb);
-
-// The memory that a process takes before it has read an asset.
-inline constexpr uint64_t kProcessMemory = uint64_t{24} << 20;
 
 // Thread-safe. Assets begin in the order in which they ask, so that small ones do not hold up a large one.
 class MemoryBudget {

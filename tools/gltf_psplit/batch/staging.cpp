@@ -1,12 +1,41 @@
 #include "tools/gltf_psplit/batch/staging.h"
 
+#include <cerrno>
+#include <random>
+#include <string_view>
+#include <vector>
+
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/operating_system.h"
 
 namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view kFolder = "gltf-psplit-staged-", kLock = ".lock";
+
+// A command that outlived its process may still write into such a folder, so that no name is used twice.
+std::string random_digits() {
+  std::random_device random;
+  std::string digits;
+  while (digits.size() < 16) digits += "0123456789abcdef"[random() % 16];
+  return digits;
+}
+
+void remove_dead_folders(const fs::path& place) {
+  std::error_code error;
+  std::vector<fs::path> locks;
+  for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.starts_with(kFolder) && name.ends_with(kLock)) locks.push_back(entry->path());
+  }
+  for (const fs::path& lock : locks) {
+    fs::path folder = lock;
+    remove_if_unlocked(lock, [&] { fs::remove_all(folder.replace_extension(), error); });
+  }
+}
 
 using Variables = std::vector<std::pair<std::string, std::string>>;
 
@@ -41,6 +70,27 @@ Status check(const fs::path& file, const std::string& option, std::optional<uint
 }
 
 }  // namespace
+
+Status StagingFolder::open(const fs::path& place) {
+  std::error_code error;
+  fs::create_directories(place, error);
+  if (error) return io_error("cannot make the folder " + place.string(), error.value());
+  remove_dead_folders(place);
+  do {
+    path_ = place / (std::string(kFolder) + random_digits());
+    lock_ = create_locked(path_.string() + std::string(kLock));
+  } while (lock_ == nullptr && errno == EEXIST);
+  return lock_ == nullptr ? io_error("cannot write", errno, {.file = path_.string() + std::string(kLock)})
+                          : Status();
+}
+
+StagingFolder::~StagingFolder() {
+  if (lock_ == nullptr) return;
+  std::error_code ignored;
+  fs::remove_all(path_, ignored);
+  fs::remove(path_.string() + std::string(kLock), ignored);
+  std::fclose(lock_);
+}
 
 StagedAsset::~StagedAsset() {
   std::error_code ignored;

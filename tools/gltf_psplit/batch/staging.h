@@ -1,6 +1,7 @@
 // Assets that are not in a folder: commands bring the inputs into a local folder, and take the outputs away.
 #pragma once
 
+#include <cstdio>
 #include <filesystem>
 #include <string>
 
@@ -17,6 +18,24 @@ struct StagingCommands {
   std::string folder;        // for the files meanwhile; empty: in the folder of the record
 
   bool any() const { return !fetch.empty() || !store.empty() || !fetch_output.empty(); }
+};
+
+// A folder for the files of one process. Next to it a lock shows that the process lives. So `open` also removes
+// the folders of processes that were killed, whatever batch or shard they worked on.
+class StagingFolder {
+ public:
+  StagingFolder() = default;
+  ~StagingFolder();  // removes the folder with all that is in it
+  StagingFolder(const StagingFolder&) = delete;
+  StagingFolder& operator=(const StagingFolder&) = delete;
+
+  // Makes "gltf-psplit-staged-<random digits>" in `place`. Errors: those of io_error.
+  Status open(const std::filesystem::path& place);
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+  std::FILE* lock_ = nullptr;
 };
 
 // A folder for the files of one asset, which is removed with all that is in it.

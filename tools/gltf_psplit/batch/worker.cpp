@@ -4,9 +4,11 @@
 #include <thread>
 
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/temporary_file.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
 #include "tools/gltf_psplit/batch/asset_work.h"
+#include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/options/machine_limits.h"
 
 namespace psplit {
@@ -22,14 +24,16 @@ uint64_t memory_for_assets(uint64_t stated) {
 
 int run_worker(ParentLink& link, const BatchArguments& arguments, const Session& session, BatchRecord& record,
                const std::filesystem::path& staging_folder) {
-  const Shard shard = arguments.shard.value_or(Shard());
-  const Status loaded =
-      record.load(arguments.request.folder, [&](std::string_view name) { return shard.owns(name); });
+  const std::filesystem::path& folder = arguments.request.folder;
+  const Status loaded = record.load(folder, arguments.shard.value_or(Shard()));
   if (!loaded.ok()) {
     link.send(
         line_of({{"failed", {{"code", static_cast<int>(loaded.code())}, {"message", loaded.to_string()}}}}));
     return static_cast<int>(loaded.code());
   }
+  if (!arguments.dry_run && arguments.staging.store.empty())
+    for (const std::filesystem::path& place : record.unfinished_folders())
+      remove_dead_temporaries(folder / place);
   MemoryBudget memory(memory_for_assets(arguments.memory));
   AssetWork work(arguments, session, record, memory, staging_folder);
   const auto serve = [&] {

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <fstream>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "gltf_ext/files/child_process.h"
 
@@ -56,11 +58,17 @@ CgroupLimits cgroup_limits(const fs::path& root) {
     const size_t first = line.find(':'), second = line.find(':', first + 1);
     if (first == std::string::npos || second == std::string::npos) continue;
     const std::string controllers = line.substr(first + 1, second - first - 1);
-    const fs::path mount = root / "sys/fs/cgroup" / controllers;
-    // A container may see its cgroup as the root, so that the path names nothing: then only the root is read.
-    for (fs::path group = fs::path(line.substr(second + 1)).relative_path();; group = group.parent_path()) {
-      read_limits(limits, mount / group);
-      if (group.empty()) break;
+    // The folder may name the controllers in another order. Then each has a link with its own name.
+    std::vector<std::string> folders{controllers};
+    std::istringstream names(controllers);
+    for (std::string name; std::getline(names, name, ',');) folders.push_back(name);
+    for (const std::string& folder : folders) {
+      const fs::path mount = root / "sys/fs/cgroup" / folder;
+      // A container may see its cgroup as the root, so that the path names nothing: then only the root is read.
+      for (fs::path group = fs::path(line.substr(second + 1)).relative_path();; group = group.parent_path()) {
+        read_limits(limits, mount / group);
+        if (group.empty()) break;
+      }
     }
   }
   return limits;

@@ -1,7 +1,9 @@
 #include "tools/gltf_psplit/report/encode_report.h"
 
 #include <algorithm>
+#include <type_traits>
 
+#include "gltf_ext/json/json_fields.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
@@ -17,19 +19,47 @@ const char* name_of(StoredAs storage) {
   return "";
 }
 
+// The numbers of a row with their names in JSON.
+template <typename Row, typename Visit>
+void visit_input_numbers(Row& row, const Visit& visit) {
+  visit("faces", row.input_faces);
+  visit("points", row.input_points);
+  visit("bytes", row.input_bytes);
+}
+
+template <typename Statistics, typename Visit>
+void visit_statistics(Statistics& statistics, const Visit& visit) {
+  visit("merged_points", statistics.merged_points);
+  visit("dropped_faces", statistics.dropped_faces);
+  visit("dropped_points", statistics.dropped_points);
+  visit("residue_faces", statistics.residue_faces);
+  visit("residue_points", statistics.residue_points);
+  visit("partition_ms", statistics.partition_ms);
+  visit("encode_ms", statistics.encode_ms);
+  visit("verify_ms", statistics.verify_ms);
+}
+
 }  // namespace
 
 void append_row(Json& object, const EncodeRow& row) {
-  object["input"] = {{"faces", row.input_faces}, {"points", row.input_points}, {"bytes", row.input_bytes}};
+  visit_input_numbers(row, [&](const char* name, uint64_t number) { object["input"][name] = number; });
   append_summary(object, row.summary);
-  object["merged_points"] = row.statistics.merged_points;
-  object["dropped_faces"] = row.statistics.dropped_faces;
-  object["dropped_points"] = row.statistics.dropped_points;
-  object["residue_faces"] = row.statistics.residue_faces;
-  object["residue_points"] = row.statistics.residue_points;
-  object["partition_ms"] = row.statistics.partition_ms;
-  object["encode_ms"] = row.statistics.encode_ms;
-  object["verify_ms"] = row.statistics.verify_ms;
+  visit_statistics(row.statistics, [&](const char* name, auto number) { object[name] = number; });
+}
+
+EncodeRow row_of(const Json& object) {
+  const auto read = [](const Json* place, const char* name, auto& number) {
+    using Number = std::remove_reference_t<decltype(number)>;
+    if (place != nullptr) number = static_cast<Number>(number_field(*place, name).value_or(0));
+  };
+  EncodeRow row;
+  const Json* const input = object_field(object, "input");
+  visit_input_numbers(row, [&](const char* name, uint64_t& number) { read(input, name, number); });
+  visit_numbers(row.summary, [&](const char* group, const char* name, uint64_t& number) {
+    read(group == nullptr ? &object : object_field(object, group), name, number);
+  });
+  visit_statistics(row.statistics, [&](const char* name, auto& number) { read(&object, name, number); });
+  return row;
 }
 
 std::string row_text(const EncodeRow& row) {

@@ -35,6 +35,8 @@ struct EncodeRow {
 };
 
 void append_row(Json& object, const EncodeRow& row);
+// The row that append_row appended. Numbers that are missing are 0.
+EncodeRow row_of(const Json& object);
 std::string row_text(const EncodeRow& row);
 
 // The bytes of all geometry before and after, including primitives that were left as they were.

@@ -52,18 +52,11 @@ PatchSummary summarize_stream(const StreamDescription& description, size_t strea
 }
 
 void append_summary(Json& object, const PatchSummary& summary) {
-  object["patches"] = summary.patches;
-  object["condensed_patches"] = summary.condensed_patches;
-  object["faces"] = summary.faces;
-  object["points"] = summary.points;
-  object["references"] = summary.references;
+  visit_numbers(summary, [&](const char* group, const char* name, uint64_t number) {
+    (group == nullptr ? object : object[group])[name] = number;
+  });
   object["replication"] = summary.replication();
   object["balance"] = summary.balance();
-  object["bytes"] = {{"payload", summary.payload_bytes},
-                     {"directory", summary.directory_bytes},
-                     {"head", summary.head_bytes},
-                     {"stitch", summary.stitch_bytes},
-                     {"total", summary.total_bytes}};
   object["bits_per_point"] = summary.bits_per_point();
 }
 

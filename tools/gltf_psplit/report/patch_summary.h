@@ -38,8 +38,25 @@ PatchSummary summarize_streams(std::span<const StreamEntry> streams, bool has_re
 // Summarizes a stock Draco stream of `stream_bytes` bytes as one patch.
 PatchSummary summarize_stream(const StreamDescription& description, size_t stream_bytes);
 
-// Appends {"patches", "condensed_patches", "faces", "points", "references", "replication", "balance", "bytes":
-// {"payload", "directory", "head", "stitch", "total"}, "bits_per_point"} to an object.
+// Calls visit(group, name, number) for each number of a PatchSummary: in JSON it is the member `name` of the
+// object `group`, or of the row itself if `group` is null.
+template <typename Summary, typename Visit>
+void visit_numbers(Summary& summary, const Visit& visit) {
+  visit(nullptr, "patches", summary.patches);
+  visit(nullptr, "condensed_patches", summary.condensed_patches);
+  visit(nullptr, "faces", summary.faces);
+  visit(nullptr, "points", summary.points);
+  visit(nullptr, "references", summary.references);
+  visit(nullptr, "largest_patch_faces", summary.largest_patch_faces);
+  visit(nullptr, "patch_faces", summary.patch_faces);
+  visit("bytes", "payload", summary.payload_bytes);
+  visit("bytes", "directory", summary.directory_bytes);
+  visit("bytes", "head", summary.head_bytes);
+  visit("bytes", "stitch", summary.stitch_bytes);
+  visit("bytes", "total", summary.total_bytes);
+}
+
+// Appends these numbers, "replication", "balance" and "bits_per_point" to an object.
 void append_summary(Json& object, const PatchSummary& summary);
 
 }  // namespace psplit

@@ -1,0 +1,216 @@
+// gltf-psplit batch when it, its worker or its commands are stopped or killed.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <chrono>
+#include <thread>
+
+#include "gltf_ext/files/temporary_file.h"
+#include "tests/tools/batch/batch_jobs.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BatchKills : public BatchJobs {
+ protected:
+  // Waits up to ten seconds.
+  template <typename Holds>
+  static bool soon(const Holds& holds) {
+    for (int i = 0; i < 1000; ++i) {
+      if (holds()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+  }
+  // The number of processes with these words on their command line.
+  static int processes(const std::string& words) {
+    int found = 0;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator("/proc", error)) {
+      std::string line = read_bytes(entry.path() / "cmdline");
+      std::replace(line.begin(), line.end(), '\0', ' ');
+      found += line.starts_with(words) ? 1 : 0;
+    }
+    return found;
+  }
+  std::vector<fs::path> staged_folders(const std::string& place) const {
+    std::vector<fs::path> found;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(path(place), error))
+      if (entry.is_directory() && contains(entry.path().filename().string(), "-staged-"))
+        found.push_back(entry.path());
+    return found;
+  }
+  // A manifest whose inputs a command has to fetch.
+  void write_list(int count) const {
+    std::string lines;
+    for (int i = 0; i < count; ++i) {
+      const std::string name = std::to_string(i) + ".glb";
+      lines += Json{{"input", name}, {"name", name}}.dump() + "\n";
+    }
+    write("list.jsonl", lines);
+  }
+};
+
+// The worker is the only child of the command. It has begun when the first asset has a line in the record.
+TEST_F(BatchKills, AWorkerThatIsKilledIsReplaced) {
+  constexpr int kAssets = 30;
+  for (int i = 0; i < kAssets; ++i) generate("in/" + std::to_string(i) + ".glb", "8000", std::to_string(i));
+  const pid_t child = start("exec $P batch 'in/*' -o out --progress json -q -j 2");
+  const std::string list = "/proc/" + std::to_string(child) + "/task/" + std::to_string(child) + "/children";
+  int kills = 0;
+  for (int i = 0; i < 500 && kills < 3 && fs::exists(list); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    const std::string worker = read_bytes(list);
+    if (!worker.empty() && !read_bytes(path("out.txt")).empty()) kills += kill(std::stoi(worker), SIGKILL) == 0;
+  }
+  EXPECT_GT(kills, 0);
+  const int code = wait_for(child);
+  // An asset fails only if it was alone when the worker was killed; then it may succeed later.
+  EXPECT_EQ(code, count(progress(), "failed") == 0 ? 0 : 75) << err_;
+  EXPECT_EQ(progress().size(), static_cast<size_t>(kAssets));
+  EXPECT_LE(count(progress(), "failed"), 3u);
+  expect_clean("out");
+  EXPECT_EQ(shell("$P batch 'in/*' -o out -q --report report.json"), 0) << err_;
+}
+
+TEST_F(BatchKills, SignalsStopItWithinSecondsAndTheNextRunGoesOn) {
+  constexpr int kAssets = 200;
+  generate_many(20);
+  for (int i = 20; i < kAssets; ++i)
+    fs::copy_file(path("in/" + std::to_string(i % 20) + ".glb"), path("in/" + std::to_string(i) + ".glb"));
+  ASSERT_EQ(mkfifo(path("in/hang.glb").c_str(), 0600), 0);
+  for (const int signal : {SIGTERM, SIGINT}) {
+    fs::remove_all(path("out"));
+    fs::remove(path("out.txt"));
+    const pid_t child = start("exec $P batch in/hang.glb 'in/*' -o out --progress json -q -j 2");
+    // A signal that comes before the first asset would just end the process.
+    for (int i = 0; i < 3000 && read_bytes(path("out.txt")).empty(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const auto begin = std::chrono::steady_clock::now();
+    kill(child, signal);
+    EXPECT_EQ(wait_for(child), 75) << err_;
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+    EXPECT_TRUE(contains(err_, "stopped by a signal")) << err_;
+    expect_clean("out");
+    const size_t done = progress().size();
+    EXPECT_EQ(shell("$P batch 'in/*' -o out --progress json -q -j 2"), 0) << err_;
+    EXPECT_EQ(count(progress(), "up to date"), done);
+    EXPECT_EQ(progress().size(), static_cast<size_t>(kAssets));
+  }
+}
+
+// No moment of a kill loses a record or leaves half an output.
+TEST_F(BatchKills, KillsOfShardsLoseNothing) {
+  constexpr int kAssets = 12;
+  for (int i = 0; i < kAssets; ++i) generate("in/" + std::to_string(i) + ".glb", "8000", std::to_string(i));
+  ASSERT_EQ(shell("$P batch plan 'in/*' --out-dir out -o plan.jsonl -q"), 0);
+  for (const int wait_ms : {15, 40, 80, 160, 320}) {
+    const pid_t a = start("exec $P batch --manifest plan.jsonl -o out --shard 0/2 -q -j 1");
+    const pid_t b = start("exec $P batch --manifest plan.jsonl -o out --shard 1/2 -q -j 1");
+    std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
+    kill(a, SIGKILL);
+    kill(b, SIGKILL);
+    wait_for(a);
+    wait_for(b);
+    if (!fs::exists(path("out"))) continue;
+    for (const auto& [name, bytes] : files("out")) {
+      if (name.ends_with(".part")) continue;
+      EXPECT_EQ(run({"validate", path("out/" + name), "-q"}), 0) << name;
+    }
+  }
+  // One record of each output at least: what was written before is replaced without a complaint.
+  for (const char* shard : {"0/3", "1/3", "2/3"})
+    ASSERT_EQ(shell(std::string("$P batch --manifest plan.jsonl -o out -q --shard ") + shard), 0) << err_;
+  EXPECT_EQ(files("out").size(), static_cast<size_t>(kAssets));
+  expect_clean("out");
+  ASSERT_EQ(shell("$P batch --manifest plan.jsonl -o out --progress json -q"), 0);
+  EXPECT_EQ(count(progress(), "up to date"), static_cast<size_t>(kAssets));
+}
+
+// The sleep is a child of a shell of the worker.
+TEST_F(BatchKills, NoCommandOutlivesABatchThatIsKilled) {
+  generate_many(1);
+  write_list(1);
+  const std::string sleep = "sleep " + std::to_string(100000 + getpid() % 1000);
+  const pid_t child =
+      start("exec $P batch --manifest list.jsonl -o out -q --fetch '" + sleep + "; cp \"in/$1\" \"$2\"'");
+  ASSERT_TRUE(soon([&] { return processes(sleep) == 1; }));
+  kill(child, SIGKILL);
+  wait_for(child);
+  EXPECT_TRUE(soon([&] { return processes(sleep) == 0; }));
+}
+
+// The next run removes the folder whatever its count of shards, but not that of a process that lives.
+TEST_F(BatchKills, StagedFoldersOfKilledShardsAreRemoved) {
+  generate_many(8);
+  write_list(8);
+  for (const std::string stage : {"", "stage"}) {
+    const std::string place = stage.empty() ? "out/.gltf-psplit-batch" : stage;
+    const std::string batch = "exec $P batch --manifest list.jsonl -o out -q " +
+                              (stage.empty() ? stage : "--stage " + stage) +
+                              " --force --fetch 'cp \"in/$1\" \"$2\"";
+    const auto start_hanging = [&](const std::string& shard, size_t folders) {
+      const pid_t child = start(batch + "; exec sleep 100' --shard " + shard);
+      EXPECT_TRUE(soon([&] { return staged_folders(place).size() == folders; }));
+      return child;
+    };
+    const pid_t killed = start_hanging("0/2", 1);
+    const pid_t living = start_hanging("1/2", 2);
+    kill(killed, SIGKILL);
+    wait_for(killed);
+    EXPECT_EQ(shell(batch + "' --shard 0/2"), 0) << err_;
+    EXPECT_EQ(staged_folders(place).size(), 1u);
+    kill(living, SIGKILL);
+    wait_for(living);
+    EXPECT_EQ(staged_folders(place).size(), 1u);
+    EXPECT_EQ(shell(batch + "' --shard 0/3"), 0) << err_;
+    EXPECT_EQ(staged_folders(place).size(), 0u);
+    expect_clean("out");
+  }
+}
+
+// A killed process left half an output of an asset that is no longer planned.
+TEST_F(BatchKills, TemporaryFilesOfKilledShardsAreRemoved) {
+  generate_many(2);
+  fs::create_directories(path("out/d"));
+  const pid_t writer = fork();
+  if (writer == 0) {
+    const TemporaryFile left(path("out/d/gone.glb"));
+    _exit(left.is_open() ? 0 : 1);
+  }
+  int status = 1;
+  waitpid(writer, &status, 0);
+  ASSERT_EQ(status, 0);
+  ASSERT_EQ(files("out").size(), 1u);
+  write("out/.gltf-psplit-batch/2-of-5.jsonl",
+        Json{{"name", "d%2Fgone.glb"}, {"made_from", ""}, {"output", ""}, {"number", 1}}.dump() + "\n");
+  ASSERT_EQ(shell("$P batch 'in/*' -o out -q"), 0) << err_;
+  EXPECT_EQ(files("out").size(), 2u);
+  expect_clean("out");
+}
+
+// As process 1 of a container, a batch becomes the parent of what its commands leave.
+TEST_F(BatchKills, OrphansAreNoZombiesInAContainer) {
+  if (geteuid() != 0 || shell("unshare --pid --fork --mount-proc true") != 0)
+    GTEST_SKIP() << "only root makes a container";
+  generate_many(6);
+  write_list(6);
+  ASSERT_EQ(
+      shell(
+          "unshare --pid --fork --mount-proc $P batch --manifest list.jsonl -o out -q -j 1 --fetch '(true &); "
+          "sleep 0.1; cat /proc/[0-9]*/stat | grep -c \") Z \" >>zombies; cp \"in/$1\" \"$2\"'"),
+      0)
+      << err_;
+  std::istringstream counts(read_bytes(path("zombies")));
+  int runs = 0;
+  for (int zombies = 0; counts >> zombies; ++runs) EXPECT_LE(zombies, 1);  // that of this command
+  EXPECT_EQ(runs, 6);
+}
+
+}  // namespace
+}  // namespace psplit

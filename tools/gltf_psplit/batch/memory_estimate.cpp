@@ -1,0 +1,305 @@
+#include "tools/gltf_psplit/batch/memory_estimate.h"
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/mesh_files/byte_stream.h"
+#include "gltf_ext/mesh_files/ply_header.h"
+#include "gltf_ext/mesh_files/stl.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
+
+namespace psplit {
+namespace {
+
+struct Counts {
+  uint64_t faces = 0;
+  uint64_t values = 0;  // bytes of all attributes of all points, with 4 bytes for a number
+  uint64_t bytes = 0;   // that are in memory as they are in the file
+};
+
+// A count may be wrong. This one is enough for any memory, and products of it do not overflow.
+constexpr uint64_t kMostCounted = uint64_t{1} << 40;
+
+// A Draco stream of a whole mesh takes more for each face than arrays do, until it is decoded.
+constexpr uint64_t faces_of_draco(uint64_t faces) { return faces + faces / 2; }
+
+uint64_t components(const std::string& type) {
+  if (type == "SCALAR") return 1;
+  return type.starts_with("VEC") && type.size() == 4 ? static_cast<uint64_t>(type[3] - '0') : 16;
+}
+
+// Each pair of positions and indices counts once, however many primitives share it.
+Counts counts_of_gltf(const Json& json) {
+  const auto accessor = [&](const Json& index) {
+    const std::optional<int64_t> number = integer_value(index);
+    return number ? top_level_object(json, "accessors", *number) : nullptr;
+  };
+  const auto count_of = [&](const Json* found) -> uint64_t {
+    const std::optional<int64_t> count = found == nullptr ? std::nullopt : integer_field(*found, "count");
+    return count && *count > 0 ? std::min(static_cast<uint64_t>(*count), kMostCounted) : 0;
+  };
+  Counts counts;
+  std::set<std::pair<const Json*, const Json*>> seen;
+  const auto add = [&](const Json& primitive) {
+    const Json* const attributes = object_field(primitive, "attributes");
+    const Json* const indices = field(primitive, "indices");
+    const Json* const position = attributes == nullptr ? nullptr : field(*attributes, "POSITION");
+    if (position == nullptr) return;
+    const Json* const index_accessor = indices == nullptr ? nullptr : accessor(*indices);
+    const uint64_t points = count_of(accessor(*position));
+    if (!seen.emplace(accessor(*position), index_accessor).second) return;
+    const uint64_t faces = (indices == nullptr ? points : count_of(index_accessor)) / 3;
+    const bool is_draco = extension_field(primitive, "KHR_draco_mesh_compression") != nullptr;
+    counts.faces += is_draco ? faces_of_draco(faces) : faces;
+    for (const Json& attribute : *attributes) {
+      const Json* const found = accessor(attribute);
+      const std::string* const type = found == nullptr ? nullptr : string_field(*found, "type");
+      counts.values += points * 4 * (type == nullptr ? 4 : components(*type));
+    }
+  };
+  if (const Json* meshes = array_field(json, "meshes"))
+    for (const Json& mesh : *meshes)
+      if (const Json* primitives = array_field(mesh, "primitives"))
+        for (const Json& primitive : *primitives) add(primitive);
+  return counts;
+}
+
+// OBJ and STL are read through a table of their points.
+constexpr uint64_t kTableBytes = 8, kVectorBytes = 12, kPairBytes = 8;
+
+// The unpacked size of a file. A gzip file ends with it, modulo 2^32.
+uint64_t unpacked_bytes(const std::string& path, uint64_t bytes) {
+  std::ifstream file(path, std::ios::binary);
+  unsigned char size[4] = {};
+  if (lower_extension(path) != ".gz" || bytes < 4 || !file.seekg(static_cast<std::streamoff>(bytes - 4)) ||
+      !file.read(reinterpret_cast<char*>(size), 4))
+    return bytes;
+  uint64_t low = 0;
+  for (size_t i = 4; i-- > 0;) low = low << 8 | size[i];
+  return std::max(low, bytes);
+}
+
+// The header has the counts. The rest of the file limits them, and tells how many corners the faces have.
+Counts counts_of_ply(Scanner& scanner, uint64_t bytes) {
+  const Expected<PlyHeader> header = read_ply_header(scanner);
+  if (!header) return {};
+  const bool is_text = header->encoding == PlyEncoding::kText;
+  constexpr uint64_t kLeastText = 2;  // a digit and a space
+  Counts counts;
+  uint64_t left = bytes - std::min(bytes, scanner.offset());
+  for (const PlyElement& element : header->elements) {
+    uint64_t stride = 0, index_bytes = 0, numbers = 0;
+    for (const PlyProperty& property : element.properties) {
+      stride += is_text ? kLeastText : ply_type_bytes(property.is_list ? property.count_type : property.type);
+      if (property.is_list) index_bytes = is_text ? kLeastText : ply_type_bytes(property.type);
+      numbers += property.is_list ? 0 : 1;
+    }
+    const uint64_t count = std::min(element.count, left / std::max<uint64_t>(stride, 1));
+    left -= count * stride;
+    if (element.name == "vertex") counts.values = count * 4 * std::max<uint64_t>(numbers, 3);
+    if (index_bytes == 0) continue;
+    // A polygon of n corners becomes n - 2 faces. Text does not tell n: quads are assumed.
+    const uint64_t corners = left / index_bytes;
+    counts.faces += is_text ? std::min(2 * count, corners) : corners - std::min(corners, 2 * count);
+  }
+  return counts;
+}
+
+// Each corner of a facet may be a point of its own.
+Counts counts_of_stl(Scanner& scanner, uint64_t bytes) {
+  constexpr uint64_t kBinaryFacet = 50;
+  uint64_t facet_bytes = kBinaryFacet;
+  if (!has_size_of_binary_stl(scanner) && is_text_stl(scanner)) {
+    const std::string_view head = scanner.peek(Scanner::kMostPeeked);
+    uint64_t facets = 1;  // the solid's first line makes up for the last one, which is cut
+    for (size_t at = head.find("endfacet"); at != head.npos; at = head.find("endfacet", at + 1)) ++facets;
+    facet_bytes = std::max<uint64_t>(head.size() / facets, kBinaryFacet);
+  }
+  const uint64_t facets = bytes / facet_bytes;
+  return {facets, 3 * facets * (2 * kVectorBytes + kTableBytes)};
+}
+
+// The front of a stream: 11 bytes, then for Edgebreaker the kind of traversal, vertices and faces, otherwise
+// faces and points. Older streams and those with metadata have other fronts.
+Counts counts_of_draco(std::string_view head, uint64_t bytes) {
+  constexpr size_t kMethodAt = 8, kFlagsAt = 10, kBodyAt = 11, kMinorAt = 6;
+  constexpr uint64_t kAttributes = 2 * kVectorBytes + kPairBytes, kFacesOfByte = 4;
+  uint64_t counted[2] = {};
+  size_t at = kBodyAt;
+  const auto byte = [&](size_t i) { return i < head.size() ? static_cast<unsigned char>(head[i]) : 0u; };
+  const bool is_known = byte(kMinorAt) == 2 && byte(kFlagsAt) < 0x80;
+  const bool is_edgebreaker = byte(kMethodAt) == 1;
+  if (is_edgebreaker) ++at;
+  for (uint64_t& number : counted)
+    for (int shift = 0; shift < 35; shift += 7) {
+      number |= static_cast<uint64_t>(byte(at) & 0x7f) << shift;
+      if ((byte(at++) & 0x80) == 0) break;
+    }
+  const uint64_t faces = is_known ? counted[is_edgebreaker ? 1 : 0] : kFacesOfByte * bytes;
+  const uint64_t points = is_known ? counted[is_edgebreaker ? 0 : 1] : faces / 2;
+  return {faces_of_draco(faces), points * kAttributes, bytes};
+}
+
+// The keyword tells the attributes of a vertex; two counts follow.
+Counts counts_of_off(Scanner& scanner, uint64_t bytes) {
+  const std::string keyword(scanner.next_word());
+  const auto has = [&](std::string_view part) { return keyword.find(part) != keyword.npos; };
+  const uint64_t numbers = 3u + (has("N") ? 3u : 0) + (has("C") ? 4u : 0) + (has("ST") ? 2u : 0);
+  uint64_t counts[2] = {};
+  for (uint64_t& count : counts) {
+    std::string_view word = scanner.next_word();
+    for (; word.starts_with('#'); word = scanner.next_word()) scanner.skip_rest_of_line();
+    count = std::min(static_cast<uint64_t>(std::max<int64_t>(parse_integer(word).value_or(0), 0)), bytes);
+  }
+  return {2 * counts[1], counts[0] * 4 * numbers};  // quads are assumed
+}
+
+// A sample of the lines of an OBJ.
+class ObjLines {
+ public:
+  // `window` is a part of the file. The lines at its ends may be cut, and are left out.
+  void add(std::string_view window) {
+    window = window.substr(0, window.rfind('\n') + 1);
+    window.remove_prefix(window.find('\n') + 1);
+    bytes_ += window.size();
+    points_.clear();
+    positions_of_corners_.clear();
+    while (!window.empty()) {
+      const size_t end = window.find('\n');
+      add_line(window.substr(0, end));
+      window.remove_prefix(end + 1);
+    }
+    const uint64_t corners = points_.size(), points = count_distinct(points_);
+    const uint64_t positions = count_distinct(positions_of_corners_);
+    corners_ += corners;
+    splits_ += points - std::min(points, positions);
+    could_split_ += corners - positions;
+  }
+
+  // Of a whole file of that size. Where corners of one position are different points in the sample, all corners
+  // of the file that could be are taken to be so in proportion.
+  Counts counts(uint64_t bytes) const {
+    if (bytes_ == 0) return {};
+    const double scale = static_cast<double>(bytes) / static_cast<double>(bytes_);
+    const double share =
+        could_split_ == 0 ? 0 : static_cast<double>(splits_) / static_cast<double>(could_split_);
+    const double more = static_cast<double>(corners_) - static_cast<double>(vectors_);
+    const double points = static_cast<double>(vectors_) + share * std::max(more, 0.0);
+    const uint64_t values = kVectorBytes + (has_colors_ ? kVectorBytes : 0) +
+                            (has_normals_ ? kVectorBytes : 0) + (has_pairs_ ? kPairBytes : 0) + kTableBytes;
+    return {static_cast<uint64_t>(scale * static_cast<double>(faces_)),
+            static_cast<uint64_t>(scale * points) * values};
+  }
+
+ private:
+  void add_line(std::string_view line) {
+    has_normals_ = has_normals_ || line.starts_with("vn ");
+    has_pairs_ = has_pairs_ || line.starts_with("vt ");
+    if (line.starts_with("v ")) {
+      constexpr auto kBlanksWithColors = 6;
+      ++vectors_;
+      has_colors_ = has_colors_ || std::ranges::count(line, ' ') >= kBlanksWithColors;
+    }
+    if (!line.starts_with("f ")) return;
+    const size_t before = points_.size();
+    for (line.remove_prefix(2); !line.empty();) {
+      const size_t end = std::min(line.find(' '), line.size());
+      if (const std::string_view corner = line.substr(0, end); !corner.empty() && corner != "\r") {
+        points_.push_back(std::hash<std::string_view>()(corner));
+        positions_of_corners_.push_back(std::hash<std::string_view>()(corner.substr(0, corner.find('/'))));
+      }
+      line.remove_prefix(std::min(end + 1, line.size()));
+    }
+    faces_ += std::max<size_t>(points_.size() - before, 2) - 2;
+  }
+
+  static uint64_t count_distinct(std::vector<size_t>& hashes) {
+    std::ranges::sort(hashes);
+    return static_cast<uint64_t>(std::unique(hashes.begin(), hashes.end()) - hashes.begin());
+  }
+
+  uint64_t bytes_ = 0, vectors_ = 0, faces_ = 0, corners_ = 0, splits_ = 0, could_split_ = 0;
+  bool has_colors_ = false, has_normals_ = false, has_pairs_ = false;
+  std::vector<size_t> points_, positions_of_corners_;  // hashes, of one window
+};
+
+// Reads windows at even distances. A packed file can only be read whole.
+Counts counts_of_obj(Scanner& scanner, const std::string& path, uint64_t bytes, bool is_packed) {
+  constexpr uint64_t kWindow = uint64_t{1} << 14, kWindows = 32, kPackedStep = 4;
+  ObjLines lines;
+  if (is_packed) {
+    uint64_t count = 0, read = 0;
+    for (std::string_view window = scanner.peek(kWindow); !window.empty(); window = scanner.peek(kWindow)) {
+      if (count++ % kPackedStep == 0) lines.add(window);
+      read += window.size();
+      scanner.skip(window.size());
+    }
+    return lines.counts(read);
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::vector<char> window(kWindow);
+  const uint64_t windows = std::min(kWindows, bytes / kWindow + 1);
+  for (uint64_t i = 0; i < windows; ++i) {
+    const uint64_t last = bytes - std::min(bytes, kWindow);
+    file.clear();
+    file.seekg(static_cast<std::streamoff>(windows == 1 ? 0 : i * last / (windows - 1)));
+    file.read(window.data(), kWindow);
+    lines.add({window.data(), static_cast<size_t>(file.gcount())});
+  }
+  return lines.counts(bytes);
+}
+
+Counts counts_of_mesh_file(const std::string& path, uint64_t file_bytes) {
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
+  if (!stream) return {};
+  std::vector<uint8_t> front(4);
+  front.resize((*stream)->read(front));
+  const bool is_packed = is_gzip(front);
+  std::unique_ptr<ByteStream> content = join_streams(front, std::move(*stream));
+  if (is_packed) content = unpack_gzip(std::move(content));
+  Scanner scanner(std::move(content));
+  const uint64_t bytes = is_packed ? unpacked_bytes(path, file_bytes) : file_bytes;
+  const std::string_view head = scanner.peek(64);
+  const std::filesystem::path name =
+      is_packed ? std::filesystem::path(path).stem() : std::filesystem::path(path);
+  if (head.starts_with("ply")) return counts_of_ply(scanner, bytes);
+  if (head.starts_with("DRACO")) return counts_of_draco(head, bytes);
+  if (lower_extension(name) == ".stl") return counts_of_stl(scanner, bytes);
+  if (lower_extension(name) == ".off") return counts_of_off(scanner, bytes);
+  if (lower_extension(name) == ".obj") return counts_of_obj(scanner, path, bytes, is_packed);
+  // A packed GLB, for example.
+  constexpr uint64_t kFace = 12;
+  return {bytes / kFace, bytes, bytes};
+}
+
+}  // namespace
+
+// The factors were fitted to the peaks of 100,000 to 2 million faces with 12 to 48 bytes of attributes, on two
+// threads; then a fifth was added.
+uint64_t estimate_memory(const std::string& path, BatchVerb verb) {
+  struct Factors {
+    uint64_t byte, face, value;  // for each byte of the file, each face, each byte of attributes
+  };
+  const Factors factors = verb == BatchVerb::kEncode     ? Factors{2, 100, 5}
+                          : verb == BatchVerb::kDecode   ? Factors{2, 45, 7}
+                          : verb == BatchVerb::kValidate ? Factors{2, 20, 6}
+                                                         : Factors{2, 65, 7};
+  const uint64_t bytes = bytes_on_disk(path).files;
+  const Expected<Json> json = read_asset_json(path);
+  Counts counts = json ? counts_of_gltf(*json) : counts_of_mesh_file(path, bytes);
+  if (json) counts.bytes = bytes;
+  constexpr uint64_t kLeast = uint64_t{1} << 20;
+  return kLeast +
+         (factors.byte * counts.bytes + factors.face * counts.faces + factors.value * counts.values) / 5 * 6;
+}
+
+}  // namespace psplit

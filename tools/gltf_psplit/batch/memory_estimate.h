@@ -1,0 +1,19 @@
+// How much memory an asset will take, from the header of its file or from a sample of its lines.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "tools/gltf_psplit/batch/batch_report.h"
+
+namespace psplit {
+
+// An estimate of the memory in bytes that a verb takes at most for the asset in a file, without that of the
+// process itself. A broken file may get any estimate. The factors are in memory_estimate.cpp, and a test holds
+// the estimate against measured peaks.
+uint64_t estimate_memory(const std::string& path, BatchVerb verb);
+
+// The memory that a process takes before it has read an asset.
+inline constexpr uint64_t kProcessMemory = uint64_t{24} << 20;
+
+}  // namespace psplit
