@@ -12,8 +12,8 @@
 //   FinishStreams   a warp a stream      the points that it owns; the first stream's grid
 //   WriteStreams    a warp a stream      values and faces, to their targets
 //
-// All except WriteStreams exist twice: for Draco streams, and for condensed streams. Before them come the
-// bodies of border_bodies.h, if a container stores the values at borders once.
+// The first five exist twice: for Draco streams, and for condensed streams. Before them come the bodies of
+// border_bodies.h, if a container stores the values at borders once.
 #pragma once
 
 #include <new>
@@ -299,6 +299,7 @@ struct ResumeStreams {
 // Values that lanes compute together: those of most streams.
 template <typename Index, core::StreamKinds kKinds>
 struct PredictStreams {
+  static constexpr bool kIsSmall = true;  // it takes few registers
   StreamSet<Index> set;
 
   template <core::Lanes L>
@@ -330,7 +331,7 @@ struct CompleteStreams {
   }
 };
 
-template <typename Index, core::StreamKinds kKinds>
+template <typename Index>
 struct FinishStreams {
   StreamSet<Index> set;
 

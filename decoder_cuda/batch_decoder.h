@@ -31,7 +31,8 @@ Status launch_decoding(Device& device, const StreamSet<Index>& set, const Launch
     return status;
   for (uint32_t round = 0; round < plan.rounds; ++round) {
     device.mark("steps");
-    if (Status status = device.launch_threads(plan.runs * set.count, set.count, TakeRuns<Index, kKinds>{set});
+    const uint32_t busy = (round < plan.single_rounds ? 1 : plan.chains) * set.count;
+    if (Status status = device.launch_threads(plan.runs * set.count, busy, TakeRuns<Index, kKinds>{set});
         !status.ok())
       return status;
     device.mark("between steps");
@@ -46,10 +47,15 @@ Status launch_decoding(Device& device, const StreamSet<Index>& set, const Launch
     if (Status status = device.launch_threads(plan.runs * set.count, set.count, TakeRuns<Index, kKinds>{set});
         !status.ok())
       return status;
-  if (Status status = device.launch_warps(set.count, CompleteStreams<Index, kKinds>{set}); !status.ok())
-    return status;
+  return device.launch_warps(set.count, CompleteStreams<Index, kKinds>{set});
+}
+
+// For streams of both kinds. All streams of a batch are numbered before one is written.
+template <typename Index, typename Device>
+Status launch_numbering(Device& device, const StreamSet<Index>& set) {
+  if (set.count == 0) return {};
   device.mark("numbering");
-  return device.launch_warps(set.count, FinishStreams<Index, kKinds>{set});
+  return device.launch_warps(set.count, FinishStreams<Index>{set});
 }
 
 template <typename Index, typename Device>
@@ -249,6 +255,8 @@ class BatchDecoder {
     for (const BatchPlan::Part& part : plan_.parts()) {
       Status status = decode(narrow, part.narrow, plan_.narrow());
       if (status.ok()) status = decode(wide, part.wide, plan_.wide());
+      if (status.ok()) status = launch_numbering(device_, narrow.range(part.narrow.first, part.narrow.end));
+      if (status.ok()) status = launch_numbering(device_, wide.range(part.wide.first, part.wide.end));
       if (status.ok()) status = launch_writing(device_, narrow.range(part.narrow.first, part.narrow.end));
       if (status.ok()) status = launch_writing(device_, wide.range(part.wide.first, part.wide.end));
       if (!status.ok()) return status;

@@ -25,9 +25,11 @@ struct LaunchPlan {
   // Few streams have as many, and the others should not wait for them.
   static constexpr uint32_t kMostRuns = 64, kMostRounds = 24;
 
-  uint32_t runs = 0;       // of one stream between two stops
-  uint32_t rounds = 0;     // from stop to stop
-  bool has_steps = false;  // some values may be predicted in steps
+  uint32_t runs = 0;           // of one stream between two stops
+  uint32_t rounds = 0;         // from stop to stop
+  uint32_t single_rounds = 0;  // the first rounds, in which most streams have one run
+  uint32_t chains = 1;         // most streams' runs in the others
+  bool has_steps = false;      // some values may be predicted in steps
 };
 
 class BatchPlan {
@@ -405,6 +407,8 @@ class BatchPlan {
     LaunchPlan& launches = is_condensed ? width.condensed : width.draco;
     launches.runs = std::max(launches.runs, std::min(runs, LaunchPlan::kMostRuns));
     launches.rounds = std::max(launches.rounds, std::min(rounds, LaunchPlan::kMostRounds));
+    launches.single_rounds = is_condensed ? 2 : 1;
+    launches.chains = std::max(launches.chains, (is_condensed ? 1 : 2) * values.attributes);
     launches.has_steps |= values.attributes > 1;
   }
 

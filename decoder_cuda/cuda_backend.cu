@@ -17,7 +17,9 @@ extern template Status launch_decoding<core::StreamKinds::kCondensed>(CudaDevice
 extern template Status launch_decoding<core::StreamKinds::kCondensed>(CudaDevice&, const StreamSet<uint32_t>&,
                                                                       const LaunchPlan&);
 extern template Status launch_borders(CudaDevice&, const Batch&, const BorderTask*, uint32_t);
+extern template Status launch_numbering<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
 extern template Status launch_writing<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
+extern template Status launch_numbering<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 extern template Status launch_writing<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 
 namespace {

@@ -19,17 +19,32 @@ inline Status cuda_status(cudaError_t error, const char* what) {
   return runtime_failure(std::string("CUDA: ") + what + ": " + cudaGetErrorString(error));
 }
 
+// The warps of run_threads that a multiprocessor runs at once, and that limit their registers.
+constexpr uint32_t kThreadWarps = 32;
+
 // The first `lanes` lanes of each warp take an item each.
 template <typename Body>
-__global__ void run_threads(uint32_t count, uint32_t lanes, Body body) {
+__global__ void __launch_bounds__(WarpLanes::size(), kThreadWarps)
+    run_threads(uint32_t count, uint32_t lanes, Body body) {
   const uint32_t lane = threadIdx.x % WarpLanes::size();
   const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size() * lanes + lane;
   if (lane < lanes && i < count) body(i);
 }
 
+// The blocks of run_warps that a multiprocessor runs at once. They limit the registers of a thread to 64, or to
+// 48 for a body that is small: most of the time such kernels wait for memory, so more warps are faster.
+constexpr uint32_t kWarpsOfBlock = 4;
+template <typename Body>
+concept SmallBody = requires {
+  Body::kIsSmall;
+};
+template <typename Body>
+constexpr uint32_t kBlocksAtOnce = SmallBody<Body> ? 10 : 8;
+
 // Whole warps return together, so no lane waits for a lane that has returned.
 template <typename Body>
-__global__ void run_warps(uint32_t count, uint32_t, Body body) {
+__global__ void __launch_bounds__(kWarpsOfBlock* WarpLanes::size(), kBlocksAtOnce<Body>)
+    run_warps(uint32_t count, uint32_t, Body body) {
   const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size();
   if (i < count) body(WarpLanes(), i);
 }
@@ -123,17 +138,18 @@ class CudaDevice {
                        "download");
   }
   // A warp waits for the slowest of its lanes, and steps wait for memory most of the time. So a few items on
-  // each of many warps are faster than 32 items on each of few warps.
+  // each of many warps are faster than 32 items on each of few warps, as long as all warps run at once.
   template <typename Body>
   Status launch_threads(uint32_t count, uint32_t busy, const Body& body) {
-    constexpr uint32_t kWarps = 16;  // of each multiprocessor
-    const uint32_t lanes = std::clamp(busy / (multiprocessors_ * kWarps), 1u, WarpLanes::size());
+    const uint32_t at_once = multiprocessors_ * kThreadWarps;
+    const uint32_t lanes = std::clamp((busy + at_once - 1) / at_once, 1u, WarpLanes::size());
     return launch(run_threads<Body>, (count + lanes - 1) / lanes, WarpLanes::size(), count, lanes, body);
   }
   template <typename Body>
   Status launch_warps(uint32_t count, const Body& body) {
-    constexpr uint32_t kWarps = 4, kLanes = WarpLanes::size();
-    return launch(run_warps<Body>, (count + kWarps - 1) / kWarps, kWarps * kLanes, count, kLanes, body);
+    constexpr uint32_t kLanes = WarpLanes::size();
+    return launch(run_warps<Body>, (count + kWarpsOfBlock - 1) / kWarpsOfBlock, kWarpsOfBlock * kLanes, count,
+                  kLanes, body);
   }
   uint64_t free_memory() const {
     size_t free = 0, total = 0;

@@ -6,6 +6,7 @@ namespace psplit {
 
 template Status launch_decoding<core::StreamKinds::kDraco>(CudaDevice&, const StreamSet<uint16_t>&,
                                                            const LaunchPlan&);
+template Status launch_numbering<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
 template Status launch_writing<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
 
 }  // namespace psplit

@@ -6,6 +6,7 @@ namespace psplit {
 
 template Status launch_decoding<core::StreamKinds::kDraco>(CudaDevice&, const StreamSet<uint32_t>&,
                                                            const LaunchPlan&);
+template Status launch_numbering<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 template Status launch_writing<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 
 }  // namespace psplit

@@ -13,7 +13,7 @@ namespace psplit::core {
 PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at) {
   const uint64_t byte = at / 8;
   const int shift = static_cast<int>(at % 8);
-  if (PSPLIT_LIKELY(byte < size && size - byte >= 8)) return load_le64(data + byte) >> shift;
+  if (PSPLIT_LIKELY(byte < size && size - byte >= 8 + kMostBeyond)) return load_words(data + byte) >> shift;
   uint64_t bits = 0;
   for (uint64_t i = byte; i < size; ++i) bits |= uint64_t{data[i]} << 8 * (i - byte);
   return bits >> shift;

@@ -80,18 +80,17 @@ PSPLIT_HD size_t border_walk_bytes(uint64_t point_count) {
 // Collective: all lanes share the patch, the arena and `walk`.
 template <Lanes L, typename Index>
 PSPLIT_HD Fault walk_border(L lanes, const Patch<Index>& patch, Arena& arena, View<Index>& walk) {
-  Arena taken = arena;  // every lane takes the same arrays
   View<Index> found = patch.walk;
   const auto find = [&] {
     if (patch.is_walked || patch.mesh.table.opposite.empty()) return Fault::kNone;  // or a sequential mesh
     const uint32_t point_count = patch.point_count;
     View<Index> successor;
-    if (!taken.take(successor, point_count)) return Fault::kWorkspace;
+    if (!take(lanes, arena, successor, point_count)) return Fault::kWorkspace;
     fill(lanes, successor, kNone<Index>);
     const size_t edge_count = link_border(lanes, patch, successor);
     if (edge_count == kNoWalk) return Fault::kNone;
     View<Index> points;
-    if (!taken.take(points, edge_count)) return Fault::kWorkspace;
+    if (!take(lanes, arena, points, edge_count)) return Fault::kWorkspace;
     uint32_t length = 0;
     // Appends the loop that begins at `start`, on the first lane. Returns false if it is not a loop.
     const auto follow = [&](uint32_t start) {
@@ -123,7 +122,7 @@ PSPLIT_HD Fault walk_border(L lanes, const Patch<Index>& patch, Arena& arena, Vi
   };
   const Fault fault = find();
   lanes.sync();
-  if (lanes.rank() == 0) arena = taken, walk = found;
+  if (lanes.rank() == 0) walk = found;
   lanes.sync();
   return fault;
 }

@@ -79,6 +79,24 @@ PSPLIT_HD inline uint32_t load_le32(const uint8_t* bytes) {
   return value;
 }
 
+// load_le64. A device loads aligned words: they begin up to three bytes before the value, and end at most
+// kMostBeyond bytes behind it.
+#if defined(__CUDA_ARCH__)
+inline constexpr uint64_t kMostBeyond = 4;
+#else
+inline constexpr uint64_t kMostBeyond = 0;
+#endif
+PSPLIT_HD inline uint64_t load_words(const uint8_t* bytes) {
+#if defined(__CUDA_ARCH__)
+  const auto at = reinterpret_cast<uintptr_t>(bytes);
+  const auto* const words = reinterpret_cast<const uint32_t*>(at & ~uintptr_t{3});
+  const uint32_t shift = 8 * (static_cast<uint32_t>(at) & 3), middle = words[1];
+  return uint64_t{__funnelshift_r(middle, words[2], shift)} << 32 | __funnelshift_r(words[0], middle, shift);
+#else
+  return load_le64(bytes);
+#endif
+}
+
 // Reads bits, each byte from its lowest bit. Past the end all bits are 0, as in libdraco.
 class BitReader {
  public:
@@ -109,8 +127,8 @@ class BitReader {
 
  private:
   PSPLIT_HD void refill() {
-    if (PSPLIT_LIKELY(end_ - next_ >= 8)) {
-      bits_ |= load_le64(next_) << filled_;
+    if (PSPLIT_LIKELY(end_ - next_ >= static_cast<ptrdiff_t>(8 + kMostBeyond))) {
+      bits_ |= load_words(next_) << filled_;
       const int bytes = (63 - filled_) / 8;
       next_ += bytes;
       filled_ += bytes * 8;

@@ -190,6 +190,7 @@ class PatchDecoder {
     }
     if (fault != Fault::kNone) return fault;
     attributes_.begin_traversals(lanes);
+    fill_buckets(lanes);
     return alone(lanes, [&] { return stop_at(Stop::kChains, Fault::kNone); });
   }
   template <Lanes L>
@@ -203,11 +204,21 @@ class PatchDecoder {
     lanes.sync();
     if (!is_read) {
       fault = alone(lanes, [&] { return attributes_.read_on(reader_); });
+      if (fault == Fault::kNone) fill_buckets(lanes);
       const bool is_over = attributes_.is_read() && sequences().empty();
       lanes.sync();
       if (fault != Fault::kNone || !is_over) return fault;
     }
     return alone(lanes, [&] { return stop_at(Stop::kCorrections, attributes_.take_values()); });
+  }
+  // Threads that take the steps of sequences need not do it then.
+  template <Lanes L>
+  PSPLIT_HD void fill_buckets(L lanes) {
+    if constexpr (L::size() > 1) {
+      const View<SymbolSequence> pending = sequences();
+      lanes.sync();
+      for (size_t i = 0; i < pending.size(); ++i) pending[i].fill_buckets(lanes);
+    }
   }
   PSPLIT_HD Fault finish_predictions() { return stop_at(Stop::kDone, attributes_.finish_predictions()); }
 

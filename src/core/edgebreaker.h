@@ -93,6 +93,62 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
   opposite[b] = static_cast<Index>(a);
 }
 
+// The rows of the last faces, which a device stores when they are complete. The symbol after a face nearly
+// always says what is across from its corner 0, and two rows of vertices are stored at once. The other entries
+// of the tables are stored at once, and those of earlier faces are always stored.
+template <typename Index>
+class UnstoredRows {
+ public:
+  PSPLIT_HD UnstoredRows(View<Index> opposite, View<Index> vertex) : opposite_(opposite), vertex_(vertex) {}
+
+  // Links corner 0 of the last face, and stores the face's row.
+  PSPLIT_HD void link_last(uint32_t c0, uint32_t across) {
+    last_.at[0] = static_cast<Index>(across);
+    row_of(opposite_, c0) = last_;
+  }
+  // Links a border edge of face c0 / 4, which is the last one, or of an earlier face.
+  PSPLIT_HD void link(uint32_t c0, uint32_t corner, uint32_t across) {
+    if (corner - c0 < 4) {
+      if (corner == c0 + 1) last_.at[1] = static_cast<Index>(across);
+      if (corner == c0 + 2) last_.at[2] = static_cast<Index>(across);
+    } else {
+      opposite_[corner] = static_cast<Index>(across);
+    }
+  }
+  // What is across from corners 1 and 2 of the new last face.
+  PSPLIT_HD void begin_face(uint32_t across_1, uint32_t across_2) {
+    last_ = {{kNone<Index>, static_cast<Index>(across_1), static_cast<Index>(across_2), kNone<Index>}};
+  }
+  PSPLIT_HD void add_vertices(uint32_t c0, uint32_t v0, uint32_t v1, uint32_t v2) {
+    const FaceRow<Index> row{
+        {static_cast<Index>(v0), static_cast<Index>(v1), static_cast<Index>(v2), Index{0}}};
+    if (!has_even_) {
+      if ((c0 & 4) != 0)
+        row_of(vertex_, c0) = row;
+      else
+        even_ = row, has_even_ = true;
+      return;
+    }
+    reinterpret_cast<RowPair&>(row_of(vertex_, c0 - 4)) = {even_, row};
+    has_even_ = false;
+  }
+  // Stores everything. The last face is c0 / 4.
+  PSPLIT_HD void store(uint32_t c0) {
+    row_of(opposite_, c0) = last_;
+    if (has_even_) row_of(vertex_, c0) = even_;
+    has_even_ = false;
+  }
+
+ private:
+  struct alignas(16) RowPair {
+    FaceRow<Index> even, odd;
+  };
+
+  View<Index> opposite_, vertex_;
+  FaceRow<Index> last_{}, even_{};
+  bool has_even_ = false;
+};
+
 // Adds a face for each symbol. The function is long because its state has to stay in registers. It tells
 // `symbols` about the face (added), and about vertices that S merged. If `symbols` has brought(vertex, corner),
 // it also says at which corner a vertex is new. C brings no vertex, but calls it as well: the symbol that
@@ -106,8 +162,8 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
 //     meets all corners of v.
 //   - The active edge is one of them: border[from] is {active, to}.
 // Each row of the table preserves this:
-//   - C takes `to` off the border. Only the active edge entered it. C also writes border[x], though it has no
-//     vertex x; the symbol that brings vertex x overwrites that.
+//   - C takes `to` off the border. Only the active edge entered it. Except on devices, C also writes border[x],
+//     though it has no vertex x; the symbol that brings vertex x overwrites that.
 //   - S takes n off the border. It checks that b is a border edge and not the active one, and that p is not n.
 //     Then p is not `from` either, for one border edge leaves each vertex. Only the active edge entered n, so b
 //     does not, and v1 is not n. The corners of n are a chain that ends at the border, so relabelling them
@@ -125,6 +181,9 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
   const View<BorderEdge<Index>> border = mesh.border;
   uint32_t active = 0, from = 0, to = kNone<Index>, vertex_count = 0;
   bool degenerate = false;
+  // A device stores nothing that is overwritten soon. The entry of the active edge in `border` is: the next
+  // symbol replaces it, unless that is an E.
+  UnstoredRows<Index> rows(opposite, vertex);
   const auto brought = [&](uint32_t v, uint32_t corner) {
     if constexpr (requires { symbols.brought(v, corner); }) symbols.brought(v, corner);
   };
@@ -137,32 +196,31 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       if (PSPLIT_UNLIKELY(i == 0)) return Fault::kConnectivity;
       const uint32_t if_c = (symbol & 1) - 1, if_r = 0 - (symbol >> 2);
       // The next symbol waits for v1, which waits for this load. All else is chosen before it comes.
-      const BorderEdge<Index> b = border[to];
+      const BorderEdge<Index> b = !PSPLIT_MOVES_ROWS || if_c != 0 ? border[to] : BorderEdge<Index>(0, 0);
       const uint32_t v1_of_lr = select(if_r, to, x) & ~if_c;
       v0 = select(if_r, from, to), v2 = select(if_r, x, from);
       v1 = (b.beyond() & if_c) | v1_of_lr;
       if constexpr (PSPLIT_MOVES_ROWS) {
-        constexpr Index kNo = kNone<Index>;
-        const auto meets = static_cast<Index>(active);
-        row_of(opposite, c0) = {{kNo, if_r != 0 ? kNo : meets,
-                                 if_r != 0   ? meets
-                                 : if_c != 0 ? b.corner()
-                                             : kNo,
-                                 kNo}};
-        opposite[active] = static_cast<Index>(c1 - if_r);
-        if (if_c != 0) opposite[b.corner()] = static_cast<Index>(c2);
+        constexpr uint32_t kNo = kNone<Index>;
+        if (if_c != 0)
+          rows.link(active, b.corner(), c2);
+        else
+          border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
+        rows.link_last(active, c1 - if_r);
+        rows.begin_face(select(if_r, kNo, active), if_r != 0 ? active : if_c != 0 ? b.corner() : kNo);
       } else {
         link(opposite, active, c1 - if_r);
         // For L and R in place of b and c2: the unused fourth corner of the face, twice.
         const uint32_t unused = c0 + 3, across = select(if_c, b.corner(), unused);
         opposite[across] = static_cast<Index>(c2);
         opposite[select(if_c, c2, unused)] = static_cast<Index>(across);
+        border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
       }
-      border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
-      brought(x, c1 - if_r);
+      if (!PSPLIT_MOVES_ROWS || if_c == 0) brought(x, c1 - if_r);
       vertex_count += 1 + if_c;
     } else if (symbol == kS) {
       if (i == 0 || degenerate) return Fault::kConnectivity;
+      if constexpr (PSPLIT_MOVES_ROWS) rows.store(active);
       const uint32_t b = waiting.take(i);
       if (b == kNone<Index> || opposite[b] != kNone<Index>) return Fault::kConnectivity;
       const uint32_t p = vertex[previous(b)], n = to;
@@ -172,8 +230,13 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       mesh.merge(n, p, next(active));
       link(opposite, active, c1);
       link(opposite, b, c2);
+      if constexpr (PSPLIT_MOVES_ROWS) rows.begin_face(active, b);
     } else if (symbol == kE) {
       if (i > 0) waiting.push(active);
+      if constexpr (PSPLIT_MOVES_ROWS) {
+        if (i > 0) rows.store(active), border[from] = {active, to};
+        rows.begin_face(kNone<Index>, kNone<Index>);
+      }
       v0 = x, v1 = x + 1, v2 = x + 2;
       brought(v0, c0), brought(v1, c1), brought(v2, c2);
       vertex_count += 3;
@@ -184,16 +247,17 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
     }
     if (PSPLIT_UNLIKELY(vertex_count > counts.vertex_limit)) return Fault::kCounts;
     if constexpr (PSPLIT_MOVES_ROWS) {
-      row_of(vertex, c0) = {{static_cast<Index>(v0), static_cast<Index>(v1), static_cast<Index>(v2), Index{0}}};
+      rows.add_vertices(c0, v0, v1, v2);
     } else {
       vertex[c0] = static_cast<Index>(v0);
       vertex[c1] = static_cast<Index>(v1);
       vertex[c2] = static_cast<Index>(v2);
     }
-    border[v2] = {c0, v1};
+    degenerate |= v1 == v2;
+    // The way of a degenerate string goes on through the entry.
+    if (!PSPLIT_MOVES_ROWS || degenerate) border[v2] = {c0, v1};
     symbols.added(symbol, v0, v1, v2);
     active = c0, from = v2, to = v1;
-    degenerate |= v1 == v2;
     if (PSPLIT_UNLIKELY(waiting.is_source(i))) {
       // Only symbols that bring a vertex have events.
       if (symbol == kC || symbol == kS) return Fault::kSplitEvent;
@@ -203,6 +267,8 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
   if constexpr (requires { symbols.finish(); }) symbols.finish();
   if (waiting.events_left()) return Fault::kSplitEvent;
   if (degenerate) return Fault::kConnectivity;
+  if constexpr (PSPLIT_MOVES_ROWS)
+    if (counts.symbol_count > 0) rows.store(active), border[from] = {active, to};
   waiting.push(active);
   mesh.vertex_count = vertex_count;
   return Fault::kNone;

@@ -79,6 +79,21 @@ PSPLIT_HD constexpr void for_each_lane_item(L lanes, uint32_t count, Body body) 
   for (uint32_t i = lanes.rank(); i < count; i += L::size()) body(i);
 }
 
+// Arena::take on the first lane, for all lanes. Returns false if too little memory is left. Collective.
+template <Lanes L, typename T>
+PSPLIT_HD bool take(L lanes, Arena& arena, View<T>& out, uint64_t count) {
+  if constexpr (L::size() == 1) {
+    return arena.take(out, count);
+  } else {
+    View<T> taken;
+    const bool is_taken = alone(lanes, [&] { return arena.take(taken, count); });
+    const auto place = static_cast<uint64_t>(reinterpret_cast<uintptr_t>(taken.data()));
+    out = View<T>(reinterpret_cast<T*>(static_cast<uintptr_t>(broadcast(lanes, place, 0))),
+                  static_cast<size_t>(count));
+    return is_taken;
+  }
+}
+
 template <Lanes L, typename T>
 PSPLIT_HD void fill(L lanes, View<T> view, T value) {
   for_each_lane_item(lanes, static_cast<uint32_t>(view.size()), [&](uint32_t i) { view[i] = value; });

@@ -6,6 +6,7 @@
 
 #include "src/core/byte_reader.h"
 #include "src/core/fault.h"
+#include "src/core/lanes.h"
 
 namespace psplit::core {
 
@@ -161,6 +162,29 @@ class RansTable {
       const uint32_t end = slots_[slot].first() + slots_[slot].prob();
       for (; filled << bucket_shift_ < end; ++filled) buckets_[filled] = slot;
     }
+  }
+
+  // The same by lanes. Collective: all lanes share the table.
+  template <Lanes L>
+  PSPLIT_HD void fill_buckets(L lanes) {
+    const bool is_due = !is_direct_ && !is_filled_ && !slots_.empty();
+    lanes.sync();
+    if (!is_due) return;
+    const View<const Slot> slots = slots_;
+    const View<uint32_t> buckets = buckets_;
+    const uint32_t shift = bucket_shift_;
+    for_each_lane_item(lanes, static_cast<uint32_t>(buckets.size()), [&](uint32_t bucket) {
+      // The last slot that does not begin behind the bucket's first number.
+      uint32_t low = 0;
+      for (uint32_t count = static_cast<uint32_t>(slots.size()); count > 1;) {
+        const uint32_t half = count / 2;
+        if (slots[low + half].first() <= bucket << shift) low += half;
+        count -= half;
+      }
+      buckets[bucket] = low;
+    });
+    if (lanes.rank() == 0) is_filled_ = true;
+    lanes.sync();
   }
 
   // The memory that `read` takes, without the slots.

@@ -46,6 +46,10 @@ class SymbolSequence {
   PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
   // To be called before steps.
   PSPLIT_HD void fill_buckets() { table_.fill_buckets(); }
+  template <Lanes L>
+  PSPLIT_HD void fill_buckets(L lanes) {
+    table_.fill_buckets(lanes);
+  }
 
   // Decodes the symbols that are left, and the values of tagged ones. The reader is where start left it, and
   // afterwards behind the last value. Collective: all lanes share the sequence and the reader.

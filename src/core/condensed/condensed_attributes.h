@@ -319,10 +319,14 @@ class CondensedAttributes {
         return backward ? creation.see_backward(patch.face_count) : creation.see_forward(patch.face_count);
       });
     if (!backward) return creation.see_first(lanes, corners.corner);
-    Arena own = arena;  // the marks are released at the end
+    const size_t mark = arena.mark();
     View<uint8_t> marks;
-    if (!own.take(marks, uint64_t{4} * patch.face_count)) return Fault::kWorkspace;
-    return creation.see_last(lanes, corners.corner, patch.face_count, marks);
+    lanes.sync();
+    if (!take(lanes, arena, marks, uint64_t{4} * patch.face_count)) return Fault::kWorkspace;
+    const Fault fault = creation.see_last(lanes, corners.corner, patch.face_count, marks);
+    if (lanes.rank() == 0) arena.release(mark);
+    lanes.sync();
+    return fault;
   }
   PSPLIT_HD Fault start_traversed(uint32_t i, const SectionReader& section, const CondensedModels& models,
                                   Patch<Index>& patch, IntegerDecoder<Index>& integers, Arena& arena) {

@@ -42,15 +42,30 @@ class ContextSymbolSteps {
     const SymbolContext& context = contexts_[context_];
     uint32_t clers;
     context_ = context.next + next_symbol(section_, context, clers);
-    *at_++ = static_cast<uint8_t>(clers);
+    if constexpr (PSPLIT_MOVES_ROWS)
+      put(clers);
+    else
+      *at_++ = static_cast<uint8_t>(clers);
   }
   // Behind the symbols, when all steps were taken.
   PSPLIT_HD const SectionReader& section() const { return section_; }
 
  private:
+  // Stores four symbols at once. The array is aligned.
+  PSPLIT_HD PSPLIT_INLINE void put(uint32_t clers) {
+    last_ = last_ >> 8 | clers << 24;
+    const auto rest = static_cast<uint32_t>(reinterpret_cast<uintptr_t>(++at_) & 3);
+    if (rest == 0)
+      *reinterpret_cast<uint32_t*>(at_ - 4) = last_;
+    else if (at_ == end_)
+      for (uint32_t k = 0; k < rest; ++k)
+        at_[-1 - static_cast<int>(k)] = static_cast<uint8_t>(last_ >> (24 - 8 * k));
+  }
+
   SectionReader section_;
   const SymbolContext* contexts_ = nullptr;
   uint32_t context_ = 0;
+  uint32_t last_ = uint32_t{kE} << 24;  // the last symbols, the last one highest
   uint8_t* at_ = nullptr;
   uint8_t* end_ = nullptr;
 };
@@ -63,17 +78,30 @@ class CornerNotes {
   PSPLIT_HD void brought(uint32_t vertex, uint32_t corner) {
     if constexpr (!kLast) corners_[vertex] = static_cast<Index>(corner);
   }
-  PSPLIT_HD void added(uint32_t, uint32_t v0, uint32_t v1, uint32_t v2) {
+  PSPLIT_HD void added(uint32_t symbol, uint32_t v0, uint32_t v1, uint32_t v2) {
     if constexpr (!kLast) return;
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      // The next face has the vertices at corners 1 and 2 as well, unless it is an E. S merges one of them.
+      if (symbol == kE) finish();
+      v1_ = v1, v2_ = v2;
+    } else {
+      corners_[v1] = static_cast<Index>(corner_ + 1);
+      corners_[v2] = static_cast<Index>(corner_ + 2);
+    }
     corners_[v0] = static_cast<Index>(corner_);
-    corners_[v1] = static_cast<Index>(corner_ + 1);
-    corners_[v2] = static_cast<Index>(corner_ + 2);
     corner_ += 4;
+  }
+  // After the last face.
+  PSPLIT_HD void finish() {
+    if (!kLast || !PSPLIT_MOVES_ROWS || corner_ == 0) return;
+    corners_[v1_] = static_cast<Index>(corner_ - 3);
+    corners_[v2_] = static_cast<Index>(corner_ - 2);
   }
 
  private:
   View<Index> corners_;
   uint32_t corner_ = 0;
+  uint32_t v1_ = 0, v2_ = 0;  // of the last face, on a device
 };
 
 // Symbols that are decoded to bytes.
@@ -114,7 +142,10 @@ class ValenceContextSymbols : public CornerNotes<Index, kLast> {
     valences_.added(symbol, v0, v1, v2);
   }
   PSPLIT_HD void merged(uint32_t p, uint32_t n) { valences_.merged(p, n); }
-  PSPLIT_HD void finish() { *out_ = section_; }
+  PSPLIT_HD void finish() {
+    CornerNotes<Index, kLast>::finish();
+    *out_ = section_;
+  }
 
  private:
   Valences<Index> valences_;

@@ -12,7 +12,7 @@ namespace psplit::core {
 inline constexpr uint32_t kSlotBits = 12, kSlots = 1u << kSlotBits;
 
 // The slots of a symbol. One with a frequency of 0 is never used.
-struct Share {
+struct alignas(8) Share {
   uint32_t frequency = 0, first = 0;
 };
 

@@ -11,7 +11,7 @@
 namespace psplit::core {
 
 PSPLIT_HD inline uint64_t load_be64(const uint8_t* bytes) {
-  const uint64_t value = load_le64(bytes);
+  const uint64_t value = load_words(bytes);
 #if defined(__CUDA_ARCH__)
   return uint64_t{__byte_perm(static_cast<uint32_t>(value), 0, 0x0123)} << 32 |
          __byte_perm(static_cast<uint32_t>(value >> 32), 0, 0x0123);
@@ -40,7 +40,8 @@ class SectionReader {
   // Plain bits, as BitReader reads them.
   PSPLIT_HD PSPLIT_INLINE uint64_t peek(int) const {
     const uint64_t byte = taken_ / 8;
-    if (PSPLIT_LIKELY(byte + 8 <= size())) return load_be64(end_ - 8 - byte) >> taken_ % 8;
+    if (PSPLIT_LIKELY(byte + 8 <= size() && byte + 1 > kMostBeyond))
+      return load_be64(end_ - 8 - byte) >> taken_ % 8;
     return last_bits() >> taken_ % 8;
   }
   PSPLIT_HD PSPLIT_INLINE void take(int count) { taken_ += static_cast<uint64_t>(count); }

@@ -58,6 +58,7 @@ class TokenSequence {
 
   // Turns the tokens into symbols, after all steps. The lengths of bits are no chain as long as that of tokens.
   PSPLIT_HD void add_bits() {
+    if constexpr (PSPLIT_MOVES_ROWS) return;
     SectionReader section = section_;  // stays in registers
     uint32_t* const end = out_;
     uint32_t* at = end - size_t{components_} * value_count_;
@@ -86,6 +87,16 @@ class TokenSequence {
   }
 
  protected:
+  // Stores what is decoded first: a token, or on a device the whole symbol.
+  PSPLIT_HD PSPLIT_INLINE void put(uint32_t token) {
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      const TokenBits bits = bits_of_token(token);
+      *out_++ = bits.base + (bits.bit_count > 0 ? section_.read(static_cast<int>(bits.bit_count)) : 0);
+    } else {
+      *out_++ = token;
+    }
+  }
+
   SectionReader section_;
   uint32_t components_ = 0, value_count_ = 0;
   const TokenTable* tables_[TableSet::kTables] = {};
@@ -117,7 +128,7 @@ class TokenSteps : public TokenSequence {
   PSPLIT_HD explicit TokenSteps(const TokenSequence& sequence) : TokenSequence(sequence) {}
 
   PSPLIT_HD PSPLIT_INLINE void begin_step() { table_ = tables_[*table_of_++]; }
-  PSPLIT_HD PSPLIT_INLINE void step_part() { *out_++ = section_.next_token(*table_); }
+  PSPLIT_HD PSPLIT_INLINE void step_part() { put(section_.next_token(*table_)); }
 
  private:
   const TokenTable* table_ = nullptr;
@@ -130,7 +141,7 @@ class TokenSteps<0> : public TokenSequence {
 
   PSPLIT_HD PSPLIT_INLINE void step() {
     const TokenTable& table = *tables_[*table_of_++];
-    for (uint32_t k = 0; k < components_; ++k) *out_++ = section_.next_token(table);
+    for (uint32_t k = 0; k < components_; ++k) put(section_.next_token(table));
   }
 };
 
