@@ -96,6 +96,7 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
     if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
     if (Status status = verify_decoded(mesh, codings, *decoded, stitching.source_point); !status.ok())
       return status;
+    statistics.position_error = largest_distance(mesh, *decoded, stitching.source_point);
     encoded.decoded = std::move(*decoded);
     statistics.verify_ms = verify_time.ms();
   }

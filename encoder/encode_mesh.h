@@ -49,6 +49,9 @@ struct EncodeStatistics {
   uint64_t dropped_points = 0;
   uint64_t residue_faces = 0;   // faces that repeat an index, which Edgebreaker cannot encode
   uint64_t residue_points = 0;  // points that no other stream has
+  // The largest distance between a position of the input and its decoded position. Nothing if it was not
+  // verified.
+  std::optional<double> position_error;
   double partition_ms = 0;
   double encode_ms = 0;  // all of encode_mesh except verification
   double verify_ms = 0;

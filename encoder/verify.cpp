@@ -104,4 +104,21 @@ Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings
   return {};
 }
 
+double largest_distance(const Mesh& mesh, const Mesh& decoded, std::span<const uint32_t> source_point) {
+  const Attribute& wanted = *mesh.find("POSITION");
+  const Attribute& got = *decoded.find("POSITION");
+  if (wanted.component_type != ComponentType::kFloat32 || wanted.component_count != 3) return 0;
+  double largest = 0;
+  for (uint32_t point = 0; point < decoded.point_count; ++point) {
+    double square = 0;
+    for (size_t c = 0; c < 3; ++c) {
+      const double difference = double{float_at(wanted, source_point[point] * size_t{3} + c)} -
+                                double{float_at(got, point * size_t{3} + c)};
+      square += difference * difference;
+    }
+    largest = std::max(largest, square);
+  }
+  return std::sqrt(largest);
+}
+
 }  // namespace psplit

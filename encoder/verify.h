@@ -17,4 +17,8 @@ namespace psplit {
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
                       std::span<const uint32_t> source_point, uint32_t foreign_count = 0);
 
+// The largest distance between a position of `mesh` and the decoded position, if positions are three floats;
+// otherwise 0. verify_decoded has passed.
+double largest_distance(const Mesh& mesh, const Mesh& decoded, std::span<const uint32_t> source_point);
+
 }  // namespace psplit

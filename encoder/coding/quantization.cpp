@@ -180,10 +180,17 @@ void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings) {
   }
 }
 
+double grid_step(const AttributeCoding& grid) {
+  return double{grid.range} / (std::ldexp(1.0, grid.bits) - 1.0);
+}
+
+// Half a step, and the rounding of libdraco's floats, each by at most u = 2^-24 of its result. Relative to the
+// range: the offset from the origin, the reciprocal of the step, their product, the sum with one half, the
+// step, the number of steps and its product with the step. Relative to the largest coordinate, which is at most
+// |origin| + range: the last sum.
 double grid_bound(int bits, float origin, float range) {
   const double step = double{range} / (std::ldexp(1.0, bits) - 1.0);
-  // The other term is libdraco's float rounding of the offset, of the division by the step, and of the sum.
-  return 0.5 * step + 4e-7 * (std::fabs(double{origin}) + double{range});
+  return 0.5 * step + std::ldexp(8 * double{range} + std::fabs(double{origin}), -24);
 }
 
 // A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid with c = 2^(bits-1) - 1 steps on each

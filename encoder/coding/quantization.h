@@ -34,6 +34,9 @@ void trim_noise(Attribute& attribute);
 // glTF wants the sum to be one; a sum that is nearly one becomes one.
 PSPLIT_EXPORT void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings);
 
+// The distance of two neighbours on a grid that is not octahedral.
+double grid_step(const AttributeCoding& grid);
+
 // How far decoded values may be from the input: in one component on a grid, and as the chord between unit
 // vectors on an octahedral grid.
 double grid_bound(int bits, float origin, float range);

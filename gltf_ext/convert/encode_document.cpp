@@ -62,8 +62,8 @@ void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const T
   });
 }
 
-void report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) {
-  for (const EncodeJob& job : jobs) {
+void report_streams(std::vector<EncodeJob>& jobs, EncodeReports& reports) {
+  for (EncodeJob& job : jobs) {
     std::vector<StreamEntry> entries = job.encoded.opened->entries;
     if (job.stored_as != StoredAs::kPatches)
       for (StreamEntry& entry : entries) entry.stitch_bytes = 0;
@@ -75,6 +75,8 @@ void report_streams(const std::vector<EncodeJob>& jobs, EncodeReports& reports) 
       report.streams = entries;
       report.has_residue = job.encoded.opened->has_residue;
       report.head_bytes = job.encoded.opened->head_bytes;
+      if (const AttributeCoding* coding = job.position_coding(); coding != nullptr && !job.keeps_stream)
+        report.position_coding = *coding;
       report.statistics = job.encoded.statistics;
     }
   }

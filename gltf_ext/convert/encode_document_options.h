@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "encoder/coding/choose_codings.h"
+#include "encoder/coding/position_bits.h"
 #include "encoder/partition/partition.h"
 
 namespace psplit {
@@ -32,6 +33,10 @@ struct EncodeDocumentOptions {
   uint64_t min_faces = 0;
   bool always_patches = false;  // store primitives that stay whole as one patch of the extension, too
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
+  // One of these replaces position_bits (encoder/coding/position_bits.h). Primitives that share a grid share
+  // the bits that suffice for all of them.
+  bool position_bits_by_edges = false;  // the fewest bits that the edges allow
+  double max_position_error = 0;        // the fewest bits for an error of at most this, in the mesh's own units
   QuantizationVolume volume = QuantizationVolume::kMesh;
   bool refine = true;  // see PartitionOptions for this and the next two
   PartitionMethod method = PartitionMethod::kMultilevel;
@@ -51,8 +56,10 @@ struct EncodeDocumentOptions {
   bool condense_smallest = false;  // also if that decodes more slowly
   bool verify = true;
 
+  bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
   CodingOptions coding() const {
-    return {position_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless};
+    const int first_bits = chooses_position_bits() ? kMostPositionBits : position_bits;
+    return {first_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless};
   }
 };
 

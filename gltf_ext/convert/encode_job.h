@@ -24,6 +24,13 @@ struct EncodeJob {
   uint64_t stored_bytes = 0;  // of the container or the streams
   Status status;
 
+  // How POSITION is quantized; null if it is stored exactly.
+  AttributeCoding* position_coding() {
+    for (size_t i = 0; i < codings.size(); ++i)
+      if (mesh.attributes[i].semantic == "POSITION" && codings[i].bits > 0) return &codings[i];
+    return nullptr;
+  }
+
   Place place(const Document& document) const {
     const PrimitiveId id = group.ids.front();
     return {document.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};

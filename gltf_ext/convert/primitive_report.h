@@ -33,7 +33,8 @@ struct PrimitiveReport {
   uint64_t bytes = 0;
   std::vector<StreamEntry> streams;  // the container's directory
   bool has_residue = false;
-  uint64_t head_bytes = 0;  // of a container of version 3
+  uint64_t head_bytes = 0;          // of a container of version 3
+  AttributeCoding position_coding;  // 0 bits: positions are stored exactly, or by the input's encoder
   EncodeStatistics statistics;
 };
 

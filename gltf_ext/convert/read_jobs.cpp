@@ -4,6 +4,7 @@
 #include <set>
 
 #include "encoder/coding/choose_codings.h"
+#include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/shared_points.h"
@@ -45,18 +46,26 @@ std::map<size_t, size_t> joined_meshes(const std::vector<EncodeJob>& jobs) {
   return lowest;
 }
 
-// Gives meshes that must fit together one grid for each semantic.
-void share_grids(std::vector<EncodeJob>& jobs, QuantizationVolume volume) {
-  if (volume == QuantizationVolume::kPrimitive) return;
+// For each job the number of its group: jobs of a group share their grids.
+std::vector<size_t> grid_groups(const std::vector<EncodeJob>& jobs, QuantizationVolume volume) {
   const std::map<size_t, size_t> joined = joined_meshes(jobs);
+  std::vector<size_t> groups;
+  for (size_t i = 0; i < jobs.size(); ++i)
+    groups.push_back(volume == QuantizationVolume::kPrimitive ? i
+                     : volume == QuantizationVolume::kMesh    ? joined.at(jobs[i].group.ids.front().mesh)
+                                                              : 0);
+  return groups;
+}
+
+// Gives meshes that must fit together one grid for each semantic.
+void share_grids(std::vector<EncodeJob>& jobs, std::span<const size_t> groups) {
   std::map<std::tuple<size_t, std::string, size_t>, AttributeCoding> grids;
   const auto visit = [&](const auto& act) {
-    for (EncodeJob& job : jobs)
-      for (size_t i = 0; i < job.codings.size(); ++i) {
-        const Attribute& attribute = job.mesh.attributes[i];
-        if (job.codings[i].bits == 0 || job.codings[i].octahedral) continue;
-        const size_t mesh = volume == QuantizationVolume::kMesh ? joined.at(job.group.ids.front().mesh) : 0;
-        act(std::tuple(mesh, attribute.semantic, size_t{attribute.component_count}), job.codings[i]);
+    for (size_t k = 0; k < jobs.size(); ++k)
+      for (size_t i = 0; i < jobs[k].codings.size(); ++i) {
+        const Attribute& attribute = jobs[k].mesh.attributes[i];
+        if (jobs[k].codings[i].bits == 0 || jobs[k].codings[i].octahedral) continue;
+        act(std::tuple(groups[k], attribute.semantic, size_t{attribute.component_count}), jobs[k].codings[i]);
       }
   };
   visit([&](const auto& key, AttributeCoding& coding) {
@@ -64,6 +73,30 @@ void share_grids(std::vector<EncodeJob>& jobs, QuantizationVolume volume) {
     if (!is_new) found->second = merge_grids(found->second, coding);
   });
   visit([&](const auto& key, AttributeCoding& coding) { coding = grids.at(key); });
+}
+
+// Chooses the bits of positions for all jobs of a group together, because they share a grid.
+Status choose_position_bits(const Document& document, const EncodeDocumentOptions& options,
+                            std::span<const size_t> groups, std::vector<EncodeJob>& jobs) {
+  std::map<size_t, double> steps;  // the finest that the edges of one of the group's jobs want
+  for (size_t k = 0; k < jobs.size() && options.position_bits_by_edges; ++k) {
+    EdgeSample sample;
+    sample.add(jobs[k].mesh);
+    const double step = step_for_edges(sample.lengths());
+    if (step == 0) continue;
+    const auto [found, is_new] = steps.emplace(groups[k], step);
+    if (!is_new) found->second = std::min(found->second, step);
+  }
+  for (size_t k = 0; k < jobs.size(); ++k) {
+    AttributeCoding* coding = jobs[k].position_coding();
+    if (coding == nullptr) continue;
+    const Expected<int> bits = options.position_bits_by_edges
+                                   ? position_bits_for_step(*coding, steps[groups[k]])
+                                   : position_bits_for_error(*coding, options.max_position_error);
+    if (!bits) return bits.status().at(jobs[k].place(document));
+    coding->bits = *bits;
+  }
+  return {};
 }
 
 // An extension that refers to points or faces of the primitive by index, or null: splitting changes indices.
@@ -222,7 +255,11 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     shared_points.divide(document, result.jobs);
   }
   shared_points.finish(result.jobs);
-  share_grids(result.jobs, options.volume);
+  const std::vector<size_t> shared_grids = grid_groups(result.jobs, options.volume);
+  share_grids(result.jobs, shared_grids);
+  if (options.chooses_position_bits())
+    if (Status status = choose_position_bits(document, options, shared_grids, result.jobs); !status.ok())
+      return status;
   for (EncodeJob& job : result.jobs) round_job_weights(job);
   return result;
 }

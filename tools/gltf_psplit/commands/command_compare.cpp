@@ -229,7 +229,7 @@ void add_compare_command(CLI::App& app, Action& action) {
   command.add_flag("--wide", arguments->wide,
                    "Show all columns of tables, which may be wider than 100 characters");
   add_backend_options(command, arguments->backend);
-  add_coding_options(command, arguments->options.coding);
+  add_coding_options(command, arguments->options.coding, false);
   add_partition_options(command, arguments->options.coding);
   // The options for measurements have no meaning for two assets.
   for (const char* name : {"--patches", "--repeat", "--stock-speeds", "--encode-speed", "--lossless",

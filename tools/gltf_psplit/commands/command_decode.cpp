@@ -111,7 +111,7 @@ void add_decode_command(CLI::App& app, Action& action) {
   add_images_option(command, arguments->write);
   command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
   add_backend_options(command, arguments->backend);
-  add_coding_options(command, arguments->options);
+  add_coding_options(command, arguments->options, true);
   group_encode_options(command);
   add_examples(command, {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, which every viewer opens"},
                          {"gltf-psplit decode dragon.glb draco.glb --to draco",

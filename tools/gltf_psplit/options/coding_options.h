@@ -11,7 +11,9 @@ class App;
 namespace psplit {
 
 // Each adds options that write to `options`, which must outlive the parse.
-void add_coding_options(CLI::App& command, EncodeDocumentOptions& options);     // precision, Draco's speed
+// Precision, Draco's speed. With `fits_mesh`, the command can also choose the bits of positions for each mesh:
+// --quantize-position auto, and --max-error.
+void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool fits_mesh);
 void add_partition_options(CLI::App& command, EncodeDocumentOptions& options);  // --distance, --no-refine
 
 }  // namespace psplit

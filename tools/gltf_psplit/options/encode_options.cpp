@@ -119,7 +119,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
                    "KHR_draco_mesh_compression");
   add_profile_options(command, arguments);
   add_partition_options(command, options);
-  add_coding_options(command, options);
+  add_coding_options(command, options, true);
   add_volume_option(command, arguments);
   add_keep_options(command, options);
   add_storage_options(command, arguments);
@@ -146,7 +146,7 @@ void group_encode_options(CLI::App& command) {
        {"--patches", "--patch-faces", "--min-faces", "--always-patches", "--profile", "--gpu", "--distance",
         "--no-refine"}},
       {"Precision",
-       {"--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
+       {"--quantize-position", "--max-error", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
         "--quantize-generic", "--quantization-volume", "--lossless"}},
       {"What is kept", {"--keep-degenerate", "--keep-unused", "--keep-duplicates"}},
       {"What is written", {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--as"}},
@@ -178,6 +178,8 @@ std::string describe_options(const EncodeDocumentOptions& options) {
                  {"fallback", static_cast<int>(o.fallback)},
                  {"compat", static_cast<int>(o.compat)},
                  {"verify", o.verify}};
+  if (o.position_bits_by_edges) described["position_bits_by_edges"] = kLeastBitsForEdges;
+  if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;
   if (o.condense) described["condense"] = {kCondensedContainerVersion, o.condense_smallest};
   return described.dump();
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "encoder/coding/position_bits.h"
+#include "encoder/coding/quantization.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
@@ -39,12 +41,26 @@ void visit_statistics(Statistics& statistics, const Visit& visit) {
   visit("verify_ms", statistics.verify_ms);
 }
 
+// How exact positions are; empty if they are exact, and for the sum of rows.
+std::string position_text(const EncodeRow& row) {
+  const AttributeCoding& coding = row.position_coding;
+  if (coding.bits == 0) return "";
+  const std::optional<double>& error = row.statistics.position_error;
+  return "; positions of " + std::to_string(coding.bits) + " bits, a step of " +
+         with_digits(grid_step(coding), 3) + ", at most " + with_digits(distance_bound(coding), 3) + " off" +
+         (error ? ", measured " + with_digits(*error, 3) : "");
+}
+
 }  // namespace
 
 void append_row(Json& object, const EncodeRow& row) {
   visit_input_numbers(row, [&](const char* name, uint64_t number) { object["input"][name] = number; });
   append_summary(object, row.summary);
   visit_statistics(row.statistics, [&](const char* name, auto number) { object[name] = number; });
+  if (const std::optional<double>& error = row.statistics.position_error) object["position_error"] = *error;
+  if (const AttributeCoding& coding = row.position_coding; coding.bits > 0)
+    object["position_grid"] = {
+        {"bits", coding.bits}, {"step", grid_step(coding)}, {"error_bound", distance_bound(coding)}};
 }
 
 EncodeRow row_of(const Json& object) {
@@ -59,6 +75,7 @@ EncodeRow row_of(const Json& object) {
     read(group == nullptr ? &object : object_field(object, group), name, number);
   });
   visit_statistics(row.statistics, [&](const char* name, auto& number) { read(&object, name, number); });
+  row.statistics.position_error = number_field(object, "position_error");
   return row;
 }
 
@@ -73,7 +90,7 @@ std::string row_text(const EncodeRow& row) {
          as_share(summary.replication()) + ", directory" + (summary.head_bytes > 0 ? ", head" : "") +
          " and stitch map " + as_share(map_share) + "); partition " + as_duration(row.statistics.partition_ms) +
          ", all of encoding " + as_duration(row.statistics.encode_ms) + ", verification " +
-         as_duration(row.statistics.verify_ms);
+         as_duration(row.statistics.verify_ms) + position_text(row);
 }
 
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log) {
@@ -90,7 +107,10 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& l
       ++result.unchanged_count;
     } else {
       const EncodeRow row{
-          report.faces, report.points, report.input_bytes,
+          report.position_coding,
+          report.faces,
+          report.points,
+          report.input_bytes,
           summarize_streams(report.streams, report.has_residue, report.head_bytes, report.bytes),
           report.statistics};
       append_row(object, row);

@@ -12,6 +12,7 @@ namespace psplit {
 
 // One primitive's row of the report, or the sum of all rows.
 struct EncodeRow {
+  AttributeCoding position_coding;  // 0 bits in the sum of rows
   uint64_t input_faces = 0, input_points = 0;
   uint64_t input_bytes = 0;
   PatchSummary summary;
@@ -27,6 +28,9 @@ struct EncodeRow {
     statistics.dropped_points += other.statistics.dropped_points;
     statistics.residue_faces += other.statistics.residue_faces;
     statistics.residue_points += other.statistics.residue_points;
+    if (other.statistics.position_error)
+      statistics.position_error =
+          std::max(statistics.position_error.value_or(0), *other.statistics.position_error);
     statistics.partition_ms += other.statistics.partition_ms;
     statistics.encode_ms += other.statistics.encode_ms;
     statistics.verify_ms += other.statistics.verify_ms;

@@ -8,6 +8,7 @@ namespace psplit {
 
 std::string with_separators(uint64_t count);                   // 1,234,567
 std::string with_decimals(double value, int decimals);         // 3.14; "-" if the value is not finite
+std::string with_digits(double value, int digits);             // 0.00123, 1.23e-07
 std::string as_percent(double fraction);                       // +3.2 %
 std::string as_share(double fraction);                         // 3.2 %
 std::string as_duration(double ms);                            // 12.3 ms, 4.56 s
