@@ -1,6 +1,8 @@
 // A glTF document to PSPLIT_mesh_draco_patches.
 #pragma once
 
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
@@ -19,14 +21,14 @@ namespace psplit {
 // from the meshes of replaced primitives, because its data refer to indices.
 //
 // Primitives that are in patches already stay as they are, except with Compat::kKhr. They are decoded once and
-// checked whole (check_decoded in validate.h); an invalid one is an error.
+// checked whole (check_decoded in validate.h); an invalid one is an error. Those in `checked` (mesh and
+// primitive) were checked before.
 //
 // After an error the document is unusable. `progress` counts faces, patch by patch, and is called from any
 // thread.
-PSPLIT_EXPORT Expected<std::vector<PrimitiveReport>> encode_document(Document& document,
-                                                                     const EncodeDocumentOptions& options,
-                                                                     const DecodeBackend& backend,
-                                                                     const ThreadPool& pool,
-                                                                     const Progress& progress = {});
+PSPLIT_EXPORT Expected<std::vector<PrimitiveReport>> encode_document(
+    Document& document, const EncodeDocumentOptions& options, const DecodeBackend& backend,
+    const ThreadPool& pool, const Progress& progress = {},
+    const std::set<std::pair<size_t, size_t>>& checked = {});
 
 }  // namespace psplit

@@ -16,19 +16,6 @@
 namespace psplit {
 namespace {
 
-// The attributes that EXT_structural_metadata reads: data of the application, which must not be rounded.
-std::set<std::string> metadata_attributes(const Json& json) {
-  std::set<std::string> names;
-  const Json* metadata = extension_field(json, "EXT_structural_metadata");
-  if (metadata == nullptr) return names;
-  for_each_element(*metadata, "propertyAttributes", [&](const Json& group) {
-    for_each_member(group, "properties", [&](const Json& property) {
-      if (const std::string* semantic = string_field(property, "attribute")) names.insert(*semantic);
-    });
-  });
-  return names;
-}
-
 // For each mesh the lowest mesh that it shares a geometry with, directly or through other meshes. A shared
 // geometry is stored once, so all these meshes are quantized as one.
 std::map<size_t, size_t> joined_meshes(const std::vector<EncodeJob>& jobs) {
@@ -123,22 +110,6 @@ bool is_padded_pair_of_columns(const Document& document, const Json& accessor_in
   return layout && layout->columns == 2 && component_bytes(layout->component_type) == 1;
 }
 
-// The reason why a primitive stays as it is; empty if it is encoded.
-Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
-                                     const EncodeDocumentOptions& options) {
-  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-  if (!kind) return kind.status();
-  if (!kind->triangles) return std::string("points or lines");
-  if (kind->storage == PrimitiveStorage::kPatches && options.compat == Compat::kNone)
-    return std::string("already in patches");
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  if (const char* extension = order_dependent_extension(primitive))
-    return extension + std::string(" depends on the order of points or faces");
-  for (const auto& [semantic, index] : primitive["attributes"].items())
-    if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
-  return std::string();
-}
-
 Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, std::string& skipped) {
   const PrimitiveId id = job.group.ids.front();
   if (!mesh && mesh.status().code() == StatusCode::kUnsupported) {
@@ -207,6 +178,33 @@ Status check_patched(const Document& document, const std::vector<PrimitiveId>& i
 }
 
 }  // namespace
+
+std::set<std::string> metadata_attributes(const Json& json) {
+  std::set<std::string> names;
+  const Json* metadata = extension_field(json, "EXT_structural_metadata");
+  if (metadata == nullptr) return names;
+  for_each_element(*metadata, "propertyAttributes", [&](const Json& group) {
+    for_each_member(group, "properties", [&](const Json& property) {
+      if (const std::string* semantic = string_field(property, "attribute")) names.insert(*semantic);
+    });
+  });
+  return names;
+}
+
+Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
+                                     const EncodeDocumentOptions& options) {
+  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+  if (!kind) return kind.status();
+  if (!kind->triangles) return std::string("points or lines");
+  if (kind->storage == PrimitiveStorage::kPatches && options.compat == Compat::kNone)
+    return std::string("already in patches");
+  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+  if (const char* extension = order_dependent_extension(primitive))
+    return extension + std::string(" depends on the order of points or faces");
+  for (const auto& [semantic, index] : primitive["attributes"].items())
+    if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
+  return std::string();
+}
 
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const DecodeBackend& backend, const ThreadPool& pool) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,13 @@
 #include "gltf_ext/convert/encode_job.h"
 
 namespace psplit {
+
+// The attributes that EXT_structural_metadata reads: data of the application, which must not be rounded.
+std::set<std::string> metadata_attributes(const Json& json);
+
+// The reason why a primitive stays as it is; empty if it is encoded.
+Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
+                                     const EncodeDocumentOptions& options);
 
 struct EncodeJobs {
   std::vector<EncodeJob> jobs;

@@ -130,11 +130,13 @@ Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
   return {};
 }
 
-Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool) {
+Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
+                     const std::set<std::pair<size_t, size_t>>& checked) {
   std::vector<PrimitiveId> ids;
   for (const PrimitiveId id : all_primitives(document)) {
     const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (kind && kind->storage == PrimitiveStorage::kPatches) ids.push_back(id);
+    const bool is_patched = kind && kind->storage == PrimitiveStorage::kPatches;
+    if (is_patched && !checked.contains({id.mesh, id.primitive})) ids.push_back(id);
   }
   if (ids.empty()) return {};
   std::vector<const Mesh*> meshes;

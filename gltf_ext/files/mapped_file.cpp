@@ -23,6 +23,16 @@ Expected<MappedFile> MappedFile::open(const std::filesystem::path& path, uint64_
   return file;
 }
 
+Expected<MappedFile> MappedFile::open(const UnnamedFile& unnamed) {
+  MappedFile file;
+  const Expected<std::span<const uint8_t>> mapped = map_file(unnamed);
+  if (!mapped) return mapped.status();
+  if (mapped->empty()) return file;
+  file.bytes_ = *mapped;
+  file.owner_ = {mapped->data(), [bytes = *mapped](const void*) { unmap_file(bytes); }};
+  return file;
+}
+
 MappedFile MappedFile::range(uint64_t offset, uint64_t length) const {
   MappedFile part = *this;
   part.bytes_ = bytes_.subspan(static_cast<size_t>(offset), static_cast<size_t>(length));

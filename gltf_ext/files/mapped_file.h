@@ -12,6 +12,8 @@
 
 namespace psplit {
 
+class UnnamedFile;
+
 // How the bytes of large files get into memory.
 enum class FileAccess {
   kRead,  // they are copied
@@ -27,6 +29,10 @@ class MappedFile {
   // The whole of a regular file, or its first `limit` bytes if it is longer. Errors: those of read_file.
   PSPLIT_EXPORT static Expected<MappedFile> open(const std::filesystem::path& path,
                                                  uint64_t limit = UINT64_MAX);
+
+  // The bytes that were written to a temporary file, whose space is given back with the last copy. Empty if
+  // there are none. Errors: kMayPass if it cannot be mapped.
+  PSPLIT_EXPORT static Expected<MappedFile> open(const UnnamedFile& file);
 
   std::span<const uint8_t> bytes() const { return bytes_; }
 

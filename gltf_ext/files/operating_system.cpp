@@ -137,6 +137,20 @@ std::span<const uint8_t> map_file(const std::filesystem::path& path) {
   return {};
 }
 
+Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file) {
+  const std::string what = "cannot map a temporary file in " + file.folder_.string();
+  struct stat status {};
+  if (::fstat(file.descriptor_, &status) != 0) return io_error(what, errno);
+  const auto size = static_cast<size_t>(status.st_size);
+  if (size == 0) return std::span<const uint8_t>();
+  void* const address = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.descriptor_, 0);
+  if (address == MAP_FAILED) return io_error(what, errno);
+  const std::span<const uint8_t> bytes(static_cast<const uint8_t*>(address), size);
+  if (enter_mapped(bytes, file.folder_ / "(temporary file)")) return bytes;
+  ::munmap(address, size);
+  return may_pass("too many mapped files");
+}
+
 void unmap_file(std::span<const uint8_t> bytes) {
   const std::lock_guard lock(mapping_mutex);
   const auto begin = reinterpret_cast<uintptr_t>(bytes.data());

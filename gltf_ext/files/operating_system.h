@@ -39,6 +39,31 @@ bool matches_pattern(const std::string& name, const std::string& pattern);
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.
 void let_writes_past_size_limit_fail();
 
+// A temporary file without a name: it disappears when the object is destroyed or the process ends, even by a
+// signal. Not thread-safe.
+class UnnamedFile {
+ public:
+  UnnamedFile() = default;
+  UnnamedFile(UnnamedFile&& other) noexcept;
+  UnnamedFile& operator=(UnnamedFile&& other) noexcept;
+  ~UnnamedFile() { close(); }
+
+  // Errors: those of io_error.
+  static Expected<UnnamedFile> create(const std::filesystem::path& folder);
+  // Writes at any offset; bytes between the old end and the offset are zeros. Errors: those of io_error, and
+  // kMayPass for the limit on a file's size.
+  Status write(uint64_t offset, std::span<const uint8_t> bytes);
+  // Reads bytes that were written. Errors: those of io_error.
+  Status read(uint64_t offset, std::span<uint8_t> to) const;
+  // Gives the space back before the object is destroyed.
+  void close();
+
+ private:
+  friend Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file);
+  std::filesystem::path folder_;
+  int descriptor_ = -1;
+};
+
 // Maps all bytes of a regular file for reading. Empty if the file is empty, or if it cannot be mapped: the
 // caller then reads it. While any file is mapped, a handler for SIGBUS is installed. The system sends that
 // signal when a mapped byte is used that the file no longer has, or that its device cannot read. The handler
@@ -47,6 +72,8 @@ void let_writes_past_size_limit_fail();
 // installs its own handler for SIGBUS while a file is mapped; a read(2) into or from such memory returns EFAULT
 // instead.
 std::span<const uint8_t> map_file(const std::filesystem::path& path);
+// The same for a temporary file, which may be closed then. Errors: those of io_error.
+Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file);
 // Takes what map_file returned.
 void unmap_file(std::span<const uint8_t> bytes);
 
@@ -98,32 +125,6 @@ class GroupLock {
 
  private:
   Status open(const std::filesystem::path& path);
-  int descriptor_ = -1;
-};
-
-// A temporary file without a name: it disappears when the object is destroyed or the process ends, even by a
-// signal. Not thread-safe.
-class UnnamedFile {
- public:
-  UnnamedFile() = default;
-  UnnamedFile(UnnamedFile&& other) noexcept;
-  UnnamedFile& operator=(UnnamedFile&& other) noexcept;
-  ~UnnamedFile() { close(); }
-
-  // Errors: those of io_error.
-  static Expected<UnnamedFile> create(const std::filesystem::path& folder);
-  // Writes at any offset; bytes between the old end and the offset are zeros. Errors: those of io_error, and
-  // kMayPass for the limit on a file's size.
-  Status write(uint64_t offset, std::span<const uint8_t> bytes);
-  // Reads bytes that were written. Errors: those of io_error.
-  Status read(uint64_t offset, std::span<uint8_t> to) const;
-  // The system's number of the open file, which stays this object's.
-  int descriptor() const { return descriptor_; }
-  // Gives the space back before the object is destroyed.
-  void close();
-
- private:
-  std::filesystem::path folder_;
   int descriptor_ = -1;
 };
 

@@ -1,12 +1,18 @@
 // gltf-psplit encode: converts plain glTF or a mesh file to PSPLIT_mesh_draco_patches.
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <new>
 
 #include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/out_of_core/encode_large_primitives.h"
+#include "gltf_ext/out_of_core/encode_out_of_core.h"
 #include "src/stopwatch.h"
+#include "tools/gltf_psplit/batch/memory_budget.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -25,6 +31,14 @@ struct Arguments {
   std::string input, output, report;
   EncodeArguments encode;
   WriteOptions write;
+  uint64_t memory = 0;  // 0: the whole asset is in memory
+  std::string temporary;
+};
+
+struct Encoded {
+  Document document;
+  std::vector<PrimitiveReport> reports;
+  AssetBytes input_bytes;
 };
 
 Json report_json(const Arguments& arguments, const EncodeResult& result, const AssetSizes& sizes,
@@ -42,31 +56,92 @@ Json report_json(const Arguments& arguments, const EncodeResult& result, const A
           {"primitives", result.primitives}};
 }
 
-Status run_encode(const Arguments& arguments, const Session& session) {
+Expected<Encoded> encode_whole(const Arguments& arguments, const Session& session, WriteReport& written) {
   // Large arrays are allocated and freed all the time. If freed memory went back to the system, the next array
   // would fault in page by page, each cleared first. For meshes of millions of faces, this costs a tenth of the
   // time.
   keep_freed_memory();
-  const EncodeDocumentOptions& options = arguments.encode.options;
-
-  const Stopwatch watch;
-  WriteReport written;
   Expected<Document> document =
       read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
   if (!document) return document.status();
-  AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
-  const Expected<std::vector<PrimitiveReport>> reports = [&] {
-    ProgressBar bar("encoding", session.log);
-    return encode_document(*document, options, find_backend({}), session.pool, bar.callback("face"));
-  }();
+  Encoded encoded{std::move(*document), {}, {}};
+  encoded.input_bytes = bytes_on_disk(encoded.document.source.string());
+  ProgressBar bar("encoding", session.log);
+  Expected<std::vector<PrimitiveReport>> reports = encode_document(
+      encoded.document, arguments.encode.options, find_backend({}), session.pool, bar.callback("face"));
   if (!reports) return reports.status().at({.file = arguments.input});
+  encoded.reports = std::move(*reports);
+  return encoded;
+}
 
-  const EncodeResult result = collect_rows(*reports, session.log);
-  log_reports(*reports, session.log);
+OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
+  OutOfCoreOptions limits;
+  limits.memory = arguments.memory;
+  const std::filesystem::path output = arguments.output;
+  limits.temporary = !arguments.temporary.empty() ? std::filesystem::path(arguments.temporary)
+                     : output == "-"              ? std::filesystem::temp_directory_path()
+                                                  : output.parent_path();
+  limits.note = [&](const std::string& text) { session.log.note(arguments.input + ": " + text); };
+  return limits;
+}
+
+// A glTF asset in bounded memory.
+Expected<Encoded> encode_large_asset(const Arguments& arguments, const Session& session, WriteReport& written) {
+  Expected<Document> document =
+      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
+  if (!document) return document.status();
+  Encoded encoded{std::move(*document), {}, bytes_on_disk(arguments.input)};
+  ProgressBar bar("encoding", session.log);
+  Expected<std::vector<PrimitiveReport>> reports =
+      encode_large_primitives(encoded.document, arguments.encode.options, limits_of(arguments, session),
+                              find_backend({}), session.pool, bar.callback("face"));
+  if (!reports) return reports.status().at({.file = arguments.input});
+  encoded.reports = std::move(*reports);
+  return encoded;
+}
+
+// A mesh file in bounded memory.
+Expected<Encoded> encode_large_file(const Arguments& arguments, const Session& session, WriteReport& written) {
+  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
+  const std::string inputs[] = {arguments.input};
+  if (Status status = check_not_an_input(arguments.report, "--report", inputs); !status.ok()) return status;
+  written.files = {arguments.output};
+  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input);
+  if (!stream) return stream.status().at({.file = arguments.input});
+  ProgressBar bar("encoding", session.log);
+  Expected<OutOfCoreResult> result =
+      encode_out_of_core(std::move(*stream), arguments.input, arguments.encode.options,
+                         limits_of(arguments, session), session.pool, bar.callback("face"));
+  if (!result) return result.status();
+  for (const std::string& warning : result->warnings) session.log.warning(arguments.input + ": " + warning);
+  return Encoded{std::move(result->document), std::move(result->reports), bytes_on_disk(arguments.input)};
+}
+
+bool fits_into_memory(const Arguments& arguments) {
+  return arguments.memory == 0 ||
+         (arguments.input != "-" &&
+          kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory);
+}
+
+Status run_encode(const Arguments& arguments, const Session& session) {
+  const EncodeDocumentOptions& options = arguments.encode.options;
+  if (arguments.memory > 0)
+    if (Status status = check_out_of_core(options); !status.ok()) return status;
+  const Stopwatch watch;
+  WriteReport written;
+  const bool is_gltf = arguments.input != "-" && read_asset_json(arguments.input).ok();
+  Expected<Encoded> encoded = fits_into_memory(arguments) ? encode_whole(arguments, session, written)
+                              : is_gltf                   ? encode_large_asset(arguments, session, written)
+                                                          : encode_large_file(arguments, session, written);
+  if (!encoded) return encoded.status();
+  AssetSizes sizes{encoded->input_bytes, {}};
+  const EncodeResult result = collect_rows(encoded->reports, session.log);
+  log_reports(encoded->reports, session.log);
   if (result.split_count + result.draco_count == 0)
     session.log.warning("nothing to encode in " + arguments.input);
   warn_of_growth(result, session.log, arguments.input);
-  if (Status status = write_asset(*document, arguments.output, arguments.write, session.log, written);
+  if (Status status = write_asset(encoded->document, arguments.output, arguments.write, session.log, written);
       !status.ok())
     return status;
   sizes.output = bytes_on_disk(arguments.output);
@@ -84,6 +159,47 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   return {};
 }
 
+// An error that says what helps against a lack of memory.
+Status run_within_memory(const Arguments& arguments, const Session& session) {
+  constexpr const char* kOutOfMemory = "out of memory";
+  Status status;
+  try {
+    status = run_encode(arguments, session);
+  } catch (const std::bad_alloc&) {
+    status = may_pass(kOutOfMemory, {.file = arguments.input});
+  }
+  if (status.code() != kMayPass || status.message() != kOutOfMemory || arguments.memory > 0) return status;
+  return may_pass(std::string(kOutOfMemory) + "; --memory SIZE encodes large meshes part by part",
+                  status.place());
+}
+
+void add_memory_options(CLI::App& command, Arguments& arguments) {
+  constexpr const char* kGroup = "Memory";
+  CLI::Option* memory =
+      command
+          .add_option(
+              "--memory", arguments.memory,
+              "Take at most SIZE of memory, such as 4GB. A PLY or STL file that needs more is read into "
+              "temporary files and encoded part by part; other formats must fit")
+          ->transform(CLI::AsSizeValue(false))
+          ->check([](const std::string& text) {
+            return std::stoull(text) >= kLeastMemory
+                       ? std::string()
+                       : "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB";
+          })
+          ->type_name("SIZE")
+          ->group(kGroup);
+  command
+      .add_option(
+          "--temporary", arguments.temporary,
+          "The folder of temporary files for --memory. They have no names, so that nothing stays if the "
+          "command is killed. Default: the folder of the output")
+      ->check(CLI::ExistingDirectory)
+      ->needs(memory)
+      ->type_name("DIR")
+      ->group(kGroup);
+}
+
 }  // namespace
 
 void add_encode_command(CLI::App& app, Action& action) {
@@ -93,6 +209,7 @@ void add_encode_command(CLI::App& app, Action& action) {
   add_output_option(command, arguments->output);
   const auto resolve = add_encode_options(command, arguments->encode);
   add_images_option(command, arguments->write);
+  add_memory_options(command, *arguments);
   command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
   group_encode_options(command);
   add_examples(
@@ -100,11 +217,12 @@ void add_encode_command(CLI::App& app, Action& action) {
       {{"gltf-psplit encode dragon.ply dragon.glb", "split large primitives; keep small ones whole"},
        {"gltf-psplit encode dragon.ply dragon.glb --profile speed", "cut more and smaller patches, for a GPU"},
        {"gltf-psplit encode scan.obj -o scan.glb --lossless", "keep every float exactly"},
+       {"gltf-psplit encode scan.ply scan.gltf --memory 4GB", "a mesh that is larger than the memory"},
        {"gltf-psplit encode a.glb b.glb --compat khr", "for viewers that do not support the extension"},
        {"gltf-psplit encode a.glb b.glb --report - | jq .files", "show the bytes of input and output"}});
   command.callback([arguments, resolve, &action] {
     resolve();
-    action = [arguments](const Session& session) { return run_encode(*arguments, session); };
+    action = [arguments](const Session& session) { return run_within_memory(*arguments, session); };
   });
 }
 

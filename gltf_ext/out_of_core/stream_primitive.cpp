@@ -1,0 +1,213 @@
+#include "gltf_ext/out_of_core/stream_primitive.h"
+
+#include <algorithm>
+#include <cstring>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "gltf_ext/document/element_layout.h"
+#include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/primitive/read_primitives.h"
+
+namespace psplit {
+namespace {
+
+constexpr uint64_t kWindow = uint64_t{1} << 16;  // elements
+
+const Json* accessor_at(const Document& document, const Json* index) {
+  const auto number = index == nullptr ? std::nullopt : integer_value(*index);
+  return number ? top_level_object(document.json, "accessors", *number) : nullptr;
+}
+
+// The elements of an accessor, tightly packed.
+class AccessorWindow {
+ public:
+  static Expected<AccessorWindow> open(const Document& document, const std::string& name, const Json& index) {
+    const Json* accessor = accessor_at(document, &index);
+    if (accessor == nullptr) return invalid_input(name + " has no accessor");
+    AccessorWindow window;
+    const auto layout = element_layout(*accessor);
+    if (!layout) return layout.status();
+    window.layout_ = *layout;
+    window.normalized_ = bool_field_or(*accessor, "normalized", false);
+    const auto count = integer_field(*accessor, "count"), view = integer_field(*accessor, "bufferView");
+    const auto offset = integer_field_or(*accessor, "byteOffset", 0);
+    if (!count || *count < 0 || !offset || *offset < 0) return invalid_input(name + ": an invalid accessor");
+    if (!view || field(*accessor, "sparse") != nullptr)
+      return unsupported(name + ": a sparse accessor does not fit into --memory");
+    if (layout->stored_bytes() != layout->packed_bytes())
+      return unsupported(name + ": a matrix with padding does not fit into --memory");
+    const Expected<std::span<const uint8_t>> bytes = buffer_view_bytes(document, *view);
+    if (!bytes) return bytes.status();
+    const Json& view_json = *top_level_object(document.json, "bufferViews", *view);
+    const auto stride = integer_field_or(view_json, "byteStride", static_cast<int64_t>(layout->stored_bytes()));
+    window.count_ = static_cast<uint64_t>(*count);
+    if (!stride || *stride <= 0 ||
+        !elements_fit(*layout, static_cast<uint64_t>(*offset), static_cast<uint64_t>(*stride), window.count_,
+                      bytes->size()))
+      return invalid_input(name + ": the accessor exceeds its buffer view");
+    window.stride_ = static_cast<size_t>(*stride);
+    window.bytes_ = bytes->subspan(static_cast<size_t>(*offset));
+    return window;
+  }
+
+  const ElementLayout& layout() const { return layout_; }
+  bool normalized() const { return normalized_; }
+  uint64_t count() const { return count_; }
+
+  void read(uint64_t first, size_t count, Array<std::byte>& to) const {
+    const size_t width = layout_.packed_bytes();
+    to.resize(count * width);
+    const size_t begin = static_cast<size_t>(first) * stride_;
+    for (size_t i = 0; i < count; ++i)
+      std::memcpy(to.data() + i * width, bytes_.data() + begin + i * stride_, width);
+    release_mapped(bytes_.subspan(begin, (count - 1) * stride_ + width));
+  }
+
+ private:
+  ElementLayout layout_;
+  bool normalized_ = false;
+  uint64_t count_ = 0;
+  size_t stride_ = 0;
+  std::span<const uint8_t> bytes_;
+};
+
+Status check_attribute(const Attribute& attribute) {
+  const std::string& semantic = attribute.semantic;
+  if (semantic.starts_with("JOINTS_") || semantic.starts_with("WEIGHTS_"))
+    return unsupported("a skin does not fit into --memory");
+  if (attribute.component_type == ComponentType::kUint32)
+    return unsupported(semantic + " holds 32-bit integers");
+  if (semantic == "POSITION" &&
+      (attribute.component_type != ComponentType::kFloat32 || attribute.component_count != 3))
+    return unsupported("positions that are not floats do not fit into --memory");
+  return {};
+}
+
+Status stream_points(const Document& document, const Json& primitive, MeshSink& sink, uint64_t& point_count) {
+  std::vector<AccessorWindow> windows;
+  std::vector<Attribute> block;
+  const Json* attributes = object_field(primitive, "attributes");
+  if (attributes == nullptr || field(*attributes, "POSITION") == nullptr) return unsupported("no POSITION");
+  for (const auto& [semantic, index] : attributes->items()) {
+    Expected<AccessorWindow> window = AccessorWindow::open(document, "attribute " + semantic, index);
+    if (!window) return window.status();
+    const ElementLayout& layout = window->layout();
+    block.push_back({semantic, layout.component_type, layout.component_count(), window->normalized(), {}});
+    if (Status status = check_attribute(block.back()); !status.ok()) return status;
+    if (!windows.empty() && window->count() != windows[0].count())
+      return invalid_input("attribute " + semantic + " has " + std::to_string(window->count()) +
+                           " elements, others have " + std::to_string(windows[0].count()));
+    windows.push_back(std::move(*window));
+  }
+  point_count = windows[0].count();
+  if (Status status = sink.begin(block, 0); !status.ok()) return status;
+  for (uint64_t first = 0; first < point_count; first += kWindow) {
+    const auto count = static_cast<size_t>(std::min(kWindow, point_count - first));
+    for (size_t i = 0; i < block.size(); ++i) windows[i].read(first, count, block[i].values);
+    if (Status status = sink.add_points(block, count); !status.ok()) return status;
+  }
+  return {};
+}
+
+// Consecutive indices, where the corners of a face never are in two windows.
+class Indices {
+ public:
+  static Expected<Indices> open(const Document& document, const Json& primitive, uint64_t point_count) {
+    Indices indices;
+    indices.point_count_ = indices.count_ = point_count;
+    if (const Json* index = field(primitive, "indices")) {
+      Expected<AccessorWindow> window = AccessorWindow::open(document, "indices", *index);
+      if (!window) return window.status();
+      const ComponentType type = window->layout().component_type;
+      if (window->layout().component_count() != 1 ||
+          (type != ComponentType::kUint8 && type != ComponentType::kUint16 && type != ComponentType::kUint32))
+        return invalid_input("indices are not unsigned scalars");
+      indices.count_ = window->count();
+      indices.window_ = std::move(*window);
+    }
+    if (indices.count_ % 3 != 0)
+      return invalid_input("a triangle list has " + std::to_string(indices.count_) + " indices");
+    return indices;
+  }
+
+  uint64_t face_count() const { return count_ / 3; }
+
+  Status read(uint64_t first_face, size_t face_count, std::vector<std::array<uint32_t, 3>>& faces) {
+    faces.resize(face_count);
+    if (window_) window_->read(3 * first_face, 3 * face_count, values_);
+    const size_t width = window_ ? window_->layout().packed_bytes() : 0;
+    const uint32_t restart = width == 4 ? UINT32_MAX : (1u << 8 * width) - 1;
+    for (size_t i = 0; i < 3 * face_count; ++i) {
+      const uint64_t number = 3 * first_face + i;
+      uint32_t index = static_cast<uint32_t>(number);
+      if (window_) {
+        index = 0;
+        std::memcpy(&index, values_.data() + i * width, width);
+        if (index == restart)
+          return invalid_input("index " + std::to_string(number) + " is " + std::to_string(restart) +
+                               ", which restarts primitives and glTF forbids");
+      }
+      if (index >= point_count_)
+        return invalid_input("index " + std::to_string(number) + " is " + std::to_string(index) +
+                             ", but there are " + std::to_string(point_count_) + " points");
+      faces[i / 3][i % 3] = index;
+    }
+    return {};
+  }
+
+ private:
+  uint64_t point_count_ = 0, count_ = 0;
+  std::optional<AccessorWindow> window_;  // nothing: 0, 1, 2 ...
+  Array<std::byte> values_;
+};
+
+}  // namespace
+
+PrimitiveSize stated_size(const Document& document, PrimitiveId id) {
+  PrimitiveSize size;
+  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+  const auto count_of = [&](const Json* index) {
+    const Json* accessor = accessor_at(document, index);
+    const auto count = accessor == nullptr ? std::nullopt : integer_field(*accessor, "count");
+    return static_cast<uint64_t>(std::max<int64_t>(0, count.value_or(0)));
+  };
+  const Json* attributes = object_field(primitive, "attributes");
+  if (attributes == nullptr) return size;
+  size.points = count_of(field(*attributes, "POSITION"));
+  const Json* indices = field(primitive, "indices");
+  size.faces = (indices == nullptr ? size.points : count_of(indices)) / 3;
+  for (const auto& [semantic, index] : attributes->items()) {
+    const Json* accessor = accessor_at(document, &index);
+    if (accessor == nullptr) continue;
+    if (const auto layout = element_layout(*accessor)) size.record_bytes += layout->packed_bytes();
+  }
+  return size;
+}
+
+Status stream_primitive(const Document& document, PrimitiveId id, MeshSink& sink) {
+  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
+  if (!kind) return kind.status();
+  if (kind->storage != PrimitiveStorage::kPlain)
+    return unsupported("a compressed primitive does not fit into --memory");
+  if (integer_field_or(primitive, "mode", 4) != 4)
+    return unsupported("a triangle strip or fan does not fit into --memory");
+  if (const Json* targets = array_field(primitive, "targets"); targets != nullptr && !targets->empty())
+    return unsupported("morph targets do not fit into --memory");
+  uint64_t point_count = 0;
+  if (Status status = stream_points(document, primitive, sink, point_count); !status.ok()) return status;
+  Expected<Indices> indices = Indices::open(document, primitive, point_count);
+  if (!indices) return indices.status();
+  std::vector<std::array<uint32_t, 3>> faces;
+  for (uint64_t first = 0; first < indices->face_count(); first += kWindow) {
+    const auto count = static_cast<size_t>(std::min(kWindow, indices->face_count() - first));
+    if (Status status = indices->read(first, count, faces); !status.ok()) return status;
+    if (Status status = sink.add_faces(faces); !status.ok()) return status;
+  }
+  return {};
+}
+
+}  // namespace psplit

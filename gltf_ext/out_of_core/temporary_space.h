@@ -1,0 +1,26 @@
+// How much temporary space a mesh takes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "src/status.h"
+
+namespace psplit {
+
+struct ExpectedSizes {
+  uint64_t points = 0, faces = 0;
+  uint64_t record_bytes = 0;  // of a point
+  bool is_soup = false;
+};
+
+// The most bytes of temporary files at one time, except for points that many parts share.
+uint64_t temporary_bytes(const ExpectedSizes& sizes);
+
+// Tells `note` how much space the work may take and how much is free. kMayPass if that is too little.
+Status check_temporary_space(const ExpectedSizes& sizes, const std::filesystem::path& folder,
+                             const std::function<void(const std::string&)>& note);
+
+}  // namespace psplit
