@@ -1,11 +1,14 @@
-// Checks a Job against the OpenAPI schema of Kubernetes:  check_job.mjs job.yaml
+// Checks a Job, and a Pod on its volume, against the OpenAPI schema of Kubernetes:  check_job.mjs job.yaml pod.yaml
 import { readFileSync } from 'node:fs';
 import assert from 'node:assert';
 import { Job } from 'kubernetes-models/batch/v1';
+import { Pod } from 'kubernetes-models/v1';
 import { parse } from 'yaml';
 
-const job = parse(readFileSync(process.argv[2], 'utf8'));
+const [job, pod] = process.argv.slice(2).map((path) => parse(readFileSync(path, 'utf8')));
 new Job(job).validate();
+new Pod(pod).validate();
+assert.deepEqual(pod.spec.volumes, job.spec.template.spec.volumes);
 
 // The schema notices mistakes.
 const mistakes = [

@@ -136,7 +136,7 @@ server = None
 begin = time.monotonic()
 try:
     install()
-    run("node", packages / "check_job.mjs", root / "contrib/kubernetes/job.yaml")
+    run("node", packages / "check_job.mjs", root / "contrib/kubernetes/job.yaml", root / "contrib/kubernetes/pod.yaml")
     for name in ("bin", "in", "data"):
         (folder / name).mkdir()
     for i in range(4):
