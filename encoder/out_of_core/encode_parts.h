@@ -5,7 +5,8 @@
 //
 // Memory: what encode_mesh takes for the largest part, its streams included, and
 //   16 bytes for each point that parts share,
-//   48 bytes for each patch of the container, and about 600 more while a part is verified.
+//   40 bytes for each patch of the container, twice while its arrays grow,
+//   584 more for each patch while a part is verified.
 // Streams, stitch maps and border walks are in spills: about the container's size, and 4 bytes for each point
 // at the border of a patch.
 #pragma once
