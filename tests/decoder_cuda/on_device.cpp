@@ -127,7 +127,9 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
     const bool is_broken = !decode_container(cpu_backend(), broken_bytes, sample.requests, pool);
     const Status finished = decoder->finish();
     EXPECT_EQ(finished.ok(), !is_broken);
-    if (is_broken) EXPECT_EQ(finished.place().primitive, 2);
+    if (is_broken) {
+      EXPECT_EQ(finished.place().primitive, 2);
+    }
     const auto* const values = reinterpret_cast<const float*>(expected->attributes[0].values.data());
     for (const size_t i : {0u, 1u, 3u}) {
       EXPECT_TRUE(decoder->status(i).ok()) << decoder->status(i).to_string();
