@@ -4,7 +4,7 @@
 Starts slurmctld and slurmd on this machine for the time of the test, without munge, systemd and cgroups. An array of 8 tasks
 encodes small assets. At first one task is killed, one asset hangs and one runs out of memory; their tasks are queued again by
 their exit codes. The output must be byte for byte that of a single run, and further arrays, also with another number of tasks,
-must find everything done. Needs root and Debian's slurm-wlm."""
+must find everything done. At last a task is cancelled. Needs root and Debian's slurm-wlm."""
 import json, os, pathlib, random, shutil, signal, socket, subprocess, sys, tempfile, time
 
 program = pathlib.Path(sys.argv[1]).resolve()
@@ -150,7 +150,7 @@ def test():
     first = files()
     single = {name: (folder / "one" / name).read_bytes() for name in first}
     assert len(first) == 42 and {name: data for name, (data, _) in first.items()} == single, "other bytes than a single run's"
-    left = [file for file in (folder / "out").rglob("*") if file.name.endswith(".part") or file.name.startswith("staged-")]
+    left = [file for file in (folder / "out").rglob("*") if file.name.endswith(".part") or "-staged-" in file.name]
     assert not left, f"left behind: {left}"
     print("42 outputs are byte for byte those of a single run")
     for tasks in (8, 5):
@@ -160,6 +160,19 @@ def test():
         report = json.loads((folder / "merged.json").read_text())
         assert (report["up_to_date"], report["encoded"], report["failed"]) == (42, 0, 0), report
         print(f"a further array of {tasks} tasks does nothing")
+
+    # scancel sends SIGTERM, and SIGKILL after 30 seconds.
+    (folder / "in/hang.glb").unlink()
+    os.mkfifo(folder / "in/hang.glb")
+    job = submit(1, UNLIMITED="1")
+    wait_until("the task is at work", lambda: (folder / "out/.gltf-psplit-batch/0-of-1.report.jsonl").exists())
+    begin = time.monotonic()
+    run("scancel", job)
+    wait_until("the task is cancelled", lambda: not run("squeue", "-h", "-r", "-j", job).strip(), 25)
+    assert states(job) == {"0": ("CANCELLED", 0)}, states(job)
+    assert "stopped by a signal" in (folder / f"log/{job}_0").read_text(), logs()
+    assert {name: data for name, (data, _) in files().items()} == single
+    print(f"a cancelled task has ended after {time.monotonic() - begin:.0f} s")
 
 
 def kill_command_of(shard):
