@@ -1,9 +1,11 @@
 #include "tools/gltf_psplit/batch/batch_plan.h"
 
 #include <algorithm>
-#include <map>
+#include <functional>
 #include <string_view>
+#include <utility>
 
+#include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/text_lines.h"
 #include "gltf_ext/mesh_files/read_asset.h"
@@ -69,36 +71,56 @@ class Planner {
       if (!status.ok()) return status;
     }
     if (inputs_.empty()) return usage("there is no input");
+    std::ranges::stable_sort(inputs_, std::less<>(), &Input::whole);
+    const auto is_same = [](const Input& a, const Input& b) { return a.whole == b.whole; };
+    inputs_.erase(std::unique(inputs_.begin(), inputs_.end(), is_same), inputs_.end());
     if (!request_.base.empty()) base_ = whole_path(request_.base);
     std::vector<BatchItem> items;
-    std::map<fs::path, std::string> taken;
-    for (const auto& [whole, input] : inputs_) {
-      if (!is_below(whole, base_)) return usage(input + " is not below " + base_.string());
-      fs::path relative = whole.lexically_relative(base_);
-      relative = without_asset_extensions(relative);
+    for (const Input& input : inputs_) {
+      if (!is_below(input.whole, base_)) return usage(input.word + " is not below " + base_.string());
+      fs::path relative = without_asset_extensions(fs::path(input.whole).lexically_relative(base_));
       relative += request_.extension;
-      const fs::path output = folder_ / relative;
-      const auto [other, is_new] = taken.emplace(output, input);
-      if (!is_new)
-        return usage(other->second + " and " + input + " would both become " +
-                     (request_.folder / relative).string());
       std::error_code error;
-      const uintmax_t bytes = fs::file_size(input, error);
-      items.push_back({.input = input, .name = relative.generic_string()});
+      const uintmax_t bytes = fs::file_size(input.word, error);
+      items.push_back({.input = input.word, .name = relative.generic_string()});
       if (!error) items.back().bytes = bytes;
     }
-    // Through links, one file may have two names.
-    std::error_code error;
-    std::map<fs::path, std::string> files;
-    for (const auto& [whole, input] : inputs_) files.emplace(fs::weakly_canonical(whole, error), input);
-    for (const auto& [output, input] : taken)
-      if (const auto found = files.find(fs::weakly_canonical(output, error)); found != files.end())
-        return usage(input + " would replace the input " + found->second);
+    if (Status status = check_outputs(items); !status.ok()) return status;
     std::ranges::stable_sort(items, std::greater<>(), [](const BatchItem& item) { return item.bytes; });
     return items;
   }
 
  private:
+  struct Input {
+    std::string whole;  // the absolute path
+    std::string word;   // as the user wrote it
+  };
+
+  // No two inputs may have one output, and no output may be an input. There may be millions of paths: their
+  // hashes take less memory.
+  Status check_outputs(const std::vector<BatchItem>& items) const {
+    std::vector<std::pair<Hash128, size_t>> names, files;
+    std::error_code error;
+    for (size_t i = 0; i < items.size(); ++i) {
+      names.emplace_back(hash_of(items[i].name), i);
+      // Through links, one file may have two names.
+      files.emplace_back(hash_of(fs::weakly_canonical(inputs_[i].whole, error).string()), i);
+    }
+    std::sort(names.begin(), names.end());
+    std::sort(files.begin(), files.end());
+    for (size_t i = 1; i < names.size(); ++i)
+      if (names[i - 1].first == names[i].first)
+        return usage(items[names[i - 1].second].input + " and " + items[names[i].second].input +
+                     " would both become " + (request_.folder / items[names[i].second].name).string());
+    for (const BatchItem& item : items) {
+      const Hash128 output = hash_of(fs::weakly_canonical(folder_ / item.name, error).string());
+      const auto found = std::lower_bound(files.begin(), files.end(), std::pair(output, size_t{0}));
+      if (found != files.end() && found->first == output)
+        return usage(item.input + " would replace the input " + items[found->second].input);
+    }
+    return {};
+  }
+
   Status add_list(const std::string& name) {
     Expected<TextLines> lines = TextLines::open(name);
     if (!lines) return lines.status();
@@ -138,7 +160,7 @@ class Planner {
   }
 
   void add(const std::string& input, const fs::path& start) {
-    inputs_.emplace(whole_path(input), input);
+    inputs_.push_back({whole_path(input).string(), input});
     const fs::path folder = whole_path(start.empty() ? "." : start);
     if (base_.empty()) base_ = folder;
     while (folder != base_ && !is_below(folder, base_)) base_ = base_.parent_path();
@@ -146,7 +168,7 @@ class Planner {
 
   const BatchRequest& request_;
   fs::path folder_, base_;
-  std::map<fs::path, std::string> inputs_;  // by absolute path, which is also the order
+  std::vector<Input> inputs_;
 };
 
 }  // namespace
