@@ -41,6 +41,48 @@ TEST_F(EncodeCommand, ReportsAsJson) {
     EXPECT_TRUE(report.at("total").at(key).is_number()) << key;
 }
 
+TEST_F(EncodeCommand, ChoosesTheBitsOfPositions) {
+  const auto encode = [&](std::vector<std::string> options) {
+    options.insert(options.begin(),
+                   {"encode", sample("scene", "6000"), path("out.glb"), "--report", "-", "-q"});
+    const CommandOutcome outcome = run_command(options);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out);
+  };
+  const auto bits = [](const nlohmann::json& report) {
+    std::vector<int> counts;
+    for (const auto& primitive : report.at("primitives")) {
+      const auto& grid = primitive.at("position_grid");
+      counts.push_back(grid.at("bits").get<int>());
+      EXPECT_LE(primitive.at("position_error").get<double>(), grid.at("error_bound").get<double>());
+    }
+    return counts;
+  };
+  EXPECT_EQ(bits(encode({})), std::vector<int>(6, 14));
+  const std::vector<int> edges = bits(encode({"--quantize-position", "auto"}));
+  EXPECT_EQ(edges.size(), 6u);
+  for (const int count : edges) EXPECT_TRUE(count >= 11 && count < 20) << count;
+  // Objects on one grid share the bits that the finest of them needs.
+  const std::vector<int> shared =
+      bits(encode({"--quantize-position", "auto", "--quantization-volume", "scene"}));
+  EXPECT_EQ(shared, std::vector<int>(6, shared.front()));
+  EXPECT_GE(shared.front(), *std::max_element(edges.begin(), edges.end()));
+
+  for (const char* volume : {"primitive", "mesh", "scene"}) {
+    const auto report = encode({"--max-error", "0.5mm", "--quantization-volume", volume});
+    EXPECT_LE(report.at("total").at("position_error").get<double>(), 0.0005);
+    for (const auto& primitive : report.at("primitives")) {
+      EXPECT_LE(primitive.at("position_grid").at("error_bound").get<double>(), 0.0005);
+      EXPECT_GT(primitive.at("position_grid").at("error_bound").get<double>(), 0.0002);
+    }
+  }
+  EXPECT_EQ(bits(encode({"--max-error", "50um"})), bits(encode({"--max-error", "0.005cm"})));
+  EXPECT_EQ(bits(encode({"--max-error", "50um"})), bits(encode({"--max-error", "5e-5"})));
+  const CommandOutcome refused = run_command({"encode", sample(), path("b.glb"), "--max-error", "0.001um"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_TRUE(contains(refused.err, "--lossless")) << refused.err;
+}
+
 TEST_F(EncodeCommand, ProfilesChooseThePatchSizeAndExplicitOptionsWin) {
   const std::string input = sample("blob", "12000");
   const auto patches = [&](std::vector<std::string> options) {
