@@ -3,6 +3,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -60,19 +63,28 @@ class BatchPlan {
     bool is_gathered = false;
   };
 
+  // Which pieces are gathered in pinned memory, so that copying them does not wait.
+  enum class Gather : uint8_t { kSmallPieces, kAllPieces };
+
   // Returns a status for each primitive: an error for an impossible request.
-  std::vector<Status> make(std::span<const CudaPrimitive> primitives) {
+  std::vector<Status> make(std::span<const CudaPrimitive> primitives, Gather which) {
     *this = {};
     std::vector<Status> statuses;
+    size_t stream_count = 0;
     for (size_t i = 0; i < primitives.size(); ++i) {
       statuses.push_back(check(primitives[i]).at({.primitive = static_cast<int64_t>(i)}));
-      if (statuses.back().ok())
+      is_due_.push_back(statuses.back().ok());
+      if (is_due_.back()) stream_count += end_of(primitives[i]);
+    }
+    streams_.reserve(stream_count);
+    sizes_.reserve(stream_count);
+    for (size_t i = 0; i < primitives.size(); ++i) {
+      if (is_due_[i])
         add(primitives[i]);
       else
         primitives_.push_back({});
-      is_due_.push_back(statuses.back().ok());
     }
-    gather();
+    gather(which);
     return statuses;
   }
 
@@ -105,17 +117,24 @@ class BatchPlan {
       parts_.back().narrow.end = narrow_.streams.size();
       parts_.back().wide.end = wide_.streams.size();
     }
-    // The threads of a warp wait for the longest, so neighbours should have similar sizes.
+    // The threads of a warp wait for the longest, so neighbours should have similar sizes: the largest come
+    // first, in classes of sizes. All Draco streams come before condensed ones.
+    std::vector<uint32_t> unsorted;
     const auto sort = [&](std::vector<uint32_t>& all, Range& range) {
+      constexpr uint32_t kClasses = 512;
       const std::span streams(all.data() + range.first, range.end - range.first);
-      const auto condensed =
-          std::stable_partition(streams.begin(), streams.end(), [&](uint32_t i) { return !is_condensed(i); });
-      const auto is_larger = [&](uint32_t a, uint32_t b) {
-        return streams_[a].face_count > streams_[b].face_count;
+      unsorted.assign(streams.begin(), streams.end());
+      uint32_t most = 0;
+      for (const uint32_t i : unsorted) most = std::max(most, streams_[i].face_count);
+      const int shift = std::max(0, std::countl_zero(kClasses - 1) - std::countl_zero(most));
+      const auto class_of = [&](uint32_t i) {
+        return (is_condensed(i) ? kClasses : 0) + kClasses - 1 - (streams_[i].face_count >> shift);
       };
-      std::stable_sort(streams.begin(), condensed, is_larger);
-      std::stable_sort(condensed, streams.end(), is_larger);
-      range.first_condensed = range.first + static_cast<size_t>(condensed - streams.begin());
+      std::array<uint32_t, 2 * kClasses + 1> first{};
+      for (const uint32_t i : unsorted) ++first[class_of(i) + 1];
+      std::partial_sum(first.begin(), first.end(), first.begin());
+      range.first_condensed = range.first + first[kClasses];
+      for (const uint32_t i : unsorted) streams[first[class_of(i)]++] = i;
     };
     for (Part& part : parts_) {
       sort(narrow_.streams, part.narrow);
@@ -139,6 +158,27 @@ class BatchPlan {
     return any;
   }
 
+  // Adds the faults of streams to the statuses of their primitives: those of decoding all streams, then those
+  // of stitching them. `shortage` is the status of a stream that needs more memory than it had.
+  void add_faults(std::span<const core::Fault> faults, const Status& shortage,
+                  std::span<Status> statuses) const {
+    for (size_t i = 0; i < streams_.size(); ++i) {
+      const StreamTask& task = streams_[i];
+      const core::Fault fault = faults[i] != core::Fault::kNone ? faults[i] : faults[streams_.size() + i];
+      Status& status = statuses[task.primitive];
+      if (fault == core::Fault::kNone || !status.ok()) continue;
+      const bool is_short = fault == core::Fault::kWorkspace && is_due_[task.primitive] && !shortage.ok();
+      status = is_short ? shortage : status_of(fault);
+      status = std::move(status).at({.primitive = task.primitive, .patch = task.number});
+    }
+  }
+
+  // The number of points of a stock stream, which is the first of its primitive.
+  uint32_t point_count(size_t primitive, std::span<const uint32_t> point_counts) const {
+    const size_t stream = primitives_[primitive].first_stream;
+    return stream < point_counts.size() ? point_counts[stream] : 0;
+  }
+
   const std::vector<PrimitiveTask>& primitives() const { return primitives_; }
   const std::vector<AttributeTarget>& targets() const { return targets_; }
   const std::vector<StreamTask>& streams() const { return streams_; }
@@ -149,7 +189,6 @@ class BatchPlan {
   const std::vector<Part>& parts() const { return parts_; }
   const Width& narrow() const { return narrow_; }
   const Width& wide() const { return wide_; }
-  bool is_due(size_t primitive) const { return is_due_[primitive]; }
   bool has_point_limits() const { return has_point_limits_; }
   uint64_t workspace_bytes() const { return workspace_bytes_; }
   uint64_t walk_points() const { return walk_points_; }
@@ -374,11 +413,12 @@ class BatchPlan {
   }
 
   // Small pieces go in one copy, whose size the host can pin.
-  void gather() {
+  void gather(Gather which) {
     constexpr size_t kLargePiece = size_t{1} << 20, kMostGathered = size_t{64} << 20;
     for (Piece& piece : pieces_) {
       const size_t bytes = piece.bytes.size();
-      piece.is_gathered = bytes < kLargePiece && gathered_bytes_ + bytes <= kMostGathered;
+      piece.is_gathered =
+          which == Gather::kAllPieces || (bytes < kLargePiece && gathered_bytes_ + bytes <= kMostGathered);
       if (piece.is_gathered) gathered_bytes_ += bytes;
     }
   }
@@ -394,7 +434,7 @@ class BatchPlan {
     values.attributes += others;
     values.components += 4 * others;
     const uint64_t needed =
-        core::workspace_bytes<Index>(header, task.stream_bytes, values) + numbering_bytes(task);
+        core::workspace_bytes<Index>(header, task.stream_bytes, values, numbering_bytes(task));
     task.workspace_bytes = std::min(needed, core::justified_bytes(task.stream_bytes));
     const uint32_t lists = header.valence ? core::ValenceSymbols<Index>::kLists : 0;
     const uint32_t runs = std::max({2 * values.attributes, header.attribute_data_count, lists});

@@ -33,6 +33,26 @@ void CudaDecoder::set_memory_limit(uint64_t) {}
 void CudaDecoder::measure(bool) {}
 std::vector<std::pair<std::string, double>> CudaDecoder::take_times() { return {}; }
 
+struct CudaBatch::Implementation {};
+
+CudaBatch::CudaBatch(std::unique_ptr<Implementation> implementation)
+    : implementation_(std::move(implementation)) {}
+CudaBatch::CudaBatch(CudaBatch&&) noexcept = default;
+CudaBatch::~CudaBatch() = default;
+CudaBatch CudaBatch::plan(std::span<const CudaPrimitive>, uint64_t) {
+  return CudaBatch(std::make_unique<Implementation>());
+}
+uint64_t CudaBatch::workspace_bytes() const { return 0; }
+Status CudaBatch::prepare(void*) { return absent(); }
+Status CudaBatch::upload(CUstream_st*) { return absent(); }
+Status CudaBatch::enqueue(CUstream_st*) { return absent(); }
+Expected<bool> CudaBatch::poll() const { return absent(); }
+Status CudaBatch::finish() { return absent(); }
+Status CudaBatch::status(size_t) const { return absent(); }
+uint32_t CudaBatch::point_count(size_t) const { return 0; }
+
+Status cuda_warm_up() { return absent(); }
+
 DecodeBackend cuda_backend(uint64_t) {
   return {"cuda", [](std::span<const DecodeTask> tasks, const BuffersFor&, const ThreadPool&, const Watch&) {
             return std::vector<Status>(tasks.size(), absent());

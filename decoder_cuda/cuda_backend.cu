@@ -2,38 +2,22 @@
 #include <mutex>
 #include <optional>
 
-#include "decoder_cuda/cuda_device.cuh"
+#include "decoder_cuda/cuda_kernels.cuh"
 #include "decoder_cuda/host_decoder.h"
 #include "decoder_cuda/psplit_cuda.h"
 
 namespace psplit {
 
-extern template Status launch_decoding<core::StreamKinds::kDraco>(CudaDevice&, const StreamSet<uint16_t>&,
-                                                                  const LaunchPlan&);
-extern template Status launch_decoding<core::StreamKinds::kDraco>(CudaDevice&, const StreamSet<uint32_t>&,
-                                                                  const LaunchPlan&);
-extern template Status launch_decoding<core::StreamKinds::kCondensed>(CudaDevice&, const StreamSet<uint16_t>&,
-                                                                      const LaunchPlan&);
-extern template Status launch_decoding<core::StreamKinds::kCondensed>(CudaDevice&, const StreamSet<uint32_t>&,
-                                                                      const LaunchPlan&);
-extern template Status launch_borders(CudaDevice&, const Batch&, const BorderTask*, uint32_t);
-extern template Status launch_numbering<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
-extern template Status launch_writing<uint16_t>(CudaDevice&, const StreamSet<uint16_t>&);
-extern template Status launch_numbering<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
-extern template Status launch_writing<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
-
-namespace {
-
-__global__ void probe() {}
-
-}  // namespace
+// Does nothing. A build that has it for a device has all kernels for it. Its name is the same in each
+// compilation.
+__global__ void probe_kernel() {}
 
 bool cuda_available(std::string* why) {
   int device_count = 0;
   cudaError_t error = cudaGetDeviceCount(&device_count);
   // This build may have no code for the device.
   cudaFuncAttributes attributes;
-  if (error == cudaSuccess && device_count > 0) error = cudaFuncGetAttributes(&attributes, probe);
+  if (error == cudaSuccess && device_count > 0) error = cudaFuncGetAttributes(&attributes, probe_kernel);
   // The error also stays behind as the runtime's last one. The next caller would take it for its own.
   if (error != cudaSuccess) (void)cudaGetLastError();
   const bool available = error == cudaSuccess && device_count > 0;
@@ -61,31 +45,41 @@ std::string cuda_device_name() {
 
 namespace {
 
-// Makes a device current during its lifetime.
-class CurrentDevice {
- public:
-  explicit CurrentDevice(int device) {
-    (void)cudaGetDevice(&before_);
-    if (before_ != device) (void)cudaSetDevice(device);
-    device_ = device;
-  }
-  ~CurrentDevice() {
-    if (before_ != device_) (void)cudaSetDevice(before_);
-  }
-  CurrentDevice(const CurrentDevice&) = delete;
-  CurrentDevice& operator=(const CurrentDevice&) = delete;
+// When a kernel is first launched, the driver takes memory for the stacks of all threads that can be resident.
+Expected<uint64_t> local_memory(CudaDevice& device) {
+  device.set_purpose(CudaDevice::Purpose::kMeasure);
+  Status status = visit_kernels(device);
+  device.set_purpose(CudaDevice::Purpose::kWork);
+  int number = 0, threads = 0;
+  if (status.ok()) status = cuda_status(cudaGetDevice(&number), "no device");
+  if (status.ok())
+    status = cuda_status(cudaDeviceGetAttribute(&threads, cudaDevAttrMaxThreadsPerMultiProcessor, number),
+                         "no device");
+  if (!status.ok()) return status;
+  return device.local_bytes() * static_cast<uint64_t>(threads) * device.multiprocessors();
+}
 
- private:
-  int before_ = 0, device_ = 0;
-};
+}  // namespace
 
 Expected<CudaDevice> create_device(cudaStream_t stream) {
   std::string why;
   if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
-  return CudaDevice::create(stream);
+  Expected<CudaDevice> device = CudaDevice::create(stream);
+  if (!device) return device;
+  const Expected<uint64_t> bytes = local_memory(*device);
+  if (!bytes) return bytes.status();
+  device->set_local_memory(*bytes);
+  return device;
 }
 
-}  // namespace
+Status cuda_warm_up() {
+  Expected<CudaDevice> device = create_device(nullptr);
+  if (!device) return device.status();
+  device->set_purpose(CudaDevice::Purpose::kLoad);
+  Status status = visit_kernels(*device);
+  Status done = device->wait();
+  return status.ok() ? done : status;
+}
 
 Expected<CudaMemory> CudaMemory::allocate(size_t bytes) {
   std::string why;

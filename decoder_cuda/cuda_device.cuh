@@ -49,6 +49,24 @@ __global__ void __launch_bounds__(kWarpsOfBlock* WarpLanes::size(), kBlocksAtOnc
   if (i < count) body(WarpLanes(), i);
 }
 
+// Makes a device current during its lifetime.
+class CurrentDevice {
+ public:
+  explicit CurrentDevice(int device) {
+    (void)cudaGetDevice(&before_);
+    if (before_ != device) (void)cudaSetDevice(device);
+    device_ = device;
+  }
+  ~CurrentDevice() {
+    if (before_ != device_) (void)cudaSetDevice(before_);
+  }
+  CurrentDevice(const CurrentDevice&) = delete;
+  CurrentDevice& operator=(const CurrentDevice&) = delete;
+
+ private:
+  int before_ = 0, device_ = 0;
+};
+
 // Movable. Its arrays must not outlive it.
 class CudaDevice {
   // The host's memory is pinned, so that copies to the device are asynchronous.
@@ -98,8 +116,26 @@ class CudaDevice {
   template <typename T>
   using HostArray = Memory<T, true>;
 
+  // What launches are for.
+  enum class Purpose : uint8_t {
+    kWork,
+    kLoad,     // kernels are launched for no items, so that the driver has them ready
+    kMeasure,  // kernels are not launched: see local_bytes
+  };
+
   // Works on `stream`, which must outlive it, or on a stream of its own if that is null.
   static Expected<CudaDevice> create(cudaStream_t stream) {
+    if (stream != nullptr) return on(stream);
+    Expected<CudaDevice> device = on(nullptr);
+    if (!device) return device;
+    Status status =
+        cuda_status(cudaStreamCreateWithFlags(&device->stream_, cudaStreamNonBlocking), "no stream");
+    if (!status.ok()) return status;
+    device->owns_stream_ = true;
+    return device;
+  }
+  // Works on `stream`; null is CUDA's default stream.
+  static Expected<CudaDevice> on(cudaStream_t stream) {
     CudaDevice device;
     int number = 0, multiprocessors = 0;
     Status known = cuda_status(cudaGetDevice(&number), "no device");
@@ -109,15 +145,14 @@ class CudaDevice {
     if (!known.ok()) return known;
     device.multiprocessors_ = static_cast<uint32_t>(multiprocessors);
     device.stream_ = stream;
-    device.owns_stream_ = stream == nullptr;
-    if (!device.owns_stream_) return Expected<CudaDevice>(std::move(device));
-    Status status = cuda_status(cudaStreamCreateWithFlags(&device.stream_, cudaStreamNonBlocking), "no stream");
-    if (!status.ok()) return status;
     return Expected<CudaDevice>(std::move(device));
   }
   CudaDevice(CudaDevice&& other) noexcept
       : stream_(std::exchange(other.stream_, nullptr)),
         multiprocessors_(other.multiprocessors_),
+        purpose_(other.purpose_),
+        local_bytes_(other.local_bytes_),
+        local_memory_(other.local_memory_),
         owns_stream_(other.owns_stream_),
         measures_(other.measures_),
         marks_(std::exchange(other.marks_, {})),
@@ -151,12 +186,20 @@ class CudaDevice {
     return launch(run_warps<Body>, (count + kWarpsOfBlock - 1) / kWarpsOfBlock, kWarpsOfBlock * kLanes, count,
                   kLanes, body);
   }
+  // Without the memory for the kernels' stacks, which the driver takes when a kernel is launched.
   uint64_t free_memory() const {
     size_t free = 0, total = 0;
     (void)cuda_status(cudaMemGetInfo(&free, &total), "free memory");
-    return free;
+    return free - std::min<uint64_t>(free, local_memory_);
   }
   Status wait() { return cuda_status(cudaStreamSynchronize(stream_), "decoding"); }
+
+  uint32_t multiprocessors() const { return multiprocessors_; }
+  void set_purpose(Purpose purpose) { purpose_ = purpose; }
+  // The largest stack of a thread, of the kernels that were launched to measure it.
+  uint64_t local_bytes() const { return local_bytes_; }
+  // The memory that the driver may take for stacks, beside what is free now.
+  void set_local_memory(uint64_t bytes) { local_memory_ = bytes; }
 
   // Marks are recorded only if measuring is on.
   void measure(bool on) { measures_ = on; }
@@ -194,15 +237,23 @@ class CudaDevice {
   Status launch(void (*kernel)(uint32_t, uint32_t, Body), uint32_t blocks, uint32_t threads, uint32_t count,
                 uint32_t lanes, Body body) {
     if (blocks == 0) return {};
+    const void* const function = reinterpret_cast<const void*>(kernel);
+    if (purpose_ == Purpose::kMeasure) {
+      cudaFuncAttributes attributes{};
+      Status status = cuda_status(cudaFuncGetAttributes(&attributes, function), "no kernel");
+      local_bytes_ = std::max<uint64_t>(local_bytes_, attributes.localSizeBytes);
+      return status;
+    }
+    if (purpose_ == Purpose::kLoad) count = 0;
     void* arguments[] = {&count, &lanes, &body};
-    return cuda_status(
-        cudaLaunchKernel(reinterpret_cast<const void*>(kernel), blocks, threads, arguments, 0, stream_),
-        "launch");
+    return cuda_status(cudaLaunchKernel(function, blocks, threads, arguments, 0, stream_), "launch");
   }
 
   cudaStream_t stream_ = nullptr;
   uint32_t multiprocessors_ = 1;
-  bool owns_stream_ = true, measures_ = false;
+  Purpose purpose_ = Purpose::kWork;
+  uint64_t local_bytes_ = 0, local_memory_ = 0;
+  bool owns_stream_ = false, measures_ = false;
   std::vector<Mark> marks_;
   size_t mark_count_ = 0;
 };

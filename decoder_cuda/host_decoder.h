@@ -6,6 +6,10 @@
 
 namespace psplit {
 
+// One thread takes the steps of a stream, and needs about a microsecond for a face (simulated: 0.6 on an H100).
+// A display's watchdog ends kernels after two seconds on some systems.
+inline constexpr uint32_t kMostFacesOfAStream = 1'000'000;
+
 // Not safe to share between threads. Its memory of the device is kept from call to call.
 template <typename Device>
 class HostDecoder {
@@ -13,7 +17,9 @@ class HostDecoder {
   // Takes no more than `memory_limit` bytes of the device, and no more than nine tenths of what is free now. A
   // limit of 0 means all. Half of that is for results. More is decoded batch after batch, and large meshes
   // window after window.
-  explicit HostDecoder(Device device, uint64_t memory_limit = 0) : decoder_(std::move(device)) {
+  // A task with a stream of more than `most_faces` faces is refused.
+  explicit HostDecoder(Device device, uint64_t memory_limit = 0, uint32_t most_faces = kMostFacesOfAStream)
+      : decoder_(std::move(device)), most_faces_(most_faces) {
     limit_ = decoder_.device().free_memory() / 10 * 9;
     if (memory_limit > 0) limit_ = std::min(limit_, memory_limit);
     decoder_.set_memory_limit(limit_ - limit_ / 2);
@@ -30,6 +36,7 @@ class HostDecoder {
     for (size_t i = 0; i < tasks.size(); ++i) {
       const PatchContainer& container = *tasks[i].container;
       call.statuses[i] = check_container(container);
+      if (call.statuses[i].ok()) call.statuses[i] = check_sizes(container);
       if (!call.statuses[i].ok()) continue;
       const auto stream_count = static_cast<uint32_t>(container.entries.size());
       const auto bytes_of = [&](uint32_t first, uint32_t end) { return result_bytes(tasks[i], first, end); };
@@ -67,6 +74,17 @@ class HostDecoder {
     std::vector<Window> windows;            // collected for the next batch
     uint64_t result_bytes = 0;              // of these
   };
+
+  Status check_sizes(const PatchContainer& container) const {
+    for (size_t i = 0; i < container.headers.size(); ++i)
+      if (container.headers[i].counts.face_count > most_faces_)
+        return unsupported(
+            "a stream of " + std::to_string(container.headers[i].counts.face_count) +
+                " faces would take a device too long, because one thread takes its steps: it has to "
+                "be decoded on the CPU, or as patches",
+            {.patch = static_cast<int64_t>(i)});
+    return {};
+  }
 
   static uint64_t rounded(uint64_t bytes) { return (bytes + 255) / 256 * 256; }
   static uint64_t face_bytes(const PatchContainer& container, uint32_t first, uint32_t end) {
@@ -172,6 +190,7 @@ class HostDecoder {
   BatchDecoder<Device> decoder_;
   Downloader<Device> downloader_;
   uint64_t limit_ = 0;
+  uint32_t most_faces_ = 0;
   std::vector<CudaPrimitive> batch_;
   typename Device::template Array<uint8_t> out_;
 };

@@ -1,7 +1,7 @@
 // The kernels for condensed streams whose numbers take 16 bits: most patches; and those for
 // the values at borders.
-#include "decoder_cuda/batch_decoder.h"
 #include "decoder_cuda/cuda_device.cuh"
+#include "decoder_cuda/launches.h"
 
 namespace psplit {
 

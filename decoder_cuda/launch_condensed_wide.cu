@@ -1,6 +1,6 @@
 // The kernels for condensed streams whose numbers take 32 bits.
-#include "decoder_cuda/batch_decoder.h"
 #include "decoder_cuda/cuda_device.cuh"
+#include "decoder_cuda/launches.h"
 
 namespace psplit {
 

@@ -135,11 +135,78 @@ class PSPLIT_EXPORT CudaDecoder {
   std::unique_ptr<Implementation> implementation_;
 };
 
+// A batch that is planned once and decoded any number of times, in memory and on streams that the caller
+// chooses. For engines: no call waits for the device except finish.
+//
+//   CudaBatch batch = CudaBatch::plan(primitives);   // on the host
+//   status = batch.prepare();                        // takes memory
+//   status = batch.enqueue(stream);                  // copies and launches only
+//   ... batch.poll(), or other work that is enqueued behind it
+//   status = batch.finish();
+//
+// Not thread-safe. A batch that is enqueued again must be done, or come later on the same stream. Containers
+// and their bytes must stay as long as the batch, and so must the device's memory that the primitives name. See
+// docs/cuda.md.
+class PSPLIT_EXPORT CudaBatch {
+ public:
+  // Plans on the host, without a device. Decoding takes at most `memory_limit` bytes of the device beside the
+  // results, with the exceptions of CudaDecoder::set_memory_limit; the fewer, the longer it takes. Impossible
+  // requests are errors of their primitives: see status.
+  static CudaBatch plan(std::span<const CudaPrimitive> primitives, uint64_t memory_limit = ~uint64_t{0});
+  CudaBatch(CudaBatch&&) noexcept;
+  // Waits for the last enqueue, unless it was captured: the graph must not be launched any more.
+  ~CudaBatch();
+
+  // The memory of the device that decoding takes, in bytes.
+  uint64_t workspace_bytes() const;
+
+  // Makes the batch ready on the current device. `workspace` is memory of the device with workspace_bytes()
+  // bytes, aligned to 256. It must be used for nothing else while the batch is decoded; several batches may
+  // share it, one after the other. If it is null, the batch takes memory of its own. Pins memory of the host
+  // for all bytes that are uploaded. Errors: kUnsupported without a device, kUsage for a wrong alignment,
+  // kRuntimeFailure if there is too little memory.
+  Status prepare(void* workspace = nullptr);
+
+  // Uploads tables and compressed bytes now, so that enqueue does not. From then on, nothing else may write to
+  // the workspace, as long as the batch is used. Errors: as those of enqueue.
+  Status upload(CUstream_st* stream);
+
+  // Decodes in the order of `stream`, which may be CUDA's default stream (null). Makes asynchronous copies from
+  // and to pinned memory and launches kernels, and nothing else. So it can be captured in a CUDA graph, which
+  // can be launched as long as the batch lives. Errors: kUsage before prepare, kRuntimeFailure if CUDA fails.
+  Status enqueue(CUstream_st* stream);
+
+  // Whether the last enqueue is done. If it was captured, the batch cannot know: always true. Errors: kUsage if
+  // there was no enqueue, kRuntimeFailure if CUDA failed.
+  Expected<bool> poll() const;
+
+  // Waits for the last enqueue, and returns the first error with its place, like CudaDecoder::finish. If it was
+  // captured, does not wait: the graph's last launch must be done. Nothing is decoded twice: a patch that needs
+  // more memory than was planned is a kRuntimeFailure, and CudaDecoder decodes it. Only patches with attributes
+  // that were not requested need more.
+  Status finish();
+  // After finish: the first error of one primitive. Before: the error of an impossible request.
+  Status status(size_t primitive) const;
+  // After finish: the number of points of a stock Draco stream; 0 after an error.
+  uint32_t point_count(size_t primitive) const;
+
+ private:
+  struct Implementation;
+  explicit CudaBatch(std::unique_ptr<Implementation> implementation);
+  std::unique_ptr<Implementation> implementation_;
+};
+
+// Makes the driver load all kernels to the current device, and take the memory for their stacks. Otherwise it
+// does so when a kernel is first launched. Takes minutes on a device that this build has only PTX for. Errors:
+// kUnsupported without a device, kRuntimeFailure if CUDA fails.
+PSPLIT_EXPORT Status cuda_warm_up();
+
 // Decodes all tasks at once, on the device that is current at the first call. Takes at most `memory_limit`
 // bytes of the device, and at most nine tenths of its free memory; 0 means no other limit. More is decoded in
 // parts. Thread-safe: threads wait for each other. Memory of the device is kept for the next call. Attributes
-// must be requested in the types that they were encoded in. Errors: kUnsupported without a device and for other
-// types, kRuntimeFailure if the device fails.
+// must be requested in the types that they were encoded in. Errors: kUnsupported without a device, for other
+// types, and for a stream of more than 1,000,000 faces, which would take a kernel longer than some systems let
+// it run; kRuntimeFailure if the device fails.
 PSPLIT_EXPORT DecodeBackend cuda_backend(uint64_t memory_limit = 0);
 
 }  // namespace psplit

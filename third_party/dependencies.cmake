@@ -49,9 +49,12 @@ if(NOT PSPLIT_CUDA STREQUAL "OFF")
     if(NOT CMAKE_CUDA_COMPILER)
       set(CMAKE_CUDA_COMPILER ${CUDAToolkit_NVCC_EXECUTABLE})
     endif()
-    # Code for common architectures, and PTX for newer ones.
+    # Code for all architectures since Turing, and PTX for newer ones.
     if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES)
-      set(CMAKE_CUDA_ARCHITECTURES 75-real 80-real 90)
+      set(CMAKE_CUDA_ARCHITECTURES 75-real 80-real 86-real 89-real 90)
+      if(CUDAToolkit_VERSION VERSION_GREATER_EQUAL 12.8)
+        set(CMAKE_CUDA_ARCHITECTURES 75-real 80-real 86-real 89-real 90-real 100-real 120)
+      endif()
     endif()
     enable_language(CUDA)
     # CMake before 3.26 does not know that nvcc 12 speaks C++20.

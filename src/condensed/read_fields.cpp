@@ -29,7 +29,8 @@ class FieldsReader {
   Expected<DracoFields> read() {
     // The arena is needed for the connectivity first, then for its seams, and for one table of symbols at a
     // time.
-    const size_t symbols = core::SymbolSequence::bytes() + core::RansTable::slot_bytes(~uint64_t{0}, size_);
+    const size_t symbols =
+        core::SymbolSequence::bytes(1, ~uint64_t{0}) + core::RansTable::slot_bytes(~uint64_t{0}, size_);
     const size_t arena_bytes = symbols + connectivity_bytes();
     if (!claim(arena_bytes)) return fault_status(Fault::kWorkspace);
     memory_.reset(new uint8_t[arena_bytes]);

@@ -24,17 +24,19 @@ class AttributeDecoder {
     if (group_count > kMaxAttributeData + 1) return Fault::kAttribute;
     // A description takes more than 4 bytes.
     const size_t most = reader.remaining() / 4 < kMaxAttributes ? reader.remaining() / 4 : kMaxAttributes;
-    if (!arena_.take(patch_.groups, group_count) || !arena_.take(traversals_, group_count) ||
-        !arena_.take(patch_.attributes, most))
+    if (!arena_.take(patch_.groups, group_count) || !arena_.take(traversals_, group_count))
       return Fault::kWorkspace;
     if (const Fault fault = read_groups(reader); fault != Fault::kNone) return fault;
     uint32_t attribute_count = 0;
     for (uint32_t g = 0; g < group_count; ++g) {
+      ByteReader ahead = reader;
+      const uint64_t count = uint64_t{attribute_count} + ahead.varint();
+      arena_.trim(patch_.attributes, 0);  // grows where it is
+      if (!arena_.take(patch_.attributes, count < most ? count : most)) return Fault::kWorkspace;
       const Fault fault = read_descriptions(reader, static_cast<uint8_t>(g), patch_.groups[g],
                                             patch_.attributes, attribute_count);
       if (fault != Fault::kNone) return fault;
     }
-    arena_.trim(patch_.attributes, attribute_count);
     if (!arena_.take(sequences_, attribute_count) || !arena_.take(integers_, attribute_count))
       return Fault::kWorkspace;
     for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};
@@ -125,8 +127,7 @@ class AttributeDecoder {
     return Fault::kNone;
   }
 
-  // The memory that all stages of attributes take and keep, and the most that one of them takes and releases;
-  // both without the slots of symbols' tables.
+  // The memory that `start` takes and keeps, without integers and their symbols.
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
     const uint64_t attributes = values.attributes, most_groups = uint64_t{header.attribute_data_count} + 1;
     const uint64_t groups = header.edgebreaker && most_groups < attributes ? most_groups : attributes;
@@ -136,20 +137,28 @@ class AttributeDecoder {
                                  : Arena::bytes<Index>(values.points);
     return Arena::bytes<Group<Index>>(groups) + Arena::bytes<DepthFirstTraversal<Index>>(groups) +
            Arena::bytes<Attribute<Index>>(attributes) + Arena::bytes<SymbolSequence>(attributes) +
-           Arena::bytes<IntegerDecoder<Index>>(attributes) + sequences +
-           IntegerDecoder<Index>::bytes(values.points, attributes, values.components) +
-           (header.is_condensed() ? CondensedAttributes<Index>::bytes(header, values) : 0);
+           Arena::bytes<IntegerDecoder<Index>>(attributes) + sequences;
   }
+  // The memory that `start` takes and releases, before it takes that of integers.
+  PSPLIT_HD static size_t walk_bytes(const StreamHeader& header, const ValueCounts& values) {
+    return header.edgebreaker ? PredictionDegreeTraversal<Index>::bytes(header.counts.face_count, values.points)
+                              : 0;
+  }
+  // The memory of integers and of their symbols.
+  PSPLIT_HD static size_t integer_bytes(const StreamHeader& header, size_t stream_bytes,
+                                        const ValueCounts& values) {
+    if (header.is_condensed()) return CondensedAttributes<Index>::bytes(header, values);
+    const uint64_t symbols = uint64_t{values.points} * values.components;
+    return IntegerDecoder<Index>::bytes(values.points, values.attributes, values.components) +
+           SymbolSequence::bytes(values.attributes, symbols) + RansTable::slot_bytes(symbols, stream_bytes);
+  }
+  // The memory that is taken and released after that.
   PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header, const ValueCounts& values) {
-    const size_t descriptions = Arena::bytes<Attribute<Index>>(kMaxAttributes);
-    if (!header.edgebreaker) return descriptions;
+    if (!header.edgebreaker) return 0;
     const uint32_t faces = header.counts.face_count;
-    const size_t walk = PredictionDegreeTraversal<Index>::bytes(faces, values.points),
-                 prediction = IntegerDecoder<Index>::finish_bytes(faces, values.points),
-                 longest = walk > prediction ? walk : prediction;
-    const size_t most = longest > descriptions ? longest : descriptions;
+    const size_t prediction = IntegerDecoder<Index>::finish_bytes(faces, values.points);
     const size_t condensed = header.is_condensed() ? CondensedAttributes<Index>::scratch_bytes(faces) : 0;
-    return most > condensed ? most : condensed;
+    return prediction > condensed ? prediction : condensed;
   }
 
  private:

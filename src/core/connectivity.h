@@ -104,11 +104,17 @@ struct Connectivity {
            arena.take(border, vertices) && arena.take(closed, vertices) &&
            arena.take(merged, counts.symbol_count);
   }
-  // The memory that allocate takes.
+  // The memory that allocate takes: `merged` is last, and may be given back.
   PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
+    return bytes_without_merged(counts) + merged_bytes(counts);
+  }
+  PSPLIT_HD static size_t bytes_without_merged(const ConnectivityCounts& counts) {
     const uint64_t corners = corner_room(counts), vertices = vertex_room(counts);
     return 2 * Arena::bytes<Index>(corners) + Arena::bytes<BorderEdge<Index>>(vertices) +
-           Arena::bytes<bool>(vertices) + Arena::bytes<Index>(counts.symbol_count);
+           Arena::bytes<bool>(vertices);
+  }
+  PSPLIT_HD static size_t merged_bytes(const ConnectivityCounts& counts) {
+    return Arena::bytes<Index>(counts.symbol_count);
   }
 
  private:

@@ -48,6 +48,56 @@ PSPLIT_HD FaceRow<Index>& row_of(View<Index> table, uint32_t corner) {
   return *reinterpret_cast<FaceRow<Index>*>(&table[corner & ~3u]);
 }
 
+// A value for each face, and one for the face that kNone names, so that no branch is needed at a border. With
+// 16-bit numbers a corner is taken as signed: kNone is -1, and its face is -1 as well. The faces from 8,192 on
+// become negative too. With 32-bit numbers the value of kNone comes behind those of all faces.
+template <typename Index, typename T>
+class FaceValues {
+ public:
+  PSPLIT_HD bool take(uint32_t face_count, Arena& arena) {
+    if (!arena.take(values_, value_count(face_count))) return false;
+    first_ = values_.data() + (kIsSigned ? before(face_count) : 0);
+    none_ = kIsSigned ? ~uint32_t{0} : face_count;
+    return true;
+  }
+  // The memory that `take` takes.
+  PSPLIT_HD static constexpr size_t bytes(uint32_t face_count) {
+    return Arena::bytes<T>(value_count(face_count));
+  }
+  PSPLIT_HD void give_back(Arena& arena) { arena.give_back(values_); }
+
+  // All values; their order is not that of the faces.
+  PSPLIT_HD View<T> all() const { return values_; }
+  PSPLIT_HD T& of_none() const { return first_[kIsSigned ? -1 : static_cast<ptrdiff_t>(none_)]; }
+  // The value of a corner's face. The corner is not kNone.
+  PSPLIT_HD T& of_face(uint32_t corner) const { return first_[face_of(corner)]; }
+  // The same, and the value of kNone.
+  PSPLIT_HD T& at(uint32_t corner) const {
+    const ptrdiff_t face = face_of(corner);
+    return first_[kIsSigned || face < static_cast<ptrdiff_t>(none_) ? face : static_cast<ptrdiff_t>(none_)];
+  }
+
+ private:
+  static constexpr bool kIsSigned = sizeof(Index) == 2;
+  static constexpr uint32_t kMostPositive = 8192;
+
+  PSPLIT_HD static constexpr uint32_t before(uint32_t face_count) {
+    return face_count > kMostPositive ? kMostPositive : 1;
+  }
+  PSPLIT_HD static constexpr size_t value_count(uint32_t face_count) {
+    if (!kIsSigned) return size_t{face_count} + 1;
+    return size_t{before(face_count)} + (face_count > kMostPositive ? kMostPositive : face_count);
+  }
+  PSPLIT_HD static ptrdiff_t face_of(uint32_t corner) {
+    if constexpr (kIsSigned) return static_cast<ptrdiff_t>(static_cast<int16_t>(corner)) >> 2;
+    return static_cast<ptrdiff_t>(corner >> 2);
+  }
+
+  View<T> values_;
+  T* first_ = nullptr;  // of face 0
+  uint32_t none_ = 0;   // with 32-bit numbers: the number of faces
+};
+
 template <typename Index>
 struct CornerTable {
   View<Index> opposite;  // kNone on a border, and on a seam if the table is an attribute's

@@ -59,13 +59,14 @@ class EdgebreakerDecoder {
   // The memory that this takes and keeps, and the memory that it takes and releases; without the slots of
   // symbols' tables.
   PSPLIT_HD static size_t bytes(const StreamHeader& header) {
-    return Connectivity<Index>::bytes(header.counts);
+    return Connectivity<Index>::bytes_without_merged(header.counts);
   }
   PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header) {
     using Symbols = ValenceSymbols<Index>;
     const size_t lists = Arena::bytes<SymbolSequence>(Symbols::kLists) + Symbols::bytes(header.counts) +
-                         Symbols::kLists * SymbolSequence::bytes();
-    return Arena::bytes<SplitEvent>(header.counts.split_count) + (header.valence ? lists : 0) +
+                         SymbolSequence::bytes(Symbols::kLists, header.counts.symbol_count);
+    return Connectivity<Index>::merged_bytes(header.counts) +
+           Arena::bytes<SplitEvent>(header.counts.split_count) + (header.valence ? lists : 0) +
            connectivity_scratch_bytes<Index>(header.counts);
   }
 

@@ -62,14 +62,13 @@ class IntegerDecoder {
   PSPLIT_HD PredictionData& data() { return data_; }
 
   // The memory that `start`, read_prediction and take_values take for `attributes` attributes that have
-  // `components` components together, without the slots of symbols' tables. value_stride adds at most one place
-  // to each attribute.
+  // `components` components together, without symbols' tables. value_stride adds at most one place to each
+  // attribute.
   PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components) {
     return Arena::bytes<int32_t>(value_count * (components + attributes)) +
            Arena::bytes<int32_t>(value_count * components + attributes) +
            Arena::bytes<int32_t>(components + zero_count(0) * attributes) +
-           attributes *
-               (3 * Arena::bytes<int32_t>(0) + SymbolSequence::bytes() + PredictionData::bytes(value_count));
+           attributes * (3 * Arena::bytes<int32_t>(0) + PredictionData::bytes(value_count));
   }
 
   // Reads on behind the symbols. For `corner_limit` see PredictionData::read.

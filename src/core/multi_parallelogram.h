@@ -24,14 +24,14 @@ class ParallelogramFinder {
       return Fault::kWorkspace;
     fill(across_, Index{0});
     const size_t mark = arena.mark();
-    View<Index> complete_at;  // by face: the rank of the last of its values
-    if (!arena.take(complete_at, entry_count(face_count))) return Fault::kWorkspace;
-    complete_at[complete_at.size() - 1] = kNone<Index>;
+    FaceValues<Index, Index> complete_at;  // the rank of the last of a face's values
+    if (!complete_at.take(face_count, arena)) return Fault::kWorkspace;
+    complete_at.of_none() = kNone<Index>;  // a face that does not exist is never complete
     const auto rank_at = [&](uint32_t corner) -> uint32_t { return sequence.rank[table.vertex[corner]]; };
-    for (uint32_t face = 0; face < face_count; ++face) {
-      const uint32_t a = rank_at(4 * face), b = rank_at(4 * face + 1), c = rank_at(4 * face + 2);
+    for (uint32_t corner = 0; corner < 4 * face_count; corner += 4) {
+      const uint32_t a = rank_at(corner), b = rank_at(corner + 1), c = rank_at(corner + 2);
       const uint32_t ab = select(mask(a > b), a, b);
-      complete_at[face] = static_cast<Index>(select(mask(ab > c), ab, c));
+      complete_at.of_face(corner) = static_cast<Index>(select(mask(ab > c), ab, c));
     }
     search({table, sequence.corner, complete_at, found_, across_}, sequence.count);
     arena.release(mark);
@@ -40,7 +40,7 @@ class ParallelogramFinder {
   // The memory that `find` takes.
   PSPLIT_HD static constexpr size_t bytes(uint32_t face_count, uint64_t value_count) {
     return Arena::bytes<uint8_t>(value_count) + Arena::bytes<Index>(kMaxParallelograms * value_count) +
-           Arena::bytes<Index>(entry_count(face_count));
+           FaceValues<Index, Index>::bytes(face_count);
   }
 
   PSPLIT_HD uint32_t count(uint32_t i) const { return found_[i]; }
@@ -48,13 +48,6 @@ class ParallelogramFinder {
   PSPLIT_HD Index across(uint32_t i, uint32_t j) const { return across_[size_t{kMaxParallelograms} * i + j]; }
 
  private:
-  // A face that does not exist is never complete. With 16-bit numbers it has an entry at the number that kNone
-  // makes; otherwise that would be too far off, and it has the entry behind those of all faces.
-  static constexpr bool kNoFaceIsSmall = sizeof(Index) == 2;
-  PSPLIT_HD static constexpr size_t entry_count(uint32_t face_count) {
-    return size_t{kNoFaceIsSmall ? kNone<Index> >> 2 : face_count} + 1;
-  }
-
   // The state of one search, which is for values [i, end).
   struct Search {
     uint32_t i = 0, end = 0, start = 0, corner = 0, found = 0;
@@ -63,7 +56,8 @@ class ParallelogramFinder {
   // What all searches share.
   struct Fans {
     CornerTable<Index> table;
-    View<const Index> corners, complete_at;
+    View<const Index> corners;
+    FaceValues<Index, Index> complete_at;
     View<uint8_t> found_at;
     View<Index> across_at;
 
@@ -97,11 +91,11 @@ class ParallelogramFinder {
 
     PSPLIT_HD void look(Search& at, uint32_t corner) const {
       static_assert(kMaxParallelograms == 4);
-      const uint32_t across = table.opposite[corner], face = across >> 2;
-      const auto no_face = static_cast<uint32_t>(complete_at.size()) - 1;
-      const bool complete = complete_at[kNoFaceIsSmall || face < no_face ? face : no_face] < at.i;
+      const Index across = table.opposite[corner];
+      const bool complete = complete_at.at(across) < at.i;
       // Any corner will do if there is no parallelogram.
-      across_at[size_t{4} * at.i + at.found] = static_cast<Index>(select(mask(complete), across, at.start));
+      across_at[size_t{4} * at.i + at.found] =
+          static_cast<Index>(select(mask(complete), uint32_t{across}, at.start));
       at.found += complete;
     }
   };

@@ -123,8 +123,10 @@ class RansTable {
     // A symbol that occurs has a slot. It takes at least 1 of the total, and at least one byte of the stream.
     const uint32_t most = symbol_count < total ? symbol_count : total;
     const size_t most_slots = most < reader.remaining() ? most : reader.remaining();
+    // An encoder writes only symbols that occur.
     if (is_direct() ? !arena.take(direct_, size_t{1} << kDirectBits)
-                    : !arena.take(buckets_, size_t{1} << bucket_bits) || !arena.take(slots_, most_slots))
+                    : !arena.take(buckets_, size_t{1} << bucket_bits) ||
+                          !arena.take(slots_, most_slots < count ? most_slots : count))
       return Fault::kWorkspace;
     uint32_t sum = 0, slot_count = 0, filled = 0;
     for (uint32_t symbol = 0; symbol < symbol_count; ++symbol) {
@@ -143,6 +145,10 @@ class RansTable {
         uint64_t entry = uint64_t{symbol} << 32 | prob << 16;
         for (const uint32_t end = sum + prob; filled < end; ++filled, ++entry) direct_[filled] = entry;
       } else {
+        if (PSPLIT_UNLIKELY(slot_count == slots_.size())) {
+          arena.trim(slots_, 0);  // grows where it is
+          if (!arena.take(slots_, most_slots)) return Fault::kWorkspace;
+        }
         slots_[slot_count++] = {symbol, prob, sum};
       }
       sum += prob;
@@ -187,9 +193,14 @@ class RansTable {
     lanes.sync();
   }
 
-  // The memory that `read` takes, without the slots.
-  PSPLIT_HD static constexpr size_t bytes() {
-    return Arena::bytes<uint64_t>(uint64_t{1} << kDirectBits) + Arena::bytes<Slot>(0);
+  // The memory that `read` takes for `table_count` tables of `symbol_count` symbols together, without the
+  // slots.
+  PSPLIT_HD static constexpr size_t bytes(uint64_t table_count, uint64_t symbol_count) {
+    const uint64_t most_large = symbol_count / kFew,
+                   large = most_large < table_count ? most_large : table_count;
+    return static_cast<size_t>(large * Arena::bytes<uint64_t>(uint64_t{1} << kDirectBits) +
+                               (table_count - large) * Arena::bytes<uint32_t>(uint64_t{1} << kFewBits) +
+                               table_count * Arena::bytes<Slot>(0));
   }
   // All slots of all tables that an encoder writes to a stream, for `symbol_count` symbols together: one for
   // each symbol that occurs, and each takes a byte of the stream.

@@ -39,8 +39,11 @@ class SymbolSequence {
     return fault == Fault::kNone ? symbols_.start(reader, table_) : fault;
   }
 
-  // The memory that `start` takes, without the slots of the table.
-  PSPLIT_HD static constexpr size_t bytes() { return RansTable::bytes(); }
+  // The memory that `start` takes for `count` sequences with `symbol_count` symbols together, without the slots
+  // of the tables.
+  PSPLIT_HD static constexpr size_t bytes(uint64_t count, uint64_t symbol_count) {
+    return RansTable::bytes(count, symbol_count);
+  }
 
   PSPLIT_HD bool is_tagged() const { return is_tagged_; }
   PSPLIT_HD bool is_direct() const { return table_.is_direct(); }
@@ -151,7 +154,7 @@ PSPLIT_HD Fault decode_symbols(ByteReader& reader, uint32_t count, Arena& arena,
 
 // The memory that decode_symbols takes and releases, without the slots of the table.
 PSPLIT_HD constexpr size_t decode_symbols_bytes(uint64_t count) {
-  return Arena::bytes<uint32_t>(count) + SymbolSequence::bytes();
+  return Arena::bytes<uint32_t>(count) + SymbolSequence::bytes(1, count);
 }
 
 }  // namespace psplit::core

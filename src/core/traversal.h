@@ -41,21 +41,21 @@ class Walk {
     face_count_ = unseen_count_ = static_cast<uint32_t>(table_.opposite.size() / 4);
     met_ = out.corner;
     rank_ = out.rank;
-    return arena.take(face_seen_, mark_count(face_count_)) ? Fault::kNone : Fault::kWorkspace;
+    return face_seen_.take(face_count_, arena) ? Fault::kNone : Fault::kWorkspace;
   }
   // No face and no vertex is seen. Collective.
   template <Lanes L>
   PSPLIT_HD void begin(L lanes) {
-    fill(lanes, face_seen_.first(face_count_), false);
-    if (lanes.rank() == 0) face_seen_[face_seen_.size() - 1] = true;
+    fill(lanes, face_seen_.all(), false);
+    if (lanes.rank() == 0) face_seen_.of_none() = true;
     for_each_lane_item(lanes, static_cast<uint32_t>(rank_.size()), [&](uint32_t v) {
       rank_[v] = static_cast<Index>(kUnseenOpen - static_cast<uint32_t>(closed_[v]));
     });
     lanes.sync();
   }
   // The memory that `allocate` takes.
-  PSPLIT_HD static size_t bytes(uint32_t face_count) { return Arena::bytes<bool>(mark_count(face_count)); }
-  PSPLIT_HD void give_back(Arena& arena) { arena.give_back(face_seen_); }
+  PSPLIT_HD static size_t bytes(uint32_t face_count) { return FaceValues<Index, bool>::bytes(face_count); }
+  PSPLIT_HD void give_back(Arena& arena) { face_seen_.give_back(arena); }
   // The walk visits every face, so it meets every vertex that has a corner. A vertex without corners is a
   // fault.
   PSPLIT_HD Fault finish() const { return count_ == rank_.size() ? Fault::kNone : Fault::kConnectivity; }
@@ -74,17 +74,14 @@ class Walk {
   PSPLIT_HD uint32_t left_of(uint32_t corner) const { return table_.opposite[previous(corner)]; }
   PSPLIT_HD uint32_t vertex_at(uint32_t corner) const { return table_.vertex[corner]; }
 
-  PSPLIT_HD uint32_t face_seen(uint32_t corner) const { return face_seen_[corner >> 2]; }
+  PSPLIT_HD uint32_t face_seen(uint32_t corner) const { return face_seen_.of_face(corner); }
   // The same, and 1 if there is no face.
-  PSPLIT_HD uint32_t face_done(uint32_t corner) const {
-    const uint32_t face = corner >> 2;
-    return face_seen_[kNoFaceIsSmall || face < face_count_ ? face : face_count_];
-  }
+  PSPLIT_HD uint32_t face_done(uint32_t corner) const { return face_seen_.at(corner); }
   // Loads the neighbours of a face that is visited soon.
   PSPLIT_HD void prefetch(uint32_t corner) const { PSPLIT_PREFETCH(&table_.opposite[corner]); }
   // To be called once for each face.
   PSPLIT_HD void see_face(uint32_t corner) {
-    face_seen_[corner >> 2] = true;
+    face_seen_.of_face(corner) = true;
     --unseen_count_;
   }
   PSPLIT_HD bool all_seen() const { return unseen_count_ == 0; }
@@ -107,18 +104,12 @@ class Walk {
   }
 
  private:
-  // kNone names a face beyond all others. With 16-bit numbers that face is near enough to have a mark like any
-  // other; with 32-bit numbers its mark comes right behind the others.
-  static constexpr bool kNoFaceIsSmall = sizeof(Index) == 2;
-  PSPLIT_HD static size_t mark_count(uint32_t face_count) {
-    return size_t{kNoFaceIsSmall ? kNone<Index> >> 2 : face_count} + 1;
-  }
   // The ranks of vertices that are not seen yet, so that one load answers all questions about a vertex.
   static constexpr uint32_t kUnseenOpen = kNone<Index>, kUnseenClosed = kUnseenOpen - 1;
 
   CornerTable<Index> table_;
   View<const bool> closed_;
-  View<bool> face_seen_;
+  FaceValues<Index, bool> face_seen_;
   View<Index> met_, rank_;
   uint32_t face_count_ = 0, unseen_count_ = 0, count_ = 0;
 };

@@ -27,28 +27,33 @@ PSPLIT_HD inline uint64_t most_points(const StreamHeader& header) {
 }
 
 // Enough memory to decode any stream that an encoder wrote and to walk its border, if `values` holds. A stream
-// that needs more has false counts, or other attributes than `values` says.
+// that needs more has false counts, or other attributes than `values` says. `after` is the memory that a driver
+// takes beside the walk, when the stream is decoded.
 template <typename Index>
-PSPLIT_HD size_t workspace_bytes(const StreamHeader& header, size_t stream_bytes, const ValueCounts& values) {
+PSPLIT_HD size_t workspace_bytes(const StreamHeader& header, size_t stream_bytes, const ValueCounts& values,
+                                 size_t after = 0) {
+  using Attributes = AttributeDecoder<Index>;
   const uint32_t faces = header.counts.face_count;
-  const uint64_t symbols = uint64_t{values.points} * values.components + uint64_t{3} * faces;
-  size_t kept = RansTable::slot_bytes(symbols, stream_bytes) + AttributeDecoder<Index>::bytes(header, values);
-  size_t connectivity = 0;
+  size_t mesh, connectivity, seams = 0;
   if (header.edgebreaker) {
-    kept += header.is_condensed() ? CondensedConnectivity<Index>::bytes(header.counts)
-                                  : EdgebreakerDecoder<Index>::bytes(header);
-    if (header.attribute_data_count > 0) kept += SeamDecoder<Index>::bytes(header, values);
+    mesh = header.is_condensed() ? CondensedConnectivity<Index>::bytes(header.counts)
+                                 : EdgebreakerDecoder<Index>::bytes(header);
     connectivity = header.is_condensed() ? CondensedConnectivity<Index>::scratch_bytes(header)
                                          : EdgebreakerDecoder<Index>::scratch_bytes(header);
+    if (header.valence) connectivity += RansTable::slot_bytes(header.counts.symbol_count, stream_bytes);
+    if (header.attribute_data_count > 0) seams = SeamDecoder<Index>::bytes(header, values);
   } else {
-    kept += sequential_bytes<Index>(faces);
-    connectivity = sequential_scratch_bytes(faces);
+    mesh = sequential_bytes<Index>(faces);
+    connectivity = sequential_scratch_bytes(faces) + RansTable::slot_bytes(uint64_t{3} * faces, stream_bytes);
   }
-  // Each of them is released before the next is taken.
-  const size_t attributes = AttributeDecoder<Index>::scratch_bytes(header, values);
-  const size_t walk = border_walk_bytes<Index>(values.points);
+  // Each of two memories whose larger one counts is released before the other is taken.
   const auto larger = [](size_t a, size_t b) { return a > b ? a : b; };
-  return kept + larger(connectivity, larger(attributes, walk));
+  const size_t walk = border_walk_bytes<Index>(values.points) + after;
+  const size_t integers = Attributes::integer_bytes(header, stream_bytes, values) +
+                          larger(Attributes::scratch_bytes(header, values), walk);
+  const size_t attributes =
+      Attributes::bytes(header, values) + larger(Attributes::walk_bytes(header, values), integers);
+  return mesh + larger(connectivity, seams + attributes);
 }
 
 }  // namespace psplit::core

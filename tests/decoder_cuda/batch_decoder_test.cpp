@@ -156,6 +156,57 @@ TEST_F(NeedyBatch, OnlyThoseThatNeedMoreFailWhereThereIsNone) {
   EXPECT_EQ(decoder.finish().code(), StatusCode::kRuntimeFailure);  // as before
 }
 
+// A batch that is ready decodes again and again: nothing is reserved, and tables are not uploaded again.
+TEST(PreparedBatch, DecodesAsOftenAsItIsLaunched) {
+  const ThreadPool pool(2);
+  EmulatedDevice device({LaneOrder::kShuffled, 3});
+  size_t count = 0;
+  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
+    SCOPED_TRACE(sample.name);
+    if (++count % 4 != 0) continue;
+    const PatchContainer input = opened(sample.encoded.container);
+    Outputs outputs;
+    const CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
+    PreparedBatch<EmulatedDevice> batch;
+    ASSERT_TRUE(batch.make({&primitive, 1}, BatchPlan::Gather::kAllPieces)[0].ok());
+    EmulatedDevice::Array<uint8_t> memory;
+    ASSERT_TRUE(memory.reserve(batch.arrange(~uint64_t{0})).ok());
+    ASSERT_TRUE(batch.write(memory.data(), true).ok());
+    ASSERT_TRUE(batch.upload(device).ok());
+    EmulatedDevice::work() = {};
+    for (int time = 0; time < 3; ++time) {
+      std::fill_n(outputs.indices.data(), outputs.indices.size(), 0xa5a5a5a5u);
+      ASSERT_TRUE(batch.launch(device).ok());
+      StreamResults results(input.entries.size());
+      batch.take_results(results);
+      for (const core::Fault fault : results.faults) EXPECT_EQ(fault, core::Fault::kNone);
+      expect_indices(outputs, sample);
+    }
+    EXPECT_EQ(EmulatedDevice::work().uploaded_bytes, 0u);
+    EXPECT_EQ(EmulatedDevice::work().reservations, 0u);
+  }
+  EXPECT_GT(count, 8u);
+}
+
+// Without a second attempt, a stream that needs more memory is an error of its primitive alone.
+TEST_F(NeedyBatch, HasAFaultForEachThatNeedsMore) {
+  EmulatedDevice device;
+  PreparedBatch<EmulatedDevice> prepared;
+  std::vector<Status> statuses = prepared.make(batch, BatchPlan::Gather::kAllPieces);
+  EmulatedDevice::Array<uint8_t> memory;
+  ASSERT_TRUE(memory.reserve(prepared.arrange(~uint64_t{0})).ok());
+  ASSERT_TRUE(prepared.write(memory.data(), true).ok());
+  ASSERT_TRUE(prepared.upload(device).ok());
+  ASSERT_TRUE(prepared.launch(device).ok());
+  StreamResults results(prepared.plan().streams().size());
+  prepared.take_results(results);
+  prepared.plan().add_faults(results.faults, runtime_failure("more memory"), statuses);
+  EXPECT_EQ(statuses[0].message(), "more memory");
+  EXPECT_EQ(statuses[0].place().primitive, 0);
+  EXPECT_TRUE(statuses[1].ok()) << statuses[1].to_string();
+  expect_indices(modest_outputs, modest);
+}
+
 TEST(BatchDecoder, DecodesInPartsWhereTheDeviceIsSmall) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(100, 40, 0, pool);

@@ -313,6 +313,22 @@ TEST(HostDecoder, ErrorsEndOneTask) {
   EXPECT_TRUE(statuses[2].ok()) << statuses[2].to_string();
 }
 
+// One thread takes the steps of a stream, so a large one would take too long.
+TEST(HostDecoder, RefusesStreamsOfTooManyFaces) {
+  const ThreadPool pool(1);
+  const PatchedSample small = grid_sample(10, 2, 0, pool), large = grid_sample(40, 2, 0, pool);
+  const PatchContainer small_container = opened(small.encoded.container),
+                       large_container = opened(large.encoded.container);
+  const uint32_t most = small_container.headers[0].counts.face_count;
+  ASSERT_LT(most, large_container.headers[0].counts.face_count);
+  const std::vector<DecodeTask> tasks{{&large_container, large.requests}, {&small_container, small.requests}};
+  HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), 0, most};
+  const std::vector<Expected<Mesh>> decoded = decode(decoder, tasks);
+  EXPECT_EQ(decoded[0].status().code(), StatusCode::kUnsupported);
+  EXPECT_EQ(decoded[0].status().place().patch, 0);
+  EXPECT_TRUE(decoded[1]) << decoded[1].status().to_string();
+}
+
 // Chunks may end within a value.
 TEST(DownloadedRange, HandsOutValuesInAnyParts) {
   std::vector<uint8_t> values(60);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
@@ -143,6 +144,118 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
                 0);
     }
   }
+}
+
+// Decodes one sample as engines do: in the caller's memory, without waiting, again, and in a graph.
+class CudaBatchOnDevice : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string why;
+    if (!cuda_available(&why)) GTEST_SKIP() << why;
+    ASSERT_EQ(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking), cudaSuccess);
+    const ThreadPool pool;
+    std::vector<PatchedSample> samples = patched_samples(pool);
+    const auto found = std::find_if(samples.begin(), samples.end(), [](const PatchedSample& each) {
+      const Expected<PatchContainer> opened = open_container(each.encoded.container);
+      return each.requests[0].component_type == ComponentType::kFloat32 && opened && opened->patch_count() > 3;
+    });
+    ASSERT_NE(found, samples.end());
+    sample = std::move(*found);
+    container = *open_container(sample.encoded.container);
+    Expected<Mesh> mesh = decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
+    ASSERT_TRUE(mesh);
+    expected = std::move(*mesh);
+    indices.emplace(3 * expected.faces.size());
+    positions.emplace(size_t{3} * expected.point_count);
+    primitive.container = &container;
+    primitive.indices = indices->data;
+    primitive.attributes = {{sample.requests[0].unique_id, ComponentType::kFloat32, 3, positions->data, 12}};
+  }
+  void TearDown() override {
+    if (stream != nullptr) (void)cudaStreamDestroy(stream);
+  }
+  void forget() {
+    std::fill_n(indices->data, 3 * expected.faces.size(), 0xffffffffu);
+    std::fill_n(positions->data, size_t{3} * expected.point_count, -1.0f);
+  }
+  void expect_mesh() const {
+    EXPECT_EQ(std::memcmp(indices->data, expected.faces.data(), 12 * expected.faces.size()), 0);
+    EXPECT_EQ(
+        std::memcmp(positions->data, expected.attributes[0].values.data(), size_t{12} * expected.point_count),
+        0);
+  }
+
+  cudaStream_t stream = nullptr;
+  PatchedSample sample;
+  PatchContainer container;
+  Mesh expected;
+  std::optional<Managed<uint32_t>> indices;
+  std::optional<Managed<float>> positions;
+  CudaPrimitive primitive;
+};
+
+TEST_F(CudaBatchOnDevice, DecodesInTheCallersMemoryAsOftenAsItIsEnqueued) {
+  ASSERT_TRUE(cuda_warm_up().ok());
+  CudaBatch batch = CudaBatch::plan({&primitive, 1});
+  Expected<CudaMemory> memory = CudaMemory::allocate(batch.workspace_bytes());
+  ASSERT_TRUE(memory);
+  EXPECT_EQ(batch.enqueue(stream).code(), StatusCode::kUsage);
+  EXPECT_EQ(batch.prepare(memory->data() + 16).code(), StatusCode::kUsage);
+  ASSERT_TRUE(batch.prepare(memory->data()).ok());
+  EXPECT_EQ(batch.finish().code(), StatusCode::kUsage);
+  for (int time = 0; time < 3; ++time) {
+    forget();
+    if (time == 1) {
+      ASSERT_TRUE(batch.upload(stream).ok());
+    }
+    ASSERT_TRUE(batch.enqueue(stream).ok());
+    for (Expected<bool> done = false; !*done;) {
+      done = batch.poll();
+      ASSERT_TRUE(done);
+    }
+    const Status status = batch.finish();
+    ASSERT_TRUE(status.ok()) << status.to_string();
+    EXPECT_TRUE(batch.status(0).ok());
+    expect_mesh();
+  }
+}
+
+TEST_F(CudaBatchOnDevice, IsCapturedInAGraph) {
+  CudaBatch batch = CudaBatch::plan({&primitive, 1});
+  ASSERT_TRUE(batch.prepare().ok());
+  cudaGraph_t graph = nullptr;
+  cudaGraphExec_t launched = nullptr;
+  ASSERT_EQ(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), cudaSuccess);
+  const Status enqueued = batch.enqueue(stream);
+  ASSERT_EQ(cudaStreamEndCapture(stream, &graph), cudaSuccess);
+  ASSERT_TRUE(enqueued.ok()) << enqueued.to_string();
+  ASSERT_EQ(cudaGraphInstantiateWithFlags(&launched, graph, 0), cudaSuccess);
+  for (int time = 0; time < 2; ++time) {
+    forget();
+    ASSERT_EQ(cudaGraphLaunch(launched, stream), cudaSuccess);
+    ASSERT_EQ(cudaStreamSynchronize(stream), cudaSuccess);
+    const Status status = batch.finish();
+    ASSERT_TRUE(status.ok()) << status.to_string();
+    expect_mesh();
+  }
+  (void)cudaGraphExecDestroy(launched);
+  (void)cudaGraphDestroy(graph);
+}
+
+// Parts, and a container that is on the device already.
+TEST_F(CudaBatchOnDevice, DecodesContainersOnTheDeviceInLittleMemory) {
+  const std::vector<uint8_t>& bytes = sample.encoded.container;
+  const Managed<uint8_t> on_device(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), on_device.data);
+  primitive.device_bytes = on_device.data;
+  CudaBatch whole = CudaBatch::plan({&primitive, 1}), parts = CudaBatch::plan({&primitive, 1}, 1);
+  EXPECT_LT(parts.workspace_bytes(), whole.workspace_bytes());
+  ASSERT_TRUE(parts.prepare().ok());
+  forget();
+  ASSERT_TRUE(parts.enqueue(stream).ok());
+  const Status status = parts.finish();
+  ASSERT_TRUE(status.ok()) << status.to_string();
+  expect_mesh();
 }
 
 // Results are the same if there is memory for only a few patches.

@@ -34,14 +34,20 @@ TEST(Cuda, EqualsLibdraco) {
 }
 
 // Broken containers are refused or decode as on the CPU, and leave the device fit for the next.
-TEST(Cuda, TakesAndRefusesMutantsAsTheCpuDoes) {
+void expect_mutants_on_device(int count) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;
   expect_mutants_as_on_cpu(
       [cuda = cuda_backend()](std::span<const uint8_t> bytes, std::span<const AttributeRequest> requests) {
         return decode_container(cuda, bytes, requests, ThreadPool(1));
-      });
+      },
+      count);
 }
+
+TEST(Cuda, TakesAndRefusesMutantsAsTheCpuDoes) { expect_mutants_on_device(3000); }
+
+// For simulated devices, which are slow.
+TEST(CudaQuick, TakesAndRefusesMutantsAsTheCpuDoes) { expect_mutants_on_device(30); }
 
 }  // namespace
 }  // namespace psplit

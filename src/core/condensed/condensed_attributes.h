@@ -117,7 +117,8 @@ class CondensedAttributes {
     return Fault::kNone;
   }
 
-  // The memory that all of them take and keep, besides that of the integers.
+  // The memory that all of them take and keep. An attribute whose values are not created has integers, which
+  // take less.
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
     const uint64_t orders = 2 * (uint64_t{header.attribute_data_count} + 1) + 1;
     return Arena::bytes<CondensedAttribute<Index>>(values.attributes) + Arena::bytes<Sequence<Index>>(orders) +

@@ -14,7 +14,8 @@ using Bytes = std::vector<uint8_t>;
 
 std::vector<uint32_t> decode(const Bytes& bytes, size_t count, uint32_t components) {
   std::vector<uint32_t> out(count);
-  std::vector<uint8_t> memory(core::SymbolSequence::bytes() + core::RansTable::slot_bytes(~0ull, bytes.size()));
+  std::vector<uint8_t> memory(core::SymbolSequence::bytes(1, count) +
+                              core::RansTable::slot_bytes(~0ull, bytes.size()));
   core::Arena arena(memory.data(), memory.size());
   core::ByteReader reader(bytes.data(), bytes.size());
   core::SymbolSequence sequence;

@@ -40,10 +40,14 @@ void expect_close(const DracoStream& stream, const StreamHeader& header, Totals&
     const size_t middle = too_little + (used - too_little) / 2;
     (decodes_in(memory, middle, header, *patch) ? used : too_little) = middle;
   }
-  // Each sequence of symbols may have a large table, and some marks of faces do not depend on counts.
+  // Each sequence of symbols may have a large table if it may have many symbols. Marks of the faces of more
+  // than 8,192 do not depend on their number.
   const size_t sequences = 1 + values.attributes + (header.valence ? ValenceSymbols<Index>::kLists : 0);
-  const size_t fixed = sequences * (size_t{40} << 10);
-  EXPECT_LE(sum, 5 * used + fixed);  // streams without integers use the least of it
+  const uint64_t of_faces = header.edgebreaker ? header.counts.symbol_count : 3 * header.counts.face_count;
+  const size_t fixed =
+      SymbolSequence::bytes(sequences, uint64_t{values.points} * values.components + of_faces) +
+      (header.counts.face_count > 8192 ? size_t{40} << 10 : size_t{2} << 10);
+  EXPECT_LE(sum, 6 * used + fixed);  // streams without integers use the least of it
   totals.sum += sum, totals.used += used, totals.fixed += fixed;
 }
 

@@ -1,6 +1,8 @@
 #include "tools/gltf_psplit/options/backend_choice.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <optional>
 
@@ -17,15 +19,18 @@ namespace {
 DecodeBackend fastest_backend(uint64_t gpu_memory) {
   struct Cuda {
     std::once_flag looked_for;
+    std::atomic<bool> is_started = false;
     std::optional<DecodeBackend> backend;
   };
   return {"auto", [cuda = std::make_shared<Cuda>(), gpu_memory, cpu = cpu_backend(), draco = draco_backend()](
                       std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool& pool,
                       const Watch& watch) {
             std::vector<const DecodeBackend*> backends{&cpu, &draco};
-            if (is_worth_a_gpu(tasks)) {
+            const bool is_started = cuda->is_started.load(std::memory_order_relaxed);
+            if (is_worth_a_gpu(tasks, pool.thread_count(), is_started)) {
               std::call_once(cuda->looked_for, [&] {
                 if (cuda_available(nullptr)) cuda->backend = cuda_backend(gpu_memory);
+                cuda->is_started = true;
               });
               if (cuda->backend) backends.insert(backends.begin(), &*cuda->backend);
             }
@@ -54,18 +59,30 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
 
 }  // namespace
 
-// These limits are not measured. A device decodes one stream more slowly than a CPU core does, and its start
-// takes longer than the CPU needs for some hundred kilobytes. Condensed streams do not count: the CPU has to
-// expand them for a device, in about the time that it decodes them in.
-bool is_worth_a_gpu(std::span<const DecodeTask> tasks) {
-  constexpr size_t kFewestStreams = 64, kFewestBytes = size_t{256} << 10;
-  size_t bytes = 0, streams = 0;
+// No device was at hand, so its times are those of a simulated H100, or assumed. A model that may be wrong by a
+// factor of 2 must promise half of the CPU's time.
+bool is_worth_a_gpu(std::span<const DecodeTask> tasks, size_t thread_count, bool is_started) {
+  // Nanoseconds. Measured on one thread of an x86-64 at 4 GHz (docs/performance.md).
+  constexpr double kCpuFace = 20;
+  // Simulated: all faces of large batches, and the faces of the largest stream, which are one chain of steps.
+  constexpr double kDeviceFace = 0.4, kChainFace = 1200;
+  // Assumed: a byte of results on its way to the host's memory, and the first use of a device.
+  constexpr double kResultByte = 0.1, kStart = 300e6;
+  double faces = 0, largest = 0, streams = 0, result_bytes = 0;
   for (const DecodeTask& task : tasks) {
-    if (task.container->condensed_count() > 0) continue;
-    bytes += task.container->bytes.size();
-    streams += task.container->entries.size();
+    const PatchContainer& container = *task.container;
+    for (const StreamEntry& entry : container.entries) largest = std::max<double>(largest, entry.face_count);
+    faces += container.face_count();
+    streams += static_cast<double>(container.entries.size());
+    result_bytes += 12.0 * container.face_count();
+    for (const AttributeRequest& request : task.requests)
+      result_bytes += static_cast<double>(request.value_bytes()) * container.point_count();
   }
-  return bytes >= kFewestBytes && streams >= kFewestStreams;
+  const double threads = std::max(1.0, std::min(static_cast<double>(thread_count), streams));
+  const double cpu = std::max(kCpuFace * faces / threads, kCpuFace * largest);
+  const double device = (is_started ? 0 : kStart) + kResultByte * result_bytes +
+                        std::max(kDeviceFace * faces, kChainFace * largest);
+  return 2 * device < cpu;
 }
 
 void add_backend_options(CLI::App& command, BackendChoice& choice) {

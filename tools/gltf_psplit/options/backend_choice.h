@@ -24,9 +24,9 @@ void add_backend_options(CLI::App& command, BackendChoice& choice);
 // `choice.name` is one of the names that add_backend_options accepts.
 DecodeBackend find_backend(const BackendChoice& choice);
 
-// Whether there are enough streams to keep a device busy, and enough bytes to be worth its start. If not,
-// `auto` uses the CPU.
-bool is_worth_a_gpu(std::span<const DecodeTask> tasks);
+// Whether a device would decode the tasks, to the host's memory, in less time than `thread_count` threads of
+// the CPU. `is_started`: it was used before. If not, `auto` uses the CPU.
+bool is_worth_a_gpu(std::span<const DecodeTask> tasks, size_t thread_count, bool is_started);
 
 // Describes streams with the decoder of the named backend. `auto` falls back to libdraco for streams that the
 // core does not support.
