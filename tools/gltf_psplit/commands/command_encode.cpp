@@ -9,7 +9,7 @@
 #include "gltf_ext/out_of_core/encode_large_primitives.h"
 #include "gltf_ext/out_of_core/encode_out_of_core.h"
 #include "src/stopwatch.h"
-#include "tools/gltf_psplit/batch/memory_budget.h"
+#include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
