@@ -74,7 +74,7 @@ Counts counts_of_gltf(const Json& json) {
 }
 
 // OBJ and STL are read through a table of their points.
-constexpr uint64_t kTableBytes = 8, kVectorBytes = 12, kPairBytes = 8;
+constexpr uint64_t kTableBytes = 12, kVectorBytes = 12, kPairBytes = 8;
 
 // The unpacked size of a file. A gzip file ends with it, modulo 2^32.
 uint64_t unpacked_bytes(const std::string& path, uint64_t bytes) {
