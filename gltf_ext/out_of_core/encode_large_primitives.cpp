@@ -95,6 +95,7 @@ Expected<EncodedSpool> encode_group(const Document& document, const PrimitiveGro
   spool_options.folder = limits.temporary;
   spool_options.repairs = false;
   spool_options.coding = options.coding();
+  spool_options.samples_edges = options.position_bits_by_edges;
   spool_options.exact = metadata_attributes(document.json);
   Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(spool_options), losses);
   if (!spool) return spool.status();

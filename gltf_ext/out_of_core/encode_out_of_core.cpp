@@ -64,6 +64,7 @@ Expected<OutOfCoreResult> encode(std::unique_ptr<ByteStream> stream, const fs::p
   SpoolOptions spool_options;
   spool_options.folder = limits.temporary;
   spool_options.coding = options.coding();
+  spool_options.samples_edges = options.position_bits_by_edges;
   spool_options.most_zero_normals = MemoryPlan(limits, 0).most_zero_normals;
   Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(spool_options), losses);
   if (!spool) return spool.status();

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <optional>
 
+#include "encoder/coding/position_bits.h"
 #include "gltf_ext/convert/draco_extension.h"
 #include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/operating_system.h"
@@ -36,6 +38,21 @@ PartsOptions options_of_parts(const EncodeDocumentOptions& options, const OutOfC
   result.distance = options.distance;
   result.most_points = limits.most_container_points;
   return result;
+}
+
+// The codings of the whole mesh, with the bits that encode_document chooses.
+Expected<std::vector<AttributeCoding>> codings_of(const MeshSpool& spool,
+                                                  const EncodeDocumentOptions& options) {
+  std::vector<AttributeCoding> codings = spool.codings();
+  for (size_t i = 0; i < codings.size() && options.chooses_position_bits(); ++i) {
+    if (spool.attributes()[i].semantic != "POSITION" || codings[i].bits == 0) continue;
+    const Expected<int> bits = options.position_bits_by_edges
+                                   ? position_bits_for_step(codings[i], step_for_edges(spool.edges().lengths()))
+                                   : position_bits_for_error(codings[i], options.max_position_error);
+    if (!bits) return bits.status();
+    codings[i].bits = *bits;
+  }
+  return codings;
 }
 
 std::vector<PrimitiveReport> reports_of(const EncodedParts& encoded, const CellStatistics& statistics,
@@ -98,41 +115,51 @@ void set_counts(Document& document, const PrimitiveGroup& group, const PartsCont
 
 }  // namespace
 
-MemoryPlan::MemoryPlan(const OutOfCoreOptions& limits, size_t record_bytes) {
+MemoryPlan::MemoryPlan(const OutOfCoreOptions& limits, size_t record_bytes, int most_threads,
+                       uint64_t patch_faces) {
   constexpr uint64_t kMostBuffers = uint64_t{64} << 20, kZeroNormal = 64;
   all = std::max(limits.memory, kLeastMemory) - kProcessBytes;
   buffer_bytes = std::min(all / 8, kMostBuffers);
   most_zero_normals = all / 8 / kZeroNormal;
-  // Fitted to the peaks of encode_parts for parts of 0.2 to 5 million faces, on two threads.
-  constexpr uint64_t kFace = 130, kPoint = 60, kValueByte = 6;
-  cost = {kFace, kPoint + kValueByte * record_bytes, all};
+  // Peaks of encode_parts were 110 bytes for each face of a part of 0.3 to 5 million faces with positions, 130
+  // with normals, and 540 bytes for each face of the patch of a thread. These are a quarter more.
+  constexpr uint64_t kFace = 100, kPoint = 40, kValueByte = 5, kPatchFace = 680;
+  const uint64_t thread_bytes = std::max<uint64_t>(1, patch_faces * kPatchFace);
+  thread_count = static_cast<int>(
+      std::clamp<uint64_t>(all / 2 / thread_bytes, 1, static_cast<uint64_t>(std::max(1, most_threads))));
+  const uint64_t threads_bytes = std::min(all / 2, static_cast<uint64_t>(thread_count) * thread_bytes);
+  cost = {kFace, kPoint + kValueByte * record_bytes, all - threads_bytes};
   if (limits.most_part_faces > 0) cost = {1, 0, limits.most_part_faces};
 }
 
 Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOptions& options,
                                     const OutOfCoreOptions& limits, Losses& losses, const ThreadPool& pool,
                                     const Progress& progress) {
-  const MemoryPlan plan(limits, spool.record_bytes());
+  PartsOptions parts_options = options_of_parts(options, limits, spool.face_count());
+  const MemoryPlan plan(limits, spool.record_bytes(), pool.thread_count(), parts_options.patch_faces);
   const uint64_t cells_bytes = spool.is_soup() ? 0 : spool.point_count() * sizeof(CellAssignment::Cell);
   if (plan.buffer_bytes + cells_bytes > plan.all)
     return Status(StatusCode::kUsage,
                   std::to_string(spool.point_count()) + " points need --memory " +
                       std::to_string((kProcessBytes + plan.buffer_bytes + cells_bytes) / 1000000 + 1) + "MB");
-  const std::vector<AttributeCoding> codings = spool.codings();
+  const Expected<std::vector<AttributeCoding>> codings = codings_of(spool, options);
+  if (!codings) return codings.status();
   Expected<std::unique_ptr<CellParts>> parts =
       CellParts::make(spool, {limits.temporary, plan.cost, plan.buffer_bytes}, pool);
   if (!parts) return parts.status();
   const CellStatistics& statistics = (*parts)->statistics();
   if (spool.is_soup() && spool.attributes().size() > 1)
     say_normals(statistics.changed_normals, spool.zero_normals_of_soup(), losses);
-  PartsOptions parts_options = options_of_parts(options, limits, statistics.faces);
   std::atomic<size_t> done = 0;
   if (progress)
     parts_options.patch_encoded = [&](size_t faces) {
       progress(done += faces, static_cast<size_t>(statistics.kept_faces));
     };
   const MakeSpill make_spill = [&] { return SpillFile::create(limits.temporary); };
-  Expected<EncodedParts> encoded = encode_parts(**parts, codings, parts_options, make_spill, pool);
+  std::optional<ThreadPool> fewer;
+  if (plan.thread_count < pool.thread_count()) fewer.emplace(plan.thread_count);
+  Expected<EncodedParts> encoded =
+      encode_parts(**parts, *codings, parts_options, make_spill, fewer ? *fewer : pool);
   if (!encoded) return encoded.status();
   EncodedSpool result{spool.attributes(), std::move(*encoded), {}};
   result.reports = reports_of(result.encoded, statistics, spool);

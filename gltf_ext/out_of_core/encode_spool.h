@@ -20,11 +20,13 @@ namespace psplit {
 // How the memory of the process is used.
 struct MemoryPlan {
   uint64_t buffer_bytes = 0, most_zero_normals = 0;
-  uint64_t all = 0;  // for everything except the process itself
-  PartCost cost;     // of a part
+  int thread_count = 1;  // fewer than wanted if their patches would take more than half of the memory
+  uint64_t all = 0;      // for everything except the process itself
+  PartCost cost;         // of a part
 
-  // `record_bytes`: of a point, or 0 if that is not known yet.
-  MemoryPlan(const OutOfCoreOptions& limits, size_t record_bytes);
+  // `record_bytes`: of a point, or 0 if that is not known yet. Each thread encodes patches of `patch_faces`.
+  MemoryPlan(const OutOfCoreOptions& limits, size_t record_bytes, int most_threads = 1,
+             uint64_t patch_faces = 0);
 };
 
 // A mesh in containers, and its reports. Several containers are on one grid.

@@ -128,6 +128,8 @@ Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
 }
 
 Status MeshSpool::add_faces(std::span<const Face> faces) {
+  if (options_.samples_edges)
+    if (Status status = sample_edges(faces); !status.ok()) return status;
   face_count_ += faces.size();
   if (!zeros_.empty()) {
     sums_.resize(zeros_.size());
@@ -137,6 +139,26 @@ Status MeshSpool::add_faces(std::span<const Face> faces) {
   return faces_.append(bytes_of(faces));
 }
 
+Expected<std::array<Position, 3>> MeshSpool::corners_of(const Face& face) {
+  std::array<Position, 3> corners;
+  for (size_t i = 0; i < 3; ++i) {
+    const Expected<Position> corner = position(face[i]);
+    if (!corner) return corner.status();
+    corners[i] = *corner;
+  }
+  return corners;
+}
+
+Status MeshSpool::sample_edges(std::span<const Face> faces) {
+  for (size_t i = 0; i < faces.size(); ++i) {
+    if (!edges_.wants(face_count_ + i)) continue;
+    const Expected<std::array<Position, 3>> corners = corners_of(faces[i]);
+    if (!corners) return corners.status();
+    edges_.add(face_count_ + i, *corners);
+  }
+  return {};
+}
+
 Status MeshSpool::add_to_zero_normals(const Face& face) {
   std::array<size_t, 3> slots;
   for (size_t i = 0; i < 3; ++i) {
@@ -144,13 +166,9 @@ Status MeshSpool::add_to_zero_normals(const Face& face) {
     slots[i] = found != zeros_.end() && *found == face[i] ? static_cast<size_t>(found - zeros_.begin()) : kNone;
   }
   if (slots[0] == kNone && slots[1] == kNone && slots[2] == kNone) return {};
-  std::array<Position, 3> corners;
-  for (size_t i = 0; i < 3; ++i) {
-    const Expected<Position> corner = position(face[i]);
-    if (!corner) return corner.status();
-    corners[i] = *corner;
-  }
-  const Sum normal = area_vector(corners);
+  const Expected<std::array<Position, 3>> corners = corners_of(face);
+  if (!corners) return corners.status();
+  const Sum normal = area_vector(*corners);
   for (const size_t slot : slots)
     if (slot != kNone)
       for (size_t axis = 0; axis < 3; ++axis) sums_[slot][axis] += normal[axis];
@@ -194,6 +212,7 @@ Status MeshSpool::add(const Facet& facet) {
       extremes_[0].high[axis] = std::max(extremes_[0].high[axis], facet.corners[i][axis]);
     }
   }
+  if (options_.samples_edges) edges_.add(face_count_, facet.corners);
   point_count_ += 3;
   ++face_count_;
   return points_.append(bytes_of(records));

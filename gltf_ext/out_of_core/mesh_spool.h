@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "encoder/coding/choose_codings.h"
+#include "encoder/coding/position_bits.h"
 #include "gltf_ext/mesh_files/mesh_file.h"
 #include "gltf_ext/mesh_files/mesh_sink.h"
 #include "gltf_ext/mesh_files/stl.h"
@@ -25,6 +26,7 @@ struct SpoolOptions {
   bool repairs = true;
   CodingOptions coding;
   std::set<std::string> exact;     // semantics that stay exact: see choose_codings
+  bool samples_edges = false;      // see MeshSpool::edges
   uint64_t most_zero_normals = 0;  // kept in memory, with about 64 bytes each
 };
 
@@ -58,6 +60,8 @@ class MeshSpool : public MeshSink, public FacetSink {
   size_t record_bytes() const { return read_bytes_; }
   // The bounds of all positions.
   Box box() const;
+  // The sample of the edges of the whole mesh, if options.samples_edges.
+  const EdgeSample& edges() const { return edges_; }
   // What choose_codings gives for the whole mesh.
   std::vector<AttributeCoding> codings() const;
 
@@ -94,6 +98,8 @@ class MeshSpool : public MeshSink, public FacetSink {
   void measure(const Attribute& attribute, Extremes& extremes) const;
   Status repair_block_normals(Attribute& normals, size_t count);
   Status too_many_zero_normals() const;
+  Status sample_edges(std::span<const Face> faces);
+  Expected<std::array<Position, 3>> corners_of(const Face& face);
   Status add_to_zero_normals(const Face& face);
   Status add_zero_facet(const Facet& facet);
   Status add_earlier_zero_facets();
@@ -115,6 +121,7 @@ class MeshSpool : public MeshSink, public FacetSink {
   std::vector<uint8_t> block_;
   PagedFile pages_;
 
+  EdgeSample edges_;
   uint64_t changed_normals_ = 0;
   // Points whose normals have no direction. While all points are so, they are only counted.
   uint64_t zero_count_ = 0;

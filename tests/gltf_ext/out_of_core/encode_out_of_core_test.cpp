@@ -181,6 +181,16 @@ TEST(EncodeOutOfCore, ExactValues) {
   expect_as_in_memory(ply_of(blob(20000), Form::kLittle), options);
 }
 
+TEST(EncodeOutOfCore, BitsByEdgesAndByAnError) {
+  EncodeDocumentOptions options;
+  options.position_bits_by_edges = true;
+  expect_as_in_memory(ply_of(blob(20000), Form::kLittle), options);
+  expect_as_in_memory(stl_of(blob(8000)), options);
+  options.position_bits_by_edges = false;
+  options.max_position_error = 0.001;
+  expect_as_in_memory(ply_of(blob(8000), Form::kLittle), options);
+}
+
 TEST(EncodeOutOfCore, Stl) { expect_as_in_memory(stl_of(blob(20000))); }
 
 // The stream has no size, and comes in small pieces.
