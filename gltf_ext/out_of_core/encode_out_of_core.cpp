@@ -18,16 +18,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What the header states. A property takes at most 4 bytes of a point.
+// What the header states. A property takes at most 4 bytes of a point. A count may be wrong: kMost is enough
+// for any disk, and products of it do not overflow.
 ExpectedSizes expected_sizes(const PlyHeader& header) {
+  constexpr uint64_t kMost = uint64_t{1} << 40;
   ExpectedSizes sizes;
   for (const PlyElement& element : header.elements) {
     if (element.name == "vertex") {
-      sizes.points = element.count;
+      sizes.points = std::min(element.count, kMost);
       for (const PlyProperty& property : element.properties)
         if (!property.is_list) sizes.record_bytes += std::min<size_t>(4, ply_type_bytes(property.type));
     } else if (element.name == "face" || element.name == "faces") {
-      sizes.faces = element.count;
+      sizes.faces = std::min(element.count, kMost);
     }
   }
   return sizes;

@@ -85,11 +85,22 @@ OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
   return limits;
 }
 
-// A glTF asset in bounded memory.
+// What read_for_output checks.
+Status check_files(const Arguments& arguments, WriteReport& written) {
+  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
+  const std::string inputs[] = {arguments.input};
+  if (Status status = check_not_an_input(arguments.report, "--report", inputs); !status.ok()) return status;
+  written.files = {arguments.output};
+  return check_not_an_output(arguments.report, "--report", written);
+}
+
+// A glTF asset in bounded memory. Nothing but its JSON is read at first: so there is no warning of normals that
+// are not of unit length.
 Expected<Encoded> encode_large_asset(const Arguments& arguments, const Session& session, WriteReport& written) {
-  Expected<Document> document =
-      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
+  if (Status status = check_files(arguments, written); !status.ok()) return status;
+  Expected<Document> document = read_document(arguments.input, FileAccess::kMap);
   if (!document) return document.status();
+  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
   Encoded encoded{std::move(*document), {}, bytes_on_disk(arguments.input)};
   ProgressBar bar("encoding", session.log);
   Expected<std::vector<PrimitiveReport>> reports =
@@ -102,11 +113,7 @@ Expected<Encoded> encode_large_asset(const Arguments& arguments, const Session& 
 
 // A mesh file in bounded memory.
 Expected<Encoded> encode_large_file(const Arguments& arguments, const Session& session, WriteReport& written) {
-  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
-  const std::string inputs[] = {arguments.input};
-  if (Status status = check_not_an_input(arguments.report, "--report", inputs); !status.ok()) return status;
-  written.files = {arguments.output};
-  if (Status status = check_not_an_output(arguments.report, "--report", written); !status.ok()) return status;
+  if (Status status = check_files(arguments, written); !status.ok()) return status;
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input);
   if (!stream) return stream.status().at({.file = arguments.input});
   ProgressBar bar("encoding", session.log);
