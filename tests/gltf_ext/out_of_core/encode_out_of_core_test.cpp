@@ -386,7 +386,7 @@ TEST(EncodeLargePrimitives, SaysWhatDoesNotFit) {
                      }),
                      "sparse");
   expect_unsupported(status_of([](Document& document) {
-                       for (size_t mesh : {0, 1}) {
+                       for (const size_t mesh : {size_t{0}, size_t{1}}) {
                          Json& primitive = primitive_of(document, mesh);
                          primitive["targets"] = Json::array({Json{{"POSITION", 0}}});
                        }
@@ -396,7 +396,7 @@ TEST(EncodeLargePrimitives, SaysWhatDoesNotFit) {
   scene.volume = QuantizationVolume::kScene;
   expect_unsupported(status_of([](Document&) {}, scene), "--quantization-volume primitive");
   const Status bad = status_of([](Document& document) {
-    for (size_t mesh : {0, 1})
+    for (const size_t mesh : {size_t{0}, size_t{1}})
       for (auto& [semantic, index] : primitive_of(document, mesh)["attributes"].items())
         document.json["accessors"][index.get<size_t>()]["count"] = 100;
   });
