@@ -224,7 +224,11 @@ Status PartsEncoder::check_written(const MeshPart& part) {
     return runtime_failure("verification: " + status.message(), status.place());
   }
   for (size_t i = 0; i < bounds_.size(); ++i) extend(decoded->attributes[i], decoded->point_count, bounds_[i]);
-  return options_.verify ? verify(part, *decoded) : Status();
+  if (!options_.verify) return {};
+  if (Status status = verify(part, *decoded); !status.ok()) return status;
+  std::optional<double>& error = encoded_.statistics.position_error;
+  error = std::max(error.value_or(0), largest_distance(part.mesh, *decoded, source_point_));
+  return {};
 }
 
 Status PartsEncoder::encode(const MeshPart& part) {

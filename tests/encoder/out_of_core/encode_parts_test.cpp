@@ -198,6 +198,7 @@ TEST(EncodeParts, IsTheContainerOfEncodeMeshWithTheSamePatches) {
     const auto whole = encode_mesh(mesh, codings.codings, options, ThreadPool(2));
     ASSERT_TRUE(whole.ok()) << whole.status().to_string();
     EXPECT_EQ(encoded->statistics.patch_count, patch);
+    EXPECT_EQ(encoded->statistics.position_error, whole->statistics.position_error);
     EXPECT_EQ(read_all(*encoded->containers[0].bytes), whole->container);
   }
 }
