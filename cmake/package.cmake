@@ -20,6 +20,7 @@ if(PSPLIT_BUILD_ENCODER)
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
        gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
        gltf_ext/document/buffer.h gltf_ext/document/document.h gltf_ext/files/mapped_file.h
+       gltf_ext/primitive/memory_limit.h
        gltf_ext/document/image_placement.h gltf_ext/document/primitive_id.h gltf_ext/document/write_document.h
        gltf_ext/document/write_report.h gltf_ext/json/json.h src/container/stream_entry.h)
 endif()

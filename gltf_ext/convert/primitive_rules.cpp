@@ -1,14 +1,25 @@
 #include "gltf_ext/convert/primitive_rules.h"
 
 #include <algorithm>
+#include <cstring>
 
+#include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/document/meshopt_extension.h"
+#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/json/json_fields.h"
+#include "src/container/claims.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
 
 namespace psplit {
 namespace {
+
+// As a whole, the mesh would be in memory together with the copies of points at borders.
+bool is_too_large(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                  const MemoryLimit& limit) {
+  return !limit.allows(decoded_bytes(container, requests) * 3 / 2 + container.bytes.size()) &&
+         std::ranges::all_of(requests, is_written_as_stored);
+}
 
 class PrimitiveChecker {
  public:
@@ -21,11 +32,12 @@ class PrimitiveChecker {
     if (!stored_) report("members", stored_.status());
   }
 
-  void decode_and_check(const DecodeBackend& backend, const ThreadPool& pool) {
+  void decode_and_check(const DecodeBackend& backend, const ThreadPool& pool, const MemoryLimit& limit) {
     if (!stored_) return;
     const Expected<PatchContainer> container = open_container(stored_->bytes);
     if (!container)
       return report(check_directory(stored_->bytes).ok() ? "decode" : "container", container.status());
+    if (is_too_large(*container, stored_->requests, limit)) return check_in_file(*container, pool, limit);
     Expected<CheckedMesh> checked = decode_checked(*container, stored_->requests, pool);
     if (backend.name != "cpu") {
       Expected<Mesh> mesh = backend.decode(*container, stored_->requests, pool);
@@ -33,14 +45,11 @@ class PrimitiveChecker {
       if (checked) checked->mesh = std::move(*mesh);
     }
     if (!checked) return report("decode", checked.status());
-    check(checked->mesh);
-    for (const StreamFindings& stream : checked->streams) {
-      if (!stream.types.ok()) report("attribute-type", stream.types);
-      if (!stream.copies.ok()) report("copies", stream.copies);
-    }
+    check(view_of(checked->mesh));
+    report(checked->streams);
   }
 
-  void check(const Mesh& mesh) {
+  void check(const MeshView& mesh) {
     if (!stored_) return;
     if (integer_field_or(primitive_, "mode", 4) != 4)
       report("mode", "patches are triangle lists: mode must be 4");
@@ -56,11 +65,11 @@ class PrimitiveChecker {
              false);
       check_count(attributes, semantic, semantic, mesh.point_count);
     }
-    for (const Attribute& attribute : mesh.attributes) {
-      if (!is_stored(attribute.semantic)) continue;
-      check_count(attributes, attribute.semantic, attribute.semantic, mesh.point_count);
-      check_bounds(*accessor_of(attributes, attribute.semantic.c_str()), attribute, mesh.point_count);
-      check_fallback(attributes, attribute.semantic, attribute.values);
+    for (const auto& [semantic, values] : mesh.attributes) {
+      if (!is_stored(semantic)) continue;
+      check_count(attributes, semantic, semantic, mesh.point_count);
+      check_bounds(*accessor_of(attributes, semantic.c_str()), semantic, values);
+      check_fallback(attributes, semantic, values, values.value_bytes());
     }
     if (const Json* targets = array_field(primitive_, "targets"))
       for (const Json& target : *targets)
@@ -72,6 +81,28 @@ class PrimitiveChecker {
   std::vector<Finding> findings() && { return std::move(findings_); }
 
  private:
+  // The mesh is in a temporary file, and is never in memory as a whole.
+  void check_in_file(const PatchContainer& container, const ThreadPool& pool, const MemoryLimit& limit) {
+    const uint32_t point_count = container.point_count(), face_count = container.face_count();
+    Status status = check_results(point_count, face_count, stored_->requests, container.bytes.size());
+    if (!status.ok()) return report("decode", status);
+    const uint64_t bytes = lay_out(stored_->requests, point_count, face_count, 0, {}).end;
+    const Expected<FileMemory> memory = FileMemory::create(limit.folder, bytes);
+    if (!memory) return report("decode", memory.status());
+    const LaidOutMesh mesh = lay_out(stored_->requests, point_count, face_count, 0, memory->bytes());
+    std::vector<StreamFindings> streams(container.entries.size());
+    status = decode_to_file(container, stored_->requests, mesh, limit, pool, {}, &streams);
+    if (!status.ok()) return report("decode", status);
+    check(mesh.view);
+    report(streams);
+  }
+
+  void report(std::span<const StreamFindings> streams) {
+    for (const StreamFindings& stream : streams) {
+      if (!stream.types.ok()) report("attribute-type", stream.types);
+      if (!stream.copies.ok()) report("copies", stream.copies);
+    }
+  }
   void report(const char* rule, std::string message, bool error = true) {
     findings_.push_back({rule, std::move(message), place_, error});
   }
@@ -107,21 +138,40 @@ class PrimitiveChecker {
       report("accessor-count", what + " has another count than " + std::to_string(count));
   }
 
-  // Compares an accessor's own data, if it has data and no unknown extension stores it.
-  void check_fallback(const Json& holder, const std::string& name, std::span<const std::byte> decoded) {
+  // Compares an accessor's own data, if it has data and no unknown extension stores it. An
+  // element has `width` bytes: for indices more or fewer than the decoded values.
+  void check_fallback(const Json& holder, const std::string& name, const ValuesView& decoded, size_t width) {
     const Json* accessor = accessor_of(holder, name.c_str());
     if (accessor == nullptr || field(*accessor, "bufferView") == nullptr) return;
-    const Expected<AccessorData> data = read_accessor(document_, *integer_field(holder, name.c_str()));
-    if (!data && data.status().code() == StatusCode::kUnsupported) return;
-    if (!data) return report("fallback", name + ": " + data.status().message(), is_fallback_whole_);
-    if (!std::ranges::equal(data->values, decoded))
-      report("fallback", name + " differs from the decoded data of the patches", is_fallback_whole_);
+    const int64_t index = *integer_field(holder, name.c_str());
+    Status failure = read_accessor(document_, index, 0, 0).status();
+    bool same = integer_field(*accessor, "count") == int64_t{decoded.count};
+    const auto is_same = [&](size_t first, size_t end) {
+      const Expected<AccessorData> data =
+          read_accessor(document_, index, static_cast<uint32_t>(first), static_cast<uint32_t>(end - first));
+      failure = data.status();
+      if (!data || data->values.size() != (end - first) * width) return false;
+      for (size_t i = first; i < end; ++i) {
+        uint32_t widened = 0;  // little-endian, as glTF
+        if (decoded.value_bytes() < width) std::memcpy(&widened, decoded.at(i), decoded.value_bytes());
+        const void* const value =
+            decoded.value_bytes() < width ? static_cast<const void*>(&widened) : decoded.at(i);
+        if (std::memcmp(data->values.data() + (i - first) * width, value, width) != 0) return false;
+      }
+      return true;
+    };
+    if (failure.ok() && same) same = for_each_step(decoded, is_same);
+    if (const auto bytes = buffer_view_bytes(document_, integer_field(*accessor, "bufferView").value_or(-1)))
+      release_mapped(*bytes);
+    if (failure.code() == StatusCode::kUnsupported) return;
+    if (!failure.ok()) return report("fallback", name + ": " + failure.message(), is_fallback_whole_);
+    if (!same) report("fallback", name + " differs from the decoded data of the patches", is_fallback_whole_);
   }
 
-  void check_indices(const Json& primitive, const Mesh& mesh) {
+  void check_indices(const Json& primitive, const MeshView& mesh) {
     const Json* indices = accessor_of(primitive, "indices");
     if (indices == nullptr) return report("members", "the primitive has no indices accessor");
-    check_count(primitive, "indices", "the accessor of the indices", mesh.faces.size() * 3);
+    check_count(primitive, "indices", "the accessor of the indices", mesh.indices.count);
     const std::string* shape = string_field(*indices, "type");
     if (shape == nullptr || *shape != "SCALAR") return report("index-type", "indices are not scalars");
     const auto type = integer_field(*indices, "componentType");
@@ -129,26 +179,15 @@ class PrimitiveChecker {
     if (uint64_t{mesh.point_count} > largest + 1)
       return report("index-type",
                     std::to_string(mesh.point_count) + " points do not fit the indices' component type");
-    const size_t width = component_bytes(static_cast<ComponentType>(*type));
-    Attribute decoded{"indices", static_cast<ComponentType>(*type), 1, false, {}};
-    decoded.values.reserve(mesh.faces.size() * 3 * width);
-    for (const auto& face : mesh.faces)
-      for (const uint32_t point : face) {
-        const auto* bytes = reinterpret_cast<const std::byte*>(&point);  // little-endian, as glTF
-        decoded.values.insert(decoded.values.end(), bytes, bytes + width);
-      }
-    check_bounds(*indices, decoded, static_cast<uint32_t>(mesh.faces.size() * 3));
-    check_fallback(primitive, "indices", decoded.values);
+    check_bounds(*indices, "indices", mesh.indices);
+    check_fallback(primitive, "indices", mesh.indices, component_bytes(static_cast<ComponentType>(*type)));
   }
 
-  void check_bounds(const Json& accessor, const Attribute& attribute, uint32_t count) {
-    const bool needs_bounds = attribute.semantic == "POSITION";
+  void check_bounds(const Json& accessor, const std::string& what, const ValuesView& decoded) {
+    const bool needs_bounds = what == "POSITION";
     if (!needs_bounds && field(accessor, "min") == nullptr && field(accessor, "max") == nullptr) return;
     Json wanted = Json::object();
-    describe_decoded(
-        wanted,
-        {attribute.component_type, attribute.component_count, attribute.normalized, count, attribute.values},
-        true);
+    describe_decoded(wanted, decoded, true);
     for (const char* name : {"min", "max"}) {
       const Json* stated = array_field(accessor, name);
       const Json& exact = wanted[name];
@@ -157,8 +196,7 @@ class PrimitiveChecker {
         const auto a = number_value((*stated)[c]), b = number_value(exact[c]);
         equal = a && b && static_cast<float>(*a) == static_cast<float>(*b);
       }
-      if (!equal)
-        report("accessor-bounds", attribute.semantic + ": " + name + " is not that of the decoded values");
+      if (!equal) report("accessor-bounds", what + ": " + name + " is not that of the decoded values");
     }
   }
 
@@ -171,6 +209,13 @@ class PrimitiveChecker {
 };
 
 }  // namespace
+
+bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit) {
+  const Expected<StoredPrimitive> stored = stored_primitive(document, id, kExtensionName);
+  if (!stored || limit.allows(2 * justified_result_bytes(stored->bytes.size()))) return false;
+  const Expected<PatchContainer> container = open_container(stored->bytes);
+  return container && is_too_large(*container, stored->requests, limit);
+}
 
 bool has_fallback(const Document& document, PrimitiveId id) {
   const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
@@ -187,13 +232,14 @@ bool has_fallback(const Document& document, PrimitiveId id) {
 }
 
 std::vector<Finding> check_patched_primitive(const Document& document, PrimitiveId id,
-                                             const DecodeBackend& backend, const ThreadPool& pool) {
+                                             const DecodeBackend& backend, const ThreadPool& pool,
+                                             const MemoryLimit& limit) {
   PrimitiveChecker checker(document, id);
-  checker.decode_and_check(backend, pool);
+  checker.decode_and_check(backend, pool, limit);
   return std::move(checker).findings();
 }
 
-std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const Mesh& mesh) {
+std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const MeshView& mesh) {
   PrimitiveChecker checker(document, id);
   checker.check(mesh);
   return std::move(checker).findings();

@@ -167,12 +167,12 @@ void round_job_weights(EncodeJob& job) {
 Status check_patched(const Document& document, const std::vector<PrimitiveId>& ids,
                      const std::vector<Expected<Mesh>>& meshes) {
   std::vector<PrimitiveId> patched;
-  std::vector<const Mesh*> decoded;
+  std::vector<MeshView> decoded;
   for (size_t i = 0; i < ids.size(); ++i) {
     if (primitive_kind(document, ids[i])->storage != PrimitiveStorage::kPatches) continue;
     if (!meshes[i]) return meshes[i].status();
     patched.push_back(ids[i]);
-    decoded.push_back(&*meshes[i]);
+    decoded.push_back(view_of(*meshes[i]));
   }
   return patched.empty() ? Status() : check_decoded(document, patched, decoded);
 }

@@ -76,7 +76,7 @@ std::vector<Finding> check_geometry(const Document& document, PrimitiveId id, co
 }  // namespace
 
 std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
-                                       const ThreadPool& pool) {
+                                       const ThreadPool& pool, const MemoryLimit& limit) {
   // Equal primitives in patches share a container, which is decoded once.
   std::vector<PrimitiveId> patched;
   std::vector<PrimitiveGroup> groups;
@@ -89,10 +89,19 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
   const size_t plain_count = groups.size();
   for (PrimitiveGroup& group : group_equal_primitives(document, patched)) groups.push_back(std::move(group));
   std::vector<std::vector<Finding>> found(groups.size());
-  pool.for_each(groups.size(), [&](size_t i) {
-    const auto check = i < plain_count ? check_geometry : check_patched_primitive;
-    found[i] = check(document, groups[i].ids.front(), backend, pool);
-  });
+  const auto check = [&](size_t i) {
+    const PrimitiveId id = groups[i].ids.front();
+    found[i] = i < plain_count ? check_geometry(document, id, backend, pool)
+                               : check_patched_primitive(document, id, backend, pool, limit);
+  };
+  std::vector<size_t> large, others;
+  for (size_t i = 0; i < groups.size(); ++i) {
+    const bool is_large =
+        i >= plain_count && limit.bytes > 0 && is_too_large_to_check(document, groups[i].ids.front(), limit);
+    (is_large ? large : others).push_back(i);
+  }
+  pool.for_each(others.size(), [&](size_t i) { check(others[i]); });
+  for (const size_t i : large) check(i);  // threads share the patches of each
 
   std::map<std::pair<size_t, size_t>, const std::vector<Finding>*> found_of;
   for (size_t i = 0; i < groups.size(); ++i)
@@ -119,10 +128,10 @@ Status check_readable(const Document& document, PrimitiveId id, const DecodeBack
 }
 
 Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
-                     std::span<const Mesh* const> meshes) {
+                     std::span<const MeshView> meshes) {
   std::vector<Finding> findings;
   for (size_t i = 0; i < ids.size(); ++i)
-    std::ranges::move(check_decoded_primitive(document, ids[i], *meshes[i]), std::back_inserter(findings));
+    std::ranges::move(check_decoded_primitive(document, ids[i], meshes[i]), std::back_inserter(findings));
   check_lists(document, findings);
   for (Finding& finding : findings)
     if (finding.error)
@@ -139,11 +148,11 @@ Status check_patches(const Document& document, const DecodeBackend& backend, con
     if (is_patched && !checked.contains({id.mesh, id.primitive})) ids.push_back(id);
   }
   if (ids.empty()) return {};
-  std::vector<const Mesh*> meshes;
+  std::vector<MeshView> meshes;
   const std::vector<Expected<Mesh>> read = read_primitives(document, ids, backend, pool);
   for (const Expected<Mesh>& mesh : read) {
     if (!mesh) return mesh.status();
-    meshes.push_back(&*mesh);
+    meshes.push_back(view_of(*mesh));
   }
   return check_decoded(document, ids, meshes);
 }

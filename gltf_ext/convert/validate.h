@@ -7,14 +7,17 @@
 #include <vector>
 
 #include "gltf_ext/convert/finding.h"
+#include "gltf_ext/primitive/memory_limit.h"
+#include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
 
 // Decodes every patch once and checks every rule, primitives in parallel. Returns the findings in the order of
-// the primitives; empty if the document is valid.
+// the primitives; empty if the document is valid. Primitives in patches that are too large for `limit` are
+// checked one after the other (primitive_rules.h).
 std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
-                                       const ThreadPool& pool);
+                                       const ThreadPool& pool, const MemoryLimit& limit = {});
 
 // Whether a primitive without patches, and its morph targets, can be read. kUnsupported for lines and points.
 Status check_readable(const Document& document, PrimitiveId id, const DecodeBackend& backend,
@@ -24,7 +27,7 @@ Status check_readable(const Document& document, PrimitiveId id, const DecodeBack
 // is the decoded mesh of primitive ids[i], which is in patches: so a caller that reads the meshes checks them
 // without decoding them again.
 Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
-                     std::span<const Mesh* const> meshes);
+                     std::span<const MeshView> meshes);
 
 // Decodes all primitives in patches, except those in `checked` (mesh and primitive), and checks them with
 // check_decoded: for commands that pass them on unchanged. The meshes are not kept.

@@ -43,6 +43,24 @@ void MappedFile::release(uint64_t offset, uint64_t length) const {
   release_mapped(bytes_.subspan(static_cast<size_t>(offset), static_cast<size_t>(length)));
 }
 
+Expected<FileMemory> FileMemory::create(const std::filesystem::path& folder, uint64_t bytes) {
+  const Expected<UnnamedFile> file = UnnamedFile::create(folder);
+  if (!file) return file.status();
+  const Expected<std::span<uint8_t>> mapped = map_space(*file, bytes);
+  if (!mapped) return mapped.status();
+  FileMemory memory;
+  memory.bytes_ = *mapped;
+  memory.owner_ = {mapped->data(), [found = *mapped](const void*) { unmap_file(found); }};
+  return memory;
+}
+
+MappedFile FileMemory::view() const {
+  MappedFile file;
+  file.owner_ = owner_;
+  file.bytes_ = bytes_;
+  return file;
+}
+
 bool visit_and_release(std::span<const uint8_t> bytes,
                        const std::function<bool(std::span<const uint8_t>)>& visit) {
   while (!bytes.empty()) {

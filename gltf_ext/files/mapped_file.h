@@ -44,8 +44,25 @@ class MappedFile {
   PSPLIT_EXPORT void release(uint64_t offset, uint64_t length) const;
 
  private:
+  friend class FileMemory;
   std::shared_ptr<const void> owner_;
   std::span<const uint8_t> bytes_;
+};
+
+// Memory in a temporary file, for results that may be larger than the memory of the machine: at first zeros.
+// The file has no name, so that it disappears with the process. Copies share it.
+class FileMemory {
+ public:
+  // Takes the space at once. Errors: those of io_error, such as a full disk.
+  static Expected<FileMemory> create(const std::filesystem::path& folder, uint64_t bytes);
+
+  std::span<uint8_t> bytes() const { return bytes_; }
+  // The same memory for readers.
+  MappedFile view() const;
+
+ private:
+  std::shared_ptr<const void> owner_;
+  std::span<uint8_t> bytes_;
 };
 
 // The step in which large ranges are processed and then released, in bytes.

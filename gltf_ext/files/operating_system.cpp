@@ -151,6 +151,26 @@ Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file) {
   return may_pass("too many mapped files");
 }
 
+Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes) {
+  constexpr const char* kName = "a temporary file";
+  if (bytes == 0) return std::span<uint8_t>();
+  if (bytes > static_cast<uint64_t>(PTRDIFF_MAX)) return io_error("cannot map " + std::string(kName), EFBIG);
+  // The result is an errno. EINVAL and EOPNOTSUPP: a file system that cannot take space before it is used.
+  const int error = ::posix_fallocate(file.descriptor_, 0, static_cast<off_t>(bytes));
+  const bool is_sparse = error == EINVAL || error == EOPNOTSUPP;
+  if ((error != 0 && !is_sparse) ||
+      (is_sparse && ::ftruncate(file.descriptor_, static_cast<off_t>(bytes)) != 0))
+    return io_error("cannot take " + std::to_string(bytes) + " bytes of temporary space",
+                    is_sparse ? errno : error);
+  const auto size = static_cast<size_t>(bytes);
+  void* const address = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.descriptor_, 0);
+  if (address == MAP_FAILED) return io_error("cannot map " + std::string(kName), errno);
+  const std::span<uint8_t> mapped(static_cast<uint8_t*>(address), size);
+  if (enter_mapped(mapped, kName)) return mapped;
+  ::munmap(address, size);
+  return io_error("cannot map " + std::string(kName), EMFILE);
+}
+
 void unmap_file(std::span<const uint8_t> bytes) {
   const std::lock_guard lock(mapping_mutex);
   const auto begin = reinterpret_cast<uintptr_t>(bytes.data());

@@ -60,6 +60,7 @@ class UnnamedFile {
 
  private:
   friend Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file);
+  friend Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes);
   std::filesystem::path folder_;
   int descriptor_ = -1;
 };
@@ -74,7 +75,10 @@ class UnnamedFile {
 std::span<const uint8_t> map_file(const std::filesystem::path& path);
 // The same for a temporary file, which may be closed then. Errors: those of io_error.
 Expected<std::span<const uint8_t>> map_file(const UnnamedFile& file);
-// Takes what map_file returned.
+// Gives an empty file `bytes` zeros and maps them for reading and writing; the file may be closed then. The
+// space is taken at once. Errors: those of io_error.
+Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes);
+// Takes what map_file or map_space returned.
 void unmap_file(std::span<const uint8_t> bytes);
 
 // Returns the memory of those pages of a mapped file that are wholly in the range to the system; their content

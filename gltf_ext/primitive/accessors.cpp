@@ -1,6 +1,7 @@
 #include "gltf_ext/primitive/accessors.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -48,12 +49,19 @@ uint32_t index_at(const StoredElements& from, uint64_t index, ComponentType type
   return value;
 }
 
+// Elements [first, first + count) of an accessor.
+struct ElementRange {
+  uint64_t first = 0, count = UINT64_MAX;
+};
+
+// `data` holds the elements of `wanted` of an accessor with `whole_count` elements.
 Status apply_sparse(const Document& document, const Json& sparse, const ElementLayout& layout,
-                    AccessorData& data) {
+                    uint64_t whole_count, ElementRange wanted, AccessorData& data) {
   const auto count = integer_field(sparse, "count");
   const Json* indices = object_field(sparse, "indices");
   const Json* values = object_field(sparse, "values");
-  if (!count || *count < 0 || *count > data.count || indices == nullptr || values == nullptr)
+  if (!count || *count < 0 || static_cast<uint64_t>(*count) > whole_count || indices == nullptr ||
+      values == nullptr)
     return invalid_input("sparse without a valid count, indices or values");
   const auto component = integer_field(*indices, "componentType");
   if (!component || (*component != 5121 && *component != 5123 && *component != 5125))
@@ -67,13 +75,14 @@ Status apply_sparse(const Document& document, const Json& sparse, const ElementL
   if (!from_values) return from_values.status();
   for (uint64_t i = 0; i < sparse_count; ++i) {
     const uint32_t index = index_at(*from_indices, i, index_layout.component_type);
-    if (index >= data.count) return invalid_input("a sparse index past the accessor's end");
-    copy_element(*from_values, i, layout, data.values.data() + index * layout.packed_bytes());
+    if (index >= whole_count) return invalid_input("a sparse index past the accessor's end");
+    if (index < wanted.first || index - wanted.first >= data.count) continue;
+    copy_element(*from_values, i, layout, data.values.data() + (index - wanted.first) * layout.packed_bytes());
   }
   return {};
 }
 
-Expected<AccessorData> read(const Document& document, const Json& accessor) {
+Expected<AccessorData> read(const Document& document, const Json& accessor, ElementRange wanted) {
   const auto layout = element_layout(accessor);
   if (!layout) return layout.status();
   const auto count = integer_field(accessor, "count");
@@ -84,20 +93,23 @@ Expected<AccessorData> read(const Document& document, const Json& accessor) {
   data.component_type = layout->component_type;
   data.component_count = layout->component_count();
   data.normalized = bool_field_or(accessor, "normalized", false);
-  data.count = static_cast<uint32_t>(*count);
+  const auto whole_count = static_cast<uint64_t>(*count);
+  data.count = static_cast<uint32_t>(std::min(wanted.count, whole_count - wanted.first));
   const uint64_t total = uint64_t{data.count} * layout->packed_bytes();
   if (field(accessor, "bufferView") == nullptr) {
-    if (total > kMaxUnbackedBytes) return invalid_input("more zeros without a buffer view than are allowed");
+    if (whole_count * layout->packed_bytes() > kMaxUnbackedBytes)
+      return invalid_input("more zeros without a buffer view than are allowed");
     data.values.assign(static_cast<size_t>(total), std::byte{0});
   } else {
-    const auto elements = stored_elements(document, accessor, *layout, data.count, true);
+    const auto elements = stored_elements(document, accessor, *layout, whole_count, true);
     if (!elements) return elements.status();
     data.values.resize(static_cast<size_t>(total));
     for (uint64_t i = 0; i < data.count; ++i)
-      copy_element(*elements, i, *layout, data.values.data() + i * layout->packed_bytes());
+      copy_element(*elements, wanted.first + i, *layout, data.values.data() + i * layout->packed_bytes());
   }
   if (const Json* sparse = field(accessor, "sparse"))
-    if (Status status = apply_sparse(document, *sparse, *layout, data); !status.ok()) return status;
+    if (Status status = apply_sparse(document, *sparse, *layout, whole_count, wanted, data); !status.ok())
+      return status;
   return data;
 }
 
@@ -114,26 +126,32 @@ const char* type_name(uint8_t component_count) {
 }
 
 template <typename T>
-void bounds_of(const AccessorData& data, Json& least, Json& most) {
-  const size_t components = data.component_count;
+void bounds_of(const ValuesView& data, Json& least, Json& most) {
+  constexpr size_t kMostComponents = 16;
+  const size_t components = std::min<size_t>(data.component_count, kMostComponents);
+  std::array<T, kMostComponents> low, high;
+  low.fill(std::numeric_limits<T>::max());
+  high.fill(std::numeric_limits<T>::lowest());
+  for_each_step(data, [&](size_t first, size_t end) {
+    for (size_t i = first; i < end; ++i)
+      for (size_t component = 0; component < components; ++component) {
+        T value;
+        std::memcpy(&value, data.at(i) + component * sizeof(T), sizeof(T));
+        if constexpr (std::is_floating_point_v<T>)
+          if (!std::isfinite(value)) continue;  // JSON cannot express it
+        low[component] = std::min(low[component], value);
+        high[component] = std::max(high[component], value);
+      }
+    return true;
+  });
   for (size_t component = 0; component < components; ++component) {
-    T low = std::numeric_limits<T>::max();
-    T high = std::numeric_limits<T>::lowest();
-    for (size_t i = 0; i < data.count; ++i) {
-      T value;
-      std::memcpy(&value, data.values.data() + (i * components + component) * sizeof(T), sizeof(T));
-      if constexpr (std::is_floating_point_v<T>)
-        if (!std::isfinite(value)) continue;  // JSON cannot express it
-      low = std::min(low, value);
-      high = std::max(high, value);
-    }
-    if (low > high) low = high = T{};  // no finite value
-    least.push_back(low);
-    most.push_back(high);
+    const bool is_finite = low[component] <= high[component];
+    least.push_back(is_finite ? low[component] : T{});
+    most.push_back(is_finite ? high[component] : T{});
   }
 }
 
-void set_bounds(Json& accessor, const AccessorData& data) {
+void set_bounds(Json& accessor, const ValuesView& data) {
   Json least = Json::array(), most = Json::array();
   switch (data.component_type) {
     case ComponentType::kInt8: bounds_of<int8_t>(data, least, most); break;
@@ -153,30 +171,43 @@ size_t stride_in_view(const ElementLayout& layout, int target) {
   return target == kArrayBuffer ? (layout.stored_bytes() + 3) / 4 * 4 : layout.stored_bytes();
 }
 
-void store_element(const AccessorData& data, size_t index, const ElementLayout& layout, uint8_t* to) {
+void store_element(const ValuesView& data, size_t index, const ElementLayout& layout, uint8_t* to) {
   for (size_t column = 0; column < layout.columns; ++column)
-    std::memcpy(to + column * layout.column_stride(),
-                data.values.data() + index * layout.packed_bytes() + column * layout.column_bytes(),
+    std::memcpy(to + column * layout.column_stride(), data.at(index) + column * layout.column_bytes(),
                 layout.column_bytes());
 }
 
-bool is_zero(const AccessorData& data, size_t index, size_t element_bytes) {
-  const std::byte* element = data.values.data() + index * element_bytes;
+bool is_zero(const ValuesView& data, size_t index, size_t element_bytes) {
+  const std::byte* element = data.at(index);
   return std::all_of(element, element + element_bytes, [](std::byte b) { return b == std::byte{0}; });
+}
+
+// Makes `accessor` refer to a new view.
+void describe_view(Document& document, Json& accessor, const ElementLayout& layout, int target,
+                   int64_t view_index) {
+  Json& view = document.json["bufferViews"][static_cast<size_t>(view_index)];
+  const size_t stride = stride_in_view(layout, target);
+  if (stride != layout.stored_bytes()) view["byteStride"] = stride;
+  if (target != 0) view["target"] = target;
+  accessor["bufferView"] = view_index;
 }
 
 }  // namespace
 
 Expected<AccessorData> read_accessor(const Document& document, int64_t index) {
+  return read_accessor(document, index, 0, UINT32_MAX);
+}
+
+Expected<AccessorData> read_accessor(const Document& document, int64_t index, uint32_t first, uint32_t count) {
   const std::string name = "accessor " + std::to_string(index);
   const Json* accessor = top_level_object(document.json, "accessors", index);
   if (accessor == nullptr) return invalid_input(name + " does not exist");
-  auto data = read(document, *accessor);
+  auto data = read(document, *accessor, {first, count});
   if (!data) return Status(data.status().code(), name + ": " + data.status().message());
   return data;
 }
 
-Json describe_stored(const AccessorData& data) {
+Json describe_stored(const ValuesView& data) {
   const char* type = type_name(data.component_count);
   if (type == nullptr) return Json::object();
   Json accessor = {{"componentType", static_cast<int>(data.component_type)}, {"count", data.count}};
@@ -185,21 +216,36 @@ Json describe_stored(const AccessorData& data) {
   return accessor;
 }
 
-void store_values(Document& document, Json& accessor, const AccessorData& data, int target) {
+void write_values(const ValuesView& data, int target, uint8_t* to) {
   const Expected<ElementLayout> layout = element_layout(describe_stored(data));
-  if (!layout) return;  // no glTF type has this number of components
+  if (!layout) return;
   const size_t stride = stride_in_view(*layout, target);
-  std::vector<uint8_t> stored(data.count * stride);
-  for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, stored.data() + i * stride);
-
-  const int64_t view_index = append_buffer_view(document, stored);
-  Json& view = document.json["bufferViews"][static_cast<size_t>(view_index)];
-  if (stride != layout->stored_bytes()) view["byteStride"] = stride;
-  if (target != 0) view["target"] = target;
-  accessor["bufferView"] = view_index;
+  for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, to + i * stride);
 }
 
-void store_values_sparse(Document& document, Json& accessor, const AccessorData& data, int target) {
+void store_values(Document& document, Json& accessor, const ValuesView& data, int target) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  if (!layout) return;  // no glTF type has this number of components
+  std::vector<uint8_t> stored(data.count * stride_in_view(*layout, target));
+  write_values(data, target, stored.data());
+  describe_view(document, accessor, *layout, target, append_buffer_view(document, stored));
+}
+
+void place_values(Document& document, Json& accessor, const ValuesView& data, int target, size_t buffer,
+                  uint64_t offset) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  if (!layout) return;
+  Json& views = document.json["bufferViews"];
+  views.push_back({{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", data.count * data.step()}});
+  describe_view(document, accessor, *layout, target, static_cast<int64_t>(views.size() - 1));
+}
+
+size_t stored_stride(const ValuesView& data, int target) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  return layout ? stride_in_view(*layout, target) : 0;
+}
+
+void store_values_sparse(Document& document, Json& accessor, const ValuesView& data, int target) {
   const Expected<ElementLayout> layout = element_layout(describe_stored(data));
   if (!layout) return;
   std::vector<uint32_t> kept;
@@ -237,7 +283,7 @@ int64_t append_accessor(Document& document, const AccessorData& data, int target
   return static_cast<int64_t>(accessors.size() - 1);
 }
 
-void describe_decoded(Json& accessor, const AccessorData& data, bool with_bounds) {
+void describe_decoded(Json& accessor, const ValuesView& data, bool with_bounds) {
   for (const char* name : {"bufferView", "byteOffset", "sparse"}) accessor.erase(name);
   accessor["count"] = data.count;
   if (with_bounds && data.count > 0) {

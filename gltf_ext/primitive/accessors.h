@@ -1,10 +1,41 @@
 // glTF accessors to plain arrays and back.
 #pragma once
 
+#include <algorithm>
+
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/files/operating_system.h"
 #include "src/mesh/mesh.h"
 
 namespace psplit {
+
+// Values in memory that belongs to someone else. They may be in a mapped file: functions that take a view go
+// through it in order, and release what they have read (gltf_ext/files/mapped_file.h).
+struct ValuesView {
+  ComponentType component_type = ComponentType::kFloat32;
+  uint8_t component_count = 1;
+  bool normalized = false;
+  uint32_t count = 0;
+  std::span<const std::byte> bytes;
+  size_t stride = 0;  // from one value to the next; 0: tightly packed
+
+  size_t value_bytes() const { return component_bytes(component_type) * component_count; }
+  size_t step() const { return stride == 0 ? value_bytes() : stride; }
+  const std::byte* at(size_t index) const { return bytes.data() + index * step(); }
+};
+
+// Calls visit(first, end) for the values in steps of about kReleaseStep bytes, and releases the memory of each
+// step. `visit` returns whether to continue. Returns false if it stopped.
+template <typename Visit>
+bool for_each_step(const ValuesView& data, Visit&& visit) {
+  const size_t step = data.step(), values = std::max<size_t>(1, static_cast<size_t>(kReleaseStep) / step);
+  for (size_t first = 0; first < data.count; first += values) {
+    const size_t end = std::min<size_t>(first + values, data.count);
+    if (!visit(first, end)) return false;
+    release_mapped({reinterpret_cast<const uint8_t*>(data.at(first)), (end - first) * step});
+  }
+  return true;
+}
 
 struct AccessorData {
   ComponentType component_type = ComponentType::kFloat32;
@@ -12,30 +43,48 @@ struct AccessorData {
   bool normalized = false;
   uint32_t count = 0;
   Array<std::byte> values;  // tightly packed, without strides or matrix padding; sparse values applied
+
+  operator ValuesView() const { return {component_type, component_count, normalized, count, values}; }
 };
 
 // The most bytes of an accessor without a buffer view, which is all zeros except for sparse values.
 inline constexpr uint64_t kMaxUnbackedBytes = uint64_t{1} << 30;
 
 Expected<AccessorData> read_accessor(const Document& document, int64_t index);
+// Only `count` values from `first` on, which must exist. Errors are those of the whole accessor.
+Expected<AccessorData> read_accessor(const Document& document, int64_t index, uint32_t first, uint32_t count);
 
 // Appends a buffer view and its accessor, with min and max if `with_bounds` is true. Returns the accessor's
 // index, or -1 if no glTF type has this number of components. `target` is 34962, 34963 or 0.
 int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);
 
 // Appends the values as a buffer view and makes `accessor` refer to it. The caller sets its other members.
-void store_values(Document& document, Json& accessor, const AccessorData& data, int target);
+void store_values(Document& document, Json& accessor, const ValuesView& data, int target);
+
+// Appends a view of bytes that a buffer has already, laid out as store_values does it, and makes `accessor`
+// refer to it.
+void place_values(Document& document, Json& accessor, const ValuesView& data, int target, size_t buffer,
+                  uint64_t offset);
+// Writes the values as store_values does, stored_stride(data, target) bytes apart.
+void write_values(const ValuesView& data, int target, uint8_t* to);
+
+// The type of the indices of a new accessor. 16 bits hold indices up to 65534: 65535 restarts primitives.
+constexpr ComponentType index_type(uint32_t point_count) {
+  return point_count <= 65535 ? ComponentType::kUint16 : ComponentType::kUint32;
+}
+// The bytes from one value to the next that store_values chooses.
+size_t stored_stride(const ValuesView& data, int target);
 
 // The same, but as a sparse accessor of the elements that are not zero, if that takes fewer bytes. If all
 // elements are zero, nothing is stored.
-void store_values_sparse(Document& document, Json& accessor, const AccessorData& data, int target);
+void store_values_sparse(Document& document, Json& accessor, const ValuesView& data, int target);
 
 // An accessor that describes data without bufferView and bounds, for example because an extension supplies it.
-// `data.values` is not used. Returns an empty object if no glTF type has this number of components.
-Json describe_stored(const AccessorData& data);
+// `data.bytes` is not used. Returns an empty object if no glTF type has this number of components.
+Json describe_stored(const ValuesView& data);
 
 // Makes `accessor` describe decoded data that an extension supplies: sets count, min and max, and removes
 // bufferView, byteOffset and sparse. Its other members stay.
-void describe_decoded(Json& accessor, const AccessorData& data, bool with_bounds);
+void describe_decoded(Json& accessor, const ValuesView& data, bool with_bounds);
 
 }  // namespace psplit

@@ -10,26 +10,7 @@
 namespace psplit {
 namespace {
 
-AccessorData accessor_data(const Attribute& attribute, uint32_t count) {
-  return {attribute.component_type, attribute.component_count, attribute.normalized, count, attribute.values};
-}
-
-AccessorData index_data(const Mesh& mesh) {
-  AccessorData data;
-  // 16 bits hold indices up to 65534: 65535 restarts primitives.
-  const bool narrow = mesh.point_count <= 65535;
-  data.component_type = narrow ? ComponentType::kUint16 : ComponentType::kUint32;
-  data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
-  data.values.resize(size_t{data.count} * component_bytes(data.component_type));
-  std::byte* out = data.values.data();
-  for (const auto& face : mesh.faces)
-    for (const uint32_t point : face) {
-      const auto low = static_cast<uint16_t>(point);
-      std::memcpy(out, narrow ? static_cast<const void*>(&low) : &point, component_bytes(data.component_type));
-      out += component_bytes(data.component_type);
-    }
-  return data;
-}
+constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 
 }  // namespace
 
@@ -91,46 +72,62 @@ int64_t PrimitiveEditor::accessor_to_edit(const PrimitiveGroup& group, const std
   return added;
 }
 
-void PrimitiveEditor::fill(int64_t index, const AccessorData& data, int target, GeometryData how,
-                           bool with_bounds) {
+void PrimitiveEditor::fill(int64_t index, const ValuesView& data, int target, GeometryData how,
+                           bool with_bounds, const Placed* placed) {
   const auto slot = static_cast<size_t>(index);
   with_bounds = with_bounds || field(document_.json["accessors"][slot], "min") != nullptr;
   Json& accessor = document_.json["accessors"][slot];
   describe_decoded(accessor, data, with_bounds);
   accessor["componentType"] = static_cast<int>(data.component_type);
   if (field(accessor, "type") == nullptr) accessor["type"] = "SCALAR";
-  if (how == GeometryData::kInBufferViews) store_values(document_, accessor, data, target);
+  if (placed != nullptr)
+    place_values(document_, accessor, data, target, placed->buffer, placed->offset);
+  else if (how == GeometryData::kInBufferViews)
+    store_values(document_, accessor, data, target);
   if (how == GeometryData::kSparse) store_values_sparse(document_, accessor, data, target);
+}
+
+void PrimitiveEditor::set_attribute(const PrimitiveGroup& group, const MeshView::Values& attribute,
+                                    GeometryData data, const Placed* placed) {
+  const std::string& semantic = attribute.semantic;
+  const Json& attributes = primitive_json(document_, group.ids.front())["attributes"];
+  const int64_t index = accessor_to_edit(group, semantic, field(attributes, semantic.c_str()));
+  fill(index, attribute.values, kArrayBuffer, data, semantic == "POSITION", placed);
+  for (const PrimitiveId id : group.ids) primitive_json(document_, id)["attributes"][semantic] = index;
+}
+
+void PrimitiveEditor::set_indices(const PrimitiveGroup& group, const ValuesView& indices, GeometryData data,
+                                  const Placed* placed) {
+  const int64_t index =
+      accessor_to_edit(group, "indices", field(primitive_json(document_, group.ids.front()), "indices"));
+  fill(index, indices, kElementArrayBuffer, data, false, placed);
+  for (const PrimitiveId id : group.ids) {
+    Json& primitive = primitive_json(document_, id);
+    primitive["indices"] = index;
+    if (integer_field_or(primitive, "mode", 4) != 4) primitive["mode"] = 4;
+  }
 }
 
 void PrimitiveEditor::set_geometry(const PrimitiveGroup& group, const Mesh& mesh,
                                    const std::vector<MorphAttribute>& morphs, GeometryData data,
                                    const std::vector<std::string>& only) {
-  constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
-  const PrimitiveId first = group.ids.front();
-  for (const Attribute& attribute : mesh.attributes) {
-    if (!only.empty() && std::find(only.begin(), only.end(), attribute.semantic) == only.end()) continue;
-    const Json& attributes = primitive_json(document_, first)["attributes"];
-    const int64_t index =
-        accessor_to_edit(group, attribute.semantic, field(attributes, attribute.semantic.c_str()));
-    fill(index, accessor_data(attribute, mesh.point_count), kArrayBuffer, data,
-         attribute.semantic == "POSITION");
-    for (const PrimitiveId id : group.ids)
-      primitive_json(document_, id)["attributes"][attribute.semantic] = index;
-  }
-  const int64_t indices =
-      accessor_to_edit(group, "indices", field(primitive_json(document_, first), "indices"));
-  fill(indices, index_data(mesh), kElementArrayBuffer, data, false);
-  for (const PrimitiveId id : group.ids) {
-    Json& primitive = primitive_json(document_, id);
-    primitive["indices"] = indices;
-    if (integer_field_or(primitive, "mode", 4) != 4) primitive["mode"] = 4;
-  }
+  for (const MeshView::Values& attribute : view_of(mesh).attributes)
+    if (only.empty() || std::ranges::find(only, attribute.semantic) != only.end())
+      set_attribute(group, attribute, data, nullptr);
+  set_indices(group, index_data(mesh), data, nullptr);
   set_morphs(group, morphs);
 }
 
+void PrimitiveEditor::set_placed_geometry(const PrimitiveGroup& group, const PlacedMesh& mesh) {
+  for (size_t i = 0; i < mesh.view.attributes.size(); ++i) {
+    const Placed placed{mesh.buffer, mesh.offsets[i]};
+    set_attribute(group, mesh.view.attributes[i], GeometryData::kInBufferViews, &placed);
+  }
+  const Placed placed{mesh.buffer, mesh.offsets.back()};
+  set_indices(group, mesh.view.indices, GeometryData::kInBufferViews, &placed);
+}
+
 void PrimitiveEditor::set_morphs(const PrimitiveGroup& group, const std::vector<MorphAttribute>& morphs) {
-  constexpr int kArrayBuffer = 34962;
   const auto current = [&](const MorphAttribute& morph) {
     return field(primitive_json(document_, group.ids.front())["targets"][morph.target], morph.semantic.c_str());
   };

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
@@ -32,6 +33,14 @@ class PrimitiveEditor {
   // accessor still do. If `only` is not empty, attributes that it does not name stay as they are.
   void set_geometry(const PrimitiveGroup& group, const Mesh& mesh, const std::vector<MorphAttribute>& morphs,
                     GeometryData data, const std::vector<std::string>& only = {});
+  // The same for kInBufferViews and a mesh that is in a buffer of the document already, at the offsets that
+  // lay_out (mesh_view.h) returned. Morph targets stay.
+  struct PlacedMesh {
+    const MeshView& view;
+    size_t buffer;
+    std::span<const uint64_t> offsets;
+  };
+  void set_placed_geometry(const PrimitiveGroup& group, const PlacedMesh& mesh);
 
   // Marks an accessor whose user was removed: finish() drops it if nothing else uses it.
   void release(int64_t accessor) { freed_.push_back(accessor); }
@@ -44,7 +53,17 @@ class PrimitiveEditor {
   int64_t accessor_to_edit(const PrimitiveGroup& group, const std::string& role, const Json* current,
                            size_t uses = 1);
   void set_morphs(const PrimitiveGroup& group, const std::vector<MorphAttribute>& morphs);
-  void fill(int64_t accessor, const AccessorData& data, int target, GeometryData how, bool with_bounds);
+  // Where values are that are stored already.
+  struct Placed {
+    size_t buffer;
+    uint64_t offset;
+  };
+  void set_attribute(const PrimitiveGroup& group, const MeshView::Values& attribute, GeometryData data,
+                     const Placed* placed);
+  void set_indices(const PrimitiveGroup& group, const ValuesView& indices, GeometryData data,
+                   const Placed* placed);
+  void fill(int64_t accessor, const ValuesView& data, int target, GeometryData how, bool with_bounds,
+            const Placed* placed = nullptr);
 
   Document& document_;
   std::map<int64_t, size_t> users_;

@@ -1,5 +1,6 @@
 #include "src/cpu/container_decoder.h"
 
+#include <algorithm>
 #include <cstring>
 #include <string>
 
@@ -36,32 +37,74 @@ Status ContainerDecoder::decode_borders() {
 
 Status ContainerDecoder::decode() {
   if (Status status = decode_borders(); !status.ok()) return status;
-  const auto count = static_cast<uint32_t>(patches_.size());
+  decode_first_round(range_);
+  if (steps_.stopped()) return cancelled();
+  if (Status status = first_failure(range_); !status.ok()) return status;
+  decode_second_round(range_);
+  return first_failure(range_);
+}
+
+Status ContainerDecoder::decode_in_windows(uint64_t most_faces,
+                                           const std::function<void(StreamRange)>& finish) {
+  // After an error the windows go on, to find an error that decode() reports before it: that of a border, then
+  // that of a stream, then that of a reference.
+  Status stream_error, reference_error;
+  for (StreamRange window = window_from(range_.first, most_faces); window.first < range_.end;
+       window = window_from(window.end, most_faces)) {
+    Expected<BorderValues> borders = BorderValues::decode(container_, window.first, window.end, pool_);
+    if (!borders) return borders.status();
+    borders_ = std::move(*borders);
+    decode_first_round(window);
+    if (steps_.stopped()) return cancelled();
+    if (stream_error.ok()) stream_error = first_failure(window);
+    if (stream_error.ok() && reference_error.ok()) {
+      decode_second_round(window);
+      reference_error = first_failure(window);
+    }
+    for (uint32_t i = window.first; i < window.end; ++i) {
+      StitchedPatch kept;
+      kept.walk = std::move(patches_[i].walk);
+      kept.status = std::move(patches_[i].status);
+      patches_[i] = std::move(kept);
+    }
+    finish(window);
+  }
+  return stream_error.ok() ? reference_error : stream_error;
+}
+
+StreamRange ContainerDecoder::window_from(uint32_t first, uint64_t most_faces) const {
+  uint32_t end = std::min(first + 1, range_.end);
+  while (end < range_.end && container_.face_base[end + 1] - container_.face_base[first] <= most_faces) ++end;
+  return {first, end};
+}
+
+void ContainerDecoder::decode_first_round(StreamRange window) {
+  const uint32_t count = window.end - window.first;
   // In step only if that leaves no thread without work.
   const uint32_t in_step = count / kInStep >= static_cast<uint32_t>(pool_.thread_count()) ? count / kInStep : 0;
   pool_.for_each(in_step + (count - in_step * kInStep), [&](size_t task) {
     if (steps_.stopped()) return;
     const auto i = static_cast<uint32_t>(task);
     if (i < in_step)
-      decode_streams(i * kInStep, kInStep);
+      decode_streams(window.first + i * kInStep, kInStep);
     else
-      decode_streams(in_step * (kInStep - 1) + i, 1);
+      decode_streams(window.first + in_step * (kInStep - 1) + i, 1);
   });
-  if (steps_.stopped()) return cancelled();
-  if (Status status = first_failure(); !status.ok()) return status;
-  pool_.for_each(count, [&](size_t i) {
-    const auto patch = static_cast<uint32_t>(i);
-    patches_[i].status = resolve_references(patch).at({.patch = patch});
-    if (!patches_[i].status.ok()) return;
+}
+
+void ContainerDecoder::decode_second_round(StreamRange window) {
+  pool_.for_each(window.end - window.first, [&](size_t i) {
+    const auto patch = static_cast<uint32_t>(window.first + i);
+    patches_[patch].status = resolve_references(patch).at({.patch = patch});
+    if (!patches_[patch].status.ok()) return;
     write_references(patch);
     check_copies(patch);
   });
-  return first_failure();
 }
 
-Status ContainerDecoder::first_failure() const {
-  for (const StitchedPatch& patch : patches_)
-    if (!patch.status.ok()) return patch.status;
+Status ContainerDecoder::first_failure(StreamRange window) const {
+  for (uint32_t i = window.first; i < window.end; ++i)
+    if (!patches_[i].status.ok()) return patches_[i].status;
   return {};
 }
 

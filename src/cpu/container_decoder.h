@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -68,6 +69,10 @@ class ContainerDecoder {
 
   // Decodes all streams.
   Status decode();
+  // The same in windows of consecutive streams, each with at most `most_faces` faces, or one stream. After a
+  // window, only the numbers along its borders stay in the decoder's memory, and later windows do not write to
+  // its part of `out` any more. finish(window) is then called. Errors are those of decode().
+  Status decode_in_windows(uint64_t most_faces, const std::function<void(StreamRange)>& finish);
 
   // The steps of it. The shared values come first.
   Status decode_borders();
@@ -82,7 +87,10 @@ class ContainerDecoder {
   StitchedPatch& stitched(uint32_t i) { return patches_[i]; }
 
  private:
-  Status first_failure() const;
+  StreamRange window_from(uint32_t first, uint64_t most_faces) const;
+  void decode_first_round(StreamRange window);
+  void decode_second_round(StreamRange window);
+  Status first_failure(StreamRange window) const;
   void decode_patch(uint32_t i, Scratch& scratch);
   void decode_patches(uint32_t first, Scratch& scratch);
   // std::nullopt if it needs more memory than the arena has left.

@@ -11,7 +11,8 @@
 namespace psplit {
 namespace {
 
-// The findings with libdraco's decoder. The CPU's decoder must give findings for the same rules and places.
+// The findings with libdraco's decoder. The CPU's decoder must give findings for the same rules and places, and
+// the same findings if it may have no more than one patch in memory.
 std::vector<Finding> validate(const Document& document) {
   const std::vector<Finding> findings = validate_document(document, draco_backend(), test_pool());
   const std::vector<Finding> others = validate_document(document, cpu_backend(), test_pool());
@@ -21,6 +22,16 @@ std::vector<Finding> validate(const Document& document) {
     EXPECT_EQ(findings[i].place.mesh, others[i].place.mesh);
     EXPECT_EQ(findings[i].place.primitive, others[i].place.primitive);
     EXPECT_EQ(findings[i].place.patch, others[i].place.patch);
+  }
+  const MemoryLimit little{1, testing::TempDir()};
+  const std::vector<Finding> by_windows = validate_document(document, cpu_backend(), test_pool(), little);
+  EXPECT_EQ(by_windows.size(), others.size());
+  for (size_t i = 0; i < std::min(by_windows.size(), others.size()); ++i) {
+    const auto text_of = [](const Finding& finding) {
+      return finding.rule + std::string(finding.error ? ": " : " (warning): ") +
+             Status(finding.code, finding.message, finding.place).to_string();
+    };
+    EXPECT_EQ(text_of(by_windows[i]), text_of(others[i]));
   }
   return findings;
 }

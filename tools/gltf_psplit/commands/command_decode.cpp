@@ -13,6 +13,7 @@
 #include "tools/gltf_psplit/options/coding_options.h"
 #include "tools/gltf_psplit/options/encode_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/encode_report.h"
@@ -25,6 +26,7 @@ namespace {
 struct Arguments {
   std::string input, output, report, target = "gltf";
   BackendChoice backend;
+  MemoryChoice memory;
   EncodeDocumentOptions options;
   WriteOptions write;
 };
@@ -44,6 +46,11 @@ std::string decode_summary(const Decoded& counts) {
   return text;
 }
 
+// Stock Draco is encoded from whole meshes.
+MemoryLimit limit_of(const Arguments& arguments) {
+  return arguments.target == "draco" ? MemoryLimit() : memory_limit(arguments.memory, arguments.output);
+}
+
 Expected<Decoded> convert(Document& document, const Arguments& arguments, const Session& session) {
   Decoded counts;
   for (const PrimitiveId id : all_primitives(document)) {
@@ -53,8 +60,8 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
   }
   {
     ProgressBar bar("decoding", session.log);
-    Status status =
-        decode_document(document, find_backend(arguments.backend), session.pool, bar.callback("patch"));
+    Status status = decode_document(document, find_backend(arguments.backend), session.pool,
+                                    bar.callback("patch"), limit_of(arguments));
     if (!status.ok()) return status;
   }
   if (arguments.target != "draco") return counts;
@@ -111,14 +118,19 @@ void add_decode_command(CLI::App& app, Action& action) {
   add_images_option(command, arguments->write);
   command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
   add_backend_options(command, arguments->backend);
+  add_memory_options(command, arguments->memory,
+                     "Larger meshes are decoded by the CPU into a temporary file of their size. Not with "
+                     "--to draco, which needs whole meshes.");
   add_coding_options(command, arguments->options, true);
   group_encode_options(command);
-  add_examples(command, {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, which every viewer opens"},
-                         {"gltf-psplit decode dragon.glb draco.glb --to draco",
-                          "stock Draco, one stream for each primitive"},
-                         {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
-                         {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB",
-                          "decode in parts if the GPU has little memory"}});
+  add_examples(
+      command,
+      {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, which every viewer opens"},
+       {"gltf-psplit decode dragon.glb draco.glb --to draco", "stock Draco, one stream for each primitive"},
+       {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
+       {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB",
+        "decode in parts if the GPU has little memory"},
+       {"gltf-psplit decode scan.gltf plain.gltf --memory 4GB", "decode a mesh that is larger than memory"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_decode(*arguments, session); };
   });

@@ -9,6 +9,7 @@
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/progress.h"
 #include "tools/gltf_psplit/report/verdict.h"
@@ -20,6 +21,7 @@ struct Arguments {
   std::vector<std::string> inputs;
   std::string output = "-", format = "text";
   BackendChoice backend;
+  MemoryChoice memory;
 };
 
 // An asset that cannot be parsed breaks the first rule. Other failures, such as a missing file, are errors.
@@ -30,7 +32,8 @@ Expected<std::vector<Finding>> find_all(const std::string& input, const Argument
     if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
       return status;
     ProgressBar bar("validating " + input, session.log);
-    return validate_document(*document, find_backend(arguments.backend), session.pool);
+    return validate_document(*document, find_backend(arguments.backend), session.pool,
+                             memory_limit(arguments.memory));
   }
   const Status status = document.status();
   if (status.code() != StatusCode::kInvalidInput) return status;
@@ -80,6 +83,8 @@ void add_validate_command(CLI::App& app, Action& action) {
   add_format_option(command, arguments->format);
   add_text_output_option(command, arguments->output);
   add_backend_options(command, arguments->backend);
+  add_memory_options(command, arguments->memory,
+                     "Larger meshes are checked by the CPU in a temporary file of their size.");
   add_examples(
       command,
       {{"gltf-psplit validate dragon.glb", "list what is wrong, or say that the file is valid"},

@@ -1,0 +1,44 @@
+#include "gltf_ext/convert/decode_to_file.h"
+
+#include <algorithm>
+
+#include "gltf_ext/files/operating_system.h"
+#include "src/container/claims.h"
+#include "src/cpu/container_decoder.h"
+
+namespace psplit {
+namespace {
+
+// Of a window: its part of the results, its streams, and the references of its faces.
+constexpr uint64_t kWindowBytesOfAFace = 128;
+
+void release(std::span<const std::byte> bytes) {
+  release_mapped({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace
+
+uint64_t decoded_bytes(const PatchContainer& container, std::span<const AttributeRequest> requests) {
+  uint64_t bytes = uint64_t{container.face_count()} * 12;
+  for (const AttributeRequest& request : requests) bytes += container.point_count() * request.value_bytes();
+  return bytes;
+}
+
+Status decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                      const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
+                      const Progress& progress, std::vector<StreamFindings>* findings) {
+  const Watch watch{progress};
+  Steps steps(watch, container.entries.size());
+  const DecodeTask task{&container, requests};
+  ContainerDecoder decoder(task, mesh.buffers, pool, steps, findings);
+  const auto finish = [&](StreamRange window) {
+    // The checks of copies also read values of earlier windows.
+    for (const AttributeBuffer& attribute : mesh.buffers.attributes)
+      release(attribute.bytes.first(container.owned_base[window.end] * attribute.stride));
+    release(mesh.buffers.indices.first(size_t{3} * container.face_base[window.end] * mesh.buffers.index_bytes));
+    release_mapped(container.bytes);
+  };
+  return decoder.decode_in_windows(std::max<uint64_t>(1, limit.bytes / 2 / kWindowBytesOfAFace), finish);
+}
+
+}  // namespace psplit

@@ -1,0 +1,27 @@
+// Primitives that are larger than memory, decoded window by window.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "gltf_ext/primitive/memory_limit.h"
+#include "gltf_ext/primitive/mesh_view.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/checked_decode.h"
+#include "src/parallel.h"
+
+namespace psplit {
+
+// The bytes of the indices and of all values of a decoded container.
+uint64_t decoded_bytes(const PatchContainer& container, std::span<const AttributeRequest> requests);
+
+// Decodes into `mesh`, whose memory is a FileMemory (gltf_ext/files/mapped_file.h), by the CPU's decoder. After
+// each window of patches its part of the file and of the container leaves the memory. The memory that this
+// takes is about limit.bytes / 2, or that of one patch if it is more; in addition 4 bytes for each point of a
+// patch's border. Every request must satisfy is_written_as_stored. With `findings`, the streams are checked as
+// decode_checked says. Errors are those of cpu_backend.
+Status decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                      const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
+                      const Progress& progress, std::vector<StreamFindings>* findings = nullptr);
+
+}  // namespace psplit

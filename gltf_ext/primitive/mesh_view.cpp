@@ -1,0 +1,80 @@
+#include "gltf_ext/primitive/mesh_view.h"
+
+#include <cstring>
+
+#include "gltf_ext/document/element_layout.h"
+
+namespace psplit {
+namespace {
+
+constexpr int kArrayBuffer = 34962;
+
+ValuesView values_of(const AttributeRequest& request, uint32_t count) {
+  return {request.component_type, request.component_count, request.normalized, count, {}, 0};
+}
+
+}  // namespace
+
+MeshView view_of(const Mesh& mesh) {
+  MeshView view;
+  view.point_count = mesh.point_count;
+  for (const Attribute& attribute : mesh.attributes)
+    view.attributes.push_back({attribute.semantic,
+                               {attribute.component_type, attribute.component_count, attribute.normalized,
+                                mesh.point_count, attribute.values}});
+  view.indices = {ComponentType::kUint32, 1, false, static_cast<uint32_t>(mesh.faces.size() * 3),
+                  std::as_bytes(std::span(mesh.faces))};
+  return view;
+}
+
+AccessorData index_data(const Mesh& mesh) {
+  AccessorData data;
+  data.component_type = index_type(mesh.point_count);
+  const bool narrow = data.component_type == ComponentType::kUint16;
+  data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
+  data.values.resize(size_t{data.count} * component_bytes(data.component_type));
+  std::byte* out = data.values.data();
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) {
+      const auto low = static_cast<uint16_t>(point);
+      std::memcpy(out, narrow ? static_cast<const void*>(&low) : &point, component_bytes(data.component_type));
+      out += component_bytes(data.component_type);
+    }
+  return data;
+}
+
+LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,
+                    uint64_t begin, std::span<uint8_t> memory) {
+  LaidOutMesh mesh;
+  mesh.end = begin;
+  const auto place = [&](uint64_t bytes) {
+    const uint64_t offset = (mesh.end + 3) / 4 * 4;
+    mesh.offsets.push_back(offset);
+    mesh.end = offset + bytes;
+    return memory.empty() ? std::span<std::byte>()
+                          : std::as_writable_bytes(
+                                memory.subspan(static_cast<size_t>(offset), static_cast<size_t>(bytes)));
+  };
+  mesh.view.point_count = point_count;
+  for (const AttributeRequest& request : requests) {
+    ValuesView values = values_of(request, point_count);
+    values.stride = stored_stride(values, kArrayBuffer);
+    const std::span<std::byte> bytes = place(uint64_t{point_count} * values.stride);
+    values.bytes = bytes;
+    mesh.view.attributes.push_back({request.semantic, values});
+    mesh.buffers.attributes.push_back({bytes, values.stride});
+  }
+  ValuesView indices{index_type(point_count), 1, false, face_count * 3, {}, 0};
+  mesh.buffers.index_bytes = static_cast<uint32_t>(indices.value_bytes());
+  mesh.buffers.indices = place(uint64_t{indices.count} * indices.value_bytes());
+  indices.bytes = mesh.buffers.indices;
+  mesh.view.indices = indices;
+  return mesh;
+}
+
+bool is_written_as_stored(const AttributeRequest& request) {
+  const Expected<ElementLayout> layout = element_layout(describe_stored(values_of(request, 0)));
+  return layout && layout->packed_bytes() == layout->stored_bytes();
+}
+
+}  // namespace psplit

@@ -1,0 +1,41 @@
+// A decoded mesh in memory that belongs to someone else, and that may be a file's.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "gltf_ext/primitive/accessors.h"
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+struct MeshView {
+  struct Values {
+    std::string semantic;
+    ValuesView values;
+  };
+  uint32_t point_count = 0;
+  std::vector<Values> attributes;
+  ValuesView indices;  // unsigned, three for each face
+};
+
+MeshView view_of(const Mesh& mesh);
+// The indices with the component type of a new accessor.
+AccessorData index_data(const Mesh& mesh);
+
+// A mesh laid out as PrimitiveEditor stores it: the attributes, then the indices, each on a 4-byte boundary.
+struct LaidOutMesh {
+  MeshView view;
+  PrimitiveBuffers buffers;       // the same memory, to be written
+  std::vector<uint64_t> offsets;  // in the memory, of each attribute, then of the indices
+  uint64_t end = 0;
+};
+// From the offset `begin` of `memory` on. Without memory, only offsets and end are known.
+LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,
+                    uint64_t begin, std::span<uint8_t> memory);
+
+// Whether values that a decoder writes tightly packed, apart from the stride, are what a buffer view holds:
+// the columns of some matrices are padded there.
+bool is_written_as_stored(const AttributeRequest& request);
+
+}  // namespace psplit
