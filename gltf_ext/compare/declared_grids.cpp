@@ -12,6 +12,9 @@ namespace {
 
 DeclaredGrid grid_of(const StreamAttribute& attribute) {
   DeclaredGrid grid;
+  grid.bits = attribute.bits;
+  grid.origin = attribute.origin;
+  grid.range = attribute.range;
   grid.identity = std::to_string(attribute.bits);
   grid.direction = attribute.origin.empty();
   if (grid.direction) {

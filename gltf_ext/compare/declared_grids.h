@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/container/stream_description.h"
@@ -13,6 +14,10 @@ struct DeclaredGrid {
   double within = 0;  // the largest error of a component; for directions, of the chord between unit vectors
   bool direction = false;  // quantized on an octahedron
   std::string identity;    // equal for equal grids; empty if the streams have several grids
+  // The grid itself; without `direction`, values are origin + i * range / (2^bits - 1).
+  int bits = 0;
+  std::vector<float> origin{};
+  float range = 0;
 };
 
 // The grids of the quantized attributes of a compressed primitive, by semantic, as its streams state them.

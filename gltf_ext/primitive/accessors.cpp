@@ -207,6 +207,25 @@ Expected<AccessorData> read_accessor(const Document& document, int64_t index, ui
   return data;
 }
 
+Expected<ValuesView> accessor_view(const Document& document, int64_t index) {
+  const auto none = read_accessor(document, index, 0, 0);  // checks everything
+  if (!none) return none.status();
+  const Json& accessor = *top_level_object(document.json, "accessors", index);
+  const ElementLayout layout = *element_layout(accessor);
+  if (field(accessor, "sparse") != nullptr || field(accessor, "bufferView") == nullptr ||
+      layout.packed_bytes() != layout.stored_bytes())
+    return unsupported("accessor " + std::to_string(index) + " does not store its values as they are");
+  const auto count = static_cast<uint32_t>(*integer_field(accessor, "count"));
+  const auto elements = stored_elements(document, accessor, layout, count, true);
+  if (!elements) return elements.status();
+  return ValuesView{none->component_type,
+                    none->component_count,
+                    none->normalized,
+                    count,
+                    std::as_bytes(elements->bytes),
+                    static_cast<size_t>(elements->stride)};
+}
+
 Json describe_stored(const ValuesView& data) {
   const char* type = type_name(data.component_count);
   if (type == nullptr) return Json::object();

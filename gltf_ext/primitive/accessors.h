@@ -54,6 +54,10 @@ Expected<AccessorData> read_accessor(const Document& document, int64_t index);
 // Only `count` values from `first` on, which must exist. Errors are those of the whole accessor.
 Expected<AccessorData> read_accessor(const Document& document, int64_t index, uint32_t first, uint32_t count);
 
+// The values where they are, in the document's buffer. kUnsupported if they are not stored as such: a sparse
+// accessor, one without a buffer view, a matrix with padded columns. Other errors are those of read_accessor.
+Expected<ValuesView> accessor_view(const Document& document, int64_t index);
+
 // Appends a buffer view and its accessor, with min and max if `with_bounds` is true. Returns the accessor's
 // index, or -1 if no glTF type has this number of components. `target` is 34962, 34963 or 0.
 int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);

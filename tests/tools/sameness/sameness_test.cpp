@@ -97,6 +97,35 @@ TEST_F(Sameness, ScenesAreComparedWhereTheirNodesAre) {
   EXPECT_EQ(compare("plain.glb", "split.glb", {"--scene"}), 0) << out_;
 }
 
+TEST_F(Sameness, WithLittleMemorySumsOfHashesAreCompared) {
+  const std::vector<std::string> little{"--memory", "100kB"};
+  ASSERT_EQ(run({"decode", path("split.glb"), path("decoded.glb"), "-q"}), 0);
+  ASSERT_EQ(run({"encode", path("plain.glb"), path("other.glb"), "--patches", "3", "-q"}), 0);
+  ASSERT_EQ(run({"generate", path("plain.ply"), "--shape", "terrain", "--faces", "3000", "--normals", "-q"}),
+            0);
+  for (const std::string a : {"plain.glb", "plain.ply", "split.glb"})
+    for (const std::string b : {"split.glb", "other.glb"}) {
+      EXPECT_EQ(compare(a, b, little), 0) << a << " " << b << ": " << out_ << err_;
+      EXPECT_EQ(out_.find("same by sums of hashes: "), 0u) << out_;
+      EXPECT_EQ(out_.find("not compared: NORMAL") == std::string::npos, a == "split.glb") << out_;
+      EXPECT_EQ(compare(b, a, little), 0) << a << " " << b << ": " << out_ << err_;
+    }
+  EXPECT_EQ(compare("plain.glb", "plain.ply", little), 0) << out_;
+  EXPECT_EQ(compare("split.glb", "decoded.glb", little), 0) << out_;
+  EXPECT_EQ(out_.find("rounded"), std::string::npos) << out_;
+  EXPECT_EQ(compare("plain.glb", "decoded.glb", little), 7) << out_;
+
+  move_point("moved.glb", 100, 0.25f);
+  EXPECT_EQ(compare("plain.glb", "moved.glb", little), 7);
+  EXPECT_EQ(out_.find("differs: mesh 0: "), 0u) << out_;
+  EXPECT_NE(out_.find(" of 4,096 cells, between ("), std::string::npos) << out_;
+  EXPECT_EQ(compare("moved.glb", "split.glb", {"--memory", "100kB", "--format", "json"}), 7);
+  const auto json = nlohmann::json::parse(out_);
+  EXPECT_EQ(json.at("same"), false);
+  EXPECT_GT(json.at("meshes").at(0).at("difference").at("cells"), 0);
+  EXPECT_EQ(compare("plain.glb", "split.glb", {"--memory", "100kB", "--tolerance", "0"}), 1);
+}
+
 TEST_F(Sameness, JsonSaysTheSame) {
   ASSERT_EQ(compare("plain.glb", "split.glb", {"--format", "json"}), 0);
   const auto json = nlohmann::json::parse(out_);

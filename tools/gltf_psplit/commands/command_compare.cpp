@@ -24,6 +24,7 @@
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 #include "tools/gltf_psplit/report/progress.h"
+#include "tools/gltf_psplit/sameness/large_asset.h"
 #include "tools/gltf_psplit/sameness/sameness.h"
 
 namespace psplit {
@@ -205,6 +206,15 @@ void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_count
       ->type_name("A,B,C");
 }
 
+// The rivals need whole meshes.
+Status check_memory(const Arguments& arguments) {
+  if (arguments.sameness.memory.bytes == 0) return {};
+  const MemoryLimit limit = memory_limit(arguments.sameness.memory);
+  if (limit.allows(estimate_mesh_bytes(arguments.input, limit))) return {};
+  return unsupported("stock Draco and meshoptimizer need the whole mesh, which takes more than --memory allows",
+                     {.file = arguments.input});
+}
+
 }  // namespace
 
 void add_compare_command(CLI::App& app, Action& action) {
@@ -249,7 +259,10 @@ void add_compare_command(CLI::App& app, Action& action) {
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) -> Status {
       if (Status status = check_output_place(arguments->output); !status.ok()) return status;
-      if (arguments->sameness.second.empty()) return run_compare(*arguments, session);
+      if (arguments->sameness.second.empty()) {
+        Status status = check_memory(*arguments);
+        return status.ok() ? run_compare(*arguments, session) : std::move(status);
+      }
       return run_sameness(arguments->input, arguments->sameness, arguments->format, arguments->output,
                           arguments->backend, session);
     };

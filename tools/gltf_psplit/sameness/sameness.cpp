@@ -13,6 +13,7 @@
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
+#include "tools/gltf_psplit/sameness/large_sameness.h"
 #include "tools/gltf_psplit/sameness/placed_meshes.h"
 #include "tools/gltf_psplit/sameness/sameness_report.h"
 
@@ -68,6 +69,28 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
              " divided into other primitives, and compared as wholes");
 }
 
+// With little memory.
+Status run_large_sameness(const std::string& first, const SamenessOptions& options, const MemoryLimit& limit,
+                          const std::string& format, const std::string& output, const BackendChoice& backend,
+                          const Session& session) {
+  if (options.scene || !options.tolerances.empty())
+    return {StatusCode::kUsage,
+            "--scene and --tolerance need both assets in memory, which is more than --memory allows"};
+  const std::string inputs[] = {first, options.second};
+  if (Status status = check_not_an_input(output, "--output", inputs); !status.ok()) return status;
+  const Expected<LargeAsset> a = read_large_asset(first, backend, limit, session);
+  if (!a) return a.status();
+  const Expected<LargeAsset> b = read_large_asset(options.second, backend, limit, session);
+  if (!b) return b.status();
+  const Expected<LargeComparison> comparison = compare_large(*a, *b, options.attributes, session.pool);
+  if (!comparison) return comparison.status();
+  const std::string text =
+      format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, first, options.second);
+  if (Status status = write_text(output, text); !status.ok()) return status;
+  if (comparison->same()) return {};
+  return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
+}
+
 }  // namespace
 
 void add_sameness_options(CLI::App& command, SamenessOptions& options) {
@@ -100,6 +123,10 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
                 "they are divided, without morph targets. For assets of tools that quantize positions and "
                 "adjust nodes")
       ->needs(second);
+  add_memory_options(
+      command, options.memory,
+      "Two assets that need more are compared by sums of hashes of their triangles, in temporary "
+      "files of their size: exactly, or after rounding to the other asset's grid.");
 }
 
 Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
@@ -112,6 +139,9 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
     return {StatusCode::kUsage, "html is for one file; two files are compared as text or json"};
   if (first == "-" && options.second == "-")
     return {StatusCode::kUsage, "stdin (-) can be only one of the two files"};
+  const MemoryLimit limit = memory_limit(options.memory);
+  if (!limit.allows(estimate_mesh_bytes(first, limit) + estimate_mesh_bytes(options.second, limit)))
+    return run_large_sameness(first, options, limit, format, output, backend, session);
   const Expected<AssetMeshes> a = read_meshes(first, output, options.scene, backend, session);
   if (!a) return a.status();
   const Expected<AssetMeshes> b = read_meshes(options.second, output, options.scene, backend, session);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
 
 namespace CLI {
@@ -18,6 +19,7 @@ struct SamenessOptions {
   std::string second;  // the second file; empty if there is only one
   std::vector<std::string> tolerances, attributes;
   bool scene = false;  // compare meshes at the places where nodes put them
+  MemoryChoice memory;
 };
 
 // Adds the options of `compare` for two files. `options` must outlive the parse.
