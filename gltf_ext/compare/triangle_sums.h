@@ -4,7 +4,8 @@
 // The hash of a triangle (128 bits) covers the values at its corners, beginning at its smallest corner, so that
 // order, numbering and the first corner do not count, but the orientation does. Sums are modulo 2^128. Equal
 // sums and counts show that the triangles are the same, each as often: for two different meshes that nobody
-// constructed for it, the chance of equal sums is about 2^-128. Triangles with two equal positions do not count.
+// constructed for it, the chance of equal sums is about 2^-128. Triangles with two equal positions do not
+// count.
 #pragma once
 
 #include <array>
@@ -47,8 +48,8 @@ struct TriangleSums {
   uint64_t degenerate = 0;
 };
 
-// Every mesh has all columns; the first is POSITION, of three floats. The memory of mapped files is released on the
-// way. Errors: kInvalidInput if an index is not below the number of points.
+// Every mesh has all columns; the first is POSITION, of three floats. The memory of mapped files is released on
+// the way. Errors: kInvalidInput if an index is not below the number of points.
 Expected<TriangleSums> sum_triangles(std::span<const MeshView> meshes, std::span<const SummedColumn> columns,
                                      const PositionBox& box, const ThreadPool& pool);
 

@@ -73,6 +73,8 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
 }
 
 Status run_decode(const Arguments& arguments, const Session& session) {
+  if (arguments.target == "draco" && arguments.memory.bytes != 0)
+    return {StatusCode::kUsage, "--memory cannot be kept with --to draco: stock Draco needs whole meshes"};
   const Stopwatch watch;
   WriteReport written;
   Expected<Document> document = read_for_output(arguments.input, arguments.output, arguments.report,

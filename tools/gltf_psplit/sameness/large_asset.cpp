@@ -44,7 +44,8 @@ Expected<LargePrimitive> primitive_of(const MeshSpool& spool, const fs::path& fo
   size_t written = 0;
   const auto write = [&](const Face& face) {
     std::memcpy(index_bytes.data() + written * sizeof(Face), face.data(), sizeof(Face));
-    if (++written % (kReleaseStep / sizeof(Face)) == 0) release_mapped(index_bytes.first(written * sizeof(Face)));
+    if (++written % (kReleaseStep / sizeof(Face)) == 0)
+      release_mapped(index_bytes.first(written * sizeof(Face)));
   };
   if (spool.is_soup()) {
     for (uint32_t i = 0; i < faces; ++i) write({3 * i, 3 * i + 1, 3 * i + 2});
@@ -120,8 +121,8 @@ std::optional<MeshView> view_in_place(const Document& document, PrimitiveId id) 
   return view;
 }
 
-Status decode_patches(const Document& document, PrimitiveId id, const MemoryLimit& limit, const ThreadPool& pool,
-                      LargePrimitive& primitive) {
+Status decode_patches(const Document& document, PrimitiveId id, const MemoryLimit& limit,
+                      const ThreadPool& pool, LargePrimitive& primitive) {
   const Expected<StoredPrimitive> stored = stored_primitive(document, id, kExtensionName);
   if (!stored) return stored.status();
   const Expected<PatchContainer> container = open_container(stored->bytes);

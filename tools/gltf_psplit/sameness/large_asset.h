@@ -31,13 +31,13 @@ struct LargeAsset {
   size_t mesh_count = 0;
 };
 
-// Bytes of the meshes of an asset, in memory: for the choice between a comparison in memory and by sums. 0 if the
-// file cannot be read (reading it then reports the error), or if it surely fits into the limit.
+// Bytes of the meshes of an asset, in memory: for the choice between a comparison in memory and by sums. 0 if
+// the file cannot be read (reading it then reports the error), or if it surely fits into the limit.
 uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit);
 
 // Patches and mesh files (PLY, STL) are put into temporary files, plain accessors stay where they are. Errors:
-// kUnsupported for what only a comparison in memory compares: lines, points, morph targets, positions that are not
-// floats; those of reading.
+// kUnsupported for what only a comparison in memory compares: lines, points, morph targets, positions that are
+// not floats; those of reading.
 Expected<LargeAsset> read_large_asset(const std::string& path, const BackendChoice& backend,
                                       const MemoryLimit& limit, const Session& session);
 

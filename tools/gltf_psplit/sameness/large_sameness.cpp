@@ -125,8 +125,9 @@ Expected<LargeComparison::Mesh> compare_mesh(const Side& a, const Side& b, const
   }
   Plan plan = plan_columns(a, b, only);
   if (plan.columns[0].empty() || plan.columns[0].front().semantic != "POSITION")
-    return unsupported("the positions of the two assets are on different grids, which only a comparison in memory "
-                       "compares: raise --memory, or decode both");
+    return unsupported(
+        "the positions of the two assets are on different grids, which only a comparison in memory "
+        "compares: raise --memory, or decode both");
   const PositionBox box = position_box(a.views);
   const auto sum = [&] {
     return std::pair(sum_triangles(a.views, plan.columns[0], box, pool),
@@ -201,8 +202,8 @@ std::string to_text(const LargeComparison& comparison, const std::string& first,
     rounded.insert(rounded.end(), mesh.rounded.begin(), mesh.rounded.end());
     ignored.insert(ignored.end(), mesh.ignored.begin(), mesh.ignored.end());
     if (mesh.same) continue;
-    text += "mesh " + std::to_string(i) + ": " + counted(mesh.triangles[0], "triangle") + " in " + first + ", " +
-            counted(mesh.triangles[1], "triangle") + " in " + second;
+    text += "mesh " + std::to_string(i) + ": " + counted(mesh.triangles[0], "triangle") + " in " + first +
+            ", " + counted(mesh.triangles[1], "triangle") + " in " + second;
     if (mesh.differing_cells > 0)
       text += "; differences in " + with_separators(mesh.differing_cells) + " of 4,096 cells, between " +
               corner_text(mesh.difference.low) + " and " + corner_text(mesh.difference.high);
@@ -228,9 +229,8 @@ Json to_json(const LargeComparison& comparison) {
                 {"rounded", mesh.rounded},
                 {"not_compared", mesh.ignored}};
     if (mesh.differing_cells > 0)
-      object["difference"] = {{"cells", mesh.differing_cells},
-                              {"min", mesh.difference.low},
-                              {"max", mesh.difference.high}};
+      object["difference"] = {
+          {"cells", mesh.differing_cells}, {"min", mesh.difference.low}, {"max", mesh.difference.high}};
     meshes.push_back(std::move(object));
   }
   return {{"same", comparison.same()},

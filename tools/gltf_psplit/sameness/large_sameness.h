@@ -1,11 +1,11 @@
-// gltf-psplit compare A B for assets that are larger than memory: meshes are compared by sums of hashes of their
-// triangles (gltf_ext/compare/triangle_sums.h).
+// gltf-psplit compare A B for assets that are larger than memory: meshes are compared by sums of hashes of
+// their triangles (gltf_ext/compare/triangle_sums.h).
 //
-// It proves less than compare_assets: which triangles differ is known only to a cell of the meshes' box, and values
-// within a tolerance are not paired. Of an attribute that one asset declares a grid for, and the other stores
-// exactly, the exact values are rounded to the grid as an encoder rounds them; equal sums then mean that every value
-// is what quantization makes of the other. Directions and attributes whose types or grids differ are not compared,
-// and named. Materials, and how a mesh is divided into primitives, do not count.
+// It proves less than compare_assets: which triangles differ is known only to a cell of the meshes' box, and
+// values within a tolerance are not paired. Of an attribute that one asset declares a grid for, and the other
+// stores exactly, the exact values are rounded to the grid as an encoder rounds them; equal sums then mean that
+// every value is what quantization makes of the other. Directions and attributes whose types or grids differ
+// are not compared, and named. Materials, and how a mesh is divided into primitives, do not count.
 #pragma once
 
 #include <string>
@@ -20,8 +20,8 @@ namespace psplit {
 struct LargeComparison {
   struct Mesh {
     uint64_t triangles[2] = {}, degenerate[2] = {};  // of both assets
-    std::vector<std::string> rounded;  // attributes that were rounded to the other asset's grid
-    std::vector<std::string> ignored;  // attributes that were not compared
+    std::vector<std::string> rounded;                // attributes that were rounded to the other asset's grid
+    std::vector<std::string> ignored;                // attributes that were not compared
     bool same = false;
     uint64_t differing_cells = 0;
     PositionBox difference;  // around those cells
