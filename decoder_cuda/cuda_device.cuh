@@ -19,12 +19,31 @@ inline Status cuda_status(cudaError_t error, const char* what) {
   return runtime_failure(std::string("CUDA: ") + what + ": " + cudaGetErrorString(error));
 }
 
+// The most threads and blocks of a multiprocessor, for the architecture that is compiled. Source: the CUDA
+// programming guide's table of compute capabilities.
+struct Multiprocessor {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+  static constexpr uint32_t kThreads = 1024, kBlocks = 16;
+#elif defined(__CUDA_ARCH__) && (__CUDA_ARCH__ == 860 || __CUDA_ARCH__ == 870)
+  static constexpr uint32_t kThreads = 1536, kBlocks = 16;
+#elif defined(__CUDA_ARCH__) && (__CUDA_ARCH__ == 890 || __CUDA_ARCH__ >= 1200)
+  static constexpr uint32_t kThreads = 1536, kBlocks = 24;
+#else
+  static constexpr uint32_t kThreads = 2048, kBlocks = 32;
+#endif
+};
+
+// As many blocks as wanted, if a multiprocessor takes them.
+constexpr uint32_t blocks_at_once(uint32_t wanted, uint32_t threads) {
+  return std::min({wanted, Multiprocessor::kBlocks, Multiprocessor::kThreads / threads});
+}
+
 // The warps of run_threads that a multiprocessor runs at once, and that limit their registers.
 constexpr uint32_t kThreadWarps = 32;
 
 // The first `lanes` lanes of each warp take an item each.
 template <typename Body>
-__global__ void __launch_bounds__(WarpLanes::size(), kThreadWarps)
+__global__ void __launch_bounds__(WarpLanes::size(), blocks_at_once(kThreadWarps, WarpLanes::size()))
     run_threads(uint32_t count, uint32_t lanes, Body body) {
   const uint32_t lane = threadIdx.x % WarpLanes::size();
   const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size() * lanes + lane;
@@ -43,7 +62,8 @@ constexpr uint32_t kBlocksAtOnce = SmallBody<Body> ? 10 : 8;
 
 // Whole warps return together, so no lane waits for a lane that has returned.
 template <typename Body>
-__global__ void __launch_bounds__(kWarpsOfBlock* WarpLanes::size(), kBlocksAtOnce<Body>)
+__global__ void __launch_bounds__(kWarpsOfBlock* WarpLanes::size(),
+                                  blocks_at_once(kBlocksAtOnce<Body>, kWarpsOfBlock* WarpLanes::size()))
     run_warps(uint32_t count, uint32_t, Body body) {
   const uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / WarpLanes::size();
   if (i < count) body(WarpLanes(), i);
