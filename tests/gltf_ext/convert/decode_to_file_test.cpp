@@ -83,25 +83,28 @@ TEST_F(DecodeToFile, GivesTheSameErrors) {
   options.patches = 4;
   ASSERT_TRUE(encode(document, options).ok());
   document.source = "asset.glb";
+  // Whether the document is refused.
   const auto expect_same_error = [&](const Document& broken) {
     Document whole = broken, windows = broken;
     const Status expected = decode_document(whole, cpu_backend(), test_pool());
-    EXPECT_FALSE(expected.ok());
     EXPECT_EQ(decode_document(windows, cpu_backend(), test_pool(), {}, MemoryLimit{1, folder_}).to_string(),
               expected.to_string());
+    return !expected.ok();
   };
   Document count = document;
   accessor_of(count, "POSITION")["count"] = 1;
-  expect_same_error(count);
+  EXPECT_TRUE(expect_same_error(count));
   Document bounds = document;
   accessor_of(bounds, "POSITION")["min"][0] = -99;
-  expect_same_error(bounds);
+  EXPECT_TRUE(expect_same_error(bounds));
+  size_t refused = 0;
   for (const size_t from_end : {10, 300, 900}) {
     Document stream = document;
     std::vector<uint8_t>& bytes = stream.buffers[0].own();
     std::fill_n(bytes.end() - static_cast<std::ptrdiff_t>(from_end), 10, uint8_t{0xff});
-    expect_same_error(stream);
+    refused += expect_same_error(stream);
   }
+  EXPECT_GT(refused, 0u);  // 0xff may also be other values of a valid stream
 }
 
 TEST_F(DecodeToFile, SaysThatTheFolderIsMissing) {
