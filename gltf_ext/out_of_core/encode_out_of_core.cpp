@@ -53,8 +53,10 @@ Status read_mesh(Scanner& scanner, const fs::path& source, const OutOfCoreOption
     if (status.ok()) status = read_stl(scanner, spool, losses);
     return status.ok() && spool.face_count() == 0 ? invalid_input("STL: no facets") : std::move(status);
   }
-  return unsupported(format ? "it does not fit into --memory: only PLY and STL files may be larger"
-                            : "no format that is read");
+  return unsupported(format
+                         ? "it may not fit into --memory. Of mesh files and of pipes, which do not tell their "
+                           "size, only PLY and STL are encoded part by part"
+                         : "no format that is read");
 }
 
 Expected<OutOfCoreResult> encode(std::unique_ptr<ByteStream> stream, const fs::path& source,

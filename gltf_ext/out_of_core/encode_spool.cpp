@@ -127,8 +127,8 @@ MemoryPlan::MemoryPlan(const OutOfCoreOptions& limits, size_t record_bytes, int 
   const uint64_t thread_bytes = std::max<uint64_t>(1, patch_faces * kPatchFace);
   thread_count = static_cast<int>(
       std::clamp<uint64_t>(all / 2 / thread_bytes, 1, static_cast<uint64_t>(std::max(1, most_threads))));
-  const uint64_t threads_bytes = std::min(all / 2, static_cast<uint64_t>(thread_count) * thread_bytes);
-  cost = {kFace, kPoint + kValueByte * record_bytes, all - threads_bytes};
+  // The other half is for the part. It must not depend on the threads, because parts change the output.
+  cost = {kFace, kPoint + kValueByte * record_bytes, all - all / 2};
   if (limits.most_part_faces > 0) cost = {1, 0, limits.most_part_faces};
 }
 

@@ -125,10 +125,16 @@ Expected<Encoded> encode_large_file(const Arguments& arguments, const Session& s
   return Encoded{std::move(result->document), std::move(result->reports), bytes_on_disk(arguments.input)};
 }
 
-bool fits_into_memory(const Arguments& arguments) {
-  return arguments.memory == 0 ||
-         (arguments.input != "-" &&
-          kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory);
+// Pipes can be read only once: they are not looked into before.
+Expected<Encoded> encode_input(const Arguments& arguments, const Session& session, WriteReport& written) {
+  if (arguments.memory == 0) return encode_whole(arguments, session, written);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(arguments.input, error))
+    return encode_large_file(arguments, session, written);
+  if (kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory)
+    return encode_whole(arguments, session, written);
+  return read_asset_json(arguments.input).ok() ? encode_large_asset(arguments, session, written)
+                                               : encode_large_file(arguments, session, written);
 }
 
 Status run_encode(const Arguments& arguments, const Session& session) {
@@ -137,10 +143,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
     if (Status status = check_out_of_core(options); !status.ok()) return status;
   const Stopwatch watch;
   WriteReport written;
-  const bool is_gltf = arguments.input != "-" && read_asset_json(arguments.input).ok();
-  Expected<Encoded> encoded = fits_into_memory(arguments) ? encode_whole(arguments, session, written)
-                              : is_gltf                   ? encode_large_asset(arguments, session, written)
-                                                          : encode_large_file(arguments, session, written);
+  Expected<Encoded> encoded = encode_input(arguments, session, written);
   if (!encoded) return encoded.status();
   AssetSizes sizes{encoded->input_bytes, {}};
   const EncodeResult result = collect_rows(encoded->reports, session.log);
@@ -186,14 +189,12 @@ void add_memory_options(CLI::App& command, Arguments& arguments) {
       command
           .add_option(
               "--memory", arguments.memory,
-              "Take at most SIZE of memory, such as 4GB. A PLY or STL file that needs more is read into "
-              "temporary files and encoded part by part; other formats must fit")
-          ->transform(CLI::AsSizeValue(false))
+              "Take at most SIZE of memory, such as 4GB. A PLY or STL file, or a plain primitive of glTF, that "
+              "needs more is read into temporary files and encoded part by part; all else must fit")
           ->check([](const std::string& text) {
-            return std::stoull(text) >= kLeastMemory
-                       ? std::string()
-                       : "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB";
+            return std::string(text.starts_with('-') ? "must be positive" : "");
           })
+          ->transform(CLI::AsSizeValue(false))
           ->type_name("SIZE")
           ->group(kGroup);
   command
@@ -227,8 +228,10 @@ void add_encode_command(CLI::App& app, Action& action) {
        {"gltf-psplit encode scan.ply scan.gltf --memory 4GB", "a mesh that is larger than the memory"},
        {"gltf-psplit encode a.glb b.glb --compat khr", "for viewers that do not support the extension"},
        {"gltf-psplit encode a.glb b.glb --report - | jq .files", "show the bytes of input and output"}});
-  command.callback([arguments, resolve, &action] {
+  command.callback([arguments, resolve, &action, &command] {
     resolve();
+    if (command.count("--memory") > 0 && arguments->memory < kLeastMemory)
+      throw CLI::ValidationError("--memory", "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB");
     action = [arguments](const Session& session) { return run_within_memory(*arguments, session); };
   });
 }
