@@ -44,7 +44,7 @@ class DecodeToFile : public testing::Test {
 };
 
 TEST_F(DecodeToFile, GivesTheSameOutput) {
-  for (const size_t filler : {0, 4, 8}) {  // the place of the container in its buffer
+  for (const size_t filler : {0u, 4u, 8u}) {  // the place of the container in its buffer
     Document document = document_from_mesh(rich_mesh(40, 30));
     if (filler > 0) {
       append_buffer_view(document, std::vector<uint8_t>(filler, 7));
@@ -98,7 +98,7 @@ TEST_F(DecodeToFile, GivesTheSameErrors) {
   accessor_of(bounds, "POSITION")["min"][0] = -99;
   EXPECT_TRUE(expect_same_error(bounds));
   size_t refused = 0;
-  for (const size_t from_end : {10, 300, 900}) {
+  for (const size_t from_end : {10u, 300u, 900u}) {
     Document stream = document;
     std::vector<uint8_t>& bytes = stream.buffers[0].own();
     std::fill_n(bytes.end() - static_cast<std::ptrdiff_t>(from_end), 10, uint8_t{0xff});

@@ -27,7 +27,7 @@ DecodeBackend fastest_backend(uint64_t gpu_memory) {
                       const Watch& watch) {
             std::vector<const DecodeBackend*> backends{&cpu, &draco};
             const bool is_started = cuda->is_started.load(std::memory_order_relaxed);
-            if (is_worth_a_gpu(tasks, pool.thread_count(), is_started)) {
+            if (is_worth_a_gpu(tasks, static_cast<size_t>(pool.thread_count()), is_started)) {
               std::call_once(cuda->looked_for, [&] {
                 if (cuda_available(nullptr)) cuda->backend = cuda_backend(gpu_memory);
                 cuda->is_started = true;
