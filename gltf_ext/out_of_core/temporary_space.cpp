@@ -1,15 +1,15 @@
 #include "gltf_ext/out_of_core/temporary_space.h"
 
-#include <cmath>
-
 #include "gltf_ext/files/io_error.h"
 
 namespace psplit {
 namespace {
 
-std::string as_gigabytes(uint64_t bytes) {
-  const auto tenths = static_cast<uint64_t>(std::ceil(static_cast<double>(bytes) / 1e8));
-  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " GB";
+constexpr uint64_t kMegabyte = 1000000;
+
+std::string as_size(uint64_t megabytes) {
+  if (megabytes < 10000) return std::to_string(megabytes) + " MB";
+  return std::to_string(megabytes / 1000) + "." + std::to_string(megabytes / 100 % 10) + " GB";
 }
 
 }  // namespace
@@ -29,14 +29,15 @@ Status check_temporary_space(const ExpectedSizes& sizes, const std::filesystem::
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(place, error);
   const uint64_t needed = temporary_bytes(sizes);
-  const std::string text = "may take " + as_gigabytes(needed) + " of temporary space in " + place.string();
+  const std::string text =
+      "may take " + as_size(needed / kMegabyte + 1) + " of temporary space in " + place.string();
   if (error) {
     if (note) note(text);
     return {};
   }
   if (space.available < needed)
-    return may_pass(text + ", where " + as_gigabytes(space.available) + " are free");
-  if (note) note(text + " (" + as_gigabytes(space.available) + " are free)");
+    return may_pass(text + ", where " + as_size(space.available / kMegabyte) + " are free");
+  if (note) note(text + " (" + as_size(space.available / kMegabyte) + " are free)");
   return {};
 }
 
