@@ -12,7 +12,6 @@
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "gltf_ext/out_of_core/out_of_core_options.h"
 #include "src/container/decode_backend.h"
-#include "src/export.h"
 #include "src/parallel.h"
 #include "src/status.h"
 
@@ -33,11 +32,10 @@ Status check_out_of_core(const EncodeDocumentOptions& options);
 // read_asset and encode_document give; patches are cut part by part, so their order differs. Solids of a text
 // STL share a mesh. Errors: kUsage, those of the readers and of encode_parts, kMayPass if there is too little
 // temporary space, kUnsupported for other formats and for meshes that cannot be divided.
-PSPLIT_EXPORT Expected<OutOfCoreResult> encode_out_of_core(std::unique_ptr<ByteStream> stream,
-                                                           const std::filesystem::path& source,
-                                                           const EncodeDocumentOptions& options,
-                                                           const OutOfCoreOptions& limits,
-                                                           const ThreadPool& pool,
-                                                           const Progress& progress = {});
+Expected<OutOfCoreResult> encode_out_of_core(std::unique_ptr<ByteStream> stream,
+                                             const std::filesystem::path& source,
+                                             const EncodeDocumentOptions& options,
+                                             const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                             const Progress& progress = {});
 
 }  // namespace psplit

@@ -13,6 +13,7 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/operating_system.h"
+#include "tests/support/sanitizers.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -137,7 +138,7 @@ TEST_F(MappedFiles, AFileThatIsCutEndsTheProcessWithItsName) {
 }
 
 // Sanitizers have a handler of their own.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(PSPLIT_ASAN) && !defined(PSPLIT_TSAN)
 TEST_F(MappedFiles, OtherSignalsGoToTheHandlerBefore) {
   EXPECT_EQ(in_process([&] {
               const Expected<MappedFile> file = MappedFile::open(path_);

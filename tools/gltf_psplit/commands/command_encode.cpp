@@ -129,7 +129,7 @@ Expected<Encoded> encode_large_file(const Arguments& arguments, const Session& s
 Expected<Encoded> encode_input(const Arguments& arguments, const Session& session, WriteReport& written) {
   if (arguments.memory == 0) return encode_whole(arguments, session, written);
   std::error_code error;
-  if (!std::filesystem::is_regular_file(arguments.input, error))
+  if (arguments.input == "-" || !std::filesystem::is_regular_file(arguments.input, error))
     return encode_large_file(arguments, session, written);
   if (kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory)
     return encode_whole(arguments, session, written);
