@@ -14,7 +14,7 @@ namespace psplit {
 // after it in its mesh get higher numbers, also in the reports. After an error the document is unusable.
 // Errors: those of encode_document, encode_spool and stream_primitive; kUnsupported if a primitive that does
 // not fit would share its grid with others.
-PSPLIT_EXPORT Expected<std::vector<PrimitiveReport>> encode_large_primitives(
+Expected<std::vector<PrimitiveReport>> encode_large_primitives(
     Document& document, const EncodeDocumentOptions& options, const OutOfCoreOptions& limits,
     const DecodeBackend& backend, const ThreadPool& pool, const Progress& progress = {});
 
