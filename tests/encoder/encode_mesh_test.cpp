@@ -14,37 +14,11 @@
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/default_codings.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
-
-struct Coded {
-  std::vector<AttributeCoding> codings;
-  std::vector<Tolerance> tolerances;
-};
-
-// The defaults of the command line; what a grid cannot hold is kept exactly.
-Coded default_codings(const Mesh& mesh, bool lossless) {
-  Coded coded;
-  for (const Attribute& attribute : mesh.attributes) {
-    AttributeCoding coding;
-    if (!lossless && attribute.component_type == ComponentType::kFloat32) {
-      const Expected<AttributeCoding> grid = fit_grid(attribute, attribute.semantic == "POSITION" ? 14 : 12);
-      if (attribute.semantic == "NORMAL") {
-        coding.bits = 10;
-        coding.octahedral = true;
-      } else if (grid.ok()) {
-        coding = *grid;
-      }
-    }
-    coded.tolerances.push_back(coding.bits == 0    ? exact_tolerance()
-                               : coding.octahedral ? octahedral_tolerance(coding.bits)
-                                                   : grid_tolerance(coding.bits, coding.origin, coding.range));
-    coded.codings.push_back(std::move(coding));
-  }
-  return coded;
-}
 
 std::vector<NamedMesh> catalogue() {
   std::vector<NamedMesh> meshes = procedural_meshes();

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <random>
 
-#include "encoder/coding/quantization.h"
 #include "encoder/cut_faces.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/welding/reduce.h"
@@ -16,35 +15,13 @@
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/compare_meshes.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/default_codings.h"
 #include "tests/support/mesh_in_parts.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/reproducible_meshes.h"
 
 namespace psplit {
 namespace {
-
-struct Coded {
-  std::vector<AttributeCoding> codings;
-  std::vector<Tolerance> tolerances;
-};
-
-Coded coded(const Mesh& mesh, bool lossless) {
-  Coded result;
-  for (const Attribute& attribute : mesh.attributes) {
-    AttributeCoding coding;
-    if (!lossless && attribute.semantic == "NORMAL") {
-      coding = {10, true, {}, 0};
-    } else if (!lossless && attribute.component_type == ComponentType::kFloat32) {
-      const auto grid = fit_grid(attribute, attribute.semantic == "POSITION" ? 14 : 12);
-      if (grid) coding = *grid;
-    }
-    result.tolerances.push_back(coding.bits == 0    ? exact_tolerance()
-                                : coding.octahedral ? octahedral_tolerance(coding.bits)
-                                                    : grid_tolerance(coding.bits, coding.origin, coding.range));
-    result.codings.push_back(std::move(coding));
-  }
-  return result;
-}
 
 Mesh reduced(const Mesh& mesh) { return reduce(mesh, {.drop_degenerate = true, .drop_unused = true}).mesh; }
 
@@ -138,7 +115,7 @@ void expect_all_come_back(uint64_t patch_faces, uint32_t part_count, bool at_ran
     if (mesh.faces.size() > most_faces) continue;
     for (const bool lossless : {false, true}) {
       SCOPED_TRACE(named.name + (lossless ? ", lossless" : ""));
-      const Coded codings = coded(mesh, lossless);
+      const Coded codings = default_codings(mesh, lossless);
       MeshInParts parts(mesh, at_random ? random_parts(mesh, part_count) : slabs(mesh, part_count));
       auto encoded = encode(parts, codings.codings, {.patch_faces = patch_faces});
       ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
@@ -155,7 +132,7 @@ TEST(EncodeParts, EveryMeshComesBackFromAPartForEachFace) { expect_all_come_back
 TEST(EncodeParts, OnePartIsTheContainerOfEncodeMesh) {
   for (const NamedMesh& named : catalogue()) {
     SCOPED_TRACE(named.name);
-    const Coded codings = coded(named.mesh, false);
+    const Coded codings = default_codings(named.mesh, false);
     MeshInParts parts(named.mesh, slabs(named.mesh, 1));
     auto encoded = encode(parts, codings.codings, {.patch_faces = 900});
     ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
@@ -178,7 +155,7 @@ std::vector<std::vector<uint32_t>> patches_of(const Mesh& part, uint32_t patch_c
 // References to earlier parts are as short as those within a part.
 TEST(EncodeParts, IsTheContainerOfEncodeMeshWithTheSamePatches) {
   const Mesh mesh = reduced(make_sheet(120, 100));
-  const Coded codings = coded(mesh, false);
+  const Coded codings = default_codings(mesh, false);
   for (const auto& part_of_face : {slabs(mesh, 4), random_parts(mesh, 3)}) {
     MeshInParts parts(mesh, part_of_face);
     auto encoded = encode(parts, codings.codings, {.patch_faces = 2000});
@@ -205,7 +182,7 @@ TEST(EncodeParts, IsTheContainerOfEncodeMeshWithTheSamePatches) {
 
 TEST(EncodeParts, BytesDoNotDependOnThreads) {
   const Mesh mesh = reduced(make_sheet(60, 50));
-  const Coded codings = coded(mesh, false);
+  const Coded codings = default_codings(mesh, false);
   std::vector<uint8_t> expected;
   for (const int threads : {1, 2, 5}) {
     MeshInParts parts(mesh, slabs(mesh, 3));
@@ -232,7 +209,7 @@ Mesh faces_of(const Mesh& mesh, const MeshInParts& parts, uint32_t first, uint32
 
 TEST(EncodeParts, BeginsAnotherContainerAtTheLimit) {
   const Mesh mesh = reduced(make_sheet(60, 50));
-  const Coded codings = coded(mesh, false);
+  const Coded codings = default_codings(mesh, false);
   MeshInParts parts(mesh, slabs(mesh, 7));
   const uint64_t most = 1200;
   auto encoded = encode(parts, codings.codings, {.patch_faces = 300, .most_points = most});
@@ -255,7 +232,7 @@ TEST(EncodeParts, BeginsAnotherContainerAtTheLimit) {
 TEST(EncodeParts, RefusesAPartThatNoContainerCanHold) {
   const Mesh mesh = reduced(make_sheet(20, 10));
   MeshInParts parts(mesh, slabs(mesh, 2));
-  const auto encoded = encode(parts, coded(mesh, false).codings, {.most_points = 50});
+  const auto encoded = encode(parts, default_codings(mesh, false).codings, {.most_points = 50});
   ASSERT_FALSE(encoded.ok());
   EXPECT_EQ(encoded.status().code(), StatusCode::kUnsupported);
   EXPECT_EQ(encoded.status().to_string(), "part 0: more points or faces than a container can hold");
@@ -309,7 +286,7 @@ struct Broken {
 // Encodes with one bit flipped, for every `step`-th bit of a spill. What is not refused must be the mesh.
 Broken encode_broken(SpillKind kind, bool when_read, uint64_t step) {
   const Mesh mesh = small_sheet();
-  const Coded codings = coded(mesh, false);
+  const Coded codings = default_codings(mesh, false);
   MeshInParts parts(mesh, slabs(mesh, 3));
   Broken result;
   uint64_t end = 0;
@@ -371,7 +348,7 @@ TEST(EncodeParts, PassesOnTheErrorsOfSpills) {
   };
   const Mesh mesh = reduced(make_sheet(60, 50));
   MeshInParts parts(mesh, slabs(mesh, 3));
-  const Coded codings = coded(mesh, false);
+  const Coded codings = default_codings(mesh, false);
   const MakeSpill full = [] { return Expected(std::unique_ptr<Spill>(std::make_unique<FullSpill>())); };
   const auto encoded = encode_parts(parts, codings.codings, {}, full, ThreadPool(1));
   EXPECT_EQ(encoded.status().code(), StatusCode::kIo);
@@ -383,7 +360,7 @@ TEST(EncodeParts, PassesOnTheErrorsOfSpills) {
 
 TEST(EncodeParts, RefusesPartsThatBreakTheRules) {
   const Mesh mesh = reduced(make_sheet(12, 10));
-  const Coded codings = coded(mesh, false);
+  const Coded codings = default_codings(mesh, false);
   const auto error = [&](const std::function<void(std::vector<MeshPart>&)>& change) {
     MeshInParts parts(mesh, slabs(mesh, 2));
     change(parts.parts());
@@ -407,7 +384,7 @@ TEST(EncodeParts, RefusesPartsThatBreakTheRules) {
 
 TEST(EncodeParts, WithoutVerificationTheBytesAreTheSame) {
   const Mesh mesh = reduced(make_sheet(60, 50));
-  const Coded codings = coded(mesh, false);
+  const Coded codings = default_codings(mesh, false);
   MeshInParts parts(mesh, slabs(mesh, 3));
   auto verified = encode(parts, codings.codings, {});
   auto unverified = encode(parts, codings.codings, {.verify = false});
