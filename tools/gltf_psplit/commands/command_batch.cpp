@@ -8,6 +8,7 @@
 #include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/encode_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -139,15 +140,9 @@ void add_job_options(CLI::App& command, Arguments& arguments) {
       ->check(CLI::Range(0.001, 604800.0))
       ->type_name("SECONDS")
       ->group(group);
-  command
-      .add_option("--memory", batch.memory,
+  add_size_option(command, "--memory", batch.memory,
                   "Begin assets only while they are expected to fit into SIZE together, such as 8GB; a larger "
-                  "one runs alone. Default: "
-                  "nine tenths of what the container or the machine has")
-      ->check(
-          [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
-      ->transform(CLI::AsSizeValue(false))
-      ->type_name("SIZE")
+                  "one runs alone. Default: nine tenths of what the container or the machine has")
       ->group(group);
   command
       .add_option(

@@ -16,8 +16,10 @@
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/encode_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
+#include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/encode_report.h"
@@ -77,10 +79,7 @@ Expected<Encoded> encode_whole(const Arguments& arguments, const Session& sessio
 OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
   OutOfCoreOptions limits;
   limits.memory = arguments.memory;
-  const std::filesystem::path output = arguments.output;
-  limits.temporary = !arguments.temporary.empty() ? std::filesystem::path(arguments.temporary)
-                     : output == "-"              ? std::filesystem::temp_directory_path()
-                                                  : output.parent_path();
+  limits.temporary = temporary_folder(arguments.temporary, arguments.output);
   limits.note = [&](const std::string& text) { session.log.note(arguments.input + ": " + text); };
   return limits;
 }
@@ -186,16 +185,10 @@ Status run_within_memory(const Arguments& arguments, const Session& session) {
 void add_memory_options(CLI::App& command, Arguments& arguments) {
   constexpr const char* kGroup = "Memory";
   CLI::Option* memory =
-      command
-          .add_option(
-              "--memory", arguments.memory,
-              "Take at most SIZE of memory, such as 4GB. A PLY or STL file, or a plain primitive of glTF, that "
-              "needs more is read into temporary files and encoded part by part; all else must fit")
-          ->check([](const std::string& text) {
-            return std::string(text.starts_with('-') ? "must be positive" : "");
-          })
-          ->transform(CLI::AsSizeValue(false))
-          ->type_name("SIZE")
+      add_size_option(command, "--memory", arguments.memory,
+                      "Take at most SIZE of memory, such as 4GB. A PLY or STL file, or a plain primitive of "
+                      "glTF, that needs "
+                      "more is read into temporary files and encoded part by part; all else must fit")
           ->group(kGroup);
   command
       .add_option(

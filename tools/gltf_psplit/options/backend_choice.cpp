@@ -10,6 +10,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
+#include "tools/gltf_psplit/options/count_option.h"
 
 namespace psplit {
 namespace {
@@ -92,15 +93,10 @@ void add_backend_options(CLI::App& command, BackendChoice& choice) {
       ->check(CLI::IsMember({"auto", "cuda", "cpu", "draco"}))
       ->capture_default_str()
       ->type_name("NAME");
-  command
-      .add_option(
-          "--gpu-memory", choice.gpu_memory,
-          "Most memory that the CUDA decoder may use on its device, such as 512MB or 4GB. What needs more is "
-          "decoded in parts, with the same result. Default: all free memory")
-      ->check(
-          [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
-      ->transform(CLI::AsSizeValue(false))
-      ->type_name("SIZE");
+  add_size_option(
+      command, "--gpu-memory", choice.gpu_memory,
+      "Most memory that the CUDA decoder may use on its device, such as 512MB or 4GB. What needs more is "
+      "decoded in parts, with the same result. Default: all free memory");
 }
 
 DecodeBackend find_backend(const BackendChoice& choice) {

@@ -67,4 +67,13 @@ CLI::Option* add_count_option(CLI::App& command, const std::string& name, uint64
   return option->transform(CLI::Validator(to_digits, ""))->type_name("N");
 }
 
+CLI::Option* add_size_option(CLI::App& command, const std::string& name, uint64_t& bytes,
+                             const std::string& description) {
+  return command.add_option(name, bytes, description)
+      ->check(
+          [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("SIZE");
+}
+
 }  // namespace psplit

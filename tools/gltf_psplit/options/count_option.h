@@ -1,4 +1,4 @@
-// Counts as people write them: 1000000, 1_000_000, 1e6, 1M, 250k.
+// Counts and sizes as people write them: 1000000, 1_000_000, 1e6, 1M, 250k; 512MB, 4GB.
 #pragma once
 
 #include <cstdint>
@@ -20,5 +20,9 @@ std::optional<uint64_t> parse_count(const std::string& text);
 // default.
 CLI::Option* add_count_option(CLI::App& command, const std::string& name, uint64_t& count,
                               const std::string& description);
+
+// Adds an option for a number of bytes, with or without a unit. `bytes` must outlive the parse.
+CLI::Option* add_size_option(CLI::App& command, const std::string& name, uint64_t& bytes,
+                             const std::string& description);
 
 }  // namespace psplit

@@ -1,6 +1,8 @@
 // --memory and --temporary of commands that decode: how much memory they take.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include "gltf_ext/primitive/memory_limit.h"
@@ -18,6 +20,10 @@ struct MemoryChoice {
 
 // `choice` must outlive the parse. `more` is the rest of the help text of --memory.
 void add_memory_options(CLI::App& command, MemoryChoice& choice, const std::string& more);
+
+// The folder of temporary files: `wanted`; if that is empty, the folder of the output, or the system's folder
+// of temporary files for "-".
+std::filesystem::path temporary_folder(const std::string& wanted, const std::string& output);
 
 // The limit for primitives. `output` is the path of the asset that the command writes, or "-".
 MemoryLimit memory_limit(const MemoryChoice& choice, const std::string& output = "-");
