@@ -83,6 +83,7 @@ class PartsEncoder {
 
   Status encode(const MeshPart& part);
   Status finish_container();
+  uint64_t bytes() const { return bytes_; }  // of all streams and stitch maps
   EncodedParts take() { return std::move(encoded_); }
   // Of the current container.
   uint32_t stream_count() const { return container_ ? container_->stream_count() : 0; }
@@ -104,6 +105,7 @@ class PartsEncoder {
   std::vector<ValueBounds> bounds_;     // of the current container
   std::vector<uint32_t> source_point_;  // the point of the part for each point that the part owns
   uint32_t first_stream_ = 0;           // of the part
+  uint64_t bytes_ = 0;
   EncodedParts encoded_;
 };
 
@@ -170,6 +172,8 @@ Expected<bool> PartsEncoder::append_if_there_is_room(const MeshPart& part, const
     shared_owners_[part.shared_numbers[i]] = owners[part.shared_points[i]];
   source_point_ = std::move(stitching.source_point);
   if (Status status = container_->append(*entries, stitching.maps, streams.bytes); !status.ok()) return status;
+  for (size_t i = 0; i < streams.bytes.size(); ++i)
+    bytes_ += stitching.maps[i].size() + streams.bytes[i].size();
   return true;
 }
 
@@ -264,6 +268,8 @@ Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeC
     const Expected<MeshPart> part = parts.read(i);
     if (!part) return in_part(i, part.status());
     if (Status status = encoder.encode(*part); !status.ok()) return in_part(i, status);
+    if (options.part_written)
+      if (Status status = options.part_written(encoder.bytes()); !status.ok()) return status;
   }
   if (Status status = encoder.finish_container(); !status.ok()) return status;
   return encoder.take();

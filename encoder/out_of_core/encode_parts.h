@@ -41,6 +41,8 @@ struct PartsOptions {
   uint64_t most_points = 0xfffffffe;
   // Called with the number of faces of each encoded patch, from any thread. Does not change the result.
   std::function<void(size_t)> patch_encoded{};
+  // Called after each part with the bytes of all streams and stitch maps so far. An error ends the work.
+  std::function<Status(uint64_t)> part_written{};
 };
 
 // The least and the largest finite value of each component; 0 if no value is finite.

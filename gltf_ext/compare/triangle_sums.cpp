@@ -14,31 +14,17 @@ namespace {
 constexpr size_t kFacesOfATask = size_t{1} << 15;
 constexpr size_t kFacesOfARound = size_t{1} << 20;  // memory is released after each
 
-// The value that a decoder makes of the grid's nearest place, with the arithmetic of Draco in floats.
-float rounded(float value, const DeclaredGrid& grid, size_t component) {
-  const float origin = grid.origin[component], most = static_cast<float>((1u << grid.bits) - 1);
-  if (!(grid.range > 0)) return origin;
-  const float place = std::floor((value - origin) * (most / grid.range) + 0.5f);
-  return place * (grid.range / most) + origin;
-}
-
-struct Column {
-  ValuesView values;
-  const DeclaredGrid* round_to = nullptr;
-};
-
 // The values of one point, as they are hashed.
-void write_point(std::span<const Column> columns, uint32_t point, uint8_t* to) {
-  for (const Column& column : columns) {
-    const size_t bytes = column.values.value_bytes();
-    const std::byte* from = column.values.at(point);
-    if (column.values.component_type != ComponentType::kFloat32) {
+void write_point(std::span<const ValuesView> columns, uint32_t point, uint8_t* to) {
+  for (const ValuesView& column : columns) {
+    const size_t bytes = column.value_bytes();
+    const std::byte* from = column.at(point);
+    if (column.component_type != ComponentType::kFloat32) {
       std::memcpy(to, from, bytes);
     } else {
-      for (size_t c = 0; c < column.values.component_count; ++c) {
+      for (size_t c = 0; c < column.component_count; ++c) {
         float value;
         std::memcpy(&value, from + c * sizeof(value), sizeof(value));
-        if (column.round_to != nullptr) value = rounded(value, *column.round_to, c);
         if (value == 0) value = 0;  // without a sign
         std::memcpy(to + c * sizeof(value), &value, sizeof(value));
       }
@@ -67,10 +53,10 @@ size_t cell_of(const uint8_t* record, const PositionBox& box) {
 }
 
 // Adds faces [first, end). False if an index is invalid.
-bool add_faces(const MeshView& mesh, std::span<const Column> columns, size_t first, size_t end,
+bool add_faces(const MeshView& mesh, std::span<const ValuesView> columns, size_t first, size_t end,
                const PositionBox& box, TriangleSums& sums) {
   size_t size = 0;
-  for (const Column& column : columns) size += column.values.value_bytes();
+  for (const ValuesView& column : columns) size += column.value_bytes();
   std::vector<uint8_t> corners(3 * size), turned(3 * size);
   constexpr size_t kPositionBytes = 3 * sizeof(float);
   for (size_t face = first; face < end; ++face) {
@@ -117,31 +103,29 @@ void TriangleSum::add(const TriangleSum& other) {
   count += other.count;
 }
 
-Expected<TriangleSums> sum_triangles(std::span<const MeshView> meshes, std::span<const SummedColumn> columns,
+Expected<TriangleSums> sum_triangles(std::span<const MeshView> meshes, std::span<const std::string> attributes,
                                      const PositionBox& box, const ThreadPool& pool) {
   TriangleSums total;
   std::mutex mutex;
   bool is_valid = true;
   for (const MeshView& mesh : meshes) {
-    std::vector<Column> found;
-    for (const SummedColumn& column : columns) {
-      const auto at = std::ranges::find(mesh.attributes, column.semantic, &MeshView::Values::semantic);
-      found.push_back({at->values, column.round_to ? &*column.round_to : nullptr});
-    }
+    std::vector<ValuesView> columns;
+    for (const std::string& semantic : attributes)
+      columns.push_back(std::ranges::find(mesh.attributes, semantic, &MeshView::Values::semantic)->values);
     const size_t face_count = mesh.indices.count / 3;
     for (size_t round = 0; round < face_count && is_valid; round += kFacesOfARound) {
       const size_t end = std::min(round + kFacesOfARound, face_count);
       pool.for_each((end - round + kFacesOfATask - 1) / kFacesOfATask, [&](size_t task) {
         const size_t first = round + task * kFacesOfATask;
         TriangleSums sums;
-        const bool valid = add_faces(mesh, found, first, std::min(first + kFacesOfATask, end), box, sums);
+        const bool valid = add_faces(mesh, columns, first, std::min(first + kFacesOfATask, end), box, sums);
         const std::lock_guard lock(mutex);
         is_valid &= valid;
         total.all.add(sums.all);
         for (size_t i = 0; i < sums.cells.size(); ++i) total.cells[i].add(sums.cells[i]);
         total.degenerate += sums.degenerate;
       });
-      for (const Column& column : found) release(column.values);
+      for (const ValuesView& column : columns) release(column);
       release(mesh.indices);
     }
   }

@@ -9,24 +9,15 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "gltf_ext/compare/declared_grids.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "src/parallel.h"
 
 namespace psplit {
-
-// An attribute whose values count: bit for bit, except for the sign of zero, or rounded to a grid as encoders
-// round them.
-struct SummedColumn {
-  std::string semantic;
-  std::optional<DeclaredGrid> round_to;
-};
 
 struct TriangleSum {
   uint64_t low = 0, high = 0, count = 0;
@@ -48,9 +39,10 @@ struct TriangleSums {
   uint64_t degenerate = 0;
 };
 
-// Every mesh has all columns; the first is POSITION, of three floats. The memory of mapped files is released on
-// the way. Errors: kInvalidInput if an index is not below the number of points.
-Expected<TriangleSums> sum_triangles(std::span<const MeshView> meshes, std::span<const SummedColumn> columns,
+// Only the values of `attributes` count, bit for bit, except for the sign of zero. Every mesh has all of them;
+// the first is POSITION, of three floats. The memory of mapped files is released on the way. Errors:
+// kInvalidInput if an index is not below the number of points.
+Expected<TriangleSums> sum_triangles(std::span<const MeshView> meshes, std::span<const std::string> attributes,
                                      const PositionBox& box, const ThreadPool& pool);
 
 // The smallest box around the positions. Values that are not finite do not count.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "gltf_ext/convert/decode_to_file.h"
+#include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json_fields.h"
@@ -13,6 +14,7 @@ namespace psplit {
 namespace {
 
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+constexpr uint32_t kMostFaces = UINT32_MAX / 3;
 
 // The attributes that the Draco extensions of a primitive store.
 std::vector<std::string> stored_semantics(const Document& document, PrimitiveId id) {
@@ -69,7 +71,8 @@ Status decode_in_memory(Document& document, std::span<const PrimitiveGroup> grou
 }
 
 // The meshes of all groups go into one temporary file, laid out as append_buffer_view would lay them out behind
-// the last buffer.
+// the last buffer. Meshes that are not decoded window by window, such as those of stock Draco, are decoded one
+// after the other; their layout needs counts that only decoding tells, so they wait in another file.
 class FileDecoder {
  public:
   FileDecoder(Document& document, std::span<const PrimitiveGroup> groups, const DecodeBackend& backend,
@@ -83,7 +86,8 @@ class FileDecoder {
     const uint64_t bytes = lay_out_all(tail.size(), {});
     const Expected<FileMemory> memory = FileMemory::create(limit_.folder, bytes);
     if (!memory) return memory.status();
-    lay_out_all(tail.size(), memory->bytes());
+    memory_ = memory->bytes();
+    lay_out_all(tail.size(), memory_);
     std::ranges::copy(tail, memory->bytes().begin());
     if (Status status = decode_all(progress); !status.ok()) return status;
     if (Status status = check(); !status.ok()) return status;
@@ -96,8 +100,8 @@ class FileDecoder {
     PrimitiveId id;
     std::vector<AttributeRequest> requests;
     uint32_t point_count = 0, face_count = 0;
-    std::optional<PatchContainer> container;  // decoded to the file; without it, `mesh` is copied there
-    Mesh mesh;
+    std::optional<PatchContainer> container;  // decoded window by window
+    uint64_t decoded_at = 0;                  // of the laid-out mesh in decoded_meshes_, without a container
     LaidOutMesh laid_out;
   };
 
@@ -121,26 +125,38 @@ class FileDecoder {
       if (!claims.ok()) return std::move(claims).at(place_of(id));
       if (std::ranges::all_of(item.requests, is_written_as_stored)) item.container = std::move(*container);
     }
-    if (!item.container) {
-      Expected<Mesh> mesh = read_primitive(document_, id, backend_, pool_);
-      if (!mesh) return mesh.status();
-      const auto morphs = read_morph_targets(document_, id, mesh->point_count);
-      if (morphs.status().code() == StatusCode::kInvalidInput) return morphs.status();
-      const std::vector<std::string> stored = stored_semantics(document_, id);
-      std::erase_if(mesh->attributes,
-                    [&](const Attribute& a) { return std::ranges::find(stored, a.semantic) == stored.end(); });
-      item.requests.clear();
-      for (const Attribute& a : mesh->attributes)
-        item.requests.push_back({a.semantic, 0, a.component_type, a.component_count, a.normalized});
-      item.point_count = mesh->point_count;
-      item.face_count = static_cast<uint32_t>(mesh->faces.size());
-      item.mesh = std::move(*mesh);
-    }
-    constexpr uint32_t kMostFaces = UINT32_MAX / 3;
+    if (!item.container)
+      if (Status status = decode_whole(item); !status.ok()) return status;
     if (item.face_count > kMostFaces)
       return unsupported("has more indices than an accessor can count", place_of(id));
     items_.push_back(std::move(item));
     return {};
+  }
+
+  Status decode_whole(Item& item) {
+    Expected<Mesh> mesh = read_primitive(document_, item.id, backend_, pool_);
+    if (!mesh) return mesh.status();
+    const auto morphs = read_morph_targets(document_, item.id, mesh->point_count);
+    if (morphs.status().code() == StatusCode::kInvalidInput) return morphs.status();
+    const std::vector<std::string> stored = stored_semantics(document_, item.id);
+    std::erase_if(mesh->attributes,
+                  [&](const Attribute& a) { return std::ranges::find(stored, a.semantic) == stored.end(); });
+    item.requests.clear();
+    for (const Attribute& a : mesh->attributes)
+      item.requests.push_back({a.semantic, 0, a.component_type, a.component_count, a.normalized});
+    item.point_count = mesh->point_count;
+    item.face_count = static_cast<uint32_t>(mesh->faces.size());
+    if (item.face_count > kMostFaces) return {};
+    if (decoded_bytes_ == 0) {
+      Expected<UnnamedFile> file = UnnamedFile::create(limit_.folder);
+      if (!file) return file.status();
+      decoded_meshes_ = std::move(*file);
+    }
+    Array<uint8_t> bytes(lay_out(item.requests, item.point_count, item.face_count, 0, {}).end);
+    copy_mesh(*mesh, lay_out(item.requests, item.point_count, item.face_count, 0, bytes));
+    item.decoded_at = decoded_bytes_;
+    decoded_bytes_ += bytes.size();
+    return decoded_meshes_.write(item.decoded_at, bytes);
   }
 
   // Bytes move in blocks of 8 when unused ones between them are dropped (ByteRuns). The new bytes begin in the
@@ -174,7 +190,12 @@ class FileDecoder {
         if (!status.ok()) return std::move(status).at(place_of(item.id));
         done_before += item.container->entries.size();
       } else {
-        copy_mesh(item);
+        // The offsets between the parts of a mesh are the same wherever it begins on a 4-byte boundary.
+        const uint64_t begin = item.laid_out.offsets.front();
+        const auto to =
+            memory_.subspan(static_cast<size_t>(begin), static_cast<size_t>(item.laid_out.end - begin));
+        if (Status status = decoded_meshes_.read(item.decoded_at, to); !status.ok()) return status;
+        release_mapped(to);
         count(1, 1);
         ++done_before;
       }
@@ -182,13 +203,12 @@ class FileDecoder {
     return {};
   }
 
-  static void copy_mesh(Item& item) {
+  static void copy_mesh(const Mesh& mesh, const LaidOutMesh& laid_out) {
     const auto to = [](std::span<std::byte> bytes) { return reinterpret_cast<uint8_t*>(bytes.data()); };
-    const MeshView view = view_of(item.mesh);
+    const MeshView view = view_of(mesh);
     for (size_t i = 0; i < view.attributes.size(); ++i)
-      write_values(view.attributes[i].values, kArrayBuffer, to(item.laid_out.buffers.attributes[i].bytes));
-    write_values(index_data(item.mesh), kElementArrayBuffer, to(item.laid_out.buffers.indices));
-    item.mesh = {};
+      write_values(view.attributes[i].values, kArrayBuffer, to(laid_out.buffers.attributes[i].bytes));
+    write_values(index_data(mesh), kElementArrayBuffer, to(laid_out.buffers.indices));
   }
 
   Status check() const {
@@ -221,24 +241,17 @@ class FileDecoder {
   const ThreadPool& pool_;
   const MemoryLimit& limit_;
   std::vector<Item> items_;
+  std::span<uint8_t> memory_;  // of all laid-out meshes
+  UnnamedFile decoded_meshes_;
+  uint64_t decoded_bytes_ = 0;  // in that file
 };
 
 // Whether decode_in_memory would take more than the limit: the meshes, their values as buffer views, and the
 // buffer, which grows by doubling.
-bool is_too_large(const Document& document, std::span<const PrimitiveGroup> groups, const MemoryLimit& limit) {
+bool is_too_large(const Document& document, const MemoryLimit& limit) {
   if (limit.bytes == 0) return false;
-  uint64_t needed = 0;
-  for (const PrimitiveGroup& group : groups) {
-    const PrimitiveId id = group.ids.front();
-    if (!is_in_patches(document, id)) continue;
-    const Expected<StoredPrimitive> stored = stored_primitive(document, id, kExtensionName);
-    if (!stored) return false;  // the error is found later
-    const Expected<PatchContainer> container = open_container(stored->bytes);
-    if (!container) return false;
-    release_mapped(stored->bytes);
-    needed += container->bytes.size() + 4 * decoded_bytes(*container, stored->requests);
-  }
-  return !limit.allows(needed);
+  const StatedBytes bytes = stated_bytes(document);
+  return !limit.allows(bytes.stored + 4 * bytes.decoded);
 }
 
 }  // namespace
@@ -257,8 +270,7 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
     }
   }
   const std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
-  if (is_too_large(document, groups, limit))
-    return FileDecoder(document, groups, backend, pool, limit).run(progress);
+  if (is_too_large(document, limit)) return FileDecoder(document, groups, backend, pool, limit).run(progress);
   return decode_in_memory(document, groups, backend, pool, progress);
 }
 

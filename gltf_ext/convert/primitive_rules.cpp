@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "gltf_ext/convert/decode_to_file.h"
+#include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/json/json_fields.h"
@@ -211,10 +212,8 @@ class PrimitiveChecker {
 }  // namespace
 
 bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit) {
-  const Expected<StoredPrimitive> stored = stored_primitive(document, id, kExtensionName);
-  if (!stored || limit.allows(2 * justified_result_bytes(stored->bytes.size()))) return false;
-  const Expected<PatchContainer> container = open_container(stored->bytes);
-  return container && is_too_large(*container, stored->requests, limit);
+  const StatedBytes bytes = stated_bytes(document, id);
+  return !limit.allows(bytes.decoded * 3 / 2 + bytes.stored);
 }
 
 bool has_fallback(const Document& document, PrimitiveId id) {

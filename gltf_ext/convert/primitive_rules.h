@@ -20,7 +20,7 @@ std::vector<Finding> check_patched_primitive(const Document& document, Primitive
                                              const DecodeBackend& backend, const ThreadPool& pool,
                                              const MemoryLimit& limit = {});
 
-// Whether check_patched_primitive would put the mesh into a temporary file.
+// Whether check_patched_primitive would put the mesh into a temporary file, if its JSON is right.
 bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit);
 
 // Checks a primitive in patches by all rules except those that need each stream: "attribute-type" and "copies".

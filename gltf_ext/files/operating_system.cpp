@@ -7,6 +7,9 @@
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#ifdef __linux__
+#include <sys/vfs.h>
+#endif
 
 #include <algorithm>
 #include <array>
@@ -381,6 +384,19 @@ Status UnnamedFile::read(uint64_t offset, std::span<uint8_t> to) const {
     offset += static_cast<uint64_t>(got);
   }
   return {};
+}
+
+bool is_in_memory(const std::filesystem::path& folder) {
+#ifdef __linux__
+  constexpr uint32_t kTmpfs = 0x01021994, kRamfs = 0x858458f6;  // statfs(2)
+  struct statfs status {};
+  if (::statfs(folder.c_str(), &status) != 0) return false;
+  const auto type = static_cast<uint32_t>(status.f_type);
+  return type == kTmpfs || type == kRamfs;
+#else
+  static_cast<void>(folder);
+  return false;
+#endif
 }
 
 bool may_write_into(const std::filesystem::path& folder) { return ::access(folder.c_str(), W_OK | X_OK) == 0; }

@@ -132,6 +132,9 @@ class GroupLock {
   int descriptor_ = -1;
 };
 
+// Whether the files of a folder are in memory (tmpfs and ramfs of Linux). False if that is not known.
+bool is_in_memory(const std::filesystem::path& folder);
+
 // Whether this process may create files in a folder.
 bool may_write_into(const std::filesystem::path& folder);
 

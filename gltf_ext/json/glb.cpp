@@ -62,13 +62,18 @@ Expected<GlbChunks> parse_glb(std::span<const uint8_t> file) {
   return chunks;
 }
 
+Status check_glb_bytes(uint64_t bytes, bool is_least) {
+  if (bytes <= std::numeric_limits<uint32_t>::max()) return {};
+  return unsupported("a GLB holds at most 4 GB, but this one takes " +
+                     std::string(is_least ? "at least " : "") + std::to_string(bytes) +
+                     " bytes; write a .gltf");
+}
+
 Expected<std::vector<uint8_t>> glb_head(std::string json, uint64_t binary_bytes) {
   json.resize((json.size() + 3) / 4 * 4, ' ');
   const uint64_t binary_chunk = binary_bytes == 0 ? 0 : kChunkHeaderBytes + binary_bytes;
   const uint64_t total = kHeaderBytes + kChunkHeaderBytes + json.size() + binary_chunk;
-  if (total > std::numeric_limits<uint32_t>::max())
-    return unsupported("a GLB holds at most 4 GB, but this one takes " + std::to_string(total) +
-                       " bytes; write a .gltf");
+  if (Status status = check_glb_bytes(total); !status.ok()) return status;
   std::vector<uint8_t> head;
   head.reserve(kHeaderBytes + 2 * kChunkHeaderBytes + json.size());
   append_u32(head, kMagic);

@@ -9,6 +9,7 @@
 #include "gltf_ext/convert/draco_extension.h"
 #include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/mesh_files/repair_values.h"
 #include "gltf_ext/out_of_core/cell_parts.h"
@@ -53,6 +54,16 @@ Expected<std::vector<AttributeCoding>> codings_of(const MeshSpool& spool,
     codings[i].bits = *bits;
   }
   return codings;
+}
+
+// The bytes of the values that Draco stores as they are: floats without a grid, once for each point.
+uint64_t least_bytes(const MeshSpool& spool, std::span<const AttributeCoding> codings,
+                     const CellStatistics& statistics) {
+  uint64_t record = 0;
+  for (size_t i = 0; i < codings.size(); ++i)
+    if (codings[i].bits == 0 && spool.attributes()[i].component_type == ComponentType::kFloat32)
+      record += spool.attributes()[i].stride();
+  return record * (statistics.points - statistics.merged_points - statistics.dropped_points);
 }
 
 std::vector<PrimitiveReport> reports_of(const EncodedParts& encoded, const CellStatistics& statistics,
@@ -155,6 +166,11 @@ Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOption
     parts_options.patch_encoded = [&](size_t faces) {
       progress(done += faces, static_cast<size_t>(statistics.kept_faces));
     };
+  if (limits.to_glb) {
+    if (Status status = check_glb_bytes(least_bytes(spool, *codings, statistics), true); !status.ok())
+      return status;
+    parts_options.part_written = [](uint64_t bytes) { return check_glb_bytes(bytes, true); };
+  }
   const MakeSpill make_spill = [&] { return SpillFile::create(limits.temporary); };
   std::optional<ThreadPool> fewer;
   if (plan.thread_count < pool.thread_count()) fewer.emplace(plan.thread_count);

@@ -32,6 +32,37 @@ TEST(CountOption, RefusesWhatIsNoCount) {
     EXPECT_EQ(parse_count(text), std::nullopt) << text;
 }
 
+TEST(CountOption, ReadsSizesAsPeopleWriteThem) {
+  constexpr uint64_t kGigabyte = uint64_t{1} << 30;
+  for (const char* text :
+       {"1GB", "1gb", "1G", "1GiB", "1 GB", "1024MB", "1048576k", "1073741824", "1073741824B"})
+    EXPECT_EQ(parse_size(text), kGigabyte) << text;
+  EXPECT_EQ(parse_size("1.5GB"), kGigabyte / 2 * 3);
+  EXPECT_EQ(parse_size("0.5kB"), 512u);
+  EXPECT_EQ(parse_size("2TB"), 2048 * kGigabyte);
+  EXPECT_EQ(parse_size("0"), 0u);
+}
+
+TEST(CountOption, RefusesWhatIsNoSize) {
+  for (const char* text : {"", "-1", "-1GB", "+1", "99999999999999999999", "9223372036854775808", "1e400", "GB",
+                           "1XB", "1BB", "1kkB", "1.2.3", "1G B", "inf", "nan", "0x10", "many", "9999999TB"})
+    EXPECT_EQ(parse_size(text), std::nullopt) << text;
+  for (const char* text : {"99999999999999999999", "-1", "1.5XB"})
+    for (const std::vector<std::string>& command : {std::vector<std::string>{"encode", "a.ply", "a.glb"},
+                                                    {"decode", "a.glb", "b.glb"},
+                                                    {"validate", "a.glb"},
+                                                    {"compare", "a.glb", "b.glb"},
+                                                    {"batch", "a.glb", "--out-dir", "out"}}) {
+      std::vector<std::string> words = command;
+      words.push_back("--memory=" + std::string(text));
+      const CommandOutcome outcome = run_command(words);
+      EXPECT_EQ(outcome.code, 1) << command[0] << " " << text;
+      EXPECT_TRUE(contains(outcome.err, std::string("--memory: ") + text +
+                                            " is not a size below 2^63 bytes, such as 512MB or 1.5GB"))
+          << outcome.err;
+    }
+}
+
 TEST(CountOption, StandsInTheCommand) {
   const TestFolder folder;
   const std::string mesh = (folder / "a.glb").string(), out = (folder / "b.glb").string();

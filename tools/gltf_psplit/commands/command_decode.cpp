@@ -4,9 +4,12 @@
 
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/convert/stated_bytes.h"
+#include "gltf_ext/json/glb.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
@@ -81,6 +84,9 @@ Status run_decode(const Arguments& arguments, const Session& session) {
                                                 session.log, written, arguments.backend.name);
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
+  if (arguments.target != "draco" && is_glb_output(arguments.output))
+    if (Status status = check_glb_bytes(stated_bytes(*document).decoded, true); !status.ok())
+      return std::move(status).at({.file = arguments.output});
   const Expected<Decoded> counts = convert(*document, arguments, session);
   if (!counts) return counts.status().at({.file = arguments.input});
   if (Status status = write_asset(*document, arguments.output, arguments.write, session.log, written);

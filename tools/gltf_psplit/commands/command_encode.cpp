@@ -80,6 +80,7 @@ OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
   OutOfCoreOptions limits;
   limits.memory = arguments.memory;
   limits.temporary = temporary_folder(arguments.temporary, arguments.output);
+  limits.to_glb = is_glb_output(arguments.output);
   limits.note = [&](const std::string& text) { session.log.note(arguments.input + ": " + text); };
   return limits;
 }
@@ -190,15 +191,7 @@ void add_memory_options(CLI::App& command, Arguments& arguments) {
                       "glTF, that needs "
                       "more is read into temporary files and encoded part by part; all else must fit")
           ->group(kGroup);
-  command
-      .add_option(
-          "--temporary", arguments.temporary,
-          "The folder of temporary files for --memory. They have no names, so that nothing stays if the "
-          "command is killed. Default: the folder of the output")
-      ->check(CLI::ExistingDirectory)
-      ->needs(memory)
-      ->type_name("DIR")
-      ->group(kGroup);
+  add_temporary_option(command, arguments.temporary)->needs(memory);
 }
 
 }  // namespace

@@ -51,6 +51,8 @@ Status check_output_path(const std::string& path) {
   return check_output_place(path);
 }
 
+bool is_glb_output(const std::string& path) { return path == "-" || lower_extension(path) == ".glb"; }
+
 Status check_output_paths(const std::string& output, const std::string& report) {
   if (Status status = check_output_path(output); !status.ok()) return status;
   if (report == output) return {StatusCode::kUsage, "--report and the output name the same file: " + output};

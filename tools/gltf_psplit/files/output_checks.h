@@ -20,6 +20,9 @@ Status check_output_path(const std::string& path);
 // same name.
 Status check_output_paths(const std::string& output, const std::string& report);
 
+// Whether the output is a GLB, according to its name. stdout is one.
+bool is_glb_output(const std::string& path);
+
 // kUsage if writing `path`, which `option` named, would replace a file that the document was read from or
 // refers to (its images, and the files of its extensions), also through links.
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document);

@@ -1,6 +1,8 @@
 #include "tools/gltf_psplit/options/count_option.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <string_view>
@@ -52,6 +54,28 @@ std::optional<uint64_t> parse_count(const std::string& text) {
   return read.ec == std::errc() && ends_with_digit ? std::optional(count) : std::nullopt;
 }
 
+std::optional<uint64_t> parse_size(const std::string& text) {
+  if (text.empty() || text.front() < '0' || text.front() > '9') return std::nullopt;
+  double number = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, number, std::chars_format::fixed);
+  if (read.ec != std::errc()) return std::nullopt;
+  std::string unit(read.ptr, end);
+  if (unit.starts_with(' ')) unit.erase(0, 1);
+  std::ranges::transform(unit, unit.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  constexpr std::string_view kPrefixes = "kmgt";
+  const size_t prefix = unit.empty() ? kPrefixes.npos : kPrefixes.find(unit.front());
+  if (prefix != kPrefixes.npos) {
+    unit.erase(0, 1);
+    number = std::ldexp(number, 10 * (static_cast<int>(prefix) + 1));
+    if (unit == "ib") unit = "b";
+  }
+  constexpr double kTooMany = 9223372036854775808.0;  // 2^63
+  if ((!unit.empty() && unit != "b") || !(number < kTooMany)) return std::nullopt;
+  return static_cast<uint64_t>(number);
+}
+
 CLI::Option* add_count_option(CLI::App& command, const std::string& name, uint64_t& count,
                               const std::string& description) {
   constexpr uint64_t kMost = 0xffffffff;
@@ -69,10 +93,14 @@ CLI::Option* add_count_option(CLI::App& command, const std::string& name, uint64
 
 CLI::Option* add_size_option(CLI::App& command, const std::string& name, uint64_t& bytes,
                              const std::string& description) {
+  const auto to_digits = [](std::string& text) {
+    const std::optional<uint64_t> parsed = parse_size(text);
+    if (!parsed) return text + " is not a size below 2^63 bytes, such as 512MB or 1.5GB";
+    text = std::to_string(*parsed);
+    return std::string();
+  };
   return command.add_option(name, bytes, description)
-      ->check(
-          [](const std::string& text) { return std::string(text.starts_with('-') ? "must be positive" : ""); })
-      ->transform(CLI::AsSizeValue(false))
+      ->transform(CLI::Validator(to_digits, ""))
       ->type_name("SIZE");
 }
 

@@ -1,4 +1,4 @@
-// Counts and sizes as people write them: 1000000, 1_000_000, 1e6, 1M, 250k; 512MB, 4GB.
+// Counts and sizes as people write them: 1000000, 1_000_000, 1e6, 1M, 250k; 512MB, 1.5GB.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,12 @@ std::optional<uint64_t> parse_count(const std::string& text);
 CLI::Option* add_count_option(CLI::App& command, const std::string& name, uint64_t& count,
                               const std::string& description);
 
-// Adds an option for a number of bytes, with or without a unit. `bytes` must outlive the parse.
+// Reads a number of bytes: a decimal number without a sign, which k, M, G or T may follow, and then B or iB, in
+// any case. Each of these letters stands for a power of 1024. Fractions of a byte are cut off. Nothing for
+// other text, and for 2^63 bytes and more.
+std::optional<uint64_t> parse_size(const std::string& text);
+
+// Adds an option for a number of bytes, which parse_size reads. `bytes` must outlive the parse.
 CLI::Option* add_size_option(CLI::App& command, const std::string& name, uint64_t& bytes,
                              const std::string& description);
 

@@ -1,31 +1,53 @@
 #include "tools/gltf_psplit/options/memory_options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <vector>
 
+#include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/machine_limits.h"
 
 namespace psplit {
+namespace {
 
-void add_memory_options(CLI::App& command, MemoryChoice& choice, const std::string& more) {
-  constexpr const char* kGroup = "Memory";
-  add_size_option(command, "--memory", choice.bytes,
-                  "Take about SIZE of memory for meshes in patches, such as 4GB. " + more +
-                      " Default: nine tenths of what the container or the machine has")
-      ->group(kGroup);
-  command.add_option("--temporary", choice.temporary, "The folder of temporary files, which have no names")
+constexpr const char* kGroup = "Memory";
+
+}  // namespace
+
+CLI::Option* add_temporary_option(CLI::App& command, std::string& folder) {
+  return command
+      .add_option("--temporary", folder,
+                  "The folder of temporary files. They have no names, so that nothing stays if the command is "
+                  "killed. Default: the folder of an output file, then that of TMPDIR or /tmp, then /var/tmp; "
+                  "the first of them that is not in memory (tmpfs)")
       ->check(CLI::ExistingDirectory)
       ->type_name("FOLDER")
       ->group(kGroup);
 }
 
+void add_memory_options(CLI::App& command, MemoryChoice& choice, const std::string& more) {
+  add_size_option(command, "--memory", choice.bytes,
+                  "Take about SIZE of memory for meshes in patches, such as 4GB. " + more +
+                      " Default: nine tenths of what the container or the machine has")
+      ->group(kGroup);
+  add_temporary_option(command, choice.temporary);
+}
+
 std::filesystem::path temporary_folder(const std::string& wanted, const std::string& output) {
   namespace fs = std::filesystem;
+  if (!wanted.empty()) return wanted;
+  std::vector<fs::path> folders;
+  if (output != "-") {
+    const fs::path folder = fs::path(output).parent_path();
+    folders.push_back(folder.empty() ? fs::path(".") : folder);
+  }
   std::error_code error;
-  const fs::path folder = !wanted.empty() ? fs::path(wanted)
-                          : output == "-" ? fs::temp_directory_path(error)
-                                          : fs::path(output).parent_path();
-  return folder.empty() ? "." : folder;
+  if (fs::path folder = fs::temp_directory_path(error); !error) folders.push_back(std::move(folder));
+  folders.emplace_back("/var/tmp");
+  const auto found = std::ranges::find_if(
+      folders, [](const fs::path& folder) { return may_write_into(folder) && !is_in_memory(folder); });
+  return found == folders.end() ? folders.front() : *found;
 }
 
 MemoryLimit memory_limit(const MemoryChoice& choice, const std::string& output) {

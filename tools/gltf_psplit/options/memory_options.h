@@ -9,7 +9,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace psplit {
 
@@ -18,11 +19,15 @@ struct MemoryChoice {
   std::string temporary;  // the folder of temporary files; empty: the output's, or the system's
 };
 
+// --temporary. `folder` must outlive the parse.
+CLI::Option* add_temporary_option(CLI::App& command, std::string& folder);
+
 // `choice` must outlive the parse. `more` is the rest of the help text of --memory.
 void add_memory_options(CLI::App& command, MemoryChoice& choice, const std::string& more);
 
-// The folder of temporary files: `wanted`; if that is empty, the folder of the output, or the system's folder
-// of temporary files for "-".
+// The folder of temporary files: `wanted`; if that is empty, the first folder of these that this process may
+// write into and that is not in memory: the folder of the output (not for "-"), the system's folder of
+// temporary files, /var/tmp. If there is none, the first of them.
 std::filesystem::path temporary_folder(const std::string& wanted, const std::string& output);
 
 // The limit for primitives. `output` is the path of the asset that the command writes, or "-".

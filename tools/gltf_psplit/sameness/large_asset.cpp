@@ -150,6 +150,7 @@ Status read_primitive_of(const Document& document, PrimitiveId id, const Backend
   if (field(json, "targets") != nullptr)
     return unsupported("morph targets are compared only in memory: raise --memory");
   primitive.mesh = id.mesh;
+  primitive.material = integer_field_or(json, "material", -1).value_or(-1);
   const std::optional<MeshView> in_place =
       kind->storage == PrimitiveStorage::kPlain ? view_in_place(document, id) : std::nullopt;
   if (kind->storage == PrimitiveStorage::kPatches) {
@@ -219,6 +220,7 @@ Expected<LargeAsset> read_large_asset(const std::string& path, const BackendChoi
   LargeAsset asset;
   asset.document = std::move(*document);
   asset.mesh_count = array_size(asset.document.json, "meshes");
+  asset.material_count = array_size(asset.document.json, "materials");
   for (const PrimitiveId id : all_primitives(asset.document)) {
     LargePrimitive& primitive = asset.primitives.emplace_back();
     if (Status status = read_primitive_of(asset.document, id, backend, limit, session.pool, primitive);

@@ -17,7 +17,8 @@
 namespace psplit {
 
 struct LargePrimitive {
-  size_t mesh = 0;  // its number
+  size_t mesh = 0;        // its number
+  int64_t material = -1;  // its number, or -1
   MeshView view;
   std::map<std::string, DeclaredGrid> grids;
   // What the view points to, except for the document.
@@ -28,7 +29,7 @@ struct LargePrimitive {
 struct LargeAsset {
   Document document;
   std::vector<LargePrimitive> primitives;  // in the order of the meshes
-  size_t mesh_count = 0;
+  size_t mesh_count = 0, material_count = 0;
 };
 
 // Bytes of the meshes of an asset, in memory: for the choice between a comparison in memory and by sums. 0 if

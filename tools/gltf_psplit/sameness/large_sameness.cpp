@@ -3,160 +3,310 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "gltf_ext/compare/rounded_mesh.h"
 #include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/sameness/large_groups.h"
 
 namespace psplit {
 namespace {
 
-// One mesh of one asset.
-struct Side {
-  std::vector<MeshView> views;
-  std::vector<const LargePrimitive*> primitives;
+using MeshResult = LargeComparison::Mesh;
 
-  // An attribute of all primitives, with one type and one grid.
-  struct Column {
-    ValuesView values;
-    const DeclaredGrid* grid = nullptr;
-  };
-  std::optional<Column> column(const std::string& semantic) const {
-    std::optional<Column> found;
-    std::string identity;
-    for (const LargePrimitive* primitive : primitives) {
-      const auto& attributes = primitive->view.attributes;
-      const auto at = std::ranges::find(attributes, semantic, &MeshView::Values::semantic);
-      if (at == attributes.end()) return std::nullopt;
-      const auto grid = primitive->grids.find(semantic);
-      const DeclaredGrid* const its_grid = grid == primitive->grids.end() ? nullptr : &grid->second;
-      const std::string its_identity = its_grid == nullptr ? "exact" : its_grid->identity;
-      if (its_identity.empty()) return std::nullopt;
-      if (!found) {
-        found = {at->values, its_grid};
-        identity = its_identity;
-      } else if (identity != its_identity || found->values.component_type != at->values.component_type ||
-                 found->values.component_count != at->values.component_count) {
-        return std::nullopt;
+// How an attribute of two sides is compared.
+enum class ColumnKind {
+  kExact,      // bit for bit
+  kRounded,    // the side without a grid is rounded
+  kOtherGrid,  // both sides have grids, which differ
+  kOtherType,
+};
+
+struct Column {
+  std::string semantic;
+  ColumnKind kind = ColumnKind::kExact;
+  size_t exact_side = 0;  // of kRounded
+  DeclaredGrid grid{};    // of kRounded
+};
+
+// An attribute of all primitives of one side; nothing if its type or its grid changes from one to the next.
+struct SideColumn {
+  ValuesView values;
+  const DeclaredGrid* grid = nullptr;
+};
+std::optional<SideColumn> column_of(const LargeGroup& side, const std::string& semantic) {
+  std::optional<SideColumn> found;
+  for (const LargePrimitive* primitive : side) {
+    const ValuesView& values =
+        std::ranges::find(primitive->view.attributes, semantic, &MeshView::Values::semantic)->values;
+    const auto grid = primitive->grids.find(semantic);
+    const DeclaredGrid* const its_grid = grid == primitive->grids.end() ? nullptr : &grid->second;
+    if (!found) found = {values, its_grid};
+    const bool same_grid = (its_grid == nullptr) == (found->grid == nullptr) &&
+                           (its_grid == nullptr || its_grid->identity == found->grid->identity);
+    if (!same_grid || values.component_type != found->values.component_type ||
+        values.normalized != found->values.normalized)
+      return std::nullopt;
+  }
+  return found;
+}
+
+Column plan_column(const std::string& semantic, const LargeGroup& a, const LargeGroup& b) {
+  Column column{semantic};
+  const auto of_a = column_of(a, semantic), of_b = column_of(b, semantic);
+  if (!of_a || !of_b || of_a->values.component_type != of_b->values.component_type ||
+      of_a->values.normalized != of_b->values.normalized) {
+    column.kind = ColumnKind::kOtherType;
+    return column;
+  }
+  if (of_a->grid == nullptr && of_b->grid == nullptr) return column;
+  if (of_a->grid != nullptr && of_b->grid != nullptr) {
+    // Streams of one primitive may have several grids: then their identity is empty.
+    if (of_a->grid->identity.empty() || of_a->grid->identity != of_b->grid->identity)
+      column.kind = ColumnKind::kOtherGrid;
+    return column;
+  }
+  column.exact_side = of_a->grid == nullptr ? 0 : 1;
+  column.grid = of_a->grid == nullptr ? *of_b->grid : *of_a->grid;
+  const size_t components = of_a->values.component_count;
+  const bool can_round = !column.grid.identity.empty() &&
+                         of_a->values.component_type == ComponentType::kFloat32 &&
+                         components == (column.grid.direction ? 3 : column.grid.origin.size());
+  column.kind = can_round ? ColumnKind::kRounded : ColumnKind::kOtherGrid;
+  return column;
+}
+
+// Compares groups of primitives that have the same attributes.
+class GroupComparer {
+ public:
+  GroupComparer(const LargeGroup& a, const LargeGroup& b, const std::vector<std::string>& only,
+                const std::filesystem::path& folder, const ThreadPool& pool)
+      : sides_{a, b}, folder_(folder), pool_(pool) {
+    for (const auto& [semantic, components] : compared_attributes(*a[0], only))
+      columns_.push_back(plan_column(semantic, a, b));
+    box_ = position_box(views_of(0));
+  }
+
+  Expected<MeshResult> run() {
+    const std::vector<std::string> comparable = names({ColumnKind::kExact, ColumnKind::kRounded});
+    const bool can_decide = comparable.size() == columns_.size();
+    const std::vector<std::string> rounded = names({ColumnKind::kRounded});
+    Sums sums;
+    const auto is_same = [&](const std::vector<std::string>& attributes, Rounding rounding) -> Expected<bool> {
+      Expected<Sums> found = sum(attributes, rounding);
+      if (!found) return found.status();
+      sums = std::move(*found);
+      return sums.of[0].all == sums.of[1].all;
+    };
+    const bool has_weights =
+        std::ranges::any_of(rounded, [](const std::string& name) { return name.starts_with("WEIGHTS_"); });
+    Rounding rounding = rounded.empty() ? Rounding::kNone : Rounding::kTogether;
+    if (can_decide) {
+      const Expected<bool> same = is_same(comparable, rounding);
+      if (!same) return same.status();
+      if (*same) return result(sums, rounded);
+      if (has_weights) {
+        const Expected<bool> alone = is_same(comparable, Rounding::kAlone);
+        if (!alone) return alone.status();
+        if (*alone) return result(sums, rounded);
       }
     }
+    // A decoded file has the values of the grid, but does not declare it.
+    if ((!rounded.empty() || !can_decide) && names({ColumnKind::kOtherType}).empty()) {
+      const Expected<bool> same =
+          is_same(names({ColumnKind::kExact, ColumnKind::kRounded, ColumnKind::kOtherGrid}), Rounding::kNone);
+      if (!same) return same.status();
+      if (*same) return result(sums, {});
+    }
+    return describe(comparable, rounded, rounding);
+  }
+
+ private:
+  enum class Rounding { kNone, kTogether, kAlone };
+  struct Sums {
+    TriangleSums of[2];
+  };
+
+  std::vector<std::string> names(std::initializer_list<ColumnKind> kinds) const {
+    std::vector<std::string> found;
+    for (const Column& column : columns_)
+      if (std::ranges::find(kinds, column.kind) != kinds.end()) found.push_back(column.semantic);
     return found;
   }
-};
 
-Side side_of(const LargeAsset& asset, size_t mesh) {
-  Side side;
-  for (const LargePrimitive& primitive : asset.primitives) {
-    if (primitive.mesh != mesh) continue;
-    side.views.push_back(primitive.view);
-    side.primitives.push_back(&primitive);
+  std::vector<MeshView> views_of(size_t side) const {
+    std::vector<MeshView> views;
+    for (const LargePrimitive* primitive : sides_[side]) views.push_back(primitive->view);
+    return views;
   }
-  return side;
-}
 
-// How the columns of both sides count.
-struct Plan {
-  std::vector<SummedColumn> columns[2];
-  std::vector<std::string> rounded, ignored;
-};
-
-void plan_attribute(const std::string& semantic, const Side& a, const Side& b, Plan& plan) {
-  const auto of_a = a.column(semantic), of_b = b.column(semantic);
-  const bool comparable = of_a && of_b && of_a->values.component_type == of_b->values.component_type &&
-                          of_a->values.component_count == of_b->values.component_count &&
-                          of_a->values.normalized == of_b->values.normalized;
-  if (!comparable) return plan.ignored.push_back(semantic);
-  SummedColumn columns[2] = {{semantic, std::nullopt}, {semantic, std::nullopt}};
-  if ((of_a->grid == nullptr) != (of_b->grid == nullptr)) {
-    const DeclaredGrid& grid = of_a->grid == nullptr ? *of_b->grid : *of_a->grid;
-    // Encoders change normals, colours and weights before they round them.
-    const bool is_rounded = semantic == "POSITION" || semantic.starts_with("TEXCOORD_");
-    if (grid.direction || !is_rounded || of_a->values.component_type != ComponentType::kFloat32)
-      return plan.ignored.push_back(semantic);
-    columns[of_a->grid == nullptr ? 0 : 1].round_to = grid;
-    plan.rounded.push_back(semantic);
-  } else if (of_a->grid != nullptr && of_a->grid->identity != of_b->grid->identity) {
-    return plan.ignored.push_back(semantic);
-  }
-  for (size_t side = 0; side < 2; ++side) plan.columns[side].push_back(std::move(columns[side]));
-}
-
-Plan plan_columns(const Side& a, const Side& b, const std::vector<std::string>& only) {
-  Plan plan;
-  plan_attribute("POSITION", a, b, plan);
-  std::vector<std::string> semantics;
-  for (const Side* side : {&a, &b})
-    for (const MeshView& view : side->views)
-      for (const MeshView::Values& attribute : view.attributes) semantics.push_back(attribute.semantic);
-  std::ranges::sort(semantics);
-  semantics.erase(std::unique(semantics.begin(), semantics.end()), semantics.end());
-  for (const std::string& semantic : semantics) {
-    const bool is_wanted = only.empty() || std::ranges::find(only, semantic) != only.end();
-    if (semantic != "POSITION" && is_wanted) plan_attribute(semantic, a, b, plan);
-  }
-  return plan;
-}
-
-void find_difference(const TriangleSums& a, const TriangleSums& b, const PositionBox& box,
-                     LargeComparison::Mesh& mesh) {
-  constexpr size_t kCells = TriangleSums::kCells;
-  std::array<size_t, 3> low{kCells, kCells, kCells}, high{};
-  for (size_t i = 0; i < a.cells.size(); ++i) {
-    if (a.cells[i] == b.cells[i]) continue;
-    ++mesh.differing_cells;
-    const std::array<size_t, 3> at{i % kCells, i / kCells % kCells, i / kCells / kCells};
-    for (size_t axis = 0; axis < 3; ++axis) {
-      low[axis] = std::min(low[axis], at[axis]);
-      high[axis] = std::max(high[axis], at[axis] + 1);
+  Expected<Sums> sum(const std::vector<std::string>& attributes, Rounding rounding) const {
+    Sums sums;
+    for (size_t side = 0; side < 2; ++side) {
+      std::map<std::string, DeclaredGrid> grids;
+      for (const Column& column : columns_)
+        if (rounding != Rounding::kNone && column.kind == ColumnKind::kRounded && column.exact_side == side &&
+            std::ranges::find(attributes, column.semantic) != attributes.end())
+          grids.emplace(column.semantic, column.grid);
+      std::vector<MeshView> views = views_of(side);
+      std::vector<RoundedMesh> rounded;
+      for (MeshView& view : views) {
+        if (grids.empty()) break;
+        const WeightRounding weights =
+            rounding == Rounding::kAlone ? WeightRounding::kAlone : WeightRounding::kTogether;
+        Expected<RoundedMesh> mesh = round_to_grids(view, grids, weights, folder_, pool_);
+        if (!mesh) return mesh.status();
+        view = mesh->view;
+        rounded.push_back(std::move(*mesh));
+      }
+      Expected<TriangleSums> found = sum_triangles(views, attributes, box_, pool_);
+      if (!found) return found.status();
+      sums.of[side] = std::move(*found);
     }
+    return sums;
   }
-  for (size_t axis = 0; axis < 3 && mesh.differing_cells > 0; ++axis) {
-    const float step = (box.high[axis] - box.low[axis]) / static_cast<float>(kCells);
-    mesh.difference.low[axis] = box.low[axis] + step * static_cast<float>(low[axis]);
-    mesh.difference.high[axis] = box.low[axis] + step * static_cast<float>(high[axis]);
-  }
-}
 
-Expected<LargeComparison::Mesh> compare_mesh(const Side& a, const Side& b, const std::vector<std::string>& only,
-                                             const ThreadPool& pool) {
-  LargeComparison::Mesh mesh;
-  if (a.views.empty() || b.views.empty()) {
-    mesh.same = a.views.empty() && b.views.empty();
-    for (const MeshView& view : a.views) mesh.triangles[0] += view.indices.count / 3;
-    for (const MeshView& view : b.views) mesh.triangles[1] += view.indices.count / 3;
+  MeshResult result(const Sums& sums, std::vector<std::string> rounded) const {
+    MeshResult mesh;
+    mesh.rounded = std::move(rounded);
+    for (size_t side = 0; side < 2; ++side) {
+      mesh.triangles[side] = sums.of[side].all.count;
+      mesh.degenerate[side] = sums.of[side].degenerate;
+    }
     return mesh;
   }
-  Plan plan = plan_columns(a, b, only);
-  if (plan.columns[0].empty() || plan.columns[0].front().semantic != "POSITION")
-    return unsupported(
-        "the positions of the two assets are on different grids, which only a comparison in memory "
-        "compares: raise --memory, or decode both");
-  const PositionBox box = position_box(a.views);
-  const auto sum = [&] {
-    return std::pair(sum_triangles(a.views, plan.columns[0], box, pool),
-                     sum_triangles(b.views, plan.columns[1], box, pool));
-  };
-  auto [of_a, of_b] = sum();
-  if (of_a && of_b && of_a->all != of_b->all && !plan.rounded.empty()) {
-    // A decoded file has the values of the grid, but does not declare it.
-    for (auto& columns : plan.columns)
-      for (SummedColumn& column : columns) column.round_to.reset();
-    auto [exact_a, exact_b] = sum();
-    if (exact_a && exact_b && exact_a->all == exact_b->all) {
-      of_a = std::move(exact_a);
-      of_b = std::move(exact_b);
-      plan.rounded.clear();
+
+  // Finds the attributes that differ, each together with the positions.
+  Expected<MeshResult> describe(const std::vector<std::string>& comparable,
+                                const std::vector<std::string>& rounded, Rounding rounding) const {
+    const bool has_positions = !comparable.empty() && comparable.front() == "POSITION";
+    Expected<Sums> positions = sum({"POSITION"}, has_positions ? rounding : Rounding::kNone);
+    if (!positions) return positions.status();
+    MeshResult mesh = result(*positions, rounded);
+    mesh.undecided = names({ColumnKind::kOtherGrid, ColumnKind::kOtherType});
+    // Positions on different grids: then equal counts are all that is known.
+    if (!has_positions) {
+      mesh.verdict = LargeVerdict::kUndecided;
+      return mesh;
+    }
+    if (positions->of[0].all != positions->of[1].all) {
+      mesh.differing.push_back("POSITION");
+      find_cells(*positions, mesh);
+    }
+    for (const std::string& semantic : comparable) {
+      if (!mesh.differing.empty() && mesh.differing.front() == "POSITION") break;
+      if (semantic == "POSITION") continue;
+      const Expected<Sums> found = sum({"POSITION", semantic}, rounding);
+      if (!found) return found.status();
+      if (found->of[0].all == found->of[1].all) continue;
+      if (mesh.differing.empty()) find_cells(*found, mesh);
+      mesh.differing.push_back(semantic);
+    }
+    if (mesh.differing.empty() && comparable.size() > 2) {  // each alone is the same
+      const Expected<Sums> all = sum(comparable, rounding);
+      if (!all) return all.status();
+      if (all->of[0].all != all->of[1].all) {
+        find_cells(*all, mesh);
+        mesh.differing.assign(comparable.begin() + 1, comparable.end());
+      }
+    }
+    mesh.verdict = mesh.differing.empty() ? LargeVerdict::kUndecided : LargeVerdict::kDiffers;
+    return mesh;
+  }
+
+  void find_cells(const Sums& sums, MeshResult& mesh) const {
+    constexpr size_t kCells = TriangleSums::kCells;
+    std::array<size_t, 3> low{kCells, kCells, kCells}, high{};
+    for (size_t i = 0; i < sums.of[0].cells.size(); ++i) {
+      if (sums.of[0].cells[i] == sums.of[1].cells[i]) continue;
+      ++mesh.differing_cells;
+      const std::array<size_t, 3> at{i % kCells, i / kCells % kCells, i / kCells / kCells};
+      for (size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], at[axis]);
+        high[axis] = std::max(high[axis], at[axis] + 1);
+      }
+    }
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const float step = (box_.high[axis] - box_.low[axis]) / static_cast<float>(kCells);
+      mesh.difference.low[axis] = box_.low[axis] + step * static_cast<float>(low[axis]);
+      mesh.difference.high[axis] = box_.low[axis] + step * static_cast<float>(high[axis]);
     }
   }
-  if (!of_a) return of_a.status();
-  if (!of_b) return of_b.status();
-  mesh.rounded = std::move(plan.rounded);
-  mesh.ignored = std::move(plan.ignored);
-  mesh.same = of_a->all == of_b->all;
-  mesh.triangles[0] = of_a->all.count;
-  mesh.triangles[1] = of_b->all.count;
-  mesh.degenerate[0] = of_a->degenerate;
-  mesh.degenerate[1] = of_b->degenerate;
-  if (!mesh.same) find_difference(*of_a, *of_b, box, mesh);
-  return mesh;
+
+  const LargeGroup sides_[2];
+  const std::filesystem::path& folder_;
+  const ThreadPool& pool_;
+  std::vector<Column> columns_;
+  PositionBox box_;
+};
+
+void add(MeshResult& sum, const MeshResult& part) {
+  sum.verdict = std::max(sum.verdict, part.verdict);
+  for (size_t side = 0; side < 2; ++side) {
+    sum.triangles[side] += part.triangles[side];
+    sum.degenerate[side] += part.degenerate[side];
+  }
+  const auto append = [](std::vector<std::string>& to, const std::vector<std::string>& from) {
+    for (const std::string& word : from)
+      if (std::ranges::find(to, word) == to.end()) to.push_back(word);
+  };
+  append(sum.rounded, part.rounded);
+  append(sum.undecided, part.undecided);
+  append(sum.differing, part.differing);
+  if (sum.what.empty()) sum.what = part.what;
+  if (sum.differing_cells == 0) sum.difference = part.difference;
+  sum.differing_cells = std::max(sum.differing_cells, part.differing_cells);
 }
+
+uint64_t triangle_count(const LargeGroup& side) {
+  uint64_t count = 0;
+  for (const LargePrimitive* primitive : side) count += primitive->view.indices.count / 3;
+  return count;
+}
+
+// The two sides of a mesh, or of one of its groups.
+class MeshComparer {
+ public:
+  MeshComparer(bool by_material, const std::vector<std::string>& only, const std::filesystem::path& folder,
+               const ThreadPool& pool)
+      : by_material_(by_material), only_(only), folder_(folder), pool_(pool) {}
+
+  // First by the numbers of primitives; if that fails, all primitives of one kind together.
+  Expected<MeshResult> compare(const LargeGroup& a, const LargeGroup& b) const {
+    MeshResult by_number;
+    if (a.size() == b.size()) {
+      for (size_t i = 0; i < a.size(); ++i) {
+        const Expected<MeshResult> part = compare_group({a[i]}, {b[i]});
+        if (!part) return part;
+        add(by_number, *part);
+      }
+      if (by_number.verdict == LargeVerdict::kSame || a.size() == 1) return by_number;
+    }
+    MeshResult together;
+    for (const auto& [of_a, of_b] : groups_of(a, b, by_material_, only_)) {
+      const Expected<MeshResult> part = compare_group(of_a, of_b);
+      if (!part) return part;
+      add(together, *part);
+    }
+    return together.verdict == LargeVerdict::kSame || a.size() != b.size() ? together : by_number;
+  }
+
+ private:
+  Expected<MeshResult> compare_group(const LargeGroup& a, const LargeGroup& b) const {
+    std::string what = difference_of_kind(a, b, by_material_, only_);
+    if (what.empty() && !a.empty() && !b.empty()) return GroupComparer(a, b, only_, folder_, pool_).run();
+    MeshResult mesh;
+    mesh.triangles[0] = triangle_count(a);
+    mesh.triangles[1] = triangle_count(b);
+    if (what.empty()) return mesh;
+    mesh.verdict = LargeVerdict::kDiffers;
+    mesh.what = std::move(what);
+    return mesh;
+  }
+
+  bool by_material_;
+  const std::vector<std::string>& only_;
+  const std::filesystem::path& folder_;
+  const ThreadPool& pool_;
+};
 
 std::string joined(const std::vector<std::string>& words) {
   std::string text;
@@ -170,19 +320,41 @@ std::string corner_text(const std::array<float, 3>& corner) {
   return text;
 }
 
+const char* name_of(LargeVerdict verdict) {
+  return verdict == LargeVerdict::kSame        ? "same"
+         : verdict == LargeVerdict::kUndecided ? "undecided"
+                                               : "differs";
+}
+
 }  // namespace
 
-bool LargeComparison::same() const {
-  return mesh_counts[0] == mesh_counts[1] && std::ranges::all_of(meshes, &Mesh::same);
+LargeVerdict LargeComparison::verdict() const {
+  LargeVerdict worst = mesh_counts[0] == mesh_counts[1] ? LargeVerdict::kSame : LargeVerdict::kDiffers;
+  for (const MeshResult& mesh : meshes) worst = std::max(worst, mesh.verdict);
+  return worst;
+}
+
+std::vector<std::string> LargeComparison::undecided() const {
+  MeshResult all;
+  for (const MeshResult& mesh : meshes) add(all, mesh);
+  return all.undecided;
 }
 
 Expected<LargeComparison> compare_large(const LargeAsset& a, const LargeAsset& b,
-                                        const std::vector<std::string>& only, const ThreadPool& pool) {
+                                        const std::vector<std::string>& only,
+                                        const std::filesystem::path& folder, const ThreadPool& pool) {
   LargeComparison comparison;
   comparison.mesh_counts[0] = a.mesh_count;
   comparison.mesh_counts[1] = b.mesh_count;
+  const MeshComparer comparer(a.material_count == b.material_count, only, folder, pool);
+  const auto primitives_of = [](const LargeAsset& asset, size_t mesh) {
+    LargeGroup group;
+    for (const LargePrimitive& primitive : asset.primitives)
+      if (primitive.mesh == mesh) group.push_back(&primitive);
+    return group;
+  };
   for (size_t i = 0; i < std::max(a.mesh_count, b.mesh_count); ++i) {
-    Expected<LargeComparison::Mesh> mesh = compare_mesh(side_of(a, i), side_of(b, i), only, pool);
+    Expected<MeshResult> mesh = comparer.compare(primitives_of(a, i), primitives_of(b, i));
     if (!mesh) return mesh.status().at({.mesh = static_cast<int64_t>(i)});
     comparison.meshes.push_back(std::move(*mesh));
   }
@@ -190,50 +362,54 @@ Expected<LargeComparison> compare_large(const LargeAsset& a, const LargeAsset& b
 }
 
 std::string to_text(const LargeComparison& comparison, const std::string& first, const std::string& second) {
-  std::string text = comparison.same() ? "same by sums of hashes: " : "differs: ";
+  const LargeVerdict verdict = comparison.verdict();
+  std::string text = name_of(verdict);
+  text += verdict == LargeVerdict::kSame ? " by sums of hashes: " : ": ";
   if (comparison.mesh_counts[0] != comparison.mesh_counts[1])
     text += counted(comparison.mesh_counts[0], "mesh") + " in " + first + ", " +
             counted(comparison.mesh_counts[1], "mesh") + " in " + second + "; ";
-  uint64_t triangles = 0;
-  std::vector<std::string> rounded, ignored;
+  MeshResult all;
   for (size_t i = 0; i < comparison.meshes.size(); ++i) {
-    const LargeComparison::Mesh& mesh = comparison.meshes[i];
-    triangles += mesh.triangles[0];
-    rounded.insert(rounded.end(), mesh.rounded.begin(), mesh.rounded.end());
-    ignored.insert(ignored.end(), mesh.ignored.begin(), mesh.ignored.end());
-    if (mesh.same) continue;
+    const MeshResult& mesh = comparison.meshes[i];
+    add(all, mesh);
+    if (mesh.verdict == LargeVerdict::kSame) continue;
     text += "mesh " + std::to_string(i) + ": " + counted(mesh.triangles[0], "triangle") + " in " + first +
             ", " + counted(mesh.triangles[1], "triangle") + " in " + second;
+    if (!mesh.what.empty()) text += "; " + mesh.what;
     if (mesh.differing_cells > 0)
-      text += "; differences in " + with_separators(mesh.differing_cells) + " of 4,096 cells, between " +
-              corner_text(mesh.difference.low) + " and " + corner_text(mesh.difference.high);
+      text += "; differences of " + joined(mesh.differing) + " in " + with_separators(mesh.differing_cells) +
+              " of 4,096 cells, between " + corner_text(mesh.difference.low) + " and " +
+              corner_text(mesh.difference.high);
     text += "\n";
   }
-  if (comparison.same()) text += counted(triangles, "triangle") + "\n";
+  if (verdict == LargeVerdict::kSame) text += counted(all.triangles[0], "triangle") + "\n";
   if (!text.ends_with('\n')) text += "\n";
-  for (std::vector<std::string>* words : {&rounded, &ignored}) {
-    std::ranges::sort(*words);
-    words->erase(std::unique(words->begin(), words->end()), words->end());
-  }
-  if (!rounded.empty()) text += "rounded to the grid of the other asset: " + joined(rounded) + "\n";
-  if (!ignored.empty()) text += "not compared: " + joined(ignored) + "\n";
+  std::ranges::sort(all.rounded);
+  std::ranges::sort(all.undecided);
+  if (!all.rounded.empty()) text += "rounded to the grid of the other asset: " + joined(all.rounded) + "\n";
+  if (!all.undecided.empty())
+    text += "not compared, because types or grids differ: " + joined(all.undecided) + "\n";
   return text;
 }
 
 Json to_json(const LargeComparison& comparison) {
   Json meshes = Json::array();
-  for (const LargeComparison::Mesh& mesh : comparison.meshes) {
-    Json object{{"same", mesh.same},
+  for (const MeshResult& mesh : comparison.meshes) {
+    Json object{{"verdict", name_of(mesh.verdict)},
+                {"same", mesh.verdict == LargeVerdict::kSame},
                 {"triangles", {mesh.triangles[0], mesh.triangles[1]}},
                 {"degenerate", {mesh.degenerate[0], mesh.degenerate[1]}},
                 {"rounded", mesh.rounded},
-                {"not_compared", mesh.ignored}};
+                {"differing", mesh.differing},
+                {"not_compared", mesh.undecided}};
+    if (!mesh.what.empty()) object["what"] = mesh.what;
     if (mesh.differing_cells > 0)
       object["difference"] = {
           {"cells", mesh.differing_cells}, {"min", mesh.difference.low}, {"max", mesh.difference.high}};
     meshes.push_back(std::move(object));
   }
-  return {{"same", comparison.same()},
+  return {{"verdict", name_of(comparison.verdict())},
+          {"same", comparison.verdict() == LargeVerdict::kSame},
           {"method", "sums of hashes"},
           {"mesh_counts", {comparison.mesh_counts[0], comparison.mesh_counts[1]}},
           {"meshes", std::move(meshes)}};

@@ -82,13 +82,20 @@ Status run_large_sameness(const std::string& first, const SamenessOptions& optio
   if (!a) return a.status();
   const Expected<LargeAsset> b = read_large_asset(options.second, backend, limit, session);
   if (!b) return b.status();
-  const Expected<LargeComparison> comparison = compare_large(*a, *b, options.attributes, session.pool);
+  const Expected<LargeComparison> comparison =
+      compare_large(*a, *b, options.attributes, limit.folder, session.pool);
   if (!comparison) return comparison.status();
   const std::string text =
       format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, first, options.second);
   if (Status status = write_text(output, text); !status.ok()) return status;
-  if (comparison->same()) return {};
-  return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
+  if (comparison->verdict() == LargeVerdict::kSame) return {};
+  if (comparison->verdict() == LargeVerdict::kDiffers)
+    return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
+  std::string names;
+  for (const std::string& name : comparison->undecided()) names += (names.empty() ? "" : ", ") + name;
+  return unsupported(first + " and " + options.second +
+                     " are not known to be the same: types or grids differ, and sums cannot compare " + names +
+                     "; raise --memory, or name the other attributes with --attributes");
 }
 
 }  // namespace
@@ -126,7 +133,8 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
   add_memory_options(
       command, options.memory,
       "Two assets that need more are compared by sums of hashes of their triangles, in temporary "
-      "files of their size: exactly, or after rounding to the other asset's grid.");
+      "files of their size: exactly, or after rounding to the other asset's grid. If types or grids differ, "
+      "that does not tell whether they are the same: exit code 5.");
 }
 
 Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,

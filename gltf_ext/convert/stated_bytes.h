@@ -1,0 +1,23 @@
+// How large compressed primitives are, as the JSON of their document states it: no stream is opened.
+#pragma once
+
+#include <cstdint>
+
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/primitive_id.h"
+
+namespace psplit {
+
+struct StatedBytes {
+  uint64_t stored = 0;   // of the container, or of the stream of stock Draco
+  uint64_t decoded = 0;  // of the buffer views that decoding makes of it
+};
+
+// Zeros if the primitive is plain, and if the stored bytes do not justify the counts of its accessors: decoding
+// finds that error.
+StatedBytes stated_bytes(const Document& document, PrimitiveId id);
+
+// The sum. Equal primitives, which share the decoded data, count once.
+StatedBytes stated_bytes(const Document& document);
+
+}  // namespace psplit
