@@ -16,15 +16,15 @@ class BatchDecoder {
   // CudaDecoder::set_memory_limit.
   void set_memory_limit(uint64_t bytes) { memory_limit_ = bytes; }
 
-  // Plans and launches. The containers and their bytes must stay until finish. Errors: kRuntimeFailure if the
-  // device fails. All others come from finish.
-  Status start(std::span<const CudaPrimitive> primitives) {
+  // Plans and launches, with the threads of `pool`, unless it is null. The containers and their bytes must stay
+  // until finish. Errors: kRuntimeFailure if the device fails. All others come from finish.
+  Status start(std::span<const CudaPrimitive> primitives, const ThreadPool* pool = nullptr) {
     if (is_running_) (void)device_.wait();  // for a batch without a finish
-    statuses_ = batch_.make(primitives, BatchPlan::Gather::kSmallPieces);
+    statuses_ = batch_.make(primitives, BatchPlan::Gather::kSmallPieces, pool);
     results_ = StreamResults(plan().streams().size());
     is_uploaded_ = false;
     Status status = reserve();
-    if (status.ok()) status = launch();
+    if (status.ok()) status = launch(pool);
     is_running_ = status.ok();
     if (!status.ok()) give_up(status);
     return status;
@@ -66,8 +66,8 @@ class BatchDecoder {
   }
 
   // Uploads the tables, and pieces that are not on the device yet.
-  Status launch() {
-    Status status = batch_.write(memory_.data(), !is_uploaded_);
+  Status launch(const ThreadPool* pool) {
+    Status status = batch_.write(memory_.data(), !is_uploaded_, pool);
     if (status.ok()) status = batch_.upload(device_);
     if (status.ok()) status = batch_.launch(device_);
     is_uploaded_ = is_uploaded_ || status.ok();
@@ -82,7 +82,7 @@ class BatchDecoder {
       if (!batch_.enlarge(results_.faults)) break;
       // If there is no more memory, the streams that were decoded are right nevertheless.
       if (shortage = reserve(); !shortage.ok()) break;
-      if (Status status = launch(); !status.ok()) return status;
+      if (Status status = launch(nullptr); !status.ok()) return status;
     }
     plan().add_faults(results_.faults, shortage, statuses_);
     return {};

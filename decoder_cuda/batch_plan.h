@@ -33,6 +33,15 @@ struct LaunchPlan {
   uint32_t single_rounds = 0;  // the first rounds, in which most streams have one run
   uint32_t chains = 1;         // most streams' runs in the others
   bool has_steps = false;      // some values may be predicted in steps
+
+  // The launches for the streams of both plans.
+  void join(const LaunchPlan& other) {
+    runs = std::max(runs, other.runs);
+    rounds = std::max(rounds, other.rounds);
+    single_rounds = std::max(single_rounds, other.single_rounds);
+    chains = std::max(chains, other.chains);
+    has_steps |= other.has_steps;
+  }
 };
 
 class BatchPlan {
@@ -66,8 +75,10 @@ class BatchPlan {
   // Which pieces are gathered in pinned memory, so that copying them does not wait.
   enum class Gather : uint8_t { kSmallPieces, kAllPieces };
 
-  // Returns a status for each primitive: an error for an impossible request.
-  std::vector<Status> make(std::span<const CudaPrimitive> primitives, Gather which) {
+  // Returns a status for each primitive: an error for an impossible request. Meshes with many patches are
+  // planned on the threads of `pool`, unless it is null.
+  std::vector<Status> make(std::span<const CudaPrimitive> primitives, Gather which,
+                           const ThreadPool* pool = nullptr) {
     *this = {};
     std::vector<Status> statuses;
     size_t stream_count = 0;
@@ -80,7 +91,7 @@ class BatchPlan {
     sizes_.reserve(stream_count);
     for (size_t i = 0; i < primitives.size(); ++i) {
       if (is_due_[i])
-        add(primitives[i]);
+        add(primitives[i], pool);
       else
         primitives_.push_back({});
     }
@@ -297,58 +308,40 @@ class BatchPlan {
     return uses;
   }
 
-  void add(const CudaPrimitive& primitive) {
+  // The launches for the streams of both widths.
+  struct Launches {
+    LaunchPlan narrow_draco, narrow_condensed, wide_draco, wide_condensed;
+
+    LaunchPlan& of(Size size, bool is_condensed) {
+      if (size == Size::kNarrow) return is_condensed ? narrow_condensed : narrow_draco;
+      return is_condensed ? wide_condensed : wide_draco;
+    }
+  };
+
+  void add(const CudaPrimitive& primitive, const ThreadPool* pool) {
     const PatchContainer& container = *primitive.container;
     const uint32_t first = primitive.first;
-    const auto number = static_cast<uint32_t>(primitives_.size());
     const auto first_stream = static_cast<uint32_t>(streams_.size());
     const bool is_stitched = primitive.is_stitched;
-    const bool has_walks = is_stitched && container.reference_count() > 0;
     has_point_limits_ |= container.is_stock;
-    core::ValueCounts values{0, static_cast<uint32_t>(primitive.attributes.size()), 0};
-    for (const CudaAttribute& attribute : primitive.attributes) values.components += attribute.component_count;
     if (container.condensed_count() > 0) add_head(*container.head);
-    const std::vector<StreamUse> uses = uses_of(primitive);
+    describe_streams(primitive, uses_of(primitive), pool);
+    const std::span tasks = std::span(streams_).subspan(first_stream);
     uint32_t next_point = 0;  // of patches that are not stitched
-    for (uint32_t i = 0; i < uses.size(); ++i) {
-      const StreamEntry& entry = container.entries[i];
-      const core::StreamHeader& header = container.headers[i];
-      StreamTask task;
-      task.use = uses[i];
-      task.stream_bytes = entry.stream_bytes;
-      task.stitch_bytes = entry.stitch_bytes;
-      if (entry.is_condensed) {
-        task.skeleton_at = skeleton_place(*container.head, entry.skeleton);
-        task.skeleton_bytes = static_cast<uint32_t>(container.head->skeletons[entry.skeleton].size());
-      }
-      task.primitive = number;
-      task.number = i;
-      task.face_count = entry.face_count;
-      task.point_count = entry.point_count;
-      task.reference_count = entry.reference_count;
-      task.face_base = container.face_base[i] - container.face_base[first];
-      task.owned_base = is_stitched ? container.owned_base[i] : next_point;
-      task.owned_end = is_stitched ? container.owned_base[i + 1] : next_point + entry.point_count;
-      task.is_residue = !header.edgebreaker;
-      task.has_point_limit = container.is_stock;
-      task.has_walk = has_walks;
+    for (StreamTask& task : tasks) {
+      const StreamEntry& entry = container.entries[task.number];
+      task.owned_base = is_stitched ? container.owned_base[task.number] : next_point;
+      task.owned_end = is_stitched ? container.owned_base[task.number + 1] : next_point + entry.point_count;
       task.walk_at = walk_points_;
-      if (task.use != StreamUse::kNone && header.is_condensed() && has_borders(container))
-        add_border(header, entry, container.is_stock, task);
-      if (is_decoded(task.use)) {
-        next_point += entry.point_count;
-        stream_bytes_ += entry.stream_bytes;
-        if (task.has_walk) walk_points_ += entry.point_count;
-        values.points = container.likely_point_count(i);
-        if (header.fits_16_bits())
-          foresee<uint16_t>(narrow_, header, values, task);
-        else
-          foresee<uint32_t>(wide_, header, values, task);
-      }
-      sizes_.push_back(header.fits_16_bits() ? Size::kNarrow : Size::kWide);
-      streams_.push_back(task);
+      if (task.use != StreamUse::kNone && container.headers[task.number].is_condensed() &&
+          has_borders(container))
+        add_border(container, first_stream + task.number, task);
+      if (!is_decoded(task.use)) continue;
+      next_point += entry.point_count;
+      stream_bytes_ += entry.stream_bytes;
+      if (task.has_walk) walk_points_ += entry.point_count;
     }
-    place_bytes(primitive, std::span(streams_).subspan(first_stream));
+    place_bytes(primitive, tasks);
     primitives_.push_back({.bytes = primitive.device_bytes,
                            .first_stream = first_stream,
                            .first_written = first_stream + first,
@@ -364,16 +357,76 @@ class BatchPlan {
     for (const CudaAttribute& attribute : primitive.attributes) targets_.push_back(target_of(attribute));
   }
 
-  // The border of the stream that is added. The header of a patch alone has the values at its border.
-  void add_border(const core::StreamHeader& header, const StreamEntry& entry, bool is_alone, StreamTask& task) {
+  // Adds a task for each stream of the primitive that is added, without what depends on the streams before it.
+  void describe_streams(const CudaPrimitive& primitive, const std::vector<StreamUse>& uses,
+                        const ThreadPool* pool) {
+    constexpr size_t kStreamsOfTask = 2048;  // about a tenth of a millisecond
+    const PatchContainer& container = *primitive.container;
+    const size_t first_stream = streams_.size();
+    core::ValueCounts values{0, static_cast<uint32_t>(primitive.attributes.size()), 0};
+    for (const CudaAttribute& attribute : primitive.attributes) values.components += attribute.component_count;
+    const StreamTask of_all{.primitive = static_cast<uint32_t>(primitives_.size()),
+                            .has_walk = primitive.is_stitched && container.reference_count() > 0,
+                            .has_point_limit = container.is_stock};
+    streams_.resize(first_stream + uses.size(), of_all);
+    sizes_.resize(streams_.size());
+    std::vector<Launches> launches(uses.size() / kStreamsOfTask + 1);
+    const auto describe = [&](size_t begin, size_t end) {
+      Launches joined;
+      for (size_t i = begin; i < end; ++i) {
+        StreamTask& task = streams_[first_stream + i];
+        task.use = uses[i];
+        task.number = static_cast<uint32_t>(i);
+        task.face_base = container.face_base[i] - container.face_base[primitive.first];
+        describe_stream(container, task);
+        const bool is_narrow = container.headers[i].fits_16_bits();
+        const Size size = sizes_[first_stream + i] = is_narrow ? Size::kNarrow : Size::kWide;
+        if (!is_decoded(task.use)) continue;
+        LaunchPlan& plan = joined.of(size, container.headers[i].is_condensed());
+        if (is_narrow)
+          foresee<uint16_t>(container, values, task, plan);
+        else
+          foresee<uint32_t>(container, values, task, plan);
+      }
+      launches[begin / kStreamsOfTask] = joined;
+    };
+    if (pool != nullptr)
+      pool->for_ranges(uses.size(), kStreamsOfTask, describe);
+    else
+      describe(0, uses.size());
+    for (const Launches& each : launches) {
+      narrow_.draco.join(each.narrow_draco);
+      narrow_.condensed.join(each.narrow_condensed);
+      wide_.draco.join(each.wide_draco);
+      wide_.condensed.join(each.wide_condensed);
+    }
+  }
+  static void describe_stream(const PatchContainer& container, StreamTask& task) {
+    const StreamEntry& entry = container.entries[task.number];
+    task.stream_bytes = entry.stream_bytes;
+    task.stitch_bytes = entry.stitch_bytes;
+    if (entry.is_condensed) {
+      task.skeleton_at = skeleton_place(*container.head, entry.skeleton);
+      task.skeleton_bytes = static_cast<uint32_t>(container.head->skeletons[entry.skeleton].size());
+    }
+    task.face_count = entry.face_count;
+    task.point_count = entry.point_count;
+    task.reference_count = entry.reference_count;
+    task.is_residue = !container.headers[task.number].edgebreaker;
+  }
+
+  // The border of a stream. The header of a patch alone has the values at its border.
+  void add_border(const PatchContainer& container, uint32_t stream, StreamTask& task) {
+    const core::StreamHeader& header = container.headers[task.number];
+    const StreamEntry& entry = container.entries[task.number];
     task.border_at = border_bytes_;
     border_bytes_ += border_bytes(header, entry);
     BorderTask& border = borders_.emplace_back();
-    border.stream = static_cast<uint32_t>(streams_.size());
+    border.stream = stream;
     border.places = core::most_places(header.condensed, entry.reference_count);
     border.components = header.condensed.border_components;
-    border.is_known = is_alone;
-    if (!is_alone) return;
+    border.is_known = container.is_stock;
+    if (!container.is_stock) return;
     const core::View<const int32_t> known = header.condensed.known;
     border.known_at = known_.size();
     border.known_count = static_cast<uint32_t>(known.size());
@@ -425,8 +478,10 @@ class BatchPlan {
 
   // Estimates the memory that a stream needs, and the number of its stops.
   template <typename Index>
-  static void foresee(Width& width, const core::StreamHeader& header, core::ValueCounts values,
-                      StreamTask& task) {
+  static void foresee(const PatchContainer& container, core::ValueCounts values, StreamTask& task,
+                      LaunchPlan& launches) {
+    const core::StreamHeader& header = container.headers[task.number];
+    values.points = container.likely_point_count(task.number);
     // Streams may have attributes that were not requested. Most of these have a table of their own.
     const uint32_t others = header.attribute_data_count >= values.attributes
                                 ? header.attribute_data_count + 1 - values.attributes
@@ -444,12 +499,11 @@ class BatchPlan {
     const uint32_t rounds = 2 + (header.attribute_data_count > 0 ? 1 : 0) +
                             (is_condensed || header.valence ? 1 : 0) +
                             (is_condensed ? 0 : values.attributes - 1);
-    LaunchPlan& launches = is_condensed ? width.condensed : width.draco;
-    launches.runs = std::max(launches.runs, std::min(runs, LaunchPlan::kMostRuns));
-    launches.rounds = std::max(launches.rounds, std::min(rounds, LaunchPlan::kMostRounds));
-    launches.single_rounds = is_condensed ? 2 : 1;
-    launches.chains = std::max(launches.chains, (is_condensed ? 1 : 2) * values.attributes);
-    launches.has_steps |= values.attributes > 1;
+    launches.join({.runs = std::min(runs, LaunchPlan::kMostRuns),
+                   .rounds = std::min(rounds, LaunchPlan::kMostRounds),
+                   .single_rounds = is_condensed ? 2u : 1u,
+                   .chains = (is_condensed ? 1 : 2) * values.attributes,
+                   .has_steps = values.attributes > 1});
   }
 
   std::vector<PrimitiveTask> primitives_;  // `bytes` is null if they are uploaded as pieces

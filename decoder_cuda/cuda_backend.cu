@@ -28,9 +28,10 @@ bool cuda_available(std::string* why) {
 uint32_t cuda_multiprocessors() {
   if (!cuda_available(nullptr)) return 0;
   int device = 0, count = 0;
-  Status status = cuda_status(cudaGetDevice(&device), "no device");
+  Status status = cuda_status(cudaGetDevice(&device), "cudaGetDevice");
   if (status.ok())
-    status = cuda_status(cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device), "no device");
+    status = cuda_status(cudaDeviceGetAttribute(&count, cudaDevAttrMultiProcessorCount, device),
+                         "cudaDeviceGetAttribute");
   return status.ok() ? static_cast<uint32_t>(count) : 0;
 }
 
@@ -38,8 +39,9 @@ std::string cuda_device_name() {
   if (!cuda_available(nullptr)) return "";
   int device = 0;
   cudaDeviceProp properties{};
-  Status status = cuda_status(cudaGetDevice(&device), "no device");
-  if (status.ok()) status = cuda_status(cudaGetDeviceProperties(&properties, device), "no device");
+  Status status = cuda_status(cudaGetDevice(&device), "cudaGetDevice");
+  if (status.ok())
+    status = cuda_status(cudaGetDeviceProperties(&properties, device), "cudaGetDeviceProperties");
   return status.ok() ? properties.name : "";
 }
 
@@ -51,10 +53,10 @@ Expected<uint64_t> local_memory(CudaDevice& device) {
   Status status = visit_kernels(device);
   device.set_purpose(CudaDevice::Purpose::kWork);
   int number = 0, threads = 0;
-  if (status.ok()) status = cuda_status(cudaGetDevice(&number), "no device");
+  if (status.ok()) status = cuda_status(cudaGetDevice(&number), "cudaGetDevice");
   if (status.ok())
     status = cuda_status(cudaDeviceGetAttribute(&threads, cudaDevAttrMaxThreadsPerMultiProcessor, number),
-                         "no device");
+                         "cudaDeviceGetAttribute");
   if (!status.ok()) return status;
   return device.local_bytes() * static_cast<uint64_t>(threads) * device.multiprocessors();
 }
@@ -85,15 +87,17 @@ Expected<CudaMemory> CudaMemory::allocate(size_t bytes) {
   std::string why;
   if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
   void* data = nullptr;
-  Status status = cuda_status(cudaMalloc(&data, bytes), "cannot allocate memory");
+  Status status = cuda_status(cudaMalloc(&data, bytes), "cudaMalloc", bytes);
   if (!status.ok()) return status;
   return CudaMemory(static_cast<std::byte*>(data), bytes);
 }
-CudaMemory::~CudaMemory() { (void)cudaFree(data_); }
+CudaMemory::~CudaMemory() {
+  if (data_ != nullptr) ignore(cudaFree(data_));
+}
 Status CudaMemory::download(const void* from, std::span<std::byte> to) {
-  Status status = cuda_status(cudaDeviceSynchronize(), "decoding");
+  Status status = cuda_status(cudaDeviceSynchronize(), "cudaDeviceSynchronize");
   if (!status.ok()) return status;
-  return cuda_status(cudaMemcpy(to.data(), from, to.size(), cudaMemcpyDeviceToHost), "download");
+  return cuda_status(cudaMemcpy(to.data(), from, to.size(), cudaMemcpyDeviceToHost), "cudaMemcpy to the host");
 }
 
 struct PSPLIT_HIDDEN CudaDecoder::Implementation {
@@ -114,15 +118,15 @@ Expected<CudaDecoder> CudaDecoder::create(CUstream_st* stream) {
   Expected<CudaDevice> device = create_device(stream);
   if (!device) return device.status();
   int number = 0;
-  Status status = cuda_status(cudaGetDevice(&number), "no device");
+  Status status = cuda_status(cudaGetDevice(&number), "cudaGetDevice");
   if (!status.ok()) return status;
   return CudaDecoder(
       std::make_unique<Implementation>(Implementation{BatchDecoder<CudaDevice>(std::move(*device)), number}));
 }
 
-Status CudaDecoder::start(std::span<const CudaPrimitive> primitives) {
+Status CudaDecoder::start(std::span<const CudaPrimitive> primitives, const ThreadPool* pool) {
   const CurrentDevice current(implementation_->device);
-  Status status = implementation_->decoder.start(primitives);
+  Status status = implementation_->decoder.start(primitives, pool);
   if (!status.ok()) (void)implementation_->decoder.device().take_times();
   return status;
 }
@@ -167,19 +171,19 @@ DecodeBackend cuda_backend(uint64_t memory_limit) {
       decoder.reset();
     }
   };
-  return {"cuda", [shared = std::make_shared<Shared>(), memory_limit](std::span<const DecodeTask> tasks,
-                                                                      const BuffersFor& buffers_for,
-                                                                      const ThreadPool&, const Watch& watch) {
+  return {"cuda", [shared = std::make_shared<Shared>(), memory_limit](
+                      std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool& pool,
+                      const Watch& watch) {
             Shared& state = *shared;
             const std::lock_guard lock(state.mutex);
             if (!state.decoder) {
               Expected<CudaDevice> device = create_device(nullptr);
               if (!device) return std::vector<Status>(tasks.size(), device.status());
-              (void)cudaGetDevice(&state.device);
+              ignore(cudaGetDevice(&state.device));  // create_device has asked it
               state.decoder.emplace(std::move(*device), memory_limit);
             }
             const CurrentDevice current(state.device);
-            return state.decoder->decode_into(tasks, buffers_for, watch);
+            return state.decoder->decode_into(tasks, buffers_for, pool, watch);
           }};
 }
 

@@ -10,56 +10,71 @@ struct PSPLIT_HIDDEN CudaBatch::Implementation {
   std::vector<Status> planned, statuses;
   StreamResults results;
   CudaDevice::Array<uint8_t> memory;  // if the caller gave none
-  cudaEvent_t done = nullptr;         // of the last enqueue that was not captured
+  cudaEvent_t done = nullptr;         // of the last upload or enqueue that was not captured
   int device = 0;
   bool is_prepared = false, is_uploaded = false, is_enqueued = false, is_captured = false;
 
   ~Implementation() {
     if (done == nullptr) return;
     const CurrentDevice current(device);
-    if (is_enqueued && !is_captured) (void)cudaEventSynchronize(done);
-    (void)cudaEventDestroy(done);
+    ignore(cudaEventSynchronize(done));
+    ignore(cudaEventDestroy(done));
     memory = {};
   }
 
-  Status prepare(void* workspace) {
+  Status prepare(void* workspace, const ThreadPool* pool) {
     std::string why;
     if (!cuda_available(&why)) return unsupported("no CUDA device to decode on: " + why);
     if (reinterpret_cast<uintptr_t>(workspace) % 256 != 0)
       return {StatusCode::kUsage, "a workspace that is not aligned to 256 bytes"};
-    Status status = cuda_status(cudaGetDevice(&device), "no device");
+    int current = 0;
+    if (Status status = cuda_status(cudaGetDevice(&current), "cudaGetDevice"); !status.ok()) return status;
+    if (done != nullptr && current != device)
+      return {StatusCode::kUsage, "a batch that was prepared on another device"};
+    device = current;
+    is_prepared = is_uploaded = is_enqueued = false;
+    Status status;
+    if (done == nullptr)
+      status = cuda_status(cudaEventCreateWithFlags(&done, cudaEventDisableTiming), "cudaEventCreate");
     if (status.ok() && workspace == nullptr) status = memory.reserve(workspace_bytes);
-    if (status.ok() && done == nullptr)
-      status = cuda_status(cudaEventCreateWithFlags(&done, cudaEventDisableTiming), "no event");
-    if (status.ok())
-      status = batch.write(workspace != nullptr ? static_cast<uint8_t*>(workspace) : memory.data(), true);
+    uint8_t* const at = workspace != nullptr ? static_cast<uint8_t*>(workspace) : memory.data();
+    if (status.ok()) status = batch.write(at, true, pool);
     is_prepared = status.ok();
-    is_uploaded = false;
+    return status;
+  }
+
+  // Calls act(device) for work in the order of `stream`, and notes when it is done. After an error, nothing of
+  // it runs any more.
+  template <typename Act>
+  Status enqueue_work(cudaStream_t stream, Act act) {
+    if (!is_prepared) return {StatusCode::kUsage, "a batch that is not prepared"};
+    const CurrentDevice current(device);
+    Expected<CudaDevice> on = CudaDevice::on(stream);
+    if (!on) return on.status();
+    // CUDA's default stream takes no work while other streams are captured. This call says so, and does not end
+    // their captures, as a copy would.
+    cudaStreamCaptureStatus capture = cudaStreamCaptureStatusNone;
+    Status status = cuda_status(cudaStreamIsCapturing(stream, &capture), "cudaStreamIsCapturing");
+    if (!status.ok()) return status;
+    is_captured = capture != cudaStreamCaptureStatusNone;
+    status = act(*on);
+    if (is_captured) return status;  // an event in a capture cannot be asked
+    if (status.ok()) status = cuda_status(cudaEventRecord(done, stream), "cudaEventRecord");
+    if (!status.ok()) (void)on->wait();
     return status;
   }
 
   Status upload(cudaStream_t stream) {
-    if (!is_prepared) return {StatusCode::kUsage, "a batch that is not prepared"};
-    const CurrentDevice current(device);
-    Expected<CudaDevice> on = CudaDevice::on(stream);
-    if (!on) return on.status();
-    Status status = batch.upload(*on);
-    is_uploaded = status.ok();
+    Status status = enqueue_work(stream, [&](CudaDevice& on) { return batch.upload(on); });
+    is_uploaded = status.ok() && !is_captured;
     return status;
   }
 
   Status enqueue(cudaStream_t stream) {
-    if (!is_prepared) return {StatusCode::kUsage, "a batch that is not prepared"};
-    const CurrentDevice current(device);
-    Expected<CudaDevice> on = CudaDevice::on(stream);
-    if (!on) return on.status();
-    Status status = is_uploaded ? Status() : batch.upload(*on);
-    if (status.ok()) status = batch.launch(*on);
-    cudaStreamCaptureStatus capture = cudaStreamCaptureStatusNone;
-    if (status.ok()) status = cuda_status(cudaStreamIsCapturing(stream, &capture), "no stream");
-    is_captured = capture != cudaStreamCaptureStatusNone;
-    // An event that is recorded in a capture cannot be asked.
-    if (status.ok() && !is_captured) status = cuda_status(cudaEventRecord(done, stream), "no event");
+    Status status = enqueue_work(stream, [&](CudaDevice& on) {
+      Status uploaded = is_uploaded ? Status() : batch.upload(on);
+      return uploaded.ok() ? batch.launch(on) : uploaded;
+    });
     is_enqueued = status.ok();
     return status;
   }
@@ -70,7 +85,7 @@ struct PSPLIT_HIDDEN CudaBatch::Implementation {
     const CurrentDevice current(device);
     const cudaError_t error = cudaEventQuery(done);
     if (error == cudaErrorNotReady) return false;
-    Status status = cuda_status(error, "decoding");
+    Status status = cuda_status(error, "cudaEventQuery");
     if (!status.ok()) return status;
     return true;
   }
@@ -79,7 +94,7 @@ struct PSPLIT_HIDDEN CudaBatch::Implementation {
     if (!is_enqueued) return {StatusCode::kUsage, "a batch that is not enqueued"};
     if (!is_captured) {
       const CurrentDevice current(device);
-      if (Status status = cuda_status(cudaEventSynchronize(done), "decoding"); !status.ok()) {
+      if (Status status = cuda_status(cudaEventSynchronize(done), "cudaEventSynchronize"); !status.ok()) {
         std::fill(statuses.begin(), statuses.end(), status);
         return status;
       }
@@ -100,16 +115,19 @@ CudaBatch::CudaBatch(std::unique_ptr<Implementation> implementation)
 CudaBatch::CudaBatch(CudaBatch&&) noexcept = default;
 CudaBatch::~CudaBatch() = default;
 
-CudaBatch CudaBatch::plan(std::span<const CudaPrimitive> primitives, uint64_t memory_limit) {
+CudaBatch CudaBatch::plan(std::span<const CudaPrimitive> primitives, uint64_t memory_limit,
+                          const ThreadPool* pool) {
   auto made = std::make_unique<Implementation>();
-  made->planned = made->statuses = made->batch.make(primitives, BatchPlan::Gather::kAllPieces);
+  made->planned = made->statuses = made->batch.make(primitives, BatchPlan::Gather::kAllPieces, pool);
   made->results = StreamResults(made->batch.plan().streams().size());
   made->workspace_bytes = made->batch.arrange(memory_limit);
   return CudaBatch(std::move(made));
 }
 
 uint64_t CudaBatch::workspace_bytes() const { return implementation_->workspace_bytes; }
-Status CudaBatch::prepare(void* workspace) { return implementation_->prepare(workspace); }
+Status CudaBatch::prepare(void* workspace, const ThreadPool* pool) {
+  return implementation_->prepare(workspace, pool);
+}
 Status CudaBatch::upload(CUstream_st* stream) { return implementation_->upload(stream); }
 Status CudaBatch::enqueue(CUstream_st* stream) { return implementation_->enqueue(stream); }
 Expected<bool> CudaBatch::poll() const { return implementation_->poll(); }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,10 +14,16 @@
 
 namespace psplit {
 
-inline Status cuda_status(cudaError_t error, const char* what) {
+// The status of a call of the runtime, whose name `call` is. `bytes` is the amount of memory that it asked for.
+inline Status cuda_status(cudaError_t error, const char* call, size_t bytes = 0) {
   if (error == cudaSuccess) return {};
   (void)cudaGetLastError();  // the error also stays behind as the runtime's last one
-  return runtime_failure(std::string("CUDA: ") + what + ": " + cudaGetErrorString(error));
+  const std::string amount = bytes > 0 ? " of " + std::to_string(bytes) + " bytes" : "";
+  return runtime_failure(std::string("CUDA: ") + call + amount + ": " + cudaGetErrorString(error));
+}
+// For calls whose failure changes nothing, such as those that release something.
+inline void ignore(cudaError_t error) {
+  if (error != cudaSuccess) (void)cudaGetLastError();
 }
 
 // The most threads and blocks of a multiprocessor, for the architecture that is compiled. Source: the CUDA
@@ -73,12 +80,12 @@ __global__ void __launch_bounds__(kWarpsOfBlock* WarpLanes::size(),
 class CurrentDevice {
  public:
   explicit CurrentDevice(int device) {
-    (void)cudaGetDevice(&before_);
-    if (before_ != device) (void)cudaSetDevice(device);
+    ignore(cudaGetDevice(&before_));
+    if (before_ != device) ignore(cudaSetDevice(device));
     device_ = device;
   }
   ~CurrentDevice() {
-    if (before_ != device_) (void)cudaSetDevice(before_);
+    if (before_ != device_) ignore(cudaSetDevice(before_));
   }
   CurrentDevice(const CurrentDevice&) = delete;
   CurrentDevice& operator=(const CurrentDevice&) = delete;
@@ -109,8 +116,8 @@ class CudaDevice {
       release();
       void* memory = nullptr;
       const size_t bytes = count * sizeof(T);
-      Status status = cuda_status(kOnHost ? cudaMallocHost(&memory, bytes) : cudaMalloc(&memory, bytes),
-                                  kOnHost ? "cannot pin memory" : "cannot allocate memory");
+      Status status = kOnHost ? cuda_status(cudaMallocHost(&memory, bytes), "cudaMallocHost", bytes)
+                              : cuda_status(cudaMalloc(&memory, bytes), "cudaMalloc", bytes);
       if (!status.ok()) return status;
       data_ = static_cast<T*>(memory);
       count_ = count;
@@ -120,8 +127,9 @@ class CudaDevice {
     size_t size() const { return count_; }
 
    private:
+    // Without memory there may be no device, and the runtime must not look for one.
     void release() {
-      (void)(kOnHost ? cudaFreeHost(data_) : cudaFree(data_));
+      if (data_ != nullptr) ignore(kOnHost ? cudaFreeHost(data_) : cudaFree(data_));
       data_ = nullptr;
       count_ = 0;
     }
@@ -149,7 +157,7 @@ class CudaDevice {
     Expected<CudaDevice> device = on(nullptr);
     if (!device) return device;
     Status status =
-        cuda_status(cudaStreamCreateWithFlags(&device->stream_, cudaStreamNonBlocking), "no stream");
+        cuda_status(cudaStreamCreateWithFlags(&device->stream_, cudaStreamNonBlocking), "cudaStreamCreate");
     if (!status.ok()) return status;
     device->owns_stream_ = true;
     return device;
@@ -158,10 +166,10 @@ class CudaDevice {
   static Expected<CudaDevice> on(cudaStream_t stream) {
     CudaDevice device;
     int number = 0, multiprocessors = 0;
-    Status known = cuda_status(cudaGetDevice(&number), "no device");
+    Status known = cuda_status(cudaGetDevice(&number), "cudaGetDevice");
     if (known.ok())
       known = cuda_status(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, number),
-                          "no device");
+                          "cudaDeviceGetAttribute");
     if (!known.ok()) return known;
     device.multiprocessors_ = static_cast<uint32_t>(multiprocessors);
     device.stream_ = stream;
@@ -179,18 +187,22 @@ class CudaDevice {
         mark_count_(std::exchange(other.mark_count_, 0)) {}
   CudaDevice& operator=(CudaDevice&&) = delete;
   ~CudaDevice() {
-    for (const Mark& mark : marks_) (void)cudaEventDestroy(mark.event);
-    if (owns_stream_ && stream_ != nullptr) (void)cudaStreamDestroy(stream_);
+    for (const Mark& mark : marks_)
+      if (mark.event != nullptr) ignore(cudaEventDestroy(mark.event));
+    if (owns_stream_ && stream_ != nullptr) ignore(cudaStreamDestroy(stream_));
   }
 
   template <typename T>
   Status upload(T* to, const T* from, size_t count) {
-    return cuda_status(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream_), "upload");
+    if (count == 0) return {};
+    return cuda_status(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyHostToDevice, stream_),
+                       "cudaMemcpyAsync to the device");
   }
   template <typename T>
   Status download(T* to, const T* from, size_t count) {
+    if (count == 0) return {};
     return cuda_status(cudaMemcpyAsync(to, from, count * sizeof(T), cudaMemcpyDeviceToHost, stream_),
-                       "download");
+                       "cudaMemcpyAsync to the host");
   }
   // A warp waits for the slowest of its lanes, and steps wait for memory most of the time. So a few items on
   // each of many warps are faster than 32 items on each of few warps, as long as all warps run at once.
@@ -206,13 +218,14 @@ class CudaDevice {
     return launch(run_warps<Body>, (count + kWarpsOfBlock - 1) / kWarpsOfBlock, kWarpsOfBlock * kLanes, count,
                   kLanes, body);
   }
-  // Without the memory for the kernels' stacks, which the driver takes when a kernel is launched.
+  // Without the memory for the kernels' stacks, which the driver takes when a kernel is launched. 0 if CUDA
+  // fails.
   uint64_t free_memory() const {
     size_t free = 0, total = 0;
-    (void)cuda_status(cudaMemGetInfo(&free, &total), "free memory");
+    ignore(cudaMemGetInfo(&free, &total));
     return free - std::min<uint64_t>(free, local_memory_);
   }
-  Status wait() { return cuda_status(cudaStreamSynchronize(stream_), "decoding"); }
+  Status wait() { return cuda_status(cudaStreamSynchronize(stream_), "cudaStreamSynchronize"); }
 
   uint32_t multiprocessors() const { return multiprocessors_; }
   void set_purpose(Purpose purpose) { purpose_ = purpose; }
@@ -227,17 +240,17 @@ class CudaDevice {
     if (!measures_) return;
     if (mark_count_ == marks_.size()) {
       marks_.push_back({});
-      (void)cudaEventCreate(&marks_.back().event);
+      ignore(cudaEventCreate(&marks_.back().event));
     }
     marks_[mark_count_].stage = stage;
-    (void)cudaEventRecord(marks_[mark_count_++].event, stream_);
+    ignore(cudaEventRecord(marks_[mark_count_++].event, stream_));
   }
   // After wait: the milliseconds from each mark to the next, since the last call.
   std::vector<std::pair<const char*, float>> take_times() {
     std::vector<std::pair<const char*, float>> times;
     for (size_t i = 0; i + 1 < mark_count_; ++i) {
       float ms = 0;
-      (void)cudaEventElapsedTime(&ms, marks_[i].event, marks_[i + 1].event);
+      ignore(cudaEventElapsedTime(&ms, marks_[i].event, marks_[i + 1].event));
       times.emplace_back(marks_[i].stage, ms);
     }
     mark_count_ = 0;
@@ -260,13 +273,13 @@ class CudaDevice {
     const void* const function = reinterpret_cast<const void*>(kernel);
     if (purpose_ == Purpose::kMeasure) {
       cudaFuncAttributes attributes{};
-      Status status = cuda_status(cudaFuncGetAttributes(&attributes, function), "no kernel");
+      Status status = cuda_status(cudaFuncGetAttributes(&attributes, function), "cudaFuncGetAttributes");
       local_bytes_ = std::max<uint64_t>(local_bytes_, attributes.localSizeBytes);
       return status;
     }
     if (purpose_ == Purpose::kLoad) count = 0;
     void* arguments[] = {&count, &lanes, &body};
-    return cuda_status(cudaLaunchKernel(function, blocks, threads, arguments, 0, stream_), "launch");
+    return cuda_status(cudaLaunchKernel(function, blocks, threads, arguments, 0, stream_), "cudaLaunchKernel");
   }
 
   cudaStream_t stream_ = nullptr;

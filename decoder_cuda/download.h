@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "src/parallel.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -66,8 +67,8 @@ template <typename Device>
 class Downloader {
  public:
   // The ranges belong to one array and are in its order. The data has arrived when this returns. Bytes between
-  // two ranges may be copied to the buffers as well.
-  Status download(Device& device, std::span<const DownloadedRange> ranges) {
+  // two ranges may be copied to the buffers as well. The threads of `pool` empty the buffers.
+  Status download(Device& device, std::span<const DownloadedRange> ranges, const ThreadPool& pool) {
     const std::vector<Chunk> chunks = chunks_of(ranges);
     size_t largest = 0;
     for (const Chunk& chunk : chunks) largest = std::max(largest, chunk.size());
@@ -81,13 +82,19 @@ class Downloader {
     for (size_t n = 0; n < chunks.size() && status.ok(); ++n) {
       status = device.wait();
       if (status.ok()) status = ask(n + 1);
-      if (status.ok()) hand_out(chunks[n], buffers_[n % 2].data(), ranges);
+      if (!status.ok()) break;
+      const uint8_t* const bytes = buffers_[n % 2].data();
+      pool.for_ranges(chunks[n].size(), kBytesOfTask, [&](size_t begin, size_t end) {
+        hand_out({chunks[n].begin + begin, chunks[n].begin + end}, bytes + begin, ranges);
+      });
     }
     if (!status.ok()) (void)device.wait();
     return status;
   }
 
  private:
+  static constexpr size_t kBytesOfTask = size_t{1} << 18;
+
   // Bytes of the device that are copied at once.
   struct Chunk {
     const uint8_t *begin = nullptr, *end = nullptr;

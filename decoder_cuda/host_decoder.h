@@ -28,8 +28,8 @@ class HostDecoder {
   // DecodeBackend::decode_into. Errors: those of BatchDecoder::finish. Reports progress in tasks, and looks
   // before each batch whether to stop.
   std::vector<Status> decode_into(std::span<const DecodeTask> tasks, const BuffersFor& buffers_for,
-                                  const Watch& watch) {
-    Call call{tasks, buffers_for, watch, {}, {}, {}, 0};
+                                  const ThreadPool& pool, const Watch& watch) {
+    Call call{tasks, buffers_for, pool, watch, {}, {}, {}, 0};
     call.statuses.resize(tasks.size());
     call.buffers.resize(tasks.size());
     size_t done = 0;
@@ -68,6 +68,7 @@ class HostDecoder {
   struct Call {
     std::span<const DecodeTask> tasks;
     const BuffersFor& buffers_for;
+    const ThreadPool& pool;  // plans, and copies results
     const Watch& watch;
     std::vector<Status> statuses;           // of each task
     std::vector<PrimitiveBuffers> buffers;  // of each task, when its first window was decoded
@@ -143,7 +144,7 @@ class HostDecoder {
                                         take(request.value_bytes() * points),
                                         static_cast<uint32_t>(request.value_bytes())});
     }
-    return decoder_.start(batch_);
+    return decoder_.start(batch_, &call.pool);
   }
 
   void finish(Call& call, std::span<const Window> windows) {
@@ -156,7 +157,7 @@ class HostDecoder {
       status = decoded.ok() ? add_ranges(call, windows[n], n, ranges)
                             : Status(decoded.code(), decoded.message(), {.patch = decoded.place().patch});
     }
-    if (Status status = downloader_.download(decoder_.device(), ranges); !status.ok())
+    if (Status status = downloader_.download(decoder_.device(), ranges, call.pool); !status.ok())
       for (const Window& window : windows) call.statuses[window.task] = status;
   }
 

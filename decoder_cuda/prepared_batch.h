@@ -30,8 +30,9 @@ template <typename Device>
 class PreparedBatch {
  public:
   // BatchPlan::make.
-  std::vector<Status> make(std::span<const CudaPrimitive> primitives, BatchPlan::Gather gather) {
-    std::vector<Status> statuses = plan_.make(primitives, gather);
+  std::vector<Status> make(std::span<const CudaPrimitive> primitives, BatchPlan::Gather gather,
+                           const ThreadPool* pool = nullptr) {
+    std::vector<Status> statuses = plan_.make(primitives, gather, pool);
     layout_ = Layout(plan_);
     return statuses;
   }
@@ -50,8 +51,8 @@ class PreparedBatch {
 
   // Takes `memory` of the device, which has the bytes that `arrange` returned and is aligned to 256 bytes, and
   // writes what upload will copy to pinned memory of the host. `with_pieces`: also the gathered pieces of
-  // containers.
-  Status write(uint8_t* memory, bool with_pieces) {
+  // containers, which threads of `pool` copy, unless it is null.
+  Status write(uint8_t* memory, bool with_pieces, const ThreadPool* pool = nullptr) {
     memory_ = memory;
     has_pieces_ = with_pieces;
     const size_t count = plan_.streams().size();
@@ -61,7 +62,7 @@ class PreparedBatch {
     write_tables();
     size_t end = layout_.pieces;
     for (const BatchPlan::Piece& piece : plan_.pieces())
-      if (with_pieces && piece.is_gathered) end = copy(end, piece.bytes);
+      if (with_pieces && piece.is_gathered) end = copy_piece(end, piece.bytes, pool);
     return {};
   }
 
@@ -161,6 +162,14 @@ class PreparedBatch {
   size_t copy(size_t at, const Values& values) {
     if (!values.empty()) std::memcpy(host_block_.data() + at, values.data(), values.size() * sizeof(values[0]));
     return at + values.size() * sizeof(values[0]);
+  }
+  size_t copy_piece(size_t at, std::span<const uint8_t> bytes, const ThreadPool* pool) {
+    constexpr size_t kBytesOfTask = size_t{1} << 18;
+    if (pool == nullptr) return copy(at, bytes);
+    pool->for_ranges(bytes.size(), kBytesOfTask, [&](size_t begin, size_t end) {
+      std::memcpy(host_block_.data() + at + begin, bytes.data() + begin, end - begin);
+    });
+    return at + bytes.size();
   }
   void write_tables() {
     uint8_t *const host = host_block_.data(), *const device = memory_;

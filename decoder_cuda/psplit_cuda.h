@@ -102,9 +102,10 @@ class PSPLIT_EXPORT CudaDecoder {
   CudaDecoder(CudaDecoder&&) noexcept;
   ~CudaDecoder();
 
-  // Starts to decode. Containers and their bytes must stay where they are until finish. Errors: kRuntimeFailure
-  // if CUDA fails. All others come from finish.
-  Status start(std::span<const CudaPrimitive> primitives);
+  // Starts to decode. Containers and their bytes must stay where they are until finish. The threads of `pool`,
+  // unless it is null, plan meshes of thousands of patches. Errors: kRuntimeFailure if CUDA fails. All others
+  // come from finish.
+  Status start(std::span<const CudaPrimitive> primitives, const ThreadPool* pool = nullptr);
   // Waits, and returns the first error with its place: kUsage for an impossible request, kInvalidInput for
   // broken streams, kUnsupported for types that were not encoded, kRuntimeFailure if CUDA fails. Patches that
   // are not broken are right nevertheless, with two exceptions: faces that share a point with a broken patch,
@@ -150,11 +151,13 @@ class PSPLIT_EXPORT CudaDecoder {
 class PSPLIT_EXPORT CudaBatch {
  public:
   // Plans on the host, without a device. Decoding takes at most `memory_limit` bytes of the device beside the
-  // results, with the exceptions of CudaDecoder::set_memory_limit; the fewer, the longer it takes. Impossible
-  // requests are errors of their primitives: see status.
-  static CudaBatch plan(std::span<const CudaPrimitive> primitives, uint64_t memory_limit = ~uint64_t{0});
+  // results, with the exceptions of CudaDecoder::set_memory_limit; the fewer, the longer it takes. The threads
+  // of `pool`, unless it is null, plan meshes of thousands of patches. Impossible requests are errors of their
+  // primitives: see status.
+  static CudaBatch plan(std::span<const CudaPrimitive> primitives, uint64_t memory_limit = ~uint64_t{0},
+                        const ThreadPool* pool = nullptr);
   CudaBatch(CudaBatch&&) noexcept;
-  // Waits for the last enqueue, unless it was captured: the graph must not be launched any more.
+  // Waits for the last upload and enqueue, unless they were captured: the graph must not be launched any more.
   ~CudaBatch();
 
   // The memory of the device that decoding takes, in bytes.
@@ -163,17 +166,21 @@ class PSPLIT_EXPORT CudaBatch {
   // Makes the batch ready on the current device. `workspace` is memory of the device with workspace_bytes()
   // bytes, aligned to 256. It must be used for nothing else while the batch is decoded; several batches may
   // share it, one after the other. If it is null, the batch takes memory of its own. Pins memory of the host
-  // for all bytes that are uploaded. Errors: kUnsupported without a device, kUsage for a wrong alignment,
-  // kRuntimeFailure if there is too little memory.
-  Status prepare(void* workspace = nullptr);
+  // for all bytes that are uploaded, and copies them there, also with the threads of `pool` unless it is null.
+  // May be called again when the batch is done, for another workspace. Errors: kUnsupported without a device,
+  // kUsage for a wrong alignment or another device than before, kRuntimeFailure if there is too little memory.
+  Status prepare(void* workspace = nullptr, const ThreadPool* pool = nullptr);
 
   // Uploads tables and compressed bytes now, so that enqueue does not. From then on, nothing else may write to
-  // the workspace, as long as the batch is used. Errors: as those of enqueue.
+  // the workspace, as long as the batch is used. If `stream` is being captured, the graph uploads, and later
+  // calls of enqueue do so as well. Errors: as those of enqueue.
   Status upload(CUstream_st* stream);
 
   // Decodes in the order of `stream`, which may be CUDA's default stream (null). Makes asynchronous copies from
   // and to pinned memory and launches kernels, and nothing else. So it can be captured in a CUDA graph, which
-  // can be launched as long as the batch lives. Errors: kUsage before prepare, kRuntimeFailure if CUDA fails.
+  // can be launched as long as the batch lives. CUDA's default stream cannot be captured. It takes no work
+  // while a stream is captured that was not created as non-blocking. Errors: kUsage before prepare,
+  // kRuntimeFailure if CUDA fails. After an error nothing of the batch runs.
   Status enqueue(CUstream_st* stream);
 
   // Whether the last enqueue is done. If it was captured, the batch cannot know: always true. Errors: kUsage if
@@ -197,7 +204,8 @@ class PSPLIT_EXPORT CudaBatch {
 };
 
 // Makes the driver load all kernels to the current device, and take the memory for their stacks. Otherwise it
-// does so when a kernel is first launched. Takes minutes on a device that this build has only PTX for. Errors:
+// does so when a kernel is first launched. Takes minutes on a device that this build has only PTX for.
+// Thread-safe, like all functions of this header that belong to no object. Errors:
 // kUnsupported without a device, kRuntimeFailure if CUDA fails.
 PSPLIT_EXPORT Status cuda_warm_up();
 

@@ -10,7 +10,7 @@
 //   MEMORY     vkGetMemoryFdKHR, OPAQUE_FD              vkGetMemoryWin32HandleKHR, or CreateSharedHandle of a
 //                                                       committed buffer
 //   READY,     vkGetSemaphoreFdKHR of timeline          vkGetSemaphoreWin32HandleKHR, or CreateSharedHandle of
-//   an DONE       semaphores, OPAQUE_FD                    ID3D12Fence
+//   DONE       semaphores, OPAQUE_FD                    ID3D12Fence
 //
 // The engine signals READY with VALUE when the memory may be written, and waits until DONE has VALUE before it
 // draws. The indices come first, four bytes each; then the positions, three floats each, at the next multiple

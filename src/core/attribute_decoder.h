@@ -91,7 +91,7 @@ class AttributeDecoder {
     return read(reader);
   }
 
-  // Takes the memory of the integers that are predicted, when all attributes are read.
+  // See IntegerDecoder::take_values, when all attributes are read.
   PSPLIT_HD Fault take_values() {
     for (uint32_t i = 0; i < integers_.size(); ++i)
       if (has_integers(i) && !integers_[i].take_values(arena_)) return Fault::kWorkspace;
@@ -131,37 +131,46 @@ class AttributeDecoder {
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
     const uint64_t attributes = values.attributes, most_groups = uint64_t{header.attribute_data_count} + 1;
     const uint64_t groups = header.edgebreaker && most_groups < attributes ? most_groups : attributes;
-    const size_t sequences = header.edgebreaker
+    const size_t sequences = is_traversed(header)
                                  ? groups * (Sequence<Index>::bytes(values.points) +
                                              DepthFirstTraversal<Index>::bytes(header.counts.face_count))
-                                 : Arena::bytes<Index>(values.points);
+                             : header.edgebreaker ? 0
+                                                  : Arena::bytes<Index>(values.points);
     return Arena::bytes<Group<Index>>(groups) + Arena::bytes<DepthFirstTraversal<Index>>(groups) +
            Arena::bytes<Attribute<Index>>(attributes) + Arena::bytes<SymbolSequence>(attributes) +
            Arena::bytes<IntegerDecoder<Index>>(attributes) + sequences;
   }
   // The memory that `start` takes and releases, before it takes that of integers.
   PSPLIT_HD static size_t walk_bytes(const StreamHeader& header, const ValueCounts& values) {
-    return header.edgebreaker ? PredictionDegreeTraversal<Index>::bytes(header.counts.face_count, values.points)
-                              : 0;
+    return is_traversed(header)
+               ? PredictionDegreeTraversal<Index>::bytes(header.counts.face_count, values.points)
+               : 0;
   }
   // The memory of integers and of their symbols.
   PSPLIT_HD static size_t integer_bytes(const StreamHeader& header, size_t stream_bytes,
                                         const ValueCounts& values) {
     if (header.is_condensed()) return CondensedAttributes<Index>::bytes(header, values);
     const uint64_t symbols = uint64_t{values.points} * values.components;
-    return IntegerDecoder<Index>::bytes(values.points, values.attributes, values.components) +
-           SymbolSequence::bytes(values.attributes, symbols) + RansTable::slot_bytes(symbols, stream_bytes);
+    const size_t slots = values.attributes == 1 ? RansTable::slot_bytes_of_one(symbols, stream_bytes)
+                                                : RansTable::slot_bytes(symbols, stream_bytes);
+    const size_t tables = SymbolSequence::bytes(values.attributes, symbols) + slots;
+    return IntegerDecoder<Index>::bytes(values.points, values.attributes, values.components, tables);
   }
   // The memory that is taken and released after that.
   PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header, const ValueCounts& values) {
-    if (!header.edgebreaker) return 0;
     const uint32_t faces = header.counts.face_count;
-    const size_t prediction = IntegerDecoder<Index>::finish_bytes(faces, values.points);
+    const size_t prediction =
+        is_traversed(header) ? IntegerDecoder<Index>::finish_bytes(faces, values.points) : 0;
     const size_t condensed = header.is_condensed() ? CondensedAttributes<Index>::scratch_bytes(faces) : 0;
     return prediction > condensed ? prediction : condensed;
   }
 
  private:
+  // Whether some attribute is in the order of a traversal.
+  PSPLIT_HD static bool is_traversed(const StreamHeader& header) {
+    return header.edgebreaker && (!header.is_condensed() || header.condensed.traversed_count > 0);
+  }
+
   PSPLIT_HD bool is_condensed() const { return header_.template is_condensed_of<kKinds>(); }
 
   // Whether integers_ decodes the attribute.

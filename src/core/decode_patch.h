@@ -158,7 +158,7 @@ class PatchDecoder {
     const bool has_attribute_data = header_.attribute_data_count > 0;
     const Fault fault = alone(lanes, [&] {
       if (is_condensed())
-        condensed_.finish(arena_);
+        condensed_.finish(arena_, patch_.mesh);
       else
         edgebreaker_.finish(arena_, patch_.mesh);
       patch_.point_at = patch_.mesh.table.vertex;

@@ -20,9 +20,16 @@ class IntegerDecoder {
     Fault fault = describe(reader, is_edgebreaker, group, attribute, positions, position);
     if (fault == Fault::kNone) fault = allocate(arena);
     if (fault != Fault::kNone) return fault;
-    return reader.u8() != 0 ? symbols.start(reader, group.sequence.count, attribute.value_components(), arena,
-                                            this->symbols())
-                            : read_plain(reader, this->symbols());
+    if (reader.u8() == 0) return read_plain(reader, this->symbols());
+    const size_t mark = arena.mark();
+    fault = symbols.start(reader, group.sequence.count, attribute.value_components(), arena, this->symbols());
+    if (!kValuesReplaceTables || fault != Fault::kNone) return fault;
+    // No value is written before all symbols are decoded.
+    const size_t end = arena.mark();
+    arena.release(mark);
+    const bool is_reserved = reserve_values(arena);
+    arena.retake(end);
+    return is_reserved ? Fault::kNone : Fault::kWorkspace;
   }
 
   // The parts of `start`, for condensed streams. describe reads the scheme. allocate takes the memory of
@@ -43,13 +50,9 @@ class IntegerDecoder {
     // One correction more, because a vector register loads four numbers for a value of three components.
     return arena.take_for_good(corrections_, total + 1) ? Fault::kNone : Fault::kWorkspace;
   }
-  // Takes the memory of the values, when the corrections are known.
+  // Takes the memory of the values, unless `start` did. To be called when the corrections are known.
   PSPLIT_HD bool take_values(Arena& arena) {
-    const uint32_t components = attribute_->value_components();
-    if (!arena.take_for_good(attribute_->values,
-                             uint64_t{group_->table.vertex_count} * value_stride(components)) ||
-        !arena.take_for_good(zeros_, zero_count(components)))
-      return false;
+    if (zeros_.empty() && !reserve_values(arena)) return false;
     fill(zeros_, 0);
     return true;
   }
@@ -62,13 +65,18 @@ class IntegerDecoder {
   PSPLIT_HD PredictionData& data() { return data_; }
 
   // The memory that `start`, read_prediction and take_values take for `attributes` attributes that have
-  // `components` components together, without symbols' tables. value_stride adds at most one place to each
-  // attribute.
-  PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components) {
-    return Arena::bytes<int32_t>(value_count * (components + attributes)) +
-           Arena::bytes<int32_t>(value_count * components + attributes) +
-           Arena::bytes<int32_t>(components + zero_count(0) * attributes) +
-           attributes * (3 * Arena::bytes<int32_t>(0) + PredictionData::bytes(value_count));
+  // `components` components together. `table_bytes` is that of all symbols' tables. value_stride adds at most
+  // one place to each attribute.
+  PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components,
+                                          size_t table_bytes) {
+    const size_t values = Arena::bytes<int32_t>(value_count * (components + attributes)) +
+                          Arena::bytes<int32_t>(components + zero_count(0) * attributes) +
+                          2 * attributes * Arena::bytes<int32_t>(0);
+    // With several attributes, one may have large tables and another one many values.
+    const bool is_shared = kValuesReplaceTables && attributes == 1;
+    const size_t smaller = is_shared ? (values < table_bytes ? values : table_bytes) : 0;
+    return Arena::bytes<int32_t>(value_count * components + attributes) + values + table_bytes - smaller +
+           attributes * (Arena::bytes<int32_t>(0) + PredictionData::bytes(value_count));
   }
 
   // Reads on behind the symbols. For `corner_limit` see PredictionData::read.
@@ -114,8 +122,19 @@ class IntegerDecoder {
   }
 
  private:
+  // With 16-bit numbers, values are where the tables of their symbols were: a device decodes thousands of such
+  // streams at once. With 32-bit numbers, values may rather be where traversals were, which take more.
+  static constexpr bool kValuesReplaceTables = sizeof(Index) == 2;
+
   PSPLIT_HD static constexpr uint32_t zero_count(uint32_t components) {
     return components < 4 ? 4 : components;
+  }
+
+  PSPLIT_HD bool reserve_values(Arena& arena) {
+    const uint32_t components = attribute_->value_components();
+    return arena.take_for_good(attribute_->values,
+                               uint64_t{group_->table.vertex_count} * value_stride(components)) &&
+           arena.take_for_good(zeros_, zero_count(components));
   }
 
   PSPLIT_HD Fault read_scheme(ByteReader& reader, bool is_edgebreaker) {

@@ -91,11 +91,11 @@ class ParallelogramFinder {
 
     PSPLIT_HD void look(Search& at, uint32_t corner) const {
       static_assert(kMaxParallelograms == 4);
-      const Index across = table.opposite[corner];
-      const bool complete = complete_at.at(across) < at.i;
+      const ptrdiff_t across = FaceValues<Index, Index>::as_signed(table.opposite[corner]);
+      const bool complete = complete_at.at_signed(across) < at.i;
       // Any corner will do if there is no parallelogram.
       across_at[size_t{4} * at.i + at.found] =
-          static_cast<Index>(select(mask(complete), uint32_t{across}, at.start));
+          static_cast<Index>(select(mask(complete), static_cast<uint32_t>(across), at.start));
       at.found += complete;
     }
   };

@@ -207,6 +207,14 @@ class RansTable {
   PSPLIT_HD static constexpr size_t slot_bytes(uint64_t symbol_count, uint64_t stream_bytes) {
     return Arena::bytes<Slot>(symbol_count < stream_bytes ? symbol_count : stream_bytes);
   }
+  // The same if there is one table, and `read` is over. The entropy of n symbols, k of them different, is at
+  // least (k - 1) log2(n) bits: k - 1 of them occur once in the case that takes the fewest.
+  PSPLIT_HD static constexpr size_t slot_bytes_of_one(uint64_t symbol_count, uint64_t stream_bytes) {
+    uint32_t log = 0;
+    for (uint32_t step = 32; step > 0; step /= 2)
+      if (symbol_count >> log >> step > 0) log += step;
+    return slot_bytes(symbol_count, 8 * stream_bytes / (8 + log) + 1);
+  }
 
   PSPLIT_HD uint32_t precision_bits() const { return precision_bits_; }
   PSPLIT_HD bool is_direct() const { return is_direct_; }

@@ -114,6 +114,8 @@ class Arena {
   // release gives back all arrays that were taken after the mark.
   PSPLIT_HD size_t mark() const { return used_; }
   PSPLIT_HD void release(size_t mark) { used_ = mark; }
+  // Takes again what was released, up to a mark of before.
+  PSPLIT_HD void retake(size_t mark) { used_ = used_ < mark ? mark : used_; }
 
  private:
   struct Hole {

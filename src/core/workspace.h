@@ -48,7 +48,9 @@ PSPLIT_HD size_t workspace_bytes(const StreamHeader& header, size_t stream_bytes
   }
   // Each of two memories whose larger one counts is released before the other is taken.
   const auto larger = [](size_t a, size_t b) { return a > b ? a : b; };
-  const size_t walk = border_walk_bytes<Index>(values.points) + after;
+  // Values at borders need the walk before, among the attributes.
+  const bool is_walked = header.is_condensed() && header.condensed.models.has_borders;
+  const size_t walk = (is_walked ? 0 : border_walk_bytes<Index>(values.points)) + after;
   const size_t integers = Attributes::integer_bytes(header, stream_bytes, values) +
                           larger(Attributes::scratch_bytes(header, values), walk);
   const size_t attributes =

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <random>
+#include <tuple>
 
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
@@ -186,6 +187,42 @@ TEST(PreparedBatch, DecodesAsOftenAsItIsLaunched) {
     EXPECT_EQ(EmulatedDevice::work().reservations, 0u);
   }
   EXPECT_GT(count, 8u);
+}
+
+// The number of threads changes nothing in a plan of thousands of streams.
+TEST(BatchPlan, IsTheSameWithAnyNumberOfThreads) {
+  const ThreadPool threads(3);
+  const PatchedSample sample = grid_sample(100, 5000, 0, threads);
+  const PatchContainer input = opened(sample.encoded.container);
+  ASSERT_GT(input.entries.size(), 4096u);
+  Outputs outputs;
+  CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
+  for (const bool is_stitched : {true, false}) {
+    primitive.is_stitched = is_stitched;
+    const CudaPrimitive twice[2]{primitive, primitive};
+    BatchPlan one, many;
+    ASSERT_TRUE(one.make(twice, BatchPlan::Gather::kAllPieces)[0].ok());
+    ASSERT_TRUE(many.make(twice, BatchPlan::Gather::kAllPieces, &threads)[0].ok());
+    one.arrange(uint64_t{50} << 20);
+    many.arrange(uint64_t{50} << 20);
+    EXPECT_GT(one.parts().size(), 1u);
+    EXPECT_EQ(one.parts().size(), many.parts().size());
+    EXPECT_EQ(one.workspace_bytes(), many.workspace_bytes());
+    EXPECT_EQ(one.walk_points(), many.walk_points());
+    EXPECT_EQ(one.piece_bytes(), many.piece_bytes());
+    EXPECT_EQ(one.narrow().streams, many.narrow().streams);
+    EXPECT_EQ(one.narrow().draco.rounds, many.narrow().draco.rounds);
+    EXPECT_EQ(one.narrow().draco.runs, many.narrow().draco.runs);
+    EXPECT_EQ(one.narrow().draco.chains, many.narrow().draco.chains);
+    ASSERT_EQ(one.streams().size(), many.streams().size());
+    const auto places = [](const StreamTask& task) {
+      return std::tuple(task.stream_at, task.stitch_at, task.workspace_at, task.workspace_bytes, task.walk_at,
+                        task.primitive, task.number, task.face_base, task.owned_base, task.owned_end, task.use,
+                        task.has_walk, task.face_count, task.point_count, task.stream_bytes);
+    };
+    for (size_t i = 0; i < one.streams().size(); ++i)
+      ASSERT_EQ(places(one.streams()[i]), places(many.streams()[i])) << i;
+  }
 }
 
 // Without a second attempt, a stream that needs more memory is an error of its primitive alone.

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <numeric>
 
 #include "encoder/draco/draco_backend.h"
@@ -19,8 +20,9 @@ namespace psplit {
 namespace {
 
 DecodeBackend backend_of(HostDecoder<EmulatedDevice>& decoder) {
-  return {"emulated", [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool&,
-                          const Watch& watch) { return decoder.decode_into(tasks, buffers_for, watch); }};
+  return {"emulated",
+          [&](std::span<const DecodeTask> tasks, const BuffersFor& buffers_for, const ThreadPool& pool,
+              const Watch& watch) { return decoder.decode_into(tasks, buffers_for, pool, watch); }};
 }
 
 Expected<Mesh> decode(HostDecoder<EmulatedDevice>& decoder, std::span<const uint8_t> container,
@@ -273,6 +275,40 @@ TEST(HostDecoder, WritesToBuffersOfTheCaller) {
   EXPECT_GT(count, 50u);
 }
 
+// Several threads empty a buffer. Their parts begin and end within values.
+TEST(Downloader, CopiesValuesOfAllSizesOnManyThreads) {
+  const ThreadPool pool(3);
+  EmulatedDevice device;
+  EmulatedDevice::Array<uint8_t> values;
+  constexpr size_t kCount = 60'001;
+  struct Case {
+    size_t value_bytes, kept_bytes, stride;
+  };
+  constexpr Case kCases[]{{4, 2, 2}, {12, 12, 12}, {12, 12, 20}, {3, 3, 7}, {8, 8, 9}};
+  size_t bytes = 0;
+  for (const Case& each : kCases) bytes += each.value_bytes * kCount;
+  ASSERT_TRUE(values.reserve(bytes).ok());
+  for (size_t i = 0; i < bytes; ++i) values.data()[i] = static_cast<uint8_t>(i * 2654435761u >> 16);
+  std::vector<std::vector<std::byte>> results;
+  std::vector<DownloadedRange> ranges;
+  const uint8_t* from = values.data();
+  for (const Case& each : kCases) {
+    results.emplace_back(each.stride * kCount, std::byte{0x5a});
+    ranges.push_back({from, each.value_bytes * kCount, results.back().data(), each.value_bytes, each.kept_bytes,
+                      each.stride});
+    from += each.value_bytes * kCount;
+  }
+  Downloader<EmulatedDevice> downloader;
+  ASSERT_TRUE(downloader.download(device, ranges, pool).ok());
+  for (size_t n = 0; n < ranges.size(); ++n) {
+    const DownloadedRange& range = ranges[n];
+    std::vector<std::byte> expected(results[n].size(), std::byte{0x5a});
+    for (size_t i = 0; i < kCount; ++i)
+      std::memcpy(&expected[i * range.stride], range.from + i * range.value_bytes, range.kept_bytes);
+    EXPECT_EQ(results[n], expected) << n;
+  }
+}
+
 TEST(HostDecoder, StopsBeforeTheNextBatch) {
   const ThreadPool pool(1);
   const PatchedSample sample = grid_sample(20, 4, 0, pool);
@@ -285,7 +321,7 @@ TEST(HostDecoder, StopsBeforeTheNextBatch) {
     stop = i == 1;  // when the first patch of the second task has arrived
     return allocate_mesh(points, faces, sample.requests, container.bytes.size(), meshes[i]);
   };
-  const std::vector<Status> statuses = decoder.decode_into(tasks, buffers_for, {{}, &stop});
+  const std::vector<Status> statuses = decoder.decode_into(tasks, buffers_for, pool, {{}, &stop});
   EXPECT_TRUE(statuses[0].ok());
   EXPECT_EQ(statuses[1].code(), StatusCode::kCancelled);
   EXPECT_EQ(statuses[2].code(), StatusCode::kCancelled);
@@ -307,7 +343,7 @@ TEST(HostDecoder, ErrorsEndOneTask) {
     if (i == 0) return invalid_input("no room");
     return allocate_mesh(points, faces, sample.requests, container.bytes.size(), meshes[i]);
   };
-  const std::vector<Status> statuses = decoder.decode_into(tasks, buffers_for, {});
+  const std::vector<Status> statuses = decoder.decode_into(tasks, buffers_for, pool, {});
   EXPECT_EQ(statuses[0].message(), "no room");
   EXPECT_EQ(statuses[1].code(), StatusCode::kUnsupported);
   EXPECT_TRUE(statuses[2].ok()) << statuses[2].to_string();

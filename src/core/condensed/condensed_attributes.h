@@ -118,12 +118,17 @@ class CondensedAttributes {
   }
 
   // The memory that all of them take and keep. An attribute whose values are not created has integers, which
-  // take less.
+  // take less than created values with two predictors.
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
+    const CondensedStream& stream = header.condensed;
     const uint64_t orders = 2 * (uint64_t{header.attribute_data_count} + 1) + 1;
+    const uint64_t used_orders = orders < stream.attribute_count ? orders : stream.attribute_count;
+    bool has_two = stream.traversed_count > 0;
+    for (uint32_t i = 0; i < stream.attribute_count; ++i)
+      has_two |= CreatedValues<Index>::mode_of(stream.models.attributes[i]) != CreationMode::kOne;
     return Arena::bytes<CondensedAttribute<Index>>(values.attributes) + Arena::bytes<Sequence<Index>>(orders) +
-           orders * Sequence<Index>::bytes(values.points) +
-           CreatedValues<Index>::bytes(values.points, values.attributes, values.components) +
+           used_orders * Sequence<Index>::bytes(values.points) +
+           CreatedValues<Index>::bytes(values.points, values.attributes, values.components, has_two ? 2 : 1) +
            (header.condensed.models.has_borders ? border_walk_bytes<Index>(values.points) : 0) +
            values.attributes * Arena::bytes<uint8_t>(values.points);
   }

@@ -36,7 +36,7 @@ class CondensedConnectivity {
   PSPLIT_HD Fault start(const StreamHeader& header, Arena& arena, Connectivity<Index>& mesh) {
     const CondensedStream& stream = header.condensed;
     mesh.counts = header.counts;
-    if (!mesh.allocate(arena) || !arena.take(corners_.corner, corner_room(header.counts)))
+    if (!arena.take(corners_.corner, corner_room(header.counts)) || !mesh.allocate(arena))
       return Fault::kWorkspace;
     for (size_t i = 0; i < stream.models.attributes.size(); ++i)
       corners_.are_last |= stream.models.attributes[i].by_creation && stream.models.attributes[i].backward;
@@ -70,9 +70,11 @@ class CondensedConnectivity {
     mesh.renumber_vertices(keep_order);
     return Fault::kNone;
   }
-  // Releases all memory that was taken since `start`, except that of the mesh and of corners.
-  PSPLIT_HD void finish(Arena& arena) {
+  // Releases all memory that was taken since `start`, except that of the mesh, whose `merged` ends, and of
+  // corners.
+  PSPLIT_HD void finish(Arena& arena, Connectivity<Index>& mesh) {
     arena.release(mark_);
+    arena.trim(mesh.merged, 0);
     steps_ = {};
   }
   // First corners ascend. The last corner of a merged vertex is kNone. Last corners are noted if a model needs
@@ -83,12 +85,13 @@ class CondensedConnectivity {
 
   // The memory that this takes and keeps, and the memory that it takes and releases.
   PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
-    return Connectivity<Index>::bytes(counts) + Arena::bytes<Index>(corner_room(counts));
+    return Connectivity<Index>::bytes_without_merged(counts) + Arena::bytes<Index>(corner_room(counts));
   }
   PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header) {
     const ConnectivityCounts& counts = header.counts;
     const size_t symbols = Arena::bytes<uint8_t>(counts.symbol_count) + Arena::bytes<ContextSymbolSteps>(1);
-    return Arena::bytes<SplitEvent>(counts.split_count) + connectivity_scratch_bytes<Index>(counts) +
+    return Connectivity<Index>::merged_bytes(counts) + Arena::bytes<SplitEvent>(counts.split_count) +
+           connectivity_scratch_bytes<Index>(counts) +
            (header.condensed.models.has_valence_contexts ? Valences<Index>::bytes(counts) : symbols);
   }
 

@@ -15,7 +15,9 @@ PSPLIT_HD inline Fault read_attribute_numbers(View<const SkeletonAttribute> attr
   uint64_t others = 0;
   for (size_t i = 1; i < attributes.size() && !numbers.broken(); ++i) others += numbers.number(kinds.bytes);
   for (size_t i = 0; i < attributes.size() && !numbers.broken(); ++i) {
-    if (attributes[i].is_by_creation(stream.models.attributes[i]) || !attributes[i].has_wrap_range()) continue;
+    if (attributes[i].is_by_creation(stream.models.attributes[i])) continue;
+    ++stream.traversed_count;
+    if (!attributes[i].has_wrap_range()) continue;
     numbers.number(kinds.low);
     numbers.number(kinds.extent);
   }

@@ -11,6 +11,7 @@ struct CondensedStream {
   View<const uint8_t> bytes;  // empty for a Draco stream
   CondensedModels models;
   uint32_t attribute_count = 0;
+  uint32_t traversed_count = 0;     // attributes that are not in order of creation
   uint32_t split_symbol_count = 0;  // of S
   uint32_t interior_count = 0;      // components that end with a start face
   uint32_t component_count = 0;

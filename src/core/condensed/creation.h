@@ -187,14 +187,18 @@ class Predictors {
 template <typename Index>
 class CreatedValues {
  public:
+  PSPLIT_HD static CreationMode mode_of(const AttributeModel& model) {
+    return model.reach > 0           ? CreationMode::kDamped
+           : model.two || model.mean ? CreationMode::kTwo
+                                     : CreationMode::kOne;
+  }
+
   // Takes memory, also for the values of the attribute.
   PSPLIT_HD Fault allocate(const AttributeModel& model, const AttributeTable<Index>& table,
                            Attribute<Index>& attribute, Arena& arena) {
     table_ = table.table;
     components_ = attribute.value_components();
-    mode_ = model.reach > 0           ? CreationMode::kDamped
-            : model.two || model.mean ? CreationMode::kTwo
-                                      : CreationMode::kOne;
+    mode_ = mode_of(model);
     reach_ = model.reach;
     const uint32_t count = table.vertex_count;
     const uint64_t total = uint64_t{count} * components_;
@@ -245,12 +249,14 @@ class CreatedValues {
     used_tables_ = other.used_tables_;
     return true;
   }
-  // The memory that `allocate` takes for `attributes` attributes that have `components` components together.
-  PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components) {
+  // The memory that `allocate` takes for `attributes` attributes that have `components` components together,
+  // and at most `predictors` predictors a value.
+  PSPLIT_HD static constexpr size_t bytes(uint64_t value_count, uint64_t attributes, uint64_t components,
+                                          uint32_t predictors) {
     return Arena::bytes<int32_t>((value_count + 1) * (components + attributes)) +
            Arena::bytes<uint32_t>(value_count * components + attributes) +
            attributes * (2 * Arena::bytes<int32_t>(0) + Arena::bytes<uint8_t>(value_count) +
-                         Arena::bytes<Predictors<Index>>(2 * value_count));
+                         Arena::bytes<Predictors<Index>>(predictors * value_count));
   }
 
   // By value: the number of parallelograms that predict it.

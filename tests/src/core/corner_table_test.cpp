@@ -20,6 +20,7 @@ void expect_own_value_for_each_face(uint32_t face_count) {
     ASSERT_EQ(values.at(corner), 100 + corner / 4);
   }
   EXPECT_EQ(values.at(kNone<Index>), 7u);
+  EXPECT_EQ(values.at_signed(FaceValues<Index, uint32_t>::as_signed(kNone<Index>)), 7u);
 }
 
 TEST(FaceValues, HasOneForEachFaceAndOneForNone) {

@@ -71,6 +71,7 @@ void expect_symbols_back(const std::vector<uint32_t>& probs, uint32_t precision_
   ASSERT_EQ(table.read(reader, precision_bits, count, arena), Fault::kNone);
   table.fill_buckets();
   EXPECT_LE(arena.mark(), RansTable::bytes(1, count) + RansTable::slot_bytes(count, bytes.size()));
+  EXPECT_LE(arena.mark(), RansTable::bytes(1, count) + RansTable::slot_bytes_of_one(count, bytes.size()));
   RansSymbols slow;
   ASSERT_EQ(slow.start(reader, table), Fault::kNone);
   EXPECT_EQ(reader.remaining(), 0u);
@@ -91,6 +92,23 @@ TEST(Rans, SymbolsComeBackFromDirectAndSearchedTables) {
   expect_symbols_back(probs12, 12, RansTable::kFew - 1);  // few symbols: searched
   expect_symbols_back(probs20, 20, 5000);                 // high precision: searched
   expect_symbols_back({4096}, 12, 2000);                  // a single symbol takes no bits
+}
+
+// Different symbols take the fewest bytes if each occurs once, except one.
+TEST(Rans, OneTableHasNoMoreSlotsThanItsSymbolsJustify) {
+  for (const uint32_t different : {1u, 2u, 16u, 200u, 700u})
+    for (const uint32_t repeats : {0u, 300u}) {
+      SCOPED_TRACE(std::to_string(different) + " different, " + std::to_string(repeats) + " repeated");
+      std::vector<uint32_t> symbols(repeats, 0);
+      for (uint32_t symbol = 0; symbol < different; ++symbol) symbols.push_back(symbol);
+      const auto count = static_cast<uint32_t>(symbols.size());
+      std::vector<uint32_t> probs(different, 4096 / count);
+      probs[0] = 4096 - (different - 1) * (4096 / count);
+      Bytes bytes = encode_table(probs);
+      append(bytes, encode_symbols(symbols, probs, 12));
+      EXPECT_LE(sizeof(RansTable::Slot) * different, RansTable::slot_bytes_of_one(count, bytes.size()));
+      EXPECT_LE(RansTable::slot_bytes_of_one(count, bytes.size()), RansTable::slot_bytes(count, bytes.size()));
+    }
 }
 
 TEST(Rans, TablesAddUpToTheirPrecision) {
