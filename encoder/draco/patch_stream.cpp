@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <mutex>
 #include <numeric>
 
 #include "encoder/coding/quantization.h"
+#include "encoder/draco/patch_steps.h"
 
 namespace psplit {
 namespace {
@@ -118,6 +120,9 @@ Expected<std::vector<uint8_t>> run_encoder(draco::ExpertEncoder& encoder, const 
   return std::vector<uint8_t>(buffer.data(), buffer.data() + buffer.size());
 }
 
+// Each thread may encode a patch whose table of symbols is no larger than this.
+constexpr uint64_t kFreeTableBytes = uint64_t{1} << 26;
+
 Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh& patch,
                                       std::span<const AttributeCoding> codings, int encode_speed, int method,
                                       bool compress_indices = false) {
@@ -130,8 +135,15 @@ Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh&
   int id = 0;
   for (size_t i : attribute_order(*welded.mesh)) {
     if (codings[i].bits > 0) encoder.SetAttributeQuantization(id, codings[i].bits);
+    if (draco_role(welded.mesh->attributes[i], codings[i]) == draco::GeometryAttribute::TEX_COORD &&
+        texture_prediction_may_overflow(welded, patch, codings, i, encode_speed))
+      encoder.options().SetAttributeInt(id, "prediction_scheme", draco::MESH_PREDICTION_PARALLELOGRAM);
     ++id;
   }
+  // Patches whose tables of symbols are large take their turn, so that threads do not multiply the memory.
+  static std::mutex large_tables;
+  std::unique_lock<std::mutex> turn(large_tables, std::defer_lock);
+  if (symbol_table_bytes(welded, patch, codings) > kFreeTableBytes) turn.lock();
   return run_encoder(encoder, "mesh");
 }
 

@@ -41,9 +41,11 @@ class TexCoordsPredictor {
   //      n--+-----p
   //       foot
   //
-  // An edge without length in the texture or in space places nothing.
+  // An edge without length in the texture or in space places nothing. Coordinates of more than 20 bits may
+  // overflow. libdraco refuses some of these triangles, and wraps around for the others: which ones depends on
+  // its version. This function refuses only what all versions refuse, and otherwise wraps around as they do.
   PSPLIT_HD Fault place_tip(Index tip, int32_t* out, bool& is_placed) {
-    constexpr auto kMost = static_cast<int64_t>(~uint64_t{0} >> 1);
+    constexpr uint64_t kMost = ~uint64_t{0} >> 1;
     const int32_t *n = on_.at(next(tip)), *p = on_.at(previous(tip));
     const int64_t edge_s = int64_t{p[0]} - n[0], edge_t = int64_t{p[1]} - n[1];
     if (edge_s == 0 && edge_t == 0) return Fault::kNone;
@@ -51,29 +53,30 @@ class TexCoordsPredictor {
     const uint64_t pn_square = dot(pn, pn);
     if (pn_square == 0) return Fault::kNone;
     const Vec3 tip_at = positions_.at(tip), cn = minus(tip_at, n_at);
-    const auto along = static_cast<int64_t>(dot(pn, cn));
+    const auto along = static_cast<int64_t>(dot(pn, cn)), scale = static_cast<int64_t>(pn_square);
     const uint64_t n_most = larger(magnitude(int64_t{n[0]}), magnitude(int64_t{n[1]}));
-    const uint64_t edge_most = larger(magnitude(edge_s), magnitude(edge_t));
     const uint64_t pn_most = larger(larger(magnitude(pn.x), magnitude(pn.y)), magnitude(pn.z));
-    if (n_most > uint64_t{kMost} / pn_square || magnitude(along) > uint64_t{kMost} / edge_most ||
-        magnitude(along) > uint64_t{kMost} / pn_most)
+    if (n_most > kMost / pn_square || along > static_cast<int64_t>(kMost / pn_most) || orientations_left_ == 0)
       return Fault::kPrediction;
-    const auto scale = static_cast<int64_t>(pn_square);
-    if (scale <= 0 || orientations_left_ == 0) return Fault::kPrediction;
     const uint64_t foot_s = product(n[0], scale) + product(along, edge_s);
     const uint64_t foot_t = product(n[1], scale) + product(along, edge_t);
-    const Vec3 foot{along * pn.x / scale, along * pn.y / scale, along * pn.z / scale};  // from n on
+    const Vec3 foot{quotient(product(along, pn.x), scale), quotient(product(along, pn.y), scale),
+                    quotient(product(along, pn.z), scale)};  // from n on
     const Vec3 height = minus(tip_at, plus(n_at, foot));
     const auto length = static_cast<int64_t>(integer_sqrt(dot(height, height) * pn_square));
     const bool up = orientations_[--orientations_left_] != 0;
     const uint64_t up_s = product(edge_t, length), up_t = product(-edge_s, length);
-    out[0] = static_cast<int32_t>(static_cast<int64_t>(up ? foot_s + up_s : foot_s - up_s) / scale);
-    out[1] = static_cast<int32_t>(static_cast<int64_t>(up ? foot_t + up_t : foot_t - up_t) / scale);
+    out[0] = static_cast<int32_t>(quotient(up ? foot_s + up_s : foot_s - up_s, scale));
+    out[1] = static_cast<int32_t>(quotient(up ? foot_t + up_t : foot_t - up_t, scale));
     is_placed = true;
     return Fault::kNone;
   }
 
   PSPLIT_HD static uint64_t larger(uint64_t a, uint64_t b) { return a > b ? a : b; }
+  // The least number divided by -1 is itself: the only quotient that overflows.
+  PSPLIT_HD static int64_t quotient(uint64_t a, int64_t b) {
+    return b == -1 ? static_cast<int64_t>(0 - a) : static_cast<int64_t>(a) / b;
+  }
 
   const WrappedValues<Index, 2>& on_;
   const Positions<Index>& positions_;

@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <random>
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
@@ -76,8 +77,9 @@ int main(int argc, char** argv) {
   }
   const fs::path folder = argv[1], core = folder / "core_fuzzer", container = folder / "container_fuzzer",
                  expand = folder / "expand_fuzzer", document = folder / "document_fuzzer",
-                 mesh_file = folder / "mesh_file_fuzzer";
-  for (const fs::path& path : {core, container, expand, document, mesh_file}) fs::create_directories(path);
+                 mesh_file = folder / "mesh_file_fuzzer", mesh = folder / "mesh_fuzzer";
+  for (const fs::path& path : {core, container, expand, document, mesh_file, mesh})
+    fs::create_directories(path);
   size_t number = 0;
   psplit::for_each_draco_stream([&](const psplit::DracoStream& stream) { write(core, number++, stream.bytes); },
                                 psplit::StreamSet::kSmall);
@@ -85,6 +87,13 @@ int main(int argc, char** argv) {
   for (std::string seed : psplit::mesh_file_seeds()) {
     seed.insert(0, 1, static_cast<char>(number % 4));
     write(mesh_file, number++, {reinterpret_cast<const uint8_t*>(seed.data()), seed.size()});
+  }
+  // Each byte is a choice.
+  std::mt19937 random(1);
+  for (int i = 0; i < 300; ++i) {
+    std::vector<uint8_t> choices(300);
+    for (uint8_t& choice : choices) choice = static_cast<uint8_t>(random());
+    write(mesh, number++, choices);
   }
   const psplit::ThreadPool pool;
   write_documents(document, pool);

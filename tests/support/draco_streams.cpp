@@ -1,184 +1,22 @@
 #include "tests/support/draco_streams.h"
 
-#include <draco/compression/expert_encode.h>
-#include <draco/mesh/mesh.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <map>
-#include <memory>
 #include <numeric>
 #include <string_view>
 #include <utility>
 
+#include "tests/support/draco_subject.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
 
-using Role = draco::GeometryAttribute::Type;
-constexpr size_t kRoleCount = 5;  // in the bitstream: position, normal, colour, texture coordinate, generic
-using PerRole = std::array<int, kRoleCount>;
-
-// The mesh to encode.
-
-struct Values {
-  Role role = Role::GENERIC;
-  draco::DataType type = draco::DT_FLOAT32;
-  int component_count = 1;
-  bool normalized = false;
-  std::vector<uint8_t> bytes;  // one value for each point
-};
-
-struct Subject {
-  std::string name;
-  uint32_t point_count = 0;
-  Faces faces = {};
-  std::vector<Values> attributes = {};
-  bool welded = true;  // equal values of an attribute are merged, so that equal positions are one vertex
-  bool metadata = false;
-  uint32_t first_id = 0;
-  draco::MeshAttributeElementType element = draco::MESH_CORNER_ATTRIBUTE;
-};
-
-// The options of the encoder.
-
-constexpr int kAuto = -1;  // libdraco decides
-constexpr PerRole kUsualBits = {14, 10, 8, 12, 12};
-constexpr PerRole kRawBits = {0, 0, 0, 0, 0};
-constexpr PerRole kAutoSchemes = {kAuto, kAuto, kAuto, kAuto, kAuto};
 // The encoder counts symbols and compares choices of parallelograms in tables with an entry for every possible
 // symbol. These would take gigabytes for 30 bits.
 constexpr int kMaxEntropyBits = 24;
-constexpr int kStandard = draco::MESH_EDGEBREAKER_STANDARD_ENCODING;
-constexpr int kValence = draco::MESH_EDGEBREAKER_VALENCE_ENCODING;
-
-struct Recipe {
-  int speed = 5;
-  bool sequential = false;
-  bool compress_indices = false;
-  int connectivity = kAuto;
-  int split_on_seams = kAuto;
-  bool entropy_coding = true;
-  bool given_grid = false;    // an origin and a range that exclude some values
-  PerRole bits = kUsualBits;  // 0: floats are not quantized. The second attribute of a role has one bit less.
-  PerRole scheme = kAutoSchemes;
-};
-
-std::string describe(const PerRole& values) {
-  std::string text;
-  for (const int value : values) text += (text.empty() ? "" : "/") + std::to_string(value);
-  return text;
-}
-
-std::string describe(const Recipe& recipe) {
-  std::string text = (recipe.sequential ? "sequential, speed " : "speed ") + std::to_string(recipe.speed);
-  if (recipe.compress_indices) text += ", compressed indices";
-  if (recipe.connectivity != kAuto) text += recipe.connectivity == kValence ? ", valence" : ", standard";
-  if (recipe.split_on_seams != kAuto)
-    text += recipe.split_on_seams ? ", split on seams" : ", not split on seams";
-  if (!recipe.entropy_coding) text += ", stored values";
-  if (recipe.given_grid) text += ", given grid";
-  if (recipe.bits != kUsualBits) text += ", bits " + describe(recipe.bits);
-  if (recipe.scheme != kAutoSchemes) text += ", schemes " + describe(recipe.scheme);
-  return text;
-}
-
-// Encodes subjects as streams.
-
-std::unique_ptr<draco::PointAttribute> make_attribute(const Values& values, uint32_t point_count, bool welded) {
-  const auto stride = static_cast<size_t>(values.component_count * draco::DataTypeLength(values.type));
-  std::vector<uint32_t> value_of_point(point_count), point_of_value;
-  std::map<std::string_view, uint32_t> known;
-  for (uint32_t point = 0; point < point_count; ++point) {
-    const auto next = static_cast<uint32_t>(point_of_value.size());
-    value_of_point[point] = next;
-    if (welded) {
-      const auto* bytes = reinterpret_cast<const char*>(values.bytes.data() + point * stride);
-      value_of_point[point] = known.try_emplace({bytes, stride}, next).first->second;
-    }
-    if (value_of_point[point] == next) point_of_value.push_back(point);
-  }
-  auto attribute = std::make_unique<draco::PointAttribute>();
-  attribute->Init(values.role, static_cast<int8_t>(values.component_count), values.type, values.normalized,
-                  point_of_value.size());
-  for (uint32_t i = 0; i < point_of_value.size(); ++i)
-    attribute->SetAttributeValue(draco::AttributeValueIndex(i),
-                                 values.bytes.data() + point_of_value[i] * stride);
-  attribute->SetExplicitMapping(point_count);
-  for (uint32_t point = 0; point < point_count; ++point)
-    attribute->SetPointMapEntry(draco::PointIndex(point), draco::AttributeValueIndex(value_of_point[point]));
-  return attribute;
-}
-
-void add_metadata(draco::Mesh& mesh) {
-  auto part = std::make_unique<draco::Metadata>();
-  part->AddEntryIntArray("list", {1, -2, 300000});
-  auto whole = std::make_unique<draco::GeometryMetadata>();
-  whole->AddEntryInt("number", 7);
-  whole->AddEntryDouble("ratio", 0.25);
-  // Empty entries are left out, because libdraco writes them but does not read them.
-  whole->AddEntryString("long", std::string(300, 'x'));
-  whole->AddSubMetadata("part", std::move(part));
-  mesh.AddMetadata(std::move(whole));
-  for (int i = 0; i < mesh.num_attributes(); i += 2) {
-    auto of_attribute = std::make_unique<draco::AttributeMetadata>();
-    of_attribute->AddEntryString("name", "attribute " + std::to_string(i));
-    of_attribute->AddEntryBinary("binary", {0, 255, 1});
-    mesh.AddAttributeMetadata(i, std::move(of_attribute));
-  }
-}
-
-std::unique_ptr<draco::Mesh> build(const Subject& subject) {
-  auto mesh = std::make_unique<draco::Mesh>();
-  mesh->set_num_points(subject.point_count);
-  mesh->SetNumFaces(subject.faces.size());
-  for (uint32_t i = 0; i < subject.faces.size(); ++i) {
-    const auto& face = subject.faces[i];
-    mesh->SetFace(draco::FaceIndex(i),
-                  {draco::PointIndex(face[0]), draco::PointIndex(face[1]), draco::PointIndex(face[2])});
-  }
-  for (const Values& values : subject.attributes) {
-    const int id = mesh->AddAttribute(make_attribute(values, subject.point_count, subject.welded));
-    mesh->attribute(id)->set_unique_id(subject.first_id + static_cast<uint32_t>(id));
-    mesh->SetAttributeElementType(id, subject.element);
-  }
-  if (subject.metadata) add_metadata(*mesh);
-  return mesh;
-}
-
-std::optional<std::vector<uint8_t>> encode(const draco::Mesh& mesh, const Recipe& recipe) {
-  draco::ExpertEncoder encoder(mesh);
-  encoder.SetEncodingMethod(recipe.sequential ? draco::MESH_SEQUENTIAL_ENCODING
-                                              : draco::MESH_EDGEBREAKER_ENCODING);
-  encoder.SetSpeedOptions(recipe.speed, recipe.speed);
-  encoder.SetUseBuiltInAttributeCompression(recipe.entropy_coding);
-  auto& options = encoder.options();
-  options.SetGlobalBool("compress_connectivity", recipe.compress_indices);
-  if (recipe.connectivity != kAuto) options.SetGlobalInt("edgebreaker_method", recipe.connectivity);
-  if (recipe.split_on_seams != kAuto) options.SetGlobalBool("split_mesh_on_seams", recipe.split_on_seams != 0);
-  PerRole seen = {};
-  for (int id = 0; id < mesh.num_attributes(); ++id) {
-    const draco::PointAttribute& attribute = *mesh.attribute(id);
-    const auto role = static_cast<size_t>(attribute.attribute_type());
-    const int bits = recipe.bits[role] - (seen[role]++ > 0 && recipe.bits[role] > 2 ? 1 : 0);
-    if (recipe.given_grid) {
-      const std::vector<float> origin(static_cast<size_t>(attribute.num_components()), 0.25f);
-      encoder.SetAttributeExplicitQuantization(id, bits, attribute.num_components(), origin.data(), 1.5f);
-    } else if (bits > 0) {
-      encoder.SetAttributeQuantization(id, bits);
-    }
-    // SetAttributePredictionScheme would reject some schemes that the encoder can write.
-    if (recipe.scheme[role] != kAuto) options.SetAttributeInt(id, "prediction_scheme", recipe.scheme[role]);
-  }
-  draco::EncoderBuffer buffer;
-  if (!encoder.EncodeToBuffer(&buffer).ok()) return std::nullopt;
-  return std::vector<uint8_t>(buffer.data(), buffer.data() + buffer.size());
-}
-
-// Subjects.
 
 Role role_of(const std::string& semantic) {
   const auto starts = [&](const char* prefix) { return semantic.starts_with(prefix); };
@@ -213,7 +51,7 @@ Subject subject_of(const std::string& name, const Mesh& mesh) {
   return subject;
 }
 
-enum class Pattern { kSmooth, kRandom, kConstant, kFew, kWide };
+enum class Pattern { kSmooth, kRandom, kConstant, kFew, kWide, kEnds };
 
 // A number in [0, 1) from the point and the component.
 double pattern_value(Pattern pattern, uint32_t point, int component) {
@@ -224,6 +62,7 @@ double pattern_value(Pattern pattern, uint32_t point, int component) {
       return std::abs((point * 5 + static_cast<uint32_t>(component) * 77) % 2000 / 1000.0 - 0.9995);
     case Pattern::kRandom:
     case Pattern::kWide: return random;
+    case Pattern::kEnds: return std::clamp(random * 3 - 1, 0.0, 1.0);
     case Pattern::kConstant: return 0.625;
     case Pattern::kFew: return std::floor(random * 3) / 4;
   }
@@ -294,6 +133,7 @@ class Generator {
     topologies();
     schemes();
     bits();
+    long_edges();
     types();
     specials();
   }
@@ -409,6 +249,51 @@ class Generator {
       recipes.push_back({.speed = speed, .bits = kRawBits});
     }
     emit(carrier(), recipes);
+  }
+
+  // Edges as long as the grid, on fine grids: predictions are outside the grid, and with 30 bits outside int32.
+  void long_edges() {
+    Subject subject = mesh("torus");
+    subject.name += ", long edges";
+    subject.attributes.clear();
+    subject.welded = false;
+    add(subject, Role::POSITION, draco::DT_FLOAT32, 3, Pattern::kEnds);
+    add(subject, Role::NORMAL, draco::DT_FLOAT32, 3, Pattern::kRandom);
+    add(subject, Role::TEX_COORD, draco::DT_FLOAT32, 2, Pattern::kEnds);
+    add(subject, Role::GENERIC, draco::DT_FLOAT32, 4, Pattern::kEnds);
+    std::vector<int> depths = {18, 21, 24, 28, 30};
+    if (all_) {
+      depths.resize(16);
+      std::iota(depths.begin(), depths.end(), 15);
+    }
+    std::vector<Recipe> recipes;
+    for (const int depth : depths)
+      for (const int speed : {0, 1, 2, 4, 6, 8, 10}) {
+        if (depth > kMaxEntropyBits && speed < 2) continue;
+        Recipe recipe{.speed = speed, .entropy_coding = depth <= 21};  // the values of all roles are far apart
+        recipe.bits = {depth, depth, depth, depth, depth};
+        recipes.push_back(recipe);
+      }
+    emit(subject, recipes);
+
+    // Texture coordinates that are predicted from such edges overflow 64 bits. libdraco refuses to encode some
+    // of these meshes. Depending on its version, it decodes the others or refuses them.
+    for (uint32_t seed = 0; seed < 40; ++seed) {
+      subject = {.name = "long edges of a quad " + std::to_string(seed),
+                 .point_count = 4,
+                 .faces = {{0, 1, 2}, {2, 1, 3}}};
+      uint32_t state = seed;
+      const auto ends = [&](double) {
+        state = state * 1664525 + 1013904223;
+        return std::clamp(static_cast<float>(state >> 8) / 6e6f - 0.9f, 0.0f, 1.0f);
+      };
+      subject.attributes = {
+          {Role::POSITION, draco::DT_FLOAT32, 3, false, filled(4, 3, Pattern::kRandom, ends)},
+          {Role::TEX_COORD, draco::DT_FLOAT32, 2, false, filled(4, 2, Pattern::kRandom, ends)}};
+      emit(subject, {{.speed = 0, .bits = {21, 10, 8, 21, 12}},
+                     {.speed = 3, .entropy_coding = false, .bits = {17, 10, 8, 29, 12}},
+                     {.speed = 3, .bits = {21, 10, 8, 12, 12}}});
+    }
   }
 
   // Generic attributes of every type and number of components.

@@ -48,6 +48,16 @@ std::vector<PatchedSample> encode_samples(bool condense, const ThreadPool& pool)
       options.condense_smallest = lossless;
       made.push_back(encode_sample(name, mesh.mesh, codings, options, pool));
     }
+  const Mesh fine = long_edges();
+  for (const int bits : {17, 21, 22}) {
+    EncodeOptions options;
+    options.patch_count = 3;
+    options.encode_speed = bits % 4;  // all predict from positions
+    options.verify = false;
+    options.condense = condense;
+    made.push_back(encode_sample("long edges, " + std::to_string(bits) + " bits", fine,
+                                 fine_codings(fine, bits), options, pool));
+  }
   return made;
 }
 
@@ -73,6 +83,14 @@ std::vector<PatchedSample> make_all_samples(const ThreadPool& pool) {
 }
 
 }  // namespace
+
+std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits) {
+  std::vector<AttributeCoding> codings;
+  for (const Attribute& attribute : mesh.attributes)
+    codings.push_back(attribute.semantic == "NORMAL" ? AttributeCoding{bits, true, {}, 0}
+                                                     : fit_grid(attribute, bits).value());
+  return codings;
+}
 
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
   static const std::vector<PatchedSample> made = make_patched_samples(pool);

@@ -15,8 +15,12 @@ struct PatchedSample {
   std::vector<AttributeRequest> requests;  // all attributes, in the encoded types
 };
 
+// A grid of `bits` for each attribute; normals are octahedral.
+std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits);
+
 // Every mesh of the catalogue in up to seven patches, both exact and on grids, with Draco's speeds in turn.
-// Then containers of version 1, which exist only as bytes. All streams are Draco's. A process makes them once.
+// Long edges on fine grids. Then containers of version 1, which exist only as bytes. All streams are Draco's. A
+// process makes them once.
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool);
 
 // The same, and the meshes that become smaller with condensed streams. A process makes them once.

@@ -554,6 +554,26 @@ Mesh floats_of_every_kind() {
   return mesh;
 }
 
+Mesh long_edges() {
+  Mesh mesh = make_grid(12, 9);
+  std::mt19937 random(7);
+  const auto fill = [&](Attribute& attribute) {
+    attribute.values.resize(attribute.stride() * mesh.point_count);
+    for (size_t at = 0; at < attribute.values.size(); at += 4) {
+      const float value = std::clamp(static_cast<float>(random()) / 2e9f - 0.5f, 0.0f, 1.0f);
+      std::memcpy(attribute.values.data() + at, &value, 4);
+    }
+  };
+  fill(mesh.attributes[0]);
+  const auto add = [&](const char* semantic, uint8_t components) {
+    fill(mesh.attributes.emplace_back(Attribute{semantic, ComponentType::kFloat32, components, false, {}}));
+  };
+  add("NORMAL", 3);
+  add("TEXCOORD_0", 2);
+  add("_ANY", 4);
+  return mesh;
+}
+
 std::vector<NamedMesh> nasty_meshes() {
   std::vector<NamedMesh> meshes;
   add_topologies(meshes);

@@ -27,6 +27,10 @@ std::vector<NamedMesh> procedural_meshes();
 // NaNs. Only lossless coding supports it.
 Mesh floats_of_every_kind();
 
+// A sheet with normals, texture coordinates and other floats. Most edges are about as long as the box of the
+// values: on a grid of many bits, what an encoder predicts from neighbours is outside the grid, or overflows.
+Mesh long_edges();
+
 // Functions from which tests build meshes.
 
 using Faces = Array<std::array<uint32_t, 3>>;

@@ -8,11 +8,13 @@
 #include <random>
 
 #include "encoder/draco/draco_backend.h"
+#include "encoder/encode_mesh.h"
 #include "src/container/claims.h"
 #include "src/container/stream_description.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/patched_samples.h"
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
@@ -55,6 +57,31 @@ TEST(CpuBackend, DecodesStockStreamsAsLibdracoDoes) {
       StreamSet::kSmall);
   EXPECT_GT(equal, 100u);
   EXPECT_GT(converted, 0u);
+}
+
+// Symbols of more than 18 bits, predictions outside the grid, and texture coordinates whose prediction would
+// overflow. Condensed and not, with all prediction schemes that the speeds choose.
+TEST(CpuBackend, DecodesFineGridsAsLibdracoDoes) {
+  const ThreadPool pool(1);
+  const Mesh mesh = long_edges();
+  for (const int bits : {15, 17, 18, 19, 20, 21, 22, 24})
+    for (const int speed : {0, 1, 3, 5, 10}) {
+      if (bits > 22 && speed < 5) continue;  // libdraco counts symbols in tables of 2^bits entries
+      SCOPED_TRACE(std::to_string(bits) + " bits, speed " + std::to_string(speed));
+      for (const bool condense : {false, true}) {
+        EncodeOptions options;
+        options.patch_count = 3;
+        options.encode_speed = speed;
+        options.condense = condense;
+        options.verify = false;
+        const Expected<EncodedMesh> encoded = encode_mesh(mesh, fine_codings(mesh, bits), options, pool);
+        ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+        const auto expected = decode_container(draco_backend(), encoded->container, encoded->requests, pool);
+        const auto decoded = decode_container(cpu_backend(), encoded->container, encoded->requests, pool);
+        ASSERT_TRUE(expected.ok() && decoded.ok()) << decoded.status().to_string();
+        EXPECT_TRUE(same_bits(*decoded, *expected));
+      }
+    }
 }
 
 TEST(CpuBackend, ConvertsToTheTypeThatIsAskedFor) {

@@ -1,5 +1,6 @@
 // gltf-psplit encode: converts plain glTF or a mesh file to PSPLIT_mesh_draco_patches.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <new>
 
@@ -178,9 +179,15 @@ Status run_within_memory(const Arguments& arguments, const Session& session) {
   } catch (const std::bad_alloc&) {
     status = may_pass(kOutOfMemory, {.file = arguments.input});
   }
-  if (status.code() != kMayPass || status.message() != kOutOfMemory || arguments.memory > 0) return status;
-  return may_pass(std::string(kOutOfMemory) + "; --memory SIZE encodes large meshes part by part",
-                  status.place());
+  if (status.code() != kMayPass || status.message() != kOutOfMemory) return status;
+  std::string advice;
+  if (arguments.memory == 0) advice += "; --memory SIZE encodes large meshes part by part";
+  const EncodeDocumentOptions& options = arguments.encode.options;
+  const int most_bits = std::max({options.position_bits, options.normal_bits, options.texcoord_bits,
+                                  options.color_bits, options.generic_bits});
+  constexpr int kFewBits = 24;
+  if (most_bits > kFewBits) advice += "; grids of fewer bits, or smaller patches, need less";
+  return may_pass(kOutOfMemory + advice, status.place());
 }
 
 void add_memory_options(CLI::App& command, Arguments& arguments) {

@@ -1,0 +1,130 @@
+#include "encoder/draco/patch_steps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace psplit {
+namespace {
+
+const std::vector<uint32_t>& points_of_values(const PatchMesh& patch) {
+  return patch.value_points.empty() ? patch.points : patch.value_points;
+}
+
+// The values of one attribute as libdraco's encoder sees them: quantized, or integers as they are.
+class Steps {
+ public:
+  Steps(const Attribute& attribute, const AttributeCoding& coding)
+      : attribute_(attribute), coding_(coding), most_(std::ldexp(1.0, coding.bits) - 1) {}
+
+  // Component `c` at a point of the mesh. libdraco divides by a float step, and rounds floats.
+  double at(uint32_t point, size_t c) const {
+    const std::byte* value = attribute_.values.data() + point * attribute_.stride();
+    switch (attribute_.component_type) {
+      case ComponentType::kInt8: return load<int8_t>(value, c);
+      case ComponentType::kUint8: return load<uint8_t>(value, c);
+      case ComponentType::kInt16: return load<int16_t>(value, c);
+      case ComponentType::kUint16: return load<uint16_t>(value, c);
+      case ComponentType::kUint32: return load<uint32_t>(value, c);
+      case ComponentType::kFloat32: break;
+    }
+    const float offset = load<float>(value, c) - coding_.origin[c];
+    return double{std::floor(offset * (static_cast<float>(most_) / coding_.range) + 0.5f)};
+  }
+
+ private:
+  template <typename T>
+  static T load(const std::byte* value, size_t c) {
+    T component;
+    std::memcpy(&component, value + c * sizeof(T), sizeof(T));
+    return component;
+  }
+
+  const Attribute& attribute_;
+  const AttributeCoding& coding_;
+  double most_;
+};
+
+using Vector = std::array<double, 3>;
+
+template <size_t kCount>
+Vector vector_at(const Steps& steps, uint32_t point) {
+  Vector vector{};
+  for (size_t c = 0; c < kCount; ++c) vector[c] = steps.at(point, c);
+  return vector;
+}
+Vector difference(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+double largest(const Vector& a) { return std::max({std::fabs(a[0]), std::fabs(a[1]), std::fabs(a[2])}); }
+
+// 2^63, less what doubles round off.
+constexpr double kMost = 9223372036854775808.0 * (1 - 1e-12);
+
+// The products at one corner of a triangle. `n` and `p` are the corners after and before it.
+bool overflows(const Vector& tip, const Vector& n, const Vector& p, const Vector& n_texture,
+               const Vector& p_texture) {
+  const Vector pn = difference(p, n);
+  const double square = dot(pn, pn), along = std::fabs(dot(pn, difference(tip, n)));
+  return square * largest(n_texture) >= kMost || along * largest(pn) >= kMost ||
+         along * largest(difference(p_texture, n_texture)) >= kMost;
+}
+
+}  // namespace
+
+bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& patch,
+                                     std::span<const AttributeCoding> codings, size_t texcoords,
+                                     int encode_speed) {
+  const Mesh& mesh = *welded.mesh;
+  const auto positions = static_cast<size_t>(mesh.find("POSITION") - mesh.attributes.data());
+  // libdraco's own choice of this prediction.
+  const bool is_float = mesh.attributes[positions].component_type == ComponentType::kFloat32;
+  const int bits = is_float ? codings[positions].bits : 16, texture_bits = codings[texcoords].bits;
+  constexpr int kMostSpeed = 3, kMostBits = 21;
+  if (encode_speed > kMostSpeed || texture_bits == 0 || mesh.attributes[positions].component_count != 3 ||
+      (is_float && (bits == 0 || bits > kMostBits || 2 * bits + texture_bits > 63)))
+    return false;
+  // Products of three steps, and a sum of three of them.
+  if (2 * bits + std::max(bits, texture_bits) + 2 <= 63) return false;
+
+  const Steps position(mesh.attributes[positions], codings[positions]),
+      texture(mesh.attributes[texcoords], codings[texcoords]);
+  const std::vector<uint32_t>& points = points_of_values(patch);
+  for (const auto& face : patch.faces) {
+    Vector at[3], texture_at[3];
+    for (size_t i = 0; i < 3; ++i) {
+      at[i] = vector_at<3>(position, points[face[i]]);
+      texture_at[i] = vector_at<2>(texture, points[face[i]]);
+    }
+    for (size_t tip = 0; tip < 3; ++tip) {
+      const size_t n = (tip + 1) % 3, p = (tip + 2) % 3;
+      if (overflows(at[tip], at[n], at[p], texture_at[n], texture_at[p])) return true;
+    }
+  }
+  return false;
+}
+
+uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
+                            std::span<const AttributeCoding> codings) {
+  constexpr int kFewBits = 24;  // 64 MB
+  uint64_t most = 0;
+  for (size_t i = 0; i < codings.size(); ++i) {
+    if (codings[i].bits <= kFewBits) continue;
+    // A correction is at most as large as the patch is wide. Those of normals are modulo the grid's width.
+    double low = 0, high = std::ldexp(1.0, codings[i].bits);
+    if (!codings[i].octahedral) {
+      const Attribute& attribute = welded.mesh->attributes[i];
+      const Steps steps(attribute, codings[i]);
+      std::swap(low, high);
+      for (const uint32_t point : points_of_values(patch))
+        for (size_t c = 0; c < attribute.component_count; ++c) {
+          low = std::min(low, steps.at(point, c));
+          high = std::max(high, steps.at(point, c));
+        }
+    }
+    most = std::max(most, 4 * static_cast<uint64_t>(high - low));
+  }
+  return most;
+}
+
+}  // namespace psplit

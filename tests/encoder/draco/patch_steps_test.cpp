@@ -1,0 +1,105 @@
+// What libdraco's encoder cannot predict, and what it would need too much memory for.
+#include "encoder/draco/patch_steps.h"
+
+#include <gtest/gtest.h>
+
+#include "encoder/coding/quantization.h"
+#include "encoder/draco/stock_stream.h"
+#include "encoder/encode_mesh.h"
+#include "encoder/welding/weld.h"
+#include "tests/support/patched_samples.h"
+#include "tests/support/procedural_meshes.h"
+
+namespace psplit {
+namespace {
+
+using Positions = std::vector<float>;
+constexpr size_t kPositions = 0, kTexcoords = 1;
+
+// One triangle whose grids begin at 0 and have the range 1.
+struct Triangle {
+  Mesh mesh;
+  WeldedMesh welded;
+  PatchMesh patch{{0, 1, 2}, {{0, 1, 2}}, {}};
+
+  Triangle(const Positions& positions, const std::vector<float>& texcoords)
+      : mesh(make_mesh(positions, {{0, 1, 2}})) {
+    mesh.attributes.push_back(make_attribute<float>("TEXCOORD_0", ComponentType::kFloat32, 2, false, texcoords));
+    welded = weld(mesh, ThreadPool(1));
+  }
+  static std::vector<AttributeCoding> codings(int bits, int texture_bits) {
+    return {{bits, false, {0, 0, 0}, 1}, {texture_bits, false, {0, 0}, 1}};
+  }
+  bool may_overflow(int bits, int texture_bits, int speed = 3) const {
+    return texture_prediction_may_overflow(welded, patch, codings(bits, texture_bits), kTexcoords, speed);
+  }
+};
+
+const Positions kHalfSquare = {0, 0, 0, 1, 0, 0, 0, 1, 0}, kDiagonal = {0, 0, 0, 1, 1, 1, 1, 1, 0.9f},
+                kSmall = {0, 0, 0, 0.5f, 0, 0, 0, 0.5f, 0};
+const std::vector<float> kTexture = {0, 0, 1, 0, 1, 1};
+
+TEST(TexturePrediction, OverflowsOnlyWithLongEdgesAndManyBits) {
+  EXPECT_TRUE(Triangle(kDiagonal, kTexture).may_overflow(21, 12));
+  EXPECT_FALSE(Triangle(kDiagonal, kTexture).may_overflow(20, 12));
+  // The cube of 2^21 - 1 is just less than 2^63.
+  EXPECT_FALSE(Triangle(kHalfSquare, kTexture).may_overflow(21, 12));
+  EXPECT_FALSE(Triangle(kSmall, kTexture).may_overflow(21, 21));
+  // Here the texture has the bits.
+  EXPECT_TRUE(Triangle(kHalfSquare, kTexture).may_overflow(17, 29));
+  EXPECT_FALSE(Triangle(kHalfSquare, {0, 0, 0.1f, 0, 0.1f, 0.1f}).may_overflow(17, 29));
+  EXPECT_FALSE(Triangle(kSmall, kTexture).may_overflow(17, 29));
+}
+
+TEST(TexturePrediction, DoesNotOverflowIfItIsNotUsed) {
+  const Triangle triangle(kDiagonal, kTexture);
+  EXPECT_FALSE(triangle.may_overflow(0, 29));  // floats are not predicted from
+  EXPECT_FALSE(triangle.may_overflow(21, 0));
+  EXPECT_FALSE(triangle.may_overflow(21, 12, 4));
+  // libdraco has other predictions for these.
+  EXPECT_FALSE(triangle.may_overflow(22, 12));
+  EXPECT_FALSE(triangle.may_overflow(21, 22));
+  EXPECT_FALSE(triangle.may_overflow(17, 30));
+}
+
+// libdraco's own prediction fails for some of these meshes.
+TEST(TexturePrediction, FailsForNoGrid) {
+  const ThreadPool pool(1);
+  const Mesh mesh = long_edges();
+  for (const int bits : {0, 17, 20, 21, 22})
+    for (const int texture_bits : {0, 12, 21, 23})
+      for (const int speed : {0, 1, 3, 4}) {
+        SCOPED_TRACE(std::to_string(bits) + ", " + std::to_string(texture_bits) + " bits, speed " +
+                     std::to_string(speed));
+        std::vector<AttributeCoding> codings = fine_codings(mesh, 12);
+        codings[kPositions] =
+            bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[kPositions], bits);
+        codings[2] = texture_bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[2], texture_bits);
+        EncodeOptions options;
+        options.patch_count = 2;
+        options.encode_speed = speed;
+        const auto encoded = encode_mesh(mesh, codings, options, pool);
+        EXPECT_TRUE(encoded.ok()) << encoded.status().to_string();
+        const auto stock = encode_stock_stream(mesh, codings, speed);
+        ASSERT_TRUE(stock.ok()) << stock.status().to_string();
+        constexpr size_t kMethodAt = 8;
+        EXPECT_EQ(stock->bytes[kMethodAt], 1);  // Edgebreaker: it did not fall back to a sequential stream
+      }
+}
+
+TEST(SymbolTable, IsAsLargeAsThePatchIsWide) {
+  const Triangle wide(kHalfSquare, kTexture), narrow({0.5f, 0, 0, 0.501f, 0.001f, 0, 0.5f, 0, 0}, kTexture);
+  const auto bytes = [](const Triangle& triangle, int bits, int texture_bits) {
+    return symbol_table_bytes(triangle.welded, triangle.patch, Triangle::codings(bits, texture_bits));
+  };
+  EXPECT_EQ(bytes(wide, 24, 24), 0u);
+  EXPECT_NEAR(static_cast<double>(bytes(wide, 28, 12)), 4.0 * (1 << 28), 100);
+  EXPECT_NEAR(static_cast<double>(bytes(wide, 14, 26)), 4.0 * (1 << 26), 100);
+  // All components count together: the first one is near the middle of the grid, and the last one is 0.
+  EXPECT_NEAR(static_cast<double>(bytes(narrow, 28, 12)), 4.0 * 0.501 * (1 << 28), 1000);
+  std::vector<AttributeCoding> normals = {{28, true, {}, 0}, {}};
+  EXPECT_EQ(symbol_table_bytes(narrow.welded, narrow.patch, normals), uint64_t{4} << 28);
+}
+
+}  // namespace
+}  // namespace psplit
