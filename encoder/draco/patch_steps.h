@@ -11,10 +11,10 @@
 
 namespace psplit {
 
-// Whether libdraco would predict texture coordinates from positions, and this may overflow 64 bits at a corner of
-// the patch. That needs grids of many bits, and edges about as long as the grid of positions. libdraco's encoder
-// then fails, or writes a stream that not every version of its decoder reads. `texcoords` is the index of an
-// attribute of the mesh that has two components.
+// Whether libdraco would predict texture coordinates from positions, and the products may exceed 64 bits at a
+// corner of the patch. That needs grids of many bits, and edges about as long as the grid of positions.
+// libdraco's encoder then fails, or writes a stream that newer versions of its decoder refuse. `texcoords` is
+// the index of an attribute of the mesh that has two components.
 bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& patch,
                                      std::span<const AttributeCoding> codings, size_t texcoords,
                                      int encode_speed);

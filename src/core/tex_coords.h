@@ -41,9 +41,9 @@ class TexCoordsPredictor {
   //      n--+-----p
   //       foot
   //
-  // An edge without length in the texture or in space places nothing. Coordinates of more than 20 bits may
-  // overflow. libdraco refuses some of these triangles, and wraps around for the others: which ones depends on
-  // its version. This function refuses only what all versions refuse, and otherwise wraps around as they do.
+  // An edge without length in the texture or in space places nothing. Products of coordinates of many bits may
+  // overflow. libdraco refuses some of these triangles, more of them in newer versions, and wraps around for
+  // the others. This refuses only those that all versions refuse.
   PSPLIT_HD Fault place_tip(Index tip, int32_t* out, bool& is_placed) {
     constexpr uint64_t kMost = ~uint64_t{0} >> 1;
     const int32_t *n = on_.at(next(tip)), *p = on_.at(previous(tip));

@@ -148,7 +148,9 @@ Subject read_subject(Choices& choices) {
   Subject subject{.name = "fuzzed"};
   for (uint32_t parts = 1 + choices.below(3); parts > 0; --parts) {
     const uint32_t kind = choices.below(5);
-    kind == 0 ? add_soup(choices, subject) : kind == 1 ? add_book(choices, subject) : add_sheet(choices, subject);
+    kind == 0   ? add_soup(choices, subject)
+    : kind == 1 ? add_book(choices, subject)
+                : add_sheet(choices, subject);
   }
   subject.point_count += choices.one_in(4) ? choices.below(4) : 0;  // points without faces
   subject.welded = choices.one_in(2);
@@ -184,7 +186,8 @@ Recipe read_recipe(Choices& choices) {
   recipe.connectivity = kConnectivities[choices.below(3)];
   recipe.split_on_seams = static_cast<int>(choices.below(3)) - 1;
   recipe.given_grid = choices.one_in(16);
-  for (int& bits : recipe.bits) bits = static_cast<int>(choices.one_in(3) ? choices.below(31) : 8 + choices.below(11));
+  for (int& bits : recipe.bits)
+    bits = static_cast<int>(choices.one_in(3) ? choices.below(31) : 8 + choices.below(11));
   if (recipe.given_grid)
     for (int& bits : recipe.bits) bits = std::max(bits, 1);
   recipe.bits[Role::NORMAL] = std::max(recipe.bits[Role::NORMAL], 2);
@@ -244,13 +247,13 @@ const char* check_condensed(const Bytes& stream, const RawMesh& expected) {
   const Expected<CondensedHead> head = read_condensed_head(condensed.head);
   if (!head) return "the condensed head";
   const Bytes& bytes = condensed.bytes[0];
-  const auto expanded =
-      expand_stream(*head, {bytes, condensed.skeleton[0], face_count, expected.point_count});
+  const auto expanded = expand_stream(*head, {bytes, condensed.skeleton[0], face_count, expected.point_count});
   if (!expanded || *expanded != stream) return "the expanded stream";
   const Bytes& skeleton = head->skeletons[condensed.skeleton[0]];
   core::StreamHeader header;
   if (core::read_condensed_header({skeleton.data(), skeleton.size()}, {bytes.data(), bytes.size()},
-                                  head->models(), face_count, expected.point_count, header) != core::Fault::kNone)
+                                  head->models(), face_count, expected.point_count,
+                                  header) != core::Fault::kNone)
     return "the condensed stream's header";
   return decodes(header, bytes.size(), expected) ? nullptr : "the mesh from the condensed stream";
 }

@@ -19,8 +19,8 @@ struct PatchedSample {
 std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits);
 
 // Every mesh of the catalogue in up to seven patches, both exact and on grids, with Draco's speeds in turn.
-// Long edges on fine grids. Then containers of version 1, which exist only as bytes. All streams are Draco's. A
-// process makes them once.
+// Then long edges on fine grids, and containers of version 1, which exist only as bytes. All streams are
+// Draco's. A process makes them once.
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool);
 
 // The same, and the meshes that become smaller with condensed streams. A process makes them once.

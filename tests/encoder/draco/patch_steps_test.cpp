@@ -24,7 +24,8 @@ struct Triangle {
 
   Triangle(const Positions& positions, const std::vector<float>& texcoords)
       : mesh(make_mesh(positions, {{0, 1, 2}})) {
-    mesh.attributes.push_back(make_attribute<float>("TEXCOORD_0", ComponentType::kFloat32, 2, false, texcoords));
+    mesh.attributes.push_back(
+        make_attribute<float>("TEXCOORD_0", ComponentType::kFloat32, 2, false, texcoords));
     welded = weld(mesh, ThreadPool(1));
   }
   static std::vector<AttributeCoding> codings(int bits, int texture_bits) {
@@ -72,8 +73,7 @@ TEST(TexturePrediction, FailsForNoGrid) {
         SCOPED_TRACE(std::to_string(bits) + ", " + std::to_string(texture_bits) + " bits, speed " +
                      std::to_string(speed));
         std::vector<AttributeCoding> codings = fine_codings(mesh, 12);
-        codings[kPositions] =
-            bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[kPositions], bits);
+        codings[kPositions] = bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[kPositions], bits);
         codings[2] = texture_bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[2], texture_bits);
         EncodeOptions options;
         options.patch_count = 2;
