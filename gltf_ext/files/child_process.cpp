@@ -74,7 +74,15 @@ void signal_at_end_of(pid_t parent, int signal) {
 #endif
 }
 
-void kill_own_group(int) { ::kill(0, SIGKILL); }
+// Kills this process group once all writers of the pipe are closed. It is a shell, so that a kill of all
+// processes of this name leaves it.
+void start_watcher(const std::array<int, 2>& lifeline) {
+  if (::fork() != 0) return;
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) set_handler(signal, SIG_IGN);
+  ::dup2(lifeline[0], STDIN_FILENO);
+  ::execl("/bin/sh", "sh", "-c", "read -r _; kill -9 0", nullptr);
+  ::_exit(127);
+}
 
 // Process 1 of a container becomes the parent of all processes whose parents have ended. It has to wait for
 // them, or they would stay as zombies.
@@ -146,12 +154,13 @@ class PipeToParent : public ParentLink {
 
 class ForkedChild : public ChildProcess {
  public:
-  ForkedChild(pid_t process, int requests, int answers)
-      : process_(process), requests_(requests), answers_(answers) {}
+  ForkedChild(pid_t process, int requests, int answers, int lifeline)
+      : process_(process), requests_(requests), answers_(answers), lifeline_(lifeline) {}
   ~ForkedChild() override {
     if (process_ > 0) ForkedChild::kill();
     ForkedChild::close();
     ::close(answers_);
+    ::close(lifeline_);
   }
 
   bool send(const std::string& line) override { return requests_ >= 0 && write_whole(requests_, line + "\n"); }
@@ -203,6 +212,7 @@ class ForkedChild : public ChildProcess {
  private:
   pid_t process_;
   int requests_, answers_;
+  int lifeline_;  // closed when this process ends in any way
   Lines lines_;
   ProcessEnd end_;
 };
@@ -232,8 +242,9 @@ StopSignals::~StopSignals() {
 bool StopSignals::seen() const { return stop_seen; }
 
 Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<int(ParentLink&)>& work) {
-  std::array<int, 2> requests{-1, -1}, answers{-1, -1};
-  if (!make_pipe(requests) || !make_pipe(answers)) return io_error("cannot make a pipe", errno);
+  std::array<int, 2> requests{-1, -1}, answers{-1, -1}, lifeline{-1, -1};
+  if (!make_pipe(requests) || !make_pipe(answers) || !make_pipe(lifeline))
+    return io_error("cannot make a pipe", errno);
   set_handler(SIGPIPE, SIG_IGN);  // `send` notices that the child has ended
   std::fflush(nullptr);           // or the child would write the same text again
   const pid_t parent = ::getpid();
@@ -241,8 +252,10 @@ Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<
   if (process < 0) return io_error("cannot start a process", errno);
   if (process == 0) {
     ::setpgid(0, 0);
-    set_handler(SIGHUP, kill_own_group);  // with all commands
-    signal_at_end_of(parent, SIGHUP);
+    signal_at_end_of(parent, SIGKILL);
+    ::close(lifeline[1]);
+    start_watcher(lifeline);
+    ::close(lifeline[0]);
     stop_descriptor = -1;
     set_handler(SIGTERM, SIG_IGN);  // the parent decides when this process ends
     set_handler(SIGINT, SIG_IGN);
@@ -256,7 +269,8 @@ Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<
   ::setpgid(process, process);  // both processes do this, because either may be first
   ::close(requests[0]);
   ::close(answers[1]);
-  return std::unique_ptr<ChildProcess>(new ForkedChild(process, requests[1], answers[0]));
+  ::close(lifeline[0]);
+  return std::unique_ptr<ChildProcess>(new ForkedChild(process, requests[1], answers[0], lifeline[1]));
 }
 
 Expected<ProcessEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,

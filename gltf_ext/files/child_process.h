@@ -44,9 +44,8 @@ class ParentLink {
 };
 
 // A copy of this process (fork), for work that may have to be killed. It and all commands that it runs form a
-// process group, which `kill` and `wait` end. On Linux the group also ends if the parent is killed, unless the
-// copy is killed at the same moment; elsewhere it ends when the copy next sends a line. The copy has no threads
-// of the parent: do not start any before.
+// process group, which `kill` and `wait` end. The group also ends if the parent is killed, or the parent and
+// the copy at the same moment. The copy has no threads of the parent: do not start any before.
 class ChildProcess {
  public:
   // The child runs `work` and exits with the code that it returns; no destructors of the parent's objects run.

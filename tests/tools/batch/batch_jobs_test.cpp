@@ -322,6 +322,7 @@ TEST_F(BatchJobs, TransfersThatFailMayPassAndMissingInputsMayNot) {
   EXPECT_TRUE(contains(err_, "bytes instead of 7")) << err_;
   EXPECT_EQ(shell(batch + "'exit 1'"), 75);
   EXPECT_EQ(shell(batch + "'exit 66'"), 2);
+  EXPECT_EQ(shell(batch + "'exit 77'"), 2);
   EXPECT_EQ(shell(batch + "no-such-command"), 1);
   EXPECT_EQ(shell(batch + "true"), 75);
   EXPECT_TRUE(contains(err_, "--fetch made no file")) << err_;

@@ -37,6 +37,12 @@ class BatchKills : public BatchJobs {
     }
     return found;
   }
+  // The worker is the only child of the command. 0 if there is none.
+  static pid_t worker_of(pid_t batch) {
+    const std::string number = std::to_string(batch);
+    const std::string children = read_bytes("/proc/" + number + "/task/" + number + "/children");
+    return children.empty() ? 0 : std::stoi(children);
+  }
   std::vector<fs::path> staged_folders(const std::string& place) const {
     std::vector<fs::path> found;
     std::error_code error;
@@ -56,17 +62,16 @@ class BatchKills : public BatchJobs {
   }
 };
 
-// The worker is the only child of the command. It has begun when the first asset has a line in the record.
+// The worker has begun when the first asset has a line in the record.
 TEST_F(BatchKills, AWorkerThatIsKilledIsReplaced) {
   constexpr int kAssets = 30;
   for (int i = 0; i < kAssets; ++i) generate("in/" + std::to_string(i) + ".glb", "8000", std::to_string(i));
   const pid_t child = start("exec $P batch 'in/*' -o out --progress json -q -j 2");
-  const std::string list = "/proc/" + std::to_string(child) + "/task/" + std::to_string(child) + "/children";
   int kills = 0;
-  for (int i = 0; i < 500 && kills < 3 && fs::exists(list); ++i) {
+  for (int i = 0; i < 500 && kills < 3; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    const std::string worker = read_bytes(list);
-    if (!worker.empty() && !read_bytes(path("out.txt")).empty()) kills += kill(std::stoi(worker), SIGKILL) == 0;
+    const pid_t worker = worker_of(child);
+    if (worker > 0 && !read_bytes(path("out.txt")).empty()) kills += kill(worker, SIGKILL) == 0;
   }
   EXPECT_GT(kills, 0);
   const int code = wait_for(child);
@@ -137,12 +142,18 @@ TEST_F(BatchKills, NoCommandOutlivesABatchThatIsKilled) {
   generate_many(1);
   write_list(1);
   const std::string sleep = "sleep " + std::to_string(100000 + getpid() % 1000);
-  const pid_t child =
-      start("exec $P batch --manifest list.jsonl -o out -q --fetch '" + sleep + "; cp \"in/$1\" \"$2\"'");
-  ASSERT_TRUE(soon([&] { return processes(sleep) == 1; }));
-  kill(child, SIGKILL);
-  wait_for(child);
-  EXPECT_TRUE(soon([&] { return processes(sleep) == 0; }));
+  for (const bool kills_worker : {false, true}) {
+    const pid_t child =
+        start("exec $P batch --manifest list.jsonl -o out -q --fetch '" + sleep + "; cp \"in/$1\" \"$2\"'");
+    ASSERT_TRUE(soon([&] { return processes(sleep) == 1; }));
+    const pid_t worker = worker_of(child);
+    ASSERT_GT(worker, 0);
+    if (kills_worker) kill(worker, SIGSTOP);  // it does not see that the batch ends
+    kill(child, SIGKILL);
+    if (kills_worker) kill(worker, SIGKILL);
+    wait_for(child);
+    EXPECT_TRUE(soon([&] { return processes(sleep) == 0; })) << kills_worker;
+  }
 }
 
 // The next run removes the folder whatever its count of shards, but not that of a process that lives.

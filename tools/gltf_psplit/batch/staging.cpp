@@ -41,7 +41,7 @@ using Variables = std::vector<std::pair<std::string, std::string>>;
 
 Status run(const std::string& option, const std::string& command, const std::vector<std::string>& arguments,
            const Variables& variables = {}) {
-  constexpr int kNoInput = 66;
+  constexpr int kNoInput = 66, kNoPermission = 77;  // of sysexits.h
   const Expected<ProcessEnd> end = run_shell(command, arguments, variables);
   if (!end) return end.status();
   if (!end->by_signal && end->number == 0) return {};
@@ -50,7 +50,7 @@ Status run(const std::string& option, const std::string& command, const std::vec
   if (end->by_signal) return may_pass(message);
   // 126 and 127: the shell found no such command.
   if (end->number == 126 || end->number == 127) return {StatusCode::kUsage, message};
-  return end->number == kNoInput ? io_failure(message) : may_pass(message);
+  return end->number == kNoInput || end->number == kNoPermission ? io_failure(message) : may_pass(message);
 }
 
 // What a command brought is a file of that size with that hash.

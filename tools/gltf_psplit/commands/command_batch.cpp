@@ -157,10 +157,15 @@ void add_job_options(CLI::App& command, Arguments& arguments) {
 
 void add_staging_options(CLI::App& command, StagingCommands& staging) {
   const std::string group = "Object storage";
-  command.add_option("--fetch", staging.fetch, "Shell command that brings input $1 to file $2")
+  command
+      .add_option("--fetch", staging.fetch,
+                  "Shell command that brings input $1 to file $2. It is not tried again if it exits with 66 "
+                  "(no such input) or 77 (no permission)")
       ->type_name("CMD")
       ->group(group);
-  command.add_option("--store", staging.store, "Shell command that takes file $1 away as output $2")
+  command
+      .add_option("--store", staging.store,
+                  "Shell command that takes file $1 away as output $2. The same exit codes")
       ->type_name("CMD")
       ->group(group);
   command
