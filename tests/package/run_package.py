@@ -228,7 +228,7 @@ with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
             build = folder / f"{kind}-build"
             # Without optimization everything compiles in half the time, and inlining hides no missing symbol.
             configure(source, build, "-DPSPLIT_BUILD_TOOLS=OFF", "-DPSPLIT_BUILD_TESTS=OFF", "-DPSPLIT_CUDA=OFF",
-                      "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG", "-DBUILD_SHARED_LIBS=" + shared)
+                      "-DPSPLIT_UNITY_BUILD=ON", "-DCMAKE_CXX_FLAGS_RELEASE=-O0 -DNDEBUG", "-DBUILD_SHARED_LIBS=" + shared)
             run(options.cmake, "--build", build)
         run(options.cmake, "--install", build, "--prefix", folder / kind)
         libraries = sorted(path.name for path in (folder / kind).rglob("libpsplit_*"))

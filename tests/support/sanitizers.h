@@ -1,6 +1,8 @@
 // Which sanitizers a build has: PSPLIT_ASAN and PSPLIT_TSAN are defined or not.
 #pragma once
 
+#include <cstddef>
+
 #if defined(__has_feature)
 #define PSPLIT_HAS_FEATURE(x) __has_feature(x)
 #else
@@ -13,3 +15,17 @@
 #if defined(__SANITIZE_THREAD__) || PSPLIT_HAS_FEATURE(thread_sanitizer)
 #define PSPLIT_TSAN
 #endif
+
+namespace psplit {
+
+// How many of `count` random mutants a test tries. Sanitizers make each of them many times slower, so they see
+// a tenth; the build without sanitizers tries all, and the fuzzers try others.
+constexpr size_t mutants_to_try(size_t count) {
+#if defined(PSPLIT_ASAN) || defined(PSPLIT_TSAN)
+  return count / 10;
+#else
+  return count;
+#endif
+}
+
+}  // namespace psplit

@@ -6,6 +6,7 @@
 
 #include "tests/gltf_ext/mesh_files/mesh_text.h"
 #include "tests/support/mesh_file_seeds.h"
+#include "tests/support/sanitizers.h"
 
 namespace psplit {
 namespace {
@@ -98,7 +99,7 @@ TEST(MeshFileMutants, AreReadWholeOrRefused) {
     ASSERT_TRUE(asset.ok()) << asset.status().to_string() << "\n" << seed;
   }
   for (std::string& seed : corpus_seeds()) seeds.push_back(std::move(seed));
-  constexpr size_t kMutants = 100'000;
+  constexpr size_t kMutants = mutants_to_try(100'000);
   constexpr const char* kNames[] = {"a.ply", "a.obj", "a.stl", "a.off"};
   size_t read = 0;
   for (size_t i = 0; i < kMutants; ++i) {

@@ -13,6 +13,7 @@
 #include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/procedural_meshes.h"
+#include "tests/support/sanitizers.h"
 
 namespace psplit {
 namespace {
@@ -97,7 +98,7 @@ TEST(CondensedContainers, MutantsAreRefusedOrDecodeAsExpanded) {
   const ThreadPool pool(1);
   const std::vector<Seed> seeds = small_seeds();
   ASSERT_GT(seeds.size(), 10u);
-  constexpr size_t kMutants = 200'000;
+  constexpr size_t kMutants = mutants_to_try(200'000);
   std::mt19937 random(1);
   size_t accepted = 0, compared = 0;
   for (size_t i = 0; i < kMutants; ++i) {

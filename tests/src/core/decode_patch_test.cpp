@@ -188,7 +188,7 @@ TEST(DecodePatch, RefusesMutantsOrDecodesThemWithinTheirBounds) {
         if (stream.bytes.size() < 4000) seeds.push_back(stream.bytes);
       },
       StreamSet::kSmall);
-  constexpr size_t kMutants = 200'000, kMemory = size_t{1} << 22;
+  constexpr size_t kMutants = mutants_to_try(200'000), kMemory = size_t{1} << 22;
   std::mt19937 random(1);
   const auto below = [&](size_t bound) { return static_cast<size_t>(random() % bound); };
   std::vector<uint8_t> memory(kMemory);
