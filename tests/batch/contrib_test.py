@@ -16,7 +16,7 @@ path = f"{folder}:{os.environ['PATH']}"
 import fnmatch, pathlib, shutil, sys
 words = sys.argv[1:]
 assert words.pop(0) == "s3" and words.pop(0) == "cp", sys.argv
-options = {{"--quiet": 0, "--recursive": 0, "--exclude": 1, "--include": 1}}
+options = {{"--only-show-errors": 0, "--recursive": 0, "--exclude": 1, "--include": 1}}
 given, filters, places = set(), [], []
 while words:
     word = words.pop(0)
@@ -28,6 +28,11 @@ while words:
     else:
         places.append(pathlib.Path(word.replace("s3://", "{folder}/s3/")))
 source, target = places
+if "--recursive" not in given and not source.exists():
+    sys.exit(f"fatal error: An error occurred (404) when calling the HeadObject operation: Key {{source}} does not exist")
+if (answer := pathlib.Path("{folder}/answer")).exists():
+    print(answer.read_text(), file=sys.stderr)
+    sys.exit(1)
 for file in sorted(source.rglob("*")) if "--recursive" in given else [source]:
     chosen = [True] + [included for included, pattern in filters if fnmatch.fnmatch(file.name, pattern)]  # the last one counts
     if file.is_dir() or not chosen[-1]:
@@ -92,6 +97,23 @@ def test_aws_batch():
     items[0]["version"] = "2"
     (bucket / "plan.jsonl").write_text("".join(json.dumps(item) + "\n" for item in items))
     assert array(3, 4) == (1, 5)
+
+    # What S3 refuses is permanent; what it may answer later is not.
+    for answer, code in {"fatal error: An error occurred (404) when calling the HeadObject operation: Key is missing": 2,
+                         "upload failed: An error occurred (AccessDenied) when calling the PutObject operation": 2,
+                         "fatal error: An error occurred (SlowDown) when calling the PutObject operation": 75,
+                         "a(404).glb: Could not connect to the endpoint URL": 75}.items():
+        (folder / "answer").write_text(answer)
+        printed = run(contrib / "aws-batch/run-shard", *words, expect=code, AWS_BATCH_JOB_ARRAY_INDEX="0",
+                      AWS_BATCH_JOB_ARRAY_SIZE="1")
+        assert answer in printed, printed
+    (folder / "answer").unlink()
+    # An input is gone: that is permanent, and the other assets are done.
+    (bucket / "assets/0.glb").unlink()
+    shutil.rmtree(bucket / "out")
+    (bucket / "out/.gltf-psplit-batch").mkdir(parents=True)
+    printed = run(contrib / "aws-batch/run-shard", *words, expect=2, AWS_BATCH_JOB_ARRAY_INDEX="0", AWS_BATCH_JOB_ARRAY_SIZE="1")
+    assert "--fetch failed: exit code 66" in printed and len(outputs(bucket / "out")) == 5, printed
 
 
 try:
