@@ -105,7 +105,7 @@ def test_aws_batch(port):
     (folder / "bin/aws").chmod(0o755)
     os.symlink(program, folder / "bin/gltf-psplit")
     for file in sorted((folder / "in").iterdir()):
-        run("aws", "s3", "cp", "--quiet", file, f"s3://bucket/assets/{file.name}")
+        run("aws", "s3", "cp", "--only-show-errors", file, f"s3://bucket/assets/{file.name}")
     page = (root / "contrib/aws-batch/README.md").read_text()
     plan = re.search(r"^aws s3api .*?[^|]\n(?=\n)", page, re.M | re.S)[0]
     merge = re.search(r"^aws s3 cp --recursive .*?^gltf-psplit batch merge [^\n]*\n", page, re.M | re.S)[0]
@@ -124,11 +124,11 @@ def test_aws_batch(port):
 
     assets = len(list((folder / "in").iterdir()))
     assert array(2) == (assets, 0)
-    run("aws", "s3", "cp", "--quiet", "--recursive", "s3://bucket/out/", "aws-out")
+    run("aws", "s3", "cp", "--only-show-errors", "--recursive", "s3://bucket/out/", "aws-out")
     assert outputs(folder / "aws-out") == outputs(folder / "one")
     # Another object with another ETag, and another count of shards.
     run(program, "generate", "other.glb", "--faces", 500, "--seed", 99, "-q")
-    run("aws", "s3", "cp", "--quiet", "other.glb", "s3://bucket/assets/0.glb")
+    run("aws", "s3", "cp", "--only-show-errors", "other.glb", "s3://bucket/assets/0.glb")
     assert array(3) == (1, assets - 1)
 
     # The words of the AWS command line for what is missing, and for a server that is away.
