@@ -8,11 +8,12 @@
 //   TakeRuns        a thread a run       the long chains of steps
 //   ResumeStreams   a warp a stream      from one stop to the next
 //   PredictStreams  a warp a stream      most values
+//   PredictRuns     a thread a run       values that are a chain
 //   CompleteStreams a warp a stream      the stops that remain, if there are more than launches
 //   FinishStreams   a warp a stream      the points that it owns; the first stream's grid
 //   WriteStreams    a warp a stream      values and faces, to their targets
 //
-// The first five exist twice: for Draco streams, and for condensed streams. Before them come the bodies of
+// The first six exist twice: for Draco streams, and for condensed streams. Before them come the bodies of
 // border_bodies.h, if a container stores the values at borders once.
 #pragma once
 
@@ -93,6 +94,7 @@ struct StreamTask {
 struct BorderTask {
   uint32_t stream = 0;  // its place in the batch
   uint32_t places = 0, components = 0;
+  uint32_t attributes = 0;  // of its skeleton
   // Of a patch alone: the place and the number of the values at its border, which are uploaded.
   bool is_known = false;
   uint32_t known_count = 0;
@@ -105,9 +107,12 @@ struct BorderState {
   core::WalkValues walk;
   core::SectionReader behind;  // the stream's coder behind its border part
 
-  // With the memory after it. Every value takes four bytes, and every place a mark.
-  static size_t bytes(uint64_t places, uint64_t components) {
-    return static_cast<size_t>((sizeof(BorderState) + places * (4 * components + 1) + 15) / 16 * 16);
+  // With the memory after it. Every value takes four bytes, and every place a mark. The attributes of the
+  // skeleton are there before.
+  static size_t bytes(uint64_t places, uint64_t components, uint64_t attributes) {
+    const uint64_t values = places * (4 * components + 1),
+                   before = attributes * sizeof(core::SkeletonAttribute);
+    return static_cast<size_t>((sizeof(BorderState) + (values < before ? before : values) + 15) / 16 * 16);
   }
 };
 
@@ -153,11 +158,14 @@ struct Batch {
   PSPLIT_HD BorderState& border(const StreamTask& task) const {
     return *__builtin_launder(reinterpret_cast<BorderState*>(borders + task.border_at));
   }
-  PSPLIT_HD core::Fault read_condensed_header(const StreamTask& task, core::StreamHeader& header) const {
+  PSPLIT_HD core::Fault read_condensed_header(const StreamTask& task,
+                                              core::View<core::SkeletonAttribute> attributes,
+                                              core::StreamHeader& header) const {
     const PrimitiveTask& primitive = primitives[task.primitive];
     return core::read_condensed_header(primitive.head->skeleton(task.skeleton_at, task.skeleton_bytes),
                                        {primitive.bytes + task.stream_at, task.stream_bytes},
-                                       primitive.head->models, task.face_count, task.point_count, header);
+                                       primitive.head->models, task.face_count, task.point_count, attributes,
+                                       header);
   }
   PSPLIT_HD core::StitchRow row(const StreamTask& task) const {
     const PrimitiveTask& primitive = primitives[task.primitive];
@@ -235,7 +243,7 @@ struct BeginStreams {
  private:
   PSPLIT_HD core::Fault begin(const StreamTask& task, StreamState<Index>& state, uint8_t* memory) const {
     using core::Fault;
-    const Fault fault = read_header(task, state.header);
+    const Fault fault = read_header(task, memory + state.bytes(), state.header);
     if (fault != Fault::kNone) return fault;
     // A residue may have more faces than its row counts, behind those.
     const uint32_t faces = state.header.counts.face_count;
@@ -246,12 +254,17 @@ struct BeginStreams {
     new (state.decoder_bytes) Decoder(state.header, state.arena, state.patch);
     return Fault::kNone;
   }
-  PSPLIT_HD core::Fault read_header(const StreamTask& task, core::StreamHeader& header) const {
+  // `memory` is the stream's, which is not used yet.
+  PSPLIT_HD core::Fault read_header(const StreamTask& task, uint8_t* memory, core::StreamHeader& header) const {
     if constexpr (kKinds == core::StreamKinds::kDraco) {
       const uint8_t* const stream = set.batch.primitives[task.primitive].bytes + task.stream_at;
       return core::read_stream_header(stream, task.stream_bytes, header);
     } else {
-      const core::Fault fault = set.batch.read_condensed_header(task, header);
+      const uint64_t room = task.workspace_bytes / sizeof(core::SkeletonAttribute);
+      const core::View<core::SkeletonAttribute> attributes(
+          reinterpret_cast<core::SkeletonAttribute*>(memory),
+          static_cast<size_t>(room < core::kMaxAttributes ? room : core::kMaxAttributes));
+      const core::Fault fault = set.batch.read_condensed_header(task, attributes, header);
       if (fault != core::Fault::kNone || task.border_at == StreamTask::kNoBorder) return fault;
       const BorderState& border = set.batch.border(task);
       header.condensed.known =
@@ -311,6 +324,20 @@ struct PredictStreams {
     lanes.sync();  // before a lane sets the fault
     const core::Fault found = decoder.predict(lanes);
     if (lanes.rank() == 0) fault = found;
+  }
+};
+
+// Values that one thread computes, each from those before it. Items are as for TakeRuns.
+template <typename Index, core::StreamKinds kKinds>
+struct PredictRuns {
+  StreamSet<Index> set;
+
+  PSPLIT_HD void operator()(uint32_t item) const {
+    const uint32_t run = item / set.count, i = item % set.count;
+    if (set.fault(i) != core::Fault::kNone) return;
+    core::PatchDecoder<Index, kKinds>& decoder = set.state(i).template decoder<kKinds>();
+    if (decoder.stop() == core::Stop::kPrediction && run < core::pending_runs(decoder))
+      core::take_prediction(decoder, run);
   }
 };
 

@@ -28,17 +28,17 @@ struct LaunchPlan {
   // Few streams have as many, and the others should not wait for them.
   static constexpr uint32_t kMostRuns = 64, kMostRounds = 24;
 
-  uint32_t runs = 0;           // of one stream between two stops
-  uint32_t rounds = 0;         // from stop to stop
-  uint32_t single_rounds = 0;  // the first rounds, in which most streams have one run
-  uint32_t chains = 1;         // most streams' runs in the others
-  bool has_steps = false;      // some values may be predicted in steps
+  uint32_t runs = 0;         // of one stream between two stops
+  uint32_t rounds = 0;       // from stop to stop
+  uint32_t chain_round = 0;  // the one in which most streams have `chains` runs; in others they have one or two
+  uint32_t chains = 1;
+  bool has_steps = false;  // some values may be predicted in steps
 
   // The launches for the streams of both plans.
   void join(const LaunchPlan& other) {
     runs = std::max(runs, other.runs);
     rounds = std::max(rounds, other.rounds);
-    single_rounds = std::max(single_rounds, other.single_rounds);
+    chain_round = std::max(chain_round, other.chain_round);
     chains = std::max(chains, other.chains);
     has_steps |= other.has_steps;
   }
@@ -225,7 +225,8 @@ class BatchPlan {
   }
   static uint64_t border_bytes(const core::StreamHeader& header, const StreamEntry& entry) {
     const core::CondensedStream& stream = header.condensed;
-    return BorderState::bytes(core::most_places(stream, entry.reference_count), stream.border_components);
+    return BorderState::bytes(core::most_places(stream, entry.reference_count), stream.border_components,
+                              stream.attribute_count);
   }
 
   static AttributeTarget target_of(const CudaAttribute& attribute) {
@@ -425,6 +426,7 @@ class BatchPlan {
     border.stream = stream;
     border.places = core::most_places(header.condensed, entry.reference_count);
     border.components = header.condensed.border_components;
+    border.attributes = header.condensed.attribute_count;
     border.is_known = container.is_stock;
     if (!container.is_stock) return;
     const core::View<const int32_t> known = header.condensed.known;
@@ -496,13 +498,14 @@ class BatchPlan {
     // A condensed stream has one stop for its symbols, and each attribute with tagged symbols of a Draco stream
     // stops once more.
     const bool is_condensed = header.is_condensed();
-    const uint32_t rounds = 2 + (header.attribute_data_count > 0 ? 1 : 0) +
-                            (is_condensed || header.valence ? 1 : 0) +
-                            (is_condensed ? 0 : values.attributes - 1);
+    const uint32_t chain_round =
+        1 + (header.attribute_data_count > 0 ? 1 : 0) + (is_condensed || header.valence ? 1 : 0);
+    const uint32_t rounds = chain_round + (is_condensed ? 1 : values.attributes);
+    // A traversal for each attribute, and the symbols of the first one: those after tagged symbols come later.
     launches.join({.runs = std::min(runs, LaunchPlan::kMostRuns),
                    .rounds = std::min(rounds, LaunchPlan::kMostRounds),
-                   .single_rounds = is_condensed ? 2u : 1u,
-                   .chains = (is_condensed ? 1 : 2) * values.attributes,
+                   .chain_round = chain_round,
+                   .chains = is_condensed ? values.attributes : values.attributes + 1,
                    .has_steps = values.attributes > 1});
   }
 

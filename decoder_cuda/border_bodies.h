@@ -25,7 +25,11 @@ struct TakeBorderParts {
   PSPLIT_HD core::Fault take(const StreamTask& of, const BorderTask& task, BorderState& border) const {
     using core::Fault;
     core::StreamHeader header;
-    if (const Fault fault = batch.read_condensed_header(of, header); fault != Fault::kNone) return fault;
+    // They are where the values will be.
+    const core::View<core::SkeletonAttribute> attributes(
+        reinterpret_cast<core::SkeletonAttribute*>(&border + 1), task.attributes);
+    if (const Fault fault = batch.read_condensed_header(of, attributes, header); fault != Fault::kNone)
+      return fault;
     const core::CondensedStream& stream = header.condensed;
     const size_t components = task.components, places = task.places;
     if (stream.border_components != components || core::most_places(stream, of.reference_count) != places)

@@ -29,7 +29,7 @@ Status launch_decoding(Device& device, const StreamSet<Index>& set, const Launch
     return status;
   for (uint32_t round = 0; round < plan.rounds; ++round) {
     device.mark("steps");
-    const uint32_t busy = (round < plan.single_rounds ? 1 : plan.chains) * set.count;
+    const uint32_t busy = (round == plan.chain_round ? plan.chains : 1) * set.count;
     if (Status status = device.launch_threads(plan.runs * set.count, busy, TakeRuns<Index, kKinds>{set});
         !status.ok())
       return status;
@@ -42,7 +42,8 @@ Status launch_decoding(Device& device, const StreamSet<Index>& set, const Launch
   if (Status status = device.launch_warps(set.count, PredictStreams<Index, kKinds>{set}); !status.ok())
     return status;
   if (plan.has_steps)
-    if (Status status = device.launch_threads(plan.runs * set.count, set.count, TakeRuns<Index, kKinds>{set});
+    if (Status status =
+            device.launch_threads(plan.runs * set.count, set.count, PredictRuns<Index, kKinds>{set});
         !status.ok())
       return status;
   return device.launch_warps(set.count, CompleteStreams<Index, kKinds>{set});

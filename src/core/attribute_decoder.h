@@ -16,8 +16,8 @@ class AttributeDecoder {
       : header_(header), arena_(arena), patch_(patch) {}
 
   // Reads groups and descriptions, finds the sequence of each group, and reads the first attributes. After
-  // begin_traversals, sequences(), traversals() and tokens of condensed() are pending. `seam_tables` are by
-  // attribute data. A condensed stream needs start_condensed as well.
+  // begin_traversals, sequences(), traversals(), degree_walks() and tokens of condensed() are pending.
+  // `seam_tables` are by attribute data. A condensed stream needs start_condensed as well.
   PSPLIT_HD Fault start(ByteReader& reader, View<AttributeTable<Index>> seam_tables) {
     const uint32_t group_count = reader.u8();
     if (reader.truncated()) return Fault::kTruncated;
@@ -51,22 +51,44 @@ class AttributeDecoder {
     return condensed_.start(lanes, header_.condensed, section, corners, patch_, integers_, arena_);
   }
 
-  // Collective.
+  // One thread makes the walk by prediction degree at once: in step with others it is slower. Collective.
   template <Lanes L>
-  PSPLIT_HD void begin_traversals(L lanes) {
+  PSPLIT_HD Fault begin_traversals(L lanes) {
     for (uint32_t i = 0; i < traversal_count_; ++i) traversals_[i].begin(lanes);
+    const Group<Index>* const group = walked_by_degree_;
+    if (group == nullptr) return Fault::kNone;
+    if constexpr (L::size() == 1) {
+      return traverse_by_prediction_degree(group->table, arena_, group->sequence);
+    } else {
+      const Fault fault = alone(lanes, [&] {
+        before_degree_walk_ = arena_.mark();
+        if (!arena_.take(degree_walks_, 1)) return Fault::kWorkspace;
+        degree_walks_[0] = {};
+        return degree_walks_[0].allocate(group->table, arena_, group->sequence);
+      });
+      if (fault == Fault::kNone) degree_walks_[0].begin(lanes);
+      return fault;
+    }
   }
 
-  // The symbols of the attributes that were read last, and the walks over the groups' tables.
+  // The symbols of the attributes that were read last, and the walks over the groups' tables. At most one of
+  // these is by prediction degree, and only lanes take its steps.
   PSPLIT_HD View<SymbolSequence> sequences() const {
     return View<SymbolSequence>(sequences_.data() + first_pending_, sequence_count_ - first_pending_);
   }
   PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return traversals_.first(traversal_count_); }
+  PSPLIT_HD View<PredictionDegreeTraversal<Index>> degree_walks() const { return degree_walks_; }
   // Those of a condensed stream, otherwise none.
   PSPLIT_HD View<CondensedAttribute<Index>> condensed() const { return condensed_.attributes(); }
 
   // Finish traversals and sequences after their steps were taken. finish_sequences is collective.
   PSPLIT_HD Fault finish_traversals() {
+    if (!degree_walks_.empty()) {
+      const Fault fault = degree_walks_[0].finish();
+      degree_walks_ = {};
+      arena_.release(before_degree_walk_);
+      if (fault != Fault::kNone) return fault;
+    }
     for (; traversal_count_ > 0; --traversal_count_) {
       DepthFirstTraversal<Index>& traversal = traversals_[traversal_count_ - 1];
       if (const Fault fault = traversal.finish(); fault != Fault::kNone) return fault;
@@ -100,10 +122,11 @@ class AttributeDecoder {
   // Makes the steps of integers() ready, after take_values. Collective.
   template <Lanes L>
   PSPLIT_HD void start_predictions(L lanes) {
-    for (uint32_t i = 0; i < integers_.size(); ++i)
-      if (has_integers(i)) integers_[i].start_prediction(lanes, is_condensed());
     if constexpr (L::size() > 1)
       for (size_t i = 0; i < condensed().size(); ++i) condensed()[i].created.predict(lanes);
+    for (uint32_t i = 0; i < integers_.size(); ++i)
+      if (has_integers(i))
+        integers_[i].start_prediction(lanes, is_condensed(), L::size() > 1 && knows_positions(i));
   }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return integers_; }
   // Whether all values are computed after start_predictions.
@@ -140,11 +163,15 @@ class AttributeDecoder {
            Arena::bytes<Attribute<Index>>(attributes) + Arena::bytes<SymbolSequence>(attributes) +
            Arena::bytes<IntegerDecoder<Index>>(attributes) + sequences;
   }
-  // The memory that `start` takes and releases, before it takes that of integers.
+  // The memory that a walk by prediction degree takes beside that of integers, and releases before they take
+  // that of their values. Those of a condensed stream that are not created take less than what is planned for
+  // them.
   PSPLIT_HD static size_t walk_bytes(const StreamHeader& header, const ValueCounts& values) {
-    return is_traversed(header)
-               ? PredictionDegreeTraversal<Index>::bytes(header.counts.face_count, values.points)
-               : 0;
+    if (!is_traversed(header)) return 0;
+    const uint32_t faces = header.counts.face_count;
+    return Arena::bytes<PredictionDegreeTraversal<Index>>(1) +
+           PredictionDegreeTraversal<Index>::bytes(faces, values.points) -
+           DepthFirstTraversal<Index>::bytes(faces);
   }
   // The memory of integers and of their symbols.
   PSPLIT_HD static size_t integer_bytes(const StreamHeader& header, size_t stream_bytes,
@@ -177,6 +204,14 @@ class AttributeDecoder {
   PSPLIT_HD bool has_integers(uint32_t attribute) const {
     return patch_.attributes[attribute].coding != Coding::kRaw &&
            (!is_condensed() || !condensed()[attribute].by_creation);
+  }
+
+  // Whether the positions that an attribute may be predicted from are computed.
+  PSPLIT_HD bool knows_positions(uint32_t attribute) const {
+    const Attribute<Index>* const position = patch_.position_before(attribute);
+    if (position == nullptr) return false;
+    const auto i = static_cast<uint32_t>(position - patch_.attributes.data());
+    return has_integers(i) ? integers_[i].is_predicted() : is_condensed() && !condensed()[i].created.running();
   }
 
   PSPLIT_HD Fault read_groups(ByteReader& reader) {
@@ -228,7 +263,8 @@ class AttributeDecoder {
     }
     return Fault::kNone;
   }
-  // A depth-first traversal is made ready here, and takes its steps later.
+  // A traversal is made ready here, and takes its steps later. Groups by prediction degree have the mesh's
+  // table, and so the same walk.
   PSPLIT_HD Fault find_sequence(Group<Index>& group) {
     // The same walk over the same table gives the same sequence.
     for (const Group<Index>* other = patch_.groups.data(); other != &group; ++other) {
@@ -239,7 +275,10 @@ class AttributeDecoder {
       return Fault::kNone;
     }
     if (!group.sequence.allocate(group.table.vertex_count, arena_)) return Fault::kWorkspace;
-    if (group.by_prediction_degree) return traverse_by_prediction_degree(group.table, arena_, group.sequence);
+    if (group.by_prediction_degree) {
+      walked_by_degree_ = &group;
+      return Fault::kNone;
+    }
     traversals_[traversal_count_] = {};
     return traversals_[traversal_count_++].allocate(group.table, arena_, group.sequence);
   }
@@ -291,6 +330,9 @@ class AttributeDecoder {
   bool waits_for_tags_ = false;         // that attribute is read up to its symbols
   View<DepthFirstTraversal<Index>> traversals_;
   uint32_t traversal_count_ = 0;
+  const Group<Index>* walked_by_degree_ = nullptr;
+  View<PredictionDegreeTraversal<Index>> degree_walks_;
+  size_t before_degree_walk_ = 0;  // in the arena
   View<SymbolSequence> sequences_;
   uint32_t first_pending_ = 0, sequence_count_ = 0;
   View<IntegerDecoder<Index>> integers_;

@@ -34,39 +34,35 @@ PSPLIT_HD size_t link_border(L lanes, const Patch<Index>& patch, View<Index> suc
     ++edge_count;
     return true;
   };
+  const View<bool> closed = patch.mesh.closed;
+  const View<BorderEdge<Index>> border = patch.mesh.border;
+  bool is_alone = true;
   if (patch.corner_of_point.empty()) {
     // The points are the vertices, and one border edge belongs to each that is not closed. One enters each
     // vertex, so no two lanes link the same point.
-    const View<bool> closed = patch.mesh.closed;
-    const View<BorderEdge<Index>> border = patch.mesh.border;
-    bool is_alone = true;
     for_each_lane_item(lanes, patch.point_count, [&](uint32_t v) {
       if (PSPLIT_UNLIKELY(!closed[v])) is_alone &= link(border[v].corner());
     });
-    edge_count = exclusive_scan(lanes, edge_count).total;
-    lanes.sync();
-    return any(lanes, !is_alone) ? kNoWalk : edge_count;
-  }
-  // Seams between points are borders too. Look at each edge at a vertex on a seam or on the border.
-  const auto link_seams = [&] {
-    for (uint32_t v = 0; v < patch.mesh.vertex_count; ++v) {
-      if (PSPLIT_LIKELY(patch.mesh.closed[v] && !patch.on_seam[v])) continue;
-      const Index first = patch.mesh.first_corner(static_cast<Index>(v));
+  } else {
+    // Seams between points are borders too. Look at each edge at a vertex on a seam or on the border. A lane
+    // links the points of its vertices only.
+    const View<bool> on_seam = patch.on_seam;
+    for_each_lane_item(lanes, patch.mesh.vertex_count, [&](uint32_t v) {
+      if (PSPLIT_LIKELY(closed[v] && !on_seam[v]) || !is_alone) return;
+      const Index first = previous(border[v].corner());
       Index at = first;
       do {
         const Index corner = previous(at), across = table.opposite[corner];
         const bool is_joined = across != kNone<Index> && point_at[previous(across)] == point_at[at] &&
                                point_at[next(across)] == point_at[next(at)];
-        if (!is_joined && !link(corner)) return false;
+        if (!is_joined) is_alone &= link(corner);
         at = table.swing_right(at);
       } while (at != kNone<Index> && at != first);
-    }
-    return true;
-  };
-  const bool is_linked = lanes.rank() != 0 || link_seams();
-  edge_count = broadcast(lanes, edge_count, 0);
+    });
+  }
+  edge_count = exclusive_scan(lanes, edge_count).total;
   lanes.sync();
-  return any(lanes, !is_linked) ? kNoWalk : edge_count;
+  return any(lanes, !is_alone) ? kNoWalk : edge_count;
 }
 
 // The memory that walk_border takes.

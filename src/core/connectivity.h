@@ -83,18 +83,39 @@ struct Connectivity {
     lanes.sync();
   }
 
-  // Renumbers the vertices, so that each has corners. Either all keep their order, or the last vertices take
-  // the numbers of merged ones, in order of merging. Ends the use of BorderEdge::beyond. Closed vertices are to
-  // be found afterwards.
-  PSPLIT_HD void renumber_vertices(bool keep_order) {
+  // Both renumber the vertices, so that each has corners, and end the use of BorderEdge::beyond. Closed
+  // vertices are to be found afterwards. move_up keeps the order, and is collective. fill_holes gives the
+  // numbers of merged vertices, in order of merging, to the last vertices.
+  template <Lanes L>
+  PSPLIT_HD void move_up(L lanes) {
     if (merged_count == 0) return;
-    if (keep_order)
+    if constexpr (L::size() == 1)
       move_up();
     else
-      fill_holes();
+      move_up_together(lanes);
+  }
+  PSPLIT_HD void fill_holes() {
+    for (uint32_t i = 0; i < merged_count; ++i) {
+      const Index hole = merged[i];
+      while (border[vertex_count - 1].corner() == kNone<Index>) --vertex_count;
+      const auto last = static_cast<Index>(vertex_count - 1);
+      if (last < hole) continue;
+      const Index start = first_corner(last);
+      Index corner = start;
+      do {
+        table.vertex[corner] = hole;
+        corner = table.swing_right(corner);
+      } while (corner != kNone<Index> && corner != start);
+      border[hole] = border[last];
+      border[last] = {kNone<Index>, 0};
+      --vertex_count;
+    }
   }
   PSPLIT_HD void drop_merged_vertices(bool keep_order) {
-    renumber_vertices(keep_order);
+    if (keep_order)
+      move_up(SerialLanes());
+    else
+      fill_holes();
     find_closed_vertices(SerialLanes());
   }
 
@@ -140,22 +161,34 @@ struct Connectivity {
     vertex_count = count;
   }
 
-  PSPLIT_HD void fill_holes() {
-    for (uint32_t i = 0; i < merged_count; ++i) {
-      const Index hole = merged[i];
-      while (border[vertex_count - 1].corner() == kNone<Index>) --vertex_count;
-      const auto last = static_cast<Index>(vertex_count - 1);
-      if (last < hole) continue;
-      const Index start = first_corner(last);
-      Index corner = start;
-      do {
-        table.vertex[corner] = hole;
-        corner = table.swing_right(corner);
-      } while (corner != kNone<Index> && corner != start);
-      border[hole] = border[last];
-      border[last] = {kNone<Index>, 0};
-      --vertex_count;
+  // The same by lanes.
+  template <Lanes L>
+  PSPLIT_HD void move_up_together(L lanes) {
+    const View<BorderEdge<Index>> edges = border;
+    const View<Index> vertex = table.vertex;
+    const uint32_t old_count = vertex_count;
+    uint32_t count = 0;
+    for (uint32_t chunk = 0; chunk < old_count; chunk += L::size()) {
+      const uint32_t v = chunk + lanes.rank();
+      const Index corner = v < old_count ? edges[v].corner() : kNone<Index>;
+      const uint32_t kept = lanes.ballot(corner != kNone<Index>);
+      if (v < old_count) edges[v] = {corner, count + bit_count(kept & ((1u << lanes.rank()) - 1))};
+      count += bit_count(kept);
     }
+    lanes.sync();
+    for_each_lane_item(lanes, static_cast<uint32_t>(vertex.size() / 4), [&](uint32_t face) {
+      FaceRow<Index>& row = row_of(vertex, 4 * face);
+      for (uint32_t k = 0; k < 3; ++k) row.at[k] = edges[row.at[k]].beyond();
+    });
+    // No edge moves beyond its own place.
+    for (uint32_t chunk = 0; chunk < old_count; chunk += L::size()) {
+      const uint32_t v = chunk + lanes.rank();
+      const BorderEdge<Index> edge = v < old_count ? edges[v] : BorderEdge<Index>(kNone<Index>, 0);
+      lanes.sync();
+      if (edge.corner() != kNone<Index>) edges[edge.beyond()] = edge;
+    }
+    if (lanes.rank() == 0) vertex_count = count;
+    lanes.sync();
   }
 };
 

@@ -73,6 +73,7 @@ class PatchDecoder {
     return draco_only(stop_ == Stop::kSymbolLists ? edgebreaker_.symbol_lists() : attributes_.sequences());
   }
   PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return attributes_.traversals(); }
+  PSPLIT_HD View<PredictionDegreeTraversal<Index>> degree_walks() const { return attributes_.degree_walks(); }
   PSPLIT_HD View<IntegerDecoder<Index>> integers() const { return attributes_.integers(); }
 
   // At Stop::kConnectivity, in place of steps: adds all faces. Its fault comes from resume.
@@ -154,29 +155,31 @@ class PatchDecoder {
   template <Lanes L>
   PSPLIT_HD Fault finish_faces(L lanes) {
     if (connectivity_fault_ != Fault::kNone) return connectivity_fault_;
-    patch_.mesh.find_closed_vertices(lanes);
     const bool has_attribute_data = header_.attribute_data_count > 0;
-    const Fault fault = alone(lanes, [&] {
+    if (has_attribute_data) patch_.mesh.move_up(lanes);  // their order counts
+    patch_.mesh.find_closed_vertices(lanes);
+    if (lanes.rank() == 0) {
       if (is_condensed())
         condensed_.finish(arena_, patch_.mesh);
       else
         edgebreaker_.finish(arena_, patch_.mesh);
       patch_.point_at = patch_.mesh.table.vertex;
       patch_.point_count = patch_.mesh.vertex_count;
-      return has_attribute_data ? start_seams() : Fault::kNone;
-    });
-    return fault != Fault::kNone || has_attribute_data ? fault : start_attributes(lanes);
+    }
+    lanes.sync();
+    return has_attribute_data ? start_seams(lanes) : start_attributes(lanes);
   }
 
-  PSPLIT_HD Fault start_seams() {
-    return stop_at(Stop::kSeams, is_condensed()
-                                     ? seams_.start(header_.condensed, condensed_.section(),
-                                                    header_.attribute_data_count, patch_.mesh, arena_)
-                                     : seams_.start(patch_.mesh, arena_));
+  template <Lanes L>
+  PSPLIT_HD Fault start_seams(L lanes) {
+    const Fault fault = is_condensed() ? seams_.start(lanes, header_.condensed, condensed_.section(),
+                                                      header_.attribute_data_count, patch_.mesh, arena_)
+                                       : seams_.start(lanes, patch_.mesh, arena_);
+    return alone(lanes, [&] { return stop_at(Stop::kSeams, fault); });
   }
   template <Lanes L>
   PSPLIT_HD Fault finish_seams(L lanes) {
-    const Fault fault = alone(lanes, [&] { return seams_.finish(arena_, patch_); });
+    const Fault fault = seams_.finish(lanes, arena_, patch_);
     return fault == Fault::kNone ? start_attributes(lanes) : fault;
   }
 
@@ -188,8 +191,8 @@ class PatchDecoder {
       const SectionReader section = seams.empty() ? condensed_.section() : seams[0].section();
       fault = attributes_.start_condensed(lanes, section, condensed_.corners());
     }
+    if (fault == Fault::kNone) fault = attributes_.begin_traversals(lanes);
     if (fault != Fault::kNone) return fault;
-    attributes_.begin_traversals(lanes);
     fill_buckets(lanes);
     return alone(lanes, [&] { return stop_at(Stop::kChains, Fault::kNone); });
   }
@@ -267,7 +270,10 @@ template <Lanes L, typename Index, StreamKinds kKinds>
 PSPLIT_HD Fault finish_together(L lanes, PatchDecoder<Index, kKinds>& decoder) {
   Fault fault = Fault::kNone;
   while (fault == Fault::kNone && decoder.stop() != Stop::kDone) {
-    for_each_lane_item(lanes, pending_runs(decoder), [&](uint32_t run) { take_run(decoder, run); });
+    const bool is_prediction = decoder.stop() == Stop::kPrediction;
+    for_each_lane_item(lanes, pending_runs(decoder), [&](uint32_t run) {
+      return is_prediction ? take_prediction(decoder, run) : take_run(decoder, run);
+    });
     lanes.sync();
     fault = decoder.resume(lanes);
   }

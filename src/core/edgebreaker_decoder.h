@@ -42,12 +42,12 @@ class EdgebreakerDecoder {
     const Fault fault = is_valence_ ? valence_symbols_.finish(reader, symbol_lists_) : Fault::kNone;
     return fault == Fault::kNone ? waiting_.start(events_, counts.symbol_count, arena) : fault;
   }
-  // See add_all_faces. `keep_order` is that of Connectivity::renumber_vertices.
+  // See add_all_faces. Unless the vertices keep their order, merged ones are replaced.
   PSPLIT_HD Fault add_faces(bool keep_order, Connectivity<Index>& mesh) {
     const Fault fault = is_valence_
                             ? add_all_faces(valence_symbols_, waiting_, start_faces_, mesh)
                             : add_all_faces(StandardSymbols(symbol_bits_), waiting_, start_faces_, mesh);
-    if (fault == Fault::kNone) mesh.renumber_vertices(keep_order);
+    if (fault == Fault::kNone && !keep_order) mesh.fill_holes();
     return fault;
   }
   // Releases all memory that was taken since `start`, except that of the mesh, whose `merged` ends.

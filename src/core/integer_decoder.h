@@ -78,20 +78,20 @@ class IntegerDecoder {
     return Arena::bytes<int32_t>(value_count * components + attributes) + values + table_bytes - smaller +
            attributes * (Arena::bytes<int32_t>(0) + PredictionData::bytes(value_count));
   }
-
   // Reads on behind the symbols. For `corner_limit` see PredictionData::read.
   PSPLIT_HD Fault read_prediction(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
     return reader.truncated() ? Fault::kTruncated : data_.read(reader, corner_limit, arena);
   }
 
   // Makes the steps of the most frequent predictions ready, when symbols and sequence are known. At most one of
-  // the three kinds is running. Any number of steps may be taken before finish. A warp computes parallelograms
-  // at once instead. Collective. `is_condensed`: corrections of octahedral transforms are signed as well.
+  // the three kinds is running. Any number of steps may be taken before finish. A warp computes parallelograms,
+  // means of them, and normals from positions, at once instead. Collective. `is_condensed`: corrections of
+  // octahedral transforms are signed as well. `knows_positions`: the positions to predict from are computed.
   template <Lanes L>
-  PSPLIT_HD void start_prediction(L lanes, bool is_condensed) {
+  PSPLIT_HD void start_prediction(L lanes, bool is_condensed, bool knows_positions) {
+    data_.take_crease_steps(lanes);
     if constexpr (L::size() > 1) {
-      if (has_parallelograms()) {
-        predict_by_parallelogram(lanes);
+      if (predict_by_lanes(lanes)) {
         if (lanes.rank() == 0) is_predicted_ = true;
         return lanes.sync();
       }
@@ -102,6 +102,28 @@ class IntegerDecoder {
     });
     if (lanes.rank() == 0) start_steps();
     lanes.sync();
+    if constexpr (L::size() > 1) {
+      const Scheme scheme = data_.scheme;
+      const bool is_predicted = knows_positions && predict_normals(lanes);
+      const bool is_independent = scheme == Scheme::kNone || scheme == Scheme::kDifference ||
+                                  (scheme == Scheme::kTexCoords && knows_positions);
+      if (lanes.rank() == 0) is_predicted_ = is_predicted, is_independent_ = is_independent;
+      lanes.sync();
+    }
+  }
+  // Takes the steps, or computes all values if that needs neither memory nor values that may not be there yet.
+  // Not collective: each attribute may have a thread of its own.
+  PSPLIT_HD void take_prediction() {
+    if (attribute_ == nullptr || is_predicted_ || is_finished_) return;
+    if (has_steps()) {
+      step_through(parallelograms_3d_);
+      step_through(parallelograms_2d_);
+      return step_through(normals_);
+    }
+    if (!is_independent_) return;
+    Arena none;
+    early_fault_ = predict_components(none);
+    is_finished_ = true;
   }
   // Whether start_prediction has computed the values.
   PSPLIT_HD bool is_predicted() const { return is_predicted_; }
@@ -110,7 +132,7 @@ class IntegerDecoder {
   PSPLIT_HD NormalSteps<Index>& normals() { return normals_; }
 
   PSPLIT_HD Fault finish(Arena& arena) {
-    if (has_steps()) return Fault::kNone;
+    if (has_steps() || is_predicted_ || is_finished_) return early_fault_;
     const size_t mark = arena.mark();
     const Fault fault = predict_components(arena);
     arena.release(mark);
@@ -177,6 +199,11 @@ class IntegerDecoder {
             attribute_->values,  zeros_.data(),    attribute_->value_components()};
   }
 
+  PSPLIT_HD Positions<Index> positions() const {
+    return {group_->table.table, positions_->table.table, group_->sequence, position_->values,
+            positions_->table.has_seams};
+  }
+
   PSPLIT_HD bool has_parallelograms() const {
     const uint32_t components = attribute_->value_components();
     return data_.scheme == Scheme::kParallelogram && (components == 2 || components == 3);
@@ -185,12 +212,32 @@ class IntegerDecoder {
     return has_parallelograms() ||
            (data_.scheme == Scheme::kDifference && attribute_->coding == Coding::kNormal);
   }
+  // Returns false, and leaves the corrections as they are, if lanes do not compute this prediction, or if its
+  // data has a fault.
   template <Lanes L>
-  PSPLIT_HD void predict_by_parallelogram(L lanes) {
-    if (attribute_->value_components() == 3)
-      core::predict_by_parallelogram(lanes, values<3>(), data_.wrap);
-    else
-      core::predict_by_parallelogram(lanes, values<2>(), data_.wrap);
+  PSPLIT_HD bool predict_by_lanes(L lanes) {
+    const uint32_t components = attribute_->value_components();
+    if (has_parallelograms()) {
+      if (components == 3)
+        predict_by_parallelogram(lanes, values<3>(), data_.wrap);
+      else
+        predict_by_parallelogram(lanes, values<2>(), data_.wrap);
+      return true;
+    }
+    return data_.scheme == Scheme::kConstrainedMultiParallelogram && components == 3 &&
+           predict_by_constrained_multi_parallelogram(lanes, values<3>(), data_.wrap, data_.creases);
+  }
+  // The same for normals from positions, whose corrections are signed already if they are to be.
+  template <Lanes L>
+  PSPLIT_HD bool predict_normals(L lanes) {
+    if (data_.scheme != Scheme::kGeometricNormal || attribute_->value_components() != 2) return false;
+    predict_from_geometry(lanes, values<2>(), positions(), data_);
+    return true;
+  }
+  template <typename Run>
+  PSPLIT_HD static void step_through(Run& run) {
+    Run* const one = &run;
+    step_all<1, Run>(&one, 1);
   }
   PSPLIT_HD void start_steps() {
     if (!has_steps()) return;
@@ -206,9 +253,7 @@ class IntegerDecoder {
     const uint32_t components = attribute_->value_components();
     if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal) {
       if (components != 2) return Fault::kPrediction;
-      const Positions<Index> positions{group_->table.table, positions_->table.table, group_->sequence,
-                                       position_->values, positions_->table.has_seams};
-      return predict_from_positions(values<2>(), positions, data_);
+      return predict_from_positions(values<2>(), positions(), data_);
     }
     if (components == 3) return predict(values<3>(), data_, arena);
     if constexpr (!PSPLIT_IS_SMALL_CODE) {
@@ -225,7 +270,9 @@ class IntegerDecoder {
   const Attribute<Index>* position_ = nullptr;
   PredictionData data_;
   View<int32_t> corrections_, zeros_;
-  bool is_predicted_ = false;
+  bool is_predicted_ = false;  // by start_prediction
+  bool is_independent_ = false, is_finished_ = false;
+  Fault early_fault_ = Fault::kNone;  // of take_prediction
   ParallelogramSteps<Index, 3> parallelograms_3d_;
   ParallelogramSteps<Index, 2> parallelograms_2d_;
   NormalSteps<Index> normals_;

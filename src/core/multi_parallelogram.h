@@ -146,6 +146,150 @@ PSPLIT_HD void predict_by_multi_parallelogram(WrappedValues<Index, kComponents> 
   }
 }
 
+// The parallelograms of one value, as ParallelogramFinder finds them. No number is chosen by an index that is
+// known only at run time, so a device keeps all in registers.
+struct FoundParallelograms {
+  uint32_t count = 0;
+  uint32_t across[kMaxParallelograms] = {};  // the far corners of the first `count`
+};
+template <typename Index, uint32_t kComponents>
+PSPLIT_HD FoundParallelograms find_parallelograms(const PredictedValues<Index, kComponents>& on, uint32_t i) {
+  const CornerTable<Index> table = on.table;
+  const View<const Index> rank = on.sequence.rank;
+  const Index start = on.sequence.corner[i];
+  FoundParallelograms found;
+  const auto look = [&](Index corner) {
+    const Index far = table.opposite[corner];
+    if (far == kNone<Index>) return;
+    const FaceRow<Index> face = row_of(table.vertex, far);
+    if (rank[face.at[0]] >= i || rank[face.at[1]] >= i || rank[face.at[2]] >= i) return;
+    PSPLIT_UNROLL
+    for (uint32_t j = 0; j < kMaxParallelograms; ++j)
+      if (j == found.count) found.across[j] = far;
+    ++found.count;
+  };
+  Index corner = start;
+  do {
+    look(corner);
+    corner = table.swing_left(corner);
+  } while (corner != kNone<Index> && corner != start && found.count < kMaxParallelograms);
+  if (corner != kNone<Index>) return found;
+  for (corner = start; found.count < kMaxParallelograms;) {
+    corner = table.swing_right(corner);
+    if (corner == kNone<Index>) break;
+    look(corner);
+  }
+  return found;
+}
+
+// The value of a chain (value_chain.h) that is the mean of parallelograms: a sum of values that are known, and
+// of earlier values of the chain, each with a weight. A weight is a number from -kMost to 2 * kMost, because a
+// value may be at two corners of each parallelogram. It takes four bits.
+class WeightedSum {
+ public:
+  static constexpr uint32_t kMostValues = 16;  // of a chain
+
+  PSPLIT_HD void add(int32_t known, bool is_far) {
+    sum_ = is_far ? wrapping_sub(sum_, known) : wrapping_add(sum_, known);
+  }
+  // The same for the chain's value with this number, which is not known yet.
+  PSPLIT_HD void add_later(uint32_t number, bool is_far) {
+    const uint64_t one = uint64_t{1} << 4 * number;
+    weights_ = is_far ? weights_ - one : weights_ + one;
+  }
+  // The value with this number is known.
+  PSPLIT_HD void know(uint32_t number, int32_t value) {
+    const uint32_t weight = static_cast<uint32_t>(weights_ >> 4 * number & 15) - kMost;
+    sum_ = static_cast<int32_t>(static_cast<uint32_t>(sum_) + weight * static_cast<uint32_t>(value));
+  }
+  // The sum divided by a number from 1 to kMaxParallelograms, rounded toward zero.
+  PSPLIT_HD int32_t divided_by(uint32_t count) const {
+    const uint32_t size = magnitude(sum_);
+    const uint32_t third = static_cast<uint32_t>(uint64_t{size} * 0xaaaaaaabu >> 33);
+    const uint32_t quotient = count == 3 ? third : size >> (count >> 1);
+    return static_cast<int32_t>(sum_ < 0 ? 0 - quotient : quotient);
+  }
+
+ private:
+  static constexpr uint32_t kMost = kMaxParallelograms;
+  static_assert(3 * kMost < 16 && kMost == 4);
+
+  int32_t sum_ = 0;
+  uint64_t weights_ = kMost * (~uint64_t{0} / 15);  // each is stored with kMost more
+};
+
+// Computes all values, as predict_by_constrained_multi_parallelogram below does, by lanes. The corrections are
+// still symbols. Returns false if flags are missing. Collective.
+template <Lanes L, typename Index, uint32_t kComponents>
+PSPLIT_HD bool predict_by_constrained_multi_parallelogram(L lanes,
+                                                          const PredictedValues<Index, kComponents>& on,
+                                                          const WrapRange& range,
+                                                          const View<uint8_t> (&creases)[kMaxParallelograms]) {
+  constexpr uint32_t kValues = ValueLane<kComponents, L>::kValues, kChains = L::size() / kValues;
+  static_assert(kValues <= WeightedSum::kMostValues);
+  const ValueLane<kComponents, L> lane(lanes);
+  const Wrap<1> wrap(range);
+  const View<Index> vertex = on.table.vertex, rank = on.sequence.rank;
+  const uint32_t count = on.sequence.count;
+  size_t used[kMaxParallelograms] = {};  // of the flags
+  // A lane finds the parallelograms of a value. Then come the values themselves, a chain after the other.
+  for (uint32_t chunk = 0; chunk < count; chunk += kChains * kValues) {
+    FoundParallelograms found;
+    if (lanes.rank() < kChains * kValues && chunk + lanes.rank() < count)
+      found = find_parallelograms(on, chunk + lanes.rank());
+    uint32_t kept = 0;  // a bit for each parallelogram
+    bool is_short = false;
+    for (uint32_t n = 1; n <= kMaxParallelograms; ++n) {
+      const uint32_t alike = lanes.ballot(found.count == n);
+      if (found.count == n) {
+        const View<uint8_t> flags = creases[n - 1];
+        const size_t flag = used[n - 1] + n * bit_count(alike & ((1u << lanes.rank()) - 1));
+        is_short = flag + n > flags.size();
+        for (uint32_t j = 0; j < n && !is_short; ++j) kept |= (flags[flag + j] ^ 1u) << j;
+      }
+      used[n - 1] += n * bit_count(alike);
+    }
+    if (any(lanes, is_short)) return false;
+    for (uint32_t chain = 0, first = chunk; chain < kChains && first < count; ++chain, first += kValues) {
+      const uint32_t i = first + lane.value, finder = chain * kValues + lane.value;
+      const bool is_busy = lane.is_busy() && i < count;
+      const uint32_t mine = lanes.shuffle(kept, finder & (L::size() - 1));
+      WeightedSum sum;
+      const auto add = [&](uint32_t v, uint32_t place, bool is_far) {
+        if (place >= first)
+          sum.add_later(place - first, is_far);
+        else
+          sum.add(on.of_vertex(v)[lane.component], is_far);
+      };
+      for (uint32_t j = 0; j < kMaxParallelograms; ++j) {
+        const uint32_t far = lanes.shuffle(found.across[j], finder & (L::size() - 1));
+        if (!is_busy || (mine >> j & 1) == 0) continue;
+        const FaceRow<Index> face = row_of(vertex, far);
+        for (uint32_t k = 0; k < 3; ++k) add(face.at[k], rank[face.at[k]], k == (far & 3));
+      }
+      int32_t correction = 0;
+      int32_t* out = nullptr;
+      if (is_busy) {
+        out = on.at(on.sequence.corner[i]) + lane.component;
+        correction =
+            static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(on.correction(i)[lane.component])));
+        if (mine == 0 && i > 0) add(vertex[on.sequence.corner[i - 1]], i - 1, false);
+      }
+      const uint32_t divisor = mine == 0 ? 1 : bit_count(mine), last = count - first;
+      const auto value_of = [&] {
+        return wrap(Components<1>(sum.divided_by(divisor)), Components<1>(correction))[0];
+      };
+      for (uint32_t number = 0; number + 1 < (last < kValues ? last : kValues); ++number) {
+        const uint32_t source = number * kComponents + lane.component;
+        sum.know(number, static_cast<int32_t>(lanes.shuffle(static_cast<uint32_t>(value_of()), source)));
+      }
+      if (is_busy) *out = value_of();
+      lanes.sync();
+    }
+  }
+  return true;
+}
+
 // A value is the mean of its first parallelograms (ParallelogramFinder), without those that a crease flag
 // excludes. The arena is not released. `on` is a copy, which the loop may keep in registers.
 template <typename Index, uint32_t kComponents>

@@ -54,15 +54,24 @@ PSPLIT_HD inline Vec3 normal_at(const CornerTable<Index>& table, const Positions
   return sum;
 }
 
-// Each normal is predicted from the positions around its vertex; a flip says that it points the other way.
-template <typename Index>
-PSPLIT_HD void predict_from_geometry(const PredictedValues<Index, 2>& on, const Positions<Index>& positions,
-                                     PredictionData& data) {
+// Each normal is predicted from the positions around its vertex; a flip says that it points the other way. A
+// lane computes a value; the first one decodes all flips. Collective.
+template <Lanes L, typename Index>
+PSPLIT_HD void predict_from_geometry(L lanes, const PredictedValues<Index, 2>& on,
+                                     const Positions<Index>& positions, PredictionData& data) {
   // Normals are shortened to about this length, so that a product with the grid's center fits.
   constexpr uint64_t kBound = 1u << 29;
   constexpr uint64_t kMost = ~uint64_t{0} >> 1;
   const bool canonicalized = data.transform == Transform::kOctahedronCanonicalized;
-  for (uint32_t i = 0; i < on.sequence.count; ++i) {
+  const uint32_t count = on.sequence.count;
+  for (uint32_t first = 0; first < count; first += L::size()) {
+    uint32_t flips = 0;
+    if (lanes.rank() == 0)
+      for (uint32_t k = 0; k < L::size() && first + k < count; ++k)
+        flips |= static_cast<uint32_t>(data.flip(first + k)) << k;
+    const bool flip = (broadcast(lanes, flips, 0) >> lanes.rank() & 1) != 0;
+    const uint32_t i = first + lanes.rank();
+    if (i >= count) continue;
     const Index corner = on.sequence.corner[i];
     Vec3 normal = normal_at(on.table, positions, corner);
     const uint64_t x = magnitude(normal.x), y = magnitude(normal.y), z = magnitude(normal.z);
@@ -73,10 +82,10 @@ PSPLIT_HD void predict_from_geometry(const PredictedValues<Index, 2>& on, const 
     }
     const int32_t* by = on.correction(i);
     int32_t* const out = on.at(corner);
-    const Vec2 value =
-        data.grid.correct(data.grid.project(normal, data.flip(i)), {by[0], by[1]}, canonicalized);
+    const Vec2 value = data.grid.correct(data.grid.project(normal, flip), {by[0], by[1]}, canonicalized);
     out[0] = value.s, out[1] = value.t;
   }
+  lanes.sync();
 }
 
 }  // namespace psplit::core

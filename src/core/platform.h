@@ -89,6 +89,15 @@ PSPLIT_HD inline uint32_t trailing_zeros(uint64_t value) {
 #endif
 }
 
+// The number of bits that are set.
+PSPLIT_HD inline uint32_t bit_count(uint32_t value) {
+#if defined(__CUDA_ARCH__)
+  return static_cast<uint32_t>(__popc(static_cast<int>(value)));
+#else
+  return static_cast<uint32_t>(__builtin_popcount(value));
+#endif
+}
+
 // Choices without branches. A mask is all ones if its condition holds, otherwise 0; select returns `a` for all
 // ones.
 PSPLIT_HD constexpr uint32_t mask(bool condition) { return 0u - static_cast<uint32_t>(condition); }

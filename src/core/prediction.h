@@ -59,7 +59,8 @@ PSPLIT_HD Fault predict(const PredictedValues<Index, kComponents>& on, const Pre
 template <typename Index>
 PSPLIT_HD Fault predict_from_positions(const PredictedValues<Index, 2>& on, const Positions<Index>& positions,
                                        PredictionData& data) {
-  if (data.scheme == Scheme::kGeometricNormal) return predict_from_geometry(on, positions, data), Fault::kNone;
+  if (data.scheme == Scheme::kGeometricNormal)
+    return predict_from_geometry(SerialLanes(), on, positions, data), Fault::kNone;
   const WrappedValues<Index, 2> wrapped(on, data.wrap);
   return TexCoordsPredictor<Index>(wrapped, positions, data.orientations).predict();
 }

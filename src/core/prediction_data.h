@@ -49,8 +49,8 @@ class PredictionData {
     return flips_by_value.empty() ? flips.next() : flips_by_value[value] != 0;
   }
 
-  // Reads everything that follows the corrections of `scheme` and `transform`. No scheme has more flags than
-  // there are corners: `corner_limit`.
+  // Reads everything that follows the corrections of `scheme` and `transform`, except flags of creases:
+  // take_crease_steps decodes those. No scheme has more flags than there are corners: `corner_limit`.
   PSPLIT_HD Fault read(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
     Fault fault = Fault::kNone;
     if (scheme == Scheme::kNone) return fault;
@@ -59,6 +59,22 @@ class PredictionData {
     if (fault != Fault::kNone) return fault;
     fault = transform == Transform::kWrap ? wrap.read(reader) : read_grid(reader);
     return fault == Fault::kNone && scheme == Scheme::kGeometricNormal ? flips.start(reader) : fault;
+  }
+  // Collective.
+  template <Lanes L>
+  PSPLIT_HD void take_crease_steps(L lanes) {
+    if (scheme != Scheme::kConstrainedMultiParallelogram) return;
+    if constexpr (L::size() > 1) {
+      for_each_lane_item(lanes, kMaxParallelograms, [&](uint32_t i) {
+        BitSteps* const one = &crease_steps_[i];
+        step_all<1, BitSteps>(&one, 1);
+      });
+      lanes.sync();
+    } else {
+      BitSteps* runs[kMaxParallelograms];
+      for (uint32_t i = 0; i < kMaxParallelograms; ++i) runs[i] = &crease_steps_[i];
+      step_all<kInStep, BitSteps>(runs, kMaxParallelograms);
+    }
   }
   // The grid of the octahedral transforms, which `read` reads as well.
   PSPLIT_HD Fault read_grid(ByteReader& reader) {
@@ -88,19 +104,15 @@ class PredictionData {
 
  private:
   PSPLIT_HD Fault read_creases(ByteReader& reader, uint32_t corner_limit, Arena& arena) {
-    BitSteps flags[kMaxParallelograms];
-    BitSteps* runs[kMaxParallelograms];
     for (uint32_t i = 0; i < kMaxParallelograms; ++i) {
-      runs[i] = &flags[i];
       const uint32_t count = reader.varint();
       if (count > corner_limit) return Fault::kPrediction;
       if (!arena.take(creases[i], count)) return Fault::kWorkspace;
       if (count == 0) continue;
       RansBits bits;
       if (const Fault fault = bits.start(reader); fault != Fault::kNone) return fault;
-      flags[i] = BitSteps(bits, creases[i]);
+      crease_steps_[i] = BitSteps(bits, creases[i]);
     }
-    step_all<kInStep, BitSteps>(runs, kMaxParallelograms);
     return Fault::kNone;
   }
 
@@ -114,6 +126,8 @@ class PredictionData {
     find_orientations([&](uint32_t) { return same.next(); });
     return Fault::kNone;
   }
+
+  BitSteps crease_steps_[kMaxParallelograms];
 };
 
 }  // namespace psplit::core

@@ -13,7 +13,8 @@ enum class Stop : uint8_t {
   kSymbolLists,   // sequences(): the symbols of a valence traversal; condensed_symbols()
   kConnectivity,  // add_faces()
   kSeams,         // seams(), condensed_seams()
-  kChains,        // sequences() of the attributes, traversals(), and the tokens of condensed_attributes()
+  kChains,        // sequences() of the attributes, traversals(), degree_walks(), and the tokens of
+                  // condensed_attributes()
   kCorrections,   // none
   kPrediction,  // parallelograms_3d(), parallelograms_2d() and normals() of integers(), and the created values
                 // of condensed_attributes()
@@ -127,7 +128,7 @@ PSPLIT_HD void take_steps(PatchDecoder<Index, kKinds>* const* decoders, uint32_t
 }
 
 // For lanes that each take a run of their own: the number of runs that a decoder waits for, and all steps of
-// one run.
+// one run: take_prediction at Stop::kPrediction, otherwise take_run.
 template <typename Index, StreamKinds kKinds>
 PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index, kKinds>& decoder) {
   switch (decoder.stop()) {
@@ -137,7 +138,7 @@ PSPLIT_HD uint32_t pending_runs(const PatchDecoder<Index, kKinds>& decoder) {
       return static_cast<uint32_t>(decoder.sequences().size() + decoder.condensed_symbols().size());
     case Stop::kChains:
       return static_cast<uint32_t>(decoder.sequences().size() + decoder.traversals().size() +
-                                   decoder.condensed_attributes().size());
+                                   decoder.degree_walks().size() + decoder.condensed_attributes().size());
     case Stop::kPrediction:
       return static_cast<uint32_t>(decoder.integers().size() + decoder.condensed_attributes().size());
     case Stop::kCorrections:
@@ -174,23 +175,23 @@ PSPLIT_HD void take_run(PatchDecoder<Index, kKinds>& decoder, uint32_t number) {
         return;
       }
       if (is_in(decoder.traversals())) return step_through(decoder.traversals()[number]);
+      if (is_in(decoder.degree_walks())) return step_through(decoder.degree_walks()[number]);
       if (!is_in(decoder.condensed_attributes())) return;
       TokenSequence* const one = &decoder.condensed_attributes()[number].tokens;
       return step_tokens<1>(&one, 1);
     }
-    case Stop::kPrediction: {
-      if (is_in(decoder.integers())) {
-        IntegerDecoder<Index>& integers = decoder.integers()[number];
-        step_through(integers.parallelograms_3d());
-        step_through(integers.parallelograms_2d());
-        return step_through(integers.normals());
-      }
-      if (!is_in(decoder.condensed_attributes())) return;
-      CreatedValues<Index>* const one = &decoder.condensed_attributes()[number].created;
-      return step_created<1>(&one, 1);
-    }
     case Stop::kCorrections:
+    case Stop::kPrediction:
     case Stop::kDone: return;
+  }
+}
+template <typename Index, StreamKinds kKinds>
+PSPLIT_HD void take_prediction(PatchDecoder<Index, kKinds>& decoder, uint32_t number) {
+  const View<IntegerDecoder<Index>> integers = decoder.integers();
+  if (number < integers.size()) return integers[number].take_prediction();
+  if constexpr (kKinds != StreamKinds::kDraco) {
+    CreatedValues<Index>* const one = &decoder.condensed_attributes()[number - integers.size()].created;
+    step_created<1>(&one, 1);
   }
 }
 

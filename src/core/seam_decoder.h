@@ -4,6 +4,7 @@
 #include "src/core/condensed/seam_steps.h"
 #include "src/core/patch.h"
 #include "src/core/rans.h"
+#include "src/core/seam_lanes.h"
 #include "src/core/stream_header.h"
 
 namespace psplit::core {
@@ -19,29 +20,38 @@ class SeamDecoder {
     return Fault::kNone;
   }
 
-  // Makes the steps ready that decode a bit for each inner edge, when the mesh is known.
-  PSPLIT_HD Fault start(const Connectivity<Index>& mesh, Arena& arena) {
-    if (const Fault fault = list_edges(mesh, arena); fault != Fault::kNone) return fault;
-    if (!arena.take(steps_, count_)) return Fault::kWorkspace;
-    for (uint32_t i = 0; i < count_; ++i) steps_[i] = BitSteps(bits_[i], seams_of(i));
-    return Fault::kNone;
+  // Makes the steps ready that decode a bit for each inner edge, when the mesh is known. Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault start(L lanes, const Connectivity<Index>& mesh, Arena& arena) {
+    if (const Fault fault = list_edges(lanes, mesh, arena); fault != Fault::kNone) return fault;
+    return alone(lanes, [&] {
+      if (!arena.take(steps_, count_)) return Fault::kWorkspace;
+      for (uint32_t i = 0; i < count_; ++i) steps_[i] = BitSteps(bits_[i], seams_of(i));
+      return Fault::kNone;
+    });
   }
   PSPLIT_HD View<BitSteps> steps() const { return steps_; }
 
   // The same for the `count` attribute data of a condensed stream. `section` is behind the symbols.
-  PSPLIT_HD Fault start(const CondensedStream& stream, const SectionReader& section, uint32_t count,
+  // Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault start(L lanes, const CondensedStream& stream, const SectionReader& section, uint32_t count,
                         const Connectivity<Index>& mesh, Arena& arena) {
-    count_ = count;
+    if (lanes.rank() == 0) count_ = count;
     SectionReader has_seams = stream.numbers(stream.seams_at);
     bool any_seams = false;
     for (uint32_t i = 0; i < count; ++i) any_seams |= has_seams.read(1) != 0;
+    lanes.sync();
     // Without seams no edges are needed.
-    const Fault fault = any_seams ? list_edges(mesh, arena) : take_tables(arena);
+    const Fault fault =
+        any_seams ? list_edges(lanes, mesh, arena) : alone(lanes, [&] { return take_tables(arena); });
     if (fault != Fault::kNone) return fault;
-    if (!arena.take(condensed_steps_, 1)) return Fault::kWorkspace;
-    fill(seams_, uint8_t{0});
-    condensed_steps_[0] = {stream, section, count, seams_, inner_edges_.size()};
-    return Fault::kNone;
+    fill(lanes, seams_, uint8_t{0});
+    return alone(lanes, [&] {
+      if (!arena.take(condensed_steps_, 1)) return Fault::kWorkspace;
+      condensed_steps_[0] = {stream, section, count, seams_, inner_edges_.size()};
+      return Fault::kNone;
+    });
   }
   PSPLIT_HD View<CondensedSeamSteps> condensed_steps() const { return condensed_steps_; }
 
@@ -72,6 +82,39 @@ class SeamDecoder {
     arena.give_back(scratch);
     return fault;
   }
+  // The same by lanes. Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault finish(L lanes, Arena& arena, Patch<Index>& patch) {
+    if constexpr (L::size() == 1) return finish(arena, patch);
+    const Connectivity<Index>& mesh = patch.mesh;
+    View<bool> on_seam;
+    View<Index> scratch;
+    if (!take(lanes, arena, on_seam, mesh.vertex_count) || !take(lanes, arena, scratch, mesh.vertex_count))
+      return Fault::kWorkspace;
+    fill(lanes, on_seam, false);
+    bool any_seams = false;
+    const uint32_t count = count_;
+    for (uint32_t i = 0; i < count; ++i) {
+      bool has_seams = false;
+      if (const Fault fault = cut_table(lanes, i, mesh, arena, on_seam, scratch, has_seams);
+          fault != Fault::kNone)
+        return fault;
+      any_seams |= has_seams;
+    }
+    if (lanes.rank() == 0) patch.on_seam = on_seam;
+    if (!any_seams) return lanes.sync(), Fault::kNone;
+    const PointSplit<Index> split(mesh, tables_, on_seam, scratch);
+    const uint32_t point_count = split.count(lanes);
+    View<Index> point_at, corner_of_point;
+    if (!take(lanes, arena, point_at, mesh.table.vertex.size()) ||
+        !take(lanes, arena, corner_of_point, point_count))
+      return Fault::kWorkspace;
+    split.store(lanes, point_at, corner_of_point);
+    if (lanes.rank() == 0)
+      patch.point_at = point_at, patch.corner_of_point = corner_of_point, patch.point_count = point_count;
+    lanes.sync();
+    return Fault::kNone;
+  }
   // By attribute data.
   PSPLIT_HD View<AttributeTable<Index>> tables() const { return tables_; }
 
@@ -90,16 +133,46 @@ class SeamDecoder {
   PSPLIT_HD Fault take_tables(Arena& arena) {
     return arena.take(tables_, count_) ? Fault::kNone : Fault::kWorkspace;
   }
-  PSPLIT_HD Fault list_edges(const Connectivity<Index>& mesh, Arena& arena) {
-    if (const Fault fault = take_tables(arena); fault != Fault::kNone) return fault;
-    if (!arena.take(inner_edges_, uint64_t{3} * mesh.counts.face_count)) return Fault::kWorkspace;
-    arena.trim(inner_edges_, list_inner_edges(mesh.table, inner_edges_));
-    return arena.take(seams_, uint64_t{count_} * inner_edges_.size()) ? Fault::kNone : Fault::kWorkspace;
+  template <Lanes L>
+  PSPLIT_HD Fault list_edges(L lanes, const Connectivity<Index>& mesh, Arena& arena) {
+    const Fault fault = alone(lanes, [&] {
+      if (const Fault of_tables = take_tables(arena); of_tables != Fault::kNone) return of_tables;
+      const bool is_taken = arena.take(inner_edges_, uint64_t{3} * mesh.counts.face_count);
+      return is_taken ? Fault::kNone : Fault::kWorkspace;
+    });
+    if (fault != Fault::kNone) return fault;
+    const uint32_t edge_count = list_inner_edges(lanes, mesh.table, inner_edges_);
+    return alone(lanes, [&] {
+      arena.trim(inner_edges_, edge_count);
+      return arena.take(seams_, uint64_t{count_} * edge_count) ? Fault::kNone : Fault::kWorkspace;
+    });
   }
   PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
     return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());
   }
 
+  // Makes the table of an attribute data. Collective.
+  template <Lanes L>
+  PSPLIT_HD Fault cut_table(L lanes, uint32_t attribute_data, const Connectivity<Index>& mesh, Arena& arena,
+                            View<bool> on_seam, View<Index> scratch, bool& has_seams) {
+    const View<const uint8_t> bits = seams_of(attribute_data);
+    for_each_lane_item(lanes, static_cast<uint32_t>(bits.size()),
+                       [&](uint32_t i) { has_seams |= bits[i] != 0; });
+    has_seams = any(lanes, has_seams);
+    AttributeTable<Index> table{mesh.table, mesh.closed, mesh.vertex_count, has_seams};
+    if (has_seams) {
+      const bool is_taken = take(lanes, arena, table.table.opposite, mesh.table.opposite.size()) &&
+                            take(lanes, arena, table.table.vertex, mesh.table.vertex.size()) &&
+                            take(lanes, arena, table.closed, uint64_t{3} * mesh.counts.face_count);
+      if (!is_taken) return Fault::kWorkspace;
+      cut_seams(lanes, mesh.table.opposite, inner_edges_, bits, table.table.opposite);
+      table.vertex_count = number_attribute_vertices(lanes, mesh, table, scratch, on_seam);
+      if (lanes.rank() == 0) arena.trim(table.closed, table.vertex_count);
+    }
+    if (lanes.rank() == 0) tables_[attribute_data] = table;
+    lanes.sync();
+    return Fault::kNone;
+  }
   PSPLIT_HD Fault split_points(View<Index> scratch, Arena& arena, Patch<Index>& patch) {
     if (!arena.take_for_good(patch.point_at, patch.mesh.table.vertex.size())) return Fault::kWorkspace;
     patch.point_count = split_into_points(patch.mesh, tables_, patch.on_seam, scratch, patch.point_at);

@@ -85,7 +85,7 @@ class Walk {
     --unseen_count_;
   }
   PSPLIT_HD bool all_seen() const { return unseen_count_ == 0; }
-  PSPLIT_HD bool vertex_seen(uint32_t corner) const { return rank_[vertex_at(corner)] < kUnseenClosed; }
+  PSPLIT_HD bool vertex_seen(uint32_t vertex) const { return rank_[vertex] < kUnseenClosed; }
 
   // If the vertex at the corner is new, it comes next in the sequence. Returns whether it is new and closed.
   PSPLIT_HD uint32_t see_vertex(uint32_t corner) { return see_vertex(corner, vertex_at(corner)); }
@@ -194,41 +194,58 @@ class DepthFirstTraversal {
 template <typename Index>
 class PredictionDegreeTraversal {
  public:
+  // `allocate` and `begin` on one lane.
   PSPLIT_HD Fault start(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
-    if (const Fault fault = walk_.allocate(attribute, arena, out); fault != Fault::kNone) return fault;
-    walk_.begin(SerialLanes());
-    if (!arena.take(degree_, attribute.vertex_count)) return Fault::kWorkspace;
-    fill(degree_, uint8_t{0});
-    // An edge waits at most once: when the first of its two faces is visited.
-    for (View<Index>& stack : waiting_)
-      if (!arena.take(stack, uint64_t{2} * walk_.face_count() + 1)) return Fault::kWorkspace;
-    running_ = begin_component();
-    return Fault::kNone;
+    const Fault fault = allocate(attribute, arena, out);
+    if (fault == Fault::kNone) begin(SerialLanes());
+    return fault;
   }
-  // The memory that `start` takes.
+  PSPLIT_HD Fault allocate(const AttributeTable<Index>& attribute, Arena& arena, const Sequence<Index>& out) {
+    if (const Fault fault = walk_.allocate(attribute, arena, out); fault != Fault::kNone) return fault;
+    room_ = 2 * walk_.face_count() + 1;
+    for (uint32_t priority = 0; priority < kPriorities; ++priority) top_[priority] = bottom(priority);
+    return arena.take(degree_, attribute.vertex_count) && arena.take(waiting_, uint64_t{2} * room_)
+               ? Fault::kNone
+               : Fault::kWorkspace;
+  }
+  // Makes the steps ready. Collective.
+  template <Lanes L>
+  PSPLIT_HD void begin(L lanes) {
+    walk_.begin(lanes);
+    fill(lanes, degree_, uint8_t{0});
+    if (lanes.rank() == 0) running_ = begin_component();
+    lanes.sync();
+  }
+  // The memory that `allocate` takes.
   PSPLIT_HD static size_t bytes(uint32_t face_count, uint64_t vertex_count) {
     return Walk<Index>::bytes(face_count) + Arena::bytes<uint8_t>(vertex_count) +
-           kPriorities * Arena::bytes<Index>(uint64_t{2} * face_count + 1);
+           Arena::bytes<Index>(2 * (uint64_t{2} * face_count + 1));
   }
   PSPLIT_HD Fault finish() const { return walk_.finish(); }
   PSPLIT_HD bool running() const { return running_; }
 
   // Visits one face.
-  PSPLIT_HD void step() {
+  PSPLIT_HD PSPLIT_INLINE void step() {
+    const auto [right, left, vertex] = walk_.neighbours(corner_);
     walk_.see_face(corner_);
-    walk_.see_vertex(corner_);
-    const uint32_t right = walk_.right_of(corner_), left = walk_.left_of(corner_);
+    walk_.see_vertex(corner_, vertex);
+    Tip left_tip(left), right_tip(right);
+    if constexpr (PSPLIT_MOVES_ROWS) {
+      // All loads of both sides at once, so that they do not wait for each other.
+      look_at(left_tip), look_at(right_tip);
+    }
     const bool right_done = walk_.face_done(right) != 0;
     if (walk_.face_done(left) == 0) {
-      const uint32_t priority = priority_of(left);
+      const uint32_t priority = priority_of(left_tip);
       if (right_done && priority <= best_) {
         corner_ = left;
         return;
       }
+      if (left_tip.vertex == right_tip.vertex) right_tip.degree = left_tip.degree;
       wait(left, priority);
     }
     if (!right_done) {
-      const uint32_t priority = priority_of(right);
+      const uint32_t priority = priority_of(right_tip);
       if (priority <= best_) {
         corner_ = right;
         return;
@@ -242,26 +259,67 @@ class PredictionDegreeTraversal {
   // Lower numbers come first.
   static constexpr uint32_t kPriorities = 3;
 
-  PSPLIT_HD uint32_t priority_of(uint32_t corner) {
-    if (walk_.vertex_seen(corner)) return 0;
-    uint8_t& seen_from = degree_[walk_.vertex_at(corner)];
-    if (seen_from < 2) ++seen_from;
-    return seen_from > 1 ? 1 : 2;
+  // The vertex of a face beside the visited one, which the visited face may predict.
+  struct Tip {
+    PSPLIT_HD explicit Tip(uint32_t at) : corner(at) {}
+    uint32_t corner, vertex = 0, degree = 0;
+    bool is_seen = false;
+  };
+  // Whatever is loaded if there is no face is not used.
+  PSPLIT_HD PSPLIT_INLINE void look_at(Tip& tip) const {
+    tip.vertex = walk_.vertex_at(tip.corner == kNone<Index> ? corner_ : tip.corner);
+    tip.is_seen = walk_.vertex_seen(tip.vertex);
+    tip.degree = degree_[tip.vertex];
   }
-  PSPLIT_HD void wait(uint32_t corner, uint32_t priority) {
+  PSPLIT_HD PSPLIT_INLINE uint32_t priority_of(Tip& tip) {
+    if constexpr (!PSPLIT_MOVES_ROWS) look_at(tip);
+    if (tip.is_seen) return 0;
+    if (tip.degree < 2) degree_[tip.vertex] = static_cast<uint8_t>(++tip.degree);
+    return tip.degree > 1 ? 1 : 2;
+  }
+  PSPLIT_HD PSPLIT_INLINE void wait(uint32_t corner, uint32_t priority) {
     walk_.prefetch(corner);
-    waiting_[priority][waiting_count_[priority]++] = static_cast<Index>(corner);
+    waiting_[move_top(priority, step_of(priority))] = static_cast<Index>(corner);
     if (priority < best_) best_ = priority;
   }
-  PSPLIT_HD bool go_back() {
+  PSPLIT_HD PSPLIT_INLINE bool go_back() {
     for (;;) {
-      while (best_ < kPriorities && waiting_count_[best_] == 0) ++best_;
       if (best_ == kPriorities) return begin_component();
-      corner_ = waiting_[best_][--waiting_count_[best_]];
+      const uint32_t top = move_top(best_, 0);
+      if (top == bottom(best_)) {
+        ++best_;
+        continue;
+      }
+      const uint32_t back = 0 - step_of(best_);
+      corner_ = waiting_[top + back];
+      move_top(best_, back);
       if (walk_.face_seen(corner_) == 0) return true;
     }
   }
-  PSPLIT_HD bool begin_component() {
+  // The first stack grows upwards from the start of an array, the second one downwards from its end, and the
+  // third one has an array of its own.
+  PSPLIT_HD uint32_t bottom(uint32_t priority) const {
+    return (priority > 0 ? room_ : 0) - (priority == 1 ? 1 : 0);
+  }
+  PSPLIT_HD static uint32_t step_of(uint32_t priority) { return priority == 1 ? ~uint32_t{0} : 1; }
+  // Moves the top of a stack, and returns where it was. A device keeps the tops in registers, which have no
+  // index.
+  PSPLIT_HD PSPLIT_INLINE uint32_t move_top(uint32_t priority, uint32_t by) {
+    if constexpr (!PSPLIT_MOVES_ROWS) {
+      const uint32_t before = top_[priority];
+      top_[priority] = before + by;
+      return before;
+    }
+    uint32_t before = 0;
+    PSPLIT_UNROLL
+    for (uint32_t p = 0; p < kPriorities; ++p) {
+      if (p != priority) continue;
+      before = top_[p];
+      top_[p] += by;
+    }
+    return before;
+  }
+  PSPLIT_HD PSPLIT_INLINE bool begin_component() {
     if (walk_.all_seen()) return false;
     while (walk_.face_seen(4 * start_) != 0) ++start_;
     corner_ = 4 * start_;
@@ -273,8 +331,11 @@ class PredictionDegreeTraversal {
 
   Walk<Index> walk_;
   View<uint8_t> degree_;  // by vertex: the number of faces that can predict it, at most 2
-  View<Index> waiting_[kPriorities];
-  uint32_t waiting_count_[kPriorities] = {};
+  // The corners that wait, in a stack for each priority. A face adds at most two when it is visited, so the
+  // stacks have room.
+  View<Index> waiting_;
+  uint32_t room_ = 0;  // of each of its two arrays
+  uint32_t top_[kPriorities] = {};
   uint32_t best_ = 0;  // no corner waits with a better priority
   uint32_t corner_ = 0, start_ = 0;
   bool running_ = false;

@@ -51,10 +51,10 @@ PSPLIT_HD size_t workspace_bytes(const StreamHeader& header, size_t stream_bytes
   // Values at borders need the walk before, among the attributes.
   const bool is_walked = header.is_condensed() && header.condensed.models.has_borders;
   const size_t walk = (is_walked ? 0 : border_walk_bytes<Index>(values.points)) + after;
-  const size_t integers = Attributes::integer_bytes(header, stream_bytes, values) +
-                          larger(Attributes::scratch_bytes(header, values), walk);
-  const size_t attributes =
-      Attributes::bytes(header, values) + larger(Attributes::walk_bytes(header, values), integers);
+  const size_t after_integers = larger(Attributes::scratch_bytes(header, values), walk);
+  const size_t attributes = Attributes::bytes(header, values) +
+                            Attributes::integer_bytes(header, stream_bytes, values) +
+                            larger(Attributes::walk_bytes(header, values), after_integers);
   return mesh + larger(connectivity, seams + attributes);
 }
 

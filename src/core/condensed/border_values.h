@@ -30,19 +30,25 @@ struct WalkValues {
 // Both functions are compiled for values of three components, and for any number of them if kComponents is 0.
 template <uint32_t kComponents>
 PSPLIT_HD Fault place_own_values(const StitchRow& row, const CondensedStream& stream, WalkValues& out) {
-  constexpr uint32_t kMostComponents = 255;  // the skeleton has one byte for their number
   const size_t components = kComponents != 0 ? kComponents : stream.border_components;
-  int32_t value[kComponents != 0 ? kComponents : kMostComponents] = {};
+  // The value before the next one: a copy, or where it is if the number of components is not known.
+  int32_t value[kComponents != 0 ? kComponents : 1] = {};
+  const int32_t* last = nullptr;
   // A place is never behind the values that are still to be read.
   const int32_t* from = out.values.data() + out.values.size() - stream.border_count * components;
   uint32_t place = 0, left = stream.border_count;
   const auto place_next = [&](uint32_t count) {
     int32_t* to = out.values.data() + place * components;
-    for (uint32_t i = 0; i < count; ++i, to += components, from += components)
+    for (uint32_t i = 0; i < count; ++i, to += components, from += components) {
       for (size_t k = 0; k < components; ++k) {
-        const uint32_t difference = signed_of_symbol(static_cast<uint32_t>(from[k]));
-        to[k] = value[k] = wrapping_add(value[k], static_cast<int32_t>(difference));
+        const auto difference = static_cast<int32_t>(signed_of_symbol(static_cast<uint32_t>(from[k])));
+        if constexpr (kComponents != 0)
+          to[k] = value[k] = wrapping_add(value[k], difference);
+        else
+          to[k] = wrapping_add(last != nullptr ? last[k] : 0, difference);
       }
+      if constexpr (kComponents == 0) last = to;
+    }
     fill(View<uint8_t>(out.is_own.data() + place, count), uint8_t{1});
     place += count;
     left -= count;

@@ -57,7 +57,7 @@ class CondensedConnectivity {
   PSPLIT_HD Fault begin_faces(Arena& arena, const ConnectivityCounts& counts) {
     return waiting_.start(events_, counts.symbol_count, arena);
   }
-  // See add_all_faces. `keep_order` is that of Connectivity::renumber_vertices.
+  // See add_all_faces. Unless the vertices keep their order, merged ones are replaced.
   PSPLIT_HD Fault add_faces(const CondensedStream& stream, bool keep_order, Connectivity<Index>& mesh) {
     CondensedStartFaces start_faces(stream);
     const Fault fault = corners_.are_last ? add_faces<true>(stream, start_faces, mesh)
@@ -67,7 +67,7 @@ class CondensedConnectivity {
       return Fault::kCounts;
     corners_.corner = corners_.corner.first(mesh.vertex_count);
     if (corners_.are_last) finish_last_corners(mesh);
-    mesh.renumber_vertices(keep_order);
+    if (!keep_order) mesh.fill_holes();
     return Fault::kNone;
   }
   // Releases all memory that was taken since `start`, except that of the mesh, whose `merged` ends, and of

@@ -67,10 +67,12 @@ PSPLIT_HD inline Fault read_condensed_counts(View<const SkeletonAttribute> attri
 
 // Reads the header of a condensed stream: a PatchDecoder with it decodes the stream like a Draco stream. The
 // counts are those of the directory's row. All bytes and models must outlive the header, and all of them may be
-// anything.
+// anything. `attributes` is memory for the attributes of the skeleton: kMaxAttributes are enough for any. It is
+// used here only.
 PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<const uint8_t> stream,
                                              const CondensedModels& models, uint32_t face_count,
-                                             uint32_t point_count, StreamHeader& header) {
+                                             uint32_t point_count, View<SkeletonAttribute> attributes,
+                                             StreamHeader& header) {
   if (const Fault fault = read_kind(skeleton.data(), skeleton.size(), header); fault != Fault::kNone)
     return fault;
   if (!header.edgebreaker) return Fault::kMethod;
@@ -80,11 +82,8 @@ PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<
   header.counts.face_count = face_count;
   header.condensed.bytes = stream;
   header.condensed.models = models;
-  SkeletonAttribute attributes[kMaxAttributes];
   uint32_t& count = header.condensed.attribute_count;
-  if (const Fault fault = read_skeleton(header.body, {attributes, kMaxAttributes}, count);
-      fault != Fault::kNone)
-    return fault;
+  if (const Fault fault = read_skeleton(header.body, attributes, count); fault != Fault::kNone) return fault;
   // The head has models for all attributes and all seams.
   if (stream.empty() || count > models.attributes.size() || header.attribute_data_count > models.seams.size() ||
       models.contexts.empty())
@@ -92,8 +91,16 @@ PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<
   // Values at borders are predicted from none, so they are in order of creation.
   if (models.has_borders && (count == 0 || !attributes[0].is_by_creation(models.attributes[0])))
     return Fault::kAttribute;
-  header.condensed.border_components = attributes[0].components;
-  return read_condensed_counts({attributes, count}, point_count, header);
+  header.condensed.border_components = count > 0 ? attributes[0].components : 0;
+  return read_condensed_counts(attributes.first(count), point_count, header);
+}
+// The same on the host, whose stack has room for all attributes.
+inline Fault read_condensed_header(View<const uint8_t> skeleton, View<const uint8_t> stream,
+                                   const CondensedModels& models, uint32_t face_count, uint32_t point_count,
+                                   StreamHeader& header) {
+  SkeletonAttribute attributes[kMaxAttributes];
+  return read_condensed_header(skeleton, stream, models, face_count, point_count, {attributes, kMaxAttributes},
+                               header);
 }
 
 }  // namespace psplit::core

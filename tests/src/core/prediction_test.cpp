@@ -185,7 +185,7 @@ TEST(Prediction, NormalsFollowFromTheFacesAroundAVertex) {
   const Bytes flips = encode_bits({false, true, false, false}, 128);
   ByteReader reader(flips.data(), flips.size());
   ASSERT_EQ(data.flips.start(reader), Fault::kNone);
-  predict_from_geometry(mesh.values<2>(Values(8, 0)), positions_of(mesh), data);
+  predict_from_geometry(SerialLanes(), mesh.values<2>(Values(8, 0)), positions_of(mesh), data);
   const Vec2 up = data.grid.project({0, 0, 1}, false), down = data.grid.project({0, 0, 1}, true);
   for (uint32_t v = 0; v < 4; ++v) {
     const Vec2 expected = v == 1 ? down : up;
@@ -214,7 +214,7 @@ TEST(Prediction, PositionsOfAnySizeGiveNormalsOnTheGrid) {
   PredictionData data;
   data.transform = Transform::kOctahedron;
   data.grid = OctahedralGrid(10);
-  predict_from_geometry(mesh.values<2>(Values(8, 0)), positions_of(mesh, {positions, 16}), data);
+  predict_from_geometry(SerialLanes(), mesh.values<2>(Values(8, 0)), positions_of(mesh, {positions, 16}), data);
   for (uint32_t v = 0; v < 4; ++v)
     for (const int32_t place : mesh.value(v, 2)) {
       EXPECT_GE(place, 0) << v;
