@@ -152,7 +152,7 @@ class FileDecoder {
       if (!file) return file.status();
       decoded_meshes_ = std::move(*file);
     }
-    Array<uint8_t> bytes(lay_out(item.requests, item.point_count, item.face_count, 0, {}).end);
+    std::vector<uint8_t> bytes(lay_out(item.requests, item.point_count, item.face_count, 0, {}).end);
     copy_mesh(*mesh, lay_out(item.requests, item.point_count, item.face_count, 0, bytes));
     item.decoded_at = decoded_bytes_;
     decoded_bytes_ += bytes.size();

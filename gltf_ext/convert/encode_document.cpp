@@ -192,11 +192,12 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress,
-                                                       const std::set<std::pair<size_t, size_t>>& checked) {
+                                                       const std::set<std::pair<size_t, size_t>>& checked,
+                                                       const SkippedPrimitives& skipped) {
   // With Compat::kKhr, read_jobs decodes and checks primitives in patches.
   if (options.compat == Compat::kNone)
     if (Status status = check_patches(document, backend, pool, checked); !status.ok()) return status;
-  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool);
+  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool, skipped);
   if (!read) return read.status();
   EncodeReports reports(document, *read);
   std::vector<EncodeJob>& jobs = read->jobs;

@@ -22,13 +22,13 @@ namespace psplit {
 //
 // Primitives that are in patches already stay as they are, except with Compat::kKhr. They are decoded once and
 // checked whole (check_decoded in validate.h); an invalid one is an error. Those in `checked` (mesh and
-// primitive) were checked before.
+// primitive) were checked before. Those in `skipped` are left as they are, and are not read.
 //
 // After an error the document is unusable. `progress` counts faces, patch by patch, and is called from any
 // thread.
 PSPLIT_EXPORT Expected<std::vector<PrimitiveReport>> encode_document(
     Document& document, const EncodeDocumentOptions& options, const DecodeBackend& backend,
     const ThreadPool& pool, const Progress& progress = {},
-    const std::set<std::pair<size_t, size_t>>& checked = {});
+    const std::set<std::pair<size_t, size_t>>& checked = {}, const SkippedPrimitives& skipped = {});
 
 }  // namespace psplit

@@ -1,7 +1,9 @@
 // The result of encoding a document, for each primitive.
 #pragma once
 
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "encoder/encode_mesh.h"
@@ -17,6 +19,9 @@ enum class StoredAs {
   kDraco,           // KHR_draco_mesh_compression, one stream
   kPatchPrimitives  // several primitives in KHR_draco_mesh_compression
 };
+
+// Why primitives are left as they are, by mesh and primitive.
+using SkippedPrimitives = std::map<std::pair<size_t, size_t>, std::string>;
 
 struct PrimitiveReport {
   PrimitiveId id;       // in the input: with Compat::kKhr a primitive becomes several

@@ -207,12 +207,15 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
 }
 
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
-                               const DecodeBackend& backend, const ThreadPool& pool) {
+                               const DecodeBackend& backend, const ThreadPool& pool,
+                               const SkippedPrimitives& skipped_before) {
   EncodeJobs result;
+  result.skipped = skipped_before;
   const std::set<std::string> exact = metadata_attributes(document.json);
   SharedPoints shared_points;
   std::vector<PrimitiveId> wanted;
   for (const PrimitiveId id : all_primitives(document)) {
+    if (skipped_before.contains({id.mesh, id.primitive})) continue;
     const Expected<std::string> reason = reason_to_skip(document, id, options);
     if (!reason) return reason.status().at({.file = document.source.string()});
     if (reason->empty())
@@ -242,7 +245,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     if (Status status = read_job(document, std::move(mesh), job, skipped); !status.ok())
       return std::move(status).at(job.place(document));
     if (!options.keep_degenerate && skipped.empty() && std::ranges::all_of(job.mesh.faces, repeats_a_point))
-      skipped = "no triangles but degenerate ones";
+      skipped = kOnlyDegenerate;
     if (!skipped.empty()) {
       for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
       continue;

@@ -1,14 +1,13 @@
 // The geometry of a document, read for the encoder.
 #pragma once
 
-#include <map>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
+#include "gltf_ext/convert/primitive_report.h"
 
 namespace psplit {
 
@@ -19,13 +18,17 @@ std::set<std::string> metadata_attributes(const Json& json);
 Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
                                      const EncodeDocumentOptions& options);
 
+inline constexpr const char* kOnlyDegenerate = "no triangles but degenerate ones";
+
 struct EncodeJobs {
   std::vector<EncodeJob> jobs;
-  std::map<std::pair<size_t, size_t>, std::string> skipped;  // the reason, by mesh and primitive
+  SkippedPrimitives skipped;
 };
 
-// Reads every primitive that can be encoded, equal ones once, and chooses how its attributes are coded.
+// Reads every primitive that can be encoded, equal ones once, and chooses how its attributes are coded. Those
+// in `skipped` are not read.
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
-                               const DecodeBackend& backend, const ThreadPool& pool);
+                               const DecodeBackend& backend, const ThreadPool& pool,
+                               const SkippedPrimitives& skipped = {});
 
 }  // namespace psplit

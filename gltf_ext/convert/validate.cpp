@@ -6,6 +6,7 @@
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"
+#include "gltf_ext/primitive/view_in_place.h"
 
 namespace psplit {
 namespace {
@@ -122,6 +123,9 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
 
 Status check_readable(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                       const ThreadPool& pool) {
+  // Large primitives are not copied into memory. If something is wrong, read_primitive says what.
+  if (const std::optional<MeshView> view = view_in_place(document, id); view && has_valid_indices(*view))
+    return read_morph_targets(document, id, view->point_count).status();
   const Expected<Mesh> mesh = read_primitive(document, id, backend, pool);
   if (!mesh) return mesh.status();
   return read_morph_targets(document, id, mesh->point_count).status();

@@ -157,6 +157,10 @@ Expected<Document> parse_document(std::span<const uint8_t> file, const std::file
   return parse_document(std::vector<uint8_t>(file.begin(), file.end()), source);
 }
 
+Expected<Document> parse_document(MappedFile file, const std::filesystem::path& source) {
+  return parse_at(std::move(file), source, FileAccess::kMap);
+}
+
 Document new_document() {
   Document document;
   document.json = Json::parse(R"({

@@ -41,6 +41,8 @@ PSPLIT_EXPORT Expected<Document> parse_document(std::vector<uint8_t>&& file,
                                                 const std::filesystem::path& source);
 PSPLIT_EXPORT Expected<Document> parse_document(std::span<const uint8_t> file,
                                                 const std::filesystem::path& source);
+// The same for a mapped file; the buffers' files are mapped as well.
+Expected<Document> parse_document(MappedFile file, const std::filesystem::path& source);
 
 // A new document with one mesh, one node and one scene.
 PSPLIT_EXPORT Document new_document();

@@ -339,6 +339,12 @@ void UnnamedFile::close() {
   descriptor_ = -1;
 }
 
+std::filesystem::path UnnamedFile::path() const {
+  const std::filesystem::path path = "/dev/fd/" + std::to_string(descriptor_);
+  std::error_code error;
+  return std::filesystem::exists(path, error) ? path : std::filesystem::path();
+}
+
 Expected<UnnamedFile> UnnamedFile::create(const std::filesystem::path& folder) {
   UnnamedFile file;
   file.folder_ = folder.empty() ? "." : folder;

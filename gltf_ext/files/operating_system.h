@@ -55,6 +55,8 @@ class UnnamedFile {
   Status write(uint64_t offset, std::span<const uint8_t> bytes);
   // Reads bytes that were written. Errors: those of io_error.
   Status read(uint64_t offset, std::span<uint8_t> to) const;
+  // A name by which this process can open the file until it is closed. Empty if the system has no such names.
+  std::filesystem::path path() const;
   // Gives the space back before the object is destroyed.
   void close();
 

@@ -90,14 +90,17 @@ bool is_plain_file(const fs::path& source) {
   return head && !is_gzip(*head);
 }
 
+// `mapped`: the bytes of the stream, or null.
 Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& source,
-                            const DescribeStream& describe, FileAccess access) {
+                            const DescribeStream& describe, FileAccess access, const MappedFile* mapped) {
   Expected<Scanner> opened = open_scanner(std::move(stream));
   if (!opened) return opened.status();
   Scanner& scanner = *opened;
   const std::optional<AssetFormat> format = format_of(scanner, source);
   if (format == AssetFormat::kGltf && access == FileAccess::kMap && is_plain_file(source))
     return asset_of(read_document(source, access));
+  if (format == AssetFormat::kGltf && mapped != nullptr && !is_gzip(mapped->bytes()))
+    return asset_of(parse_document(*mapped, source));
   if (format == AssetFormat::kGltf || format == AssetFormat::kDraco)
     return asset_of(read_whole_file(scanner, *format, source, describe));
   if (format) return read_mesh_file(scanner, *format, source);
@@ -107,10 +110,10 @@ Expected<Asset> read_stream(std::unique_ptr<ByteStream> stream, const fs::path& 
 }
 
 Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source, const DescribeStream& describe,
-                     FileAccess access) {
+                     FileAccess access, const MappedFile* mapped = nullptr) {
   const Place place{.file = source == "-" ? "stdin" : source.string()};
   try {
-    Expected<Asset> asset = read_stream(std::move(stream), source, describe, access);
+    Expected<Asset> asset = read_stream(std::move(stream), source, describe, access, mapped);
     if (!asset) return asset.status().at(place);
     asset->document.source = source;
     std::vector<fs::path>& files = asset->document.files;
@@ -128,6 +131,10 @@ Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source,
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& source,
                            const DescribeStream& describe) {
   return read(std::move(stream), source, describe, FileAccess::kRead);
+}
+
+Expected<Asset> read_asset(const MappedFile& file, const fs::path& source, const DescribeStream& describe) {
+  return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file);
 }
 
 Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe, FileAccess access) {

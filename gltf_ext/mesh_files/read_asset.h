@@ -25,6 +25,10 @@ struct Asset {
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe,
                            FileAccess access = FileAccess::kRead);
 
+// The same for a file in memory, such as the content of a pipe (spool_bytes.h). The bytes of a GLB stay there.
+Expected<Asset> read_asset(const MappedFile& file, const std::filesystem::path& source,
+                           const DescribeStream& describe);
+
 // The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
                            const DescribeStream& describe);

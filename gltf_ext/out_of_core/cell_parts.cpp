@@ -7,6 +7,7 @@
 
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
+#include "gltf_ext/convert/read_jobs.h"
 
 namespace psplit {
 namespace {
@@ -79,7 +80,7 @@ class CellParts::Builder {
     uses_.assign(number_count_, 0);
     for (uint32_t cell = 0; cell < counts_.size(); ++cell)
       if (Status status = write_part(cell); !status.ok()) return status;
-    if (result_.places_.empty()) return unsupported("no triangles but degenerate ones");
+    if (result_.places_.empty()) return unsupported(kOnlyDegenerate);
     count_uses();
     return result_.file_.flush();
   }

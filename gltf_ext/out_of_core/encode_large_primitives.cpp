@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "gltf_ext/convert/patch_primitives.h"
@@ -80,9 +81,11 @@ Status check_grid(const Candidates& candidates, const PrimitiveGroup& group, Qua
       {.mesh = static_cast<int64_t>(first.mesh), .primitive = static_cast<int64_t>(first.primitive)});
 }
 
-Expected<EncodedSpool> encode_group(const Document& document, const PrimitiveGroup& group,
-                                    const EncodeDocumentOptions& options, const OutOfCoreOptions& limits,
-                                    const ThreadPool& pool, const Progress& progress) {
+// Nothing if the primitive stays as it is, because all of its triangles are degenerate.
+Expected<std::optional<EncodedSpool>> encode_group(const Document& document, const PrimitiveGroup& group,
+                                                   const EncodeDocumentOptions& options,
+                                                   const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                                   const Progress& progress) {
   const PrimitiveId id = group.ids.front();
   const PrimitiveSize size = stated_size(document, id);
   if (extension_field(document.json["meshes"][id.mesh], "EXT_mesh_manifold") != nullptr)
@@ -102,7 +105,10 @@ Expected<EncodedSpool> encode_group(const Document& document, const PrimitiveGro
   status = stream_primitive(document, id, **spool);
   if (status.ok()) status = (*spool)->finish();
   if (!status.ok()) return status;
-  return encode_spool(**spool, options, limits, losses, pool, progress);
+  if (!(*spool)->has_proper_face()) return std::optional<EncodedSpool>();
+  Expected<EncodedSpool> encoded = encode_spool(**spool, options, limits, losses, pool, progress);
+  if (!encoded) return encoded.status();
+  return std::optional(std::move(*encoded));
 }
 
 }  // namespace
@@ -112,17 +118,24 @@ Expected<std::vector<PrimitiveReport>> encode_large_primitives(
     const DecodeBackend& backend, const ThreadPool& pool, const Progress& progress) {
   const Expected<Candidates> candidates = find_candidates(document, options);
   if (!candidates) return candidates.status();
-  const std::vector<PrimitiveGroup> large = large_groups(document, candidates->groups, limits);
+  std::vector<PrimitiveGroup> large;
   std::vector<EncodedSpool> encoded;
   std::vector<size_t> counts;
-  for (const PrimitiveGroup& group : large) {
+  SkippedPrimitives skipped;
+  for (PrimitiveGroup& group : large_groups(document, candidates->groups, limits)) {
     const Place place = place_of(document, group.ids.front());
     if (Status status = check_grid(*candidates, group, options.volume); !status.ok())
       return std::move(status).at(place);
-    Expected<EncodedSpool> spool = encode_group(document, group, options, limits, pool, progress);
+    Expected<std::optional<EncodedSpool>> spool =
+        encode_group(document, group, options, limits, pool, progress);
     if (!spool) return spool.status().at(place);
-    counts.push_back(spool->encoded.containers.size());
-    encoded.push_back(std::move(*spool));
+    if (!*spool) {
+      for (const PrimitiveId id : group.ids) skipped[{id.mesh, id.primitive}] = kOnlyDegenerate;
+      continue;
+    }
+    counts.push_back((*spool)->encoded.containers.size());
+    encoded.push_back(std::move(**spool));
+    large.push_back(std::move(group));
   }
   const auto groups = repeat_primitives(document, large, counts);
   std::map<std::pair<size_t, size_t>, PrimitiveReport> report_of;
@@ -141,7 +154,16 @@ Expected<std::vector<PrimitiveReport>> encode_large_primitives(
         checked.insert({id.mesh, id.primitive});
       }
   }
-  auto reports = encode_document(document, options, backend, pool, progress, checked);
+  // Primitives that became several have moved those after them in their meshes.
+  SkippedPrimitives moved;
+  for (const auto& [id, reason] : skipped) {
+    size_t number = id.second;
+    for (size_t i = 0; i < large.size(); ++i)
+      for (const PrimitiveId other : large[i].ids)
+        if (other.mesh == id.first && other.primitive < id.second) number += counts[i] - 1;
+    moved[{id.first, number}] = reason;
+  }
+  auto reports = encode_document(document, options, backend, pool, progress, checked, moved);
   if (!reports) return reports;
   for (PrimitiveReport& report : *reports)
     if (const auto found = report_of.find({report.id.mesh, report.id.primitive}); found != report_of.end())

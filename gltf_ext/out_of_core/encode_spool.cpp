@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "encoder/coding/position_bits.h"
+#include "encoder/coding/quantization.h"
 #include "gltf_ext/convert/draco_extension.h"
 #include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/operating_system.h"
@@ -56,14 +57,30 @@ Expected<std::vector<AttributeCoding>> codings_of(const MeshSpool& spool,
   return codings;
 }
 
-// The bytes of the values that Draco stores as they are: floats without a grid, once for each point.
+// Rounds the weights of the parts that it passes on, as read_jobs does.
+class RoundedParts : public MeshParts {
+ public:
+  RoundedParts(MeshParts& parts, std::span<const AttributeCoding> codings) : parts_(parts), codings_(codings) {}
+
+  uint32_t part_count() const override { return parts_.part_count(); }
+  uint32_t shared_count() const override { return parts_.shared_count(); }
+  Expected<MeshPart> read(uint32_t number) override {
+    Expected<MeshPart> part = parts_.read(number);
+    if (part) round_weights(part->mesh, codings_);
+    return part;
+  }
+
+ private:
+  MeshParts& parts_;
+  const std::span<const AttributeCoding> codings_;
+};
+
+// The bytes that the streams take at least: positions without a grid, which Draco stores as they are. If there
+// are other attributes, points may share their positions, and only encoding tells how many do.
 uint64_t least_bytes(const MeshSpool& spool, std::span<const AttributeCoding> codings,
                      const CellStatistics& statistics) {
-  uint64_t record = 0;
-  for (size_t i = 0; i < codings.size(); ++i)
-    if (codings[i].bits == 0 && spool.attributes()[i].component_type == ComponentType::kFloat32)
-      record += spool.attributes()[i].stride();
-  return record * (statistics.points - statistics.merged_points - statistics.dropped_points);
+  if (codings.size() > 1 || codings[0].bits > 0) return 0;
+  return spool.record_bytes() * (statistics.points - statistics.merged_points - statistics.dropped_points);
 }
 
 std::vector<PrimitiveReport> reports_of(const EncodedParts& encoded, const CellStatistics& statistics,
@@ -172,10 +189,11 @@ Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOption
     parts_options.part_written = [](uint64_t bytes) { return check_glb_bytes(bytes, true); };
   }
   const MakeSpill make_spill = [&] { return SpillFile::create(limits.temporary); };
+  RoundedParts rounded(**parts, *codings);
   std::optional<ThreadPool> fewer;
   if (plan.thread_count < pool.thread_count()) fewer.emplace(plan.thread_count);
   Expected<EncodedParts> encoded =
-      encode_parts(**parts, *codings, parts_options, make_spill, fewer ? *fewer : pool);
+      encode_parts(rounded, *codings, parts_options, make_spill, fewer ? *fewer : pool);
   if (!encoded) return encoded.status();
   EncodedSpool result{spool.attributes(), std::move(*encoded), {}};
   result.reports = reports_of(result.encoded, statistics, spool);

@@ -118,7 +118,7 @@ Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
       if (Status status = repair_block_normals(attribute, count); !status.ok()) return status;
     if (!stays_exact(attribute)) trim_noise(attribute);
     measure(attribute, extremes_[i]);
-    if (i == position_ && !extremes_[i].is_finite) return unsupported("positions that are not finite");
+    if (i == position_ && !extremes_[i].is_finite) return invalid_input("a position is not finite");
     const size_t width = attribute.stride();
     for (size_t k = 0; k < count; ++k)
       std::memcpy(block_.data() + k * record_bytes_ + offsets_[i], attribute.values.data() + k * width, width);
@@ -130,6 +130,8 @@ Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
 Status MeshSpool::add_faces(std::span<const Face> faces) {
   if (options_.samples_edges)
     if (Status status = sample_edges(faces); !status.ok()) return status;
+  if (!has_proper_face_)
+    if (Status status = look_for_proper_face(faces); !status.ok()) return status;
   face_count_ += faces.size();
   if (!zeros_.empty()) {
     sums_.resize(zeros_.size());
@@ -147,6 +149,20 @@ Expected<std::array<Position, 3>> MeshSpool::corners_of(const Face& face) {
     corners[i] = *corner;
   }
   return corners;
+}
+
+// Looks at no more faces once it has found one.
+Status MeshSpool::look_for_proper_face(std::span<const Face> faces) {
+  std::array<std::vector<uint8_t>, 3> records;
+  for (std::vector<uint8_t>& record : records) record.resize(record_bytes_);
+  for (const Face& face : faces) {
+    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) continue;
+    for (size_t i = 0; i < 3; ++i)
+      if (Status status = read_record(face[i], 0, records[i]); !status.ok()) return status;
+    has_proper_face_ = records[0] != records[1] && records[1] != records[2] && records[2] != records[0];
+    if (has_proper_face_) return {};
+  }
+  return {};
 }
 
 Status MeshSpool::sample_edges(std::span<const Face> faces) {
@@ -176,13 +192,17 @@ Status MeshSpool::add_to_zero_normals(const Face& face) {
 }
 
 Expected<Position> MeshSpool::position(uint32_t point) {
-  if (Status status = points_.flush(); !status.ok()) return status;
   Position position;
-  Status status = pages_.read(points_.file(), point_count_ * record_bytes_,
-                              uint64_t{point} * record_bytes_ + offsets_[position_],
-                              {reinterpret_cast<uint8_t*>(position.data()), sizeof(position)});
+  Status status =
+      read_record(point, offsets_[position_], {reinterpret_cast<uint8_t*>(position.data()), sizeof(position)});
   if (!status.ok()) return status;
   return position;
+}
+
+Status MeshSpool::read_record(uint32_t point, size_t offset, std::span<uint8_t> to) {
+  if (Status status = points_.flush(); !status.ok()) return status;
+  return pages_.read(points_.file(), point_count_ * record_bytes_, uint64_t{point} * record_bytes_ + offset,
+                     to);
 }
 
 Status MeshSpool::add(const Facet& facet) {
@@ -213,6 +233,8 @@ Status MeshSpool::add(const Facet& facet) {
     }
   }
   if (options_.samples_edges) edges_.add(face_count_, facet.corners);
+  const auto& [p, q, r] = facet.corners;
+  has_proper_face_ = has_proper_face_ || (p != q && q != r && r != p);
   point_count_ += 3;
   ++face_count_;
   return points_.append(bytes_of(records));

@@ -53,6 +53,8 @@ class MeshSpool : public MeshSink, public FacetSink {
 
   uint64_t point_count() const { return point_count_; }
   uint64_t face_count() const { return face_count_; }
+  // Whether a face has three different points. Without one, there is nothing to encode.
+  bool has_proper_face() const { return has_proper_face_; }
   bool is_soup() const { return is_soup_; }          // it came as facets: face i has the points 3i to 3i + 2
   const std::string& name() const { return name_; }  // of the solid, if there is only one
   // Those of the records that are read, without values. NORMAL is missing if no normal has a direction.
@@ -99,6 +101,8 @@ class MeshSpool : public MeshSink, public FacetSink {
   Status repair_block_normals(Attribute& normals, size_t count);
   Status too_many_zero_normals() const;
   Status sample_edges(std::span<const Face> faces);
+  Status look_for_proper_face(std::span<const Face> faces);
+  Status read_record(uint32_t point, size_t offset, std::span<uint8_t> to);
   Expected<std::array<Position, 3>> corners_of(const Face& face);
   Status add_to_zero_normals(const Face& face);
   Status add_zero_facet(const Facet& facet);
@@ -108,7 +112,7 @@ class MeshSpool : public MeshSink, public FacetSink {
   static constexpr size_t kNone = SIZE_MAX;
   SpoolOptions options_;
   Losses& losses_;
-  bool is_soup_ = false;
+  bool is_soup_ = false, has_proper_face_ = false;
   std::string name_;
   size_t solids_ = 0;
   std::vector<Attribute> attributes_, read_attributes_;

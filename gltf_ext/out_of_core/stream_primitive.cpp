@@ -1,8 +1,10 @@
 #include "gltf_ext/out_of_core/stream_primitive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -86,6 +88,20 @@ Status check_attribute(const Attribute& attribute) {
   return {};
 }
 
+// In memory, positions that are not finite are stored exactly. They belong to no cell.
+Status check_positions(const Json& attributes, std::span<const Attribute> block, uint64_t first) {
+  const auto position = std::ranges::find(block, "POSITION", &Attribute::semantic);
+  if (position == block.end() || position->component_type != ComponentType::kFloat32) return {};
+  for (size_t i = 0; i < position->values.size() / sizeof(float); ++i) {
+    float value = 0;
+    std::memcpy(&value, position->values.data() + i * sizeof(value), sizeof(value));
+    if (!std::isfinite(value))
+      return invalid_input("accessor " + attributes["POSITION"].dump() + ": the position of point " +
+                           std::to_string(first + i / position->component_count) + " is not finite");
+  }
+  return {};
+}
+
 Status stream_points(const Document& document, const Json& primitive, MeshSink& sink, uint64_t& point_count) {
   std::vector<AccessorWindow> windows;
   std::vector<Attribute> block;
@@ -107,6 +123,7 @@ Status stream_points(const Document& document, const Json& primitive, MeshSink& 
   for (uint64_t first = 0; first < point_count; first += kWindow) {
     const auto count = static_cast<size_t>(std::min(kWindow, point_count - first));
     for (size_t i = 0; i < block.size(); ++i) windows[i].read(first, count, block[i].values);
+    if (Status status = check_positions(*attributes, block, first); !status.ok()) return status;
     if (Status status = sink.add_points(block, count); !status.ok()) return status;
   }
   return {};

@@ -19,8 +19,13 @@ struct ExpectedSizes {
 // The most bytes of temporary files at one time, except for points that many parts share.
 uint64_t temporary_bytes(const ExpectedSizes& sizes);
 
-// Tells `note` how much space the work may take and how much is free. kMayPass if that is too little.
+// Tells `note` how much space the work may take and how much is free. kMayPass if that is too little, unless
+// the sizes are not certain: then only the work itself can tell.
 Status check_temporary_space(const ExpectedSizes& sizes, const std::filesystem::path& folder,
-                             const std::function<void(const std::string&)>& note);
+                             const std::function<void(const std::string&)>& note, bool is_certain = true);
+
+// The same for a mesh that is spooled already, for the space that its parts take beside the spool. Says nothing
+// if there is enough.
+Status check_space_of_parts(const ExpectedSizes& sizes, const std::filesystem::path& folder);
 
 }  // namespace psplit

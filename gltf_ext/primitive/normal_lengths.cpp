@@ -10,6 +10,27 @@
 
 namespace psplit {
 
+namespace {
+
+// Reads them in steps.
+uint64_t odd_normals_in(const ValuesView& normals) {
+  if (normals.component_type != ComponentType::kFloat32 || normals.component_count != 3) return 0;
+  constexpr double kUnit = 0.01;  // more than the error of encoders with few bits
+  uint64_t count = 0;
+  for_each_step(normals, [&](size_t first, size_t end) {
+    for (size_t i = first; i < end; ++i) {
+      std::array<float, 3> v;
+      std::memcpy(v.data(), normals.at(i), sizeof(v));
+      const double square = double{v[0]} * v[0] + double{v[1]} * v[1] + double{v[2]} * v[2];
+      count += !(std::fabs(std::sqrt(square) - 1) <= kUnit);
+    }
+    return true;
+  });
+  return count;
+}
+
+}  // namespace
+
 uint64_t count_odd_normals(const Document& document) {
   std::set<int64_t> accessors;
   for (const auto [mesh, primitive] : all_primitives(document)) {
@@ -21,14 +42,10 @@ uint64_t count_odd_normals(const Document& document) {
   for (const int64_t index : accessors) {
     const Json* accessor = top_level_object(document.json, "accessors", index);
     if (accessor == nullptr || field(*accessor, "bufferView") == nullptr) continue;
-    const Expected<AccessorData> data = read_accessor(document, index);
-    if (!data || data->component_type != ComponentType::kFloat32 || data->component_count != 3) continue;
-    constexpr double kUnit = 0.01;  // more than the error of encoders with few bits
-    for (size_t i = 0; i < data->count; ++i) {
-      std::array<float, 3> v;
-      std::memcpy(v.data(), data->values.data() + i * sizeof(v), sizeof(v));
-      const double square = double{v[0]} * v[0] + double{v[1]} * v[1] + double{v[2]} * v[2];
-      count += !(std::fabs(std::sqrt(square) - 1) <= kUnit);
+    if (const Expected<ValuesView> view = accessor_view(document, index)) {
+      count += odd_normals_in(*view);
+    } else if (const Expected<AccessorData> data = read_accessor(document, index)) {
+      count += odd_normals_in(*data);
     }
   }
   return count;

@@ -382,6 +382,30 @@ TEST(EncodeParts, RefusesPartsThatBreakTheRules) {
   EXPECT_EQ(error([](Parts& parts) { parts.clear(); }), "the mesh has no triangles");
 }
 
+TEST(EncodeParts, ReportsTheBytesOfEachPartAndMayBeEnded) {
+  const Mesh mesh = reduced(make_sheet(60, 50));
+  const Coded codings = default_codings(mesh, false);
+  MeshInParts parts(mesh, slabs(mesh, 3));
+  std::vector<uint64_t> reported;
+  PartsOptions options;
+  options.part_written = [&](uint64_t bytes) {
+    reported.push_back(bytes);
+    return Status();
+  };
+  auto encoded = encode(parts, codings.codings, options);
+  ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
+  ASSERT_EQ(reported.size(), 3u);
+  EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end()));
+  // The container has a header and a directory as well.
+  EXPECT_LT(reported.back(), encoded->containers[0].bytes->size());
+  EXPECT_GT(reported.back() + 1000, encoded->containers[0].bytes->size());
+  options.part_written = [&](uint64_t bytes) {
+    return bytes > reported[0] ? unsupported("too large") : Status();
+  };
+  encoded = encode(parts, codings.codings, options);
+  EXPECT_EQ(encoded.status().message(), "too large");
+}
+
 TEST(EncodeParts, WithoutVerificationTheBytesAreTheSame) {
   const Mesh mesh = reduced(make_sheet(60, 50));
   const Coded codings = default_codings(mesh, false);

@@ -2,6 +2,7 @@
 #include <fstream>
 
 #include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/files/files.h"
 #include "src/cpu/cpu_backend.h"
@@ -75,6 +76,59 @@ TEST_F(DecodeToFile, GivesTheSameOutputForManyPrimitivesInAllForms) {
   options.condense = true;
   ASSERT_TRUE(encode(document, options).ok());
   expect_same_output(document);
+}
+
+// They are decoded one after the other, between containers that are decoded window by window.
+TEST_F(DecodeToFile, GivesTheSameOutputForStockDraco) {
+  Document document = document_from_mesh(rich_mesh(20, 10));
+  Json meshes = document.json["meshes"];
+  for (const uint32_t columns : {25u, 30u, 35u}) {
+    const Document other = document_from_mesh(rich_mesh(columns, 10));
+    Json& json = document.json;
+    const size_t views = json["bufferViews"].size(), accessors = json["accessors"].size();
+    const size_t buffer = document.buffers.size();
+    json["buffers"].push_back(other.json["buffers"][0]);
+    document.buffers.push_back(other.buffers[0]);
+    for (Json view : other.json["bufferViews"]) {
+      view["buffer"] = buffer;
+      json["bufferViews"].push_back(std::move(view));
+    }
+    for (Json accessor : other.json["accessors"]) {
+      accessor["bufferView"] = accessor["bufferView"].get<size_t>() + views;
+      json["accessors"].push_back(std::move(accessor));
+    }
+    Json mesh = other.json["meshes"][0];
+    for (auto& [semantic, index] : mesh["primitives"][0]["attributes"].items())
+      index = index.get<size_t>() + accessors;
+    mesh["primitives"][0]["indices"] = mesh["primitives"][0]["indices"].get<size_t>() + accessors;
+    json["meshes"].push_back(std::move(mesh));
+  }
+  EncodeDocumentOptions options;
+  options.patch_faces = 500;
+  options.compat = Compat::kKhr;  // all of them become stock Draco
+  ASSERT_TRUE(encode_document(document, options, draco_backend(), test_pool()).ok());
+  expect_same_output(document);
+}
+
+TEST_F(DecodeToFile, TheDocumentStatesTheBytes) {
+  for (const bool in_patches : {true, false}) {
+    Document document = document_from_mesh(rich_mesh(40, 30));
+    EncodeDocumentOptions options;
+    options.patches = in_patches ? 4 : 1;
+    options.compat = in_patches ? Compat::kNone : Compat::kKhr;
+    ASSERT_TRUE(encode(document, options).ok());
+    const StatedBytes stated = stated_bytes(document);
+    EXPECT_GT(stated.stored, 1000u);
+    ASSERT_TRUE(decode(document).ok());
+    EXPECT_LE(stated.decoded, document.buffers[0].size()) << in_patches;
+    EXPECT_GT(stated.decoded + 8, document.buffers[0].size()) << in_patches;  // bytes move in blocks of 8
+    EXPECT_EQ(stated_bytes(document).decoded, 0u);
+  }
+  // A count that the stored bytes do not justify is an error of decoding.
+  Document document = document_from_mesh(rich_mesh(40, 30));
+  ASSERT_TRUE(encode(document).ok());
+  accessor_of(document, "POSITION")["count"] = 4000000000;
+  EXPECT_EQ(stated_bytes(document).decoded, 0u);
 }
 
 TEST_F(DecodeToFile, GivesTheSameErrors) {

@@ -401,6 +401,11 @@ TEST_F(DocumentTest, CopiesImagesToAnotherFolder) {
 TEST(Glb, RefusesMoreThanFourGigabytes) {
   EXPECT_EQ(glb_head("{}", uint64_t{1} << 32).status().code(), StatusCode::kUnsupported);
   EXPECT_TRUE(glb_head("{}", (uint64_t{1} << 32) - 1024));
+  EXPECT_TRUE(check_glb_bytes(UINT32_MAX).ok());
+  const Status status = check_glb_bytes(uint64_t{1} << 32, true);
+  EXPECT_EQ(status.code(), StatusCode::kUnsupported);
+  EXPECT_EQ(status.message(),
+            "a GLB holds at most 4 GB, but this one takes at least 4294967296 bytes; write a .gltf");
 }
 
 TEST(Uri, PercentCodingRoundTrips) {

@@ -109,6 +109,15 @@ InMemory in_memory(const std::string& file, const EncodeDocumentOptions& options
   return result;
 }
 
+Expected<OutOfCoreResult> encode_stream(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
+                                        const EncodeDocumentOptions& options, const OutOfCoreOptions& limits) {
+  Expected<Scanner> scanner = open_scanner(std::move(stream));
+  if (!scanner) return scanner.status();
+  const std::optional<AssetFormat> format = format_of(*scanner, source);
+  if (!format) return unsupported("no format");
+  return encode_out_of_core(*scanner, *format, source, options, limits, test_pool());
+}
+
 OutOfCoreOptions small_parts(const std::filesystem::path& folder, uint64_t faces = 6000) {
   OutOfCoreOptions limits;
   limits.memory = uint64_t{1} << 30;
@@ -122,7 +131,7 @@ void expect_as_in_memory(const std::string& file, EncodeDocumentOptions options 
   const TestFolder folder;
   InMemory expected = in_memory(file, options);
   Expected<OutOfCoreResult> actual =
-      encode_out_of_core(memory_stream(bytes_of(file)), "test", options, small_parts(folder), test_pool());
+      encode_stream(memory_stream(bytes_of(file)), "test", options, small_parts(folder));
   ASSERT_TRUE(actual.ok()) << actual.status().to_string();
   EXPECT_TRUE(std::filesystem::is_empty(folder));
   EXPECT_EQ(actual->warnings, expected.warnings);
@@ -193,6 +202,41 @@ TEST(EncodeOutOfCore, BitsByEdgesAndByAnError) {
 
 TEST(EncodeOutOfCore, Stl) { expect_as_in_memory(stl_of(blob(20000))); }
 
+std::string degenerate_ply(bool equal_points) {
+  std::string text =
+      "ply\nformat ascii 1.0\ncomment test\nelement vertex 6\nproperty float x\nproperty float y\n"
+      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\n"
+      "property list uchar int vertex_indices\nend_header\n";
+  for (int i = 0; i < 6; ++i)
+    text += equal_points ? "1 2 3 9 9 9\n" : std::to_string(i) + " 2 " + std::to_string(i * i) + " 1 2 3\n";
+  return text + (equal_points ? "3 0 1 2\n3 3 4 5\n" : "3 0 0 1\n3 2 3 3\n");
+}
+
+// Nothing is encoded, as in memory.
+TEST(EncodeOutOfCore, OnlyDegenerateTrianglesStayAsTheyAre) {
+  const TestFolder folder;
+  for (const bool equal_points : {false, true}) {
+    const std::string file = degenerate_ply(equal_points);
+    InMemory expected = in_memory(file, {});
+    Expected<OutOfCoreResult> actual =
+        encode_stream(memory_stream(bytes_of(file)), "test", {}, small_parts(folder));
+    ASSERT_TRUE(actual.ok()) << actual.status().to_string();
+    EXPECT_TRUE(std::filesystem::is_empty(folder));
+    ASSERT_EQ(actual->reports.size(), 1u);
+    EXPECT_EQ(actual->reports[0].skipped, expected.reports[0].skipped);
+    EXPECT_EQ(actual->reports[0].skipped, "no triangles but degenerate ones");
+    EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual->document)), "");
+    EXPECT_EQ(actual->document.json, expected.document.json);
+    EXPECT_TRUE(std::ranges::equal(actual->document.buffers[0].bytes(), expected.document.buffers[0].bytes()));
+  }
+  Mesh flat = blob(500);
+  for (auto& face : flat.faces) face[1] = face[0];
+  const auto stl = encode_stream(memory_stream(bytes_of(stl_of(flat))), "test", {}, small_parts(folder));
+  ASSERT_TRUE(stl.ok()) << stl.status().to_string();
+  EXPECT_EQ(stl->reports[0].skipped, "no triangles but degenerate ones");
+  EXPECT_EQ(read(stl->document)->faces.size(), flat.faces.size());
+}
+
 // The stream has no size, and comes in small pieces.
 class Pipe : public ByteStream {
  public:
@@ -222,16 +266,37 @@ TEST(EncodeOutOfCore, ReadsThePackedStreamOnce) {
   packed.resize(state.total_out);
   deflateEnd(&state);
 
-  Expected<OutOfCoreResult> piped =
-      encode_out_of_core(std::make_unique<Pipe>(packed), "-", {}, small_parts(folder), test_pool());
-  Expected<OutOfCoreResult> plain =
-      encode_out_of_core(memory_stream(bytes_of(file)), "-", {}, small_parts(folder), test_pool());
+  Expected<OutOfCoreResult> piped = encode_stream(std::make_unique<Pipe>(packed), "-", {}, small_parts(folder));
+  Expected<OutOfCoreResult> plain = encode_stream(memory_stream(bytes_of(file)), "-", {}, small_parts(folder));
   ASSERT_TRUE(piped.ok()) << piped.status().to_string();
   ASSERT_TRUE(plain.ok());
   EXPECT_EQ(compare_meshes(*read(plain->document), *read(piped->document)), "");
   packed.resize(packed.size() / 2);
-  piped = encode_out_of_core(std::make_unique<Pipe>(packed), "-", {}, small_parts(folder), test_pool());
+  piped = encode_stream(std::make_unique<Pipe>(packed), "-", {}, small_parts(folder));
   EXPECT_EQ(piped.status().code(), StatusCode::kInvalidInput) << piped.status().to_string();
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
+}
+
+// The header may state anything: it is invalid, and not a lack of space that may pass.
+TEST(EncodeOutOfCore, AHeaderThatLiesIsInvalid) {
+  const TestFolder folder;
+  std::string ply = ply_of(blob(2000), Form::kLittle);
+  const size_t count = ply.find("element vertex ") + 15;
+  ply.replace(count, ply.find('\n', count) - count, "4000000000");
+  std::string stl = stl_of(blob(2000));
+  const uint32_t facets = 4000000000;
+  std::memcpy(stl.data() + 80, &facets, sizeof facets);
+  for (const std::string& file : {ply, stl}) {
+    std::string note;
+    OutOfCoreOptions limits = small_parts(folder);
+    limits.note = [&](const std::string& text) { note = text; };
+    const Status whole = encode_stream(memory_stream(bytes_of(file)), "a.stl", {}, limits).status();
+    EXPECT_EQ(whole.code(), StatusCode::kInvalidInput) << whole.to_string();
+    EXPECT_EQ(note, "");
+    const Status piped = encode_stream(std::make_unique<Pipe>(bytes_of(file)), "a.stl", {}, limits).status();
+    EXPECT_EQ(piped.code(), StatusCode::kInvalidInput) << piped.to_string();
+    EXPECT_TRUE(note.ends_with(", according to the header")) << note;
+  }
   EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
@@ -241,8 +306,8 @@ TEST(EncodeOutOfCore, OnePartIsTheContainerOfEncodingInMemory) {
   EncodeDocumentOptions options;
   options.patches = 4;
   InMemory expected = in_memory(file, options);
-  Expected<OutOfCoreResult> actual = encode_out_of_core(memory_stream(bytes_of(file)), "test", options,
-                                                        small_parts(folder, 1000000), test_pool());
+  Expected<OutOfCoreResult> actual =
+      encode_stream(memory_stream(bytes_of(file)), "test", options, small_parts(folder, 1000000));
   ASSERT_TRUE(actual.ok()) << actual.status().to_string();
   const auto container = [](Document& document) {
     const Json& extension = primitive_of(document)["extensions"]["PSPLIT_mesh_draco_patches"];
@@ -272,8 +337,7 @@ TEST(EncodeOutOfCore, SaysWhichOptionsCannotWork) {
 TEST(EncodeOutOfCore, SaysWhatItCannotRead) {
   const TestFolder folder;
   const auto status_of = [&](const std::string& file) {
-    return encode_out_of_core(memory_stream(bytes_of(file)), "test", {}, small_parts(folder), test_pool())
-        .status();
+    return encode_stream(memory_stream(bytes_of(file)), "test", {}, small_parts(folder)).status();
   };
   EXPECT_EQ(status_of("").code(), StatusCode::kInvalidInput);
   EXPECT_EQ(status_of("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").code(), StatusCode::kUnsupported);
@@ -364,6 +428,83 @@ TEST(EncodeLargePrimitives, SeveralContainersBecomePrimitives) {
     faces += part->faces.size();
   }
   EXPECT_EQ(faces, read(expected)->faces.size());
+}
+
+TEST(EncodeLargePrimitives, OnlyDegenerateTrianglesStayAsTheyAre) {
+  const TestFolder folder;
+  Document expected = large_and_small(30000);
+  // The last primitive of each mesh has degenerate triangles only, and the one before becomes several.
+  Json indices = accessor_of(expected, "indices"), positions = accessor_of(expected, "POSITION");
+  const uint32_t zeros[30000] = {};
+  const int64_t view = append_buffer_view(expected, {reinterpret_cast<const uint8_t*>(zeros), sizeof zeros});
+  indices["bufferView"] = view;
+  indices["count"] = 30000;
+  indices["componentType"] = 5125;
+  for (const char* bound : {"min", "max"}) indices.erase(bound);
+  const size_t accessor = expected.json["accessors"].size();
+  expected.json["accessors"].push_back(indices);
+  for (const size_t mesh : {0u, 1u}) {
+    Json flat = primitive_of(expected, mesh);
+    flat["indices"] = accessor;
+    flat["attributes"] = {{"POSITION", flat["attributes"]["POSITION"]}};
+    expected.json["meshes"][mesh]["primitives"].push_back(std::move(flat));
+  }
+  Document actual = expected;
+  const auto expected_reports = encode(expected);
+  ASSERT_TRUE(expected_reports.ok()) << expected_reports.status().to_string();
+  OutOfCoreOptions limits = small_parts(folder);
+  limits.most_container_points = 8000;
+  EncodeDocumentOptions options;
+  options.volume = QuantizationVolume::kPrimitive;
+  const auto reports = encode_large_primitives(actual, options, limits, draco_backend(), test_pool());
+  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+  const size_t count = actual.json["meshes"][0]["primitives"].size();
+  ASSERT_GT(count, 2u);
+  for (const size_t mesh : {0u, 1u}) {
+    const Json& last = actual.json["meshes"][mesh]["primitives"][count - 1];
+    EXPECT_FALSE(last.contains("extensions")) << last;
+    EXPECT_EQ(read(actual, mesh, count - 1)->faces.size(), 10000u);
+    const auto report = std::ranges::find_if(
+        *reports, [&](const PrimitiveReport& r) { return r.id.mesh == mesh && r.id.primitive == count - 1; });
+    ASSERT_NE(report, reports->end());
+    EXPECT_EQ(report->skipped, (*expected_reports)[1].skipped);
+  }
+}
+
+TEST(EncodeLargePrimitives, WeightsKeepTheirSumAsInMemory) {
+  const TestFolder folder;
+  Mesh mesh = blob(30000);
+  Attribute weights{"WEIGHTS_0", ComponentType::kFloat32, 4, false, {}};
+  Attribute joints{"JOINTS_0", ComponentType::kUint8, 4, false, {}};
+  weights.values.resize(mesh.point_count * weights.stride());
+  joints.values.assign(mesh.point_count * joints.stride(), std::byte{1});
+  for (uint32_t i = 0; i < mesh.point_count; ++i) {
+    const float a = static_cast<float>(i % 97) / 97, b = (1 - a) / 3;
+    const float values[4] = {a, b, b, 1 - a - 2 * b};
+    std::memcpy(weights.values.data() + i * sizeof values, values, sizeof values);
+  }
+  mesh.attributes.push_back(weights);
+  mesh.attributes.push_back(joints);
+  Document expected = document_from_mesh(mesh), actual = expected;
+  ASSERT_TRUE(encode(expected).ok());
+  const auto reports = encode_large_primitives(actual, {}, small_parts(folder), draco_backend(), test_pool());
+  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+  EXPECT_GT((*reports)[0].streams.size(), 1u);
+  EXPECT_EQ(compare_meshes(*read(expected), *read(actual)), "");
+}
+
+TEST(EncodeLargePrimitives, SaysWhichPositionIsNotFinite) {
+  const TestFolder folder;
+  Document document = large_and_small(20000);
+  const int64_t view = accessor_of(document, "POSITION")["bufferView"].get<int64_t>();
+  const auto offset = document.json["bufferViews"][static_cast<size_t>(view)].value("byteOffset", size_t{0});
+  const float value = NAN;
+  std::memcpy(document.buffers[0].own().data() + offset + 12 * 70 + 4, &value, sizeof value);
+  const Status status =
+      encode_large_primitives(document, {}, small_parts(folder), draco_backend(), test_pool()).status();
+  EXPECT_EQ(status.code(), StatusCode::kInvalidInput) << status.to_string();
+  EXPECT_TRUE(status.message().starts_with("accessor ")) << status.message();
+  EXPECT_TRUE(status.message().ends_with(": the position of point 70 is not finite")) << status.message();
 }
 
 TEST(EncodeLargePrimitives, SaysWhatDoesNotFit) {

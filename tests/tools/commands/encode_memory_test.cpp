@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -86,6 +87,107 @@ TEST_F(EncodeMemory, SaysTheTemporarySpaceAndReadsStdin) {
   EXPECT_TRUE(contains(outcome.err, "of temporary space in " + path(""))) << outcome.err;
   ASSERT_EQ(run({"encode", scan, path("a.glb"), "-q"}), 0) << err_;
   EXPECT_EQ(run({"compare", path("a.glb"), path("b.glb")}), 0) << out_ << err_;
+}
+
+// What is read from a pipe is the same as from a file.
+TEST_F(EncodeMemory, ReadsAllFormatsFromStdin) {
+  ASSERT_EQ(run({"generate", path("a.glb"), "--shape", "blob", "--normals", "--faces", "20k", "-q"}), 0)
+      << err_;
+  write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 3 4\nf 1 4 2\nf 2 4 3\n");
+  write("a.off", "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 2 3\n3 0 3 1\n3 1 3 2\n");
+  std::string stl(84, ' ');
+  for (int i = 0; i < 4; ++i) {
+    std::string facet(50, '\0');
+    const float corners[9] = {0, 0, 0, 1, static_cast<float>(i), 0, 0, 1, static_cast<float>(i)};
+    std::memcpy(facet.data() + 12, corners, sizeof corners);
+    stl += facet;
+  }
+  const uint32_t count = 4;
+  std::memcpy(stl.data() + 80, &count, sizeof count);
+  write("a.stl", stl);
+  const size_t files = file_count();
+  for (const std::string name : {"a.glb", "a.obj", "a.off", "a.stl"}) {
+    for (const std::string out : {"whole.glb", "piped.glb"}) std::filesystem::remove(path(out));
+    ASSERT_EQ(run({"encode", path(name), path("whole.glb"), "--always-patches", "-q"}), 0) << name << err_;
+    const CommandOutcome piped = run_command_on(
+        path(name), {"encode", "-", path("piped.glb"), "--always-patches", "--memory", "1GB", "-q"});
+    ASSERT_EQ(piped.code, 0) << name << piped.err;
+    EXPECT_EQ(run({"compare", path("whole.glb"), path("piped.glb")}), 0) << name << out_ << err_;
+    EXPECT_EQ(file_count(), files + 2);
+  }
+}
+
+TEST_F(EncodeMemory, RefusesOtherFormatsThatDoNotFit) {
+  std::string text;
+  for (int i = 0; i < 300000; ++i)
+    text += "v " + std::to_string(i % 1000) + " " + std::to_string(i / 1000) + " 0\n";
+  for (int i = 1; i < 298000; ++i)
+    text += "f " + std::to_string(i) + " " + std::to_string(i + 1) + " " + std::to_string(i + 1000) + "\nf " +
+            std::to_string(i + 1) + " " + std::to_string(i + 1001) + " " + std::to_string(i + 1000) + "\n";
+  write("a.obj", text);
+  const CommandOutcome piped =
+      run_command_on(path("a.obj"), {"encode", "-", path("b.glb"), "--memory", "128MiB", "-q"});
+  EXPECT_EQ(run({"encode", path("a.obj"), path("b.glb"), "--memory", "128MiB", "-q"}), 5);
+  EXPECT_EQ(piped.code, 5);
+  for (const std::string& message : {err_, piped.err}) {
+    EXPECT_TRUE(contains(message, "may take ")) << message;
+    EXPECT_TRUE(contains(message, "more than --memory allows. Of mesh files, only PLY and STL")) << message;
+  }
+  EXPECT_EQ(file_count(), 1u);
+}
+
+// A GLB that comes through a pipe stays in a temporary file.
+TEST_F(EncodeMemory, StaysBelowTheSizeForAPipedGlb) {
+  ASSERT_EQ(run({"generate", path("scan.glb"), "--shape", "blob", "--normals", "--faces", "600k", "-q"}), 0);
+  ASSERT_EQ(run({"encode", path("scan.glb"), path("whole.glb"), "--always-patches", "-q"}), 0) << err_;
+  uint64_t peak = 0;
+  const Child child({"sh", "-c", "cat \"$1\" | exec \"$0\" encode - \"$2\" --memory 128MiB -q -j 2",
+                     PSPLIT_COMMAND, path("scan.glb"), path("out.glb")});
+  ASSERT_EQ(child.wait(), 0);
+  EXPECT_EQ(run({"compare", path("whole.glb"), path("out.glb")}), 0) << out_ << err_;
+  const Child direct({"sh", "-c", "exec \"$0\" encode - \"$2\" --memory 128MiB -q -j 2 < \"$1\"",
+                      PSPLIT_COMMAND, path("scan.glb"), path("out.glb")});
+  ASSERT_EQ(direct.wait(&peak), 0);
+#if !defined(PSPLIT_ASAN) && !defined(PSPLIT_TSAN)
+  EXPECT_GT(peak, uint64_t{10} << 20);
+  EXPECT_LT(peak, uint64_t{128} << 20);
+#endif
+}
+
+TEST_F(EncodeMemory, OtherCommandsPutPipesIntoTemporaryFilesToo) {
+  ASSERT_EQ(run({"generate", path("a.glb"), "--shape", "blob", "--normals", "--faces", "20k", "-q"}), 0)
+      << err_;
+  ASSERT_EQ(run({"encode", path("a.glb"), path("b.glb"), "--always-patches", "-q"}), 0) << err_;
+  ASSERT_EQ(run({"decode", path("b.glb"), path("c.glb"), "-q"}), 0) << err_;
+  const auto on_stdin = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--memory", "1kB", "--temporary", path("")});
+    const CommandOutcome outcome = run_command_on(path("b.glb"), std::move(words));
+    EXPECT_EQ(outcome.code, 0) << outcome.out << outcome.err;
+  };
+  on_stdin({"decode", "-", path("d.glb"), "-q"});
+  EXPECT_EQ(read_bytes(path("c.glb")), read_bytes(path("d.glb")));
+  on_stdin({"validate", "-"});
+  on_stdin({"compare", "-", path("a.glb")});
+  EXPECT_EQ(file_count(), 4u);
+  write("broken", "glTF");
+  EXPECT_EQ(run_command_on(path("broken"), {"validate", "-", "--memory", "1kB"}).code, 3);
+  EXPECT_EQ(run_command_on(path("broken"), {"decode", "-", path("e.glb"), "--memory", "1kB"}).code, 3);
+}
+
+// Streams of stock Draco are decoded one after the other, into a temporary file.
+TEST_F(EncodeMemory, DecodeKeepsOnePrimitiveOfStockDracoInMemory) {
+  ASSERT_EQ(run({"encode", ply("600k"), path("khr.glb"), "--compat", "khr", "--patches", "8", "-q"}), 0)
+      << err_;
+  uint64_t whole = 0, bounded = 0;
+  const Child in_memory({PSPLIT_COMMAND, "decode", path("khr.glb"), path("a.glb"), "-q", "-j", "1"});
+  ASSERT_EQ(in_memory.wait(&whole), 0);
+  const Child to_file(
+      {PSPLIT_COMMAND, "decode", path("khr.glb"), path("b.glb"), "--memory", "16MB", "-q", "-j", "1"});
+  ASSERT_EQ(to_file.wait(&bounded), 0);
+  EXPECT_EQ(read_bytes(path("a.glb")), read_bytes(path("b.glb")));
+#if !defined(PSPLIT_ASAN) && !defined(PSPLIT_TSAN)
+  EXPECT_LT(bounded, whole / 5 * 4) << whole;
+#endif
 }
 
 TEST_F(EncodeMemory, RefusesWhatCannotWork) {

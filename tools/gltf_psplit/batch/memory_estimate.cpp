@@ -12,6 +12,7 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "gltf_ext/mesh_files/ply_header.h"
 #include "gltf_ext/mesh_files/stl.h"
@@ -258,7 +259,7 @@ Counts counts_of_obj(Scanner& scanner, const std::string& path, uint64_t bytes, 
   return lines.counts(bytes);
 }
 
-Counts counts_of_mesh_file(const std::string& path, uint64_t file_bytes) {
+Counts counts_of_mesh_file(const std::string& path, const std::string& name, uint64_t file_bytes) {
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
   if (!stream) return {};
   std::vector<uint8_t> front(4);
@@ -268,14 +269,13 @@ Counts counts_of_mesh_file(const std::string& path, uint64_t file_bytes) {
   if (is_packed) content = unpack_gzip(std::move(content));
   Scanner scanner(std::move(content));
   const uint64_t bytes = is_packed ? unpacked_bytes(path, file_bytes) : file_bytes;
-  const std::string_view head = scanner.peek(64);
-  const std::filesystem::path name =
-      is_packed ? std::filesystem::path(path).stem() : std::filesystem::path(path);
-  if (head.starts_with("ply")) return counts_of_ply(scanner, bytes);
-  if (head.starts_with("DRACO")) return counts_of_draco(head, bytes);
-  if (lower_extension(name) == ".stl") return counts_of_stl(scanner, bytes);
-  if (lower_extension(name) == ".off") return counts_of_off(scanner, bytes);
-  if (lower_extension(name) == ".obj") return counts_of_obj(scanner, path, bytes, is_packed);
+  const std::optional<AssetFormat> format = format_of(scanner, name);
+  constexpr size_t kHead = 64;
+  if (format == AssetFormat::kPly) return counts_of_ply(scanner, bytes);
+  if (format == AssetFormat::kDraco) return counts_of_draco(scanner.peek(kHead), bytes);
+  if (format == AssetFormat::kStl) return counts_of_stl(scanner, bytes);
+  if (format == AssetFormat::kOff) return counts_of_off(scanner, bytes);
+  if (format == AssetFormat::kObj) return counts_of_obj(scanner, path, bytes, is_packed);
   // A packed GLB, for example.
   constexpr uint64_t kFace = 12;
   return {bytes / kFace, bytes, bytes};
@@ -285,7 +285,7 @@ Counts counts_of_mesh_file(const std::string& path, uint64_t file_bytes) {
 
 // The factors were fitted to the peaks of 100,000 to 2 million faces with 12 to 48 bytes of attributes, on two
 // threads; then a fifth was added.
-uint64_t estimate_memory(const std::string& path, BatchVerb verb) {
+uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::string& name) {
   struct Factors {
     uint64_t byte, face, value;  // for each byte of the file, each face, each byte of attributes
   };
@@ -295,7 +295,7 @@ uint64_t estimate_memory(const std::string& path, BatchVerb verb) {
                                                          : Factors{2, 65, 7};
   const uint64_t bytes = bytes_on_disk(path).files;
   const Expected<Json> json = read_asset_json(path);
-  Counts counts = json ? counts_of_gltf(*json) : counts_of_mesh_file(path, bytes);
+  Counts counts = json ? counts_of_gltf(*json) : counts_of_mesh_file(path, name.empty() ? path : name, bytes);
   if (json) counts.bytes = bytes;
   constexpr uint64_t kLeast = uint64_t{1} << 20;
   return kLeast +

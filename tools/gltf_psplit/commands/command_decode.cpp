@@ -80,8 +80,9 @@ Status run_decode(const Arguments& arguments, const Session& session) {
     return {StatusCode::kUsage, "--memory cannot be kept with --to draco: stock Draco needs whole meshes"};
   const Stopwatch watch;
   WriteReport written;
-  Expected<Document> document = read_for_output(arguments.input, arguments.output, arguments.report,
-                                                session.log, written, arguments.backend.name);
+  Expected<Document> document =
+      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written,
+                      arguments.backend.name, spool_folder(arguments.memory, arguments.output));
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   if (arguments.target != "draco" && is_glb_output(arguments.output))

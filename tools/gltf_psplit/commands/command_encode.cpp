@@ -7,8 +7,11 @@
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/mesh_files/read_asset.h"
+#include "gltf_ext/mesh_files/spool_bytes.h"
 #include "gltf_ext/out_of_core/encode_large_primitives.h"
 #include "gltf_ext/out_of_core/encode_out_of_core.h"
+#include "gltf_ext/out_of_core/read_spool.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/commands/commands.h"
@@ -59,6 +62,16 @@ Json report_json(const Arguments& arguments, const EncodeResult& result, const A
           {"primitives", result.primitives}};
 }
 
+Expected<Encoded> encode_in_memory(Document document, const Arguments& arguments, const Session& session) {
+  Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
+  ProgressBar bar("encoding", session.log);
+  Expected<std::vector<PrimitiveReport>> reports = encode_document(
+      encoded.document, arguments.encode.options, find_backend({}), session.pool, bar.callback("face"));
+  if (!reports) return reports.status().at({.file = arguments.input});
+  encoded.reports = std::move(*reports);
+  return encoded;
+}
+
 Expected<Encoded> encode_whole(const Arguments& arguments, const Session& session, WriteReport& written) {
   // Large arrays are allocated and freed all the time. If freed memory went back to the system, the next array
   // would fault in page by page, each cleared first. For meshes of millions of faces, this costs a tenth of the
@@ -67,14 +80,7 @@ Expected<Encoded> encode_whole(const Arguments& arguments, const Session& sessio
   Expected<Document> document =
       read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
   if (!document) return document.status();
-  Encoded encoded{std::move(*document), {}, {}};
-  encoded.input_bytes = bytes_on_disk(encoded.document.source.string());
-  ProgressBar bar("encoding", session.log);
-  Expected<std::vector<PrimitiveReport>> reports = encode_document(
-      encoded.document, arguments.encode.options, find_backend({}), session.pool, bar.callback("face"));
-  if (!reports) return reports.status().at({.file = arguments.input});
-  encoded.reports = std::move(*reports);
-  return encoded;
+  return encode_in_memory(std::move(*document), arguments, session);
 }
 
 OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
@@ -95,14 +101,10 @@ Status check_files(const Arguments& arguments, WriteReport& written) {
   return check_not_an_output(arguments.report, "--report", written);
 }
 
-// A glTF asset in bounded memory. Nothing but its JSON is read at first: so there is no warning of normals that
-// are not of unit length.
-Expected<Encoded> encode_large_asset(const Arguments& arguments, const Session& session, WriteReport& written) {
-  if (Status status = check_files(arguments, written); !status.ok()) return status;
-  Expected<Document> document = read_document(arguments.input, FileAccess::kMap);
-  if (!document) return document.status();
-  if (Status status = check_not_an_input(arguments.report, "--report", *document); !status.ok()) return status;
-  Encoded encoded{std::move(*document), {}, bytes_on_disk(arguments.input)};
+// A glTF asset in bounded memory.
+Expected<Encoded> encode_large_asset(Document document, const Arguments& arguments, const Session& session) {
+  if (Status status = check_not_an_input(arguments.report, "--report", document); !status.ok()) return status;
+  Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
   ProgressBar bar("encoding", session.log);
   Expected<std::vector<PrimitiveReport>> reports =
       encode_large_primitives(encoded.document, arguments.encode.options, limits_of(arguments, session),
@@ -112,30 +114,76 @@ Expected<Encoded> encode_large_asset(const Arguments& arguments, const Session& 
   return encoded;
 }
 
-// A mesh file in bounded memory.
-Expected<Encoded> encode_large_file(const Arguments& arguments, const Session& session, WriteReport& written) {
-  if (Status status = check_files(arguments, written); !status.ok()) return status;
-  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input);
-  if (!stream) return stream.status().at({.file = arguments.input});
+// A PLY or an STL in bounded memory.
+Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format, const Arguments& arguments,
+                                    const Session& session) {
   ProgressBar bar("encoding", session.log);
   Expected<OutOfCoreResult> result =
-      encode_out_of_core(std::move(*stream), arguments.input, arguments.encode.options,
+      encode_out_of_core(scanner, format, arguments.input, arguments.encode.options,
                          limits_of(arguments, session), session.pool, bar.callback("face"));
   if (!result) return result.status();
   for (const std::string& warning : result->warnings) session.log.warning(arguments.input + ": " + warning);
   return Encoded{std::move(result->document), std::move(result->reports), bytes_on_disk(arguments.input)};
 }
 
-// Pipes can be read only once: they are not looked into before.
+Status too_large(uint64_t estimate) {
+  return unsupported(
+      "may take " + as_bytes(estimate) +
+      " of memory, which is more than --memory allows. Of mesh files, only PLY and STL are encoded "
+      "part by part");
+}
+
+// The content of a pipe or of a packed file, which is in a temporary file now.
+Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& arguments,
+                                 const Session& session) {
+  Expected<Scanner> scanner = open_scanner(memory_stream(spooled.bytes.bytes()));
+  if (!scanner) return scanner.status();
+  const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
+  // A binary STL is known by its size alone.
+  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session);
+  const bool is_gltf = format == AssetFormat::kGltf;
+  const uint64_t estimate = is_gltf ? 0
+                                    : kProcessMemory + estimate_memory(spooled.file.path().string(),
+                                                                       BatchVerb::kEncode, arguments.input);
+  if (estimate > arguments.memory) return too_large(estimate);
+  Expected<Asset> asset = read_asset(spooled.bytes, arguments.input, find_describer("auto"));
+  if (!asset) return asset.status();
+  for (const std::string& warning : asset->warnings) session.log.warning(arguments.input + ": " + warning);
+  return is_gltf ? encode_large_asset(std::move(asset->document), arguments, session)
+                 : encode_in_memory(std::move(asset->document), arguments, session);
+}
+
+// A mesh file that may not fit, or the content of a pipe. Pipes can be read only once, and do not tell their
+// size: PLY and STL are read as a stream, all else is put into a temporary file first.
+Expected<Encoded> encode_stream(const Arguments& arguments, const Session& session, bool is_file) {
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input);
+  if (!stream) return stream.status();
+  Expected<Scanner> scanner = open_scanner(std::move(*stream));
+  if (!scanner) return scanner.status();
+  const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
+  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session);
+  if (is_file && format != AssetFormat::kGltf)
+    return too_large(kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode));
+  const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limits_of(arguments, session).temporary);
+  if (!spooled) return spooled.status();
+  return encode_spooled(*spooled, arguments, session);
+}
+
 Expected<Encoded> encode_input(const Arguments& arguments, const Session& session, WriteReport& written) {
   if (arguments.memory == 0) return encode_whole(arguments, session, written);
   std::error_code error;
-  if (arguments.input == "-" || !std::filesystem::is_regular_file(arguments.input, error))
-    return encode_large_file(arguments, session, written);
-  if (kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory)
+  const bool is_file = arguments.input != "-" && std::filesystem::is_regular_file(arguments.input, error);
+  if (is_file && kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory)
     return encode_whole(arguments, session, written);
-  return read_asset_json(arguments.input).ok() ? encode_large_asset(arguments, session, written)
-                                               : encode_large_file(arguments, session, written);
+  if (Status status = check_files(arguments, written); !status.ok()) return status;
+  if (is_file && read_asset_json(arguments.input).ok()) {
+    Expected<Document> document = read_input(arguments.input, session.log);
+    if (!document) return document.status();
+    return encode_large_asset(std::move(*document), arguments, session);
+  }
+  Expected<Encoded> encoded = encode_stream(arguments, session, is_file);
+  if (!encoded) return encoded.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
+  return encoded;
 }
 
 Status run_encode(const Arguments& arguments, const Session& session) {
@@ -195,8 +243,8 @@ void add_memory_options(CLI::App& command, Arguments& arguments) {
   CLI::Option* memory =
       add_size_option(command, "--memory", arguments.memory,
                       "Take at most SIZE of memory, such as 4GB. A PLY or STL file, or a plain primitive of "
-                      "glTF, that needs "
-                      "more is read into temporary files and encoded part by part; all else must fit")
+                      "glTF, that needs more is read into temporary files and encoded part by part. All else "
+                      "must fit. Inputs that are not files, such as pipes, are put into temporary files")
           ->group(kGroup);
   add_temporary_option(command, arguments.temporary)->needs(memory);
 }

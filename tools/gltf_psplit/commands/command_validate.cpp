@@ -6,6 +6,7 @@
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/many_files.h"
 #include "tools/gltf_psplit/files/output_checks.h"
+#include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/help_text.h"
@@ -27,7 +28,12 @@ struct Arguments {
 // An asset that cannot be parsed breaks the first rule. Other failures, such as a missing file, are errors.
 Expected<std::vector<Finding>> find_all(const std::string& input, const Arguments& arguments,
                                         const Session& session) {
-  const Expected<Document> document = read_document(input, FileAccess::kMap);
+  Expected<std::optional<MappedFile>> spooled = std::optional<MappedFile>();
+  if (arguments.memory.bytes != 0) spooled = spool_input(input, spool_folder(arguments.memory));
+  if (!spooled && spooled.status().code() != StatusCode::kInvalidInput) return spooled.status();
+  const Expected<Document> document = !spooled   ? spooled.status()
+                                      : *spooled ? parse_document(**spooled, input)
+                                                 : read_document(input, FileAccess::kMap);
   if (document) {
     if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
       return status;

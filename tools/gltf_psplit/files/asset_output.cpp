@@ -51,9 +51,9 @@ void append_written(Json& object, const WriteReport& report) {
 
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Log& log, WriteReport& written,
-                                   const std::string& backend) {
+                                   const std::string& backend, const std::filesystem::path& spool) {
   if (Status status = check_output_paths(output, report); !status.ok()) return status;
-  Expected<Document> document = read_input(input, log, backend);
+  Expected<Document> document = read_input(input, log, backend, FileAccess::kMap, spool);
   if (!document) return document;
   if (Status status = check_not_an_input(report, "--report", *document); !status.ok()) return status;
   written.files = {output};

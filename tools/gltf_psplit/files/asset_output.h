@@ -32,7 +32,8 @@ void append_written(Json& object, const WriteReport& report);
 // output, which becomes the first file of `written`. For the rest see read_input.
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Log& log, WriteReport& written,
-                                   const std::string& backend = "auto");
+                                   const std::string& backend = "auto",
+                                   const std::filesystem::path& spool = {});
 // Writes the document, and logs what `written` then reports. Errors are those of write_document, with the file.
 Status write_asset(const Document& document, const std::string& output, const WriteOptions& options,
                    const Log& log, WriteReport& written);

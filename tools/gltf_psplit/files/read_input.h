@@ -1,6 +1,8 @@
 // The input of a command.
 #pragma once
 
+#include <filesystem>
+#include <optional>
 #include <string>
 
 #include "gltf_ext/document/document.h"
@@ -17,8 +19,13 @@ void add_input_option(CLI::App& command, std::string& path);
 
 // Reads any file that read_asset supports (gltf_ext/mesh_files/read_asset.h); "-" is stdin. Its warnings go to
 // the log. Large glTF files are mapped, unless `access` says otherwise. The document of a Draco file holds the
-// file's stream, which the named backend described.
+// file's stream, which the named backend described. If `spool` is a folder, the content of a pipe is put into a
+// temporary file there, and is not in memory as a whole.
 Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend = "auto",
-                              FileAccess access = FileAccess::kMap);
+                              FileAccess access = FileAccess::kMap, const std::filesystem::path& spool = {});
+
+// The content of an input that can be read only once, such as stdin, in a temporary file in `folder`. Nothing
+// if the input is a regular file.
+Expected<std::optional<MappedFile>> spool_input(const std::string& path, const std::filesystem::path& folder);
 
 }  // namespace psplit

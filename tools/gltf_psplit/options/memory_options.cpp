@@ -50,6 +50,10 @@ std::filesystem::path temporary_folder(const std::string& wanted, const std::str
   return found == folders.end() ? folders.front() : *found;
 }
 
+std::filesystem::path spool_folder(const MemoryChoice& choice, const std::string& output) {
+  return choice.bytes == 0 ? std::filesystem::path() : temporary_folder(choice.temporary, output);
+}
+
 MemoryLimit memory_limit(const MemoryChoice& choice, const std::string& output) {
   return {choice.bytes != 0 ? choice.bytes : default_memory(cgroup_limits()),
           temporary_folder(choice.temporary, output)};

@@ -30,6 +30,9 @@ void add_memory_options(CLI::App& command, MemoryChoice& choice, const std::stri
 // temporary files, /var/tmp. If there is none, the first of them.
 std::filesystem::path temporary_folder(const std::string& wanted, const std::string& output);
 
+// The folder for the content of pipes; empty if no memory is stated: then they are read into memory.
+std::filesystem::path spool_folder(const MemoryChoice& choice, const std::string& output = "-");
+
 // The limit for primitives. `output` is the path of the asset that the command writes, or "-".
 MemoryLimit memory_limit(const MemoryChoice& choice, const std::string& output = "-");
 

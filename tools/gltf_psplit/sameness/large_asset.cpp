@@ -1,17 +1,16 @@
 #include "tools/gltf_psplit/sameness/large_asset.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/files/files.h"
-#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/mesh_files/asset_format.h"
-#include "gltf_ext/mesh_files/ply.h"
-#include "gltf_ext/mesh_files/ply_header.h"
-#include "gltf_ext/mesh_files/stl.h"
-#include "gltf_ext/out_of_core/mesh_spool.h"
+#include "gltf_ext/mesh_files/read_asset.h"
+#include "gltf_ext/mesh_files/spool_bytes.h"
+#include "gltf_ext/out_of_core/read_spool.h"
+#include "gltf_ext/out_of_core/spooled_mesh.h"
+#include "gltf_ext/primitive/view_in_place.h"
 #include "src/container/claims.h"
 #include "tools/gltf_psplit/files/read_input.h"
 
@@ -20,105 +19,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The points and faces of a spool in one temporary file: records, then three indices for each face.
-Expected<LargePrimitive> primitive_of(const MeshSpool& spool, const fs::path& folder) {
-  LargePrimitive primitive;
-  const uint64_t record = spool.record_bytes();
-  const uint64_t points = spool.point_count(), faces = spool.face_count();
-  if (points >= UINT32_MAX || 3 * faces > UINT32_MAX)
-    return unsupported("has more points or indices than a comparison can number");
-  const uint64_t index_offset = (points * record + 3) / 4 * 4;
-  Expected<FileMemory> memory = FileMemory::create(folder, index_offset + faces * sizeof(Face));
-  if (!memory) return memory.status();
-  primitive.memory = *memory;
-  const std::span<uint8_t> bytes = memory->bytes();
-  const std::span<uint8_t> index_bytes = bytes.subspan(static_cast<size_t>(index_offset));
-  uint8_t* to = bytes.data();
-  Status status = spool.for_each_point([&](uint64_t, std::span<const uint8_t> records) -> Status {
-    std::memcpy(to, records.data(), records.size());
-    release_mapped({to, records.size()});
-    to += records.size();
-    return {};
-  });
-  if (!status.ok()) return status;
-  size_t written = 0;
-  const auto write = [&](const Face& face) {
-    std::memcpy(index_bytes.data() + written * sizeof(Face), face.data(), sizeof(Face));
-    if (++written % (kReleaseStep / sizeof(Face)) == 0)
-      release_mapped(index_bytes.first(written * sizeof(Face)));
-  };
-  if (spool.is_soup()) {
-    for (uint32_t i = 0; i < faces; ++i) write({3 * i, 3 * i + 1, 3 * i + 2});
-  } else {
-    status = spool.for_each_face([&](std::span<const Face> block) -> Status {
-      for (const Face& face : block) write(face);
-      return {};
-    });
-    if (!status.ok()) return status;
-  }
-  release_mapped(bytes);
-  primitive.view.point_count = static_cast<uint32_t>(points);
-  size_t offset = 0;
-  for (const Attribute& attribute : spool.attributes()) {
-    primitive.view.attributes.push_back(
-        {attribute.semantic,
-         {attribute.component_type, attribute.component_count, attribute.normalized,
-          static_cast<uint32_t>(points), std::as_bytes(bytes.subspan(offset)), static_cast<size_t>(record)}});
-    offset += attribute.stride();
-  }
-  primitive.view.indices = {ComponentType::kUint32, 1, false, static_cast<uint32_t>(3 * faces),
-                            std::as_bytes(index_bytes)};
-  return primitive;
-}
-
 Expected<LargeAsset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& folder) {
   Losses losses;
   SpoolOptions options;
   options.folder = folder;
   options.most_zero_normals = uint64_t{1} << 20;
-  Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(options), losses);
+  const Expected<std::unique_ptr<MeshSpool>> spool = read_spool(scanner, format, std::move(options), losses);
   if (!spool) return spool.status();
-  Status status;
-  if (format == AssetFormat::kPly) {
-    skip_byte_order_mark(scanner);
-    const Expected<PlyHeader> header = read_ply_header(scanner);
-    if (!header) return header.status();
-    status = read_ply(scanner, *header, **spool, losses);
-  } else {
-    status = read_stl(scanner, **spool, losses);
-  }
-  if (Status failure = scanner.failure(); !failure.ok()) return failure;
-  if (status.ok()) status = (*spool)->finish();
-  if (!status.ok()) return status;
-  Expected<LargePrimitive> primitive = primitive_of(**spool, folder);
-  if (!primitive) return primitive.status();
+  const Expected<SpooledMesh> mesh = lay_out_spool(**spool, folder);
+  if (!mesh) return mesh.status();
+  LargePrimitive primitive;
+  primitive.view = mesh->laid_out.view;
+  primitive.memory = mesh->memory;
   LargeAsset asset;
   asset.mesh_count = 1;
-  asset.primitives.push_back(std::move(*primitive));
+  asset.primitives.push_back(std::move(primitive));
   return asset;
 }
 
-// The accessors of a primitive as they are, or nothing if they must be read into memory.
-std::optional<MeshView> view_in_place(const Document& document, PrimitiveId id) {
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  const Json* attributes = object_field(primitive, "attributes");
-  const auto indices = integer_field(primitive, "indices");
-  if (attributes == nullptr || !indices || integer_field_or(primitive, "mode", 4) != 4) return std::nullopt;
-  MeshView view;
-  for (const auto& [semantic, index] : attributes->items()) {
-    const Expected<ValuesView> values = accessor_view(document, integer_value(index).value_or(-1));
-    if (!values) return std::nullopt;
-    view.point_count = values->count;
-    view.attributes.push_back({semantic, *values});
-  }
-  const Expected<ValuesView> values = accessor_view(document, *indices);
-  const bool is_same_count = std::ranges::all_of(
-      view.attributes, [&](const auto& found) { return found.values.count == view.point_count; });
-  if (!values || !is_same_count || values->component_count != 1 || values->value_bytes() > 4 ||
-      values->component_type == ComponentType::kFloat32 || values->count % 3 != 0)
-    return std::nullopt;
-  view.indices = *values;
-  return view;
+// The rest of a stream that was looked into.
+Expected<Document> read_pipe(Scanner& scanner, const std::string& path, const BackendChoice& backend,
+                             const fs::path& folder) {
+  const Expected<SpooledBytes> spooled = spool_bytes(scanner, folder);
+  if (!spooled) return spooled.status().at({.file = path});
+  Expected<Asset> asset = read_asset(spooled->bytes, path, find_describer(backend.name));
+  if (!asset) return asset.status();
+  return std::move(asset->document);
 }
 
 Status decode_patches(const Document& document, PrimitiveId id, const MemoryLimit& limit,
@@ -151,8 +77,7 @@ Status read_primitive_of(const Document& document, PrimitiveId id, const Backend
     return unsupported("morph targets are compared only in memory: raise --memory");
   primitive.mesh = id.mesh;
   primitive.material = integer_field_or(json, "material", -1).value_or(-1);
-  const std::optional<MeshView> in_place =
-      kind->storage == PrimitiveStorage::kPlain ? view_in_place(document, id) : std::nullopt;
+  const std::optional<MeshView> in_place = view_in_place(document, id);
   if (kind->storage == PrimitiveStorage::kPatches) {
     if (Status status = decode_patches(document, id, limit, pool, primitive); !status.ok()) return status;
   } else if (in_place) {
@@ -211,11 +136,15 @@ Expected<LargeAsset> read_large_asset(const std::string& path, const BackendChoi
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
   if (!scanner) return scanner.status().at({.file = path});
   const std::optional<AssetFormat> format = format_of(*scanner, path);
-  if (format == AssetFormat::kPly || format == AssetFormat::kStl) {
+  if (format && can_be_spooled(*format)) {
     Expected<LargeAsset> asset = read_mesh_file(*scanner, *format, limit.folder);
     return asset ? std::move(asset) : asset.status().at({.file = path});
   }
-  Expected<Document> document = read_input(path, session.log, backend.name);
+  // A pipe can be read only once.
+  std::error_code error;
+  const bool is_file = path != "-" && fs::is_regular_file(path, error);
+  Expected<Document> document =
+      is_file ? read_input(path, session.log, backend.name) : read_pipe(*scanner, path, backend, limit.folder);
   if (!document) return document.status();
   LargeAsset asset;
   asset.document = std::move(*document);

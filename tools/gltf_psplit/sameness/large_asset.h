@@ -36,9 +36,9 @@ struct LargeAsset {
 // the file cannot be read (reading it then reports the error), or if it surely fits into the limit.
 uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit);
 
-// Patches and mesh files (PLY, STL) are put into temporary files, plain accessors stay where they are. Errors:
-// kUnsupported for what only a comparison in memory compares: lines, points, morph targets, positions that are
-// not floats; those of reading.
+// Patches, mesh files (PLY, STL) and the content of pipes are put into temporary files, plain accessors stay
+// where they are. Errors: kUnsupported for what only a comparison in memory compares: lines, points, morph
+// targets, positions that are not floats; those of reading.
 Expected<LargeAsset> read_large_asset(const std::string& path, const BackendChoice& backend,
                                       const MemoryLimit& limit, const Session& session);
 

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "gltf_ext/compare/triangle_sums.h"
-#include "gltf_ext/json/json.h"
 #include "tools/gltf_psplit/sameness/large_asset.h"
 
 namespace psplit {
@@ -35,8 +34,8 @@ struct LargeComparison {
   std::vector<Mesh> meshes;
   size_t mesh_counts[2] = {};
   LargeVerdict verdict() const;
-  // The attributes that decide between kSame and kDiffers, each once.
-  std::vector<std::string> undecided() const;
+  // Of all meshes, with each attribute once.
+  Mesh sum() const;
 };
 
 // `only`: if it is not empty, only these attributes and POSITION are compared. `folder` is that of temporary
@@ -44,9 +43,5 @@ struct LargeComparison {
 Expected<LargeComparison> compare_large(const LargeAsset& a, const LargeAsset& b,
                                         const std::vector<std::string>& only,
                                         const std::filesystem::path& folder, const ThreadPool& pool);
-
-// `first` and `second` are the names of the two assets.
-std::string to_text(const LargeComparison& comparison, const std::string& first, const std::string& second);
-Json to_json(const LargeComparison& comparison);
 
 }  // namespace psplit

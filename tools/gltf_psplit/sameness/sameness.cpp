@@ -13,7 +13,7 @@
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
-#include "tools/gltf_psplit/sameness/large_sameness.h"
+#include "tools/gltf_psplit/sameness/large_sameness_report.h"
 #include "tools/gltf_psplit/sameness/placed_meshes.h"
 #include "tools/gltf_psplit/sameness/sameness_report.h"
 
@@ -82,6 +82,8 @@ Status run_large_sameness(const std::string& first, const SamenessOptions& optio
   if (!a) return a.status();
   const Expected<LargeAsset> b = read_large_asset(options.second, backend, limit, session);
   if (!b) return b.status();
+  for (const LargeAsset* asset : {&*a, &*b})
+    if (Status status = check_not_an_input(output, "--output", asset->document); !status.ok()) return status;
   const Expected<LargeComparison> comparison =
       compare_large(*a, *b, options.attributes, limit.folder, session.pool);
   if (!comparison) return comparison.status();
@@ -92,7 +94,7 @@ Status run_large_sameness(const std::string& first, const SamenessOptions& optio
   if (comparison->verdict() == LargeVerdict::kDiffers)
     return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
   std::string names;
-  for (const std::string& name : comparison->undecided()) names += (names.empty() ? "" : ", ") + name;
+  for (const std::string& name : comparison->sum().undecided) names += (names.empty() ? "" : ", ") + name;
   return unsupported(first + " and " + options.second +
                      " are not known to be the same: types or grids differ, and sums cannot compare " + names +
                      "; raise --memory, or name the other attributes with --attributes");

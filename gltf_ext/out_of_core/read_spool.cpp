@@ -1,0 +1,80 @@
+#include "gltf_ext/out_of_core/read_spool.h"
+
+#include <algorithm>
+
+#include "gltf_ext/mesh_files/ply.h"
+#include "gltf_ext/mesh_files/stl.h"
+
+namespace psplit {
+namespace {
+
+// What the header states. A property takes at most 4 bytes of a point. A count may be wrong: kMost is enough
+// for any disk, and products of it do not overflow.
+ExpectedSizes expected_sizes(const PlyHeader& header) {
+  constexpr uint64_t kMost = uint64_t{1} << 40;
+  ExpectedSizes sizes;
+  for (const PlyElement& element : header.elements) {
+    if (element.name == "vertex") {
+      sizes.points = std::min(element.count, kMost);
+      for (const PlyProperty& property : element.properties)
+        if (!property.is_list) sizes.record_bytes += std::min<size_t>(4, ply_type_bytes(property.type));
+    } else if (element.name == "face" || element.name == "faces") {
+      sizes.faces = std::min(element.count, kMost);
+    }
+  }
+  return sizes;
+}
+
+// A file that has no room for its points and faces is read, so that the reader says what is wrong.
+bool has_room(uint64_t bytes, const PlyHeader& header, const ExpectedSizes& sizes) {
+  uint64_t point = 0;
+  for (const PlyElement& element : header.elements)
+    for (const PlyProperty& property : element.properties)
+      if (element.name == "vertex" && !property.is_list)
+        point += header.encoding == PlyEncoding::kText ? 2 : ply_type_bytes(property.type);
+  return sizes.points * point + sizes.faces <= bytes;
+}
+
+Status read_ply_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const CheckSizes& check) {
+  skip_byte_order_mark(scanner);
+  const Expected<PlyHeader> header = read_ply_header(scanner);
+  if (!header) return header.status();
+  const ExpectedSizes sizes = expected_sizes(*header);
+  const std::optional<uint64_t> left = scanner.bytes_left();
+  if (check && (!left || has_room(*left, *header, sizes)))
+    if (Status status = check(sizes, left.has_value()); !status.ok()) return status;
+  return read_ply(scanner, *header, spool, losses);
+}
+
+Status read_stl_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const CheckSizes& check) {
+  constexpr uint64_t kTextFacet = 100;  // bytes; a facet of a text takes about these at least
+  constexpr uint64_t kFacet = 50, kRecord = 24;
+  const std::optional<uint64_t> left = scanner.bytes_left();
+  const std::optional<uint32_t> counted = facet_count_of_binary_stl(scanner);
+  const uint64_t facets = counted ? *counted : left.value_or(0) / kTextFacet;
+  if (check && (!left || !counted || facets * kFacet <= *left))
+    if (Status status = check({3 * facets, facets, kRecord, true}, left.has_value()); !status.ok())
+      return status;
+  Status status = read_stl(scanner, spool, losses);
+  return status.ok() && spool.face_count() == 0 ? invalid_input("STL: no facets") : std::move(status);
+}
+
+}  // namespace
+
+bool can_be_spooled(AssetFormat format) { return format == AssetFormat::kPly || format == AssetFormat::kStl; }
+
+Expected<std::unique_ptr<MeshSpool>> read_spool(Scanner& scanner, AssetFormat format, SpoolOptions options,
+                                                Losses& losses, const CheckSizes& check) {
+  if (!can_be_spooled(format)) return unsupported("only PLY and STL are read part by part");
+  Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(options), losses);
+  if (!spool) return spool;
+  Status status = format == AssetFormat::kPly ? read_ply_to(scanner, **spool, losses, check)
+                                              : read_stl_to(scanner, **spool, losses, check);
+  // A failure of the stream is the reason why the rest of the file is missing.
+  if (Status failure = scanner.failure(); !failure.ok()) return failure;
+  if (status.ok()) status = (*spool)->finish();
+  if (!status.ok()) return status;
+  return spool;
+}
+
+}  // namespace psplit
