@@ -78,8 +78,6 @@ class AccessorWindow {
 
 Status check_attribute(const Attribute& attribute) {
   const std::string& semantic = attribute.semantic;
-  if (semantic.starts_with("JOINTS_") || semantic.starts_with("WEIGHTS_"))
-    return unsupported("a skin does not fit into --memory");
   if (attribute.component_type == ComponentType::kUint32)
     return unsupported(semantic + " holds 32-bit integers");
   if (semantic == "POSITION" &&

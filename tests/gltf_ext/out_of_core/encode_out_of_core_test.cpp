@@ -226,7 +226,9 @@ TEST(EncodeOutOfCore, OnlyDegenerateTrianglesStayAsTheyAre) {
     EXPECT_EQ(actual->reports[0].skipped, expected.reports[0].skipped);
     EXPECT_EQ(actual->reports[0].skipped, "no triangles but degenerate ones");
     EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual->document)), "");
-    EXPECT_EQ(actual->document.json, expected.document.json);
+    // Members may be in another order.
+    EXPECT_EQ(nlohmann::json::parse(actual->document.json.dump()),
+              nlohmann::json::parse(expected.document.json.dump()));
     EXPECT_TRUE(std::ranges::equal(actual->document.buffers[0].bytes(), expected.document.buffers[0].bytes()));
   }
   Mesh flat = blob(500);
