@@ -195,7 +195,14 @@ def kill_command_of(shard):
     raise SystemExit("no task to kill\n" + logs())
 
 
+def end_late(*_):
+    raise SystemExit(f"Slurm: not done within {kLimit} s\n" + logs())
+
+
+kLimit = 300
 begin = time.monotonic()
+signal.signal(signal.SIGALRM, end_late)
+signal.alarm(kLimit)
 try:
     test()
     print(f"Slurm: all is well, in {time.monotonic() - begin:.0f} s")
