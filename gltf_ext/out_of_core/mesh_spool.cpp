@@ -98,6 +98,9 @@ Status MeshSpool::too_many_zero_normals() const {
 Status MeshSpool::repair_block_normals(Attribute& normals, size_t count) {
   std::vector<uint32_t> zeros;
   changed_normals_ += normalize(normals, static_cast<uint32_t>(point_count_), zeros);
+  // Those without a direction are equal, whatever their bytes are: they are replaced or left out later.
+  for (const uint32_t zero : zeros)
+    std::memset(normals.values.data() + (zero - point_count_) * normals.stride(), 0, normals.stride());
   const bool only_zeros_before = zero_count_ == point_count_;
   zero_count_ += zeros.size();
   if (only_zeros_before && zeros.size() == count) return {};  // it is enough to count them

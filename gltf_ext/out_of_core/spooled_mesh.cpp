@@ -25,8 +25,14 @@ Status write_points(const MeshSpool& spool, const LaidOutMesh& mesh) {
   const std::vector<Attribute>& attributes = spool.attributes();
   std::vector<ReleasedInSteps> released(attributes.size());
   const size_t record = spool.record_bytes();
+  std::vector<uint8_t> repaired;
   return spool.for_each_point([&](uint64_t first, std::span<const uint8_t> records) -> Status {
     const size_t count = records.size() / record;
+    if (spool.is_soup()) {
+      repaired.assign(records.begin(), records.end());
+      spool.repair_soup(repaired, std::vector<uint8_t>(count, 1));
+      records = repaired;
+    }
     size_t offset = 0;
     for (size_t i = 0; i < attributes.size(); ++i) {
       const size_t width = attributes[i].stride(), stride = mesh.buffers.attributes[i].stride;

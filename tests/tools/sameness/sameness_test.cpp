@@ -278,6 +278,25 @@ TEST_F(Sameness, WithLittleMemoryTheResultReplacesNoFileOfAnInput) {
   EXPECT_EQ(read_bytes(path(binary)), before);
 }
 
+// Facets whose normals have no direction or another length are repaired as for encoding.
+TEST_F(Sameness, WithLittleMemoryNormalsOfFacetsAreRepaired) {
+  std::string stl(84, ' ');
+  const uint32_t facets = 40;
+  std::memcpy(stl.data() + 80, &facets, sizeof facets);
+  for (uint32_t i = 0; i < facets; ++i) {
+    const auto x = static_cast<float>(i);
+    const float values[12] = {0, 0, i == 3 ? 0.0f : i % 2 == 0 ? 1.0f : 2.0f, x, 0, 0, x + 1, 0, 0, x, 1, 0};
+    std::string facet(50, '\0');
+    std::memcpy(facet.data(), values, sizeof values);
+    stl += facet;
+  }
+  write("a.stl", stl);
+  ASSERT_EQ(run({"encode", path("a.stl"), path("a.glb"), "--always-patches", "-q"}), 0) << err_;
+  EXPECT_EQ(compare("a.stl", "a.glb"), 0) << out_;
+  EXPECT_EQ(compare("a.stl", "a.glb", {"--memory", "1kB"}), 0) << out_ << err_;
+  EXPECT_TRUE(contains(out_, "same by sums")) << out_;
+}
+
 TEST_F(Sameness, JsonSaysTheSame) {
   ASSERT_EQ(compare("plain.glb", "split.glb", {"--format", "json"}), 0);
   const auto json = nlohmann::json::parse(out_);

@@ -142,6 +142,8 @@ Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& a
   // A binary STL is known by its size alone.
   if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session);
   const bool is_gltf = format == AssetFormat::kGltf;
+  if (!is_gltf && spooled.file.path().empty())
+    return unsupported("this system cannot estimate the memory of a pipe of this format");
   const uint64_t estimate = is_gltf ? 0
                                     : kProcessMemory + estimate_memory(spooled.file.path().string(),
                                                                        BatchVerb::kEncode, arguments.input);

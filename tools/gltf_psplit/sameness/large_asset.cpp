@@ -122,8 +122,10 @@ uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) 
   uint64_t faces = 0;
   for (const PrimitiveId id : all_primitives(*document)) {
     const Json& json = document->json["meshes"][id.mesh]["primitives"][id.primitive];
-    const Json* accessor =
-        top_level_object(document->json, "accessors", integer_field(json, "indices").value_or(-1));
+    const Json* attributes = object_field(json, "attributes");
+    auto counted = integer_field(json, "indices");
+    if (!counted && attributes != nullptr) counted = integer_field(*attributes, "POSITION");
+    const Json* accessor = top_level_object(document->json, "accessors", counted.value_or(-1));
     if (accessor != nullptr) faces += static_cast<uint64_t>(integer_field(*accessor, "count").value_or(0)) / 3;
   }
   return faces * kBytesOfAFace;
