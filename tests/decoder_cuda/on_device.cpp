@@ -242,6 +242,53 @@ TEST_F(CudaBatchOnDevice, IsCapturedInAGraph) {
   (void)cudaGraphDestroy(graph);
 }
 
+// A graph that was never launched has uploaded nothing.
+TEST_F(CudaBatchOnDevice, UploadsAgainAfterAnUploadInAGraph) {
+  CudaBatch batch = CudaBatch::plan({&primitive, 1});
+  ASSERT_TRUE(batch.prepare().ok());
+  cudaGraph_t graph = nullptr;
+  ASSERT_EQ(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal), cudaSuccess);
+  const Status uploaded = batch.upload(stream);
+  ASSERT_EQ(cudaStreamEndCapture(stream, &graph), cudaSuccess);
+  ASSERT_TRUE(uploaded.ok()) << uploaded.to_string();
+  (void)cudaGraphDestroy(graph);
+  forget();
+  ASSERT_TRUE(batch.enqueue(stream).ok());
+  const Status status = batch.finish();
+  ASSERT_TRUE(status.ok()) << status.to_string();
+  expect_mesh();
+}
+
+// First in memory of its own on CUDA's default stream, then in another workspace.
+TEST_F(CudaBatchOnDevice, IsPreparedAgain) {
+  const ThreadPool pool(2);
+  CudaBatch batch = CudaBatch::plan({&primitive, 1}, ~uint64_t{0}, &pool);
+  ASSERT_TRUE(batch.prepare(nullptr, &pool).ok());
+  forget();
+  ASSERT_TRUE(batch.enqueue(nullptr).ok());
+  ASSERT_TRUE(batch.finish().ok());
+  expect_mesh();
+  Expected<CudaMemory> memory = CudaMemory::allocate(batch.workspace_bytes());
+  ASSERT_TRUE(memory);
+  ASSERT_TRUE(batch.prepare(memory->data()).ok());
+  EXPECT_EQ(batch.finish().code(), StatusCode::kUsage);
+  forget();
+  ASSERT_TRUE(batch.enqueue(stream).ok());
+  ASSERT_TRUE(batch.finish().ok());
+  expect_mesh();
+}
+
+TEST(CudaQuick, ErrorsNameTheirCallAndDoNotStayBehind) {
+  std::string why;
+  if (!cuda_available(&why)) GTEST_SKIP() << why;
+  const Expected<CudaMemory> memory = CudaMemory::allocate(size_t{1} << 50);
+  ASSERT_FALSE(memory);
+  EXPECT_EQ(memory.status().code(), StatusCode::kRuntimeFailure);
+  EXPECT_EQ(memory.status().message().find("CUDA: cudaMalloc of 1125899906842624 bytes: "), 0u)
+      << memory.status().to_string();
+  EXPECT_EQ(cudaGetLastError(), cudaSuccess);
+}
+
 // Parts, and a container that is on the device already.
 TEST_F(CudaBatchOnDevice, DecodesContainersOnTheDeviceInLittleMemory) {
   const std::vector<uint8_t>& bytes = sample.encoded.container;
