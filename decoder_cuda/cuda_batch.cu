@@ -12,7 +12,8 @@ struct PSPLIT_HIDDEN CudaBatch::Implementation {
   CudaDevice::Array<uint8_t> memory;  // if the caller gave none
   cudaEvent_t done = nullptr;         // of the last upload or enqueue that was not captured
   int device = 0;
-  bool is_prepared = false, is_uploaded = false, is_enqueued = false, is_captured = false;
+  bool is_prepared = false, is_uploaded = false, is_enqueued = false;
+  bool is_captured = false;  // the last enqueue
 
   ~Implementation() {
     if (done == nullptr) return;
@@ -43,10 +44,10 @@ struct PSPLIT_HIDDEN CudaBatch::Implementation {
     return status;
   }
 
-  // Calls act(device) for work in the order of `stream`, and notes when it is done. After an error, nothing of
-  // it runs any more.
+  // Calls act(device) for work in the order of `stream`, and notes when it is done. Says whether `stream` is
+  // being captured. After an error, nothing of it runs any more.
   template <typename Act>
-  Status enqueue_work(cudaStream_t stream, Act act) {
+  Status enqueue_work(cudaStream_t stream, bool& is_capturing, Act act) {
     if (!is_prepared) return {StatusCode::kUsage, "a batch that is not prepared"};
     const CurrentDevice current(device);
     Expected<CudaDevice> on = CudaDevice::on(stream);
@@ -56,22 +57,23 @@ struct PSPLIT_HIDDEN CudaBatch::Implementation {
     cudaStreamCaptureStatus capture = cudaStreamCaptureStatusNone;
     Status status = cuda_status(cudaStreamIsCapturing(stream, &capture), "cudaStreamIsCapturing");
     if (!status.ok()) return status;
-    is_captured = capture != cudaStreamCaptureStatusNone;
+    is_capturing = capture != cudaStreamCaptureStatusNone;
     status = act(*on);
-    if (is_captured) return status;  // an event in a capture cannot be asked
+    if (is_capturing) return status;  // an event in a capture cannot be asked
     if (status.ok()) status = cuda_status(cudaEventRecord(done, stream), "cudaEventRecord");
     if (!status.ok()) (void)on->wait();
     return status;
   }
 
   Status upload(cudaStream_t stream) {
-    Status status = enqueue_work(stream, [&](CudaDevice& on) { return batch.upload(on); });
-    is_uploaded = status.ok() && !is_captured;
+    bool is_capturing = false;
+    Status status = enqueue_work(stream, is_capturing, [&](CudaDevice& on) { return batch.upload(on); });
+    is_uploaded = status.ok() && !is_capturing;
     return status;
   }
 
   Status enqueue(cudaStream_t stream) {
-    Status status = enqueue_work(stream, [&](CudaDevice& on) {
+    Status status = enqueue_work(stream, is_captured, [&](CudaDevice& on) {
       Status uploaded = is_uploaded ? Status() : batch.upload(on);
       return uploaded.ok() ? batch.launch(on) : uploaded;
     });
