@@ -105,11 +105,12 @@ bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& 
 }
 
 uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
-                            std::span<const AttributeCoding> codings) {
-  constexpr int kFewBits = 24;  // 64 MB
+                            std::span<const AttributeCoding> codings, int encode_speed) {
+  const bool compares = encode_speed < 2;
+  const int few_bits = compares ? 21 : 24;  // 64 MB
   uint64_t most = 0;
   for (size_t i = 0; i < codings.size(); ++i) {
-    if (codings[i].bits <= kFewBits) continue;
+    if (codings[i].bits <= few_bits) continue;
     // A correction is at most as large as the patch is wide. Those of normals are modulo the grid's width.
     double low = 0, high = std::ldexp(1.0, codings[i].bits);
     if (!codings[i].octahedral) {
@@ -124,7 +125,7 @@ uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
     }
     most = std::max(most, 4 * static_cast<uint64_t>(high - low));
   }
-  return most;
+  return compares ? 8 * most : most;
 }
 
 }  // namespace psplit

@@ -143,7 +143,7 @@ Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh&
   // Patches whose tables of symbols are large take their turn, so that threads do not multiply the memory.
   static std::mutex large_tables;
   std::unique_lock<std::mutex> turn(large_tables, std::defer_lock);
-  if (symbol_table_bytes(welded, patch, codings) > kFreeTableBytes) turn.lock();
+  if (symbol_table_bytes(welded, patch, codings, encode_speed) > kFreeTableBytes) turn.lock();
   return run_encoder(encoder, "mesh");
 }
 

@@ -30,7 +30,7 @@ class RansBits {
  public:
   // Takes the block from the reader.
   PSPLIT_HD Fault start(ByteReader& reader) {
-    prob_one_ = 256 - reader.u8();
+    prob_one_ = (256u - reader.u8()) & 0xff;  // libdraco keeps it in a byte
     size_ = reader.varint();
     block_ = reader.head();
     if (!reader.skip(size_) || reader.truncated()) return Fault::kTruncated;

@@ -43,7 +43,7 @@ class TexCoordsPredictor {
   //
   // An edge without length in the texture or in space places nothing. Products of coordinates of many bits may
   // overflow. libdraco refuses some of these triangles, more of them in newer versions, and wraps around for
-  // the others. This refuses only those that all versions refuse.
+  // the others. So does this, as its oldest version. Edges of 2^31 steps are refused.
   PSPLIT_HD Fault place_tip(Index tip, int32_t* out, bool& is_placed) {
     constexpr uint64_t kMost = ~uint64_t{0} >> 1;
     const int32_t *n = on_.at(next(tip)), *p = on_.at(previous(tip));
@@ -56,7 +56,8 @@ class TexCoordsPredictor {
     const auto along = static_cast<int64_t>(dot(pn, cn)), scale = static_cast<int64_t>(pn_square);
     const uint64_t n_most = larger(magnitude(int64_t{n[0]}), magnitude(int64_t{n[1]}));
     const uint64_t pn_most = larger(larger(magnitude(pn.x), magnitude(pn.y)), magnitude(pn.z));
-    if (n_most > kMost / pn_square || along > static_cast<int64_t>(kMost / pn_most) || orientations_left_ == 0)
+    if (n_most > kMost / pn_square || along > static_cast<int64_t>(kMost / pn_most) || scale <= 0 ||
+        orientations_left_ == 0)
       return Fault::kPrediction;
     const uint64_t foot_s = product(n[0], scale) + product(along, edge_s);
     const uint64_t foot_t = product(n[1], scale) + product(along, edge_t);
@@ -73,10 +74,7 @@ class TexCoordsPredictor {
   }
 
   PSPLIT_HD static uint64_t larger(uint64_t a, uint64_t b) { return a > b ? a : b; }
-  // The least number divided by -1 is itself: the only quotient that overflows.
-  PSPLIT_HD static int64_t quotient(uint64_t a, int64_t b) {
-    return b == -1 ? static_cast<int64_t>(0 - a) : static_cast<int64_t>(a) / b;
-  }
+  PSPLIT_HD static int64_t quotient(uint64_t a, int64_t b) { return static_cast<int64_t>(a) / b; }
 
   const WrappedValues<Index, 2>& on_;
   const Positions<Index>& positions_;

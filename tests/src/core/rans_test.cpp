@@ -43,6 +43,19 @@ TEST(Rans, BitsComeBackWithAnyProbability) {
   }
 }
 
+// No encoder stores this probability. libdraco keeps the other one, 256, in a byte, so that all bits are 0.
+TEST(Rans, BitsOfProbabilityZeroAreZero) {
+  const Bytes bytes{0, 1, 37};
+  ByteReader reader(bytes.data(), bytes.size());
+  RansBits bits;
+  ASSERT_EQ(bits.start(reader), Fault::kNone);
+  RansBits fast = bits;
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_FALSE(bits.next());
+    EXPECT_EQ(fast.next_fast(), 0u);
+  }
+}
+
 TEST(Rans, BitsNeedAState) {
   const auto start = [](const Bytes& bytes) {
     ByteReader reader(bytes.data(), bytes.size());
