@@ -27,9 +27,9 @@ struct Letters {
   void merged(uint32_t, uint32_t) {}
 };
 
-// Bits that are all the same.
+// Bits that are all the same: at least the first ninety.
 inline RansBits same_bits(bool bit) {
-  static constexpr uint8_t kOnes[] = {0, 1, 0};  // the probability of a 0 is 0; a state of one byte
+  static constexpr uint8_t kOnes[] = {1, 1, 0};  // the probability of a 0 is 1 / 256; a state of one byte
   RansBits bits;
   ByteReader reader(kOnes, sizeof kOnes);
   if (bit && bits.start(reader) != Fault::kNone) __builtin_trap();
