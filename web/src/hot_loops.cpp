@@ -19,7 +19,8 @@ template Fault add_all_faces(ValenceContextSymbols<Index, false>, WaitingEdges<I
                              Connectivity<Index>&);
 template Fault add_all_faces(ValenceContextSymbols<Index, true>, WaitingEdges<Index>, CondensedStartFaces&,
                              Connectivity<Index>&);
-template void Connectivity<Index>::renumber_vertices(bool);
+template void Connectivity<Index>::move_up(SerialLanes);
+template void Connectivity<Index>::fill_holes();
 template void Connectivity<Index>::find_closed_vertices(SerialLanes);
 template void step_all<kInStep, BitSteps>(BitSteps* const*, uint32_t);
 template void step_all<kInStep, ContextSymbolSteps>(ContextSymbolSteps* const*, uint32_t);
@@ -42,7 +43,7 @@ template class CreationOrder<Index>;
 template void step_symbols<kInStep>(SymbolSequence* const*, uint32_t);
 template void step_tokens<kInStep>(TokenSequence* const*, uint32_t);
 template Fault read_tagged(SerialLanes, ByteReader&, View<const uint32_t>, uint32_t, View<uint32_t>);
-template void IntegerDecoder<Index>::start_prediction(SerialLanes, bool);
+template void IntegerDecoder<Index>::start_prediction(SerialLanes, bool, bool);
 
 // Values
 template void step_all<kInStep, ParallelogramSteps<Index, 3>>(ParallelogramSteps<Index, 3>* const*, uint32_t);
