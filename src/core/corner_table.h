@@ -70,7 +70,7 @@ class FaceValues {
   PSPLIT_HD View<T> all() const { return values_; }
   PSPLIT_HD T& of_none() const { return first_[kIsSigned ? -1 : static_cast<ptrdiff_t>(none_)]; }
   // The value of a corner's face. The corner is not kNone.
-  PSPLIT_HD T& of_face(uint32_t corner) const { return first_[as_signed(corner) >> 2]; }
+  PSPLIT_HD T& of_face(uint32_t corner) const { return first_[face_of(as_signed(corner))]; }
   // The same, and the value of kNone.
   PSPLIT_HD T& at(uint32_t corner) const { return at_signed(as_signed(corner)); }
   // The same in two steps. A corner that is signed when it is loaded saves an instruction.
@@ -79,13 +79,19 @@ class FaceValues {
     return static_cast<ptrdiff_t>(corner);
   }
   PSPLIT_HD T& at_signed(ptrdiff_t corner) const {
-    const ptrdiff_t face = corner >> 2;
+    const ptrdiff_t face = face_of(corner);
     return first_[kIsSigned || face < static_cast<ptrdiff_t>(none_) ? face : static_cast<ptrdiff_t>(none_)];
   }
 
  private:
   static constexpr bool kIsSigned = sizeof(Index) == 2;
   static constexpr uint32_t kMostPositive = 8192;
+
+  // With 32-bit numbers, kNone's face is beyond all others, also if ptrdiff_t has 32 bits.
+  PSPLIT_HD static ptrdiff_t face_of(ptrdiff_t corner) {
+    if constexpr (kIsSigned) return corner >> 2;
+    return static_cast<ptrdiff_t>(static_cast<uint32_t>(corner) >> 2);
+  }
 
   PSPLIT_HD static constexpr uint32_t before(uint32_t face_count) {
     return face_count > kMostPositive ? kMostPositive : 1;
