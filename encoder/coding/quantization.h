@@ -1,6 +1,7 @@
 // Quantization grids that libdraco reproduces to the bit.
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
@@ -33,6 +34,12 @@ void trim_noise(Attribute& attribute);
 // Rounds quantized weights to their grid so that the weights of a point, over all WEIGHTS_n, keep their sum.
 // glTF wants the sum to be one; a sum that is nearly one becomes one.
 PSPLIT_EXPORT void round_weights(Mesh& mesh, std::span<const AttributeCoding> codings);
+
+// The place of a value on a grid of 2^bits numbers, in libdraco's float arithmetic: a whole number. The range
+// is above 0.
+inline float grid_place(float value, float origin, float range, int bits) {
+  return std::floor((value - origin) * (static_cast<float>((1u << bits) - 1) / range) + 0.5f);
+}
 
 // The distance of two neighbours on a grid that is not octahedral.
 double grid_step(const AttributeCoding& grid);

@@ -5,20 +5,17 @@
 #include <cmath>
 #include <cstring>
 
+#include "encoder/coding/quantization.h"
+
 namespace psplit {
 namespace {
-
-const std::vector<uint32_t>& points_of_values(const PatchMesh& patch) {
-  return patch.value_points.empty() ? patch.points : patch.value_points;
-}
 
 // The values of one attribute as libdraco's encoder sees them: quantized, or integers as they are.
 class Steps {
  public:
-  Steps(const Attribute& attribute, const AttributeCoding& coding)
-      : attribute_(attribute), coding_(coding), most_(std::ldexp(1.0, coding.bits) - 1) {}
+  Steps(const Attribute& attribute, const AttributeCoding& coding) : attribute_(attribute), coding_(coding) {}
 
-  // Component `c` at a point of the mesh. libdraco divides by a float step, and rounds floats.
+  // Component `c` at a point of the mesh.
   double at(uint32_t point, size_t c) const {
     const std::byte* value = attribute_.values.data() + point * attribute_.stride();
     switch (attribute_.component_type) {
@@ -29,8 +26,7 @@ class Steps {
       case ComponentType::kUint32: return load<uint32_t>(value, c);
       case ComponentType::kFloat32: break;
     }
-    const float offset = load<float>(value, c) - coding_.origin[c];
-    return double{std::floor(offset * (static_cast<float>(most_) / coding_.range) + 0.5f)};
+    return double{grid_place(load<float>(value, c), coding_.origin[c], coding_.range, coding_.bits)};
   }
 
  private:
@@ -43,7 +39,6 @@ class Steps {
 
   const Attribute& attribute_;
   const AttributeCoding& coding_;
-  double most_;
 };
 
 using Vector = std::array<double, 3>;
@@ -89,7 +84,7 @@ bool texture_prediction_may_overflow(const WeldedMesh& welded, const PatchMesh& 
 
   const Steps position(mesh.attributes[positions], codings[positions]),
       texture(mesh.attributes[texcoords], codings[texcoords]);
-  const std::vector<uint32_t>& points = points_of_values(patch);
+  const std::vector<uint32_t>& points = patch.points_of_values();
   for (const auto& face : patch.faces) {
     Vector at[3], texture_at[3];
     for (size_t i = 0; i < 3; ++i) {
@@ -117,7 +112,7 @@ uint64_t symbol_table_bytes(const WeldedMesh& welded, const PatchMesh& patch,
       const Attribute& attribute = welded.mesh->attributes[i];
       const Steps steps(attribute, codings[i]);
       std::swap(low, high);
-      for (const uint32_t point : points_of_values(patch))
+      for (const uint32_t point : patch.points_of_values())
         for (size_t c = 0; c < attribute.component_count; ++c) {
           low = std::min(low, steps.at(point, c));
           high = std::max(high, steps.at(point, c));

@@ -92,8 +92,7 @@ void fill_mesh(draco::Mesh& mesh, const WeldedMesh& welded, const PatchMesh& pat
   set_faces(mesh, patch);
   for (size_t i : attribute_order(*welded.mesh)) {
     const Attribute& source = welded.mesh->attributes[i];
-    const PatchValues values(welded.value_of_point[i],
-                             patch.value_points.empty() ? patch.points : patch.value_points);
+    const PatchValues values(welded.value_of_point[i], patch.points_of_values());
     const bool on_grid = codings[i].bits > 0 && !codings[i].octahedral;
     draco::PointAttribute* target =
         add_attribute(mesh, draco_role(source, codings[i]), source.component_count,

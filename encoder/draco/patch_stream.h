@@ -19,6 +19,8 @@ struct PatchMesh {
   std::vector<std::array<uint32_t, 3>> faces;  // indices into `points`
   // If not empty, the points of the mesh whose values are stored for those of `points`.
   std::vector<uint32_t> value_points;
+
+  const std::vector<uint32_t>& points_of_values() const { return value_points.empty() ? points : value_points; }
 };
 
 // The faces and points that a decoder of the patch's stream returns. `patch_point` has the patch's point for

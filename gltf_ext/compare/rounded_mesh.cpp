@@ -20,8 +20,7 @@ constexpr size_t kBlocksOfARound = 64;  // memory is released after each
 float round_to_step(float value, const DeclaredGrid& grid, size_t component) {
   const float origin = grid.origin[component], most = static_cast<float>((1u << grid.bits) - 1);
   if (!(grid.range > 0)) return origin;
-  const float place = std::floor((value - origin) * (most / grid.range) + 0.5f);
-  return place * (grid.range / most) + origin;
+  return grid_place(value, origin, grid.range, grid.bits) * (grid.range / most) + origin;
 }
 
 void round_values(const DeclaredGrid& grid, Attribute& attribute) {
