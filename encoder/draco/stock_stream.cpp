@@ -10,7 +10,8 @@ namespace psplit {
 
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
                                           int encode_speed, bool with_source_points) {
-  const WeldedMesh welded = weld(mesh, ThreadPool(1));
+  WeldedMesh welded = weld(mesh, ThreadPool(1));
+  separate_flat_faces(welded);
   PatchMesh whole;
   whole.points.resize(mesh.point_count);
   std::iota(whole.points.begin(), whole.points.end(), 0u);

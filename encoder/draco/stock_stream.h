@@ -16,8 +16,8 @@ namespace psplit {
 struct StockStream {
   std::vector<uint8_t> bytes;
   std::vector<AttributeRequest> requests;  // one for each attribute of the mesh, in order
-  // The counts that a decoder of the stream returns: Draco drops degenerate faces and unused points, and splits
-  // non-manifold vertices.
+  // The counts that a decoder of the stream returns: Draco drops faces that repeat a point, and unused points,
+  // and splits non-manifold vertices.
   uint32_t face_count = 0;
   uint32_t point_count = 0;
   // For each decoded point the point of the mesh that it is, if the caller asked for it.

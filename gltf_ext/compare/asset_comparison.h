@@ -33,7 +33,7 @@ struct AssetComparison {
     uint64_t triangles = 0, lines = 0, points = 0;  // elements
     uint64_t primitives = 0;
     uint64_t alone = 0;             // elements that should have a partner but have none
-    uint64_t degenerate_alone = 0;  // triangles without area that have no partner
+    uint64_t degenerate_alone = 0;  // triangles without area (is_degenerate) that have no partner
     uint64_t unused_points = 0;
     uint64_t without_data = 0;  // primitives that are not compared, because no buffer has their values
   };

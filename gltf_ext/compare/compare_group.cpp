@@ -4,9 +4,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 
 #include "gltf_ext/compare/column_limits.h"
 #include "gltf_ext/compare/match_elements.h"
+#include "gltf_ext/compare/rounded_mesh.h"
 
 namespace psplit {
 namespace {
@@ -49,6 +51,42 @@ std::vector<double> values_at(const Attribute& attribute, uint32_t point) {
 
 using Names = std::vector<std::pair<std::string, int>>;
 
+// For each triangle whether two corners have the same position on a grid of `others`: an encoder that rounds
+// before it makes faces drops those. Empty if none has.
+std::vector<bool> flat_faces(const AssetPrimitive& primitive, AssetPrimitives others) {
+  std::vector<bool> is_flat;
+  const Attribute& position = *primitive.mesh.find("POSITION");
+  if (primitive.corner_count != 3 || position.component_type != ComponentType::kFloat32) return is_flat;
+  std::map<std::string, const DeclaredGrid*> grids;
+  for (const AssetPrimitive* other : others)
+    if (const auto found = other->grids.find("POSITION"); found != other->grids.end())
+      grids.emplace(found->second.identity, &found->second);
+  grids.erase("");
+  if (const auto own = primitive.grids.find("POSITION"); own != primitive.grids.end())
+    grids.erase(own->second.identity);
+  for (const auto& named : grids) {
+    const DeclaredGrid* const grid = named.second;
+    if (grid->origin.size() != position.component_count) continue;
+    const auto same_place = [&](uint32_t a, uint32_t b) {
+      bool same = true;
+      for (size_t c = 0; same && c < position.component_count; ++c) {
+        const auto place = [&](uint32_t point) {
+          return round_to_step(static_cast<float>(number_at(position, point, c)), *grid, c);
+        };
+        same = place(a) == place(b);
+      }
+      return same;
+    };
+    is_flat.resize(primitive.mesh.faces.size());
+    for (size_t i = 0; i < is_flat.size(); ++i) {
+      const auto& face = primitive.mesh.faces[i];
+      if (same_place(face[0], face[1]) || same_place(face[1], face[2]) || same_place(face[2], face[0]))
+        is_flat[i] = true;
+    }
+  }
+  return is_flat;
+}
+
 // Compares the elements of two sides.
 class GroupComparer {
  public:
@@ -69,6 +107,7 @@ class GroupComparer {
           part.columns.push_back(mesh.find(names_[column].first));
           part.limits.push_back(limits[column].limits[side][i]);
         }
+        part.is_flat = flat_faces(*primitives_[side][i], primitives_[1 - side]);
         bags_[side].add(std::move(part));
       }
   }

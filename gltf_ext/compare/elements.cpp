@@ -53,7 +53,9 @@ ElementBag::Located ElementBag::locate(uint32_t element) const {
 bool ElementBag::is_degenerate(uint32_t element) const {
   if (corner_count_ != 3) return false;
   const Located located = locate(element);
-  const Attribute& position = *parts_[located.part].columns[0];
+  const ElementPart& part = parts_[located.part];
+  if (!part.is_flat.empty() && part.is_flat[located.element]) return true;
+  const Attribute& position = *part.columns[0];
   for (size_t corner = 0; corner < 3; ++corner) {
     const uint32_t one = located.points[corner], other = located.points[(corner + 1) % 3];
     bool same = true;

@@ -22,6 +22,8 @@ struct ElementPart {
   std::span<const std::array<uint32_t, 3>> elements;  // points; the first corner_count of each element count
   std::vector<const Attribute*> columns;              // the first is POSITION
   std::vector<ColumnLimit> limits;                    // one for each column
+  // If not empty, for each triangle whether two corners have the same position on a grid of the other side.
+  std::vector<bool> is_flat{};
 };
 
 // Elements of several primitives with consecutive numbers.
@@ -41,7 +43,7 @@ class ElementBag {
   int corner_count() const { return corner_count_; }
   const std::vector<ElementPart>& parts() const { return parts_; }
 
-  // Whether two corners of a triangle have the same position.
+  // Whether two corners of a triangle have the same position, here or on a grid of the other side.
   bool is_degenerate(uint32_t element) const;
 
  private:

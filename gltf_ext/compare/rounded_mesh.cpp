@@ -16,13 +16,6 @@ namespace {
 constexpr size_t kPointsOfABlock = size_t{1} << 14;
 constexpr size_t kBlocksOfARound = 64;  // memory is released after each
 
-// The arithmetic of Draco in floats.
-float round_to_step(float value, const DeclaredGrid& grid, size_t component) {
-  const float origin = grid.origin[component], most = static_cast<float>((1u << grid.bits) - 1);
-  if (!(grid.range > 0)) return origin;
-  return grid_place(value, origin, grid.range, grid.bits) * (grid.range / most) + origin;
-}
-
 void round_values(const DeclaredGrid& grid, Attribute& attribute) {
   const size_t components = attribute.component_count;
   std::vector<float> value(components);
@@ -76,6 +69,13 @@ void round_block(std::span<const Column> columns, WeightRounding weights, size_t
 }
 
 }  // namespace
+
+float round_to_step(float value, const DeclaredGrid& grid,
+                    size_t component) {  // the arithmetic of Draco in floats
+  const float origin = grid.origin[component], most = static_cast<float>((1u << grid.bits) - 1);
+  if (!(grid.range > 0)) return origin;
+  return grid_place(value, origin, grid.range, grid.bits) * (grid.range / most) + origin;
+}
 
 std::array<float, 3> round_direction(const std::array<float, 3>& vector, int bits) {
   const int32_t center = (1 << (bits - 1)) - 1;

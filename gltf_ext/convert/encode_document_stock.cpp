@@ -1,5 +1,7 @@
 #include "gltf_ext/convert/encode_document_stock.h"
 
+#include <algorithm>
+
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/convert/draco_extension.h"
@@ -9,6 +11,24 @@
 #include "src/container/patch_container.h"
 
 namespace psplit {
+namespace {
+
+// What one stream does not hold. Every other face and point of the mesh is in it.
+Status count_dropped(const Mesh& mesh, const Mesh& decoded, EncodeStatistics& statistics) {
+  std::vector<bool> used(mesh.point_count, false);
+  for (const auto& face : mesh.faces) {
+    const bool is_dropped = repeats_a_point(face);
+    statistics.dropped_faces += is_dropped ? 1 : 0;
+    for (const uint32_t point : face)
+      if (!is_dropped) used[point] = true;
+  }
+  statistics.dropped_points = static_cast<uint64_t>(std::ranges::count(used, false));
+  if (decoded.faces.size() + statistics.dropped_faces == mesh.faces.size()) return {};
+  return runtime_failure("verification: faces: " + std::to_string(decoded.faces.size()) + ", not " +
+                         std::to_string(mesh.faces.size() - statistics.dropped_faces));
+}
+
+}  // namespace
 
 Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
                                                              const EncodeDocumentOptions& options,
@@ -33,6 +53,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
       jobs[i].status = mesh.status();
       return;
     }
+    jobs[i].status = count_dropped(jobs[i].mesh, *mesh, jobs[i].encoded.statistics);
     if (!jobs[i].morphs.empty() && stream->source_point.size() != mesh->point_count)
       jobs[i].status = runtime_failure("libdraco decodes another number of points than expected");
     streams[i] = std::move(*stream);
@@ -49,6 +70,7 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
     for (const PrimitiveId id : jobs[i].group.ids) {
       reports[id].stored_as = StoredAs::kDraco;
       reports[id].bytes = streams[i].bytes.size();
+      reports[id].statistics = jobs[i].encoded.statistics;
     }
   }
   if (!jobs.empty()) list_extension(document, kStockExtensionName, true);

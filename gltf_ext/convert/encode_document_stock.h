@@ -11,7 +11,7 @@
 namespace psplit {
 
 // Stores every plain triangle primitive as one stream of KHR_draco_mesh_compression, in place. The reports'
-// statistics are those of a mesh without patches.
+// statistics count what a stream cannot hold: faces that repeat a point, and points that no other face uses.
 Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
                                                              const EncodeDocumentOptions& options,
                                                              const ThreadPool& pool);

@@ -191,6 +191,36 @@ TEST(CompareAssets, DegenerateTrianglesAndUnusedPointsAreCountedOnly) {
   EXPECT_EQ(comparison.b.alone, 0u);
 }
 
+// Other encoders drop the faces that their grid collapses. The answer does not depend on whether the other file
+// is on a grid, too.
+TEST(CompareAssets, FacesThatAGridCollapsesAreCountedOnly) {
+  const Document original = document_from_mesh(make_grid(40, 40));
+  Document split = original;
+  EncodeDocumentOptions coarse;
+  coarse.position_bits = 4;
+  ASSERT_TRUE(encode(split, coarse));
+  const AssetMeshes plain = meshes_of(original), whole = meshes_of(split);
+  AssetMeshes dropped = whole;
+  Mesh& mesh = dropped.primitives[0].mesh;
+  const std::vector<std::array<float, 3>> places = values_of<std::array<float, 3>>(mesh.attributes[0]);
+  const auto is_flat = [&](const auto& face) {
+    return places[face[0]] == places[face[1]] || places[face[1]] == places[face[2]] ||
+           places[face[2]] == places[face[0]];
+  };
+  const size_t flat = static_cast<size_t>(std::ranges::count_if(mesh.faces, is_flat));
+  ASSERT_TRUE(flat > 1000 && flat < 3200);
+  std::erase_if(mesh.faces, is_flat);
+  for (const AssetMeshes* other : {&plain, &whole}) {
+    const AssetComparison there = compare(*other, dropped), back = compare(dropped, *other);
+    EXPECT_TRUE(there.same() && back.same());
+    EXPECT_EQ(there.a.degenerate_alone, flat);
+    EXPECT_EQ(back.b.degenerate_alone, flat);
+  }
+  mesh.faces.pop_back();  // a face with an area on the grid
+  for (const AssetMeshes* other : {&plain, &whole})
+    EXPECT_FALSE(same(*other, dropped) || same(dropped, *other));
+}
+
 TEST(CompareAssets, PrimitivesMayBeCutAndReordered) {
   const Mesh mesh = rich_mesh();
   AssetMeshes whole = asset_of({mesh}),

@@ -619,6 +619,31 @@ TEST(StockDraco, IsWrittenAndReadAgain) {
   EXPECT_EQ(difference(*stock, read(document), true), "");
 }
 
+// The points of many faces fall on one place of a coarse grid. Edgebreaker drops faces that repeat a vertex.
+TEST(StockDraco, KeepsFacesThatAGridCollapses) {
+  const Mesh mesh = rich_mesh(20, 20);
+  Document document = document_from_mesh(mesh);
+  EncodeDocumentOptions coarse;
+  coarse.position_bits = 3;
+  ASSERT_TRUE(encode(document, coarse).ok());
+  ASSERT_TRUE(decode(document).ok());
+  ASSERT_EQ(read(document)->faces.size(), mesh.faces.size());
+  ASSERT_TRUE(encode_document_stock(document, {}, test_pool()));
+  EXPECT_EQ(read(document)->faces.size(), mesh.faces.size());
+}
+
+TEST(StockDraco, CountsWhatOneStreamCannotHold) {
+  Mesh mesh = make_grid(6, 6);
+  mesh.faces.push_back({3, 3, 4});
+  mesh.attributes[0].values.resize(++mesh.point_count * size_t{12});
+  Document document = document_from_mesh(mesh);
+  const auto reports = encode_document_stock(document, {}, test_pool());
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].statistics.dropped_faces, 1u);
+  EXPECT_EQ((*reports)[0].statistics.dropped_points, 1u);
+  EXPECT_EQ(read(document)->faces.size(), mesh.faces.size() - 1);
+}
+
 TEST(DecodeDocument, SaysWhereItFails) {
   Document document = document_from_mesh(make_grid(4, 4));
   document.source = "asset.glb";

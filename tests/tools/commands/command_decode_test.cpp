@@ -28,6 +28,15 @@ TEST_F(DecodeCommand, DecodesToPlainAndToStockDraco) {
                   .contains("KHR_draco_mesh_compression"));
 }
 
+TEST_F(DecodeCommand, SaysWhatStockDracoCannotHold) {
+  write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\nf 1 1 2\n");
+  ASSERT_EQ(run({"decode", path("mesh.obj"), path("plain.gltf"), "-q"}), 0) << err_;
+  ASSERT_EQ(run({"decode", path("plain.gltf"), path("draco.glb"), "--to", "draco", "--report", "-"}), 0)
+      << err_;
+  EXPECT_EQ(nlohmann::json::parse(out_).at("dropped_faces"), 1);
+  EXPECT_TRUE(contains(err_, "dropped 1 degenerate face")) << err_;
+}
+
 TEST_F(DecodeCommand, EveryBackendDecodesToTheSameBytes) {
   const std::string split = split_sample();
   EXPECT_EQ(run_command({"decode", split, path("cpu.glb"), "--backend", "cpu"}).code, 0);

@@ -39,6 +39,7 @@ struct Decoded {
   size_t primitives = 0;  // all of the asset
   size_t decoded = 0;     // those that were compressed
   size_t encoded = 0;     // those that were encoded as stock Draco
+  EncodeStatistics lost;  // what stock Draco does not hold
 };
 
 std::string decode_summary(const Decoded& counts) {
@@ -46,7 +47,8 @@ std::string decode_summary(const Decoded& counts) {
   std::string text = counts.decoded == 0 ? "" : counted(counts.decoded, "primitive") + " decoded";
   if (counts.encoded > 0)
     text += (text.empty() ? "" : ", ") + counted(counts.encoded, "primitive") + " encoded as stock Draco";
-  return text;
+  const std::string changes = changes_text(counts.lost);
+  return text + (changes.empty() ? "" : "; ") + changes;
 }
 
 // Stock Draco is encoded from whole meshes.
@@ -71,7 +73,12 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
   const auto reports = encode_document_stock(document, arguments.options, session.pool);
   if (!reports) return reports.status();
   log_reports(*reports, session.log);
-  for (const PrimitiveReport& report : *reports) counts.encoded += report.skipped.empty() ? 1 : 0;
+  for (const PrimitiveReport& report : *reports) {
+    counts.encoded += report.skipped.empty() ? 1 : 0;
+    if (report.repeated) continue;
+    counts.lost.dropped_faces += report.statistics.dropped_faces;
+    counts.lost.dropped_points += report.statistics.dropped_points;
+  }
   return counts;
 }
 
@@ -101,6 +108,10 @@ Status run_decode(const Arguments& arguments, const Session& session) {
                 {"files", sizes_json(sizes)},       {"threads", session.pool.thread_count()},
                 {"primitives", counts->primitives}, {"decoded", counts->decoded},
                 {"encoded", counts->encoded},       {"wall_ms", wall_ms}};
+    if (arguments.target == "draco") {
+      report["dropped_faces"] = counts->lost.dropped_faces;
+      report["dropped_points"] = counts->lost.dropped_points;
+    }
     if (Status status = write_asset_report(std::move(report), arguments.report, written); !status.ok())
       return status;
   }

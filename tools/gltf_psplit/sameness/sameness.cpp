@@ -54,7 +54,7 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
   const auto note = [&](const AssetComparison::Counts& counts, const std::string& file) {
     if (counts.degenerate_alone > 0)
       log.note(file + ": " + counted(counts.degenerate_alone, "triangle") +
-               " without area and without counterpart");
+               " without area, here or on the grid of the other file, and without counterpart");
     if (counts.without_data > 0)
       log.note(file + ": " + counted(counts.without_data, "primitive") +
                " not compared, because the buffer with the values has no uri");

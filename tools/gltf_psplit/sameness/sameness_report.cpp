@@ -36,8 +36,12 @@ std::string elements_text(const AssetComparison::Counts& counts) {
 }
 
 std::string same_text(const AssetComparison& comparison) {
-  std::string text =
-      "same: " + elements_text(comparison.a) + " in " + counted(comparison.a.primitives, "primitive");
+  std::string text = "same: " + elements_text(comparison.a);
+  if (comparison.a.triangles != comparison.b.triangles)
+    text += " and " + elements_text(comparison.b) + ", of which " +
+            with_separators(comparison.a.degenerate_alone + comparison.b.degenerate_alone) +
+            " without area have no counterpart,";
+  text += " in " + counted(comparison.a.primitives, "primitive");
   if (comparison.a.primitives != comparison.b.primitives)
     text += " and " + with_separators(comparison.b.primitives);
   std::string differences;
