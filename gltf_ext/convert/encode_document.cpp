@@ -148,41 +148,117 @@ void set_position_bounds(Document& document, const EncodeJob& job) {
   describe_decoded(accessor, data, true);
 }
 
+// The bytes of the morph targets that write_geometry stores for the job.
+uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
+  if (job.morphs.empty()) return 0;
+  const PrimitiveId id = job.group.ids.front();
+  const Json& targets = document.json["meshes"][id.mesh]["primitives"][id.primitive]["targets"];
+  std::set<int64_t> counted;
+  uint64_t bytes = 0;
+  for (const MorphAttribute& morph : job.morphs) {
+    const Json& index = targets[morph.target][morph.semantic];
+    if (!counted.insert(integer_value(index).value_or(-1)).second) continue;
+    const uint64_t points = job.encoded.source_point.size(),
+                   width = component_bytes(morph.data.component_type) * morph.data.component_count;
+    uint64_t moved = 0;
+    for (uint64_t i = 0; morph.sparse && i < morph.data.count; ++i) {
+      const auto value = std::span(morph.data.values).subspan(i * width, width);
+      moved += std::ranges::any_of(value, [](std::byte b) { return b != std::byte{0}; }) ? 1 : 0;
+    }
+    const uint64_t index_bytes = points > 0x10000 ? 4 : points > 0x100 ? 2 : 1;
+    bytes += morph.sparse ? std::min(points * width, moved * (width + index_bytes)) : points * width;
+  }
+  return bytes;
+}
+
+// Geometries that share data, which goes only with all of them.
+struct SharingJobs {
+  std::vector<EncodeJob*> jobs;
+  uint64_t before = 0;     // the bytes that the document would lose with them
+  uint64_t after = 0;      // those that it would get
+  bool has_users = false;  // other objects keep some of the data
+
+  std::string sizes() const {
+    return std::to_string(after) + " bytes instead of " + std::to_string(before) +
+           (jobs.size() > 1 ? ", together with the primitives that share its data" : "") +
+           (has_users ? "; what other objects use would stay" : "");
+  }
+};
+
+std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<EncodeJob>& jobs) {
+  const GeometryOwners owners(document);
+  std::vector<EncodeJob*> encoded;
+  std::vector<const PrimitiveGroup*> groups;
+  for (EncodeJob& job : jobs) {
+    if (!job.status.ok()) continue;
+    encoded.push_back(&job);
+    groups.push_back(&job.group);
+  }
+  std::vector<SharingJobs> result;
+  for (const std::vector<size_t>& set : owners.sharing_sets(groups)) {
+    SharingJobs& sharing = result.emplace_back();
+    std::vector<const PrimitiveGroup*> of_set;
+    std::vector<PrimitiveId> ids;
+    for (const size_t i : set) {
+      sharing.jobs.push_back(encoded[i]);
+      sharing.after += encoded[i]->stored_bytes + morph_bytes(document, *encoded[i]);
+      of_set.push_back(groups[i]);
+      ids.push_back(groups[i]->ids.front());
+    }
+    sharing.before = owners.bytes_of(of_set);
+    sharing.has_users = sharing.before < geometry_bytes(document, ids);
+  }
+  return result;
+}
+
+// Why the geometries stay as they are; empty if they do not. Parallel decoding is worth a few bytes: patches of
+// stock Draco may take 3 % more.
+std::string reason_to_leave(const Document& document, const SharingJobs& sharing) {
+  if (sharing.after < sharing.before) return "";
+  bool is_stock = true, is_split = true;
+  for (const EncodeJob* job : sharing.jobs) {
+    const auto kind = primitive_kind(document, job->group.ids.front());
+    is_stock &= kind && kind->storage == PrimitiveStorage::kStockDraco;
+    is_split &= job->encoded.statistics.patch_count > 1;
+  }
+  if (!is_stock) return "Draco would take " + sharing.sizes();
+  if (!is_split) return "stock Draco that would take " + sharing.sizes();
+  constexpr uint64_t kMostPercent = 103;
+  if (sharing.after * 100 <= sharing.before * kMostPercent) return "";
+  return "stock Draco that would take " + sharing.sizes() +
+         " in patches; --patches and --patch-faces split it all the same";
+}
+
 // Removes the jobs whose geometry stays as it is, because it cannot be encoded or would grow, and reports the
 // reason. Geometry that grows because the user asks for patches gets a warning.
 Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& options,
                              std::vector<EncodeJob>& jobs, EncodeReports& reports) {
-  const bool is_wanted = options.always_patches || options.patches > 0 || options.patch_faces > 0;
-  const GeometryOwners owners(document);
-  std::vector<EncodeJob> kept;
+  const bool with_fallback = options.fallback != Fallback::kNone;
   for (EncodeJob& job : jobs) {
-    if (!job.status.ok() && job.status.code() != StatusCode::kUnsupported)
+    if (job.status.ok())
+      choose_storage(job, options);
+    else if (job.status.code() != StatusCode::kUnsupported)
       return std::move(job.status).at(job.place(document));
-    std::string reason = job.status.ok() ? "" : job.status.message(), warning;
-    const std::optional<uint64_t> before = owners.bytes_of(job.group);
-    if (job.status.ok()) choose_storage(job, options);
-    if (job.status.ok() && before && job.stored_bytes >= *before) {
-      const std::string sizes =
-          std::to_string(job.stored_bytes) + " bytes instead of " + std::to_string(*before);
-      const auto kind = primitive_kind(document, job.group.ids.front());
-      const PrimitiveStorage storage = kind ? kind->storage : PrimitiveStorage::kPlain;
-      const bool with_fallback = options.fallback != Fallback::kNone;
-      if (is_wanted || storage == PrimitiveStorage::kPatches || with_fallback) {
-        if (!with_fallback && job.stored_bytes > *before) warning = "grows: " + sizes;
-      } else {
-        reason = storage == PrimitiveStorage::kStockDraco ? "stock Draco that would take " + sizes
-                                                          : "Draco would take " + sizes;
-      }
-    }
-    for (const PrimitiveId id : job.group.ids) {
-      reports[id].skipped = reason;
-      if (!warning.empty()) reports[id].warnings.push_back(warning);
-    }
-    if (reason.empty())
+    for (const PrimitiveId id : job.group.ids) reports[id].skipped = job.status.message();
+  }
+  for (const SharingJobs& sharing : sharing_jobs(document, jobs)) {
+    const bool is_wanted =
+        options.always_patches || options.patches > 0 || options.patch_faces > 0 || with_fallback ||
+        std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
+          return primitive_kind(document, job->group.ids.front())->storage == PrimitiveStorage::kPatches;
+        });
+    const std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
+    for (const EncodeJob* job : sharing.jobs)
+      for (const PrimitiveId id : job->group.ids) reports[id].skipped = reason;
+    if (is_wanted && !with_fallback && sharing.after > sharing.before)
+      reports[sharing.jobs.front()->group.ids.front()].warnings.push_back("grows: " + sharing.sizes());
+  }
+  std::vector<EncodeJob> kept;
+  for (EncodeJob& job : jobs)
+    if (reports[job.group.ids.front()].skipped.empty())
       kept.push_back(std::move(job));
     else if (document.from_draco)
       set_position_bounds(document, job);
-  }
   jobs = std::move(kept);
   return {};
 }

@@ -1,6 +1,7 @@
 #include "gltf_ext/primitive/geometry_bytes.h"
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 
 #include "gltf_ext/document/element_layout.h"
@@ -59,6 +60,42 @@ class ByteCounter {
   std::set<int64_t> accessors_, views_;
 };
 
+const Json& primitive_of(const Json& json, PrimitiveId id) {
+  return json["meshes"][id.mesh]["primitives"][id.primitive];
+}
+
+// Calls visit(index) for the accessors of a primitive: attributes, indices and morph targets.
+template <typename Visit>
+void for_each_accessor(const Json& primitive, Visit&& visit) {
+  const auto visit_index = [&](const Json& index) { visit(integer_value(index).value_or(-1)); };
+  for_each_member(primitive, "attributes", visit_index);
+  if (const Json* indices = field(primitive, "indices")) visit_index(*indices);
+  for_each_element(primitive, "targets", [&](const Json& target) {
+    if (!target.is_object()) return;
+    for (const Json& index : target) visit_index(index);
+  });
+}
+
+// Calls visit(view) for the buffer views of a primitive's streams.
+template <typename Visit>
+void for_each_extension_view(const Json& primitive, Visit&& visit) {
+  for (const char* name : {kExtensionName, kStockExtensionName})
+    if (const Json* extension = extension_field(primitive, name))
+      visit(integer_field(*extension, "bufferView").value_or(-1));
+}
+
+// Calls visit(view) for every buffer view that has data of a primitive.
+template <typename Visit>
+void for_each_view(const Json& json, PrimitiveId id, Visit&& visit) {
+  const Json& primitive = primitive_of(json, id);
+  for_each_extension_view(primitive, visit);
+  for_each_accessor(primitive, [&](int64_t index) {
+    if (const Json* accessor = top_level_object(json, "accessors", index))
+      for_each_buffer_view_member(*accessor,
+                                  [&](const Json& view) { visit(integer_value(view).value_or(-1)); });
+  });
+}
+
 }  // namespace
 
 std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& document) {
@@ -85,34 +122,61 @@ GeometryOwners::GeometryOwners(const Document& document) : document_(document) {
                                  [&](const Json& index) { ++view_users_[integer_value(index).value_or(-1)]; });
 }
 
-std::optional<uint64_t> GeometryOwners::bytes_of(const PrimitiveGroup& group) const {
-  const Json& json = document_.json;
-  const PrimitiveId first = group.ids.front();
-  const Json& primitive = json["meshes"][first.mesh]["primitives"][first.primitive];
-  std::map<int64_t, size_t> accessor_uses, view_uses;
-  if (const Json* attributes = object_field(primitive, "attributes"))
-    for (const Json& index : *attributes) accessor_uses[integer_value(index).value_or(-1)] += group.ids.size();
-  if (const auto indices = integer_field(primitive, "indices")) accessor_uses[*indices] += group.ids.size();
-  for (const char* name : {kExtensionName, kStockExtensionName})
-    if (const Json* extension = extension_field(primitive, name))
-      view_uses[integer_field(*extension, "bufferView").value_or(-1)] += group.ids.size();
-  const auto has_others = [](const auto& uses, const auto& users) {
-    return std::any_of(uses.begin(), uses.end(), [&](const auto& use) {
-      const auto found = users.find(use.first);
-      return found == users.end() || found->second != use.second;
-    });
+std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& groups) const {
+  std::vector<size_t> parent(groups.size());
+  std::iota(parent.begin(), parent.end(), size_t{0});
+  const auto root = [&](size_t group) {
+    while (parent[group] != group) group = parent[group] = parent[parent[group]];
+    return group;
   };
-  for (auto use = accessor_uses.begin(); use != accessor_uses.end();) {
-    std::map<int64_t, size_t> views;
-    if (const Json* accessor = top_level_object(json, "accessors", use->first))
-      for_each_buffer_view_member(*accessor,
-                                  [&](const Json& index) { ++views[integer_value(index).value_or(-1)]; });
-    for (const auto& [view, count] : views) view_uses[view] += count;
-    // Other objects may share an accessor without data.
-    use = views.empty() ? accessor_uses.erase(use) : std::next(use);
+  std::map<int64_t, size_t> first_user;
+  for (size_t i = 0; i < groups.size(); ++i)
+    for_each_view(document_.json, groups[i]->ids.front(), [&](int64_t view) {
+      const size_t other = root(first_user.try_emplace(view, i).first->second), own = root(i);
+      parent[std::max(own, other)] = std::min(own, other);
+    });
+  std::map<size_t, std::vector<size_t>> sets;
+  for (size_t i = 0; i < groups.size(); ++i) sets[root(i)].push_back(i);
+  std::vector<std::vector<size_t>> result;
+  for (auto& [first, set] : sets) result.push_back(std::move(set));
+  return result;
+}
+
+uint64_t GeometryOwners::bytes_of(const Groups& groups) const {
+  const Json& json = document_.json;
+  std::map<int64_t, size_t> accessor_uses, view_uses;
+  for (const PrimitiveGroup* group : groups) {
+    const Json& primitive = primitive_of(json, group->ids.front());
+    for_each_accessor(primitive, [&](int64_t index) { accessor_uses[index] += group->ids.size(); });
+    for_each_extension_view(primitive, [&](int64_t view) { view_uses[view] += group->ids.size(); });
   }
-  if (has_others(accessor_uses, accessor_users_) || has_others(view_uses, view_users_)) return std::nullopt;
-  return ByteCounter(json).primitive(primitive);
+  const auto is_owned = [](const std::map<int64_t, size_t>& users, int64_t index, size_t uses) {
+    const auto found = users.find(index);
+    return found != users.end() && found->second == uses;
+  };
+  const std::map<int64_t, size_t> streams = view_uses;
+  std::vector<const Json*> accessors;
+  for (const auto& [index, uses] : accessor_uses) {
+    const Json* accessor = top_level_object(json, "accessors", index);
+    if (accessor == nullptr || !is_owned(accessor_users_, index, uses)) continue;
+    accessors.push_back(accessor);
+    for_each_buffer_view_member(*accessor,
+                                [&](const Json& view) { ++view_uses[integer_value(view).value_or(-1)]; });
+  }
+  uint64_t bytes = 0;
+  for (const Json* accessor : accessors) {
+    bool goes = true;
+    for_each_buffer_view_member(*accessor, [&](const Json& view) {
+      const int64_t index = integer_value(view).value_or(-1);
+      goes = goes && is_owned(view_users_, index, view_uses[index]);
+    });
+    if (goes) bytes += accessor_bytes(*accessor);
+  }
+  for (const auto& [view, uses] : streams)
+    if (is_owned(view_users_, view, view_uses[view]))
+      if (const Json* found = top_level_object(json, "bufferViews", view))
+        bytes += positive_field(*found, "byteLength");
+  return bytes;
 }
 
 }  // namespace psplit

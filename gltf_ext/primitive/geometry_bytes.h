@@ -19,15 +19,19 @@ std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& doc
 // The sum for these primitives. Data that several of them share count once.
 uint64_t geometry_bytes(const Document& document, std::span<const PrimitiveId> primitives);
 
-// The bytes that a document would lose with a geometry.
+// Which data of a document belong to geometries alone.
 class GeometryOwners {
  public:
   // Counts the users of each accessor and buffer view. The document must outlive the object.
   explicit GeometryOwners(const Document& document);
 
-  // The geometry's bytes, or nothing if other objects use one of its accessors or buffer views, so that some of
-  // these bytes would stay.
-  std::optional<uint64_t> bytes_of(const PrimitiveGroup& group) const;
+  using Groups = std::vector<const PrimitiveGroup*>;
+  // Divides the groups into sets that share no accessor and no buffer view with data: indices into `groups`.
+  std::vector<std::vector<size_t>> sharing_sets(const Groups& groups) const;
+
+  // The bytes that the document would lose with these geometries and their morph targets. Accessors and buffer
+  // views that other objects use stay, whole.
+  uint64_t bytes_of(const Groups& groups) const;
 
  private:
   const Document& document_;

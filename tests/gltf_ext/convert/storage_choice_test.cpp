@@ -220,15 +220,80 @@ TEST(StorageChoice, AGeometrySmallerThanItsStreamStays) {
   EXPECT_TRUE((*reports)[0].skipped.starts_with("Draco would take ")) << (*reports)[0].skipped;
   EXPECT_EQ((*reports)[0].input_bytes, 42u);
   EXPECT_EQ(document.json, triangle.json);
-  // If other objects use a part of its data, these bytes stay anyway.
+  // If other objects use a part of its data, these bytes stay.
   Document shared = triangle;
   Json points = primitive_of(shared);
   points["mode"] = 0;
   points.erase("indices");
   shared.json["meshes"][0]["primitives"].push_back(points);
+  const Json before = shared.json;
   const auto of_shared = encode_by_default(shared);
   ASSERT_TRUE(of_shared);
-  EXPECT_EQ((*of_shared)[0].stored_as, StoredAs::kDraco);
+  EXPECT_TRUE((*of_shared)[0].skipped.ends_with("instead of 6; what other objects use would stay"))
+      << (*of_shared)[0].skipped;
+  EXPECT_EQ(shared.json, before);
+}
+
+// Two primitives have the same points. What they share goes only if both are encoded.
+TEST(StorageChoice, PrimitivesThatShareDataDoNotGrow) {
+  const auto shared_by_two = [](uint32_t columns) {
+    Document document = document_from_mesh(make_grid(columns, columns));
+    Json second = primitive_of(document);
+    second["indices"] = append_accessor(
+        document, make_data(ComponentType::kUint16, 1, std::vector<uint16_t>{0, 1, 2}), 34963, false);
+    document.json["meshes"][0]["primitives"].push_back(second);
+    return document;
+  };
+  for (const uint32_t columns : {2u, 40u}) {
+    Document document = shared_by_two(columns);
+    const Document before = document;
+    const auto reports = encode_by_default(document);
+    ASSERT_TRUE(reports) << reports.status().to_string();
+    const size_t size = document.buffers[0].size(), size_before = before.buffers[0].size();
+    EXPECT_EQ((*reports)[0].stored_as, columns == 2 ? StoredAs::kAsItWas : StoredAs::kDraco);
+    EXPECT_EQ((*reports)[1].stored_as, (*reports)[0].stored_as);
+    EXPECT_LE(size, size_before);
+    if (columns != 2) continue;
+    EXPECT_EQ(document.json, before.json);
+    EXPECT_TRUE((*reports)[0].skipped.ends_with("together with the primitives that share its data"))
+        << (*reports)[0].skipped;
+  }
+  // The points of a primitive that is not encoded stay, and so do its morph targets.
+  Document document = document_from_mesh(make_grid(3, 3));
+  primitive_of(document)["targets"] = Json::array(
+      {{{"POSITION",
+         append_accessor(document, make_data(ComponentType::kFloat32, 3, std::vector<float>(48, 1.5f)), 34962,
+                         true)}}});
+  Json points = primitive_of(document);
+  points["mode"] = 0;
+  points.erase("indices");
+  document.json["meshes"][0]["primitives"].push_back(points);
+  const Json before = document.json;
+  ASSERT_TRUE(encode_by_default(document));
+  EXPECT_EQ(document.json, before);
+}
+
+// Parallel decoding is worth 3 % more bytes.
+TEST(StorageChoice, LargeStockDracoIsSplitLikePlainGeometry) {
+  const Mesh flat = make_grid(120, 60);
+  std::vector<float> positions = values_of<float>(flat.attributes[0]);
+  for (size_t i = 2; i < positions.size(); i += 3) positions[i] = static_cast<float>(i * 7919 % 1009) / 50;
+  Document stock = document_from_mesh(make_mesh(positions, flat.faces));
+  ASSERT_TRUE(encode_document_stock(stock, {}, test_pool()));
+  Document document = stock;
+  auto reports = encode_by_default(document, {.min_faces = 10000});
+  ASSERT_TRUE(reports) << reports.status().to_string();
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kPatches) << (*reports)[0].skipped;
+  EXPECT_GT((*reports)[0].bytes, (*reports)[0].input_bytes);
+  EXPECT_LE((*reports)[0].bytes * 100, (*reports)[0].input_bytes * 103);
+  // Patches of few faces take more.
+  document = stock;
+  reports = encode_by_default(document, {.most_patches = 16, .min_faces = 10000, .position_bits = 20});
+  ASSERT_TRUE(reports);
+  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kAsItWas);
+  EXPECT_TRUE((*reports)[0].skipped.ends_with("in patches; --patches and --patch-faces split it all the same"))
+      << (*reports)[0].skipped;
+  EXPECT_EQ(document.json, stock.json);
 }
 
 TEST(StorageChoice, PartsThatTouchStayClosed) {
