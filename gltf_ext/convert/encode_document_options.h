@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/position_bits.h"
@@ -55,6 +56,9 @@ struct EncodeDocumentOptions {
   bool condense = false;
   bool condense_smallest = false;  // also if that decodes more slowly
   bool verify = true;
+  // Names of options that the caller gave and that primitives in patches, which stay as they are, would ignore.
+  // Then they are an error.
+  std::string options_of_patches;
 
   bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
   CodingOptions coding() const {

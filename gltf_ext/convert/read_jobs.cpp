@@ -196,8 +196,13 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
   const Expected<PrimitiveKind> kind = primitive_kind(document, id);
   if (!kind) return kind.status();
   if (!kind->triangles) return std::string("points or lines");
-  if (kind->storage == PrimitiveStorage::kPatches && options.compat == Compat::kNone)
-    return std::string("already in patches");
+  if (kind->storage == PrimitiveStorage::kPatches && options.compat == Compat::kNone) {
+    if (options.options_of_patches.empty()) return std::string("already in patches");
+    return unsupported(
+        "already in patches, which " + options.options_of_patches +
+            " cannot change: decode the asset first (gltf-psplit decode), and encode the result",
+        {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)});
+  }
   const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
   if (const char* extension = order_dependent_extension(primitive))
     return extension + std::string(" depends on the order of points or faces");

@@ -167,6 +167,22 @@ TEST_F(EncodeCommand, ReportsWhatItLeavesAndDrops) {
   EXPECT_EQ(report.at("primitives").at(0).at("skipped"), "already in patches");
 }
 
+// Patches are not encoded again, so options that ask for other patches must not end as a copy of the file.
+TEST_F(EncodeCommand, RefusesOptionsThatPatchesOfTheInputCannotFollow) {
+  const std::string split = split_sample();
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"--patches", "3"}, {"--quantize-position", "8"}, {"--profile", "speed"}}) {
+    std::vector<std::string> words = {"encode", split, path("again.glb")};
+    words.insert(words.end(), options.begin(), options.end());
+    EXPECT_EQ(run(words), 5);
+    EXPECT_TRUE(contains(err_, "split.glb: mesh 0, primitive 0: already in patches, which " + options[0] +
+                                   " cannot change: decode the asset first"))
+        << err_;
+    EXPECT_FALSE(std::filesystem::exists(path("again.glb")));
+  }
+  EXPECT_EQ(run({"encode", split, path("again.glb"), "--keep-unused", "--fallback", "none", "-q"}), 0) << err_;
+}
+
 TEST_F(EncodeCommand, FallbackAndVolumeReachTheFile) {
   const std::string input = sample("scene", "3000");
   ASSERT_EQ(run_command({"encode", input, path("out.gltf"), "--fallback", "uncompressed",

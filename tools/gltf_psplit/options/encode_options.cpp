@@ -1,6 +1,7 @@
 #include "tools/gltf_psplit/options/encode_options.h"
 
 #include <CLI/CLI.hpp>
+#include <string_view>
 
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
@@ -102,6 +103,19 @@ void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
       ->excludes(condense);
 }
 
+// The given options that patches of the input cannot follow, because they are not encoded again.
+std::string options_of_patches(const CLI::App& command, const EncodeDocumentOptions& options) {
+  std::string given;
+  for (const char* name :
+       {"--patches", "--patch-faces", "--min-faces", "--profile", "--distance", "--no-refine",
+        "--quantize-position", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
+        "--quantize-generic", "--quantization-volume", "--encode-speed", "--fallback"}) {
+    const bool is_default = name == std::string_view("--fallback") && options.fallback == Fallback::kNone;
+    if (command.count(name) > 0 && !is_default) given += (given.empty() ? "" : ", ") + std::string(name);
+  }
+  return given;
+}
+
 }  // namespace
 
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
@@ -126,7 +140,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   add_condense_options(command, arguments);
   command.add_flag("--no-verify", arguments.no_verify,
                    "Do not check the result by decoding it and comparing it with the input");
-  return [&arguments, patches, patch_faces] {
+  return [&arguments, &command, patches, patch_faces] {
     if (patches->empty() && patch_faces->empty()) apply_profile(arguments);
     EncodeDocumentOptions& resolved = arguments.options;
     resolved.verify = !arguments.no_verify;
@@ -137,6 +151,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
                                                     : QuantizationVolume::kPrimitive;
     resolved.fallback = arguments.fallback == "uncompressed" ? Fallback::kUncompressed : Fallback::kNone;
     resolved.compat = arguments.compat == "khr" ? Compat::kKhr : Compat::kNone;
+    resolved.options_of_patches = options_of_patches(command, resolved);
   };
 }
 
