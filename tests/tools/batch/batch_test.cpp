@@ -74,6 +74,11 @@ TEST_F(Batch, PatternsListsAndFilesKeepTheirRelativePaths) {
   write("list", path("in/a.glb") + "\n\r\n" + path("in/x") + "/*\r\n" + path("in/a.glb"));
   EXPECT_EQ(names({path("in/**/*")}), "a.glb x/b.glb x/y/c.glb ");
   EXPECT_EQ(names({path("in/*/*/c.???")}), "x/y/c.glb ");
+  // A folder means all assets below it; its name is not a pattern.
+  EXPECT_EQ(names({path("in")}), "a.glb x/b.glb x/y/c.glb ");
+  write("in/x/[ab]/e.glb", "");
+  EXPECT_EQ(names({path("in/x/[ab]"), path("in/a.glb")}), "a.glb x/[ab]/e.glb ");
+  fs::remove_all(path("in/x/[ab]"));
   EXPECT_EQ(names({path("in/[a-b].glb")}), "a.glb ");
   EXPECT_EQ(names({"@" + path("list")}), "a.glb x/b.glb ");
   EXPECT_EQ(names({path("in/x/b.gltf")}), "b.glb ");
@@ -93,7 +98,9 @@ TEST_F(Batch, RefusesWhatCannotGoWellBeforeAnyWork) {
   EXPECT_NE(refusal({path("in/*")}).find("would both become"), std::string::npos);
   EXPECT_NE(refusal({path("in/*.stl")}).find("no asset matches"), std::string::npos);
   EXPECT_NE(refusal({path("in/*.txt")}).find("no asset matches"), std::string::npos);
-  EXPECT_NE(refusal({path("in")}).find("is a folder"), std::string::npos);
+  EXPECT_NE(refusal({path("in")}).find("would both become"), std::string::npos);
+  fs::create_directory(path("in/empty"));
+  EXPECT_NE(refusal({path("in/empty")}).find("no asset is in the folder"), std::string::npos);
   EXPECT_NE(refusal({path("in/a.glb")}, "in/x").find("is not below"), std::string::npos);
   EXPECT_NE(refusal({"-"}).find("stdin"), std::string::npos);
   const auto in_place = plan_batch({{path("in/a.glb")}, folder_ / "in", "", ".glb"});

@@ -22,6 +22,74 @@ TEST_F(EncodeCommand, SaysInOneLineWhatItDid) {
   EXPECT_GT(run_command({"encode", input, path("b.glb"), "-v"}).err.size(), loud.err.size());
 }
 
+TEST_F(EncodeCommand, TakesFoldersAsBatchDoes) {
+  write("in/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write("in/x/b.ply",
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  ASSERT_EQ(run({"encode", path("in"), "-o", path("out"), "--dry-run"}), 0) << err_;
+  EXPECT_TRUE(contains(err_, "out/a.glb would be written\n")) << err_;
+  EXPECT_TRUE(contains(err_, "out/x/b.glb would be written\n")) << err_;
+  EXPECT_EQ(file_count(), 1u);
+  ASSERT_EQ(run({"encode", path("in"), path("out")}), 0) << err_;
+  EXPECT_EQ(out_, "");
+  EXPECT_TRUE(contains(err_, "2 encoded, 0 up to date")) << err_;
+  write("in/a.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n");
+  ASSERT_EQ(run({"encode", path("in"), "-o", path("out"), "--dry-run"}), 0) << err_;
+  EXPECT_TRUE(contains(err_, "out/a.glb would be replaced\n")) << err_;
+  EXPECT_TRUE(contains(err_, "out/x/b.glb is up to date, and would be left\n")) << err_;
+  // Several files, one file into a folder that exists, and another form.
+  ASSERT_EQ(run({"encode", path("in/a.obj"), path("in/x/b.ply"), "-o", path("out"), "--report", "-"}), 0)
+      << err_;
+  EXPECT_EQ(nlohmann::json::parse(out_).at("encoded"), 1);
+  ASSERT_EQ(run({"encode", path("in/a.obj"), "-o", path("out"), "--as", "gltf"}), 0) << err_;
+  EXPECT_TRUE(std::filesystem::exists(path("out/a.gltf")));
+  write("out/c.glb", "theirs");
+  write("in/c.obj", "v 0 0 0\nv 2 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_EQ(run({"encode", path("in"), "-o", path("out")}), 1);
+  EXPECT_EQ(read_bytes(path("out/c.glb")), "theirs");
+
+  for (const auto& [words, reason] : std::vector<std::pair<std::vector<std::string>, const char*>>{
+           {{path("in/a.obj"), path("in/c.obj"), path("in/x/b.ply")}, "-o DIR"},
+           {{path("in/a.obj"), path("in/c.obj"), "-o", "-"}, "-o DIR"},
+           {{"-", path("in/a.obj"), "-o", path("out")}, "stdin"},
+           {{path("in"), "-o", path("out"), "--memory", "200MB"}, "--memory takes one"},
+           {{path("in/a.obj"), path("a.glb"), "--as", "gltf"}, "--as"}}) {
+    std::vector<std::string> line = {"encode"};
+    line.insert(line.end(), words.begin(), words.end());
+    EXPECT_EQ(run(line), 1) << reason;
+    EXPECT_TRUE(contains(err_, reason)) << err_;
+  }
+}
+
+TEST_F(EncodeCommand, AFolderAsInputNeedsOneForTheOutputs) {
+  std::filesystem::create_directory(path("in"));
+  EXPECT_EQ(run({"encode", path("in"), path("out.glb")}), 2);
+  EXPECT_TRUE(contains(err_, "in: is a folder: its assets need a folder for the outputs, -o DIR")) << err_;
+}
+
+TEST_F(EncodeCommand, DryRunsWriteNothing) {
+  write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--memory", "200MB"}}) {
+    const auto dry = [&](const std::string& input, const std::string& output) {
+      std::vector<std::string> words = {"encode", path(input), path(output), "--dry-run"};
+      words.insert(words.end(), more.begin(), more.end());
+      return run(words);
+    };
+    EXPECT_EQ(dry("a.obj", "b.glb"), 0) << err_;
+    EXPECT_TRUE(contains(err_, "b.glb would be written\n")) << err_;
+    EXPECT_EQ(file_count(), 1u);
+    write("b.glb", "earlier");
+    EXPECT_EQ(dry("a.obj", "b.glb"), 0) << err_;
+    EXPECT_TRUE(contains(err_, "b.glb would be replaced\n")) << err_;
+    EXPECT_EQ(read_bytes(path("b.glb")), "earlier");
+    std::filesystem::remove(path("b.glb"));
+    EXPECT_EQ(dry("none.obj", "b.glb"), 2);
+    EXPECT_EQ(dry("a.obj", "none/b.glb"), 2);
+    EXPECT_EQ(dry("a.obj", "b.txt"), 1);
+  }
+}
+
 TEST_F(EncodeCommand, ReportsAsJson) {
   const CommandOutcome outcome = run_command({"encode", sample("scene", "6000"), path("out.glb"),
                                               "--patch-faces", "500", "--report", path("report.json")});

@@ -118,10 +118,13 @@ Status AssetWork::work_on_file(Job& job) {
   const Expected<bool> up_to_date = is_up_to_date(job, key);
   if (!up_to_date) return up_to_date.status();
   job.outcome.up_to_date = *up_to_date;
-  if (*up_to_date) session_.log.detail(job.outcome.output + " is up to date");
+  const std::string& output = job.outcome.output;
+  if (*up_to_date && arguments_.dry_run) session_.log.note(output + " is up to date, and would be left");
+  if (*up_to_date && !arguments_.dry_run) session_.log.detail(output + " is up to date");
   if (*up_to_date) return {};
   if (Status status = check_output(job); !status.ok()) return status;
   job.outcome.planned = arguments_.dry_run;
+  if (arguments_.dry_run) session_.log.note(output + would_be_written(job.output));
   if (arguments_.dry_run) return {};
   job.outcome.sizes.input = bytes_on_disk(document->source.string());
   Status status = arguments_.verb == BatchVerb::kEncode
@@ -248,7 +251,7 @@ Status AssetWork::check_output(const Job& job) const {
   const fs::file_status found = fs::symlink_status(job.output, error);
   if (!fs::exists(found) || (record_.knows(job.record_name) && !fs::is_symlink(found))) return {};
   return {StatusCode::kUsage,
-          job.output.string() + " exists, and no batch made it: move it away, or choose another --out-dir"};
+          job.output.string() + " exists, and no batch made it: move it away, or choose another folder"};
 }
 
 }  // namespace psplit

@@ -24,6 +24,7 @@ struct BatchArguments {
   std::optional<Shard> shard;
   std::string report;  // empty: stdout, unless that is a terminal, or this is a shard, or progress is JSON
   bool progress_as_json = false;  // a row on stdout for each asset that ended, at once
+  bool reports_by_default = true;
   bool dry_run = false, force = false;
   uint64_t max_failures = 0;  // this many assets may fail for good without failing the batch
   double timeout_s = 0;       // for each asset; 0: none

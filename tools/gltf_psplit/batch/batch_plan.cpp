@@ -135,9 +135,8 @@ class Planner {
   Status add_word(const std::string& word) {
     std::error_code error;
     if (fs::is_directory(word, error))
-      return usage(word + " is a folder; name its files with \"" + (fs::path(word) / "**" / "*.glb").string() +
-                   "\"");
-    if (word == "-") return usage("batch cannot read stdin");
+      return add_matches(fs::path(word), fs::path("**") / "*", "no asset is in the folder " + word);
+    if (word == "-") return usage("stdin (-) cannot be one of many inputs");
     if (!fs::exists(word, error) && is_pattern(word)) return add_pattern(word);
     add(word, fs::path(word).parent_path());
     return {};
@@ -147,16 +146,23 @@ class Planner {
     fs::path fixed = pattern.root_path();
     const fs::path parts = pattern.relative_path();
     auto part = parts.begin();
+    fs::path rest;
     for (; std::next(part) != parts.end() && !is_pattern(part->string()); ++part) fixed /= *part;
+    for (; part != parts.end(); ++part) rest /= *part;
+    return add_matches(fixed, rest, "no asset matches " + pattern.string());
+  }
+
+  // The assets below a folder that a pattern matches.
+  Status add_matches(const fs::path& fixed, const fs::path& pattern, const std::string& none) {
     std::vector<fs::path> found;
-    match(fixed, part, parts.end(), found);
+    match(fixed, pattern.begin(), pattern.end(), found);
     bool any = false;
     for (const fs::path& file : found) {
       if (!is_asset_name(file) || is_below(whole_path(file), folder_)) continue;
       add(file.string(), fixed);
       any = true;
     }
-    return any ? Status() : usage("no asset matches " + pattern.string());
+    return any ? Status() : usage(none);
   }
 
   void add(const std::string& input, const fs::path& start) {

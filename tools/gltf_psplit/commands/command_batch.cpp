@@ -31,8 +31,9 @@ struct Arguments {
 
 void add_inputs(CLI::App& command, BatchArguments& batch) {
   command.add_option("IN", batch.request.words,
-                     "The inputs: files that encode reads; patterns in quotes (*, ?, [], and ** for any number "
-                     "of folders); @FILE, a list of both with one on each line");
+                     "The inputs: files that encode reads; folders with all such files below them; patterns in "
+                     "quotes (*, ?, [], and ** for any number of folders); @FILE, a list with one of these on "
+                     "each line");
 }
 
 void add_output_folder(CLI::App& command, const std::string& names, BatchArguments& batch) {
@@ -60,10 +61,7 @@ void add_planned_options(CLI::App& command, Arguments& arguments) {
       ->check(CLI::IsMember({"encode", "decode", "validate", "compare"}))
       ->capture_default_str()
       ->type_name("VERB");
-  command.add_option("--as", arguments.form, "Format of the outputs")
-      ->check(CLI::IsMember({"glb", "gltf"}))
-      ->capture_default_str()
-      ->type_name("FORM");
+  add_form_option(command, arguments.form);
   arguments.resolve = add_encode_options(command, arguments.batch.encode);
   add_images_option(command, arguments.batch.write);
   for (const CLI::Option* option : command.get_options())

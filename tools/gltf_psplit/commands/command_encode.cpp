@@ -1,4 +1,5 @@
-// gltf-psplit encode: converts plain glTF or a mesh file to PSPLIT_mesh_draco_patches.
+// gltf-psplit encode: converts plain glTF or mesh files to PSPLIT_mesh_draco_patches. Into a folder, it is a
+// batch.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "gltf_ext/out_of_core/encode_out_of_core.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "src/stopwatch.h"
+#include "tools/gltf_psplit/batch/batch.h"
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
@@ -34,7 +36,9 @@ namespace psplit {
 namespace {
 
 struct Arguments {
-  std::string input, output, report;
+  std::vector<std::string> inputs;  // as the user wrote them
+  std::string input, output, report, form = "glb";
+  bool dry_run = false;
   EncodeArguments encode;
   WriteOptions write;
   uint64_t memory = 0;  // 0: the whole asset is in memory
@@ -220,6 +224,51 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   return {};
 }
 
+// Checks what can be checked before the work, and says what would be written.
+Status run_dry(const Arguments& arguments, const Session& session) {
+  WriteReport written;
+  Status status =
+      arguments.memory > 0
+          ? check_files(arguments, written)
+          : read_for_output(arguments.input, arguments.output, arguments.report, session.log, written).status();
+  if (status.ok() && arguments.memory > 0) status = open_byte_stream(arguments.input).status();
+  if (!status.ok()) return std::move(status).at({.file = arguments.input});
+  session.log.note((arguments.output == "-" ? "stdout" : arguments.output) +
+                   would_be_written(arguments.output));
+  return {};
+}
+
+// Whether the outputs go to a folder, as those of a batch do.
+bool writes_into_folder(const Arguments& arguments) {
+  std::error_code error;
+  return arguments.inputs.size() > 1 || std::filesystem::is_directory(arguments.inputs.front(), error) ||
+         (std::filesystem::is_directory(arguments.output, error) && !is_asset_name(arguments.output)) ||
+         arguments.output.ends_with('/');
+}
+
+Status run_into_folder(const Arguments& arguments, const Session& session) {
+  const auto usage = [](const char* message) { return Status(StatusCode::kUsage, message); };
+  std::error_code error;
+  if (!std::filesystem::is_directory(arguments.output, error) &&
+      (arguments.output == "-" || is_asset_name(arguments.output))) {
+    if (arguments.inputs.size() > 1) return usage("several inputs need a folder for the outputs: -o DIR");
+    return io_failure("is a folder: its assets need a folder for the outputs, -o DIR",
+                      {.file = arguments.input});
+  }
+  if (arguments.memory > 0)
+    return usage(
+        "--memory takes one input and one output. batch --memory bounds the memory that assets take at once");
+  BatchArguments batch;
+  batch.request = {arguments.inputs, arguments.output, "", "." + arguments.form};
+  batch.folder = arguments.output;
+  batch.report = arguments.report;
+  batch.reports_by_default = false;
+  batch.dry_run = arguments.dry_run;
+  batch.encode = arguments.encode;
+  batch.write = arguments.write;
+  return run_batch(batch, session);
+}
+
 // An error that says what helps against a lack of memory.
 Status run_within_memory(const Arguments& arguments, const Session& session) {
   constexpr const char* kOutOfMemory = "out of memory";
@@ -240,6 +289,31 @@ Status run_within_memory(const Arguments& arguments, const Session& session) {
   return may_pass(kOutOfMemory + advice, status.place());
 }
 
+void add_inputs(CLI::App& command, Arguments& arguments) {
+  command
+      .add_option("IN", arguments.inputs,
+                  std::string(kInputText) +
+                      ". With -o DIR also several files, folders, patterns and lists, as "
+                      "batch takes them")
+      ->required();
+  add_output_option(command, arguments.output);
+  CLI::Option* output = command.get_option("--output");
+  output->required(false)->description(output->get_description() +
+                                       "; or a folder for all outputs, as batch writes them");
+}
+
+// All words are inputs. Without -o, the last of two is the output.
+void settle_output(Arguments& arguments) {
+  if (arguments.output.empty() && arguments.inputs.size() > 2)
+    throw CLI::ValidationError("several inputs need a folder for the outputs: -o DIR");
+  if (arguments.output.empty() && arguments.inputs.size() < 2) throw CLI::RequiredError("OUT");
+  if (arguments.output.empty()) {
+    arguments.output = std::move(arguments.inputs.back());
+    arguments.inputs.pop_back();
+  }
+  arguments.input = arguments.inputs.front();
+}
+
 void add_memory_options(CLI::App& command, Arguments& arguments) {
   constexpr const char* kGroup = "Memory";
   CLI::Option* memory =
@@ -256,12 +330,14 @@ void add_memory_options(CLI::App& command, Arguments& arguments) {
 void add_encode_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App& command = *app.add_subcommand("encode", "Split the meshes of an asset into Draco patches");
-  add_input_option(command, arguments->input);
-  add_output_option(command, arguments->output);
+  add_inputs(command, *arguments);
   const auto resolve = add_encode_options(command, arguments->encode);
   add_images_option(command, arguments->write);
   add_memory_options(command, *arguments);
   command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
+  command.add_flag("--dry-run", arguments->dry_run,
+                   "Only check the input and say what would be written, replaced or left");
+  add_form_option(command, arguments->form);
   group_encode_options(command);
   add_examples(
       command,
@@ -269,13 +345,21 @@ void add_encode_command(CLI::App& app, Action& action) {
        {"gltf-psplit encode dragon.ply dragon.glb --profile speed", "cut more and smaller patches, for a GPU"},
        {"gltf-psplit encode scan.obj -o scan.glb --lossless", "keep every float exactly"},
        {"gltf-psplit encode scan.ply scan.gltf --memory 4GB", "a mesh that is larger than the memory"},
+       {"gltf-psplit encode assets -o out", "all assets below a folder; a second run repeats what changed"},
        {"gltf-psplit encode a.glb b.glb --compat khr", "for viewers that do not support the extension"},
        {"gltf-psplit encode a.glb b.glb --report - | jq .files", "show the bytes of input and output"}});
   command.callback([arguments, resolve, &action, &command] {
     resolve();
+    settle_output(*arguments);
+    if (command.count("--as") > 0 && !writes_into_folder(*arguments))
+      throw CLI::ValidationError("--as", "is for outputs in a folder; the name of one output tells its format");
     if (command.count("--memory") > 0 && arguments->memory < kLeastMemory)
       throw CLI::ValidationError("--memory", "must be at least " + std::to_string(kLeastMemory >> 20) + "MiB");
-    action = [arguments](const Session& session) { return run_within_memory(*arguments, session); };
+    action = [arguments](const Session& session) {
+      return writes_into_folder(*arguments) ? run_into_folder(*arguments, session)
+             : arguments->dry_run           ? run_dry(*arguments, session)
+                                            : run_within_memory(*arguments, session);
+    };
   });
 }
 

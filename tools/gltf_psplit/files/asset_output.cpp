@@ -22,6 +22,13 @@ void add_output_option(CLI::App& command, std::string& path) {
       ->type_name("FILE");
 }
 
+void add_form_option(CLI::App& command, std::string& form) {
+  command.add_option("--as", form, "Format of outputs in a folder")
+      ->check(CLI::IsMember({"glb", "gltf"}))
+      ->capture_default_str()
+      ->type_name("FORM");
+}
+
 void add_images_option(CLI::App& command, WriteOptions& options) {
   command
       .add_option_function<std::string>(

@@ -17,6 +17,8 @@ namespace psplit {
 // parse.
 void add_output_option(CLI::App& command, std::string& path);
 
+// --as: glb or gltf. `form` must outlive the parse.
+void add_form_option(CLI::App& command, std::string& form);
 // --images. `options` must outlive the parse.
 void add_images_option(CLI::App& command, WriteOptions& options);
 // The value of --images that `options` came from, or "default".

@@ -51,6 +51,11 @@ Status check_output_path(const std::string& path) {
   return check_output_place(path);
 }
 
+std::string would_be_written(const fs::path& path) {
+  std::error_code error;
+  return fs::is_regular_file(path, error) ? " would be replaced" : " would be written";
+}
+
 bool is_glb_output(const std::string& path) { return path == "-" || lower_extension(path) == ".glb"; }
 
 Status check_output_paths(const std::string& output, const std::string& report) {

@@ -1,6 +1,7 @@
 // Whether an output may be written, checked before the work whose result it will hold.
 #pragma once
 
+#include <filesystem>
 #include <span>
 #include <string>
 
@@ -19,6 +20,9 @@ Status check_output_path(const std::string& path);
 // The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the
 // same name.
 Status check_output_paths(const std::string& output, const std::string& report);
+
+// What --dry-run says of a file: " would be written", or " would be replaced" if it exists.
+std::string would_be_written(const std::filesystem::path& path);
 
 // Whether the output is a GLB, according to its name. stdout is one.
 bool is_glb_output(const std::string& path);

@@ -9,11 +9,7 @@
 namespace psplit {
 
 void add_input_option(CLI::App& command, std::string& path) {
-  command
-      .add_option(
-          "IN", path,
-          "The input: a .gltf, .glb, .drc, .ply, .obj, .stl or .off file, optionally gzipped; - reads stdin")
-      ->required();
+  command.add_option("IN", path, kInputText)->required();
 }
 
 Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend,

@@ -14,6 +14,9 @@ class App;
 
 namespace psplit {
 
+inline constexpr const char* kInputText =
+    "The input: a .gltf, .glb, .drc, .ply, .obj, .stl or .off file, optionally gzipped; - reads stdin";
+
 // IN: the input's path. `path` must outlive the parse.
 void add_input_option(CLI::App& command, std::string& path);
 
