@@ -131,6 +131,60 @@ class Lines {
   size_t begin_ = 0;
 };
 
+// The last lines of what a command printed, as one line.
+class LastLines {
+ public:
+  void add(std::string_view text) {
+    text_ += text;
+    if (text_.size() > 2 * kMostBytes) text_.erase(0, text_.size() - kMostBytes);
+  }
+  std::string joined() const {
+    std::vector<std::string> lines;
+    std::string line;
+    for (const char byte : text_ + "\n") {
+      if (byte != '\n' && byte != '\r') {
+        line += static_cast<unsigned char>(byte) < ' ' ? ' ' : byte;
+      } else if (line.find_first_not_of(' ') != std::string::npos) {
+        lines.push_back(std::exchange(line, ""));
+      }
+    }
+    std::string text;
+    for (size_t i = lines.size() - std::min(lines.size(), kMostLines); i < lines.size(); ++i)
+      text += (text.empty() ? "" : " | ") + lines[i];
+    return text.size() > kMostBytes ? "..." + text.substr(text.size() - kMostBytes) : text;
+  }
+
+ private:
+  static constexpr size_t kMostLines = 3, kMostBytes = 600;
+  std::string text_;
+};
+
+// Passes what a command prints on to stderr until it ends. A process that it left in the background may hold
+// the pipe for longer, and print on.
+ProcessEnd pass_on(int output, pid_t process, LastLines& last_lines) {
+  constexpr int kPatienceMs = 100, kBlocksOfPipe = 16;
+  ::fcntl(output, F_SETFL, O_NONBLOCK);
+  bool has_ended = false;
+  for (int blocks_after_end = 0; blocks_after_end < kBlocksOfPipe; blocks_after_end += has_ended ? 1 : 0) {
+    std::array<char, 1 << 12> block;
+    const ssize_t got = ::read(output, block.data(), block.size());
+    if (got > 0) {
+      const std::string_view text(block.data(), static_cast<size_t>(got));
+      write_whole(STDERR_FILENO, text);
+      last_lines.add(text);
+      continue;
+    }
+    const bool is_empty = got < 0 && (errno == EAGAIN || errno == EINTR);
+    if (!is_empty || has_ended) break;
+    pollfd source{output, POLLIN, 0};
+    ::poll(&source, 1, kPatienceMs);
+    siginfo_t info{};
+    const auto id = static_cast<id_t>(process);
+    has_ended = ::waitid(P_PID, id, &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid != 0;
+  }
+  return wait_for(process);
+}
+
 class PipeToParent : public ParentLink {
  public:
   PipeToParent(int requests, int answers) : requests_(requests), answers_(answers) {}
@@ -273,7 +327,7 @@ Expected<std::unique_ptr<ChildProcess>> ChildProcess::start(const std::function<
   return std::unique_ptr<ChildProcess>(new ForkedChild(process, requests[1], answers[0], lifeline[1]));
 }
 
-Expected<ProcessEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
+Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
                                const std::vector<std::pair<std::string, std::string>>& variables) {
   // Between fork and exec a process with threads may not allocate: everything is prepared here.
   std::vector<std::string> words{"/bin/sh", "-c", command, "sh"}, settings;
@@ -285,19 +339,29 @@ Expected<ProcessEnd> run_shell(const std::string& command, const std::vector<std
   for (std::string& setting : settings) envp.push_back(setting.data());
   argv.push_back(nullptr);
   envp.push_back(nullptr);
+  std::array<int, 2> output{-1, -1};
+  if (!make_pipe(output)) return io_error("cannot make a pipe", errno);
   const pid_t parent = ::getpid();
   const pid_t process = ::fork();
-  if (process < 0) return io_error("cannot start a process", errno);
+  if (process < 0) {
+    const int error = errno;
+    for (const int descriptor : output) ::close(descriptor);
+    return io_error("cannot start a process", error);
+  }
   if (process == 0) {
     signal_at_end_of(parent, SIGKILL);
     for (const int signal : {SIGTERM, SIGINT, SIGPIPE, SIGXFSZ}) set_handler(signal, SIG_DFL);
     const int nothing = ::open("/dev/null", O_RDONLY);
     ::dup2(nothing, STDIN_FILENO);
-    ::dup2(STDERR_FILENO, STDOUT_FILENO);
+    for (const int descriptor : {STDOUT_FILENO, STDERR_FILENO}) ::dup2(output[1], descriptor);
     ::execve("/bin/sh", argv.data(), envp.data());
     ::_exit(127);
   }
-  return wait_for(process);
+  ::close(output[1]);
+  LastLines last_lines;
+  const ProcessEnd end = pass_on(output[0], process, last_lines);
+  ::close(output[0]);
+  return CommandEnd{end, last_lines.joined()};
 }
 
 uint64_t peak_memory() {

@@ -69,10 +69,15 @@ class ChildProcess {
   virtual ProcessEnd wait() = 0;
 };
 
+// How a command of a shell ended, and the last lines that it printed, "a | b"; empty if it printed none.
+struct CommandEnd : ProcessEnd {
+  std::string last_lines;
+};
+
 // Runs `/bin/sh -c command sh arguments...`: the command knows its arguments as $1, $2 ... Its stdin is empty,
-// and its stdout is this process's stderr. `variables` are added to its environment. The command is killed if
-// the calling thread ends.
-Expected<ProcessEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
+// and what it prints appears on this process's stderr. `variables` are added to its environment. The command is
+// killed if the calling thread ends.
+Expected<CommandEnd> run_shell(const std::string& command, const std::vector<std::string>& arguments,
                                const std::vector<std::pair<std::string, std::string>>& variables = {});
 
 // The most memory in bytes that this process has held so far.

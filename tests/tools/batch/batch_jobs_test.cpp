@@ -322,6 +322,14 @@ TEST_F(BatchJobs, TransfersThatFailMayPassAndMissingInputsMayNot) {
   EXPECT_TRUE(contains(err_, "bytes instead of 7")) << err_;
   EXPECT_EQ(shell(batch + "'exit 1'"), 75);
   EXPECT_EQ(shell(batch + "'exit 66'"), 2);
+  // The error shows what the command printed last, also if a process that it left keeps its output open.
+  EXPECT_EQ(shell(batch + "'echo one; printf \"two\\r\\nthree \\033\" >&2; echo four; sleep 9 & exit 77' "
+                          "--report report.json"),
+            2);
+  const Json report = Json::parse(read_bytes(path("report.json")));
+  EXPECT_EQ(report["assets"][0]["error"]["message"],
+            "0.glb: --fetch failed: exit code 77: one | two | three  four");
+  EXPECT_TRUE(contains(err_, "one\ntwo")) << err_;
   EXPECT_EQ(shell(batch + "'exit 77'"), 2);
   EXPECT_EQ(shell(batch + "no-such-command"), 1);
   EXPECT_EQ(shell(batch + "true"), 75);

@@ -71,7 +71,7 @@ TEST_F(Batch, PatternsListsAndFilesKeepTheirRelativePaths) {
   for (const char* name :
        {"in/a.glb", "in/x/b.gltf", "in/x/y/c.PLY", "in/x/y/c.bin", "in/.hidden/d.glb", "out/x/b.glb"})
     write(name, "");
-  write("list", path("in/a.glb") + "\n\r\n" + path("in/x") + "/*\r\n" + path("in/a.glb"));
+  write("list", "# comment\n" + path("in/a.glb") + "\n\r\n#\r\n" + path("in/x") + "/*\r\n" + path("in/a.glb"));
   EXPECT_EQ(names({path("in/**/*")}), "a.glb x/b.glb x/y/c.glb ");
   EXPECT_EQ(names({path("in/*/*/c.???")}), "x/y/c.glb ");
   // A folder means all assets below it; its name is not a pattern.
@@ -106,6 +106,9 @@ TEST_F(Batch, RefusesWhatCannotGoWellBeforeAnyWork) {
   const auto in_place = plan_batch({{path("in/a.glb")}, folder_ / "in", "", ".glb"});
   EXPECT_EQ(in_place.status().code(), StatusCode::kUsage);
   EXPECT_NE(in_place.status().message().find("would replace"), std::string::npos);
+  const auto only_outputs = plan_batch({{path("in/*.glb")}, folder_ / "in", "", ".glb"});
+  EXPECT_EQ(only_outputs.status().code(), StatusCode::kUsage);
+  EXPECT_NE(only_outputs.status().message().find("which is for the outputs"), std::string::npos);
   EXPECT_EQ(plan({"@" + path("none")}).status().code(), StatusCode::kIo);
   EXPECT_EQ(batch(), 1);
   EXPECT_FALSE(fs::exists(path("out")));
@@ -229,6 +232,19 @@ TEST_F(Batch, GoesOnAfterFailuresAndSaysWhich) {
   generate("in/bad.glb");
   EXPECT_EQ(batch(), 2);
   EXPECT_EQ(counts(), (Counts{1, 2, 1}));
+}
+
+TEST_F(Batch, ALinkToNothingIsAFailedAsset) {
+  generate("in/a.glb");
+  write("other.txt", "");
+  fs::create_symlink("missing.glb", path("in/gone.glb"));
+  fs::create_symlink("loop.glb", path("in/loop.glb"));
+  fs::create_symlink("missing.txt", path("in/notes.txt"));
+  fs::create_directory_symlink(path("in"), path("in/folder.glb"));
+  EXPECT_EQ(names({path("in/*")}), "a.glb gone.glb loop.glb ");
+  EXPECT_EQ(batch(), 2);
+  EXPECT_EQ(counts(), (Counts{1, 0, 2}));
+  EXPECT_NE(err_.find("gone.glb: "), std::string::npos) << err_;
 }
 
 TEST_F(Batch, OneAtATime) {

@@ -39,6 +39,14 @@ std::vector<fs::path> sorted_entries(const fs::path& folder) {
   return entries;
 }
 
+// A file, or a link whose target cannot be found: such an asset fails, and is not left out in silence.
+bool is_file_or_broken_link(const fs::path& entry) {
+  std::error_code error;
+  const fs::file_status target = fs::status(entry, error);
+  if (!error) return fs::is_regular_file(target);
+  return fs::is_symlink(fs::symlink_status(entry, error));
+}
+
 // Matches a pattern part by part. ** skips hidden folders, and links to folders, because links may form cycles.
 void match(const fs::path& folder, fs::path::const_iterator part, fs::path::const_iterator end,
            std::vector<fs::path>& found) {
@@ -53,7 +61,7 @@ void match(const fs::path& folder, fs::path::const_iterator part, fs::path::cons
     return;
   }
   const auto visit = [&](const fs::path& entry) {
-    if (is_last && fs::is_regular_file(entry, error)) found.push_back(entry);
+    if (is_last && is_file_or_broken_link(entry)) found.push_back(entry);
     if (!is_last && fs::is_directory(entry, error)) match(entry, std::next(part), end, found);
   };
   if (!is_pattern(part->string())) return visit(folder / *part);
@@ -126,7 +134,7 @@ class Planner {
     if (!lines) return lines.status();
     for (std::string_view line; lines->next(line);) {
       if (line.ends_with('\r')) line.remove_suffix(1);
-      if (line.empty()) continue;
+      if (line.empty() || line.starts_with('#')) continue;
       if (Status status = add_word(std::string(line)); !status.ok()) return status;
     }
     return lines->status();
@@ -156,13 +164,17 @@ class Planner {
   Status add_matches(const fs::path& fixed, const fs::path& pattern, const std::string& none) {
     std::vector<fs::path> found;
     match(fixed, pattern.begin(), pattern.end(), found);
-    bool any = false;
+    bool any = false, any_output = false;
     for (const fs::path& file : found) {
-      if (!is_asset_name(file) || is_below(whole_path(file), folder_)) continue;
-      add(file.string(), fixed);
-      any = true;
+      if (!is_asset_name(file)) continue;
+      const bool is_output = is_below(whole_path(file), folder_);
+      if (!is_output) add(file.string(), fixed);
+      (is_output ? any_output : any) = true;
     }
-    return any ? Status() : usage(none);
+    if (any) return {};
+    return usage(any_output ? none + " outside " + request_.folder.string() +
+                                  ", which is for the outputs: choose another folder for them"
+                            : none);
   }
 
   void add(const std::string& input, const fs::path& start) {

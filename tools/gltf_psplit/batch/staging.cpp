@@ -42,11 +42,12 @@ using Variables = std::vector<std::pair<std::string, std::string>>;
 Status run(const std::string& option, const std::string& command, const std::vector<std::string>& arguments,
            const Variables& variables = {}) {
   constexpr int kNoInput = 66, kNoPermission = 77;  // of sysexits.h
-  const Expected<ProcessEnd> end = run_shell(command, arguments, variables);
+  const Expected<CommandEnd> end = run_shell(command, arguments, variables);
   if (!end) return end.status();
   if (!end->by_signal && end->number == 0) return {};
-  const std::string message =
-      option + " failed: " + (end->by_signal ? "signal " : "exit code ") + std::to_string(end->number);
+  const std::string message = option + " failed: " + (end->by_signal ? "signal " : "exit code ") +
+                              std::to_string(end->number) +
+                              (end->last_lines.empty() ? "" : ": " + end->last_lines);
   if (end->by_signal) return may_pass(message);
   // 126 and 127: the shell found no such command.
   if (end->number == 126 || end->number == 127) return {StatusCode::kUsage, message};

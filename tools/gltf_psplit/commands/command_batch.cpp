@@ -33,7 +33,7 @@ void add_inputs(CLI::App& command, BatchArguments& batch) {
   command.add_option("IN", batch.request.words,
                      "The inputs: files that encode reads; folders with all such files below them; patterns in "
                      "quotes (*, ?, [], and ** for any number of folders); @FILE, a list with one of these on "
-                     "each line");
+                     "each line and comments after #");
 }
 
 void add_output_folder(CLI::App& command, const std::string& names, BatchArguments& batch) {
