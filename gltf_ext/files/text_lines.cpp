@@ -43,6 +43,8 @@ bool TextLines::next(std::string_view& line) {
   if (!status_.ok() || (end == begin_ && !is_whole_)) return false;
   line = std::string_view(text_).substr(begin_, end - begin_);
   begin_ = end + (is_whole_ ? 1 : 0);
+  offset_ = next_offset_;
+  next_offset_ += line.size() + (is_whole_ ? 1 : 0);
   ++number_;
   return true;
 }

@@ -22,6 +22,7 @@ class TextLines {
   // The next line without its line feed, valid until the next call. False at the end and after an error.
   bool next(std::string_view& line);
   uint64_t number() const { return number_; }  // of the line that `next` returned, from 1
+  uint64_t offset() const { return offset_; }  // of its first byte, from where the lines begin
   // Whether that line had a line feed. The last line of a file that is still written has none.
   bool is_whole() const { return is_whole_; }
   const Status& status() const { return status_; }  // the error that ended the lines, if there was one
@@ -36,7 +37,7 @@ class TextLines {
   std::unique_ptr<std::FILE, Close> file_;
   std::string name_, text_;
   size_t begin_ = 0;
-  uint64_t number_ = 0;
+  uint64_t number_ = 0, offset_ = 0, next_offset_ = 0;
   bool is_whole_ = true, at_end_ = false;
   Status status_;
 };

@@ -40,6 +40,10 @@ TEST_F(BatchJobs, ShardsTogetherWriteWhatOneRunWrites) {
   const Json report = Json::parse(read_bytes(path("merged.json")));
   EXPECT_EQ(report["assets"].size(), 9u);
   EXPECT_EQ(report["up_to_date"], 9);
+  const Json one = Json::parse(read_bytes(path("one.json")));
+  EXPECT_EQ(report["files"], one["files"]);
+  for (const char* name : {"input", "patches", "bytes"})
+    EXPECT_EQ(report["total"][name], one["total"][name]) << name;
   EXPECT_EQ(report["shards"]["unfinished"].size(), 0u);
 }
 

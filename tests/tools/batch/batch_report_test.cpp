@@ -24,7 +24,7 @@ TEST(BatchReport, CountsAndAddsUp) {
   const BatchTally tally = tally_of({encoded("a.glb", 20), encoded("b.glb", 1500), kUpToDate});
   EXPECT_EQ(tally.summary("out", 1600),
             "out: 3 assets, 2 encoded, 1 up to date, 0 failed; 1.60 s\n"
-            "600 kB from 6.00 MB (10.0 %); 10 patches\n"
+            "600 kB from 6.00 MB (10.0 %); 10 patches; without 1 asset of an older record\n"
             "slowest: b.glb 1.50 s, a.glb 20.0 ms\n");
   EXPECT_TRUE(tally.status(0).ok());
 }
@@ -33,6 +33,18 @@ TEST(BatchReport, SaysThatNothingWasDone) {
   EXPECT_EQ(tally_of({kUpToDate}).summary("out", 1600),
             "out: 1 asset, 0 encoded, 1 up to date, 0 failed; 1.60 s\n"
             "nothing was encoded\n");
+}
+
+TEST(BatchReport, TotalsCountWhatWasUpToDate) {
+  BatchOutcome known = kUpToDate;
+  known.recorded = figures_of(encoded("c.glb", 1), BatchVerb::kEncode);
+  EXPECT_EQ(tally_of({encoded("a.glb", 20), known}).summary("out", 0),
+            "out: 2 assets, 1 encoded, 1 up to date, 0 failed\n"
+            "600 kB from 6.00 MB (10.0 %); 10 patches\n");
+  EXPECT_EQ(
+      tally_of({encoded("a.glb", 20), known, kUpToDate}).line("shard 0/2 of out", 1600),
+      "shard 0/2 of out: 3 assets, 1 encoded, 2 up to date, 0 failed; 1.60 s; 600 kB from 6.00 MB (10.0 %); "
+      "10 patches; without 1 asset of an older record");
 }
 
 TEST(BatchReport, GivesReasonsOfFailuresAndAnEndToThem) {

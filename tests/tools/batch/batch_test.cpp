@@ -172,8 +172,12 @@ TEST_F(Batch, EncodesOnlyWhatChanged) {
   ASSERT_EQ(run({"encode", path("in/a.glb"), path("alone.glb"), "--patch-faces", "200", "-q"}), 0);
   EXPECT_EQ(read_bytes(path("out/a.glb")), read_bytes(path("alone.glb")));
 
+  // A rerun reports the same totals, which are in the record.
+  const Json total = report_["total"], files = report_["files"];
   ASSERT_EQ(batch(), 0);
   EXPECT_EQ(counts(), (Counts{0, 3, 0}));
+  for (const char* name : {"input", "patches", "bytes"}) EXPECT_EQ(report_["total"][name], total[name]) << name;
+  EXPECT_EQ(report_["files"], files);
   // An input has changed.
   generate("in/a.glb", "500", "2");
   ASSERT_EQ(batch(), 0);

@@ -9,6 +9,8 @@
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/json_fields.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/files/asset_output.h"
@@ -78,10 +80,8 @@ BatchOutcome AssetWork::run(const BatchItem& item, uint64_t id, const std::funct
 Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
   // If the plan says which content the input has, an output that is up to date costs no transfer.
   if (!job.content.empty() && arguments_.staging.fetch_output.empty() && !arguments_.force &&
-      record_.is_newest(job.record_name, made_from(job.content))) {
-    job.outcome.up_to_date = true;
-    return {};
-  }
+      record_.is_newest(job.record_name, made_from(job.content)))
+    return note_up_to_date(job, made_from(job.content));
   if (arguments_.dry_run && arguments_.staging.any()) {
     job.outcome.planned = true;  // it may be up to date, but only a transfer would tell
     return {};
@@ -117,14 +117,10 @@ Status AssetWork::work_on_file(Job& job) {
   const std::string key = made_from(content);
   const Expected<bool> up_to_date = is_up_to_date(job, key);
   if (!up_to_date) return up_to_date.status();
-  job.outcome.up_to_date = *up_to_date;
-  const std::string& output = job.outcome.output;
-  if (*up_to_date && arguments_.dry_run) session_.log.note(output + " is up to date, and would be left");
-  if (*up_to_date && !arguments_.dry_run) session_.log.detail(output + " is up to date");
-  if (*up_to_date) return {};
+  if (*up_to_date) return note_up_to_date(job, key);
   if (Status status = check_output(job); !status.ok()) return status;
   job.outcome.planned = arguments_.dry_run;
-  if (arguments_.dry_run) session_.log.note(output + would_be_written(job.output));
+  if (arguments_.dry_run) session_.log.note(job.outcome.output + would_be_written(job.output));
   if (arguments_.dry_run) return {};
   job.outcome.sizes.input = bytes_on_disk(document->source.string());
   Status status = arguments_.verb == BatchVerb::kEncode
@@ -170,7 +166,31 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
   session_.log.detail(written_text(
       outcome.output, outcome.sizes,
       arguments_.verb == BatchVerb::kEncode ? encode_summary(outcome.result) : done_word(arguments_.verb)));
-  return record_.add(job.record_name, {key, hash_asset(*written)});
+  Json details{{"figures", figures_of(outcome, arguments_.verb)}};
+  if (const std::string input = recorded_input(job); !input.empty()) details["input"] = input;
+  return record_.add(job.record_name, {key, hash_asset(*written), std::move(details)});
+}
+
+// Empty if a command brings the input or takes the output away.
+std::string AssetWork::recorded_input(const Job& job) const {
+  if (arguments_.staging.any()) return "";
+  return percent_encode(fs::absolute(job.item.input).lexically_normal().string());
+}
+
+// Takes the asset's figures out of the record. An input that was moved is recorded at its new place.
+Status AssetWork::note_up_to_date(Job& job, const std::string& key) {
+  job.outcome.up_to_date = true;
+  if (arguments_.dry_run)
+    session_.log.note(job.outcome.output + " is up to date, and would be left");
+  else
+    session_.log.detail(job.outcome.output + " is up to date");
+  const Json line = record_.line(job.record_name, key);
+  if (const Json* figures = object_field(line, "figures")) job.outcome.recorded = *figures;
+  const std::string *before = string_field(line, "input"), *output = string_field(line, "output");
+  const std::string input = recorded_input(job);
+  if (arguments_.dry_run || input.empty() || output == nullptr || (before != nullptr && *before == input))
+    return {};
+  return record_.add(job.record_name, {key, *output, {{"figures", job.outcome.recorded}, {"input", input}}});
 }
 
 Status AssetWork::validate(Job& job) {

@@ -38,6 +38,8 @@ class AssetWork {
   Status validate(Job& job);
   Status compare(Job& job, const Document& input, const std::string& content);
   std::string made_from(const std::string& content) const;
+  std::string recorded_input(const Job& job) const;
+  Status note_up_to_date(Job& job, const std::string& key);
   Expected<bool> is_up_to_date(Job& job, const std::string& key);
   bool is_checked(Job& job, const std::string& key) const;
   Status check_output(const Job& job) const;

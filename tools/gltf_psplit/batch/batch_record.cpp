@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/files/files.h"
@@ -20,12 +21,14 @@ constexpr const char* kFolder = ".gltf-psplit-batch";
 // The record of versions that had no shards.
 constexpr const char* kOldFile = ".gltf-psplit-batch.jsonl";
 constexpr std::string_view kLineBegin = "{\"name\":\"";
-constexpr std::string_view kWithdrawn = "withdrawn";
+constexpr std::string_view kWithdrawn = "withdrawn", kRemoved = "removed";
 
-bool is_written(std::string_view output) { return !output.empty() && output != kWithdrawn; }
+bool is_written(std::string_view output) {
+  return !output.empty() && output != kWithdrawn && output != kRemoved;
+}
 bool is_written(const Hash128& output) {
-  static const Hash128 not_written = hash_of(""), withdrawn = hash_of(kWithdrawn);
-  return output != not_written && output != withdrawn;
+  static const Hash128 others[] = {hash_of(""), hash_of(kWithdrawn), hash_of(kRemoved)};
+  return std::ranges::find(others, output) == std::end(others);
 }
 
 // The name in a line, percent-encoded, without parsing the line: a shard reads the lines of all others.
@@ -96,6 +99,7 @@ Status BatchRecord::open(const fs::path& folder, const Shard& shard) {
 
 Status BatchRecord::load(const fs::path& folder, const Shard& shard) {
   facts_.clear();
+  files_.clear();
   begun_.clear();
   file_.resume();
   for (const fs::path& file : record_files(folder)) {
@@ -103,13 +107,31 @@ Status BatchRecord::load(const fs::path& folder, const Shard& shard) {
     if (Status status = load_file(file, shard); !status.ok()) return status;
   }
   std::sort(facts_.begin(), facts_.end());
-  facts_.erase(std::unique(facts_.begin(), facts_.end()), facts_.end());
+  forget_removed();
   return {};
+}
+
+// What was said about an output before it was removed counts no more.
+void BatchRecord::forget_removed() {
+  const Hash128 removed = hash_of(kRemoved);
+  for (auto begin = facts_.begin(); begin != facts_.end();) {
+    const auto end =
+        std::find_if(begin, facts_.end(), [&](const Fact& fact) { return fact.name != begin->name; });
+    int64_t last = -1;
+    for (auto fact = begin; fact != end; ++fact)
+      if (fact->output == removed) last = std::max(last, fact->number);
+    // Numbers that cannot be: the facts are erased below, all at once.
+    for (auto fact = begin; fact != end; ++fact)
+      if (fact->number <= last) fact->number = -1;
+    begin = end;
+  }
+  std::erase_if(facts_, [](const Fact& fact) { return fact.number < 0; });
 }
 
 Status BatchRecord::load_file(const fs::path& file, const Shard& shard) {
   Expected<TextLines> lines = TextLines::open(file);
   if (!lines) return lines.status();
+  files_.push_back(file);
   for (std::string_view line; lines->next(line);) {
     const std::string_view name = name_in(line);
     if (name.empty() || !lines->is_whole()) continue;
@@ -119,8 +141,9 @@ Status BatchRecord::load_file(const fs::path& file, const Shard& shard) {
     if (!json) continue;
     const std::string *made_from = string_field(*json, "made_from"), *output = string_field(*json, "output");
     if (made_from == nullptr || output == nullptr) continue;
+    const int64_t number = std::max<int64_t>(0, integer_field(*json, "number").value_or(0));
     facts_.push_back(
-        {hash_of(name), hash_of(*made_from), hash_of(*output), integer_field(*json, "number").value_or(0)});
+        {hash_of(name), hash_of(*made_from), hash_of(*output), number, files_.size() - 1, lines->offset()});
     last_number_ = std::max(last_number_, facts_.back().number);
     if (output->empty())
       begun_.emplace(name);
@@ -164,22 +187,58 @@ bool BatchRecord::is_newest(const std::string& name, const std::string& made_fro
   return newest != end && is_written(newest->output) && newest->made_from == hash_of(made_from);
 }
 
+Expected<Json> BatchRecord::line_of(const Fact& fact) const {
+  std::ifstream file(files_[fact.file], std::ios::binary);
+  std::string line;
+  file.seekg(static_cast<std::streamoff>(fact.at));
+  if (!std::getline(file, line)) return io_failure("cannot read", {.file = files_[fact.file].string()});
+  return parse_json(line);
+}
+
+Json BatchRecord::line(const std::string& name, const std::string& made_from) const {
+  const auto [begin, end] = facts(name);
+  const Hash128 wanted = hash_of(made_from);
+  std::vector<Fact> found;
+  std::copy_if(begin, end, std::back_inserter(found),
+               [&](const Fact& fact) { return is_written(fact.output) && fact.made_from == wanted; });
+  if (found.empty()) return {};
+  const Expected<Json> line = line_of(*newest_of(found.begin(), found.end()));
+  return line ? *line : Json();
+}
+
+Status BatchRecord::for_each_written(const std::function<void(const Json& line)>& visit) const {
+  for (auto begin = facts_.begin(); begin != facts_.end();) {
+    const Fact* newest = nullptr;
+    auto fact = begin;
+    for (; fact != facts_.end() && fact->name == begin->name; ++fact)
+      if (is_written(fact->output) && (newest == nullptr || newest->number < fact->number)) newest = &*fact;
+    begin = fact;
+    if (newest == nullptr) continue;
+    const Expected<Json> line = line_of(*newest);
+    if (!line) return line.status();
+    visit(*line);
+  }
+  return {};
+}
+
 std::set<fs::path> BatchRecord::unfinished_folders() const {
   std::set<fs::path> folders;
   for (const std::string& name : begun_) {
     const auto [begin, end] = facts(name);  // another file may end what this one began
-    if (newest_of(begin, end)->output == hash_of(""))
+    if (begin != end && newest_of(begin, end)->output == hash_of(""))
       folders.insert(fs::path(percent_decode(name)).parent_path());
   }
   return folders;
 }
 
 Status BatchRecord::withdraw(const std::string& name) { return add(name, {"", std::string(kWithdrawn)}); }
+Status BatchRecord::forget(const std::string& name) { return add(name, {"", std::string(kRemoved)}); }
 
 Status BatchRecord::add(const std::string& name, const Entry& entry) {
   const std::lock_guard lock(mutex_);
-  const Json line{
+  Json line{
       {"name", name}, {"made_from", entry.made_from}, {"output", entry.output}, {"number", ++last_number_}};
+  line.update(entry.details);
   return file_.append(line.dump() + "\n");
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <set>
 #include <string>
@@ -11,6 +12,7 @@
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/json/json.h"
 #include "tools/gltf_psplit/batch/shard.h"
 
 namespace psplit {
@@ -35,6 +37,9 @@ class BatchRecord {
   struct Entry {
     std::string made_from;  // hash of input and options
     std::string output;     // hash_asset of the written asset; empty before it was written
+    // What else the line says: "figures", which a later run reports, and the "input", absolute and
+    // percent-encoded.
+    Json details = Json::object();
   };
 
   BatchRecord() = default;
@@ -45,7 +50,7 @@ class BatchRecord {
   // it, or if shards of another count run. Other errors: those of io_error.
   Status open(const std::filesystem::path& folder, const Shard& shard);
 
-  // Reads what all files say about the outputs of a shard. Memory: 56 bytes for each line about them.
+  // Reads what all files say about the outputs of a shard. Memory: 72 bytes for each line about them.
   Status load(const std::filesystem::path& folder, const Shard& shard);
 
   // Whether a batch made the output, or began to and was killed. Otherwise, if it exists, it is not a batch's.
@@ -54,6 +59,11 @@ class BatchRecord {
   bool has(const std::string& name, const Entry& entry) const;
   // Whether the line that was written last says that the output was made from `made_from`.
   bool is_newest(const std::string& name, const std::string& made_from) const;
+  // The newest line that says that the output was made from `made_from`, as it was when the record was loaded.
+  // Null if there is none.
+  Json line(const std::string& name, const std::string& made_from) const;
+  // The newest line about each output that was written and not removed since. Errors: those of io_error.
+  Status for_each_written(const std::function<void(const Json& line)>& visit) const;
   // The folders of outputs whose writing was begun and not ended: a kill may have left temporary files there.
   // Relative to the output folder.
   std::set<std::filesystem::path> unfinished_folders() const;
@@ -62,6 +72,8 @@ class BatchRecord {
   Status begin(const std::string& name) { return add(name, {}); }
   // Call it if the output could not be written.
   Status withdraw(const std::string& name);
+  // Call it after the output was removed. A file that appears there later is not a batch's.
+  Status forget(const std::string& name);
   Status add(const std::string& name, const Entry& entry);
   // Waits until all lines are on the disk.
   Status sync();
@@ -70,6 +82,8 @@ class BatchRecord {
   struct Fact {
     Hash128 name, made_from, output;
     int64_t number = 0;  // 0 if the line has none
+    size_t file = 0;     // index in files_
+    uint64_t at = 0;     // the line's place in the file
     auto operator<=>(const Fact&) const = default;
   };
   Status load_file(const std::filesystem::path& file, const Shard& shard);
@@ -78,11 +92,14 @@ class BatchRecord {
 
   static std::vector<Fact>::const_iterator newest_of(std::vector<Fact>::const_iterator begin,
                                                      std::vector<Fact>::const_iterator end);
+  void forget_removed();
+  Expected<Json> line_of(const Fact& fact) const;
 
   GroupLock division_;
   LockedLog file_;
   std::mutex mutex_;
   int64_t last_number_ = 0;
+  std::vector<std::filesystem::path> files_;
   std::vector<Fact> facts_;      // sorted; as they were when the record was loaded
   std::set<std::string> begun_;  // names that a file begins and does not end
 };

@@ -28,6 +28,8 @@ AssetBytes bytes_of(const Json& sizes, const char* side) {
                           : AssetBytes{count_in(*bytes, "bytes"), count_in(*bytes, "texture_bytes")};
 }
 
+bool writes(BatchVerb verb) { return verb == BatchVerb::kEncode || verb == BatchVerb::kDecode; }
+
 }  // namespace
 
 std::string line_of(const Json& row) { return row.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -42,6 +44,16 @@ const char* done_word(BatchVerb verb) {
   return "";
 }
 
+Json figures_of(const BatchOutcome& outcome, BatchVerb verb) {
+  Json figures = Json::object();
+  if (outcome.sizes.output.files > 0) figures["files"] = sizes_json(outcome.sizes);
+  if (verb != BatchVerb::kEncode) return figures;
+  figures["geometry"] = {{"input_bytes", outcome.result.geometry.input},
+                         {"output_bytes", outcome.result.geometry.output}};
+  append_row(figures["total"], outcome.result.total);
+  return figures;
+}
+
 Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
   Json asset{{"input", outcome.input}};
   if (!outcome.output.empty()) asset["output"] = outcome.output;
@@ -53,15 +65,12 @@ Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
   if (!outcome.status.ok())
     asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
                       {"message", outcome.status.to_string()}};
-  if (is_done && outcome.sizes.output.files > 0) {
-    asset["files"] = sizes_json(outcome.sizes);
-    append_written(asset, outcome.written);
-  }
-  if (is_done && verb == BatchVerb::kEncode) {
-    asset["geometry"] = {{"input_bytes", outcome.result.geometry.input},
-                         {"output_bytes", outcome.result.geometry.output}};
-    append_row(asset["total"], outcome.result.total);
-    asset["primitives"] = outcome.result.primitives;
+  if (is_done) {
+    asset.update(figures_of(outcome, verb));
+    if (outcome.sizes.output.files > 0) append_written(asset, outcome.written);
+    if (verb == BatchVerb::kEncode) asset["primitives"] = outcome.result.primitives;
+  } else if (outcome.up_to_date && outcome.recorded.is_object()) {
+    asset.update(outcome.recorded);
   }
   if (!outcome.details.is_null()) asset["result"] = outcome.details;
   if (outcome.memory > 0)
@@ -74,7 +83,6 @@ void BatchTally::add(const Json& row) {
   ++assets_;
   const std::string *status = string_field(row, "status"), *input = string_field(row, "input");
   const std::string word = status == nullptr ? "failed" : *status;
-  if (word == "up to date") ++up_to_date_;
   if (word == "planned") ++planned_;
   if (word == "failed") {
     ++failed_;
@@ -89,29 +97,47 @@ void BatchTally::add(const Json& row) {
     const std::string* message = error == nullptr ? nullptr : string_field(*error, "message");
     if (message != nullptr && failures_.size() < kFailures) failures_.push_back(*message);
   }
-  if (word != done_word(verb_)) return;
+  const bool is_done = word == done_word(verb_), is_up_to_date = word == "up to date";
+  if (!is_done && !is_up_to_date) return;
+  const Json *total = object_field(row, "total"), *files = object_field(row, "files");
+  if (total != nullptr) total_ += row_of(*total);
+  if (files != nullptr) sizes_ += {bytes_of(*files, "input"), bytes_of(*files, "output")};
+  if (is_up_to_date) {
+    ++up_to_date_;
+    if (writes(verb_) && files == nullptr) ++unknown_;
+    return;
+  }
   ++done_;
-  if (const Json* total = object_field(row, "total")) total_ += row_of(*total);
-  if (const Json* files = object_field(row, "files"))
-    sizes_ += {bytes_of(*files, "input"), bytes_of(*files, "output")};
   slowest_.push_back({number_in(row, "wall_ms"), input == nullptr ? "" : *input});
   std::ranges::stable_sort(slowest_, std::greater<>(), &Slow::wall_ms);
   if (slowest_.size() > kSlowest) slowest_.pop_back();
 }
 
+std::string BatchTally::counts_text(const std::string& what, double wall_ms) const {
+  return what + ": " + counted(assets_, "asset") + ", " +
+         (planned_ > 0 ? with_separators(planned_) + " to do, "
+                       : with_separators(done_) + " " + done_word(verb_) + ", ") +
+         with_separators(up_to_date_) + " up to date, " + with_separators(failed_) + " failed" +
+         (wall_ms > 0 ? "; " + as_duration(wall_ms) : "");
+}
+
+std::string BatchTally::totals_text() const {
+  const std::string sizes = sizes_text(sizes_);
+  if (sizes.empty() || planned_ > 0) return "";
+  return sizes + (verb_ == BatchVerb::kEncode ? "; " + counted(total_.summary.patches, "patch") : "") +
+         (unknown_ > 0 ? "; without " + counted(unknown_, "asset") + " of an older record" : "");
+}
+
+std::string BatchTally::line(const std::string& what, double wall_ms) const {
+  const std::string totals = totals_text();
+  return counts_text(what, wall_ms) + (totals.empty() ? "" : "; ") + totals;
+}
+
 std::string BatchTally::summary(const std::string& folder, double wall_ms) const {
-  std::string text = folder + ": " + counted(assets_, "asset") + ", " +
-                     (planned_ > 0 ? with_separators(planned_) + " to do, "
-                                   : with_separators(done_) + " " + done_word(verb_) + ", ") +
-                     with_separators(up_to_date_) + " up to date, " + with_separators(failed_) + " failed" +
-                     (wall_ms > 0 ? "; " + as_duration(wall_ms) : "") + "\n";
+  std::string text = counts_text(folder, wall_ms) + "\n";
   if (done_ == 0 && failed_ == 0 && planned_ == 0)
     text += "nothing was " + std::string(done_word(verb_)) + "\n";
-  const std::string sizes = sizes_text(sizes_);
-  if (done_ > 0 && !sizes.empty())
-    text += sizes +
-            (verb_ == BatchVerb::kEncode ? "; " + counted(total_.summary.patches, "patch") : std::string()) +
-            "\n";
+  if (const std::string totals = totals_text(); !totals.empty()) text += totals + "\n";
   for (size_t i = 0; slowest_.size() > 1 && i < slowest_.size(); ++i)
     text += (i == 0 ? "slowest: " : ", ") + slowest_[i].input + " " + as_duration(slowest_[i].wall_ms) +
             (i + 1 == slowest_.size() ? "\n" : "");
@@ -128,6 +154,7 @@ Json BatchTally::to_json() const {
             {"may_pass", may_pass_},
             {"files", sizes_json(sizes_)}};
   if (planned_ > 0) json["planned"] = planned_;
+  if (unknown_ > 0) json["without_figures"] = unknown_;
   if (verb_ == BatchVerb::kEncode) append_row(json["total"], total_);
   return json;
 }

@@ -27,12 +27,13 @@ const char* done_word(BatchVerb verb);  // "encoded", "decoded", "validated", "c
 struct BatchOutcome {
   std::string input{}, output{};  // `output` is empty if the verb writes none
   Status status{};
-  bool up_to_date = false;  // if so, the members below are unset
+  bool up_to_date = false;  // if so, the members below are unset, except `recorded`
   bool planned = false;     // --dry-run: it would be done; the members below are unset
   EncodeResult result{};    // only for encode
   WriteReport written{};
   AssetSizes sizes{};
-  Json details{};  // what only one verb reports: findings, differences
+  Json recorded{};  // figures_of when the asset was done; null if the record does not say them
+  Json details{};   // what only one verb reports: findings, differences
   double wall_ms = 0;
   uint64_t memory = 0;       // the estimate that admitted it
   uint64_t peak_memory = 0;  // of the process, with all that it did before
@@ -41,10 +42,14 @@ struct BatchOutcome {
 // JSON on one line. Bytes that are not UTF-8 are replaced.
 std::string line_of(const Json& row);
 
+// What totals are made of: "files", "geometry" and "total"; empty if the verb writes nothing.
+Json figures_of(const BatchOutcome& outcome, BatchVerb verb);
+
 // The row of an asset: "input", "output", "status", "error", "wall_ms", and what was done.
 Json to_json(const BatchOutcome& outcome, BatchVerb verb);
 
-// The sums over rows. It keeps a few rows for the summary, so that its memory does not grow.
+// The sums over rows, with what was up to date, but without what failed. It keeps a few rows for the summary,
+// so that its memory does not grow.
 class BatchTally {
  public:
   explicit BatchTally(BatchVerb verb) : verb_(verb) {}
@@ -54,6 +59,8 @@ class BatchTally {
   // kMayPass if any asset failed for a cause that may pass. Otherwise the code of the first failure in the
   // order of names, if more than `max_failures` assets failed.
   Status status(uint64_t max_failures) const;
+  // One line: counts, bytes in and out, patches. `what` is the folder, or the shard and its folder.
+  std::string line(const std::string& what, double wall_ms) const;
   // Several lines: counts, bytes in and out, the slowest assets, and failures with their reasons.
   // `wall_ms` is 0 if it is not known.
   std::string summary(const std::string& folder, double wall_ms) const;
@@ -61,8 +68,12 @@ class BatchTally {
   Json to_json() const;
 
  private:
+  std::string counts_text(const std::string& what, double wall_ms) const;
+  std::string totals_text() const;
+
   BatchVerb verb_;
   size_t assets_ = 0, done_ = 0, up_to_date_ = 0, planned_ = 0;
+  size_t unknown_ = 0;                // those that are up to date, and whose figures are not known
   size_t failed_ = 0, may_pass_ = 0;  // `may_pass_` counts those of `failed_` that may succeed in another run
   // The code of the first that may not, in the order of names: threads end in any order.
   StatusCode first_ = StatusCode::kOk;
