@@ -19,7 +19,8 @@ Comparison comparison_of(const std::vector<Measured>& list) {
   Comparison comparison;
   comparison.stock = {5, 1'000'000, 500, steady(kStockMs)};
   comparison.stock_speeds = {comparison.stock};
-  comparison.meshopt.decode = comparison.meshopt_plain.decode = steady(10);
+  // Slower than all, so that only the tests of meshoptimizer's sentence have it.
+  comparison.meshopt = comparison.meshopt_plain = {1'500'000, steady(1000)};
   for (const Measured& measured : list) {
     SplitRow& row = comparison.splits.emplace_back();
     row.rule.patches = measured.patches;
@@ -50,6 +51,53 @@ TEST(ComparisonSummary, SaysInOneSentenceWhatIsGainedForWhat) {
   EXPECT_EQ(headline({8, -0.0123, 120, 59}),
             "In 8 patches, a decodes as fast as stock Draco on 2 threads, for 1.2 % fewer bytes; on one thread "
             "it is only 0.5 times as fast.");
+}
+
+TEST(ComparisonSummary, HedgesWhatWasMeasuredWithNoise) {
+  Comparison comparison = comparison_of({{45, 0.02, 27, 16}, {90, 0.07, 27, 12}});
+  const auto summary = [&](int repeat) { return summarize_comparison(comparison, "a", repeat); };
+  const std::string certain = summary(15).headline;
+  EXPECT_EQ(certain.find("about"), std::string::npos) << certain;
+  // Few rounds do not show a spread.
+  EXPECT_EQ(
+      summary(2).headline,
+      "In 45 patches, a decodes about 3.8 times as fast as stock Draco on 2 threads, for 2.0 % more bytes; "
+      "on one thread it is about 2.2 times as fast.");
+  comparison.splits[0].decode[1].timing = {16, 12, 40, 15, 20};
+  EXPECT_EQ(
+      summary(15).headline,
+      "In 45 patches, a decodes about 3.8 times (3.0 to 4.0) as fast as stock Draco on 2 threads, for 2.0 % "
+      "more bytes; on one thread it is 2.2 times as fast.");
+  // A noisy time of stock Draco blurs every ratio.
+  comparison.stock.decode = {60, 30, 90, 48, 72};
+  EXPECT_NE(summary(15).headline.find("; on one thread it is about 2.2 times (1.8 to 2.7) as fast."),
+            std::string::npos)
+      << summary(15).headline;
+  EXPECT_NE(summary(15).recommendation.find("about 5.0 times (4.0 to 6.1) as fast"), std::string::npos)
+      << summary(15).recommendation;
+}
+
+TEST(ComparisonSummary, TellsOfAFasterMeshoptimizer) {
+  Comparison comparison = comparison_of({{45, 0.02, 27, 16}});
+  const auto headline = [&](double ms, uint64_t bytes) {
+    comparison.meshopt = {bytes, steady(ms)};
+    return summarize_comparison(comparison, "a", 15, "meshoptimizer 9.8").headline;
+  };
+  const std::string alone = headline(100, 1'300'000);
+  EXPECT_EQ(alone.find("meshoptimizer"), std::string::npos);
+  EXPECT_EQ(headline(16, 900'000), alone);
+  EXPECT_EQ(headline(15.9, 900'000), alone);  // 1.0 times
+  EXPECT_EQ(headline(10, 1'300'500), alone +
+                                         " meshoptimizer 9.8 with zstd decodes 1.6 times as fast as these "
+                                         "patches, on one thread, for 27.5 % more bytes.");
+  EXPECT_EQ(headline(2, 969'000), alone +
+                                      " meshoptimizer 9.8 with zstd decodes 8.0 times as fast as these "
+                                      "patches, on one thread, for 5.0 % fewer bytes.");
+  headline(10, 1'300'500);
+  comparison.meshopt.decode = {10, 5, 30, 8, 12};
+  EXPECT_TRUE(summarize_comparison(comparison, "a", 15)
+                  .headline.ends_with("decodes about 1.6 times (1.3 to 2.0) as fast as these patches, on one "
+                                      "thread, for 27.5 % more bytes."));
 }
 
 TEST(ComparisonSummary, RecommendsTheFastestThatIsAffordable) {

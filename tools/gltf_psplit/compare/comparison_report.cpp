@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "tools/gltf_psplit/compare/comparison_figures.h"
-#include "tools/gltf_psplit/compare/comparison_summary.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 
@@ -45,10 +44,6 @@ Json environment_json(const Environment& environment) {
           {"compiler", environment.compiler},
           {"command_line", environment.command_line},
           {"date", environment.date}};
-}
-
-ComparisonSummary summarize(const ComparisonReport& report) {
-  return summarize_comparison(report.comparison, report.input, report.options.repeat);
 }
 
 void append_summary(Json& object, const ComparisonSummary& summary) {
@@ -175,6 +170,11 @@ std::string machine_text(const Environment& environment) {
 }
 
 }  // namespace
+
+ComparisonSummary summarize(const ComparisonReport& report) {
+  return summarize_comparison(report.comparison, report.input, report.options.repeat,
+                              ComparisonFigures(report).meshopt_name());
+}
 
 Json to_json(const ComparisonReport& report) {
   const Comparison& comparison = report.comparison;

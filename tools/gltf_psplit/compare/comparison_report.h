@@ -5,6 +5,7 @@
 
 #include "tools/gltf_psplit/compare/asset_parts.h"
 #include "tools/gltf_psplit/compare/comparison.h"
+#include "tools/gltf_psplit/compare/comparison_summary.h"
 #include "tools/gltf_psplit/compare/environment.h"
 
 namespace psplit {
@@ -22,6 +23,9 @@ struct ComparisonReport {
   Environment environment;
   PatchPicture picture;  // only for pages
 };
+
+// The sentences that text, JSON and page begin with.
+ComparisonSummary summarize(const ComparisonReport& report);
 
 Json to_json(const ComparisonReport& report);
 // `wide`: with all columns; otherwise with those that fit into 100 characters.

@@ -17,11 +17,33 @@ std::string patches_text(const SplitRow& row) {
   return counted(row.summary.patches, row.rule.condense ? "condensed patch" : "patch");
 }
 
-// "3.7 times as fast as"
-std::string speed_text(double speedup) {
-  const std::string times = with_decimals(speedup, 1);
-  if (times == "1.0") return "as fast as";
-  return (speedup < 1 ? "only " : "") + times + " times as fast as";
+// One decoder's time divided by another's.
+struct TimeRatio {
+  double value = 1;
+  double low = 1, high = 1;  // if both times are at the quartiles of their rounds
+  bool is_noisy = false;     // so that low and high matter
+  bool is_rough = false;     // noisy, or of so few rounds that nobody can tell
+};
+
+TimeRatio time_ratio(const Timing& slow, const Timing& fast, int repeat) {
+  TimeRatio ratio;
+  ratio.value = slow.median_ms / fast.median_ms;
+  ratio.is_noisy = is_noisy(slow) || is_noisy(fast);
+  ratio.is_rough = ratio.is_noisy || repeat < kFewestRounds;
+  ratio.low = slow.lower_quartile_ms / fast.upper_quartile_ms;
+  ratio.high = slow.upper_quartile_ms / fast.lower_quartile_ms;
+  return ratio;
+}
+
+// "3.7 times as fast as", "about 3.7 times (3.1 to 4.6) as fast as"
+std::string speed_text(const TimeRatio& ratio) {
+  const std::string times = with_decimals(ratio.value, 1), low = with_decimals(ratio.low, 1),
+                    high = with_decimals(ratio.high, 1);
+  const bool has_spread = ratio.is_noisy && low != high;
+  const std::string about = ratio.is_rough ? "about " : "";
+  if (times == "1.0" && !has_spread) return about + "as fast as";
+  return (ratio.value < 1 && times != "1.0" ? "only " : "") + about + times + " times " +
+         (has_spread ? "(" + low + " to " + high + ") " : "") + "as fast as";
 }
 
 // "for 2.0 % more bytes"
@@ -72,13 +94,31 @@ size_t find_recommended(const std::vector<SplitRow>& splits) {
   return static_cast<size_t>(smallest - splits.begin());
 }
 
-std::string headline_text(const SplitRow& row, const std::string& name) {
+std::string speed_text(const DecodeRow& row, const Comparison& comparison, int repeat) {
+  return speed_text(time_ratio(comparison.stock.decode, row.timing, repeat));
+}
+
+// What meshoptimizer with zstd costs where it is faster than the patches. Empty if it is not.
+std::string rival_text(const SplitRow& row, const Comparison& comparison, int repeat,
+                       const std::string& rival) {
+  const TimeRatio ratio = time_ratio(fastest_decoder(row).timing, comparison.meshopt.decode, repeat);
+  if (!(ratio.value > 1) || with_decimals(ratio.value, 1) == "1.0") return "";
+  const double overhead = static_cast<double>(comparison.meshopt.bytes) /
+                              static_cast<double>(std::max<uint64_t>(row.summary.total_bytes, 1)) -
+                          1;
+  return " " + rival + " with zstd decodes " + speed_text(ratio) + " these patches, on one thread, " +
+         bytes_text(overhead) + ".";
+}
+
+std::string headline_text(const SplitRow& row, const Comparison& comparison, const std::string& name,
+                          int repeat) {
   const DecodeRow& best = fastest_decoder(row);
-  std::string text = "In " + patches_text(row) + ", " + name + " decodes " + speed_text(best.speedup) +
-                     " stock Draco " + where_text(best) + ", " + bytes_text(row.overhead);
+  std::string text = "In " + patches_text(row) + ", " + name + " decodes " +
+                     speed_text(best, comparison, repeat) + " stock Draco " + where_text(best) + ", " +
+                     bytes_text(row.overhead);
   const DecodeRow* one = on_one_thread(row, best);
   if (one == nullptr || one == &best || best.backend == "cuda") return text + ".";
-  const std::string speed = speed_text(one->speedup);
+  const std::string speed = speed_text(*one, comparison, repeat);
   return text + "; on one thread it is " + speed.substr(0, speed.rfind(" as")) + ".";
 }
 
@@ -92,7 +132,8 @@ std::string option_text(const PatchRule& rule) {
   return rule.condense ? condense : "the default";
 }
 
-std::string recommendation_text(const std::vector<SplitRow>& splits, size_t recommended) {
+std::string recommendation_text(const Comparison& comparison, size_t recommended, int repeat) {
+  const std::vector<SplitRow>& splits = comparison.splits;
   const SplitRow& row = splits[recommended];
   if (splits.size() == 1)
     return "Only " + patches_text(row) + " " + (row.summary.patches == 1 ? "was" : "were") +
@@ -102,7 +143,7 @@ std::string recommendation_text(const std::vector<SplitRow>& splits, size_t reco
   if (best_ms(row) <= best_ms(fastest) * (1 + kAboutAsFast)) return text;
   const DecodeRow& decode = fastest_decoder(fastest);
   return text + " If time counts for more than bytes, take " + patches_text(fastest) + ": " +
-         speed_text(decode.speedup) + " stock Draco " + where_text(decode) + ", " +
+         speed_text(decode, comparison, repeat) + " stock Draco " + where_text(decode) + ", " +
          bytes_text(fastest.overhead) + ".";
 }
 
@@ -195,7 +236,8 @@ bool is_noisy(const Timing& timing) {
   return timing.upper_quartile_ms - timing.lower_quartile_ms > kNoisySpread * timing.median_ms;
 }
 
-ComparisonSummary summarize_comparison(const Comparison& comparison, const std::string& name, int repeat) {
+ComparisonSummary summarize_comparison(const Comparison& comparison, const std::string& name, int repeat,
+                                       const std::string& rival) {
   ComparisonSummary summary;
   summary.noise = find_noise(comparison, repeat);
   if (comparison.splits.empty()) return summary;
@@ -203,8 +245,9 @@ ComparisonSummary summarize_comparison(const Comparison& comparison, const std::
   const size_t recommended = find_recommended(comparison.splits);
   summary.recommended_patches = comparison.splits[recommended].summary.patches;
   summary.recommended_bytes = comparison.splits[recommended].summary.total_bytes;
-  summary.headline = headline_text(comparison.splits[recommended], name);
-  summary.recommendation = recommendation_text(comparison.splits, recommended);
+  const SplitRow& row = comparison.splits[recommended];
+  summary.headline = headline_text(row, comparison, name, repeat) + rival_text(row, comparison, repeat, rival);
+  summary.recommendation = recommendation_text(comparison, recommended, repeat);
   if (comparison.splits.size() > 1) summary.rule = rule_text(comparison.splits);
   return summary;
 }

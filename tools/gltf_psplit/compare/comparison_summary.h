@@ -22,7 +22,9 @@ inline constexpr double kNoisySpread = 0.2;
 inline constexpr int kFewestRounds = 5;
 
 struct ComparisonSummary {
-  std::string headline;            // the gain and the cost of the recommended number of patches
+  // The gain and the cost of the recommended number of patches. It says "about" where times are noisy or few,
+  // and what meshoptimizer with zstd gains where that is faster.
+  std::string headline;
   std::string recommendation;      // that number, and a faster one if there is one
   std::string rule;                // the rule that chose it
   std::vector<std::string> noise;  // reasons not to trust the times; empty if there are none
@@ -30,8 +32,10 @@ struct ComparisonSummary {
   bool has_recommendation = false;  // false if there are no splits
 };
 
-// `name` is the name of the input. Only psplit's own decoders count, unless libdraco alone was timed.
-ComparisonSummary summarize_comparison(const Comparison& comparison, const std::string& name, int repeat);
+// `name` is the name of the input, `rival` that of the measured meshoptimizer. Only psplit's own decoders
+// count, unless libdraco alone was timed.
+ComparisonSummary summarize_comparison(const Comparison& comparison, const std::string& name, int repeat,
+                                       const std::string& rival = "meshoptimizer");
 
 // The fastest of psplit's own decoders for a split, which must have at least one decoder.
 const DecodeRow& fastest_decoder(const SplitRow& row);
