@@ -3,9 +3,9 @@
 //   node report_test.mjs GLTF_PSPLIT MODULES OUT
 //
 // The page prints nothing on the console, requests only itself, and has a mark for every number of its tables. Nothing is
-// clipped, overlaps or is hard to read: in wide windows, on phones (where wide content scrolls and says so), and on paper
-// (where every cell of every table is on a page, and every heading is on the page of its text). Screenshots and PDFs stay in
-// OUT. MODULES is the folder where npm installed tests/validator. Without Chromium, pdftotext or MODULES the test says so and
+// clipped, overlaps or is hard to read: in wide windows, on phones (where charts are drawn for narrow windows, and tables scroll in
+// boxes of their own and say so), and on paper (where results come first and words last, no page is half empty, every cell of every
+// table is on a page, and every heading is on the page of its text). Screenshots and PDFs stay in OUT. MODULES is the folder where npm installed tests/validator. Without Chromium, pdftotext or MODULES the test says so and
 // exits with 77.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdirSync, mkdtempSync, rmSync } from 'node:fs';
@@ -74,8 +74,17 @@ function look() {
   const touch = (a, b) => a.left < b.right - 1 && b.left < a.right - 1 && a.top < b.bottom - 3 && b.top < a.bottom - 3;
 
   const problems = [];
-  for (const svg of all('.plot svg')) {
+  // Each chart has a drawing for wide windows and one for narrow windows, and shows one of them.
+  const shown = (chart) => all('.plot svg', chart).filter((svg) => box_of(svg).width > 0);
+  for (const svg of all('figure.chart').flatMap(shown)) {
     const frame = box_of(svg), texts = all('text', svg), name = svg.closest('figure').id;
+    if (shown(svg.closest('figure')).length !== 1) problems.push(`${name} is drawn twice`);
+    if (frame.left < -1 || frame.right > innerWidth + 1) problems.push(`${name} is wider than the window`);
+    if (innerWidth < 600 && frame.width < 0.8 * innerWidth) problems.push(`${name} does not fill the window`);
+    const scale = frame.width / svg.viewBox.baseVal.width;
+    if (scale < 0.75 || scale > 1.7) problems.push(`the letters of ${name} are scaled by ${scale}`);
+    const [next] = all('text.tick', svg);
+    if (box_of(next).height < 10) problems.push(`${name}: letters of ${box_of(next).height} pixels`);
     if (!svg.getAttribute('aria-label')) problems.push(`${name} has no name`);
     for (const element of [...texts, ...all('.mark, .line, .spread', svg)])
       if (outside(box_of(element), frame)) problems.push(`${name}: ${element.outerHTML} is clipped`);
@@ -84,7 +93,8 @@ function look() {
     }));
     for (const mark of all('.mark', svg)) {
       if (!mark.querySelector('title')?.textContent) problems.push(`${name}: a mark without title`);
-      if (contrast(getComputedStyle(mark).fill) < 3) problems.push(`${name}: a mark is hard to see`);
+      const style = getComputedStyle(mark);
+      if (contrast(mark.matches('.hollow') ? style.stroke : style.fill) < 3) problems.push(`${name}: a mark is hard to see`);
     }
     for (const text of texts)
       if (contrast(getComputedStyle(text).fill) < 4.5) problems.push(`${name}: "${text.textContent}" is hard to read`);
@@ -105,22 +115,22 @@ function look() {
     const box = box_of(element);
     if (box.width > 0 && (box.left < -1 || box.right > innerWidth + 1)) problems.push(`"${element.textContent}" leaves the window`);
   }
-  // Terms are explained before they are used, except in the title and the result.
+  // Terms are explained at the end, and a link above the results leads there.
   const terms = all('dfn').map((term) => term.textContent);
-  const words = document.querySelector('.words');
   for (const term of ['patch', 'point', 'stock Draco', 'speed', 'speed-up', 'overhead', 'replication', 'stitch map',
     'directory', 'balance', 'decoder'])
     if (!terms.includes(term)) problems.push(`nothing explains "${term}"`);
-  for (const element of all('figure, table, dl, .method'))
-    if (element !== words && !(words.compareDocumentPosition(element) & Node.DOCUMENT_POSITION_FOLLOWING))
-      problems.push(`${element.tagName} stands before the words are explained`);
+  const order = all('header, section').map((element) => element.id || element.tagName);
+  if (order[1] !== 'result' || order.at(-1) !== 'words') problems.push(`the sections are ${order}`);
+  if (!document.querySelector('header a[href="#words"]')) problems.push('no link leads to the words');
   const picture = document.querySelector('.picture img');
   return {
     scrolling,
     problems: [...new Set(problems)],
-    marks: Object.fromEntries(all('figure.chart').map((chart) => [chart.id, all('.mark', chart).length])),
+    marks: Object.fromEntries(all('figure.chart').map((chart) => [chart.id, all('.mark', shown(chart)[0]).length])),
     rows: Object.fromEntries(all('table').map((table) => [table.id, all('tbody tr', table).length])),
     split_rows: all('#codecs tbody th').filter((cell) => cell.textContent.startsWith('psplit')).length,
+    draco_rows: all('#codecs tbody tr').filter((row) => row.children[1].textContent === 'draco').length,
     cells: all('td, th').filter((cell) => /nan|inf/i.test(cell.textContent)).length,
     heading: document.querySelector('h1').textContent,
     heading_children: document.querySelector('h1').children.length,
@@ -161,12 +171,13 @@ async function inspect(browser, report, scheme, width, screenshot) {
   check_equal(seen.rows.sizes, 3 + splits, `${what}rows of sizes`);
   check_equal(seen.rows['stage-times'], splits, `${what}rows of stages`);
   const expected = {
-    'size-speed': seen.rows.codecs, 'speed-up': seen.split_rows, 'patch-size': splits + 4, size: 1 + 3 * splits, stages: 5 * splits,
+    // libdraco on patches is not in the chart of size against speed.
+    'size-speed': seen.rows.codecs - seen.draco_rows, 'speed-up': seen.split_rows, 'patch-size': splits + 4, size: 1 + 3 * splits, stages: 5 * splits,
     replication: splits, balance: splits,
   };
   check_equal(JSON.stringify(seen.marks), JSON.stringify(expected), `${what}marks`);
-  // Charts and tables are wider than a phone, so some regions must scroll.
-  if (width < 480) check(seen.scrolling >= 7, `${what}only ${seen.scrolling} regions scroll`);
+  // Tables are wider than a phone, so they must scroll.
+  if (width < 480) check(seen.scrolling >= 3, `${what}only ${seen.scrolling} regions scroll`);
 }
 
 // Words of a PDF, page by page, each with its box.
@@ -190,6 +201,8 @@ function read_page() {
   return {
     cells: texts('th, td'),
     headings: texts('h2'),
+    headline: texts('.headline').join(''),
+    last_word: texts('.words dd').at(-1),
     charts: [...document.querySelectorAll('figure.chart')].map((chart) => ({
       title: chart.querySelector('figcaption').firstChild.textContent,
       last: [...chart.querySelectorAll('text.title')].map((text) => text.textContent),
@@ -228,14 +241,23 @@ async function print(browser, report, format) {
   for (const [word, count] of expected)
     check((counts.get(word) ?? 0) >= count, `${what}"${word}" is there ${counts.get(word) ?? 0} times, not ${count}`);
 
+  // The lowest word of a page tells how full it is. Only the last page may end early.
+  pages.slice(0, -1).forEach(({ height, words }, i) => {
+    const lowest = Math.max(...words.map(({ bottom }) => bottom));
+    check(lowest > 0.6 * height, `${what}page ${i + 1} ends at ${Math.round((100 * lowest) / height)} %`);
+  });
+
   // A title is on the same page as its chart, table or section.
   const texts = pages.map(({ words }) => squeeze(words.map((word) => word.text).join('')));
   const together = (parts, of) => check(texts.some((text) => parts.every((part) => text.includes(squeeze(part)))),
     `${what}"${parts[0]}" is not on the page of ${of}`);
+  for (const part of [said.headline, said.charts[0].title])
+    check(texts[0].includes(squeeze(part)), `${what}"${part}" is not on the first page`);
+  check(texts.at(-1).endsWith(squeeze(said.last_word)), `${what}the words are not the last`);
   for (const { title, last } of said.charts) together([title, ...last], 'its chart');
   for (const { caption, header, first } of said.captions) together([caption, header.slice(0, 5), first], 'its table');
   for (const heading of ['Charts', 'Numbers'])
-    together([heading + (heading === 'Charts' ? said.charts[0].title : said.first_caption)], 'what follows it');
+    together([heading + (heading === 'Charts' ? said.charts[1].title : said.first_caption)], 'what follows it');
   for (const heading of said.headings)
     check(!texts.some((text) => text.endsWith(squeeze(heading))), `${what}"${heading}" is the last of its page`);
 }

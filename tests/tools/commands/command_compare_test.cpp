@@ -159,7 +159,7 @@ TEST_F(CompareCommand, MeasuresCondensedPatchesBesideTheOthers) {
   EXPECT_TRUE(contains(text, "psplit, condensed")) << text;
   EXPECT_TRUE(contains(text, "6 condensed patches (--patches 6 --condense)")) << text;
   const std::string page = compare("html");
-  for (const char* words : {">6 condensed patches<", "psplit condensed cpu, 1 thread", "directory and head"})
+  for (const char* words : {">6 condensed patches<", "psplit condensed, cpu, 1 thread", "directory and head"})
     EXPECT_TRUE(contains(page, words)) << words;
 }
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <map>
+#include <set>
 
 #include "tools/gltf_psplit/compare/comparison_summary.h"
 #include "tools/gltf_psplit/page/html_text.h"
@@ -129,7 +132,8 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
       EXPECT_NE(stages.find(">" + with_decimals(stage.timing.median_ms, 2) + " ("), std::string::npos);
   }
 
-  const std::map<std::string, size_t> marks{{"size-speed", speeds.size() + 2 + split_count * decoder_count},
+  // The chart of size against speed leaves out libdraco on patches. Each chart is drawn twice.
+  const std::map<std::string, size_t> marks{{"size-speed", speeds.size() + 2 + split_count * 4},
                                             {"speed-up", split_count * decoder_count},
                                             {"patch-size", split_count + 4},
                                             {"size", 1 + 3 * split_count},
@@ -139,9 +143,12 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
   EXPECT_EQ(count_of(page, "<figure class=\"chart\""), marks.size());
   for (const auto& [id, count] : marks) {
     const std::string chart = part_of(page, "id=\"" + id + "\"", "</figure>");
-    EXPECT_EQ(count_of(chart, "class=\"mark"), count) << id;
-    EXPECT_EQ(count_of(chart, "<title>"), count) << id;
-    EXPECT_NE(chart.find("aria-label=\""), std::string::npos) << id;
+    for (const char* drawing : {"<svg class=\"wide\"", "<svg class=\"narrow\""}) {
+      const std::string svg = part_of(chart, drawing, "</svg>");
+      EXPECT_EQ(count_of(svg, "class=\"mark"), count) << id;
+      EXPECT_EQ(count_of(svg, "<title>"), count) << id;
+      EXPECT_NE(svg.find("aria-label=\""), std::string::npos) << id;
+    }
   }
 }
 
@@ -169,8 +176,9 @@ TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
   ComparisonReport report = sample_report();
   for (SplitRow& row : report.comparison.splits)  // all but the first become slower
     std::erase_if(row.decode, [](const DecodeRow& decode) { return decode.threads > 1; });
-  const ComparisonSummary summary =
-      summarize_comparison(report.comparison, report.input, report.options.repeat);
+  const ComparisonSummary summary = summarize(report);
+  EXPECT_NE(summary.headline.find("meshoptimizer 0.99 with zstd decodes"), std::string::npos)
+      << summary.headline;
   const std::string result = part_of(to_html(report), "<section id=\"result\">", "</section>");
   for (const std::string& sentence : {summary.headline, summary.recommendation, summary.rule})
     EXPECT_NE(result.find(">" + escape_html(sentence) + "</p>"), std::string::npos) << sentence;
@@ -208,7 +216,7 @@ TEST(HtmlReport, NeedsNoNetworkAndRunsNothing) {
   EXPECT_EQ(page.find("url("), std::string::npos);
   EXPECT_EQ(page.find("@import"), std::string::npos);
   EXPECT_EQ(count_of(page, "src="), 1u);   // the picture
-  EXPECT_EQ(count_of(page, "href="), 1u);  // an empty icon, which browsers would otherwise request
+  EXPECT_EQ(count_of(page, "href="), 2u);  // within the page, and an empty icon, which browsers would request
   EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
 }
 
@@ -242,18 +250,298 @@ TEST(HtmlReport, DrawsEveryMarkOfNumbersThatNoAxisHas) {
   const std::string page = to_html(report);
   EXPECT_EQ(page.find("nan"), std::string::npos);
   EXPECT_EQ(page.find("\"-\""), std::string::npos);  // with_decimals of a number that is not finite
-  EXPECT_EQ(count_of(part_of(page, "id=\"speed-up\"", "</figure>"), "class=\"mark"), 24u);
+  EXPECT_EQ(count_of(part_of(page, "id=\"speed-up\"", "</figure>"), "class=\"mark"), 2 * 24u);
 
   report.comparison.splits.clear();
   const std::string empty = to_html(report);
-  EXPECT_EQ(count_of(part_of(empty, "id=\"size-speed\"", "</figure>"), "class=\"mark"), 5u);
+  EXPECT_EQ(count_of(part_of(empty, "id=\"size-speed\"", "</figure>"), "class=\"mark"), 2 * 5u);
+}
+
+// A drawing of a chart, read back. Letters are taken to be as wide as those of a common wide font.
+struct DrawnText {
+  std::string kind, text;
+  double left, top, right, bottom;
+};
+struct Drawn {
+  double width = 0, height = 0;
+  std::vector<DrawnText> texts;
+  std::vector<std::pair<double, double>> marks;  // their centres
+  std::vector<std::pair<double, double>> front;
+};
+
+double number_after(const std::string& text, const std::string& name) {
+  const size_t at = text.find(" " + name + "=\"");
+  return at == std::string::npos ? NAN : std::stod(text.substr(at + name.size() + 3));
+}
+
+Drawn read_drawing(const std::string& svg) {
+  constexpr double kLetter = 7.6, kLetterHeight = 10;
+  Drawn drawn{number_after(svg, "width"), number_after(svg, "height"), {}, {}, {}};
+  for (size_t at = 0; (at = svg.find("<text", at)) != std::string::npos; ++at) {
+    const std::string element = svg.substr(at, svg.find("</text>", at) - at);
+    const std::string text = element.substr(element.find('>') + 1);
+    const double width = kLetter * static_cast<double>(text.size()), x = number_after(element, "x"),
+                 y = number_after(element, "y");
+    const bool is_middle = element.find("\"middle\"") != std::string::npos;
+    const double left = is_middle                                      ? x - width / 2
+                        : element.find("\"end\"") != std::string::npos ? x - width
+                                                                       : x;
+    drawn.texts.push_back({part_of(element, "class=\"", ">"), text, left, y - kLetterHeight, left + width, y});
+  }
+  for (size_t at = 0; (at = svg.find("<path class=\"mark", at)) != std::string::npos; ++at) {
+    double x = 0, y = 0;
+    EXPECT_EQ(std::sscanf(svg.c_str() + svg.find(" d=\"", at), " d=\"M%lf %lf", &x, &y), 2);
+    drawn.marks.emplace_back(x + 5, y);
+  }
+  const std::string front = part_of(part_of(svg, "<polyline class=\"front\"", "/>"), "points=\"", "/>");
+  for (size_t at = front.find('"'); at != std::string::npos && at + 2 < front.size();
+       at = front.find(' ', at + 1)) {
+    double x = 0, y = 0;
+    if (std::sscanf(front.c_str() + at + 1, "%lf,%lf", &x, &y) == 2) drawn.front.emplace_back(x, y);
+  }
+  return drawn;
+}
+
+std::vector<Drawn> drawings_of(const std::string& page, const std::string& id) {
+  const std::string chart = part_of(page, "id=\"" + id + "\"", "</figure>");
+  return {read_drawing(part_of(chart, "<svg class=\"wide\"", "</svg>")),
+          read_drawing(part_of(chart, "<svg class=\"narrow\"", "</svg>"))};
+}
+
+// A scan, as docs/benchmarks.md has it: 1, 32, 182 and 726 patches, and rivals that are far away.
+ComparisonReport scan_report() {
+  ComparisonReport report = sample_report();
+  Comparison& comparison = report.comparison;
+  const auto timing = [](double ms) { return Timing{ms, ms * 0.9, ms * 1.2, ms * 0.98, ms * 1.02}; };
+  comparison.faces = 871306;
+  comparison.points = 435545;
+  comparison.stock_speeds = {
+      {0, 967112, 1040, timing(169)}, {5, 1153605, 532, timing(58.4)}, {10, 1125558, 428, timing(53.6)}};
+  comparison.stock = comparison.stock_speeds[1];
+  comparison.meshopt = {1507564, timing(9.8)};
+  comparison.meshopt_plain = {2477935, timing(7.2)};
+  struct Cut {
+    uint64_t patches, bytes;
+    double one, two, draco_one, draco_two;
+  };
+  comparison.splits.clear();
+  for (const auto& [patches, bytes, one, two, draco_one, draco_two] :
+       {Cut{1, 1153657, 25.3, 25, 64.6, 64.3},
+        {32, 1169514, 22.8, 12.8, 87.4, 47.6},
+        {182, 1232714, 21.3, 12, 89.3, 49.6},
+        {726, 1389270, 23.6, 13.6, 93.2, 52.6}}) {
+    SplitRow& row = comparison.splits.emplace_back();
+    row.rule.patches = patches;
+    row.summary = {.patches = patches,
+                   .faces = 871306,
+                   .points = 435545,
+                   .references = 40 * patches,
+                   .largest_patch_faces = 900000 / patches,
+                   .patch_faces = 871306,
+                   .payload_bytes = bytes - 2000,
+                   .directory_bytes = 500,
+                   .stitch_bytes = 1500,
+                   .total_bytes = bytes};
+    row.overhead = static_cast<double>(bytes) / 1153605 - 1;
+    const auto add = [&](const char* backend, int threads, double ms) {
+      row.decode.push_back({backend, threads, timing(ms), 58.4 / ms});
+    };
+    add("cpu", 1, one);
+    add("cpu", 2, two);
+    add("draco", 1, draco_one);
+    add("draco", 2, draco_two);
+    for (const char* stage : {"connectivity", "seams", "traversal and symbols", "prediction", "output"})
+      row.stages.push_back({stage, timing(one / 5)});
+  }
+  return report;
+}
+
+constexpr const char* kCharts[] = {"size-speed", "speed-up",    "patch-size", "size",
+                                   "stages",     "replication", "balance"};
+
+TEST(SvgChart, KeepsTextInsideAndApart) {
+  for (const ComparisonReport& report : {sample_report(), scan_report()}) {
+    const std::string page = to_html(report);
+    for (const std::string id : kCharts)
+      for (const Drawn& drawn : drawings_of(page, id)) {
+        EXPECT_GT(drawn.texts.size(), 5u) << id;
+        for (size_t i = 0; i < drawn.texts.size(); ++i) {
+          const DrawnText& a = drawn.texts[i];
+          EXPECT_TRUE(a.left >= 0 && a.right <= drawn.width && a.top >= 0 && a.bottom <= drawn.height)
+              << id << ": " << a.text << " leaves the chart of width " << drawn.width;
+          for (size_t k = i + 1; k < drawn.texts.size(); ++k) {
+            const DrawnText& b = drawn.texts[k];
+            EXPECT_FALSE(a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
+                << id << ": " << a.text << " hides " << b.text;
+          }
+          if (a.kind.find("tag") == std::string::npos) continue;
+          for (const auto& [x, y] : drawn.marks)
+            EXPECT_FALSE(a.left < x + 4 && x - 4 < a.right && a.top < y + 4 && y - 4 < a.bottom)
+                << id << ": " << a.text << " hides a mark";
+        }
+      }
+  }
+}
+
+TEST(SvgChart, UsesTheWholeHeightForSizeAgainstSpeed) {
+  for (const ComparisonReport& report : {sample_report(), scan_report()})
+    for (const Drawn& drawn : drawings_of(to_html(report), "size-speed")) {
+      double left = HUGE_VAL, right = 0, top = HUGE_VAL, bottom = 0;
+      for (const auto& [x, y] : drawn.marks) {
+        left = std::min(left, x);
+        right = std::max(right, x);
+        top = std::min(top, y);
+        bottom = std::max(bottom, y);
+      }
+      // The axes begin at the data: axes, labels and some room take the rest.
+      EXPECT_GT(right - left, 0.7 * drawn.width);
+      EXPECT_GT(bottom - top, 0.55 * drawn.height);
+    }
+}
+
+TEST(SvgChart, NamesTheFewMarksThatMatter) {
+  for (const Drawn& drawn : drawings_of(to_html(scan_report()), "size-speed")) {
+    std::set<std::string> tags;
+    for (const DrawnText& text : drawn.texts)
+      if (text.kind.find("tag") != std::string::npos) {
+        EXPECT_TRUE(tags.insert(text.text).second) << text.text;
+      }
+    for (const char* tag : {"speed 0", "32 patches", "meshopt + zstd", "meshopt"})
+      EXPECT_TRUE(tags.contains(tag)) << tag << " in a chart of width " << drawn.width;
+    EXPECT_TRUE(tags.contains("182 patches") || drawn.width < 500);
+    EXPECT_LE(tags.size(), 9u);  // 13 marks
+  }
+}
+
+TEST(SvgChart, DrawsTheBorderOfWhatIsBeaten) {
+  XyChart chart{"id", "t", "", {"x"}, {"y"}, {}, {}, "front"};
+  //  slow and small; beaten by the next; faster; beaten in both; as fast and larger; fastest
+  chart.series.push_back({"a", {}, {{1, 1, "", "a"}, {2, 3, "", "b"}, {3, 2, "", "c"}}});
+  chart.series.push_back({"b", {1, 1, false, false}, {{2.5, 5, "", "d"}, {3, 4, "", "e"}, {9, 8, "", "f"}}});
+  std::string titles;
+  for (const ChartPoint* point : front_of(chart)) titles += point->title;
+  EXPECT_EQ(titles, "acf");
+  const std::string svg = draw_chart(chart);
+  const Drawn drawn = read_drawing(part_of(svg, "<svg class=\"wide\"", "</svg>"));
+  ASSERT_EQ(drawn.front.size(), 7u);  // two for each point, and the way up
+  for (const auto& [corner, mark] : std::vector<std::pair<size_t, size_t>>{{1, 0}, {3, 2}, {5, 5}}) {
+    EXPECT_NEAR(drawn.front[corner].first, drawn.marks[mark].first, 1);
+    EXPECT_EQ(drawn.front[corner].second, drawn.marks[mark].second);
+  }
+  EXPECT_NE(svg.find("</svg>front</li>"), std::string::npos);
+  chart.front.clear();
+  EXPECT_EQ(draw_chart(chart).find("class=\"front\""), std::string::npos);
+}
+
+// The colours of the page as red, green and blue, linear; one list for each scheme.
+std::vector<std::vector<std::array<double, 3>>> page_colors(const std::string& page) {
+  std::vector<std::vector<std::array<double, 3>>> schemes(2);
+  for (size_t i = 0; i < kChartColors; ++i) {
+    const std::string rule = ".s" + std::to_string(i) + " { --c: #";
+    size_t at = 0;
+    for (auto& scheme : schemes) {
+      at = page.find(rule, at) + rule.size();
+      const unsigned long value = std::stoul(page.substr(at, 6), nullptr, 16);
+      std::array<double, 3>& color = scheme.emplace_back();
+      for (size_t k = 0; k < 3; ++k) {
+        const double part = static_cast<double>(value >> (16 - 8 * k) & 255) / 255;
+        color[k] = part <= 0.04045 ? part / 12.92 : std::pow((part + 0.055) / 1.055, 2.4);
+      }
+    }
+  }
+  return schemes;
+}
+
+// CIE Lab.
+std::array<double, 3> lab_of(const std::array<double, 3>& rgb) {
+  const auto root = [](double t) { return t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116; };
+  const double x = root((0.4124 * rgb[0] + 0.3576 * rgb[1] + 0.1805 * rgb[2]) / 0.9505);
+  const double y = root(0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]);
+  const double z = root((0.0193 * rgb[0] + 0.1192 * rgb[1] + 0.9505 * rgb[2]) / 1.089);
+  return {116 * y - 16, 500 * (x - y), 200 * (y - z)};
+}
+
+TEST(SvgChart, HasColorsThatColorBlindReadersTellApart) {
+  // What eyes without one kind of cones see (Machado, Oliveira and Fernandes 2009).
+  constexpr double kEyes[][9] = {
+      {1, 0, 0, 0, 1, 0, 0, 0, 1},
+      {0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116, 1.051998},
+      {0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940, 0.968881},
+      {1.255528, -0.076749, -0.178779, -0.078411, 0.930809, 0.147602, 0.004733, 0.691367, 0.303900}};
+  for (const auto& colors : page_colors(to_html(sample_report())))
+    for (const auto& eye : kEyes) {
+      std::vector<std::array<double, 3>> seen;
+      for (const auto& color : colors) {
+        std::array<double, 3> rgb{};
+        for (size_t k = 0; k < 9; ++k) rgb[k / 3] += eye[k] * color[k % 3];
+        for (double& part : rgb) part = std::clamp(part, 0.0, 1.0);
+        seen.push_back(lab_of(rgb));
+      }
+      for (size_t a = 0; a < seen.size(); ++a)
+        for (size_t b = a + 1; b < seen.size(); ++b)
+          EXPECT_GT(std::hypot(seen[a][0] - seen[b][0], seen[a][1] - seen[b][1], seen[a][2] - seen[b][2]), 20)
+              << a << " and " << b;
+    }
+}
+
+TEST(SvgChart, HasAStyleOfItsOwnForEverySeries) {
+  ComparisonReport report = sample_report();
+  for (size_t i = 0; i < 4; ++i) {
+    report.comparison.splits.push_back(report.comparison.splits[i]);
+    report.comparison.splits.back().rule.condense = true;
+  }
+  const std::string page = to_html(report);
+  for (const char* id : {"size-speed", "speed-up", "patch-size"}) {
+    const std::string legend =
+        part_of(part_of(page, "id=\"" + std::string(id) + "\"", "</figure>"), "<ul", "</ul>");
+    std::set<std::string> styles;
+    for (size_t at = 0; (at = legend.find("<path class=\"key", at)) != std::string::npos; ++at)
+      EXPECT_TRUE(styles.insert(legend.substr(at, legend.find("/>", at) - at)).second) << id << ": " << legend;
+    EXPECT_GE(styles.size(), 4u);
+  }
+}
+
+TEST(HtmlReport, MarksNoisyTimes) {
+  ComparisonReport report = scan_report();
+  const std::string still = to_html(report);
+  for (const char* sign : {"class=\"ring\"", " noisy\"", ">about ", ">~"})
+    EXPECT_EQ(still.find(sign), std::string::npos) << sign;
+  SplitRow& row = report.comparison.splits[1];
+  row.decode[1].timing = {12.8, 9, 30, 11, 15};
+  for (StageRow& stage : row.stages) stage.timing = {4, 3, 9, 3.5, 4.5};
+  const std::string page = to_html(report);
+  for (const char* id : {"size-speed", "speed-up"}) {
+    const std::string chart = part_of(page, "id=\"" + std::string(id) + "\"", "</figure>");
+    EXPECT_EQ(count_of(chart, "class=\"ring\""), 3u) << id;  // in two drawings and in the legend
+    EXPECT_NE(chart.find("half of the rounds differ by over 20 %</li>"), std::string::npos) << id;
+  }
+  const std::string stages = part_of(page, "id=\"stages\"", "</figure>");
+  EXPECT_EQ(count_of(stages, " noisy\""), 2 * 5u);
+  EXPECT_EQ(count_of(stages, ">about 20.00 ms<"), 2u);
+  EXPECT_NE(page.find(">~12.80</td>"), std::string::npos);
+  EXPECT_NE(page.find("about 4.6 times (3.8 to 5.4) as fast"), std::string::npos);
+}
+
+TEST(HtmlReport, BeginsWithResultsAndEndsWithWords) {
+  ComparisonReport report = sample_report();
+  report.asset = AssetParts{.meshes = 1'800'000, .textures = 2'000'000, .rest = 3000, .missing_images = 0};
+  const std::string page = to_html(report);
+  size_t last = 0;
+  for (const char* part : {"class=\"headline\"", "id=\"size-speed\"", "<table id=\"asset\"", "id=\"charts\"",
+                           "id=\"numbers\"", "id=\"setting\"", "class=\"method\"", "id=\"words\""}) {
+    const size_t at = page.find(part);
+    ASSERT_NE(at, std::string::npos) << part;
+    EXPECT_GT(at, last) << part;
+    last = at;
+  }
+  EXPECT_NE(page.find("href=\"#words\""), std::string::npos);
 }
 
 TEST(SvgChart, NamesTheLineThatItRefersTo) {
   const std::string page = to_html(sample_report());
   for (const char* id : {"speed-up", "patch-size", "size"}) {
     const std::string chart = part_of(page, "id=\"" + std::string(id) + "\"", "</figure>");
-    EXPECT_EQ(count_of(chart, "class=\"reference\""), 2u) << id;  // in the chart and in its legend
+    EXPECT_EQ(count_of(chart, "class=\"reference\""), 3u) << id;  // in two drawings and in the legend
     EXPECT_NE(chart.find("</svg>stock Draco, speed 5</li>"), std::string::npos) << id;
   }
 }
@@ -266,14 +554,13 @@ TEST(SvgChart, TakesRoundingForNoRange) {
     chart.series[0].points.resize(1);
     chart.series[0].points[0].x = chart.series[0].points[0].y = value;
     const std::string svg = draw_chart(chart);
-    EXPECT_EQ(count_of(svg, "class=\"mark\""), 1u) << value;
-    EXPECT_LT(count_of(svg, "class=\"grid\""), 20u) << value;
+    EXPECT_EQ(count_of(svg, "class=\"mark s0\""), 2u) << value;
+    EXPECT_LT(count_of(svg, "class=\"grid\""), 40u) << value;
   }
 }
 
 TEST(SvgChart, ScalesBothAxes) {
-  XyChart chart{"id",        "title", "",
-                {"x", true}, {"y"},   {{"series", 0, true, {{1, 0, "", "a"}, {100, 8, "", "b"}}}}};
+  XyChart chart{"id", "title", "", {"x", true}, {"y"}, {{"series", {}, {{1, 0, "", "a"}, {100, 8, "", "b"}}}}};
   const std::string svg = draw_chart(chart);
   // The two ends of the line: values grow to the right and upwards.
   double x1 = 0, y1 = 0, x2 = 0, y2 = 0;

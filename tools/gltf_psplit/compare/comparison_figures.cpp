@@ -18,8 +18,11 @@ double ComparisonFigures::million_triangles_a_second(double ms) const {
   return static_cast<double>(comparison.faces) / std::max(ms, kLeastMs) / 1000;
 }
 double ComparisonFigures::speedup(double ms) const { return base.decode.median_ms / std::max(ms, kLeastMs); }
+double ComparisonFigures::percent_of_base(uint64_t bytes) const {
+  return 100 * static_cast<double>(bytes) / static_cast<double>(std::max<uint64_t>(base.bytes, 1));
+}
 std::string ComparisonFigures::over_base(uint64_t bytes) const {
-  return as_percent(static_cast<double>(bytes) / static_cast<double>(std::max<uint64_t>(base.bytes, 1)) - 1);
+  return as_percent(percent_of_base(bytes) / 100 - 1);
 }
 bool ComparisonFigures::has_condensed() const {
   return std::ranges::any_of(comparison.splits, [](const SplitRow& row) { return row.rule.condense; });
@@ -35,6 +38,9 @@ std::string ComparisonFigures::decoder_name(const DecodeRow& row) {
 }
 std::string ComparisonFigures::ms_text(double ms) {
   return with_decimals(ms, ms < 0.1 ? 4 : ms < 1 ? 3 : ms < 100 ? 2 : 1);
+}
+std::string ComparisonFigures::median_text(const Timing& timing) {
+  return (is_noisy(timing) ? "~" : "") + ms_text(timing.median_ms);
 }
 
 }  // namespace psplit

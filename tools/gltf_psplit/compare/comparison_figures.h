@@ -17,7 +17,8 @@ class ComparisonFigures {
   double million_triangles_a_second(double ms) const;
   double speedup(double ms) const;
   std::string over_base(uint64_t bytes) const;  // "+2.0 %"
-  bool has_condensed() const;                   // patches
+  double percent_of_base(uint64_t bytes) const;
+  bool has_condensed() const;  // patches
   std::string base_name() const { return stock_name(base); }
   // "meshoptimizer 0.18"
   std::string meshopt_name() const { return "meshoptimizer " + report.environment.meshoptimizer; }
@@ -26,6 +27,7 @@ class ComparisonFigures {
   static std::string patches_name(const SplitRow& row);   // "45 patches", "45 condensed patches"
   static std::string decoder_name(const DecodeRow& row);  // "cpu, 2 threads"
   static std::string ms_text(double ms);                  // with about three digits
+  static std::string median_text(const Timing& timing);   // "~12.3" if the time is noisy
 
   const ComparisonReport& report;
   const Comparison& comparison;

@@ -9,57 +9,80 @@
 namespace psplit {
 namespace {
 
-constexpr size_t kStockStyle = 0, kMeshoptStyle = 1, kFirstSplitStyle = 2;
+enum : size_t { kStock, kMeshopt, kCpu, kCuda, kDraco };  // colours, and shapes of what is not condensed
+constexpr size_t kCondensedShapes = 3;                    // how far these are behind the others
+
+std::string noisy_text() {
+  return "half of the rounds differ by over " + with_decimals(100 * kNoisySpread, 0) + " %";
+}
+
+// The colour tells who decodes, the shape whether patches are condensed. One thread is hollow.
+ChartStyle split_style(const SplitRow& row, const DecodeRow& decode) {
+  const size_t color = decode.backend == "cuda" ? kCuda : decode.backend == "draco" ? kDraco : kCpu;
+  return {color, color + (row.rule.condense ? kCondensedShapes : 0), decode.threads == 1, row.rule.condense};
+}
 
 // One mark of the chart of size against speed.
 ChartPoint speed_point(const ComparisonFigures& figures, const std::string& name, const std::string& tag,
                        uint64_t bytes, const Timing& timing) {
-  const double bits = figures.bits_per_point(bytes);
-  return {figures.million_triangles_a_second(timing.median_ms), bits, tag,
+  const double percent = figures.percent_of_base(bytes);
+  return {figures.million_triangles_a_second(timing.median_ms),
+          percent,
+          tag,
           name + ": " + with_separators(bytes) + " bytes, " + figures.ms_text(timing.median_ms) + " ms (" +
-              figures.ms_text(timing.min_ms) + " to " + figures.ms_text(timing.max_ms) + ")",
-          ChartPoint::Spread{figures.million_triangles_a_second(timing.max_ms),
-                             figures.million_triangles_a_second(timing.min_ms), bits, bits}};
-}
-
-// Condensed patches have series of their own, after the others.
-size_t split_style(const SplitRow& row, size_t decoder) {
-  return kFirstSplitStyle + decoder + (row.rule.condense ? row.decode.size() : 0);
+              figures.ms_text(timing.lower_quartile_ms) + " to " + figures.ms_text(timing.upper_quartile_ms) +
+              ")",
+          ChartPoint::Spread{figures.million_triangles_a_second(timing.upper_quartile_ms),
+                             figures.million_triangles_a_second(timing.lower_quartile_ms), percent, percent},
+          is_noisy(timing)};
 }
 
 // The series of that name, which is added if the chart has none.
-ChartSeries& series_of(XyChart& chart, const std::string& name, size_t style) {
+ChartSeries& series_of(XyChart& chart, const std::string& name, const ChartStyle& style) {
   const auto found = std::ranges::find(chart.series, name, &ChartSeries::name);
-  return found != chart.series.end() ? *found : chart.series.emplace_back(ChartSeries{name, style, true, {}});
+  return found != chart.series.end() ? *found : chart.series.emplace_back(ChartSeries{name, style, {}});
 }
 
+// Only the fastest decoder of a row has a tag, so that the tags are few.
+std::string tag_of(const SplitRow& row, const DecodeRow& decode, const std::string& tag) {
+  return &decode == &fastest_decoder(row) ? tag : "";
+}
+
+// libdraco on patches is left out, unless it alone was timed: psplit's own decoders read the same bytes.
 XyChart size_against_speed(const ComparisonFigures& figures) {
+  const Comparison& comparison = figures.comparison;
   XyChart chart{"size-speed",
                 "Size against decoding speed",
-                "Right is faster, down is smaller. Numbers beside marks are patches. Pale lines reach from the "
-                "slowest to the fastest round.",
+                "Right is faster, down is smaller. Pale lines cover half of the rounds.",
                 {"million triangles per second", true},
-                {"bits per point"},
-                {}};
-  ChartSeries stock{"stock Draco by speed, 1 thread", kStockStyle, true, {}};
-  for (const StockRow& row : figures.comparison.stock_speeds)
+                {"% of the bytes of " + figures.base_name(), true},
+                {},
+                {},
+                "above and left of this line, something else is both smaller and faster",
+                920,
+                440};
+  ChartSeries stock{"stock Draco by speed, 1 thread", {kStock, kStock, false, false}, {}};
+  for (const StockRow& row : comparison.stock_speeds)
     stock.points.push_back(speed_point(figures, figures.stock_name(row), "speed " + std::to_string(row.speed),
                                        row.bytes, row.decode));
-  ChartSeries meshopt{figures.meshopt_name() + ", 1 thread", kMeshoptStyle, true, {}};
-  meshopt.points.push_back(speed_point(figures, figures.meshopt_name(), "plain",
-                                       figures.comparison.meshopt_plain.bytes,
-                                       figures.comparison.meshopt_plain.decode));
-  meshopt.points.push_back(speed_point(figures, figures.meshopt_name() + " and zstd", "zstd",
-                                       figures.comparison.meshopt.bytes, figures.comparison.meshopt.decode));
-  chart.series = {std::move(stock), std::move(meshopt)};
-  for (const SplitRow& row : figures.comparison.splits)
-    for (size_t i = 0; i < row.decode.size(); ++i) {
-      const DecodeRow& decode = row.decode[i];
-      const std::string name = row.rule.condense ? "psplit condensed " : "psplit ";
-      series_of(chart, name + figures.decoder_name(decode), split_style(row, i))
+  ChartSeries plain{figures.meshopt_name() + ", 1 thread", {kMeshopt, kMeshopt, true, false}, {}};
+  plain.points.push_back(speed_point(figures, figures.meshopt_name(), "meshopt", comparison.meshopt_plain.bytes,
+                                     comparison.meshopt_plain.decode));
+  ChartSeries zstd{"the same with zstd, 1 thread", {kMeshopt, kMeshopt, false, false}, {}};
+  zstd.points.push_back(speed_point(figures, figures.meshopt_name() + " and zstd", "meshopt + zstd",
+                                    comparison.meshopt.bytes, comparison.meshopt.decode));
+  chart.series = {std::move(stock), std::move(plain), std::move(zstd)};
+  for (const SplitRow& row : comparison.splits)
+    for (const DecodeRow& decode : row.decode) {
+      if (decode.backend == "draco" && fastest_decoder(row).backend != "draco") continue;
+      const std::string name = row.rule.condense ? "psplit condensed, " : "psplit, ";
+      series_of(chart, name + figures.decoder_name(decode), split_style(row, decode))
           .points.push_back(
               speed_point(figures, figures.patches_name(row) + ", " + figures.decoder_name(decode),
-                          with_separators(row.summary.patches), row.summary.total_bytes, decode.timing));
+                          tag_of(row, decode,
+                                 row.rule.condense ? with_separators(row.summary.patches) + " condensed"
+                                                   : counted(row.summary.patches, "patch")),
+                          row.summary.total_bytes, decode.timing));
     }
   return chart;
 }
@@ -73,16 +96,17 @@ XyChart speedup_by_patches(const ComparisonFigures& figures) {
                 {},
                 ChartReference{1, figures.base_name()}};
   for (const SplitRow& row : figures.comparison.splits)
-    for (size_t i = 0; i < row.decode.size(); ++i) {
-      const DecodeRow& decode = row.decode[i];
+    for (const DecodeRow& decode : row.decode) {
       const auto patches = static_cast<double>(row.summary.patches);
       const std::string name = row.rule.condense ? "condensed, " : "";
-      series_of(chart, name + figures.decoder_name(decode), split_style(row, i))
-          .points.push_back({patches, decode.speedup, with_decimals(decode.speedup, 1),
-                             figures.patches_name(row) + ", " + figures.decoder_name(decode) + ": " +
-                                 with_decimals(decode.speedup, 2) + " times",
-                             ChartPoint::Spread{patches, patches, figures.speedup(decode.timing.max_ms),
-                                                figures.speedup(decode.timing.min_ms)}});
+      series_of(chart, name + figures.decoder_name(decode), split_style(row, decode))
+          .points.push_back(
+              {patches, decode.speedup, tag_of(row, decode, with_decimals(decode.speedup, 1)),
+               figures.patches_name(row) + ", " + figures.decoder_name(decode) + ": " +
+                   with_decimals(decode.speedup, 2) + " times",
+               ChartPoint::Spread{patches, patches, figures.speedup(decode.timing.upper_quartile_ms),
+                                  figures.speedup(decode.timing.lower_quartile_ms)},
+               is_noisy(decode.timing)});
     }
   return chart;
 }
@@ -114,8 +138,9 @@ BarChart size_by_patches(const ComparisonFigures& figures) {
 }
 
 // A line that reaches over the whole chart: a size that does not depend on patches.
-ChartSeries level(const std::string& name, size_t style, double percent, double low_x, double high_x) {
-  ChartSeries series{name, style, true, {}};
+ChartSeries level(const std::string& name, const ChartStyle& style, double percent, double low_x,
+                  double high_x) {
+  ChartSeries series{name, style, {}};
   for (const double x : {low_x, high_x})
     series.points.push_back({x, percent, "", name + ": " + with_decimals(percent, 1) + " %"});
   return series;
@@ -123,37 +148,30 @@ ChartSeries level(const std::string& name, size_t style, double percent, double 
 
 XyChart size_by_patch_size(const ComparisonFigures& figures) {
   const Comparison& comparison = figures.comparison;
-  const auto percent = [&](uint64_t bytes) {
-    return 100 * static_cast<double>(bytes) / static_cast<double>(std::max<uint64_t>(1, figures.base.bytes));
-  };
   XyChart chart{
       "patch-size",
       "Bytes by size of patches",
       "Smaller patches decode on more threads, and take more bytes. Stock Draco is the dashed line; like "
       "it, meshoptimizer does not cut the mesh.",
       {"triangles of a patch", true, 0, true},
-      {"percent of the bytes of " + figures.base_name()},
+      {"% of the bytes of " + figures.base_name(), true},
       {},
       ChartReference{100, figures.base_name()}};
   double low_x = static_cast<double>(std::max<uint64_t>(1, comparison.faces)), high_x = low_x;
-  double low_y = 100;
   for (const SplitRow& row : comparison.splits) {
-    const double faces = row.mean_patch_faces();
+    const double faces = row.mean_patch_faces(), percent = figures.percent_of_base(row.summary.total_bytes);
     low_x = faces > 0 ? std::min(low_x, faces) : low_x;
-    low_y = std::min(low_y, percent(row.summary.total_bytes));
-    series_of(chart, row.rule.condense ? "psplit condensed" : "psplit",
-              kFirstSplitStyle + (row.rule.condense ? 1 : 0))
-        .points.push_back({faces, percent(row.summary.total_bytes), as_percent(row.overhead),
+    const bool is_condensed = row.rule.condense;
+    series_of(chart, is_condensed ? "psplit condensed" : "psplit",
+              {kCpu, kCpu + (is_condensed ? kCondensedShapes : 0), false, is_condensed})
+        .points.push_back({faces, percent, as_percent(row.overhead),
                            figures.patches_name(row) + ": " + with_separators(row.summary.total_bytes) +
                                " bytes, " + as_percent(row.overhead)});
   }
-  chart.series.push_back(
-      level(figures.meshopt_name(), kMeshoptStyle, percent(comparison.meshopt_plain.bytes), low_x, high_x));
-  chart.series.push_back(level(figures.meshopt_name() + " and zstd", kMeshoptStyle + 3,
-                               percent(comparison.meshopt.bytes), low_x, high_x));
-  for (const auto* rival : {&comparison.meshopt_plain, &comparison.meshopt})
-    low_y = std::min(low_y, percent(rival->bytes));
-  chart.y.start = 10 * std::floor(low_y / 10);
+  chart.series.push_back(level(figures.meshopt_name(), {kMeshopt, kMeshopt, true, true},
+                               figures.percent_of_base(comparison.meshopt_plain.bytes), low_x, high_x));
+  chart.series.push_back(level(figures.meshopt_name() + " and zstd", {kMeshopt, kMeshopt, false, false},
+                               figures.percent_of_base(comparison.meshopt.bytes), low_x, high_x));
   return chart;
 }
 
@@ -167,13 +185,16 @@ BarChart stages(const ComparisonFigures& figures) {
                  {}};
   for (const SplitRow& row : figures.comparison.splits) {
     BarChart::Bar bar{figures.patches_name(row), {}, ""};
-    double sum = 0;
+    Timing sum;
     for (const StageRow& stage : row.stages) {
       if (chart.bars.empty()) chart.parts.push_back(stage.name);
       bar.values.push_back(stage.timing.median_ms);
-      sum += stage.timing.median_ms;
+      bar.noisy.push_back(is_noisy(stage.timing));
+      sum.median_ms += stage.timing.median_ms;
+      sum.lower_quartile_ms += stage.timing.lower_quartile_ms;
+      sum.upper_quartile_ms += stage.timing.upper_quartile_ms;
     }
-    bar.total = figures.ms_text(sum) + " ms";
+    bar.total = (is_noisy(sum) ? "about " : "") + figures.ms_text(sum.median_ms) + " ms";
     chart.bars.push_back(std::move(bar));
   }
   return chart;
@@ -183,7 +204,7 @@ XyChart by_patches(const ComparisonFigures& figures, const std::string& id, cons
                    const std::string& note, const ChartAxis& axis, double (*value)(const SplitRow&),
                    std::string (*text)(double)) {
   XyChart chart{id, title, note, {"patches", true, 0, true}, axis, {}};
-  ChartSeries series{"psplit", kFirstSplitStyle, true, {}};
+  ChartSeries series{"psplit", {kCpu, kCpu, false, false}, {}};
   for (const SplitRow& row : figures.comparison.splits)
     if (!row.rule.condense)  // these are cut alike
       series.points.push_back({static_cast<double>(row.summary.patches), value(row), text(value(row)),
@@ -194,10 +215,13 @@ XyChart by_patches(const ComparisonFigures& figures, const std::string& id, cons
 
 }  // namespace
 
+std::string chart_of_size_and_speed(const ComparisonFigures& figures) {
+  return draw_chart(size_against_speed(figures), noisy_text());
+}
+
 std::string comparison_charts(const ComparisonFigures& figures) {
-  return draw_chart(size_against_speed(figures)) + draw_chart(speedup_by_patches(figures)) +
-         draw_chart(size_by_patch_size(figures)) + draw_chart(size_by_patches(figures)) +
-         draw_chart(stages(figures)) +
+  return draw_chart(speedup_by_patches(figures), noisy_text()) + draw_chart(size_by_patch_size(figures)) +
+         draw_chart(size_by_patches(figures)) + draw_chart(stages(figures), noisy_text()) +
          draw_chart(by_patches(
              figures, "replication", "Replication by number of patches",
              "Points on borders are stored in every patch that they touch. This is how many more points that "

@@ -7,7 +7,10 @@
 
 namespace psplit {
 
-// A sequence of <figure> elements.
+// The chart that sums up the page: bytes and times of everything that was measured.
+std::string chart_of_size_and_speed(const ComparisonFigures& figures);
+
+// The other charts, a sequence of <figure> elements.
 std::string comparison_charts(const ComparisonFigures& figures);
 
 }  // namespace psplit

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "tools/gltf_psplit/compare/comparison_summary.h"
 #include "tools/gltf_psplit/page/html_charts.h"
 #include "tools/gltf_psplit/page/html_style.h"
 #include "tools/gltf_psplit/page/html_tables.h"
@@ -16,11 +15,12 @@ std::string paragraph(const std::string& text, const std::string& attributes = "
   return html_element("p", text, attributes) + "\n";
 }
 
-std::string result(const ComparisonSummary& summary) {
-  if (!summary.has_recommendation) return "";
-  std::string html = "<section id=\"result\">\n" + paragraph(summary.headline, "class=\"headline\"") +
-                     paragraph(summary.recommendation);
+std::string result(const ComparisonFigures& figures, const ComparisonSummary& summary) {
+  std::string html = "<section id=\"result\">\n";
+  if (summary.has_recommendation)
+    html += paragraph(summary.headline, "class=\"headline\"") + paragraph(summary.recommendation);
   if (!summary.rule.empty()) html += paragraph(summary.rule, "class=\"rule\"");
+  html += chart_of_size_and_speed(figures);
   if (!summary.noise.empty()) {
     html += "<div class=\"noise\">\n<h2>The times are not certain</h2>\n";
     for (const std::string& note : summary.noise) html += paragraph(note);
@@ -35,7 +35,7 @@ bool has_cuda(const ComparisonFigures& figures) {
   });
 }
 
-// Explains all terms. It precedes every section that uses them, except the result.
+// Explains all terms. The page begins with a link to it.
 std::string words(const ComparisonFigures& figures) {
   const std::string base = figures.base_name();
   const std::pair<const char*, std::string> kWords[] = {
@@ -68,7 +68,7 @@ std::string words(const ComparisonFigures& figures) {
   std::string list;
   for (const auto& [word, meaning] : kWords)
     list += "<dt><dfn>" + escape_html(word) + "</dfn></dt>" + html_element("dd", meaning) + "\n";
-  return "<section>\n<h2>Words</h2>\n<dl class=\"words\">" + list + "</dl>\n</section>\n";
+  return "<section id=\"words\">\n<h2>Words</h2>\n<dl class=\"words\">" + list + "</dl>\n</section>\n";
 }
 
 std::string whole_asset(const ComparisonFigures& figures, const ComparisonSummary& summary) {
@@ -90,7 +90,7 @@ std::string whole_asset(const ComparisonFigures& figures, const ComparisonSummar
 }
 
 // What was measured and on which machine, and a picture.
-std::string opening(const ComparisonReport& report) {
+std::string setting(const ComparisonReport& report) {
   const Environment& environment = report.environment;
   const EncodeDocumentOptions& coding = report.options.coding;
   std::string list = "<dl>";
@@ -125,8 +125,8 @@ std::string opening(const ComparisonReport& report) {
               base64(report.picture.png) + "\" width=\"1200\" height=\"900\"><figcaption>" + what +
               (report.picture.patches == 1 ? "" : ", each in a colour of its own") + "</figcaption></figure>\n";
   }
-  return "<section>\n<h2>What was measured, and where</h2>\n<div class=\"pair\">\n" + list + picture +
-         "</div>\n</section>\n";
+  return "<section id=\"setting\">\n<h2>What was measured, and where</h2>\n<div class=\"pair\">\n" + list +
+         picture + "</div>\n</section>\n";
 }
 
 std::string method(const ComparisonFigures& figures) {
@@ -134,7 +134,10 @@ std::string method(const ComparisonFigures& figures) {
          paragraph(
              "All decoders ran in one process and took turns: in each round, each of them decoded everything "
              "once. Times are medians over the rounds. The tables also have the fastest and the slowest "
-             "round; the charts show them as pale lines through the marks, clipped to the chart. A time "
+             "round. The charts show as pale lines, clipped to the chart, what half of the rounds were within. "
+             "Times are marked as noisy (~) where these lines are longer than " +
+             with_decimals(100 * kNoisySpread, 0) +
+             " % of the median. A time "
              "covers the way from compressed bytes to indices and attributes, both in the host's memory. It "
              "does not include reading files" +
              std::string(has_cuda(figures) ? ", but it includes copying to the GPU and back." : ".")) +
@@ -163,23 +166,25 @@ std::string method(const ComparisonFigures& figures) {
 
 std::string to_html(const ComparisonReport& report) {
   const ComparisonFigures figures(report);
-  const ComparisonSummary summary =
-      summarize_comparison(report.comparison, report.input, report.options.repeat);
+  const ComparisonSummary summary = summarize(report);
   const std::string title = report.input + ": size and decoding speed";
   const std::string lead = counted(report.comparison.faces, "triangle") + ", " +
                            counted(report.comparison.points, "point") +
-                           ". Compared: psplit, stock Draco and meshoptimizer.";
+                           ". psplit cuts meshes into patches, Draco streams that decode at the same time; "
+                           "stock Draco makes one stream "
+                           "of a mesh.";
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
          "'unsafe-inline'; img-src data:\">\n"
          "<link rel=\"icon\" href=\"data:,\">\n" +
          html_element("title", title) + "\n<style>" + kPageStyle + "</style>\n</head>\n<body>\n<header>\n" +
-         html_element("h1", title) + "\n" + paragraph(lead, "class=\"lead\"") + "</header>\n<main>\n" +
-         result(summary) + words(figures) + whole_asset(figures, summary) + opening(report) + method(figures) +
-         "<section>\n<h2>Charts</h2>\n<div class=\"pair\">\n" + comparison_charts(figures) +
+         html_element("h1", title) + "\n<p class=\"lead\">" + escape_html(lead) +
+         " <a href=\"#words\">All words are explained</a> at the end.</p>\n</header>\n<main>\n" +
+         result(figures, summary) + whole_asset(figures, summary) +
+         "<section id=\"charts\">\n<h2>Charts</h2>\n<div class=\"pair\">\n" + comparison_charts(figures) +
          "</div>\n</section>\n<section id=\"numbers\">\n<h2>Numbers</h2>\n" + comparison_tables(figures) +
-         "</section>\n</main>\n</body>\n</html>\n";
+         "</section>\n" + setting(report) + method(figures) + words(figures) + "</main>\n</body>\n</html>\n";
 }
 
 }  // namespace psplit

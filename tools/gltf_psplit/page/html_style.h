@@ -6,18 +6,17 @@ namespace psplit {
 inline constexpr const char* kPageStyle = R"(
 :root { color-scheme: light dark; --page: #fff; --text: #1b1f24; --faint: #57606a; --rule: #d5dae0; --shade: #f4f6f8;
   --edge: #0006; }
-.s0 { --c: #334155 } .s1 { --c: #c2410c } .s2 { --c: #0b62a4 } .s3 { --c: #0f766e }
-.s4 { --c: #7c3aed } .s5 { --c: #a16207 } .s6 { --c: #be185d } .s7 { --c: #4d7c0f }
+.s0 { --c: #1c2026 } .s1 { --c: #b5540a } .s2 { --c: #0b4a9a } .s3 { --c: #1fa380 } .s4 { --c: #a826f0 }
 @media screen and (prefers-color-scheme: dark) {
   :root { --page: #14171a; --text: #e6e9ec; --faint: #a3adb8; --rule: #343b43; --shade: #1d2227; --edge: #fff6; }
-  .s0 { --c: #b6c2cf } .s1 { --c: #ff9a62 } .s2 { --c: #6cb6ff } .s3 { --c: #4fd1c0 }
-  .s4 { --c: #b79cff } .s5 { --c: #e3b341 } .s6 { --c: #ff8fc0 } .s7 { --c: #a3d55d }
+  .s0 { --c: #eee8fa } .s1 { --c: #c98a2e } .s2 { --c: #5a86ff } .s3 { --c: #43e6a0 } .s4 { --c: #dc3f92 }
 }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 2rem 1.25rem 4rem; max-width: 92rem; background: var(--page); color: var(--text);
   font: 16px/1.5 system-ui, sans-serif; }
 h1 { font-size: 1.7rem; line-height: 1.25; margin: 0 0 .25rem; overflow-wrap: anywhere; }
 h2 { font-size: 1.2rem; margin: 2.5rem 0 .75rem; }
+a { color: inherit; }
 p { max-width: 50rem; margin: 0 0 .75rem; overflow-wrap: anywhere; }
 .headline { font-size: 1.35rem; line-height: 1.35; font-weight: 600; margin-top: 1.25rem; }
 .noise { max-width: 50rem; margin: 1.25rem 0; padding: .75rem 1rem; background: var(--shade); border-left: 4px solid var(--faint); }
@@ -43,35 +42,44 @@ code { font: .9em ui-monospace, monospace; }
   linear-gradient(90deg, var(--edge), transparent) 0 0 / .8rem 100% no-repeat scroll,
   linear-gradient(270deg, var(--edge), transparent) 100% 0 / .8rem 100% no-repeat scroll; }
 .hint { display: none; color: var(--faint); font-size: .85rem; margin: 0 0 .25rem; }
-@media screen and (max-width: 68rem) { .table-hint { display: block; } }
-.plot svg { display: block; width: 100%; min-width: 30rem; height: auto; }
+@media screen and (max-width: 68rem) { .hint { display: block; } }
+/* Charts shrink with the window; narrow windows show the narrow drawings, whose letters are as large. */
+#size-speed { margin-top: 1.5rem; }
+.plot svg { display: block; max-width: 100%; height: auto; } .plot .narrow { display: none; }
 .plot text { font: 13px system-ui, sans-serif; fill: var(--text); font-variant-numeric: tabular-nums; }
 .plot text.title, .plot text.tick { fill: var(--faint); }
-.plot text.tag { fill: var(--c); font-size: 12px; paint-order: stroke; stroke: var(--page); stroke-width: 3px; }
+.plot text.tag { font-size: 12px; font-weight: 600; paint-order: stroke; stroke: var(--page); stroke-width: 3px; }
 .grid { stroke: var(--rule); } .axis { stroke: var(--faint); }
 .reference { stroke: var(--text); stroke-dasharray: 5 4; }
+.front { fill: none; stroke: var(--faint); stroke-width: 1.5; stroke-dasharray: 2 3; }
+.ring { fill: none; stroke: var(--text); stroke-dasharray: 3 2; }
 .mark, .key { fill: var(--c); stroke: var(--page); } .mark:hover { stroke: var(--text); stroke-width: 2; }
-.line { fill: none; stroke: var(--c); stroke-width: 1.5; } .spread { stroke: var(--c); stroke-width: 3; opacity: .4; }
+.hollow { fill: var(--page); stroke: var(--c); stroke-width: 2; }
+.noisy { fill-opacity: .45; stroke: var(--text); stroke-dasharray: 3 2; }
+.line { fill: none; stroke: var(--c); stroke-width: 1.5; } .dashed { stroke-dasharray: 6 3; }
+.spread { stroke: var(--c); stroke-width: 3; opacity: .4; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 caption, .caption { color: var(--faint); font-size: .9rem; margin: 1.25rem 0 .4rem; }
 th, td { padding: .25rem .7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--rule); }
 th:first-child, td:first-child, .left { text-align: left; padding-left: .4rem; }
 thead th { vertical-align: bottom; white-space: normal; } tbody th { font-weight: 600; }
 tbody tr:hover { background: var(--shade); }
-@media screen and (max-width: 33rem) {
-  .plot-hint { display: block; } dl { display: block; } dd { margin-bottom: .4rem; }
+@media screen and (max-width: 40rem) {
+  body { padding: 1rem 1rem 3rem; } h1 { font-size: 1.4rem; } .headline { font-size: 1.15rem; }
+  .plot .wide { display: none; } .plot .narrow { display: block; width: 100%; max-width: 26rem; }
+  dl { display: block; } dd { margin-bottom: .4rem; }
   th:first-child { position: sticky; left: 0; background: var(--page); min-width: 7rem; max-width: 8rem; white-space: normal; }
 }
 @media print {
   @page { margin: 12mm; }
   body { max-width: none; padding: 0; font-size: 10pt; }
-  .pair { display: block; } .pair > * { margin-bottom: 1.25rem; } .method { columns: 1; }
-  h1, h2, .caption, figcaption { break-after: avoid; } figure, tr, dt, dd, .noise, .tabled { break-inside: avoid; }
-  #numbers { break-before: page; }
+  p, .noise, .words { max-width: none; } .caption { font-size: 9pt; } .headline { font-size: 13pt; } h2 { margin: 1.25rem 0 .5rem; }
+  .pair { gap: 1rem 1.5rem; grid-template-columns: 1fr 1fr; }
+  .pair .wide { display: none; } .pair .narrow { display: block; width: 100%; }
+  h1, h2, .caption, figcaption { break-after: avoid; } figure, tr, dt, dd { break-inside: avoid; }
   thead { display: table-header-group; }
-  .picture img { max-height: 11cm; width: auto; }
+  #setting .pair { display: block; } .picture { margin-top: 1rem; } .picture img { max-height: 6cm; width: auto; }
   .scroll { overflow: visible; background: none; }
-  .plot svg { min-width: 0; max-width: 15.5cm; }
   table { width: 100%; font-size: 7.5pt; } th, td { padding: 1.5pt 3pt; }
   th:first-child, td:first-child, .left { white-space: normal; padding-left: 0; }
 }

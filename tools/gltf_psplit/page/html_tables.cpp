@@ -15,7 +15,7 @@ std::string codec_table(const ComparisonFigures& figures) {
   const auto add = [&](const std::string& codec, const std::string& decoder, int threads, uint64_t bytes,
                        const Timing& timing) {
     rows.push_back({codec, decoder, std::to_string(threads), with_separators(bytes), figures.over_base(bytes),
-                    figures.ms_text(timing.median_ms), with_decimals(figures.speedup(timing.median_ms), 2),
+                    figures.median_text(timing), with_decimals(figures.speedup(timing.median_ms), 2),
                     figures.ms_text(timing.min_ms), figures.ms_text(timing.max_ms),
                     with_decimals(figures.bits_per_point(bytes), 2),
                     with_decimals(figures.million_triangles_a_second(timing.median_ms), 1)});
@@ -32,7 +32,8 @@ std::string codec_table(const ComparisonFigures& figures) {
           decode.timing);
   return html_table("codecs",
                     "All timed decoders. Overhead and speed-up refer to " + figures.base_name() +
-                        ". Mtri/s: million triangles per second.",
+                        ". Mtri/s: million triangles per second. ~: half of the rounds differ by over " +
+                        with_decimals(100 * kNoisySpread, 0) + " %.",
                     {"codec", "decoder", "threads", "bytes", "overhead", "decode ms, median", "speed-up",
                      "least ms", "most ms", "bits per point", "Mtri/s"},
                     rows, 2);
@@ -68,8 +69,8 @@ std::string stage_table(const ComparisonFigures& figures) {
     cells.push_back(figures.patches_name(row));
     for (const StageRow& stage : row.stages) {
       if (rows.size() == 1) header.push_back(stage.name + ", ms");
-      cells.push_back(figures.ms_text(stage.timing.median_ms) + " (" + figures.ms_text(stage.timing.min_ms) +
-                      " to " + figures.ms_text(stage.timing.max_ms) + ")");
+      cells.push_back(figures.median_text(stage.timing) + " (" + figures.ms_text(stage.timing.min_ms) + " to " +
+                      figures.ms_text(stage.timing.max_ms) + ")");
     }
   }
   return html_table(
@@ -96,7 +97,7 @@ std::string html_table(const std::string& id, const std::string& caption,
     html += "</tr>\n";
   }
   return "<div class=\"tabled\">" + html_element("p", caption, "class=\"caption\"") +
-         scrolling_region("table", caption, html + "</tbody></table>") + "</div>\n";
+         scrolling_region(caption, html + "</tbody></table>") + "</div>\n";
 }
 
 std::string asset_table(const AssetParts& parts, const ComparisonFigures& figures,

@@ -27,11 +27,11 @@ std::string html_element(const std::string& tag, std::string_view text, const st
   return "<" + tag + (attributes.empty() ? "" : " " + attributes) + ">" + escape_html(text) + "</" + tag + ">";
 }
 
-std::string scrolling_region(const std::string& kind, std::string_view label, const std::string& markup) {
-  return "<p class=\"hint " + kind +
-         "-hint\" aria-hidden=\"true\">Scroll sideways to see all \xe2\x86\x92</p>" + "<div class=\"" + kind +
-         " scroll\" role=\"region\" tabindex=\"0\" aria-label=\"" + escape_html(label) + "\">" + markup +
-         "</div>";
+std::string scrolling_region(std::string_view label, const std::string& markup) {
+  return "<p class=\"hint\" aria-hidden=\"true\">Scroll sideways to see all \xe2\x86\x92</p><div "
+         "class=\"scroll\" "
+         "role=\"region\" tabindex=\"0\" aria-label=\"" +
+         escape_html(label) + "\">" + markup + "</div>";
 }
 
 std::string base64(std::span<const uint8_t> bytes) {

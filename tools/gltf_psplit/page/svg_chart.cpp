@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "tools/gltf_psplit/page/html_text.h"
 #include "tools/gltf_psplit/report/number_text.h"
@@ -10,8 +11,8 @@
 namespace psplit {
 namespace {
 
-constexpr double kWidth = 680, kDigit = 8.3,
-                 kLine = 16;  // the approximate width of a letter and height of a line
+constexpr double kDigit = 8.3, kLine = 16;  // the approximate width of a letter and height of a line
+constexpr double kNarrowWidth = 340;        // of the narrow drawings
 
 std::string number(double value) { return with_decimals(value, 1); }
 
@@ -34,16 +35,18 @@ std::string svg_text(double x, double y, const std::string& text, const char* an
 
 std::string color_class(size_t style) { return "s" + std::to_string(style % kChartColors); }
 
-// Each style has a shape, about 10 pixels wide, so that styles do not differ in colour alone.
-std::string shape_at(size_t style, double x, double y) {
+// About 10 pixels wide.
+std::string shape_at(size_t shape, double x, double y) {
   constexpr const char* kShapes[] = {"a5 5 0 1 0 10 0a5 5 0 1 0 -10 0z",
                                      "v-4.5h9v9h-9z",
                                      "l5 -6 5 6 -5 6z",
                                      "v4h10l-5 -9.5z",
                                      "v-4h10l-5 9.5z",
-                                     "v-2h3v-3h4v3h3v4h-3v3h-4v-3h-3z"};
-  constexpr double kLeft[] = {5, 4.5, 5, 5, 5, 5};
-  const size_t shape = style % std::size(kShapes);
+                                     "v-2h3v-3h4v3h3v4h-3v3h-4v-3h-3z",
+                                     "l3 -5h6l3 5 -3 5h-6z",
+                                     "l-2 -5 6 2.5 6 -2.5 -2 5 2 5 -6 -2.5 -6 2.5z"};
+  constexpr double kLeft[] = {5, 4.5, 5, 5, 5, 5, 6, 4};
+  shape %= std::size(kShapes);
   return "M" + number(x - kLeft[shape]) + " " + number(y) + kShapes[shape];
 }
 
@@ -118,50 +121,46 @@ class Scale {
   std::vector<double> ticks_;
 };
 
-// The boxes that are taken by text or marks.
-class Occupied {
- public:
-  struct Box {
-    double x, y, width, height;
-  };
-  bool take(const Box& box) {
-    for (const Box& other : boxes_)
-      if (box.x < other.x + other.width && other.x < box.x + box.width && box.y < other.y + other.height &&
-          other.y < box.y + box.height)
-        return false;
-    boxes_.push_back(box);
-    return true;
-  }
-  void add(const Box& box) { boxes_.push_back(box); }
-
- private:
-  std::vector<Box> boxes_;
+struct Box {
+  double x, y, width, height;
 };
 
+bool is_free(const Box& box, const std::vector<Box>& taken) {
+  return std::ranges::none_of(taken, [&](const Box& other) {
+    return box.x < other.x + other.width && other.x < box.x + box.width && box.y < other.y + other.height &&
+           other.y < box.y + box.height;
+  });
+}
+
+enum class Drawing { kWide, kNarrow };
+
 std::string figure(const std::string& id, const std::string& title, const std::string& note,
-                   const std::string& legend, const std::string& svg) {
+                   const std::string& legend, const std::string& drawings) {
   return "<figure class=\"chart\" id=\"" + escape_html(id) + "\"><figcaption>" + escape_html(title) +
          (note.empty() ? "" : html_element("small", note)) + "</figcaption><ul class=\"legend\">" + legend +
-         "</ul>" + scrolling_region("plot", title, svg) + "</figure>\n";
+         "</ul><div class=\"plot\">" + drawings + "</div></figure>\n";
+}
+
+std::string legend_item(double width, const std::string& svg, const std::string& name) {
+  return "<li><svg width=\"" + number(width) + "\" height=\"14\" aria-hidden=\"true\">" + svg + "</svg>" +
+         escape_html(name) + "</li>";
 }
 
 std::string reference_entry(const std::optional<ChartReference>& reference) {
-  if (!reference) return "";
-  return "<li><svg width=\"22\" height=\"14\" aria-hidden=\"true\">" + svg_line(0, 7, 22, 7, "reference") +
-         "</svg>" + escape_html(reference->label) + "</li>";
+  return reference ? legend_item(22, svg_line(0, 7, 22, 7, "reference"), reference->label) : "";
 }
 
-std::string legend_entry(size_t style, const std::string& name, bool is_bar) {
-  const std::string shape = is_bar ? "M1 1h12v12h-12z" : shape_at(style, 7, 7);
-  return "<li><svg width=\"14\" height=\"14\" aria-hidden=\"true\"><path class=\"key " + color_class(style) +
-         "\" d=\"" + shape + "\"/></svg>" + escape_html(name) + "</li>";
+std::string style_classes(const ChartStyle& style) {
+  return color_class(style.color) + (style.is_hollow ? " hollow" : "");
 }
 
-std::string begin_svg(const std::string& title, double height) {
-  return "<svg viewBox=\"0 0 " + number(kWidth) + " " + number(height) + "\" role=\"img\" aria-label=\"" +
-         escape_html(title) + "\">";
+std::string begin_svg(Drawing drawing, const std::string& title, double width, double height) {
+  return "<svg class=\"" + std::string(drawing == Drawing::kWide ? "wide" : "narrow") + "\"" +
+         attributes({{"width", width}, {"height", height}}) + " viewBox=\"0 0 " + number(width) + " " +
+         number(height) + "\" role=\"img\" aria-label=\"" + escape_html(title) + "\">";
 }
 
+// What is left for the marks.
 struct Area {
   double left, top, right, bottom;
 };
@@ -175,7 +174,7 @@ std::string draw_x_axis(const Scale& scale, const ChartAxis& axis, const Area& a
     svg += svg_line(x, area.top, x, area.bottom, "grid");
     const std::string text = scale.tick_text(tick);
     const double half = kDigit * static_cast<double>(text.size()) / 2;
-    if (x - half < free_from || x + half > kWidth) continue;
+    if (x - half < free_from || x + half > area.right + kLine) continue;
     free_from = x + half + kDigit;
     svg += svg_text(x, area.bottom + kLine + 2, text, "middle", "tick");
   }
@@ -193,73 +192,110 @@ std::string draw_y_axis(const Scale& scale, const ChartAxis& axis, const Area& a
   return svg + svg_text(8, area.top - 14, axis.title, "start", "title");
 }
 
-std::string draw_series(const ChartSeries& series, const Scale& x, const Scale& y) {
-  std::string svg = "<g class=\"" + color_class(series.style) + "\">";
-  if (series.has_line && series.points.size() > 1) {
-    svg += "<polyline class=\"line\" points=\"";
-    for (const ChartPoint& point : series.points) svg += number(x(point.x)) + "," + number(y(point.y)) + " ";
-    svg += "\"/>";
+using Corners = std::vector<std::pair<double, double>>;
+
+std::string polyline(const Corners& corners, const std::string& classes) {
+  std::string points;
+  for (const auto& [x, y] : corners) points += number(x) + "," + number(y) + " ";
+  return "<polyline class=\"" + classes + "\" points=\"" + points + "\"/>";
+}
+
+// Left of and above these corners is what the points of the front beat.
+Corners front_corners(const std::vector<const ChartPoint*>& front, const Scale& x, const Scale& y,
+                      const Area& area) {
+  Corners corners;
+  double from = area.left;
+  for (const ChartPoint* point : front) {
+    corners.emplace_back(from, y(point->y));
+    corners.emplace_back(from = x(point->x), y(point->y));
   }
+  corners.emplace_back(from, area.top);
+  return corners;
+}
+
+Corners line_corners(const ChartSeries& series, const Scale& x, const Scale& y) {
+  Corners corners;
+  for (const ChartPoint& point : series.points) corners.emplace_back(x(point.x), y(point.y));
+  return corners;
+}
+
+std::string draw_series(const ChartSeries& series, const Scale& x, const Scale& y) {
+  std::string svg = "<g class=\"" + color_class(series.style.color) + "\">";
+  if (series.points.size() > 1)
+    svg += polyline(line_corners(series, x, y), series.style.is_dashed ? "line dashed" : "line");
   for (const ChartPoint& point : series.points)
     if (point.spread)
       svg += svg_line(x(point.spread->low_x), y(point.spread->low_y), x(point.spread->high_x),
                       y(point.spread->high_y), "spread");
-  for (const ChartPoint& point : series.points)
-    svg += "<path class=\"mark\" d=\"" + shape_at(series.style, x(point.x), y(point.y)) + "\">" +
-           html_element("title", point.title) + "</path>";
+  for (const ChartPoint& point : series.points) {
+    const double at_x = x(point.x), at_y = y(point.y);
+    if (point.is_noisy)
+      svg += "<circle class=\"ring\"" + attributes({{"cx", at_x}, {"cy", at_y}, {"r", 9}}) + "/>";
+    svg += "<path class=\"mark " + style_classes(series.style) + "\" d=\"" +
+           shape_at(series.style.shape, at_x, at_y) + "\">" + html_element("title", point.title) + "</path>";
+  }
   return svg + "</g>";
 }
 
-// Puts each tag beside its mark, where it hides nothing. Otherwise the tag is left out: the mark's title and
-// the tables have its text.
-std::string draw_tags(const XyChart& chart, const Scale& x, const Scale& y, const Area& area) {
-  constexpr double kReach = 7;  // from the centre of a mark
-  std::string svg;
-  Occupied occupied;
-  occupied.add({0, 0, 8 + kDigit * static_cast<double>(chart.y.title.size()), area.top - 10});
-  const auto add_line = [&](double x1, double y1, double x2, double y2) {
-    constexpr double kDots = 5;  // a line is treated as a row of dots
-    const double steps = std::ceil(std::hypot(x2 - x1, y2 - y1) / kDots);
-    for (double step = 1; step < steps; ++step)
-      occupied.add({std::lerp(x1, x2, step / steps), std::lerp(y1, y2, step / steps), 1, 1});
-  };
-  for (const ChartSeries& series : chart.series)
-    for (size_t i = 0; i < series.points.size(); ++i) {
-      const ChartPoint& point = series.points[i];
-      const double at_x = x(point.x), at_y = y(point.y);
-      occupied.add({at_x - kReach, at_y - kReach, 2 * kReach, 2 * kReach});
-      if (point.spread)
-        add_line(x(point.spread->low_x), y(point.spread->low_y), x(point.spread->high_x),
-                 y(point.spread->high_y));
-      if (series.has_line && i > 0) add_line(x(series.points[i - 1].x), y(series.points[i - 1].y), at_x, at_y);
-    }
-  for (const ChartSeries& series : chart.series)
-    for (const ChartPoint& point : series.points) {
-      if (point.tag.empty()) continue;
-      const double width = kDigit * static_cast<double>(point.tag.size()), height = 13;
-      const double at_x = x(point.x), at_y = y(point.y);
-      const double above = at_y - kReach - height, beside = at_y - height / 2, below = at_y + kReach;
-      const double right = at_x + kReach + 1, centred = at_x - width / 2, left_of = at_x - kReach - 1 - width;
-      const std::pair<double, double> places[] = {{centred, above},     {right, beside},     {centred, below},
-                                                  {left_of, beside},    {right - 4, above},  {right - 4, below},
-                                                  {left_of + 4, above}, {left_of + 4, below}};
-      for (const auto& [left, top] : places) {
-        const bool is_inside = left > area.left && left + width < area.right + 12 &&
-                               top > area.top - 2 * kLine && top + height < area.bottom;
-        if (!is_inside || !occupied.take({left, top, width, height})) continue;
-        svg += svg_text(left + width / 2, top + height - 2.5, point.tag, "middle",
-                        ("tag " + color_class(series.style)).c_str());
-        break;
+// Puts each tag beside its mark, where it hides no mark and no other text, and best no line. A tag without such
+// a place is left out: the mark's title and the tables have its text.
+class Tags {
+ public:
+  Tags(const XyChart& chart, const Scale& x, const Scale& y, const Area& area) : x_(x), y_(y), area_(area) {
+    taken_.push_back({0, 0, 8 + kDigit * static_cast<double>(chart.y.title.size()), area.top - 10});
+    for (const ChartSeries& series : chart.series) {
+      add_line(line_corners(series, x, y));
+      for (const ChartPoint& point : series.points) {
+        const double reach = reach_of(point);
+        taken_.push_back({x(point.x) - reach, y(point.y) - reach, 2 * reach, 2 * reach});
+        if (const auto& spread = point.spread)
+          add_line({{x(spread->low_x), y(spread->low_y)}, {x(spread->high_x), y(spread->high_y)}});
       }
     }
-  return svg;
-}
+  }
+  // A line is treated as a row of dots.
+  void add_line(const Corners& corners) {
+    constexpr double kDots = 5;
+    for (size_t i = 1; i < corners.size(); ++i) {
+      const auto [x1, y1] = corners[i - 1];
+      const auto [x2, y2] = corners[i];
+      const double steps = std::ceil(std::hypot(x2 - x1, y2 - y1) / kDots);
+      for (double step = 1; step < steps; ++step)
+        lines_.push_back({std::lerp(x1, x2, step / steps), std::lerp(y1, y2, step / steps), 1, 1});
+    }
+  }
+  std::string draw(const ChartPoint& point) {
+    if (point.tag.empty()) return "";
+    const double width = kDigit * static_cast<double>(point.tag.size()), height = 13;
+    const double at_x = x_(point.x), at_y = y_(point.y), reach = reach_of(point);
+    const double above = at_y - reach - height, beside = at_y - height / 2, below = at_y + reach;
+    const double right = at_x + reach + 1, centred = at_x - width / 2, left_of = at_x - reach - 1 - width;
+    const std::pair<double, double> places[] = {{right, beside},      {centred, above},    {centred, below},
+                                                {left_of, beside},    {right - 4, above},  {right - 4, below},
+                                                {left_of + 4, above}, {left_of + 4, below}};
+    for (const bool may_cross_lines : {false, true})
+      for (const auto& [left, top] : places) {
+        const Box box{left, top, width, height};
+        const bool is_inside = left > area_.left && left + width < area_.right + 12 &&
+                               top > area_.top - kLine && top + height < area_.bottom;
+        if (!is_inside || !is_free(box, taken_) || !(may_cross_lines || is_free(box, lines_))) continue;
+        taken_.push_back(box);
+        return svg_text(left + width / 2, top + height - 2.5, point.tag, "middle", "tag");
+      }
+    return "";
+  }
 
-}  // namespace
+ private:
+  static double reach_of(const ChartPoint& point) { return point.is_noisy ? 10 : 7; }
 
-std::string draw_chart(const XyChart& chart) {
-  constexpr double kHeight = 380;
-  const Area area{64, 34, kWidth - 16, kHeight - 50};
+  const Scale &x_, &y_;
+  const Area& area_;
+  std::vector<Box> taken_, lines_;
+};
+
+std::string draw(const XyChart& chart, Drawing drawing) {
+  const double width = drawing == Drawing::kWide ? chart.width : kNarrowWidth;
+  const double height = drawing == Drawing::kWide ? chart.height : 0.7 * chart.height;
   std::vector<double> xs, ys;
   for (const ChartSeries& series : chart.series)
     for (const ChartPoint& point : series.points) {
@@ -267,65 +303,124 @@ std::string draw_chart(const XyChart& chart) {
       ys.push_back(point.y);
     }
   if (chart.reference) ys.push_back(chart.reference->value);
-  const Scale x(chart.x, std::move(xs), area.left, area.right);
+  Area area{0, 34, width - 16, height - 50};
   const Scale y(chart.y, std::move(ys), area.bottom, area.top);
+  size_t widest = 0;
+  for (const double tick : y.ticks()) widest = std::max(widest, y.tick_text(tick).size());
+  area.left = 16 + kDigit * static_cast<double>(widest);
+  const Scale x(chart.x, std::move(xs), area.left, area.right);
 
-  std::string legend;
-  for (const ChartSeries& series : chart.series) legend += legend_entry(series.style, series.name, false);
-  legend += reference_entry(chart.reference);
-  std::string svg =
-      begin_svg(chart.title, kHeight) + draw_y_axis(y, chart.y, area) + draw_x_axis(x, chart.x, area);
+  std::string svg = begin_svg(drawing, chart.title, width, height) + draw_y_axis(y, chart.y, area) +
+                    draw_x_axis(x, chart.x, area);
   if (chart.reference) {
     const double at = y(chart.reference->value);
     svg += svg_line(area.left, at, area.right, at, "reference");
   }
-  for (const ChartSeries& series : chart.series) svg += draw_series(series, x, y);
-  svg += draw_tags(chart, x, y, area) + "</svg>";
-  return figure(chart.id, chart.title, chart.note, legend, svg);
+  Tags tags(chart, x, y, area);
+  std::vector<const ChartPoint*> tagged;
+  if (!chart.front.empty()) {
+    tagged = front_of(chart);
+    const Corners corners = front_corners(tagged, x, y, area);
+    svg += polyline(corners, "front");
+    tags.add_line(corners);
+  }
+  for (const ChartSeries& series : chart.series) {
+    svg += draw_series(series, x, y);
+    for (const ChartPoint& point : series.points)
+      if (std::ranges::find(tagged, &point) == tagged.end()) tagged.push_back(&point);
+  }
+  for (const ChartPoint* point : tagged) svg += tags.draw(*point);
+  return svg + "</svg>";
 }
 
-std::string draw_chart(const BarChart& chart) {
-  constexpr double kBar = 18, kStep = 28;
+// In the narrow drawing a bar's name is above it.
+std::string draw(const BarChart& chart, Drawing drawing) {
+  const bool is_wide = drawing == Drawing::kWide;
+  const double width = is_wide ? 680 : kNarrowWidth, bar_height = 18, step = is_wide ? 28 : 44;
   size_t longest = 0, longest_total = 0;
   std::vector<double> sums;
   for (const BarChart::Bar& bar : chart.bars) {
     longest = std::max(longest, bar.name.size());
     longest_total = std::max(longest_total, bar.total.size());
-    double sum = 0;
-    for (const double value : bar.values) sum += value;
-    sums.push_back(sum);
+    sums.push_back(std::accumulate(bar.values.begin(), bar.values.end(), 0.0));
   }
   if (chart.reference) sums.push_back(chart.reference->value);
-  const double height = 14 + kStep * static_cast<double>(chart.bars.size()) + 52;
-  const Area area{12 + kDigit * static_cast<double>(longest), 6,
-                  kWidth - 12 - kDigit * static_cast<double>(longest_total), height - 50};
+  const double height = 14 + step * static_cast<double>(chart.bars.size()) + 52;
+  const Area area{is_wide ? 12 + kDigit * static_cast<double>(longest) : 12, 6,
+                  width - 12 - kDigit * static_cast<double>(longest_total), height - 50};
   const ChartAxis axis{chart.axis_title};
   const Scale scale(axis, std::move(sums), area.left, area.right);
 
-  std::string legend;
-  for (size_t i = 0; i < chart.parts.size(); ++i) legend += legend_entry(i, chart.parts[i], true);
-  legend += reference_entry(chart.reference);
-  std::string svg = begin_svg(chart.title, height) + draw_x_axis(scale, axis, area);
+  std::string svg = begin_svg(drawing, chart.title, width, height) + draw_x_axis(scale, axis, area);
   double top = area.top + 6;
   for (const BarChart::Bar& bar : chart.bars) {
-    svg += svg_text(area.left - 8, top + kBar - 4.5, bar.name, "end", "tick");
+    const double name_y = is_wide ? top + bar_height - 4.5 : top + 13;
+    svg += svg_text(is_wide ? area.left - 8 : area.left, name_y, bar.name, is_wide ? "end" : "start", "tick");
+    const double bar_top = is_wide ? top : top + step - bar_height - 6;
     double sum = 0;
     for (size_t i = 0; i < bar.values.size(); ++i) {
       const double left = scale(sum), right = scale(sum += bar.values[i]);
-      const std::string what =
-          bar.name + ", " + chart.parts[i] + ": " + with_decimals(bar.values[i], 3) + " " + chart.unit;
-      svg += "<rect class=\"mark bar " + color_class(i) + "\"" +
-             attributes({{"x", left}, {"y", top}, {"width", right - left}, {"height", kBar}}) + ">" +
+      const bool is_noisy = i < bar.noisy.size() && bar.noisy[i];
+      const std::string what = bar.name + ", " + chart.parts[i] + ": " + (is_noisy ? "about " : "") +
+                               with_decimals(bar.values[i], 3) + " " + chart.unit;
+      svg += "<rect class=\"mark bar " + color_class(i) + (is_noisy ? " noisy" : "") + "\"" +
+             attributes({{"x", left}, {"y", bar_top}, {"width", right - left}, {"height", bar_height}}) + ">" +
              html_element("title", what) + "</rect>";
     }
-    svg += svg_text(scale(sum) + 6, top + kBar - 4.5, bar.total, "start", "tick");
-    top += kStep;
+    svg += svg_text(scale(sum) + 6, bar_top + bar_height - 4.5, bar.total, "start", "tick");
+    top += step;
   }
   if (chart.reference) {
     const double at = scale(chart.reference->value);
     svg += svg_line(at, area.top, at, area.bottom, "reference");
   }
-  return figure(chart.id, chart.title, chart.note, legend, svg + "</svg>");
+  return svg + "</svg>";
+}
+
+}  // namespace
+
+std::vector<const ChartPoint*> front_of(const XyChart& chart) {
+  std::vector<const ChartPoint*> points, front;
+  for (const ChartSeries& series : chart.series)
+    for (const ChartPoint& point : series.points)
+      if (std::isfinite(point.x) && std::isfinite(point.y)) points.push_back(&point);
+  // From the right, and of points as far right the lowest first: a point is on the front if it is lower than
+  // all before it.
+  std::ranges::stable_sort(points, {}, [](const ChartPoint* point) { return std::pair(-point->x, point->y); });
+  for (const ChartPoint* point : points)
+    if (front.empty() || point->y < front.back()->y) front.push_back(point);
+  std::ranges::reverse(front);
+  return front;
+}
+
+std::string draw_chart(const XyChart& chart, const std::string& noisy) {
+  std::string legend;
+  bool is_noisy = false;
+  for (const ChartSeries& series : chart.series) {
+    legend += legend_item(14,
+                          "<path class=\"key " + style_classes(series.style) + "\" d=\"" +
+                              shape_at(series.style.shape, 7, 7) + "\"/>",
+                          series.name);
+    is_noisy = is_noisy || std::ranges::any_of(series.points, &ChartPoint::is_noisy);
+  }
+  legend += reference_entry(chart.reference);
+  if (!chart.front.empty()) legend += legend_item(22, svg_line(0, 7, 22, 7, "front"), chart.front);
+  if (is_noisy) legend += legend_item(14, "<circle class=\"ring\" cx=\"7\" cy=\"7\" r=\"6\"/>", noisy);
+  return figure(chart.id, chart.title, chart.note, legend,
+                draw(chart, Drawing::kWide) + draw(chart, Drawing::kNarrow));
+}
+
+std::string draw_chart(const BarChart& chart, const std::string& noisy) {
+  constexpr const char* kSquare = "d=\"M1 1h12v12h-12z\"/>";
+  std::string legend;
+  for (size_t i = 0; i < chart.parts.size(); ++i)
+    legend += legend_item(14, "<path class=\"key " + color_class(i) + "\" " + kSquare, chart.parts[i]);
+  legend += reference_entry(chart.reference);
+  const auto has_noise = [](const BarChart::Bar& bar) { return std::ranges::count(bar.noisy, true) > 0; };
+  if (std::ranges::any_of(chart.bars, has_noise))
+    legend += legend_item(14, "<path class=\"key noisy s0\" " + std::string(kSquare), noisy);
+  return figure(chart.id, chart.title, chart.note, legend,
+                draw(chart, Drawing::kWide) + draw(chart, Drawing::kNarrow));
 }
 
 }  // namespace psplit

@@ -1,5 +1,7 @@
-// Charts as inline SVG, each a <figure> with a title and a legend. The page defines all colours: it styles .s0
-// to .s7 through the variable --c, and .mark, .line, .spread, .grid, .axis, .reference and .tag.
+// Charts as inline SVG, each a <figure> with a title and a legend. A figure has two drawings: a wide one for
+// screens and paper, and a narrow one (class "narrow") for phones, whose letters are as large. The page shows
+// one of them, and defines all colours: it styles .s0 to .s4 through the variable --c, and the classes of the
+// marks.
 #pragma once
 
 #include <optional>
@@ -8,13 +10,13 @@
 
 namespace psplit {
 
-inline constexpr size_t kChartColors = 8;
+inline constexpr size_t kChartColors = 5;
 
 struct ChartAxis {
   std::string title;
-  bool is_logarithmic = false;
-  double start = 0;       // the beginning of the axis, unless it is logarithmic
-  bool is_count = false;  // ticks only at whole numbers
+  bool is_logarithmic = false;  // begins and ends at the values, with some room on both sides
+  double start = 0;             // the beginning of the axis, unless it is logarithmic
+  bool is_count = false;        // ticks only at whole numbers
 };
 
 // A dashed line: horizontal, or vertical in a bar chart. Its label is in the legend.
@@ -31,14 +33,21 @@ struct ChartPoint {
     double low_x, high_x, low_y, high_y;
   };
   std::optional<Spread> spread{};  // a thin line through the mark, clipped to the chart
+  bool is_noisy = false;           // gets a dashed ring
+};
+
+// No two series of a chart should have the same style. Series that have the same colour differ in shape, or in
+// being hollow.
+struct ChartStyle {
+  size_t color = 0, shape = 0;
+  bool is_hollow = false, is_dashed = false;
 };
 
 struct ChartSeries {
   std::string name;
-  size_t style = 0;  // colour and shape
-  bool has_line = true;
-  std::vector<ChartPoint> points;  // values that are not finite, or not positive on a logarithmic axis, are
-                                   // drawn at its beginning
+  ChartStyle style;
+  std::vector<ChartPoint> points;  // joined by a line; values that are not finite, or not positive on a
+                                   // logarithmic axis, are drawn at its beginning
 };
 
 struct XyChart {
@@ -46,6 +55,9 @@ struct XyChart {
   ChartAxis x, y;
   std::vector<ChartSeries> series;
   std::optional<ChartReference> reference{};
+  // Not empty: draws the border of what is beaten by points that are further right and lower, with this name.
+  std::string front{};
+  double width = 680, height = 380;  // of the wide drawing
 };
 
 // Horizontal bars, one below the other. Each consists of parts.
@@ -54,6 +66,7 @@ struct BarChart {
     std::string name;
     std::vector<double> values;  // of the first parts, in their order
     std::string total;           // text at the end of the bar
+    std::vector<bool> noisy{};   // the values that are drawn as uncertain; may be shorter
   };
   std::string id, title, note, axis_title, unit;
   std::vector<std::string> parts;
@@ -61,8 +74,12 @@ struct BarChart {
   std::optional<ChartReference> reference{};
 };
 
-// Each point and each value of a bar becomes one element of class "mark". All text is escaped.
-std::string draw_chart(const XyChart& chart);
-std::string draw_chart(const BarChart& chart);
+// Each point and each value of a bar becomes one element of class "mark" in each drawing. All text is escaped.
+// `noisy` is the legend of noisy marks, which appears if there are any.
+std::string draw_chart(const XyChart& chart, const std::string& noisy = "noisy");
+std::string draw_chart(const BarChart& chart, const std::string& noisy = "noisy");
+
+// The points of which no other is both at least as far right and at least as low, from left to right.
+std::vector<const ChartPoint*> front_of(const XyChart& chart);
 
 }  // namespace psplit
