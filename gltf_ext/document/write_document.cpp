@@ -6,6 +6,7 @@
 #include "gltf_ext/document/pack_buffers.h"
 #include "gltf_ext/document/place_images.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
 
@@ -18,17 +19,19 @@ std::string dump(const Json& json, int indent) {
   return json.dump(indent, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace);
 }
 
-Status write_glb(const PackedDocument& packed, const fs::path& path, WriteReport& report) {
+Status write_glb(const PackedDocument& packed, const fs::path& path, IfReadOnly if_read_only,
+                 WriteReport& report) {
   const auto head = glb_head(dump(packed.json, -1), packed.bytes.size());
   if (!head) return head.status();
   std::vector<std::span<const uint8_t>> parts{*head};
   parts.insert(parts.end(), packed.bytes.parts().begin(), packed.bytes.parts().end());
   report.files.push_back(path);
-  return write_file(path, FileParts(parts));
+  return write_file(path, FileParts(parts), if_read_only);
 }
 
 // Writes the binaries first, under new names: an older .gltf at `path` stays whole until it is replaced.
-Status write_gltf(const Document& document, PackedDocument& packed, const fs::path& path, WriteReport& report) {
+Status write_gltf(const Document& document, PackedDocument& packed, const fs::path& path,
+                  IfReadOnly if_read_only, WriteReport& report) {
   std::error_code error;
   // Files that were read stay: a user who names the input as the output wants a new asset, not to lose files.
   const bool is_input = std::any_of(document.files.begin(), document.files.end(),
@@ -40,14 +43,15 @@ Status write_gltf(const Document& document, PackedDocument& packed, const fs::pa
     const fs::path binary = binary_path(path, buffer->parts());
     packed.json["buffers"][number++]["uri"] = percent_encode(binary.filename().string());
     report.files.push_back(binary);
-    if (Status status = write_file(binary, FileParts(buffer->parts())); !status.ok()) return status;
+    if (Status status = write_file(binary, FileParts(buffer->parts()), if_read_only); !status.ok())
+      return status;
   }
   const std::string text = dump(packed.json, 2) + "\n";
   report.files.push_back(path);
-  Status status = write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
-  if (!status.ok()) return status;
+  const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(text.data()), text.size());
+  if (Status status = write_file(path, {bytes}, if_read_only); !status.ok()) return status;
   for (const fs::path& binary : before)
-    if (!is_used(binary)) fs::remove(binary, error);
+    if (!is_used(binary) && !is_read_only(binary)) fs::remove(binary, error);
   return {};
 }
 
@@ -56,11 +60,10 @@ Status write_gltf(const Document& document, PackedDocument& packed, const fs::pa
 Status write_document(const Document& document, const fs::path& path, const WriteOptions& options,
                       WriteReport* report) {
   const bool to_stdout = path == "-";
-  std::error_code is_no_link;
-  if (!to_stdout && fs::is_symlink(path, is_no_link)) {  // its other files are beside its target
-    const fs::path target = fs::weakly_canonical(path, is_no_link);
-    if (!fs::is_symlink(target, is_no_link)) return write_document(document, target, options, report);
-  }
+  const Expected<fs::path> target = follow_links(path);
+  if (!target) return target.status();
+  // The other files of the output are beside what a link leads to.
+  if (*target != path) return write_document(document, *target, options, report);
   const bool glb = to_stdout || lower_extension(path) == ".glb";
   const Place place{.file = to_stdout ? "stdout" : path.string()};
   if (!glb && lower_extension(path) != ".gltf")
@@ -77,7 +80,9 @@ Status write_document(const Document& document, const fs::path& path, const Writ
   if (Status status = place_images(document, path, images, packed, *report); !status.ok())
     return std::move(status).at(place);
   list_buffers(packed);
-  return (glb ? write_glb(packed, path, *report) : write_gltf(document, packed, path, *report)).at(place);
+  return (glb ? write_glb(packed, path, options.if_read_only, *report)
+              : write_gltf(document, packed, path, options.if_read_only, *report))
+      .at(place);
 }
 
 }  // namespace psplit

@@ -8,6 +8,7 @@
 
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/mapped_file.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/temporary_file.h"
 
 namespace psplit {
@@ -69,15 +70,17 @@ Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
   return bytes;
 }
 
-Status write_file(const fs::path& path, std::initializer_list<std::span<const uint8_t>> parts) {
-  return write_file(path, FileParts(parts.begin(), parts.size()));
+Status write_file(const fs::path& path, std::initializer_list<std::span<const uint8_t>> parts,
+                  IfReadOnly if_read_only) {
+  return write_file(path, FileParts(parts.begin(), parts.size()), if_read_only);
 }
 
-Status write_file(const fs::path& path, FileParts parts) {
-  return write_file(path, [parts](std::FILE* file) { return write_parts(file, parts); });
+Status write_file(const fs::path& path, FileParts parts, IfReadOnly if_read_only) {
+  return write_file(
+      path, [parts](std::FILE* file) { return write_parts(file, parts); }, if_read_only);
 }
 
-Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& write) {
+Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& write, IfReadOnly if_read_only) {
   const auto write_whole = [&](std::FILE* file) { return write(file) && std::fflush(file) == 0; };
   if (path == "-") return write_whole(stdout) ? Status() : failure("write", "stdout", errno);
 
@@ -88,18 +91,33 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
     return file != nullptr && write_whole(file.get()) ? Status() : failure("write", path, errno);
   }
 
-  fs::path target = path;
-  if (fs::is_symlink(path, error)) {  // its target is written, and the link stays
-    target = fs::weakly_canonical(path, error);
-    if (error) return io_failure("cannot follow the link: " + error.message(), {.file = path.string()});
-  }
-  if (fs::is_directory(target, error)) return failure("write", path, EISDIR);
+  const Expected<fs::path> target = follow_links(path);
+  if (!target) return target.status();
+  if (fs::is_directory(*target, error)) return failure("write", path, EISDIR);
+  const bool replaces = fs::exists(*target, error);
+  if (replaces && if_read_only == IfReadOnly::kFail && is_read_only(*target))
+    return io_failure("cannot write: the file is read-only", {.file = path.string()});
 
-  TemporaryFile temporary(target);
+  TemporaryFile temporary(*target);
+  if (temporary.is_open() && replaces) copy_permissions(*target, temporary.file());
   if (!temporary.is_open() || !write_whole(temporary.file())) return failure("write", path, errno);
-  if (const std::error_code renamed = temporary.rename_to(target); renamed)
+  if (const std::error_code renamed = temporary.rename_to(*target); renamed)
     return failure("write", path, renamed.value());
   return {};
+}
+
+Expected<fs::path> follow_links(const fs::path& path) {
+  constexpr int kMostLinks = 40;  // as in Linux
+  fs::path target = path;
+  std::error_code error;
+  for (int i = 0; i < kMostLinks; ++i) {
+    if (!fs::is_symlink(target, error)) return target;
+    target = target.parent_path() / fs::read_symlink(target, error);
+    // The folder may be a link too, and ".." starts from where it leads to.
+    const fs::path folder = fs::canonical(target.parent_path().empty() ? "." : target.parent_path(), error);
+    if (!error) target = folder / target.filename();
+  }
+  return failure("follow the link", path, ELOOP);
 }
 
 Expected<bool> write_new_file(const fs::path& path, std::span<const uint8_t> bytes) {

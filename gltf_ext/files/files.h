@@ -19,16 +19,27 @@ std::string lower_extension(const std::filesystem::path& path);
 // The first `limit` bytes of a file, or all bytes if it is shorter.
 Expected<std::vector<uint8_t>> read_file(const std::filesystem::path& path, uint64_t limit = UINT64_MAX);
 
+// What happens to a file that this process may not write to, or that has no permission to write at all.
+enum class IfReadOnly { kFail, kReplace };
+
 // Writes the parts one after the other to a temporary file beside `path` and renames it, so that the file
-// appears whole or not at all. Pipes and devices are written directly.
+// appears whole or not at all. A file that is replaced keeps its permissions and, if the system allows it, its
+// owner. A link stays, and what it leads to is written, also if that does not exist yet. Pipes and devices are
+// written directly.
 using FileParts = std::span<const std::span<const uint8_t>>;
-Status write_file(const std::filesystem::path& path, FileParts parts);
-Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts);
+Status write_file(const std::filesystem::path& path, FileParts parts,
+                  IfReadOnly if_read_only = IfReadOnly::kFail);
+Status write_file(const std::filesystem::path& path, std::initializer_list<std::span<const uint8_t>> parts,
+                  IfReadOnly if_read_only = IfReadOnly::kFail);
 
 // The same with the bytes that `write` writes. It returns false after an error, with its errno.
-Status write_file(const std::filesystem::path& path, const std::function<bool(std::FILE*)>& write);
+Status write_file(const std::filesystem::path& path, const std::function<bool(std::FILE*)>& write,
+                  IfReadOnly if_read_only = IfReadOnly::kFail);
 
 // The same for a new file. Returns false and writes nothing if the name is taken.
 Expected<bool> write_new_file(const std::filesystem::path& path, std::span<const uint8_t> bytes);
+
+// What a path leads to if it is a link; that need not exist. Otherwise the path. Errors: kIo for a circle.
+Expected<std::filesystem::path> follow_links(const std::filesystem::path& path);
 
 }  // namespace psplit

@@ -405,6 +405,26 @@ bool is_in_memory(const std::filesystem::path& folder) {
 #endif
 }
 
+bool is_read_only(const std::filesystem::path& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return false;
+  return (status.st_mode & (S_IWUSR | S_IWGRP | S_IWOTH)) == 0 || ::access(path.c_str(), W_OK) != 0;
+}
+
+void copy_permissions(const std::filesystem::path& from, std::FILE* to) {
+  struct stat status {};
+  if (::stat(from.c_str(), &status) != 0) return;
+  const int descriptor = ::fileno(to);
+  struct stat now {};
+  if (::fstat(descriptor, &now) != 0) return;
+  // Only root may give files away. Others may set a group that they belong to.
+  const bool is_same = now.st_uid == status.st_uid && now.st_gid == status.st_gid;
+  if (!is_same && ::fchown(descriptor, status.st_uid, status.st_gid) != 0 &&
+      ::fchown(descriptor, static_cast<uid_t>(-1), status.st_gid) != 0)
+    status.st_mode &= ~static_cast<mode_t>(S_IRWXG);  // meant for another group
+  ::fchmod(descriptor, status.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO));
+}
+
 bool may_write_into(const std::filesystem::path& folder) { return ::access(folder.c_str(), W_OK | X_OK) == 0; }
 
 bool is_terminal(std::FILE* stream) { return ::isatty(::fileno(stream)) == 1; }

@@ -137,6 +137,13 @@ class GroupLock {
 // Whether the files of a folder are in memory (tmpfs and ramfs of Linux). False if that is not known.
 bool is_in_memory(const std::filesystem::path& folder);
 
+// Whether this process may not write to an existing file, or nobody has the permission to: root respects that,
+// too.
+bool is_read_only(const std::filesystem::path& path);
+
+// Gives an open file the permissions of another one and, if the system allows it, its owner and group.
+void copy_permissions(const std::filesystem::path& from, std::FILE* to);
+
 // Whether this process may create files in a folder.
 bool may_write_into(const std::filesystem::path& folder);
 

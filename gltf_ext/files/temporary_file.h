@@ -8,9 +8,10 @@
 
 namespace psplit {
 
-// "x.glb.psplit-<16 hex digits>.part" beside `target`, locked (gltf_ext/files/operating_system.h) while it is
-// open. The destructor closes and removes it, unless it was renamed. The constructor first removes the files of
-// dead writers from the folder, once per process and folder.
+// ".psplit-<16 hex digits>.part" beside `target`, whose own name may be as long as names can be; locked
+// (gltf_ext/files/operating_system.h) while it is open. The destructor closes and removes it, unless it was
+// renamed. The constructor first removes the files of dead writers from the folder, once per process and
+// folder.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target);
@@ -33,6 +34,7 @@ class TemporaryFile {
 };
 
 // Whether a file name is that of a TemporaryFile: half of its digits are a hash of the rest of the name.
+// Earlier versions put the target's name in front.
 bool is_temporary_name(const std::filesystem::path& path);
 
 // Removes the folder's temporary files that no process has locked.

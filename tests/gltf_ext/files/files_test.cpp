@@ -54,6 +54,42 @@ TEST_F(Files, LinksAreWrittenThrough) {
   EXPECT_EQ(text("a"), "de");
 }
 
+TEST_F(Files, LinksToNothingAreFollowed) {
+  fs::create_directories(folder_ / "b" / "c");
+  fs::create_symlink("b/c", folder_ / "d");            // a link to a folder
+  fs::create_symlink("../new", folder_ / "d" / "up");  // from there: b/new
+  fs::create_symlink("d/up", folder_ / "link");
+  ASSERT_TRUE(write_file(folder_ / "link", {abc_}).ok());
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+  EXPECT_EQ(text("b/new"), "abc");
+  fs::create_symlink("circle", folder_ / "circle");
+  EXPECT_EQ(write_file(folder_ / "circle", {abc_}).code(), StatusCode::kIo);
+  EXPECT_TRUE(fs::is_symlink(folder_ / "circle"));
+}
+
+TEST_F(Files, KeepTheirPermissions) {
+  ASSERT_TRUE(write_file(folder_ / "a", {abc_}).ok());
+  fs::permissions(folder_ / "a", fs::perms{0606});
+  ASSERT_TRUE(write_file(folder_ / "a", {de_}).ok());
+  EXPECT_EQ(fs::status(folder_ / "a").permissions(), fs::perms{0606});
+  fs::permissions(folder_ / "a", fs::perms{0444});
+  const Status refused = write_file(folder_ / "a", {abc_});
+  EXPECT_EQ(refused.code(), StatusCode::kIo);
+  EXPECT_NE(refused.message().find("read-only"), std::string::npos) << refused.message();
+  EXPECT_EQ(text("a"), "de");
+  ASSERT_TRUE(write_file(folder_ / "a", {abc_}, IfReadOnly::kReplace).ok());
+  EXPECT_EQ(text("a"), "abc");
+  EXPECT_EQ(fs::status(folder_ / "a").permissions(), fs::perms{0444});
+}
+
+TEST_F(Files, NamesMayBeAsLongAsNamesCanBe) {
+  const std::string name(255, 'x');
+  ASSERT_TRUE(write_file(folder_ / name, {abc_}).ok());
+  EXPECT_EQ(text(name), "abc");
+  EXPECT_EQ(write_file(folder_ / (name + "x"), {abc_}).code(), StatusCode::kIo);
+  EXPECT_EQ(file_count(), 1);
+}
+
 // The test uses links in its own folder: a replaced device would be lost for all processes.
 TEST_F(Files, DevicesAreWrittenToAndStayDevices) {
   for (const char* device : {"null", "full"}) {

@@ -87,7 +87,7 @@ TEST(Help, CommonOptionsStandBeforeTheVerbOrAfterIt) {
     EXPECT_EQ(outcome.code, 0);
     EXPECT_EQ(outcome.err, "");
   }
-  const CommandOutcome threads = run_command({"-j", "3", "encode", out, out, "--report", "-", "-q"});
+  const CommandOutcome threads = run_command({"-j", "3", "encode", out, out, "--report", "-", "-q", "--force"});
   EXPECT_TRUE(contains(threads.out, "\"threads\": 3")) << threads.out;
   const CommandOutcome both = run_command({"-v", "generate", out, "-q"});
   EXPECT_EQ(both.code, 1);

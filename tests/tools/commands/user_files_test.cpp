@@ -112,12 +112,84 @@ TEST_F(UserFiles, InPlaceKeepsTheInputsBinary) {
     const std::string before = text(binary);
     fs::create_symlink("a.gltf", folder_ / "in" / "link.gltf");
     fs::create_hard_link(path("in/a.gltf"), path("in/hard.gltf"));
-    ASSERT_EQ(run({"encode", path("in/a.gltf"), path("in/" + output), "-q"}), 0) << err_;
+    ASSERT_EQ(run({"encode", path("in/a.gltf"), path("in/" + output), "-q", "--force"}), 0) << err_;
     EXPECT_EQ(text(binary), before) << output;
     EXPECT_EQ(text("in/x.png"), kPng) << output;
     EXPECT_EQ(run({"decode", path("in/" + output), path("again.glb"), "-q"}), 0) << err_;
     EXPECT_EQ(run({"encode", path("in/hard.gltf"), path("again.glb"), "-q"}), 0) << err_;
   }
+}
+
+TEST_F(UserFiles, NoOutputReplacesItsInputUnlessThatIsMeant) {
+  const std::string binary = sample();
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("a.glb"), "-q", "--condense", "--always-patches"}), 0);
+  const std::string before = text("a.glb");
+  fs::create_symlink("a.glb", folder_ / "link.glb");
+  fs::create_hard_link(path(binary), path("hard.glb"));
+  for (const std::string verb : {"encode", "decode", "expand"}) {
+    for (const std::string output : {"a.glb", "link.glb", "in/../a.glb"}) {
+      EXPECT_EQ(run({verb, path("a.glb"), path(output)}), 1) << verb << output;
+      EXPECT_NE(err_.find("a.glb, which the input needs; --force replaces it"), std::string::npos) << err_;
+    }
+    EXPECT_EQ(run({verb, path("in/a.gltf"), path("hard.glb")}), 1) << "it is the .bin of the input";
+    EXPECT_EQ(text("a.glb"), before);
+    EXPECT_EQ(run({verb, path("a.glb"), path("link.glb"), "--force", "-q"}), 0) << err_;
+    write("a.glb", before);
+  }
+  EXPECT_EQ(run({"encode", path("a.glb"), path("link.glb"), "--memory", "64MB"}), 1);
+}
+
+TEST_F(UserFiles, ReadOnlyOutputsNeedForceAndAllKeepTheirMode) {
+  sample();
+  ASSERT_EQ(run({"encode", path("in/a.gltf"), path("in/b.glb"), "-q"}), 0);
+  const std::vector<std::vector<std::string>> commands = {
+      {"encode", path("in/a.gltf"), path("out.glb")},
+      {"encode", path("in/a.gltf"), path("out.gltf")},
+      {"encode", path("in/a.gltf"), path("other.glb"), "--report", path("out.json")},
+      {"decode", path("in/b.glb"), path("out.glb")},
+      {"expand", path("in/b.glb"), path("out.glb")},
+      {"generate", path("out.glb"), "--faces", "200"},
+      {"generate", path("out.ply"), "--faces", "200"},
+      {"inspect", path("in/b.glb"), "-o", path("out.txt")},
+      {"inspect", path("in/b.glb"), "--preview", path("out.png"), "--preview-size", "16"},
+      {"validate", path("in/b.glb"), "-o", path("out.txt")},
+      {"compare", path("in/a.gltf"), path("in/b.glb"), "-o", path("out.txt")},
+      {"batch", "plan", path("in/a.gltf"), "--out-dir", path("d"), "-o", path("out.jsonl")}};
+  for (std::vector<std::string> words : commands) {
+    std::string output;
+    for (const std::string& word : words)
+      if (word.find("/out.") != std::string::npos) output = word;
+    std::ofstream(output) << "old";
+    fs::permissions(output, fs::perms{0444});
+    words.push_back("-q");
+    EXPECT_EQ(run(words), 2) << words[0] << " " << output << err_;
+    EXPECT_NE(err_.find("is read-only; --force replaces it"), std::string::npos) << err_;
+    EXPECT_EQ(read_bytes(output), "old");
+    fs::permissions(output, fs::perms{0640});
+    EXPECT_EQ(run(words), 0) << words[0] << err_;
+    EXPECT_EQ(fs::status(output).permissions(), fs::perms{0640}) << words[0];
+    std::ofstream(output) << "old";
+    fs::permissions(output, fs::perms{0400});
+    words.push_back("--force");
+    EXPECT_EQ(run(words), 0) << words[0] << err_;
+    EXPECT_EQ(fs::status(output).permissions(), fs::perms{0400}) << words[0];
+    EXPECT_NE(read_bytes(output), "old");
+    fs::remove(output);
+  }
+}
+
+TEST_F(UserFiles, LinksToNothingAreFollowed) {
+  sample();
+  fs::create_directories(folder_ / "far");
+  for (const std::string name : {"x.glb", "x.gltf"}) {
+    fs::create_symlink("far/" + name, folder_ / name);
+    ASSERT_EQ(run({"encode", path("in/a.gltf"), path(name), "-q"}), 0) << err_;
+    EXPECT_TRUE(fs::is_symlink(folder_ / name));
+    EXPECT_EQ(run({"validate", path("far/" + name), "-q"}), 0) << out_;
+  }
+  fs::create_symlink("none/x.glb", folder_ / "nowhere.glb");
+  EXPECT_EQ(run({"encode", path("in/a.gltf"), path("nowhere.glb"), "-q"}), 2);
+  EXPECT_TRUE(fs::is_symlink(folder_ / "nowhere.glb"));
 }
 
 TEST_F(UserFiles, OnlyBinariesOfOursGo) {

@@ -9,6 +9,7 @@
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/io_error.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
 #include "src/stopwatch.h"
@@ -149,7 +150,9 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
   // After a power failure the record must not say that the storage still has the earlier output.
   if (!arguments_.staging.store.empty())
     if (Status status = record_.sync(); !status.ok()) return status;
-  if (Status status = write_document(document, job.output, arguments_.write, &outcome.written); !status.ok()) {
+  WriteOptions options = arguments_.write;
+  if (arguments_.force) options.if_read_only = IfReadOnly::kReplace;
+  if (Status status = write_document(document, job.output, options, &outcome.written); !status.ok()) {
     // What others put there from now on is theirs. If this fails as well, the failure to write is reported.
     static_cast<void>(record_.withdraw(job.record_name));
     return status;
@@ -268,6 +271,8 @@ bool AssetWork::is_checked(Job& job, const std::string& key) const {
 Status AssetWork::check_output(const Job& job) const {
   std::error_code error;
   if (!arguments_.staging.store.empty()) return {};
+  if (!arguments_.force && is_read_only(job.output))
+    return io_failure("is read-only; --force replaces it", {.file = job.output.string()});
   const fs::file_status found = fs::symlink_status(job.output, error);
   if (!fs::exists(found) || (record_.knows(job.record_name) && !fs::is_symlink(found))) return {};
   return {StatusCode::kUsage,

@@ -154,7 +154,7 @@ class Batch {
     }
     // Only now, because the report may be in the output folder, which `open` has made.
     if (writes_report_file())
-      if (Status status = check_output_place(arguments_.report); !status.ok()) return status;
+      if (Status status = check_output_place(arguments_.report, false); !status.ok()) return status;
     if (arguments_.staging.any() && !arguments_.dry_run) {
       const fs::path place = arguments_.staging.folder;
       if (Status status = staged_.open(place.empty() ? record_folder(folder) : place); !status.ok())

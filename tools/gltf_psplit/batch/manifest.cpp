@@ -42,8 +42,10 @@ std::optional<ManifestHead> head_of(const Json& json) {
 
 }  // namespace
 
-Status write_manifest(const fs::path& path, const ManifestHead& head, std::span<const BatchItem> items) {
-  return write_file(path, [&](std::FILE* file) { return write_lines(file, head, items); });
+Status write_manifest(const fs::path& path, const ManifestHead& head, std::span<const BatchItem> items,
+                      IfReadOnly if_read_only) {
+  return write_file(
+      path, [&](std::FILE* file) { return write_lines(file, head, items); }, if_read_only);
 }
 
 Expected<Manifest> Manifest::open(const fs::path& path) {

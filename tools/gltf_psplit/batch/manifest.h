@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/text_lines.h"
 #include "tools/gltf_psplit/batch/batch_item.h"
 
@@ -23,7 +24,7 @@ struct ManifestHead {
 
 // Appears whole or not at all; "-" is stdout. Errors: those of io_error.
 Status write_manifest(const std::filesystem::path& path, const ManifestHead& head,
-                      std::span<const BatchItem> items);
+                      std::span<const BatchItem> items, IfReadOnly if_read_only = IfReadOnly::kFail);
 
 // A line of a manifest: an asset, or the reason why the line is not one (kInvalidInput, with its number).
 struct ManifestLine {

@@ -102,8 +102,10 @@ Status plan_into_file(const BatchArguments& arguments, const std::vector<std::st
     if (!hash) return hash.status();
     item.xxh128 = std::move(*hash);
   }
-  if (Status status = check_output_place(path); !status.ok()) return status;
-  if (Status status = write_manifest(path, {session.version, options, items->size()}, *items); !status.ok())
+  if (Status status = check_output_place(path, session.force); !status.ok()) return status;
+  if (Status status =
+          write_manifest(path, {session.version, options, items->size()}, *items, session.if_read_only());
+      !status.ok())
     return status;
   session.log.note((path == "-" ? "stdout" : path) + ": a plan of " + counted(items->size(), "asset"));
   return {};

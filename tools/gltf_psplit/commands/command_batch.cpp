@@ -127,7 +127,8 @@ void add_job_options(CLI::App& command, Arguments& arguments) {
       ->type_name("I/N")
       ->group(group);
   command.add_flag("--dry-run", batch.dry_run, "Only tell what would be done")->group(group);
-  command.add_flag("--force", batch.force, "Also do what is up to date")->group(group);
+  command.add_flag("--force", batch.force, "Also do what is up to date, and replace read-only outputs")
+      ->group(group);
   command
       .add_option("--max-failures", batch.max_failures,
                   "Succeed even if up to N assets fail for a cause that will not pass")

@@ -174,9 +174,11 @@ Status run_compare(Arguments arguments, const Session& session) {
   report.options = options;
   report.comparison = std::move(*comparison);
   report.environment = describe_environment(session.version, session.command_line);
-  return write_text(arguments.output, arguments.format == "html"   ? to_html(report)
-                                      : arguments.format == "json" ? report_text(to_json(report))
-                                                                   : to_text(report, arguments.wide));
+  return write_text(arguments.output,
+                    arguments.format == "html"   ? to_html(report)
+                    : arguments.format == "json" ? report_text(to_json(report))
+                                                 : to_text(report, arguments.wide),
+                    session.if_read_only());
 }
 
 void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_counts, ComparisonOptions& options) {
@@ -258,7 +260,7 @@ void add_compare_command(CLI::App& app, Action& action) {
         "test whether both hold the same mesh; exit with 7 if not"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) -> Status {
-      if (Status status = check_output_place(arguments->output); !status.ok()) return status;
+      if (Status status = check_output_place(arguments->output, session.force); !status.ok()) return status;
       if (arguments->sameness.second.empty()) {
         Status status = check_memory(*arguments);
         return status.ok() ? run_compare(*arguments, session) : std::move(status);

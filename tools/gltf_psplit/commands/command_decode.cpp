@@ -88,7 +88,7 @@ Status run_decode(const Arguments& arguments, const Session& session) {
   const Stopwatch watch;
   WriteReport written;
   Expected<Document> document =
-      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written,
+      read_for_output(arguments.input, arguments.output, arguments.report, session, written,
                       arguments.backend.name, spool_folder(arguments.memory, arguments.output));
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
@@ -97,8 +97,7 @@ Status run_decode(const Arguments& arguments, const Session& session) {
       return std::move(status).at({.file = arguments.output});
   const Expected<Decoded> counts = convert(*document, arguments, session);
   if (!counts) return counts.status().at({.file = arguments.input});
-  if (Status status = write_asset(*document, arguments.output, arguments.write, session.log, written);
-      !status.ok())
+  if (Status status = write_asset(*document, arguments.output, arguments.write, session, written); !status.ok())
     return status;
   sizes.output = bytes_on_disk(arguments.output);
   const double wall_ms = watch.ms();
@@ -112,7 +111,7 @@ Status run_decode(const Arguments& arguments, const Session& session) {
       report["dropped_faces"] = counts->lost.dropped_faces;
       report["dropped_points"] = counts->lost.dropped_points;
     }
-    if (Status status = write_asset_report(std::move(report), arguments.report, written); !status.ok())
+    if (Status status = write_asset_report(std::move(report), arguments.report, session, written); !status.ok())
       return status;
   }
   session.log.note(

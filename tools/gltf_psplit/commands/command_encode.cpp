@@ -82,7 +82,7 @@ Expected<Encoded> encode_whole(const Arguments& arguments, const Session& sessio
   // time.
   keep_freed_memory();
   Expected<Document> document =
-      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
+      read_for_output(arguments.input, arguments.output, arguments.report, session, written);
   if (!document) return document.status();
   return encode_in_memory(std::move(*document), arguments, session);
 }
@@ -97,8 +97,12 @@ OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
 }
 
 // What read_for_output checks.
-Status check_files(const Arguments& arguments, WriteReport& written) {
-  if (Status status = check_output_paths(arguments.output, arguments.report); !status.ok()) return status;
+Status check_files(const Arguments& arguments, const Session& session, WriteReport& written) {
+  if (Status status = check_output_paths(arguments.output, arguments.report, session.force); !status.ok())
+    return status;
+  if (Status status = check_not_in_place(arguments.output, arguments.input, nullptr, session.force);
+      !status.ok())
+    return status;
   const std::string inputs[] = {arguments.input};
   if (Status status = check_not_an_input(arguments.report, "--report", inputs); !status.ok()) return status;
   written.files = {arguments.output};
@@ -108,6 +112,9 @@ Status check_files(const Arguments& arguments, WriteReport& written) {
 // A glTF asset in bounded memory.
 Expected<Encoded> encode_large_asset(Document document, const Arguments& arguments, const Session& session) {
   if (Status status = check_not_an_input(arguments.report, "--report", document); !status.ok()) return status;
+  if (Status status = check_not_in_place(arguments.output, arguments.input, &document, session.force);
+      !status.ok())
+    return status;
   Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
   ProgressBar bar("encoding", session.log);
   Expected<std::vector<PrimitiveReport>> reports =
@@ -181,7 +188,7 @@ Expected<Encoded> encode_input(const Arguments& arguments, const Session& sessio
   const bool is_file = arguments.input != "-" && std::filesystem::is_regular_file(arguments.input, error);
   if (is_file && kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory)
     return encode_whole(arguments, session, written);
-  if (Status status = check_files(arguments, written); !status.ok()) return status;
+  if (Status status = check_files(arguments, session, written); !status.ok()) return status;
   if (is_file && read_asset_json(arguments.input).ok()) {
     Expected<Document> document = read_input(arguments.input, session.log);
     if (!document) return document.status();
@@ -206,7 +213,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   if (result.split_count + result.draco_count == 0)
     session.log.warning("nothing to encode in " + arguments.input);
   warn_of_growth(result, session.log, arguments.input);
-  if (Status status = write_asset(encoded->document, arguments.output, arguments.write, session.log, written);
+  if (Status status = write_asset(encoded->document, arguments.output, arguments.write, session, written);
       !status.ok())
     return status;
   sizes.output = bytes_on_disk(arguments.output);
@@ -214,7 +221,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
 
   if (!arguments.report.empty()) {
     Json report = report_json(arguments, result, sizes, wall_ms, session);
-    if (Status status = write_asset_report(std::move(report), arguments.report, written); !status.ok())
+    if (Status status = write_asset_report(std::move(report), arguments.report, session, written); !status.ok())
       return status;
   }
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
@@ -229,8 +236,8 @@ Status run_dry(const Arguments& arguments, const Session& session) {
   WriteReport written;
   Status status =
       arguments.memory > 0
-          ? check_files(arguments, written)
-          : read_for_output(arguments.input, arguments.output, arguments.report, session.log, written).status();
+          ? check_files(arguments, session, written)
+          : read_for_output(arguments.input, arguments.output, arguments.report, session, written).status();
   if (status.ok() && arguments.memory > 0) status = open_byte_stream(arguments.input).status();
   if (!status.ok()) return std::move(status).at({.file = arguments.input});
   session.log.note((arguments.output == "-" ? "stdout" : arguments.output) +
@@ -264,6 +271,7 @@ Status run_into_folder(const Arguments& arguments, const Session& session) {
   batch.report = arguments.report;
   batch.reports_by_default = false;
   batch.dry_run = arguments.dry_run;
+  batch.force = session.force;
   batch.encode = arguments.encode;
   batch.write = arguments.write;
   return run_batch(batch, session);

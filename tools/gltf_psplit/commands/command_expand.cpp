@@ -47,20 +47,19 @@ Status run_expand(const Arguments& arguments, const Session& session) {
   const Stopwatch watch;
   WriteReport written;
   Expected<Document> document =
-      read_for_output(arguments.input, arguments.output, arguments.report, session.log, written);
+      read_for_output(arguments.input, arguments.output, arguments.report, session, written);
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
   const Expected<ExpandReport> counts = expand_document(*document, session.pool);
   if (!counts) return counts.status().at({.file = arguments.input});
-  if (Status status = write_asset(*document, arguments.output, arguments.write, session.log, written);
-      !status.ok())
+  if (Status status = write_asset(*document, arguments.output, arguments.write, session, written); !status.ok())
     return status;
   sizes.output = bytes_on_disk(arguments.output);
   const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
     Json report = report_json(arguments, *counts, sizes, wall_ms, session);
-    if (Status status = write_asset_report(std::move(report), arguments.report, written); !status.ok())
+    if (Status status = write_asset_report(std::move(report), arguments.report, session, written); !status.ok())
       return status;
   }
   session.log.note(

@@ -78,7 +78,7 @@ void log_generated(const Arguments& arguments, uint64_t faces, uint64_t points, 
 }
 
 Status generate_ply(const Arguments& arguments, const Session& session) {
-  if (Status status = check_output_place(arguments.output); !status.ok()) return status;
+  if (Status status = check_output_place(arguments.output, session.force); !status.ok()) return status;
   Expected<ShapeStream> shape = [&] {
     const ProgressBar bar("measuring", session.log);
     return ShapeStream::open(arguments.options, session.pool);
@@ -87,7 +87,8 @@ Status generate_ply(const Arguments& arguments, const Session& session) {
   {
     ProgressBar bar("generating", session.log);
     const bool normals = arguments.options.normals;
-    if (Status status = write_ply(arguments.output, *shape, normals, session.pool, bar.callback("face"));
+    if (Status status = write_ply(arguments.output, *shape, normals, session.pool, bar.callback("face"),
+                                  session.if_read_only());
         !status.ok())
       return std::move(status).at({.file = arguments.output});
   }
@@ -98,7 +99,7 @@ Status generate_ply(const Arguments& arguments, const Session& session) {
 Status run_generate(Arguments arguments, const Session& session) {
   arguments.options.shape = kShapes.at(arguments.shape);
   if (lower_extension(arguments.output) == ".ply") return generate_ply(arguments, session);
-  if (Status status = check_output_path(arguments.output); !status.ok()) return status;
+  if (Status status = check_output_path(arguments.output, session.force); !status.ok()) return status;
   const Expected<std::vector<Mesh>> meshes = [&] {
     const ProgressBar bar("generating", session.log);
     return generate_shape(arguments.options, session.pool);
@@ -114,7 +115,8 @@ Status run_generate(Arguments arguments, const Session& session) {
     faces += (*meshes)[i].faces.size();
     points += (*meshes)[i].point_count;
   }
-  if (Status status = write_document(document, arguments.output); !status.ok())
+  if (Status status = write_document(document, arguments.output, {.if_read_only = session.if_read_only()});
+      !status.ok())
     return std::move(status).at({.file = arguments.output});
   log_generated(arguments, faces, points, session.log);
   return {};

@@ -59,7 +59,8 @@ Status write_preview(const Document& document, const std::string& input, const A
   if (!image) return image.status().at({.file = input});
   const auto file = encode_png(*image);
   if (!file) return file.status().at({.file = arguments.preview});
-  if (Status status = write_file(arguments.preview, {*file}); !status.ok()) return status;
+  if (Status status = write_file(arguments.preview, {*file}, session.if_read_only()); !status.ok())
+    return status;
   session.log.note(arguments.preview + ": " + std::to_string(image->size.width) + " x " +
                    std::to_string(image->size.height) + " pixels; " + as_duration(watch.ms()));
   return {};
@@ -108,7 +109,7 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
     return status;
   for (const std::string& path : {arguments.output, arguments.preview})
     if (!path.empty())
-      if (Status status = check_output_place(path); !status.ok()) return status;
+      if (Status status = check_output_place(path, session.force); !status.ok()) return status;
 
   std::vector<InspectedAsset> assets;
   std::vector<Json> results;
@@ -129,7 +130,8 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
   const std::string text = as_json           ? report_text(results_json(std::move(results), file_count))
                            : file_count == 1 ? to_text(assets.front(), arguments.wide)
                                              : to_text(assets, arguments.wide);
-  if (Status written = write_text(arguments.output, text); !written.ok()) return written;
+  if (Status written = write_text(arguments.output, text, session.if_read_only()); !written.ok())
+    return written;
   return status;
 }
 

@@ -24,6 +24,7 @@ struct CommonOptions {
   bool quiet = false;
   bool verbose = false;
   int thread_count = 0;
+  bool force = false;
 };
 
 // These options are added to the app and to each subcommand, so that they may precede or follow the subcommand.
@@ -42,6 +43,17 @@ void add_common_options(CLI::App& command, CommonOptions& options) {
       ->capture_default_str()
       ->type_name("N")
       ->group(kGroup);
+}
+
+// Of every command that has an output.
+void add_force_option(CLI::App& command, bool& force) {
+  const CLI::Option* output = command.get_option_no_throw("--output");
+  if (output == nullptr) return;
+  // Reports and pictures never replace an input.
+  const bool makes_asset = output->get_positional() && command.get_option_no_throw("IN") != nullptr;
+  command.add_flag("-f,--force", force,
+                   makes_asset ? "Replace the output even if it is the input, or read-only"
+                               : "Replace the output even if it is read-only");
 }
 
 // "/home/someone/dragon.ply" becomes "dragon.ply", and "--output=../page.html" becomes "--output=page.html":
@@ -170,8 +182,12 @@ int run(int argc, char** argv, const char* version) {
   Action action;
   add_commands(app, action);
   for (CLI::App* command : app.get_subcommands({})) {
+    for (CLI::App* part : command->get_subcommands({})) {
+      add_force_option(*part, common.force);
+      add_common_options(*part, common);
+    }
+    add_force_option(*command, common.force);
     add_common_options(*command, common);
-    for (CLI::App* part : command->get_subcommands({})) add_common_options(*part, common);
   }
   add_examples(app, {{"gltf-psplit encode dragon.ply dragon.glb", "split a mesh into patches"},
                      {"gltf-psplit decode dragon.glb plain.glb", "join the patches again, as plain glTF"},
@@ -197,8 +213,9 @@ int run(int argc, char** argv, const char* version) {
                               : common.verbose ? Verbosity::kVerbose
                                                : Verbosity::kNormal;
   const int threads = common.thread_count > 0 ? common.thread_count : default_thread_count(cgroup_limits());
-  const Session session(verbosity, threads, version,
-                        "gltf-psplit" + shell_words({argv + 1, static_cast<size_t>(std::max(argc, 1) - 1)}));
+  Session session(verbosity, threads, version,
+                  "gltf-psplit" + shell_words({argv + 1, static_cast<size_t>(std::max(argc, 1) - 1)}));
+  session.force = common.force;
   const Status status = action(session);
   if (!status.ok()) session.log.error(status);
   return static_cast<int>(status.code());

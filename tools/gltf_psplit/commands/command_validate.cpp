@@ -50,7 +50,7 @@ Status run_validate(const Arguments& arguments, const Session& session) {
   if (Status status = check_inputs(arguments.inputs); !status.ok()) return status;
   if (Status status = check_not_an_input(arguments.output, "--output", arguments.inputs); !status.ok())
     return status;
-  if (Status status = check_output_place(arguments.output); !status.ok()) return status;
+  if (Status status = check_output_place(arguments.output, session.force); !status.ok()) return status;
   const bool as_json = arguments.format == "json";
   const bool at_once = !as_json && arguments.output == "-";  // print each file as soon as it is checked
   std::vector<Json> results;
@@ -74,7 +74,8 @@ Status run_validate(const Arguments& arguments, const Session& session) {
   if (!at_once && !results.empty() && !spares_output) {
     const std::string text =
         as_json ? report_text(results_json(std::move(results), arguments.inputs.size())) : texts;
-    if (Status written = write_text(arguments.output, text); !written.ok()) return written;
+    if (Status written = write_text(arguments.output, text, session.if_read_only()); !written.ok())
+      return written;
   }
   return status;
 }

@@ -57,29 +57,33 @@ void append_written(Json& object, const WriteReport& report) {
 }
 
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
-                                   const std::string& report, const Log& log, WriteReport& written,
+                                   const std::string& report, const Session& session, WriteReport& written,
                                    const std::string& backend, const std::filesystem::path& spool) {
-  if (Status status = check_output_paths(output, report); !status.ok()) return status;
-  Expected<Document> document = read_input(input, log, backend, FileAccess::kMap, spool);
+  if (Status status = check_output_paths(output, report, session.force); !status.ok()) return status;
+  if (Status status = check_not_in_place(output, input, nullptr, session.force); !status.ok()) return status;
+  Expected<Document> document = read_input(input, session.log, backend, FileAccess::kMap, spool);
   if (!document) return document;
+  if (Status status = check_not_in_place(output, input, &*document, session.force); !status.ok()) return status;
   if (Status status = check_not_an_input(report, "--report", *document); !status.ok()) return status;
   written.files = {output};
   if (Status status = check_not_an_output(report, "--report", written); !status.ok()) return status;
   return document;
 }
 
-Status write_asset(const Document& document, const std::string& output, const WriteOptions& options,
-                   const Log& log, WriteReport& written) {
+Status write_asset(const Document& document, const std::string& output, WriteOptions options,
+                   const Session& session, WriteReport& written) {
+  options.if_read_only = session.if_read_only();
   if (Status status = write_document(document, output, options, &written); !status.ok())
     return std::move(status).at({.file = output});
-  log_written(written, log);
+  log_written(written, session.log);
   return {};
 }
 
-Status write_asset_report(Json report, const std::string& path, const WriteReport& written) {
+Status write_asset_report(Json report, const std::string& path, const Session& session,
+                          const WriteReport& written) {
   append_written(report, written);
   if (Status status = check_not_an_output(path, "--report", written); !status.ok()) return status;
-  return write_text(path, report_text(report));
+  return write_text(path, report_text(report), session.if_read_only());
 }
 
 }  // namespace psplit

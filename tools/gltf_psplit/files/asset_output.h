@@ -5,6 +5,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/write_document.h"
+#include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/log.h"
 
 namespace CLI {
@@ -31,15 +32,17 @@ void append_written(Json& object, const WriteReport& report);
 
 // Reads the input of a command that makes one asset of another. Before, checks that the output and, if `report`
 // is not empty, the report can be written; then, that the report replaces neither a file of the input nor the
-// output, which becomes the first file of `written`. For the rest see read_input.
+// output, which becomes the first file of `written`, and that the output replaces no file of the input, unless
+// --force was given. For the rest see read_input.
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
-                                   const std::string& report, const Log& log, WriteReport& written,
+                                   const std::string& report, const Session& session, WriteReport& written,
                                    const std::string& backend = "auto",
                                    const std::filesystem::path& spool = {});
 // Writes the document, and logs what `written` then reports. Errors are those of write_document, with the file.
-Status write_asset(const Document& document, const std::string& output, const WriteOptions& options,
-                   const Log& log, WriteReport& written);
+Status write_asset(const Document& document, const std::string& output, WriteOptions options,
+                   const Session& session, WriteReport& written);
 // Writes the JSON of --report with what append_written adds. kUsage if that would replace a written file.
-Status write_asset_report(Json report, const std::string& path, const WriteReport& written);
+Status write_asset_report(Json report, const std::string& path, const Session& session,
+                          const WriteReport& written);
 
 }  // namespace psplit

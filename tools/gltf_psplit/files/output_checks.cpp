@@ -18,21 +18,19 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 
 }  // namespace
 
-Status check_output_place(const std::string& path) {
+Status check_output_place(const std::string& path, bool force) {
   if (path == "-") return {};
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
   if (type == fs::file_type::character || type == fs::file_type::fifo) return {};
   const Place place{.file = path};
   if (type == fs::file_type::directory) return io_failure("is a folder; name a file in it", place);
+  if (!force && is_read_only(path)) return io_failure("is read-only; --force replaces it", place);
   // A file is written beside its place and then renamed. So its folder must be writable; for a link, the folder
   // of its target.
-  fs::path target = path;
-  if (fs::is_symlink(target, error)) {
-    target = fs::weakly_canonical(target, error);
-    if (error) return io_failure("is a link to a file that does not exist", place);
-  }
-  const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
+  const Expected<fs::path> target = follow_links(path);
+  if (!target) return target.status();
+  const fs::path folder = target->parent_path().empty() ? fs::path(".") : target->parent_path();
   const fs::file_type folder_type = fs::status(folder, error).type();
   if (folder_type == fs::file_type::not_found)
     return io_failure("there is no folder " + folder.string(), place);
@@ -42,13 +40,13 @@ Status check_output_place(const std::string& path) {
   return {};
 }
 
-Status check_output_path(const std::string& path) {
+Status check_output_path(const std::string& path, bool force) {
   const std::string extension = lower_extension(path);
   if (path != "-" && extension != ".glb" && extension != ".gltf")
     return {StatusCode::kUsage,
             "the output must end in .glb or .gltf, or be - for a GLB on stdout",
             {.file = path}};
-  return check_output_place(path);
+  return check_output_place(path, force);
 }
 
 std::string would_be_written(const fs::path& path) {
@@ -58,10 +56,10 @@ std::string would_be_written(const fs::path& path) {
 
 bool is_glb_output(const std::string& path) { return path == "-" || lower_extension(path) == ".glb"; }
 
-Status check_output_paths(const std::string& output, const std::string& report) {
-  if (Status status = check_output_path(output); !status.ok()) return status;
+Status check_output_paths(const std::string& output, const std::string& report, bool force) {
+  if (Status status = check_output_path(output, force); !status.ok()) return status;
   if (report == output) return {StatusCode::kUsage, "--report and the output name the same file: " + output};
-  return report.empty() ? Status() : check_output_place(report);
+  return report.empty() ? Status() : check_output_place(report, force);
 }
 
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document) {
@@ -83,6 +81,15 @@ Status check_not_an_input(const std::string& path, const std::string& option,
   for (const std::string& input : inputs)
     if (input != "-") named.files.emplace_back(input);
   return check_not_an_input(path, option, named);
+}
+
+Status check_not_in_place(const std::string& output, const std::string& input, const Document* document,
+                          bool force) {
+  if (force) return {};
+  const std::string inputs[] = {input};
+  const Status status = document == nullptr ? check_not_an_input(output, "the output", inputs)
+                                            : check_not_an_input(output, "the output", *document);
+  return status.ok() ? status : Status(status.code(), status.message() + "; --force replaces it");
 }
 
 Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written) {

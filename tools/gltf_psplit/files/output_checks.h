@@ -11,15 +11,16 @@
 
 namespace psplit {
 
-// kIo if `path` is a folder, or if its folder is missing or not writable. "-", devices and pipes pass.
-Status check_output_place(const std::string& path);
+// kIo if `path` is a folder or, unless `force` is true, a read-only file, or if its folder is missing or not
+// writable. "-", devices and pipes pass.
+Status check_output_place(const std::string& path, bool force);
 
 // The same, and kUsage if write_document does not support the name: it must end in .glb or .gltf, or be "-".
-Status check_output_path(const std::string& path);
+Status check_output_path(const std::string& path, bool force);
 
 // The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the
 // same name.
-Status check_output_paths(const std::string& output, const std::string& report);
+Status check_output_paths(const std::string& output, const std::string& report, bool force);
 
 // What --dry-run says of a file: " would be written", or " would be replaced" if it exists.
 std::string would_be_written(const std::filesystem::path& path);
@@ -33,6 +34,9 @@ Status check_not_an_input(const std::string& path, const std::string& option, co
 // The same for inputs that are not read yet, according to their names alone.
 Status check_not_an_input(const std::string& path, const std::string& option,
                           std::span<const std::string> inputs);
+// The same for the output itself, which replaces its input only if `force` is true. The input need not be read.
+Status check_not_in_place(const std::string& output, const std::string& input, const Document* document,
+                          bool force);
 // The same for the files of an output.
 Status check_not_an_output(const std::string& path, const std::string& option, const WriteReport& written);
 

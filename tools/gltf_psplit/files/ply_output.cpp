@@ -72,10 +72,10 @@ class PlyWriter {
 }  // namespace
 
 Status write_ply(const std::string& path, const ShapeStream& shape, bool normals, const ThreadPool& pool,
-                 const Progress& progress) {
+                 const Progress& progress, IfReadOnly if_read_only) {
   const std::string header = header_text(shape, normals);
   const uint64_t point_bytes = (normals ? 6 : 3) * sizeof(float);
-  return write_file(path, [&](std::FILE* file) {
+  const auto write = [&](std::FILE* file) {
     if (std::fwrite(header.data(), 1, header.size(), file) != header.size()) return false;
     PlyWriter writer(file, header.size(), header.size() + shape.point_count() * point_bytes);
     uint64_t done = 0;
@@ -86,7 +86,8 @@ Status write_ply(const std::string& path, const ShapeStream& shape, bool normals
       return Status();
     };
     return shape.read(pool, take).ok();
-  });
+  };
+  return write_file(path, write, if_read_only);
 }
 
 }  // namespace psplit

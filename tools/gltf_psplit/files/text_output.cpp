@@ -19,8 +19,8 @@ void add_format_option(CLI::App& command, std::string& name, const std::vector<s
       ->type_name("FORM");
 }
 
-Status write_text(const std::string& path, const std::string& text) {
-  return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}});
+Status write_text(const std::string& path, const std::string& text, IfReadOnly if_read_only) {
+  return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}}, if_read_only);
 }
 
 std::string report_text(const Json& report) {

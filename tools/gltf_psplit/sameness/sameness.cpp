@@ -89,7 +89,7 @@ Status run_large_sameness(const std::string& first, const SamenessOptions& optio
   if (!comparison) return comparison.status();
   const std::string text =
       format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, first, options.second);
-  if (Status status = write_text(output, text); !status.ok()) return status;
+  if (Status status = write_text(output, text, session.if_read_only()); !status.ok()) return status;
   if (comparison->verdict() == LargeVerdict::kSame) return {};
   if (comparison->verdict() == LargeVerdict::kDiffers)
     return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
@@ -163,7 +163,7 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
   if (!comparison) return comparison.status();
   const std::string text =
       format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, first, options.second);
-  if (Status status = write_text(output, text); !status.ok()) return status;
+  if (Status status = write_text(output, text, session.if_read_only()); !status.ok()) return status;
   log_what_is_not_compared(*comparison, first, options.second, session.log);
   if (comparison->same()) return {};
   return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
