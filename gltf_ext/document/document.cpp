@@ -30,7 +30,7 @@ Expected<Buffer> load_file(const std::filesystem::path& path, uint64_t limit, Fi
 Expected<Buffer> load_uri_of(const Json& buffer, Document& document, FileAccess access) {
   const std::string uri = *string_field(buffer, "uri");
   if (is_data_uri(uri)) return buffer_of(decode_data_uri(uri));
-  const auto relative = relative_path_of_uri(uri);
+  const auto relative = relative_path_of_uri(uri, document.source.parent_path());
   if (!relative) return relative.status();
   const std::filesystem::path path = document.source.parent_path() / *relative;
   // Regular files only: a pipe or a device named by an asset could block or never end.

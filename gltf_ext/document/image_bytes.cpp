@@ -14,11 +14,11 @@ ImageBytes image_bytes(const Json& json, const std::filesystem::path& folder) {
   const Json* images = array_field(json, "images");
   if (images == nullptr) return bytes;
   std::set<int64_t> views;
-  std::set<std::string> names;
+  std::set<std::filesystem::path> names;
   for (const Json& image : *images) {
     if (const std::string* uri = string_field(image, "uri")) {
       if (is_data_uri(*uri)) bytes.in_json += uri->size();
-      const std::string name = percent_decode(*uri);
+      const std::filesystem::path name = is_data_uri(*uri) ? "" : path_of_uri(*uri, folder);
       if (is_data_uri(*uri) || !names.insert(name).second) continue;
       std::error_code error;
       const bool exists = std::filesystem::is_regular_file(folder / name, error);

@@ -9,16 +9,17 @@ namespace {
 namespace fs = std::filesystem;
 
 LinkedFile follow(const Document& document, std::string place, int64_t image, const std::string& uri) {
-  LinkedFile link{std::move(place), image, uri, LinkState::kUnknown, {}};
+  LinkedFile link{std::move(place), image, uri, LinkState::kUnknown, {}, {}};
   switch (kind_of_uri(uri)) {
     case UriKind::kAbsolute: link.state = LinkState::kAbsolute; return link;
     case UriKind::kWeb: link.state = LinkState::kWeb; return link;
     case UriKind::kUnknown: return link;
     case UriKind::kRelative: break;
   }
-  const fs::path relative = path_of_uri(uri);
-  link.path = document.source.parent_path() / relative;
-  link.leaves_folder = leaves_folder(relative);
+  const fs::path folder = document.source.parent_path();
+  link.relative = path_of_uri(uri, folder);
+  link.path = folder / link.relative;
+  link.leaves_folder = leaves_folder(link.relative);
   std::error_code error;
   link.state = fs::is_regular_file(link.path, error) ? LinkState::kFound : LinkState::kMissing;
   return link;

@@ -23,6 +23,7 @@ struct LinkedFile {
   std::string uri;     // as the JSON states it
   LinkState state;
   std::filesystem::path path;  // for kFound and kMissing: the asset's folder and the relative path
+  std::filesystem::path relative;
   bool leaves_folder = false;  // for the same: the file is not below the asset's folder
 };
 

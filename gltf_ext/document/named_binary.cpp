@@ -1,5 +1,6 @@
 #include "gltf_ext/document/named_binary.h"
 
+#include <algorithm>
 #include <string_view>
 
 #include "gltf_ext/document/references.h"
@@ -27,7 +28,8 @@ std::string digits_of(const fs::path& binary) {
 // Whether binary_path made the name for the .gltf, from the content that the file still has.
 bool is_binary_of(const fs::path& binary, const fs::path& gltf) {
   const std::string digits = digits_of(binary);
-  if (digits.empty() || binary.stem().stem() != gltf.stem()) return false;
+  if (digits.empty() || binary.filename() != path_with_digits(gltf, digits.substr(1), ".bin").filename())
+    return false;
   std::error_code error;
   if (fs::symlink_status(binary, error).type() != fs::file_type::regular) return false;
   const auto file = MappedFile::open(binary);
@@ -48,9 +50,19 @@ std::string content_digits(FileParts parts) {
   return hash.hex().substr(0, kNameDigits);
 }
 
+fs::path path_with_digits(const fs::path& path, const std::string& digits, const std::string& extension) {
+  constexpr size_t kMostNameBytes = 255;  // of common file systems
+  const std::string tail = "." + digits + extension;
+  std::string name = path.stem().string();
+  size_t end = std::min(name.size(), kMostNameBytes - std::min(kMostNameBytes, tail.size()));
+  const auto continues = [&](size_t at) { return (static_cast<unsigned char>(name[at]) & 0xc0) == 0x80; };
+  while (end > 0 && end < name.size() && continues(end)) --end;  // UTF-8 stays whole
+  name.resize(end);
+  return path.parent_path() / (name + tail);
+}
+
 fs::path binary_path(const fs::path& gltf, FileParts parts) {
-  fs::path binary = gltf;
-  return binary.replace_extension("." + content_digits(parts) + ".bin");
+  return path_with_digits(gltf, content_digits(parts), ".bin");
 }
 
 std::vector<fs::path> own_binaries(const fs::path& path) {
@@ -64,7 +76,7 @@ std::vector<fs::path> own_binaries(const fs::path& path) {
   for_each_element(*json, "buffers", [&](const Json& buffer) {
     const std::string* uri = string_field(buffer, "uri");
     if (uri == nullptr || is_data_uri(*uri)) return;
-    const fs::path binary = path.parent_path() / percent_decode(*uri);
+    const fs::path binary = path.parent_path() / path_of_uri(*uri, path.parent_path());
     if (binary.parent_path() == path.parent_path() && is_binary_of(binary, path)) binaries.push_back(binary);
   });
   return binaries;

@@ -13,6 +13,11 @@ namespace psplit {
 // The hexadecimal digits of a hash of the bytes, for names after the content.
 std::string content_digits(FileParts parts);
 
+// "folder/name.0123456789abcdef.bin" for "folder/name.gltf", the digits and ".bin". A name that would be too
+// long for a file is cut before the digits.
+std::filesystem::path path_with_digits(const std::filesystem::path& path, const std::string& digits,
+                                       const std::string& extension);
+
 std::filesystem::path binary_path(const std::filesystem::path& gltf, FileParts parts);
 
 // The binaries of the existing .gltf at `path` that nothing needs once it is replaced: their names are those of

@@ -127,7 +127,7 @@ class ImagePlacer {
     if (is_new) {
       const auto bytes = read_file(source.path);
       if (!bytes) return bytes.status();
-      const fs::path wanted = link.leaves_folder ? link.path.filename() : path_of_uri(link.uri);
+      const fs::path wanted = link.leaves_folder ? link.path.filename() : link.relative;
       const Expected<fs::path> written = write_copy(wanted, source, *bytes);
       if (!written) return written.status();
       found->second = *written;
@@ -136,7 +136,7 @@ class ImagePlacer {
       if (*written != wanted)
         report_.notes.push_back(link.place + ", \"" + link.uri + "\", is copied as " + written->string());
     }
-    if (found->second != path_of_uri(link.uri)) image_of(link)["uri"] = uri_of_path(found->second);
+    if (found->second != link.relative) image_of(link)["uri"] = uri_of_path(found->second);
     ++report_.copied_images;
     return {};
   }
@@ -146,10 +146,9 @@ class ImagePlacer {
   Expected<fs::path> write_copy(const fs::path& wanted, const Source& source, std::span<const uint8_t> bytes) {
     std::error_code error;
     const std::span<const uint8_t> parts[] = {bytes};
-    fs::path by_content = wanted;
-    by_content.replace_extension(
-        "." + content_digits(parts) +
-        (source.type && !is_image_name(wanted) ? source.type->extension : wanted.extension().string()));
+    const fs::path by_content = path_with_digits(
+        wanted, content_digits(parts),
+        source.type && !is_image_name(wanted) ? source.type->extension : wanted.extension().string());
     fs::create_directories((*folder_ / wanted).parent_path(), error);  // if it fails, writing reports it
     for (const fs::path& name : {wanted, by_content}) {
       const fs::path target = *folder_ / name;

@@ -6,6 +6,8 @@
 namespace psplit {
 namespace {
 
+namespace fs = std::filesystem;
+
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -110,9 +112,9 @@ std::string percent_encode(std::string_view text) {
   return encoded;
 }
 
-std::string uri_of_path(const std::filesystem::path& path) {
+std::string uri_of_path(const fs::path& path) {
   std::string uri;
-  for (const std::filesystem::path& part : path) {
+  for (const fs::path& part : path) {
     if (!uri.empty() && !uri.ends_with('/')) uri += '/';
     uri += part == "/" ? "/" : percent_encode(part.string());
   }
@@ -121,37 +123,39 @@ std::string uri_of_path(const std::filesystem::path& path) {
 
 UriKind kind_of_uri(std::string_view uri) {
   if (starts_with_folded(uri, "http:") || starts_with_folded(uri, "https:")) return UriKind::kWeb;
-  if (starts_with_folded(uri, "file:")) return UriKind::kAbsolute;
+  if (starts_with_folded(uri, "file:") || uri.starts_with('\\')) return UriKind::kAbsolute;
+  // Escaped, a colon is a character of a name.
+  if (has_scheme(uri)) return uri[1] == ':' ? UriKind::kAbsolute : UriKind::kUnknown;  // a drive letter
   const std::string decoded = percent_decode(uri);
-  for (const std::string_view text : {uri, std::string_view(decoded)}) {
-    if (text.starts_with('/') || text.starts_with('\\')) return UriKind::kAbsolute;
-    if (!has_scheme(text)) continue;
-    return text[1] == ':' ? UriKind::kAbsolute : UriKind::kUnknown;  // a drive letter, or a scheme
-  }
   if (decoded.empty() || decoded.find('\0') != std::string::npos) return UriKind::kUnknown;
-  return UriKind::kRelative;
+  return fs::path(decoded).has_root_path() ? UriKind::kAbsolute : UriKind::kRelative;
 }
 
-std::filesystem::path path_of_uri(std::string_view uri) {
-  std::string decoded = percent_decode(uri);
-  // Exporters on Windows write backslashes, and "..\" must not bypass the checks.
-  std::replace(decoded.begin(), decoded.end(), '\\', '/');
-  return std::filesystem::path(decoded).lexically_normal();
+fs::path path_of_uri(std::string_view uri, const fs::path& folder) {
+  const auto with_slashes = [](std::string text) {
+    std::replace(text.begin(), text.end(), '\\', '/');
+    return text;
+  };
+  const std::string decoded = percent_decode(with_slashes(std::string(uri)));
+  const fs::path path = fs::path(decoded).lexically_normal();
+  const fs::path other = fs::path(with_slashes(decoded)).lexically_normal();
+  std::error_code error;
+  const bool may_be_other = path != other && !other.has_root_path();
+  return may_be_other && !fs::exists(folder / path, error) && fs::exists(folder / other, error) ? other : path;
 }
 
-bool leaves_folder(const std::filesystem::path& relative) {
+bool leaves_folder(const fs::path& relative) {
   return relative.empty() || relative.has_root_path() || *relative.begin() == "..";
 }
 
-Expected<std::filesystem::path> relative_path_of_uri(std::string_view uri) {
-  if (has_scheme(uri))
-    return unsupported("the URI \"" + std::string(uri.substr(0, 80)) + "\" is not a relative path");
-  const std::string decoded = percent_decode(uri);
-  if (decoded.empty() || decoded.find('\0') != std::string::npos)
-    return invalid_input("a URI that names no file");
-  const std::filesystem::path path = path_of_uri(uri);
-  if (leaves_folder(path) || has_scheme(decoded))
-    return invalid_input("the URI \"" + decoded.substr(0, 80) + "\" leaves the asset's folder");
+Expected<fs::path> relative_path_of_uri(std::string_view uri, const fs::path& folder) {
+  const auto start = std::string(uri.substr(0, 80));
+  if (has_scheme(uri)) return unsupported("the URI \"" + start + "\" is not a relative path");
+  const UriKind kind = kind_of_uri(uri);
+  if (kind == UriKind::kUnknown) return invalid_input("a URI that names no file");
+  const fs::path path = path_of_uri(uri, folder);
+  if (kind == UriKind::kAbsolute || leaves_folder(path))
+    return invalid_input("the URI \"" + start + "\" leaves the asset's folder");
   return path;
 }
 

@@ -32,12 +32,14 @@ enum class UriKind {
 };
 UriKind kind_of_uri(std::string_view uri);
 
-// The path of a relative URI. It may leave the folder that it starts from.
-std::filesystem::path path_of_uri(std::string_view uri);
+// The path of a relative URI, from `folder`. It may leave the folder. A backslash stands between folders, as
+// exporters on Windows write it. "%5C" is a character of a name, unless only a file of the other reading
+// exists.
+std::filesystem::path path_of_uri(std::string_view uri, const std::filesystem::path& folder);
 bool leaves_folder(const std::filesystem::path& relative);
 
 // The same for a file that must be in the folder. Errors: kInvalidInput if it leaves the folder, kUnsupported
 // if the URI is not a relative path.
-Expected<std::filesystem::path> relative_path_of_uri(std::string_view uri);
+Expected<std::filesystem::path> relative_path_of_uri(std::string_view uri, const std::filesystem::path& folder);
 
 }  // namespace psplit

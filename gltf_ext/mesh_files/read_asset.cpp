@@ -52,7 +52,7 @@ Expected<Asset> asset_of(Expected<Document> document) {
 // Adds the files that it opens to `files`.
 OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& files) {
   return [&source, &files](const std::string& name) -> Expected<std::unique_ptr<ByteStream>> {
-    const auto relative = relative_path_of_uri(uri_of_path(name));
+    const auto relative = relative_path_of_uri(uri_of_path(name), source.parent_path());
     if (!relative) return relative.status();
     const fs::path path = source.parent_path() / *relative;
     // Regular files only: a pipe or a device could block or never end.

@@ -4,6 +4,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -176,6 +177,12 @@ TEST_F(UserFiles, ReadOnlyOutputsNeedForceAndAllKeepTheirMode) {
     EXPECT_NE(read_bytes(output), "old");
     fs::remove(output);
   }
+}
+
+TEST_F(UserFiles, NamesThatTerminalsWouldObeyAreEscaped) {
+  EXPECT_EQ(run({"encode", path("a\x1b[2J\n.glb"), path("b.glb")}), 2);
+  EXPECT_NE(err_.find("a\\x1B[2J\\x0A.glb"), std::string::npos) << err_;
+  EXPECT_EQ(std::ranges::count(err_, '\n'), 1) << err_;
 }
 
 TEST_F(UserFiles, LinksToNothingAreFollowed) {

@@ -15,6 +15,12 @@ TEST(TextTable, AlignsColumns) {
             "longer      1\n");
 }
 
+TEST(Printable, ShowsWhatATerminalWouldObey) {
+  EXPECT_EQ(printable("a\x1b[2Jb\nc\x7f"), "a\\x1B[2Jb\\x0Ac\\x7F");
+  EXPECT_EQ(printable("a\tb\nc", true), "a\tb\nc");
+  EXPECT_EQ(printable("\xC2\x9B\xC2\xA0\xE6\xBC\xA2"), "\\u009B\xC2\xA0\xE6\xBC\xA2");
+}
+
 TEST(TextTable, KeepsNamedColumns) {
   TextTable table({"codec", "patches", "bytes", "file"});
   table.add({"a", "1", "12345", "x.glb"});

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 
 #include "gltf_ext/files/files.h"
+#include "tools/gltf_psplit/report/log.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 
@@ -20,6 +22,10 @@ void add_format_option(CLI::App& command, std::string& name, const std::vector<s
 }
 
 Status write_text(const std::string& path, const std::string& text, IfReadOnly if_read_only) {
+  if (path == "-" && stdout_is_terminal()) {
+    const std::string shown = printable(text, true);
+    return write_file(path, {{reinterpret_cast<const uint8_t*>(shown.data()), shown.size()}});
+  }
   return write_file(path, {{reinterpret_cast<const uint8_t*>(text.data()), text.size()}}, if_read_only);
 }
 

@@ -21,12 +21,12 @@ namespace fs = std::filesystem;
 uint64_t buffer_file_bytes(const Json& json, const fs::path& folder) {
   const Json* buffers = array_field(json, "buffers");
   if (buffers == nullptr) return 0;
-  std::set<std::string> names;
+  std::set<fs::path> names;
   for (const Json& buffer : *buffers)
     if (const std::string* uri = string_field(buffer, "uri"); uri != nullptr && !is_data_uri(*uri))
-      names.insert(percent_decode(*uri));
+      names.insert(path_of_uri(*uri, folder));
   uint64_t bytes = 0;
-  for (const std::string& name : names) {
+  for (const fs::path& name : names) {
     std::error_code error;
     const uintmax_t file_bytes =
         fs::is_regular_file(folder / name, error) ? fs::file_size(folder / name, error) : 0;

@@ -3,12 +3,15 @@
 #include <cstdio>
 
 #include "gltf_ext/files/operating_system.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
 
 // One call for each line, so that the lines of several threads do not mix.
-void print_line(const std::string& line) { std::fputs(("gltf-psplit: " + line + "\n").c_str(), stderr); }
+void print_line(const std::string& line) {
+  std::fputs(("gltf-psplit: " + printable(line) + "\n").c_str(), stderr);
+}
 
 }  // namespace
 
@@ -23,7 +26,7 @@ void Log::detail(const std::string& message) const {
   if (verbosity_ == Verbosity::kVerbose) print_line(message);
 }
 void Log::block(const std::string& lines) const {
-  if (verbosity_ != Verbosity::kQuiet) std::fputs(lines.c_str(), stderr);
+  if (verbosity_ != Verbosity::kQuiet) std::fputs(printable(lines, true).c_str(), stderr);
 }
 bool Log::interactive() const { return verbosity_ != Verbosity::kQuiet && is_terminal(stderr); }
 

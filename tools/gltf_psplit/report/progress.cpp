@@ -9,6 +9,7 @@
 
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
@@ -34,7 +35,7 @@ std::string rate_text(const WorkDone& work, double seconds) {
 }  // namespace
 
 std::string progress_line(const std::string& label, const WorkDone& work, double seconds) {
-  std::string line = label;
+  std::string line = printable(label);
   // A bar of one step says nothing.
   if (work.total > 1) {
     const size_t filled =

@@ -23,6 +23,24 @@ std::string wrap_text(const std::string& text, size_t width, size_t indent) {
   return lines;
 }
 
+std::string printable(const std::string& text, bool keeps_lines) {
+  constexpr std::string_view kHex = "0123456789ABCDEF";
+  std::string shown;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto before = i == 0 ? '\0' : text[i - 1];
+    // UTF-8 writes the controls U+0080 to U+009F as C2 and a byte from 80 to 9F.
+    const bool is_upper = before == '\xC2' && byte >= 0x80 && byte < 0xa0;
+    if ((byte >= 0x20 && byte != 0x7f && !is_upper) || byte == '\t' || (keeps_lines && byte == '\n')) {
+      shown += text[i];
+      continue;
+    }
+    if (is_upper) shown.pop_back();
+    shown += std::string(is_upper ? "\\u00" : "\\x") + kHex[byte >> 4] + kHex[byte & 15];
+  }
+  return shown;
+}
+
 TextTable::TextTable(std::vector<std::string> header, size_t left_columns) : left_columns_(left_columns) {
   rows_.push_back(std::move(header));
 }

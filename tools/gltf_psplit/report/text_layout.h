@@ -12,6 +12,10 @@ namespace psplit {
 // spaces. A word that is longer than `width` has a line of its own.
 std::string wrap_text(const std::string& text, size_t width, size_t indent);
 
+// The text with its control characters, which a terminal would obey, as escapes: "\\x1B". Names of files and
+// texts of assets may hold any. Tabs stay, and line feeds if `keeps_lines` is true.
+std::string printable(const std::string& text, bool keeps_lines = false);
+
 // The width of tables, unless --wide asks for all columns.
 inline constexpr size_t kTableWidth = 100;
 
