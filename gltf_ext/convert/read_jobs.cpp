@@ -205,7 +205,8 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
   }
   const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
   if (const char* extension = order_dependent_extension(primitive))
-    return extension + std::string(" depends on the order of points or faces");
+    return extension + std::string(" depends on the order of points or faces; --drop-extension ") + extension +
+           " removes it";
   for (const auto& [semantic, index] : primitive["attributes"].items())
     if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
   return std::string();

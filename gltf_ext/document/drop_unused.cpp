@@ -55,12 +55,6 @@ bool is_understood(std::string_view name) {
   });
 }
 
-void collect_integers(const Json& tree, IndexSet& found) {
-  if (const auto value = integer_value(tree)) found.insert(*value);
-  if (tree.is_structured())
-    for (const Json& member : tree) collect_integers(member, found);
-}
-
 // Collects every integer of extensions that are not understood: it may be an index. Returns whether there is
 // such an extension.
 bool collect_suspects(const Json& tree, IndexSet& found) {
@@ -171,6 +165,12 @@ void spell_out_offsets(Json& json) {
 }
 
 }  // namespace
+
+void collect_integers(const Json& tree, std::set<int64_t>& found) {
+  if (const auto value = integer_value(tree)) found.insert(*value);
+  if (tree.is_structured())
+    for (const Json& member : tree) collect_integers(member, found);
+}
 
 void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors) {
   Json& json = document.json;

@@ -1,5 +1,9 @@
 #include "gltf_ext/document/extensions.h"
 
+#include <algorithm>
+#include <set>
+
+#include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -11,13 +15,32 @@ void add_name(Json& json, const char* list, const char* name) {
   if (std::find(names.begin(), names.end(), Json(name)) == names.end()) names.push_back(name);
 }
 
-void remove_name(Json& json, const char* list, const char* name) {
+bool remove_name(Json& json, const char* list, const std::string& name) {
   Json* names = array_field(json, list);
-  if (names == nullptr) return;
-  for (size_t i = names->size(); i > 0; --i)
+  if (names == nullptr) return false;
+  const size_t before = names->size();
+  for (size_t i = before; i > 0; --i)
     if ((*names)[i - 1] == name) names->erase(i - 1);
+  const bool is_removed = names->size() < before;
   // glTF has no empty lists.
   if (names->empty()) json.erase(list);
+  return is_removed;
+}
+
+// Returns the number of objects that had the extension. Its integers may be the indices of its accessors.
+size_t remove_extension(Json& tree, const std::string& name, std::set<int64_t>& integers) {
+  if (!tree.is_structured()) return 0;
+  size_t count = 0;
+  if (Json* extensions = object_field(tree, "extensions");
+      extensions != nullptr && extensions->contains(name)) {
+    collect_integers((*extensions)[name], integers);
+    extensions->erase(name);
+    if (extensions->empty()) tree.erase("extensions");
+    ++count;
+  }
+  for (auto member = tree.begin(); member != tree.end(); ++member)
+    if (!tree.is_object() || member.key() != "extras") count += remove_extension(*member, name, integers);
+  return count;
 }
 
 bool contains_extension(const Json& tree, const char* name) {
@@ -34,6 +57,17 @@ bool contains_extension(const Json& tree, const char* name) {
 void list_extension(Document& document, const char* name, bool required) {
   add_name(document.json, "extensionsUsed", name);
   if (required) add_name(document.json, "extensionsRequired", name);
+}
+
+std::optional<size_t> drop_extension(Document& document, const std::string& name) {
+  std::set<int64_t> integers;
+  const size_t count = remove_extension(document.json, name, integers);
+  const bool was_used = remove_name(document.json, "extensionsUsed", name);
+  const bool was_required = remove_name(document.json, "extensionsRequired", name);
+  if (count == 0) return was_used || was_required ? std::optional(count) : std::nullopt;
+  // Candidates, of which only accessors that nothing refers to go.
+  if (!integers.empty()) drop_unused(document, {integers.begin(), integers.end()});
+  return count;
 }
 
 void unlist_unused_extension(Document& document, const char* name) {

@@ -8,6 +8,7 @@
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/document/extensions.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "tests/gltf_ext/asset.h"
 
@@ -578,6 +579,39 @@ TEST(EncodeDocument, SaysWhyAPrimitiveIsLeftAlone) {
               }).find("depends on the order"),
               std::string::npos)
         << extension;
+}
+
+TEST(EncodeDocument, ExtensionsThatDependOnFacesCanBeDropped) {
+  Document document = document_from_mesh(make_grid(9, 9));
+  const size_t accessor_count = document.json["accessors"].size();
+  const int64_t outline = append_accessor(
+      document, make_data(ComponentType::kUint16, 1, std::vector<uint16_t>{0, 1, 1, 2}), 0, false);
+  const Json extensions{{"FB_ngon_encoding", Json::object()},
+                        {"CESIUM_primitive_outline", {{"indices", outline}}}};
+  primitive_of(document)["extensions"] = extensions;
+  document.json["meshes"][0]["extras"]["extensions"]["FB_ngon_encoding"] = 1;
+  document.json["nodes"][0]["extensions"] = {{"FB_ngon_encoding", Json::object()}, {"OTHER", {{"a", 1}}}};
+  document.json["extensionsUsed"] = {"CESIUM_primitive_outline", "FB_ngon_encoding", "OTHER", "LISTED"};
+  document.json["extensionsRequired"] = {"FB_ngon_encoding"};
+  Document kept = document;
+  const auto reports = encode(kept);
+  ASSERT_TRUE(reports.ok());
+  EXPECT_NE((*reports)[0].skipped.find("--drop-extension CESIUM_primitive_outline"), std::string::npos)
+      << (*reports)[0].skipped;
+
+  EXPECT_EQ(drop_extension(document, "NONE"), std::nullopt);
+  EXPECT_EQ(drop_extension(document, "LISTED"), 0u);
+  EXPECT_EQ(drop_extension(document, "FB_ngon_encoding"), 2u);
+  EXPECT_EQ(drop_extension(document, "CESIUM_primitive_outline"), 1u);
+  EXPECT_FALSE(primitive_of(document).contains("extensions"));
+  EXPECT_EQ(document.json["nodes"][0]["extensions"], Json::parse(R"({"OTHER":{"a":1}})"));
+  EXPECT_EQ(document.json["extensionsUsed"], Json::parse(R"(["OTHER"])"));
+  EXPECT_FALSE(document.json.contains("extensionsRequired"));
+  EXPECT_TRUE(document.json["meshes"][0]["extras"]["extensions"].contains("FB_ngon_encoding"));
+  document.json["nodes"][0].erase("extensions");
+  ASSERT_TRUE(encode(document).ok());
+  EXPECT_EQ(document.json["accessors"].size(), accessor_count) << "the outline is gone";
+  EXPECT_EQ(read(document)->faces.size(), 162u);
 }
 
 TEST(EncodeDocument, APrimitiveThatWouldBeDroppedWholeStays) {

@@ -251,6 +251,31 @@ TEST_F(EncodeCommand, RefusesOptionsThatPatchesOfTheInputCannotFollow) {
   EXPECT_EQ(run({"encode", split, path("again.glb"), "--keep-unused", "--fallback", "none", "-q"}), 0) << err_;
 }
 
+TEST_F(EncodeCommand, DropsTheExtensionsThatTheUserNames) {
+  ASSERT_EQ(run_command({"generate", path("a.gltf"), "--faces", "2000", "-q"}).code, 0);
+  auto asset = nlohmann::json::parse(read_bytes(path("a.gltf")));
+  asset["meshes"][0]["primitives"][0]["extensions"]["FB_ngon_encoding"] = nlohmann::json::object();
+  asset["extensionsUsed"] = {"FB_ngon_encoding"};
+  write("a.gltf", asset.dump());
+  const CommandOutcome kept = run_command({"encode", path("a.gltf"), path("b.glb")});
+  EXPECT_TRUE(contains(kept.err, "--drop-extension FB_ngon_encoding")) << kept.err;
+  EXPECT_TRUE(contains(read_bytes(path("b.glb")), "FB_ngon_encoding"));
+  const CommandOutcome dropped =
+      run_command({"encode", path("a.gltf"), path("c.glb"), "--drop-extension", "FB_ngon_encoding",
+                   "--drop-extension", "NONE", "--report", path("r.json")});
+  EXPECT_EQ(dropped.code, 0) << dropped.err;
+  EXPECT_TRUE(contains(dropped.err, "a.gltf: FB_ngon_encoding is dropped from 1 object")) << dropped.err;
+  EXPECT_TRUE(contains(dropped.err, "a.gltf: NONE is not used")) << dropped.err;
+  EXPECT_EQ(nlohmann::json::parse(read_bytes(path("r.json"))).at("dropped_extensions"),
+            nlohmann::json({{"FB_ngon_encoding", 1}}));
+  EXPECT_FALSE(contains(read_bytes(path("c.glb")), "FB_ngon_encoding"));
+  EXPECT_LT(std::filesystem::file_size(path("c.glb")), std::filesystem::file_size(path("b.glb")) / 2);
+  const CommandOutcome refused =
+      run_command({"encode", path("a.gltf"), path("d.glb"), "--drop-extension", "KHR_draco_mesh_compression"});
+  EXPECT_EQ(refused.code, 1);
+  EXPECT_TRUE(contains(refused.err, "holds the meshes themselves")) << refused.err;
+}
+
 TEST_F(EncodeCommand, FallbackAndVolumeReachTheFile) {
   const std::string input = sample("scene", "3000");
   ASSERT_EQ(run_command({"encode", input, path("out.gltf"), "--fallback", "uncompressed",

@@ -131,6 +131,7 @@ Status AssetWork::work_on_file(Job& job) {
 }
 
 Status AssetWork::encode(Job& job, Document& document) {
+  drop_extensions(document, arguments_.encode.drop_extensions, job.item.input, session_.log);
   const auto reports = encode_document(document, arguments_.encode.options, find_backend({}), session_.pool);
   if (!reports) return reports.status();
   const std::string prefix = job.item.input + ": ";
@@ -236,6 +237,7 @@ std::string AssetWork::made_from(const std::string& content) const {
   hash.add_framed(session_.version);
   if (arguments_.verb == BatchVerb::kEncode) {
     hash.add_framed(describe_options(arguments_.encode.options));
+    for (const std::string& name : arguments_.encode.drop_extensions) hash.add_framed(name);
   } else {
     hash.add_framed(done_word(arguments_.verb));
   }

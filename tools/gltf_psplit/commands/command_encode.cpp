@@ -49,10 +49,11 @@ struct Encoded {
   Document document;
   std::vector<PrimitiveReport> reports;
   AssetBytes input_bytes;
+  Json dropped_extensions = Json::object();
 };
 
-Json report_json(const Arguments& arguments, const EncodeResult& result, const AssetSizes& sizes,
-                 double wall_ms, const Session& session) {
+Json report_json(const Arguments& arguments, const EncodeResult& result, const Json& dropped_extensions,
+                 const AssetSizes& sizes, double wall_ms, const Session& session) {
   Json total;
   append_row(total, result.total);
   total["wall_ms"] = wall_ms;
@@ -63,11 +64,14 @@ Json report_json(const Arguments& arguments, const EncodeResult& result, const A
           {"files", sizes_json(sizes)},
           {"geometry", {{"input_bytes", result.geometry.input}, {"output_bytes", result.geometry.output}}},
           {"total", std::move(total)},
+          {"dropped_extensions", dropped_extensions},
           {"primitives", result.primitives}};
 }
 
 Expected<Encoded> encode_in_memory(Document document, const Arguments& arguments, const Session& session) {
   Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
+  encoded.dropped_extensions =
+      drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
   ProgressBar bar("encoding", session.log);
   Expected<std::vector<PrimitiveReport>> reports = encode_document(
       encoded.document, arguments.encode.options, find_backend({}), session.pool, bar.callback("face"));
@@ -116,6 +120,8 @@ Expected<Encoded> encode_large_asset(Document document, const Arguments& argumen
       !status.ok())
     return status;
   Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
+  encoded.dropped_extensions =
+      drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
   ProgressBar bar("encoding", session.log);
   Expected<std::vector<PrimitiveReport>> reports =
       encode_large_primitives(encoded.document, arguments.encode.options, limits_of(arguments, session),
@@ -220,7 +226,7 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
-    Json report = report_json(arguments, result, sizes, wall_ms, session);
+    Json report = report_json(arguments, result, encoded->dropped_extensions, sizes, wall_ms, session);
     if (Status status = write_asset_report(std::move(report), arguments.report, session, written); !status.ok())
       return status;
   }

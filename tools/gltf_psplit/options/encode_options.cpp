@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <string_view>
 
+#include "gltf_ext/document/extensions.h"
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
 #include "tools/gltf_psplit/options/coding_options.h"
@@ -73,6 +74,24 @@ void add_keep_options(CLI::App& command, EncodeDocumentOptions& options) {
                    "Do not merge points that are equal in all attributes");
 }
 
+void add_drop_option(CLI::App& command, std::vector<std::string>& names) {
+  const auto holds_meshes = [](const std::string& name) {
+    for (const char* known : {kExtensionName, kStockExtensionName, "KHR_mesh_quantization",
+                              "EXT_meshopt_compression", "KHR_meshopt_compression"})
+      if (name == known) return name + " holds the meshes themselves, and cannot be dropped";
+    return std::string();
+  };
+  command
+      .add_option(
+          "--drop-extension", names,
+          "Remove an extension from the whole asset, for example FB_ngon_encoding, which depends on the "
+          "order of faces: a primitive with such an extension stays as it is. Repeat the option for "
+          "several extensions")
+      ->allow_extra_args(false)
+      ->check(holds_meshes)
+      ->type_name("NAME");
+}
+
 void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
   command
       .add_option(
@@ -136,6 +155,7 @@ std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arg
   add_coding_options(command, options, true);
   add_volume_option(command, arguments);
   add_keep_options(command, options);
+  add_drop_option(command, arguments.drop_extensions);
   add_storage_options(command, arguments);
   add_condense_options(command, arguments);
   command.add_flag("--no-verify", arguments.no_verify,
@@ -163,7 +183,7 @@ void group_encode_options(CLI::App& command) {
       {"Precision",
        {"--quantize-position", "--max-error", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
         "--quantize-generic", "--quantization-volume", "--lossless"}},
-      {"What is kept", {"--keep-degenerate", "--keep-unused", "--keep-duplicates"}},
+      {"What is kept", {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--drop-extension"}},
       {"What is written", {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--as"}},
   };
   for (const auto& [group, names] : groups)

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
 
@@ -21,6 +22,7 @@ struct EncodeArguments {
   EncodeDocumentOptions options;
   bool condense = false, no_condense = false;
   bool no_verify = false;
+  std::vector<std::string> drop_extensions;
 };
 
 // Adds the options. `arguments` must outlive the parse. Returns a function that completes `arguments.options`;

@@ -5,6 +5,7 @@
 
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
+#include "gltf_ext/document/extensions.h"
 #include "gltf_ext/json/json_fields.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
@@ -91,6 +92,17 @@ std::string row_text(const EncodeRow& row) {
          " and stitch map " + as_share(map_share) + "); partition " + as_duration(row.statistics.partition_ms) +
          ", all of encoding " + as_duration(row.statistics.encode_ms) + ", verification " +
          as_duration(row.statistics.verify_ms) + position_text(row);
+}
+
+Json drop_extensions(Document& document, const std::vector<std::string>& names, const std::string& asset,
+                     const Log& log) {
+  Json counts = Json::object();
+  for (const std::string& name : names) {
+    const std::optional<size_t> count = drop_extension(document, name);
+    if (count) counts[name] = *count;
+    log.note(asset + ": " + name + (count ? " is dropped from " + counted(*count, "object") : " is not used"));
+  }
+  return counts;
 }
 
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log) {

@@ -74,4 +74,9 @@ std::string changes_text(const EncodeStatistics& statistics);
 // "mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces", for written_text.
 std::string encode_summary(const EncodeResult& result);
 
+// Drops extensions that the user named (gltf_ext/document/extensions.h), and logs each. Returns the number of
+// objects that had them, by name.
+Json drop_extensions(Document& document, const std::vector<std::string>& names, const std::string& asset,
+                     const Log& log);
+
 }  // namespace psplit
