@@ -82,7 +82,11 @@ const MappedRange* mapped_range_at(uintptr_t address) {
   return nullptr;
 }
 
-// Calls only functions that are safe in a signal handler.
+// The functions of signal handlers call only what is safe there.
+void print_in_handler(const char* text) {
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text, std::strlen(text));
+}
+
 void end_with_file_name(int signal_number, siginfo_t* info, void*) {
   const MappedRange* range = mapped_range_at(reinterpret_cast<uintptr_t>(info->si_addr));
   const bool is_sent = info->si_code <= 0;  // by a process, not by the use of memory
@@ -91,13 +95,25 @@ void end_with_file_name(int signal_number, siginfo_t* info, void*) {
     if (is_sent) ::raise(signal_number);
     return;  // the same use of memory raises the signal again
   }
-  const auto print = [](const char* text) {
-    [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, text, std::strlen(text));
-  };
-  print("gltf-psplit: error: ");
-  print(range->name.load(std::memory_order_relaxed));
-  print(": the file became shorter, or its device failed, while it was read\n");
+  print_in_handler("gltf-psplit: error: ");
+  print_in_handler(range->name.load(std::memory_order_relaxed));
+  print_in_handler(": the file became shorter, or its device failed, while it was read\n");
   ::_exit(static_cast<int>(StatusCode::kIo));
+}
+
+// The names of files that a signal removes. Whoever takes a name out of its place owns it.
+constexpr size_t kMostRemovedAtStop = 64;
+std::array<std::atomic<const char*>, kMostRemovedAtStop> removed_at_stop;
+constexpr std::array kStopSignals = {SIGTERM, SIGINT, SIGHUP};
+std::array<struct sigaction, kStopSignals.size()> stop_handlers_before;
+
+void end_at_stop(int) {
+  for (std::atomic<const char*>& place : removed_at_stop)
+    if (const char* name = place.exchange(nullptr)) ::unlink(name);
+  // On a terminal, the line of a progress bar is overwritten.
+  print_in_handler(::isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "");
+  print_in_handler("gltf-psplit: error: stopped by a signal\n");
+  ::_exit(static_cast<int>(kMayPass));
 }
 
 // False if there are too many mapped files already. The first one installs the handler.
@@ -239,6 +255,37 @@ Status sync_to_disk(const std::filesystem::path& folder) {
 
 bool matches_pattern(const std::string& name, const std::string& pattern) {
   return ::fnmatch(pattern.c_str(), name.c_str(), FNM_PERIOD) == 0;
+}
+
+StopEndsProcess::StopEndsProcess() {
+  for (size_t i = 0; i < kStopSignals.size(); ++i) {
+    struct sigaction action {};
+    action.sa_handler = end_at_stop;
+    ::sigaction(kStopSignals[i], &action, &stop_handlers_before[i]);
+    if (stop_handlers_before[i].sa_handler == SIG_IGN)  // as nohup does
+      ::sigaction(kStopSignals[i], &stop_handlers_before[i], nullptr);
+  }
+}
+
+StopEndsProcess::~StopEndsProcess() {
+  for (size_t i = 0; i < kStopSignals.size(); ++i)
+    ::sigaction(kStopSignals[i], &stop_handlers_before[i], nullptr);
+}
+
+RemovedAtStop::RemovedAtStop(const std::filesystem::path& path) {
+  const char* const name = ::strdup(path.c_str());
+  if (name == nullptr) return;
+  for (std::atomic<const char*>& place : removed_at_stop) {
+    const char* free = nullptr;
+    if (!place.compare_exchange_strong(free, name)) continue;
+    place_ = &place;
+    return;
+  }
+  std::free(const_cast<char*>(name));
+}
+
+RemovedAtStop::~RemovedAtStop() {
+  if (place_ != nullptr) std::free(const_cast<char*>(place_->exchange(nullptr)));
 }
 
 void let_writes_past_size_limit_fail() { std::signal(SIGXFSZ, SIG_IGN); }

@@ -3,6 +3,7 @@
 // changes only these two.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -38,6 +39,30 @@ bool matches_pattern(const std::string& name, const std::string& pattern);
 
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.
 void let_writes_past_size_limit_fail();
+
+// While it exists, SIGTERM, SIGINT and SIGHUP end the process with the code kMayPass
+// (gltf_ext/files/io_error.h), unless the process ignores them: the files of RemovedAtStop are removed, and
+// stderr gets a message. No destructor runs. One at a time.
+class StopEndsProcess {
+ public:
+  StopEndsProcess();
+  ~StopEndsProcess();
+  StopEndsProcess(const StopEndsProcess&) = delete;
+  StopEndsProcess& operator=(const StopEndsProcess&) = delete;
+};
+
+// A file that such a signal removes. Thread-safe. There are places for 64 files at a time; others stay until
+// remove_if_unlocked finds them.
+class RemovedAtStop {
+ public:
+  explicit RemovedAtStop(const std::filesystem::path& path);
+  ~RemovedAtStop();
+  RemovedAtStop(const RemovedAtStop&) = delete;
+  RemovedAtStop& operator=(const RemovedAtStop&) = delete;
+
+ private:
+  std::atomic<const char*>* place_ = nullptr;
+};
 
 // A temporary file without a name: it disappears when the object is destroyed or the process ends, even by a
 // signal. Not thread-safe.

@@ -71,10 +71,15 @@ TemporaryFile::TemporaryFile(const fs::path& target) {
   const fs::path folder = target.parent_path();
   remove_dead_temporaries_once(folder.empty() ? "." : folder);
   constexpr int kTries = 16;
-  for (int i = 0; i < kTries && file_ == nullptr; ++i) {
+  for (int i = 0; i < kTries; ++i) {
     path_ = temporary_path(target);
+    removed_at_stop_.emplace(path_);  // first, because a signal may come at any time
     file_ = create_locked(path_);
-    if (file_ == nullptr && errno != EEXIST) return;
+    if (file_ != nullptr) return;
+    const int error = errno;
+    removed_at_stop_.reset();
+    errno = error;
+    if (error != EEXIST) return;
   }
 }
 

@@ -4,14 +4,17 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <system_error>
+
+#include "gltf_ext/files/operating_system.h"
 
 namespace psplit {
 
 // ".psplit-<16 hex digits>.part" beside `target`, whose own name may be as long as names can be; locked
 // (gltf_ext/files/operating_system.h) while it is open. The destructor closes and removes it, unless it was
-// renamed. The constructor first removes the files of dead writers from the folder, once per process and
-// folder.
+// renamed; so does a signal (StopEndsProcess). The constructor first removes the files of dead writers from the
+// folder, once per process and folder.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target);
@@ -30,6 +33,7 @@ class TemporaryFile {
 
  private:
   std::filesystem::path path_;
+  std::optional<RemovedAtStop> removed_at_stop_;
   std::FILE* file_ = nullptr;
 };
 

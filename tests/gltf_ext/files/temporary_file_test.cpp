@@ -5,10 +5,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <fstream>
 #include <string>
 
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "tests/support/test_folder.h"
 
@@ -61,6 +63,31 @@ TEST_F(Temporaries, WhatALiveWriterHasStays) {
   EXPECT_EQ(file_count(), 1);
 }
 
+TEST_F(Temporaries, ASignalRemovesThem) {
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) {
+    const int code = in_process([&] {
+      if (std::freopen("/dev/null", "w", stderr) == nullptr) return 1;
+      const StopEndsProcess stop_ends_process;
+      const TemporaryFile one(folder_ / "x.glb"), two(folder_ / "y.glb");
+      TemporaryFile done(folder_ / "z.glb");
+      if (file_count() != 3 || done.rename_to(folder_ / "z.glb")) return 2;
+      std::raise(signal);
+      return 3;
+    });
+    EXPECT_EQ(code, static_cast<int>(kMayPass));
+    EXPECT_EQ(file_count(), 1);
+    EXPECT_TRUE(fs::remove(folder_ / "z.glb"));
+  }
+  // What the process ignores, as nohup makes it do, does not end it.
+  EXPECT_EQ(in_process([] {
+              std::signal(SIGHUP, SIG_IGN);
+              const StopEndsProcess stop_ends_process;
+              std::raise(SIGHUP);
+              return 7;
+            }),
+            7);
+}
+
 TEST_F(Temporaries, FilesOfOthersStay) {
   fs::path real;
   {
@@ -73,6 +100,7 @@ TEST_F(Temporaries, FilesOfOthersStay) {
   const std::string names[] = {"x.glb.part123",
                                "x.glb.part",
                                "x.glb.psplit-0123456789abcdef.part",
+                               ".psplit-0123456789abcdef.part",
                                ".part",
                                fs::path(other_digit).filename().string(),
                                "other-" + real.filename().string()};

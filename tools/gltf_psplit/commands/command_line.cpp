@@ -225,6 +225,7 @@ int run(int argc, char** argv, const char* version) {
 
 int run_command_line(int argc, char** argv, const char* version) {
   let_writes_past_size_limit_fail();
+  const StopEndsProcess stop_ends_process;
   const Log log(Verbosity::kNormal);
   try {
     return run(argc, argv, version);
