@@ -30,13 +30,15 @@ Status read_failure(const fs::path& path, int error) {
 
 class FileStream : public ByteStream {
  public:
-  FileStream(std::FILE* file, fs::path path, std::optional<uint64_t> size)
-      : file_(file), path_(std::move(path)), size_(size) {}
+  FileStream(std::FILE* file, fs::path path, std::optional<uint64_t> size, Progress progress)
+      : file_(file), path_(std::move(path)), size_(size), progress_(std::move(progress)) {}
 
   size_t read(std::span<uint8_t> to) override {
     const size_t got = std::fread(to.data(), 1, to.size(), file_.get());
     if (got < to.size() && std::ferror(file_.get()) != 0 && failure_.ok())
       failure_ = read_failure(path_, errno);
+    done_ += got;
+    if (progress_) progress_(done_, size_.value_or(0));
     return got;
   }
   std::optional<uint64_t> size() const override { return size_; }
@@ -45,6 +47,8 @@ class FileStream : public ByteStream {
   std::unique_ptr<std::FILE, CloseFile> file_;
   fs::path path_;
   std::optional<uint64_t> size_;
+  Progress progress_;
+  size_t done_ = 0;
 };
 
 class MemoryStream : public ByteStream {
@@ -160,8 +164,8 @@ class GzipStream : public ByteStream {
 
 }  // namespace
 
-Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path) {
-  if (path == "-") return std::unique_ptr<ByteStream>(new FileStream(stdin, "stdin", std::nullopt));
+Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path, const Progress& progress) {
+  if (path == "-") return std::unique_ptr<ByteStream>(new FileStream(stdin, "stdin", std::nullopt, progress));
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status)) return read_failure(path, EISDIR);
@@ -170,7 +174,7 @@ Expected<std::unique_ptr<ByteStream>> open_byte_stream(const fs::path& path) {
   std::optional<uint64_t> size;
   if (fs::is_regular_file(status))
     if (const uintmax_t bytes = fs::file_size(path, error); !error) size = bytes;
-  return std::unique_ptr<ByteStream>(new FileStream(file, path, size));
+  return std::unique_ptr<ByteStream>(new FileStream(file, path, size, progress));
 }
 
 std::unique_ptr<ByteStream> memory_stream(std::span<const uint8_t> bytes) {

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "src/container/decode_backend.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -30,8 +31,10 @@ class ByteStream {
   Status failure_;
 };
 
-// A file, or stdin for "-". Errors: kIo (folders included).
-Expected<std::unique_ptr<ByteStream>> open_byte_stream(const std::filesystem::path& path);
+// A file, or stdin for "-". `progress` counts the bytes as they are on the disk; their total is 0 if it is not
+// known. Errors: kIo (folders included).
+Expected<std::unique_ptr<ByteStream>> open_byte_stream(const std::filesystem::path& path,
+                                                       const Progress& progress = {});
 
 // The bytes must outlive the stream.
 std::unique_ptr<ByteStream> memory_stream(std::span<const uint8_t> bytes);

@@ -137,8 +137,9 @@ Expected<Asset> read_asset(const MappedFile& file, const fs::path& source, const
   return read(memory_stream(file.bytes()), source, describe, FileAccess::kRead, &file);
 }
 
-Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe, FileAccess access) {
-  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
+Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe, FileAccess access,
+                           const Progress& progress) {
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path, progress);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
   return read(std::move(*stream), path, describe, access);
 }

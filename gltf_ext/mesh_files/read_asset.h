@@ -20,10 +20,10 @@ struct Asset {
 // content decides the format. If it does not show one (an OBJ with unusual lines, broken files), the name
 // decides. `describe` describes a Draco stream (gltf_ext/convert/draco_file.h). Mesh files are read through a
 // window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
-// `access` is that of read_document, for glTF. Errors: kIo, kInvalidInput, kUnsupported (another format, a
-// point cloud).
+// `access` is that of read_document, for glTF. `progress` counts the bytes of a file that is not mapped.
+// Errors: kIo, kInvalidInput, kUnsupported (another format, a point cloud).
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe,
-                           FileAccess access = FileAccess::kRead);
+                           FileAccess access = FileAccess::kRead, const Progress& progress = {});
 
 // The same for a file in memory, such as the content of a pipe (spool_bytes.h). The bytes of a GLB stay there.
 Expected<Asset> read_asset(const MappedFile& file, const std::filesystem::path& source,

@@ -18,26 +18,36 @@ WorkDone steps(uint64_t done, uint64_t total, const std::string& noun = "patch")
 TEST(Progress, ShowsABarOnlyWhereThereAreSteps) {
   EXPECT_EQ(progress_line("encoding", steps(0, 0), 1.25), "encoding 1.2 s");
   EXPECT_EQ(progress_line("encoding", steps(0, 1), 2), "encoding 2.0 s");
-  EXPECT_EQ(progress_line("encoding", steps(1, 2), 3), "encoding [##########..........] 1 of 2 patches, 3.0 s");
+  EXPECT_EQ(progress_line("encoding", steps(1, 2), 3),
+            "encoding [##########..........] 1 of 2 patches, 3 s left, 3.0 s");
   EXPECT_EQ(progress_line("encoding", steps(5, 2), 9), "encoding [####################] 5 of 2 patches, 9.0 s");
 }
 
 TEST(Progress, SaysKOfNAndARate) {
   EXPECT_EQ(progress_line("decoding", steps(1200, 4800), 2),
-            "decoding [#####...............] 1,200 of 4,800 patches, 600 patches/s, 2.0 s");
+            "decoding [#####...............] 1,200 of 4,800 patches, 6 s left, 600 patches/s, 2.0 s");
   WorkDone faces = steps(120, 450);
   faces.amount = 3000000;
   faces.amount_noun = "face";
   EXPECT_EQ(progress_line("encoding", faces, 2.5),
-            "encoding [#####...............] 120 of 450 patches, 1,200,000 faces/s, 2.5 s");
+            "encoding [#####...............] 120 of 450 patches, 7 s left, 1,200,000 faces/s, 2.5 s");
   WorkDone bytes = steps(3, 12, "asset");
   bytes.amount = 90400000;
   bytes.amount_noun = "byte";
   EXPECT_EQ(progress_line("encoding", bytes, 2),
-            "encoding [#####...............] 3 of 12 assets, 45.2 MB/s, 2.0 s");
+            "encoding [#####...............] 3 of 12 assets, 6 s left, 45.2 MB/s, 2.0 s");
   // There is no rate before anything is done.
   EXPECT_EQ(progress_line("encoding", steps(0, 12, "asset"), 2),
             "encoding [....................] 0 of 12 assets, 2.0 s");
+}
+
+TEST(Progress, SaysHowMuchTimeIsLeft) {
+  EXPECT_EQ(progress_line("reading", steps(1000000, 4000000, "byte"), 2),
+            "reading [#####...............] 1.00 MB of 4.00 MB, 6 s left, 500 kB/s, 2.0 s");
+  EXPECT_TRUE(progress_line("encoding", steps(10, 100), 20).find("3 min left") != std::string::npos);
+  EXPECT_TRUE(progress_line("encoding", steps(10, 1000), 100).find("3 h left") != std::string::npos);
+  // A pipe does not tell its size.
+  EXPECT_EQ(progress_line("reading", steps(1000000, 0, "byte"), 2), "reading 500 kB/s, 2.0 s");
 }
 
 TEST(Progress, NamesTheStage) {

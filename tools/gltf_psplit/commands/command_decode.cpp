@@ -95,6 +95,10 @@ Status run_decode(const Arguments& arguments, const Session& session) {
   if (arguments.target != "draco" && is_glb_output(arguments.output))
     if (Status status = check_glb_bytes(stated_bytes(*document).decoded, true); !status.ok())
       return std::move(status).at({.file = arguments.output});
+  // A file system that compresses may take less than all bytes of floats, but hardly half of them.
+  if (arguments.target != "draco")
+    if (Status status = check_free_space(arguments.output, stated_bytes(*document).decoded / 2); !status.ok())
+      return status;
   const Expected<Decoded> counts = convert(*document, arguments, session);
   if (!counts) return counts.status().at({.file = arguments.input});
   if (Status status = write_asset(*document, arguments.output, arguments.write, session, written); !status.ok())

@@ -68,8 +68,19 @@ Json report_json(const Arguments& arguments, const EncodeResult& result, const J
           {"primitives", result.primitives}};
 }
 
+// The least that the output can take: its images, if they are in it, and a part of the rest that no mesh stays
+// below. A full disk then ends the work before it begins.
+Status check_least_space(const Arguments& arguments, const AssetBytes& input) {
+  constexpr uint64_t kMostRatio = 256;
+  const ImagePlacement images = arguments.write.images.value_or(
+      is_glb_output(arguments.output) ? ImagePlacement::kEmbed : ImagePlacement::kCopy);
+  return check_free_space(arguments.output,
+                          input.files / kMostRatio + (images == ImagePlacement::kEmbed ? input.textures : 0));
+}
+
 Expected<Encoded> encode_in_memory(Document document, const Arguments& arguments, const Session& session) {
   Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
+  if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
   encoded.dropped_extensions =
       drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
   ProgressBar bar("encoding", session.log);
@@ -120,6 +131,7 @@ Expected<Encoded> encode_large_asset(Document document, const Arguments& argumen
       !status.ok())
     return status;
   Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
+  if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
   encoded.dropped_extensions =
       drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
   ProgressBar bar("encoding", session.log);
@@ -133,11 +145,10 @@ Expected<Encoded> encode_large_asset(Document document, const Arguments& argumen
 
 // A PLY or an STL in bounded memory.
 Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format, const Arguments& arguments,
-                                    const Session& session) {
-  ProgressBar bar("encoding", session.log);
+                                    const Session& session, ProgressBar& bar) {
   Expected<OutOfCoreResult> result =
       encode_out_of_core(scanner, format, arguments.input, arguments.encode.options,
-                         limits_of(arguments, session), session.pool, bar.callback("face"));
+                         limits_of(arguments, session), session.pool, bar.callback("face", "encoding"));
   if (!result) return result.status();
   for (const std::string& warning : result->warnings) session.log.warning(arguments.input + ": " + warning);
   return Encoded{std::move(result->document), std::move(result->reports), bytes_on_disk(arguments.input)};
@@ -152,12 +163,13 @@ Status too_large(uint64_t estimate) {
 
 // The content of a pipe or of a packed file, which is in a temporary file now.
 Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& arguments,
-                                 const Session& session) {
+                                 const Session& session, std::unique_ptr<ProgressBar> bar) {
   Expected<Scanner> scanner = open_scanner(memory_stream(spooled.bytes.bytes()));
   if (!scanner) return scanner.status();
   const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
   // A binary STL is known by its size alone.
-  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session);
+  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session, *bar);
+  bar.reset();  // all else has a bar of its own
   const bool is_gltf = format == AssetFormat::kGltf;
   if (!is_gltf && spooled.file.path().empty())
     return unsupported("this system cannot estimate the memory of a pipe of this format");
@@ -175,17 +187,18 @@ Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& a
 // A mesh file that may not fit, or the content of a pipe. Pipes can be read only once, and do not tell their
 // size: PLY and STL are read as a stream, all else is put into a temporary file first.
 Expected<Encoded> encode_stream(const Arguments& arguments, const Session& session, bool is_file) {
-  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input);
+  auto bar = std::make_unique<ProgressBar>("reading", session.log);
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input, bar->callback("byte"));
   if (!stream) return stream.status();
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
   if (!scanner) return scanner.status();
   const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
-  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session);
+  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session, *bar);
   if (is_file && format != AssetFormat::kGltf)
     return too_large(kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode));
   const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limits_of(arguments, session).temporary);
   if (!spooled) return spooled.status();
-  return encode_spooled(*spooled, arguments, session);
+  return encode_spooled(*spooled, arguments, session, std::move(bar));
 }
 
 Expected<Encoded> encode_input(const Arguments& arguments, const Session& session, WriteReport& written) {

@@ -6,6 +6,7 @@
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/report/progress.h"
 
 namespace psplit {
 namespace {
@@ -61,7 +62,10 @@ Expected<Document> read_for_output(const std::string& input, const std::string& 
                                    const std::string& backend, const std::filesystem::path& spool) {
   if (Status status = check_output_paths(output, report, session.force); !status.ok()) return status;
   if (Status status = check_not_in_place(output, input, nullptr, session.force); !status.ok()) return status;
-  Expected<Document> document = read_input(input, session.log, backend, FileAccess::kMap, spool);
+  Expected<Document> document = [&] {
+    ProgressBar bar("reading", session.log);
+    return read_input(input, session.log, backend, FileAccess::kMap, spool, bar.callback("byte"));
+  }();
   if (!document) return document;
   if (Status status = check_not_in_place(output, input, &*document, session.force); !status.ok()) return status;
   if (Status status = check_not_an_input(report, "--report", *document); !status.ok()) return status;

@@ -4,7 +4,9 @@
 
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 namespace {
@@ -38,6 +40,22 @@ Status check_output_place(const std::string& path, bool force) {
   if (!may_write_into(folder))
     return io_failure("no permission to write into the folder " + folder.string(), place);
   return {};
+}
+
+Status check_free_space(const std::string& output, uint64_t bytes) {
+  if (output == "-") return {};
+  const Expected<fs::path> target = follow_links(output);
+  if (!target) return target.status();
+  std::error_code error;
+  const fs::space_info space =
+      fs::space(target->parent_path().empty() ? fs::path(".") : target->parent_path(), error);
+  const fs::file_type type = fs::status(*target, error).type();
+  const bool is_file = type == fs::file_type::regular || type == fs::file_type::not_found;
+  // A file system that knows no sizes has a capacity of 0 or of all bits.
+  if (!is_file || space.capacity + 1 <= 1 || space.available >= bytes) return {};
+  return may_pass(
+      "takes at least " + as_bytes(bytes) + ", but its disk has " + as_bytes(space.available) + " free",
+      {.file = output});
 }
 
 Status check_output_path(const std::string& path, bool force) {

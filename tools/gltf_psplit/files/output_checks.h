@@ -15,7 +15,11 @@ namespace psplit {
 // writable. "-", devices and pipes pass.
 Status check_output_place(const std::string& path, bool force);
 
-// The same, and kUsage if write_document does not support the name: it must end in .glb or .gltf, or be "-".
+// kMayPass if the output's disk is known to have fewer than `bytes` free.
+Status check_free_space(const std::string& output, uint64_t bytes);
+
+// The same as check_output_place, and kUsage if write_document does not support the name: it must end in .glb
+// or .gltf, or be "-".
 Status check_output_path(const std::string& path, bool force);
 
 // The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the

@@ -13,22 +13,23 @@ void add_input_option(CLI::App& command, std::string& path) {
 }
 
 Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend,
-                              FileAccess access, const std::filesystem::path& spool) {
+                              FileAccess access, const std::filesystem::path& spool, const Progress& progress) {
   Expected<std::optional<MappedFile>> spooled = std::optional<MappedFile>();
-  if (!spool.empty()) spooled = spool_input(path, spool);
+  if (!spool.empty()) spooled = spool_input(path, spool, progress);
   if (!spooled) return spooled.status();
   Expected<Asset> asset = *spooled ? read_asset(**spooled, path, find_describer(backend))
-                                   : read_asset(path, find_describer(backend), access);
+                                   : read_asset(path, find_describer(backend), access, progress);
   if (!asset) return asset.status();
   for (const std::string& warning : asset->warnings) log.warning(path + ": " + warning);
   return std::move(asset->document);
 }
 
-Expected<std::optional<MappedFile>> spool_input(const std::string& path, const std::filesystem::path& folder) {
+Expected<std::optional<MappedFile>> spool_input(const std::string& path, const std::filesystem::path& folder,
+                                                const Progress& progress) {
   std::error_code error;
   if (path != "-" && std::filesystem::is_regular_file(path, error)) return std::optional<MappedFile>();
   const Place place{.file = path == "-" ? "stdin" : path};
-  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path, progress);
   if (!stream) return stream.status().at(place);
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
   if (!scanner) return scanner.status().at(place);

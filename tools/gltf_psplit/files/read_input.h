@@ -6,6 +6,7 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/mesh_files/byte_stream.h"
 #include "tools/gltf_psplit/report/log.h"
 
 namespace CLI {
@@ -25,10 +26,12 @@ void add_input_option(CLI::App& command, std::string& path);
 // file's stream, which the named backend described. If `spool` is a folder, the content of a pipe is put into a
 // temporary file there, and is not in memory as a whole.
 Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend = "auto",
-                              FileAccess access = FileAccess::kMap, const std::filesystem::path& spool = {});
+                              FileAccess access = FileAccess::kMap, const std::filesystem::path& spool = {},
+                              const Progress& progress = {});
 
 // The content of an input that can be read only once, such as stdin, in a temporary file in `folder`. Nothing
 // if the input is a regular file.
-Expected<std::optional<MappedFile>> spool_input(const std::string& path, const std::filesystem::path& folder);
+Expected<std::optional<MappedFile>> spool_input(const std::string& path, const std::filesystem::path& folder,
+                                                const Progress& progress = {});
 
 }  // namespace psplit

@@ -18,10 +18,12 @@ struct WorkDone {
   // steps.
   uint64_t amount = 0;
   std::string amount_noun;
+  std::string label;  // of the line from now on; by default that of the bar
 };
 
-// "encoding [#####...............] 120 of 450 patches, 1,234,567 faces/s, 3.4 s". A single step has no bar, and
-// there is no rate before anything is done.
+// "encoding [#####...............] 120 of 450 patches, 9 s left, 1,234,567 faces/s, 3.4 s". A single step has
+// no bar, and there are no rate and no time left before anything is done. `seconds` have passed under this
+// label.
 std::string progress_line(const std::string& label, const WorkDone& work, double seconds);
 
 // Draws from its own thread, so that the time advances on the screen while one long step runs. Clears its line
@@ -33,9 +35,9 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  // Takes the number of steps done and their total. Thread-safe; the bar must outlive it. Empty if nothing is
-  // drawn.
-  Progress callback(const std::string& noun = "step");
+  // Takes the number of steps done and their total; 0 if it is not known. Thread-safe; the bar must outlive it.
+  // Empty if nothing is drawn. A label that differs from the last one begins a new phase of the work.
+  Progress callback(const std::string& noun = "step", const std::string& label = "");
   // Shows what the callback cannot: a stage, an amount. Thread-safe.
   void show(const WorkDone& work);
   bool is_drawn() const { return painter_ != nullptr; }
