@@ -61,7 +61,9 @@ function(as_troff help result)
 endfunction()
 
 help_of("" help)
-string(REGEX MATCH "^[^\n]*" summary "${help}")
+# The sentence at the front, which may take several lines.
+string(REGEX MATCH "^[^\n]+(\n[^\n]+)*" summary "${help}")
+string(REPLACE "\n" " " summary "${summary}")
 escape("${summary}" summary)
 as_troff("${help}" description)
 set(page ".TH GLTF\\-PSPLIT 1 \"\" \"psplit ${VERSION}\" \"User Commands\"

@@ -1,5 +1,6 @@
 #include "gltf_ext/json/glb.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace psplit {
@@ -23,6 +24,12 @@ void append_u32(std::vector<uint8_t>& bytes, uint64_t value) {
 }  // namespace
 
 bool is_glb(std::span<const uint8_t> file) { return file.size() >= 4 && read_u32(file, 0) == kMagic; }
+
+bool begins_as_gltf(std::span<const uint8_t> file) {
+  // Before the brace there may be a byte order mark and blanks.
+  const auto first = std::ranges::find_if(file, [](uint8_t byte) { return byte > ' ' && byte < 0x80; });
+  return is_glb(file) || (first != file.end() && *first == '{');
+}
 
 Expected<GlbChunks> parse_glb(std::span<const uint8_t> file) {
   if (!is_glb(file)) return invalid_input("not a GLB file");

@@ -18,6 +18,9 @@ struct GlbChunks {
 
 bool is_glb(std::span<const uint8_t> file);
 
+// Whether bytes begin as a GLB does, or as the JSON of a .gltf.
+bool begins_as_gltf(std::span<const uint8_t> file);
+
 // The spans point into `file`. Unknown chunks and bytes past the stated length are skipped.
 Expected<GlbChunks> parse_glb(std::span<const uint8_t> file);
 

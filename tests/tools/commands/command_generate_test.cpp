@@ -46,5 +46,11 @@ TEST_F(GenerateCommand, RefusesWhatPlyCannotHold) {
   EXPECT_FALSE(std::filesystem::exists(path("a.ply")));
 }
 
+TEST_F(GenerateCommand, NamesTheEndingsThatItWrites) {
+  const CommandOutcome outcome = run_command({"generate", path("a.obj")});
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_TRUE(contains(outcome.err, ".glb, .ply or .gltf")) << outcome.err;
+}
+
 }  // namespace
 }  // namespace psplit

@@ -43,7 +43,21 @@ TEST_F(InspectCommand, APlainAssetHasNoPatches) {
   EXPECT_EQ(outcome.code, 0);
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_TRUE(json.at("primitives").empty());
-  EXPECT_EQ(json.at("others").at(0).at("storage"), "plain");
+  const auto& plain = json.at("others").at(0);
+  EXPECT_EQ(plain.at("storage"), "plain");
+  const auto split = nlohmann::json::parse(run_command({"inspect", split_sample(), "--format", "json"}).out);
+  for (const char* key : {"faces", "points"})
+    EXPECT_EQ(plain.at(key), split.at("primitives").at(0).at(key)) << key;
+  const CommandOutcome text = run_command({"inspect", sample()});
+  EXPECT_TRUE(contains(text.out, "mesh 0, primitive 0: plain, 2,") && contains(text.out, " faces, 1,"))
+      << text.out;
+  write("strip.gltf",
+        R"({"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"type":"VEC3","count":9}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":5},{"attributes":{"POSITION":0},"mode":1},
+                             {"attributes":{"POSITION":0}}]}]})");
+  EXPECT_TRUE(contains(run_command({"inspect", path("strip.gltf")}).out,
+                       "primitive 0: plain, 7 faces, 9 points\nmesh 0, primitive 1: plain, 0 faces, 9 points\n"
+                       "mesh 0, primitive 2: plain, 3 faces, 9 points\n"));
 }
 
 TEST_F(InspectCommand, DrawsAPreviewBesideItsTable) {

@@ -42,5 +42,17 @@ TEST_F(ValidateCommand, NamesThePlace) {
   EXPECT_TRUE(contains(decoded.err, "damaged.glb: mesh 0, primitive 0, patch 3: ")) << decoded.err;
 }
 
+TEST_F(ValidateCommand, SaysThatAMeshFileIsNotGltf) {
+  ASSERT_EQ(run_command({"generate", path("a.ply"), "--faces", "200", "-q"}).code, 0);
+  write("b.obj", "v 0 0 0\n");
+  write("c.glb", "");
+  write("d.gltf", std::string(100000, '['));
+  for (const char* name : {"a.ply", "b.obj", "c.glb", "d.gltf"}) {
+    const CommandOutcome outcome = run_command({"validate", path(name)});
+    EXPECT_EQ(outcome.code, 3) << name;
+    EXPECT_TRUE(contains(outcome.out, "not glTF: neither a GLB nor JSON")) << outcome.out;
+  }
+}
+
 }  // namespace
 }  // namespace psplit

@@ -99,7 +99,7 @@ Status generate_ply(const Arguments& arguments, const Session& session) {
 Status run_generate(Arguments arguments, const Session& session) {
   arguments.options.shape = kShapes.at(arguments.shape);
   if (lower_extension(arguments.output) == ".ply") return generate_ply(arguments, session);
-  if (Status status = check_output_path(arguments.output, session.force); !status.ok()) return status;
+  if (Status status = check_output_path(arguments.output, session.force, ".ply"); !status.ok()) return status;
   const Expected<std::vector<Mesh>> meshes = [&] {
     const ProgressBar bar("generating", session.log);
     return generate_shape(arguments.options, session.pool);

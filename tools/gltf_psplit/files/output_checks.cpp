@@ -58,11 +58,12 @@ Status check_free_space(const std::string& output, uint64_t bytes) {
       {.file = output});
 }
 
-Status check_output_path(const std::string& path, bool force) {
+Status check_output_path(const std::string& path, bool force, const std::string& others) {
   const std::string extension = lower_extension(path);
   if (path != "-" && extension != ".glb" && extension != ".gltf")
     return {StatusCode::kUsage,
-            "the output must end in .glb or .gltf, or be - for a GLB on stdout",
+            "the output must end in .glb" + (others.empty() ? "" : ", " + others) +
+                " or .gltf, or be - for a GLB on stdout",
             {.file = path}};
   return check_output_place(path, force);
 }

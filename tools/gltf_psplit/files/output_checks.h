@@ -19,8 +19,8 @@ Status check_output_place(const std::string& path, bool force);
 Status check_free_space(const std::string& output, uint64_t bytes);
 
 // The same as check_output_place, and kUsage if write_document does not support the name: it must end in .glb
-// or .gltf, or be "-".
-Status check_output_path(const std::string& path, bool force);
+// or .gltf, or be "-". The message lists those and `others`, endings that the caller supports and has excluded.
+Status check_output_path(const std::string& path, bool force, const std::string& others = "");
 
 // The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the
 // same name.

@@ -25,7 +25,11 @@ Json to_json(const InspectedPrimitive& primitive) {
   Json object{{"mesh", primitive.id.mesh},
               {"primitive", primitive.id.primitive},
               {"storage", storage_name(primitive.storage)}};
-  if (primitive.storage == PrimitiveStorage::kPlain) return object;
+  if (primitive.storage == PrimitiveStorage::kPlain) {
+    object["faces"] = primitive.summary.faces;
+    object["points"] = primitive.summary.points;
+    return object;
+  }
   object["container_version"] =
       primitive.container_version ? Json(*primitive.container_version) : Json(nullptr);
   object["coding"] = primitive.coding ? Json(coding_name(*primitive.coding)) : Json(nullptr);
@@ -126,7 +130,8 @@ Json to_json(const InspectedAsset& asset) {
 std::string to_text(const InspectedAsset& asset, bool wide) {
   std::string text = primitives_table(asset, wide);
   for (const InspectedPrimitive& primitive : asset.plain)
-    text += describe_place(primitive.id.mesh, primitive.id.primitive) + ": plain, not split\n";
+    text += describe_place(primitive.id.mesh, primitive.id.primitive) + ": plain, " +
+            counted(primitive.summary.faces, "face") + ", " + counted(primitive.summary.points, "point") + "\n";
   return text;
 }
 
@@ -144,12 +149,17 @@ std::string to_text(std::span<const InspectedAsset> assets, bool wide) {
   table.align_last_left();
   for (const InspectedAsset& asset : assets) {
     const PatchSummary sum = asset.sum();
+    uint64_t faces = sum.faces, points = sum.points;
+    for (const InspectedPrimitive& primitive : asset.plain) {
+      faces += primitive.summary.faces;
+      points += primitive.summary.points;
+    }
     const auto split = static_cast<size_t>(
         std::ranges::count(asset.compressed, PrimitiveStorage::kPatches, &InspectedPrimitive::storage));
     table.add({with_separators(asset.bytes.files), with_separators(asset.bytes.textures),
                with_separators(asset.compressed.size() + asset.plain.size()), with_separators(split),
                with_separators(asset.compressed.size() - split), with_separators(asset.plain.size()),
-               with_separators(sum.patches), with_separators(sum.faces), with_separators(sum.points),
+               with_separators(sum.patches), with_separators(faces), with_separators(points),
                with_separators(sum.references), with_separators(sum.total_bytes),
                with_decimals(sum.bits_per_point(), 2), asset.file});
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "gltf_ext/json/json_fields.h"
 #include "src/condensed/expand_container.h"
 
 namespace psplit {
@@ -61,7 +62,26 @@ Status inspect_stock(const Document& document, const DescribeStream& describe, I
   return add_coding(*stream, out);
 }
 
-// For a plain primitive only the storage is set.
+// The faces and points of a plain primitive, as its accessors state them: a strip or a fan has a face for each
+// point after the second.
+void count_plain(const Document& document, InspectedPrimitive& out) {
+  const Json& primitive = document.json["meshes"][out.id.mesh]["primitives"][out.id.primitive];
+  const auto count_of = [&](const Json* holder, const char* name) -> uint64_t {
+    const auto index = holder == nullptr ? std::nullopt : integer_field(*holder, name);
+    const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
+    return accessor == nullptr
+               ? 0
+               : static_cast<uint64_t>(std::max<int64_t>(0, integer_field_or(*accessor, "count", 0)));
+  };
+  out.summary.points = count_of(object_field(primitive, "attributes"), "POSITION");
+  const bool is_indexed = field(primitive, "indices") != nullptr;
+  const uint64_t corners = is_indexed ? count_of(&primitive, "indices") : out.summary.points;
+  const int64_t mode = integer_field_or(primitive, "mode", 4);
+  const bool is_strip_or_fan = mode == 5 || mode == 6;
+  out.summary.faces = mode == 4 ? corners / 3 : is_strip_or_fan && corners > 2 ? corners - 2 : 0;
+}
+
+// Of a plain primitive only the storage and the counts are set.
 Status inspect_primitive(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                          InspectedPrimitive& out) {
   const Expected<PrimitiveKind> kind = primitive_kind(document, out.id);
@@ -70,7 +90,7 @@ Status inspect_primitive(const Document& document, const DescribeStream& describ
   switch (kind->storage) {
     case PrimitiveStorage::kPatches: return inspect_patches(document, describe, pool, out);
     case PrimitiveStorage::kStockDraco: return inspect_stock(document, describe, out);
-    case PrimitiveStorage::kPlain: break;
+    case PrimitiveStorage::kPlain: count_plain(document, out); break;
   }
   return {};
 }

@@ -17,7 +17,7 @@ namespace psplit {
 struct InspectedPrimitive {
   PrimitiveId id;
   PrimitiveStorage storage = PrimitiveStorage::kPlain;
-  PatchSummary summary;
+  PatchSummary summary;                       // of a plain primitive only faces and points
   std::optional<uint32_t> container_version;  // only for patches
   std::optional<StreamCoding> coding;         // of the first stream; nothing for a plain primitive
   std::vector<AttributeRequest> attributes;

@@ -41,8 +41,7 @@ Expected<Json> read_asset_json(const std::string& path) {
   constexpr uint64_t kHead = 20, kLengthOffset = 12;  // the GLB header, and the header of the JSON chunk
   auto bytes = read_file(path, kHead);
   if (!bytes) return bytes.status();
-  const auto first = std::ranges::find_if(*bytes, [](uint8_t byte) { return byte > ' ' && byte < 0x80; });
-  if (!is_glb(*bytes) && (first == bytes->end() || *first != '{')) return invalid_input("not glTF");
+  if (!begins_as_gltf(*bytes)) return invalid_input("not glTF");
   if (!is_glb(*bytes) || bytes->size() < kHead) {
     bytes = read_file(path);
     if (!bytes) return bytes.status();
