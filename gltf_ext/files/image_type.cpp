@@ -51,4 +51,11 @@ std::optional<ImageType> image_type(std::span<const uint8_t> head) {
   return std::nullopt;
 }
 
+bool is_grey_png(std::span<const uint8_t> head) {
+  constexpr size_t kColorType = 25;  // in the first chunk, IHDR
+  constexpr uint8_t kGrey = 0, kGreyAndAlpha = 4;
+  return has_at(head, 0, "\x89PNG\r\n\x1a\n") && has_at(head, 12, "IHDR") && head.size() > kColorType &&
+         (head[kColorType] == kGrey || head[kColorType] == kGreyAndAlpha);
+}
+
 }  // namespace psplit

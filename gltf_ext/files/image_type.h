@@ -18,4 +18,7 @@ inline constexpr size_t kImageHeadBytes = 64;
 // PNG, JPEG, WebP, KTX, KTX 2, Basis, DDS, AVIF, GIF and BMP; nothing for other content.
 std::optional<ImageType> image_type(std::span<const uint8_t> head);
 
+// Whether the header of a PNG says that its pixels are grey. False for other images.
+bool is_grey_png(std::span<const uint8_t> head);
+
 }  // namespace psplit

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "gltf_ext/document/extensions.h"
 #include "gltf_ext/primitive/accessors.h"
 
 namespace psplit {
@@ -147,6 +148,8 @@ Expected<Document> document_from_mesh_file(MeshFile file) {
                              {"textures", file.textures},
                              {"images", file.images}})
     if (!list.empty()) json[name] = std::move(list);
+  list_extension(document, kTextureTransform, false);
+  unlist_unused_extension(document, kTextureTransform);
   return document;
 }
 

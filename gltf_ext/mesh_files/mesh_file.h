@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -37,9 +38,12 @@ class Losses {
   std::map<std::string, std::pair<std::string, uint64_t>> counts_;  // by the singular
 };
 
+inline constexpr const char* kTextureTransform = "KHR_texture_transform";
+
 struct MeshFile {
   std::vector<MeshFileObject> objects;
   Json materials = Json::array(), textures = Json::array(), images = Json::array();  // JSON of glTF
+  std::set<std::string> bump_maps;  // URIs of textures of normals that may be of heights
   Losses losses;
 };
 

@@ -34,27 +34,40 @@ Json json_of(const std::string& name, const Settings& settings) {
   return json;
 }
 
-// The name of a texture's file after options like "-s 1 1 1" and "-bm 0.5", and whether there were options.
-std::pair<std::string, bool> without_options(std::string text) {
+// The options before the name of a texture's file.
+struct TextureOptions {
+  std::array<double, 2> offset{0, 0}, scale{1, 1};
+  double strength = 1;  // of a bump map
+  bool has_others = false;
+};
+
+// Takes the options from the front of the text, like "-s 1 1 1" and "-bm 0.5". The name of the file stays.
+TextureOptions take_options(std::string& text) {
   constexpr std::string_view kBlanks = " \t";
-  bool has_options = false;
+  TextureOptions options;
   while (text.starts_with('-')) {
-    has_options = true;
     const size_t end = std::min(text.find_first_of(kBlanks), text.size());
     const std::string option = text.substr(0, end);
     text.erase(0, std::min(text.find_first_not_of(kBlanks, end), text.size()));
     const bool has_word = option == "-type" || option == "-imfchan" || option == "-clamp" ||
                           option == "-blendu" || option == "-blendv" || option == "-cc" ||
                           option == "-colorspace";
+    const std::span<double> values = option == "-o"    ? std::span<double>(options.offset)
+                                     : option == "-s"  ? std::span<double>(options.scale)
+                                     : option == "-bm" ? std::span<double>(&options.strength, 1)
+                                                       : std::span<double>();
+    options.has_others = options.has_others || values.empty();
     // One word, or up to three numbers.
-    for (int i = 0; i < (has_word ? 1 : 3); ++i) {
+    for (size_t i = 0; i < (has_word ? 1 : 3); ++i) {
       const size_t word_end = std::min(text.find_first_of(kBlanks), text.size());
-      if (!has_word && !parse_float(std::string_view(text).substr(0, word_end))) break;
+      const std::optional<double> number = parse_double(std::string_view(text).substr(0, word_end));
+      if (!has_word && !number) break;
       if (word_end == text.size()) break;  // the name itself
+      if (i < values.size() && std::isfinite(*number)) values[i] = *number;
       text.erase(0, std::min(text.find_first_not_of(kBlanks, word_end), text.size()));
     }
   }
-  return {text, has_options};
+  return options;
 }
 
 // glTF allows only these two kinds of images.
@@ -81,16 +94,6 @@ void read_numbers(Scanner& scanner, std::span<float> values, Losses& losses) {
   }
 }
 
-// The file of a texture statement; empty if glTF cannot refer to it.
-std::string read_texture_path(Scanner& scanner, Losses& losses) {
-  const auto [path, has_options] = without_options(scanner.rest_of_line().value_or(""));
-  if (has_options) losses.say("scales and other options of textures are left out");
-  if (!uri_of_path(path).empty() && is_image_of_gltf(path)) return path;
-  losses.say("the texture " + in_quotes(path) +
-             " is left out: glTF allows relative paths of .png and .jpg files");
-  return "";
-}
-
 }  // namespace
 
 std::string uri_of_path(const std::string& path) {
@@ -107,6 +110,29 @@ std::string uri_of_path(const std::string& path) {
   return uri;
 }
 
+bool can_be_texture(const std::string& path, Losses& losses) {
+  if (!uri_of_path(path).empty() && is_image_of_gltf(path)) return true;
+  losses.say("the texture " + in_quotes(path) +
+             " is left out: glTF allows relative paths of .png and .jpg files");
+  return false;
+}
+
+std::optional<MaterialLibrary::Texture> MaterialLibrary::read_texture(Scanner& scanner, Losses& losses) {
+  Texture texture{scanner.rest_of_line().value_or("")};
+  const auto [offset, scale, strength, has_others] = take_options(texture.path);
+  if (has_others) losses.say("some options of textures are left out");
+  if (!can_be_texture(texture.path, losses)) return std::nullopt;
+  texture.info = Json::object();
+  if (strength != 1) texture.info["scale"] = strength;
+  // MTL counts v from the bottom of the image, glTF from the top.
+  Json transform = Json::object();
+  const std::array<double, 2> from_top{offset[0], 1 - scale[1] - offset[1]};
+  if (from_top != std::array<double, 2>{0, 0}) transform["offset"] = from_top;
+  if (scale != std::array<double, 2>{1, 1}) transform["scale"] = scale;
+  if (!transform.empty()) texture.info["extensions"] = {{kTextureTransform, std::move(transform)}};
+  return texture;
+}
+
 void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
   Material* material = nullptr;
   std::string name;
@@ -116,8 +142,11 @@ void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
   };
   const auto numbers = [&](std::span<float> values) { read_numbers(scanner, values, losses); };
   const auto texture = [&](const char* member) {
-    const std::string path = read_texture_path(scanner, losses);
-    if (!path.empty()) material->textures[member] = path;
+    std::optional<Texture> found = read_texture(scanner, losses);
+    if (!found) return;
+    // Only normals have a strength in glTF.
+    if (std::string_view(member) != "normalTexture") found->info.erase("scale");
+    material->textures[member] = std::move(*found);
   };
   bool more = true;
   for (; more; more = scanner.next_line()) {
@@ -151,8 +180,14 @@ void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
       texture("emissiveTexture");
     } else if (keyword == "norm" || keyword == "map_Kn") {
       texture("normalTexture");
-    } else if (keyword.starts_with("map_") || keyword == "bump" || keyword == "disp" || keyword == "decal" ||
-               keyword == "refl") {
+    } else if (keyword == "map_Bump" || keyword == "map_bump" || keyword == "bump") {
+      // A texture of normals, as Blender writes it; but it may be one of heights. `norm` has precedence.
+      const auto known = material->textures.find("normalTexture");
+      if (known != material->textures.end() && !known->second.may_be_heights) continue;
+      texture("normalTexture");
+      if (material->textures.contains("normalTexture"))
+        material->textures["normalTexture"].may_be_heights = true;
+    } else if (keyword.starts_with("map_") || keyword == "disp" || keyword == "decal" || keyword == "refl") {
       losses.say("textures of " + in_quotes(keyword) + " are left out: glTF has no such textures");
     }
   }
@@ -161,7 +196,7 @@ void MaterialLibrary::read(Scanner& scanner, Losses& losses) {
     losses.say("only a part of the materials was read: " + scanner.failure().message());
 }
 
-int64_t MaterialLibrary::texture_of(const std::string& path, MeshFile& file) {
+int64_t add_texture(const std::string& path, MeshFile& file) {
   const std::string uri = uri_of_path(path);
   const auto is_it = [&](const Json& image) { return image["uri"] == uri; };
   const auto image = std::ranges::find_if(file.images, is_it);
@@ -184,8 +219,10 @@ int64_t MaterialLibrary::use(const std::string& name, MeshFile& file) {
     return known->second;
   }
   Json json = found->second.json;
-  for (const auto& [member, path] : found->second.textures) {
-    const Json texture{{"index", texture_of(path, file)}};
+  for (const auto& [member, found_texture] : found->second.textures) {
+    Json texture{{"index", add_texture(found_texture.path, file)}};
+    texture.update(found_texture.info);
+    if (found_texture.may_be_heights) file.bump_maps.insert(uri_of_path(found_texture.path));
     if (member == "baseColorTexture") {
       json["pbrMetallicRoughness"][member] = texture;
     } else {

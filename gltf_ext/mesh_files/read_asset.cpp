@@ -6,6 +6,7 @@
 
 #include "gltf_ext/convert/draco_file.h"
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/files/image_type.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/mesh_files/obj.h"
@@ -63,6 +64,19 @@ OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& file
   };
 }
 
+// Bump maps were heights once, and are normals today. Those that are grey are named.
+void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::string>& warnings) {
+  for (const std::string& uri : file.bump_maps) {
+    const fs::path path = folder / path_of_uri(uri);
+    std::error_code error;
+    if (!fs::is_regular_file(path, error)) continue;
+    const auto head = read_file(path, kImageHeadBytes);
+    if (head && is_grey_png(*head))
+      warnings.push_back("the bump map " + in_quotes(percent_decode(uri)) +
+                         " is grey, so it looks like heights; glTF takes it for normals");
+  }
+}
+
 Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source) {
   if (format != AssetFormat::kStl) skip_byte_order_mark(scanner);
   std::vector<fs::path> libraries;
@@ -76,6 +90,7 @@ Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::p
   if (!file) return file.status();
   repair_values(*file);
   std::vector<std::string> warnings = file->losses.sentences();
+  say_heights(*file, source.parent_path(), warnings);
   Expected<Document> document = document_from_mesh_file(std::move(*file));
   if (!document) return document.status();
   document->files = std::move(libraries);

@@ -101,17 +101,48 @@ TEST(Obj, ObjectsAreMeshesAndMaterialsPrimitives) {
   EXPECT_EQ(green["emissiveFactor"], Json::array({0.0f, 0.0f, 1.0f}));
   EXPECT_EQ(green["emissiveTexture"]["index"], 0);
   EXPECT_EQ(json["materials"][2]["name"], "nowhere");
-  EXPECT_EQ(json["images"], Json::array({Json{{"uri", "images/a%20b.png"}}}));
-  EXPECT_EQ(json["textures"], Json::array({Json{{"source", 0}}}));
+  EXPECT_EQ(green["normalTexture"]["index"], 1);
+  EXPECT_EQ(json["images"], Json::array({Json{{"uri", "images/a%20b.png"}}, Json{{"uri", "bumps.png"}}}));
+  EXPECT_EQ(json["textures"], Json::array({Json{{"source", 0}}, Json{{"source", 1}}}));
   EXPECT_EQ(asset->document.source, folder / "asset.obj");
   EXPECT_EQ(asset->document.files,
             (std::vector<std::filesystem::path>{folder / "the colours.mtl", folder / "asset.obj"}));
   const std::string warnings = warnings_of(asset);
-  for (const char* said :
-       {"scales and other options of textures are left out", "textures of \"map_Bump\" are left out",
-        "the texture \"/etc/passwd.png\" is left out", "1 line of the materials is not understood",
-        "1 material is in no library"})
+  for (const char* said : {"the texture \"/etc/passwd.png\" is left out",
+                           "1 line of the materials is not understood", "1 material is in no library"})
     EXPECT_NE(warnings.find(said), std::string::npos) << said << "\n" << warnings;
+}
+
+TEST(Obj, TexturesArePlacedAndBumpMapsAreNormals) {
+  const TestFolder folder;
+  const auto png = [](char color_type) {
+    return std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\x08", 25) + color_type;
+  };
+  std::ofstream(folder / "grey.png") << png(0);
+  std::ofstream(folder / "colour.png") << png(2);
+  std::ofstream(folder / "a.mtl")
+      << "newmtl a\nmap_Kd -o 0.25 0.5 0 -s 2 4 1 k.png\nmap_Bump -bm 0.5 colour.png\n"
+         "newmtl b\nbump grey.png\nmap_Ke -clamp on -s 3 k.png\n"
+         "newmtl c\nnorm colour.png\nmap_bump grey.png\nrefl sky.png\n";
+  std::ofstream(folder / "a.obj") << "mtllib a.mtl\n" + kSquare +
+                                         "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n";
+  const Expected<Asset> asset = read_asset(folder / "a.obj", describe_stream);
+  ASSERT_TRUE(asset.ok()) << asset.status().to_string();
+  const Json& json = asset->document.json;
+  const Json& a = json["materials"][0];
+  // MTL: (u, v) -> (2 u + 0.25, 4 v + 0.5), with v from the bottom.
+  EXPECT_EQ(a["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"],
+            (Json{{"offset", {0.25, -3.5}}, {"scale", {2.0, 4.0}}}));
+  EXPECT_EQ(a["normalTexture"]["scale"], 0.5);
+  EXPECT_EQ(json["materials"][1]["emissiveTexture"]["extensions"]["KHR_texture_transform"],
+            (Json{{"scale", {3.0, 1.0}}}));
+  EXPECT_EQ(json["images"][json["materials"][1]["normalTexture"]["index"].get<size_t>()]["uri"], "grey.png");
+  EXPECT_EQ(json["materials"][2]["normalTexture"]["index"], a["normalTexture"]["index"]);
+  EXPECT_EQ(json["extensionsUsed"], Json::array({"KHR_texture_transform"}));
+  EXPECT_EQ(
+      warnings_of(asset),
+      "some options of textures are left out\ntextures of \"refl\" are left out: glTF has no such textures\n"
+      "the bump map \"grey.png\" is grey, so it looks like heights; glTF takes it for normals\n");
 }
 
 TEST(Obj, LibrariesStayBesideTheFile) {
