@@ -5,6 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
+
+#include "gltf_ext/mesh_files/face_texcoords.h"
+#include "gltf_ext/mesh_files/mtl.h"
 
 namespace psplit {
 namespace {
@@ -236,8 +240,14 @@ class Values {
 
 class PlyReader {
  public:
-  PlyReader(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses)
-      : header_(header), values_(scanner, header.encoding), sink_(sink), losses_(losses), polygons_(losses) {}
+  // `texcoords` gets the texture coordinates of faces. Null: they are left out.
+  PlyReader(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses, FaceTexcoords* texcoords)
+      : header_(header),
+        values_(scanner, header.encoding),
+        sink_(sink),
+        losses_(losses),
+        polygons_(losses),
+        texcoords_(texcoords) {}
 
   Status read() {
     for (const PlyElement& element : header_.elements) {
@@ -389,26 +399,86 @@ class PlyReader {
     if (!justify(element, reserved)) return false;
     sink_.expect_faces(reserved);
     const bool strips = element.name == "tristrips";
+    plan_texcoords(element, strips);
     std::string left_out;
     for (const PlyProperty& property : element.properties)
-      if (&property != &indices) left_out += (left_out.empty() ? "" : ", ") + in_quotes(property.name);
+      if (&property != &indices && &property != coordinates_ && &property != texture_number_)
+        left_out += (left_out.empty() ? "" : ", ") + in_quotes(property.name);
     if (!left_out.empty() && element.count > 0)
       losses_.say("other properties of faces are left out: " + left_out);
     for (uint64_t n = 0; n < element.count; ++n) {
       for (const PlyProperty& property : element.properties) {
-        const bool reads = &property != &indices ? skip_property(property)
-                           : strips              ? read_strips(property)
-                                                 : read_polygon(property);
+        const bool reads = &property == coordinates_      ? read_coordinates(property)
+                           : &property == texture_number_ ? read_texture_number(property)
+                           : &property != &indices        ? skip_property(property)
+                           : strips                       ? read_strips(property)
+                                                          : read_polygon(property);
         if (!reads) return false;
       }
+      if (!strips) add_polygon();
       if (!values_.end_element() || (faces_.size() >= kMostFaces && !pass_faces())) return false;
     }
     return pass_faces();
   }
 
+  // Finds the properties of texture coordinates. MeshLab writes "texcoord", and "texnumber" behind it.
+  void plan_texcoords(const PlyElement& element, bool strips) {
+    coordinates_ = texture_number_ = nullptr;
+    texture_ = 0;
+    if (texcoords_ == nullptr || strips) return;
+    for (const PlyProperty& property : element.properties)
+      if (property.is_list && property.name == "texcoord") coordinates_ = &property;
+    for (const PlyProperty& property : element.properties)
+      if (coordinates_ != nullptr && !property.is_list && property.name == "texnumber")
+        texture_number_ = &property;
+    if (coordinates_ != nullptr) texcoords_->pad(passed_faces_);
+  }
+
+  bool read_coordinates(const PlyProperty& property) {
+    uint64_t length = 0;
+    if (!read_length(property, length)) return false;
+    corner_texcoords_.clear();
+    for (uint64_t i = 0; i < length; ++i) {
+      double value = 0;
+      if (!values_.next(property.type, value)) return false;
+      // PLY counts v from the bottom of the image, glTF from the top.
+      corner_texcoords_.push_back(i % 2 == 0 ? static_cast<float>(value) : 1 - static_cast<float>(value));
+    }
+    return true;
+  }
+
+  bool read_texture_number(const PlyProperty& property) {
+    double value = 0;
+    if (!values_.next(property.type, value)) return false;
+    texture_ = value >= 0 && value <= INT32_MAX ? static_cast<int32_t>(value) : FaceTexcoords::kNoTexture;
+    return true;
+  }
+
+  // All properties of the polygon are read.
+  void add_polygon() {
+    if (coordinates_ == nullptr) return polygons_.add(corners_, positions_, faces_);
+    corner_numbers_.resize(corners_.size());
+    std::iota(corner_numbers_.begin(), corner_numbers_.end(), 0);
+    triangles_.clear();
+    polygons_.add(corner_numbers_, positions_, triangles_);
+    const bool fits = corner_texcoords_.size() == 2 * corners_.size();
+    if (!fits && !corner_texcoords_.empty())
+      losses_.add("face has texture coordinates for another number of corners: left out",
+                  "faces have texture coordinates for another number of corners: left out");
+    for (const std::array<uint32_t, 3>& triangle : triangles_) {
+      std::array<float, 6> texcoords{};
+      for (size_t i = 0; i < 6 && fits; ++i) texcoords[i] = corner_texcoords_[2 * triangle[i / 2] + i % 2];
+      texcoords_->corners.push_back(texcoords);
+      texcoords_->textures.push_back(fits ? texture_ : FaceTexcoords::kNone);
+      faces_.push_back({corners_[triangle[0]], corners_[triangle[1]], corners_[triangle[2]]});
+    }
+  }
+
   bool pass_faces() {
     if (!take(sink_.add_faces(faces_))) return false;
+    passed_faces_ += faces_.size();
     faces_.clear();
+    if (texcoords_ != nullptr && !texcoords_->textures.empty()) texcoords_->pad(passed_faces_);
     return true;
   }
 
@@ -443,7 +513,6 @@ class PlyReader {
       if (!position) return values_.fail(position.status());
       positions_.push_back(*position);
     }
-    polygons_.add(corners_, positions_, faces_);
     return true;
   }
 
@@ -496,23 +565,64 @@ class PlyReader {
   uint32_t point_count_ = 0;
   bool has_vertices_ = false;
   Array<std::array<uint32_t, 3>> faces_;
-  std::vector<uint32_t> corners_;
+  uint64_t passed_faces_ = 0;  // to the sink
+  // Of one polygon.
+  std::vector<uint32_t> corners_, corner_numbers_;
   std::vector<Position> positions_;
+  Array<std::array<uint32_t, 3>> triangles_;
+  std::vector<float> corner_texcoords_;
+  int32_t texture_ = 0;
+  // Of the element that is read; null without them.
+  const PlyProperty* coordinates_ = nullptr;
+  const PlyProperty* texture_number_ = nullptr;
+  FaceTexcoords* texcoords_;
 };
+
+// The material of each texture that a comment names, or -1.
+std::vector<int64_t> add_materials(const std::vector<std::string>& textures, MeshFile& file) {
+  std::vector<int64_t> materials;
+  for (const std::string& path : textures) {
+    materials.push_back(-1);
+    if (!can_be_texture(path, file.losses)) continue;
+    materials.back() = static_cast<int64_t>(file.materials.size());
+    file.materials.push_back(
+        {{"pbrMetallicRoughness",
+          {{"baseColorTexture", {{"index", add_texture(path, file)}}}, {"metallicFactor", 0}}}});
+  }
+  return materials;
+}
 
 }  // namespace
 
 Status read_ply(Scanner& scanner, const PlyHeader& header, MeshSink& sink, Losses& losses) {
-  return PlyReader(scanner, header, sink, losses).read();
+  if (!header.textures.empty()) losses.say("textures are left out: the file is read part by part");
+  return PlyReader(scanner, header, sink, losses, nullptr).read();
 }
 
 Expected<MeshFile> read_ply(Scanner& scanner) {
-  const Expected<PlyHeader> header = read_ply_header(scanner);
+  Expected<PlyHeader> header = read_ply_header(scanner);
   if (!header) return header.status();
   MeshFile file;
   MeshBuilder builder;
-  if (Status status = read_ply(scanner, *header, builder, file.losses); !status.ok()) return status;
-  file.objects.push_back({"", {{builder.take(), -1}}});
+  FaceTexcoords texcoords;
+  Status status = PlyReader(scanner, *header, builder, file.losses, &texcoords).read();
+  if (!status.ok()) return status;
+  Mesh mesh = builder.take();
+  const bool of_faces = !texcoords.textures.empty();
+  if (!of_faces && mesh.find("TEXCOORD_0") == nullptr && !header->textures.empty()) {
+    file.losses.say("textures are left out: there are no texture coordinates");
+    header->textures.clear();
+  }
+  if (!of_faces && header->textures.size() > 1) {
+    file.losses.say("only the first texture is used: faces do not say which they have");
+    header->textures.resize(1);
+  }
+  const std::vector<int64_t> materials = add_materials(header->textures, file);
+  MeshFileObject& object = file.objects.emplace_back();
+  if (of_faces)
+    object.parts = parts_with_texcoords(std::move(mesh), texcoords, materials, file.losses);
+  else
+    object.parts.push_back({std::move(mesh), materials.empty() ? -1 : materials[0]});
   return file;
 }
 

@@ -55,7 +55,9 @@ class HeaderReader {
         status = read_element();
       } else if (keyword == "property") {
         status = read_property();
-      } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
+      } else if (keyword == "comment") {
+        read_comment();
+      } else if (!keyword.empty() && keyword != "obj_info" && keyword != "Created") {
         status = error(in_quotes(keyword) + " is not a keyword of PLY");
       }
       if (!status.ok()) return status;
@@ -70,6 +72,12 @@ class HeaderReader {
 
  private:
   Status error(const std::string& what) const { return error_at_line(scanner_.line(), what); }
+
+  void read_comment() {
+    if (scanner_.word() != "TextureFile" || header_.textures.size() == kMostTextures) return;
+    if (const std::optional<std::string> name = scanner_.rest_of_line(); name && !name->empty())
+      header_.textures.push_back(*name);
+  }
 
   Status read_format() {
     const std::string_view name = scanner_.word();
@@ -126,7 +134,7 @@ class HeaderReader {
     return {};
   }
 
-  static constexpr size_t kMostElements = 64, kMostProperties = 256;
+  static constexpr size_t kMostElements = 64, kMostProperties = 256, kMostTextures = 4096;
   Scanner& scanner_;
   PlyHeader header_;
 };

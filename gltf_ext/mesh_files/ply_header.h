@@ -29,8 +29,10 @@ struct PlyElement {
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::kText;
   std::vector<PlyElement> elements;
+  std::vector<std::string> textures;  // the files that comments "TextureFile" name
 };
 
+// A line that begins with "Created" is a comment too: exporters of Blender 2.4 wrote it without the keyword.
 // Reads from "ply" to the end of the line of "end_header". Errors: kInvalidInput with the line.
 Expected<PlyHeader> read_ply_header(Scanner& scanner);
 

@@ -223,5 +223,98 @@ TEST(Ply, BinaryDataBeginRightBehindTheHeader) {
   }
 }
 
+const char* const kTexturedFace =
+    "property list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty int texnumber\n";
+
+TEST(Ply, TextureFilesBecomeMaterials) {
+  const std::string vertex = std::string(kXyz) + "property float s\nproperty float t\n";
+  std::string file = header("ascii", 3, vertex, 1) + "0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n";
+  file.insert(file.find("element"), "comment TextureFile the image.png\n");
+  const Expected<Asset> asset = read_text(file);
+  EXPECT_EQ(warnings_of(asset), "");
+  const Json& json = asset->document.json;
+  EXPECT_EQ(json["meshes"][0]["primitives"][0]["material"], 0);
+  EXPECT_EQ(json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
+  EXPECT_EQ(json["images"][0]["uri"], "the%20image.png");
+  // Formats that glTF does not have, and textures without coordinates, are left out.
+  std::string other = file;
+  other.replace(other.find("png"), 3, "tga");
+  EXPECT_EQ(warnings_of(read_text(other)),
+            "the texture \"the image.tga\" is left out: glTF allows relative paths of .png and .jpg files\n");
+  std::string bare = header("ascii", 3, kXyz, 1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  bare.insert(bare.find("element"), "comment TextureFile a.png\n");
+  const Expected<Asset> without = read_text(bare);
+  EXPECT_EQ(warnings_of(without), "textures are left out: there are no texture coordinates\n");
+  EXPECT_FALSE(without->document.json.contains("materials"));
+}
+
+// A square of two triangles and a quad; the second triangle has other coordinates on the shared edge.
+TEST(Ply, TexcoordsOfFacesBecomeSeams) {
+  for (const Form& form : kForms) {
+    std::string file = header(form.name, 5, std::string(kXyz) + "property uchar label\n", 3, kTexturedFace);
+    file.insert(file.find("element"), "comment TextureFile a.png\ncomment TextureFile b.jpg\n");
+    const int positions[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 9, 9, 9};
+    for (int i = 0; i < 5; ++i) {
+      for (int axis = 0; axis < 3; ++axis) put(file, form, "float", positions[3 * i + axis]);
+      put(file, form, "uchar", 10 + i);
+      end_line(file, form);
+    }
+    const auto face = [&](const std::vector<int>& corners, const std::vector<double>& texcoords, int texture) {
+      put(file, form, "uchar", static_cast<double>(corners.size()));
+      for (const int corner : corners) put(file, form, "int", corner);
+      put(file, form, "uchar", static_cast<double>(texcoords.size()));
+      for (const double value : texcoords) put(file, form, "float", value);
+      put(file, form, "int", texture);
+      end_line(file, form);
+    };
+    face({0, 1, 2}, {0, 0, 1, 0, 1, 1}, 0);
+    face({0, 2, 3}, {0, 0, 0.5, 0.5, 0, 1}, 0);
+    face({3, 2, 1, 0}, {0, 0, 1, 0, 1, 1, 0, 0.25}, 1);
+    const Expected<Asset> asset = read_text(file);
+    EXPECT_EQ(warnings_of(asset),
+              "other numbers of vertices are kept: _LABEL\n1 vertex of no face is left out\n");
+    const Mesh first = mesh_of(asset, {0, 0}), second = mesh_of(asset, {0, 1});
+    EXPECT_EQ(first.point_count, 5u);  // 0, 1, 2 twice, 3
+    ASSERT_EQ(first.faces.size(), 2u);
+    EXPECT_EQ(first.faces[0][0], first.faces[1][0]);
+    EXPECT_NE(first.faces[0][2], first.faces[1][1]);
+    const std::vector<float> texcoords = floats_of(first, "TEXCOORD_0");
+    EXPECT_EQ(texcoords[2 * first.faces[0][2]], 1.0f);
+    EXPECT_EQ(texcoords[2 * first.faces[1][1]], 0.5f);
+    EXPECT_EQ(texcoords[2 * first.faces[1][2] + 1], 0.0f);
+    const Attribute& label = *first.find("_LABEL");
+    EXPECT_EQ(label.values[first.faces[0][2]], std::byte{12});
+    EXPECT_EQ(label.values[first.faces[1][1]], std::byte{12});
+    EXPECT_EQ(second.point_count, 4u);
+    EXPECT_EQ(second.faces.size(), 2u);
+    std::vector<float> v;
+    for (size_t i = 1; i < 8; i += 2) v.push_back(floats_of(second, "TEXCOORD_0")[i]);
+    EXPECT_EQ(v, (std::vector<float>{0.75f, 0, 1, 1}));
+    const Json& primitives = asset->document.json["meshes"][0]["primitives"];
+    EXPECT_EQ(primitives[0]["material"], 0);
+    EXPECT_EQ(primitives[1]["material"], 1);
+    EXPECT_EQ(asset->document.json["images"][1]["uri"], "b.jpg");
+  }
+}
+
+TEST(Ply, FacesWithoutTexcoordsAreAPartOfTheirOwn) {
+  std::string file = header("ascii", 4, kXyz, 3, kTexturedFace) + "0 0 0\n1 0 0\n0 1 0\n1 1 0\n";
+  file += "3 0 1 2 6 0 0 1 0 0 1 7\n3 1 3 2 0 -1\n3 2 1 0 4 0 0 1 1 0\n";
+  const Expected<Asset> asset = read_text(file);
+  EXPECT_EQ(warnings_of(asset), "1 face has texture coordinates for another number of corners: left out\n");
+  EXPECT_EQ(mesh_of(asset, {0, 0}).find("TEXCOORD_0"), nullptr);
+  EXPECT_EQ(mesh_of(asset, {0, 0}).faces.size(), 2u);
+  EXPECT_NE(mesh_of(asset, {0, 1}).find("TEXCOORD_0"), nullptr);
+  EXPECT_FALSE(asset->document.json.contains("materials"));
+}
+
+TEST(Ply, CommentsOfBlenderMayLackTheirKeyword) {
+  std::string file = header("ascii", 3, kXyz, 1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  file.insert(file.find("element"), "Created by Blender3D 2.49 - www.blender.org, source file: a.blend\n");
+  const Expected<Asset> asset = read_text(file);
+  EXPECT_EQ(mesh_of(asset).faces.size(), 1u);
+  EXPECT_EQ(warnings_of(asset), "");
+}
+
 }  // namespace
 }  // namespace psplit
