@@ -70,6 +70,22 @@ TEST_F(SummaryOfFiles, TexturesCountWhereverTheyAre) {
   EXPECT_EQ(bytes_on_disk(path("none.glb")).files, 0u);
 }
 
+TEST_F(SummaryOfFiles, MaterialsAndImagesOfAnObjCount) {
+  std::ofstream(path("a.png"), std::ios::binary) << std::string(1000, 'p');
+  std::ofstream(path("a.mtl")) << "newmtl m\nmap_Kd a.png\n";
+  std::ofstream(path("a.obj")) << "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
+  const uint64_t bytes =
+      std::filesystem::file_size(path("a.obj")) + std::filesystem::file_size(path("a.mtl")) + 1000;
+  for (const char* verb : {"encode", "decode"}) {
+    const CommandOutcome outcome =
+        run_command({verb, path("a.obj"), path("a.glb"), "-q", "--report", path("report.json")});
+    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    const auto input = parse_file(path("report.json")).at("files").at("input");
+    EXPECT_EQ(input.at("bytes"), bytes) << verb;
+    EXPECT_EQ(input.at("texture_bytes"), 1000) << verb;
+  }
+}
+
 TEST_F(SummaryOfFiles, WhereNothingWasDoneThatIsSaid) {
   std::ofstream(path("empty.gltf")) << R"({"asset":{"version":"2.0"}})";
   const CommandOutcome encoded = run_command({"encode", path("empty.gltf"), path("a.glb")});

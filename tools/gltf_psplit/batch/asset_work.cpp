@@ -123,7 +123,7 @@ Status AssetWork::work_on_file(Job& job) {
   job.outcome.planned = arguments_.dry_run;
   if (arguments_.dry_run) session_.log.note(job.outcome.output + would_be_written(job.output));
   if (arguments_.dry_run) return {};
-  job.outcome.sizes.input = bytes_on_disk(document->source.string());
+  job.outcome.sizes.input = bytes_on_disk(*document);
   Status status = arguments_.verb == BatchVerb::kEncode
                       ? encode(job, *document)
                       : decode_document(*document, find_backend({}), session_.pool);

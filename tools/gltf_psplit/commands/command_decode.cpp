@@ -91,7 +91,7 @@ Status run_decode(const Arguments& arguments, const Session& session) {
       read_for_output(arguments.input, arguments.output, arguments.report, session, written,
                       arguments.backend.name, spool_folder(arguments.memory, arguments.output));
   if (!document) return document.status();
-  AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
+  AssetSizes sizes{bytes_on_disk(*document), {}};
   if (arguments.target != "draco" && is_glb_output(arguments.output))
     if (Status status = check_glb_bytes(stated_bytes(*document).decoded, true); !status.ok())
       return std::move(status).at({.file = arguments.output});

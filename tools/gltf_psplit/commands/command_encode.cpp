@@ -79,7 +79,8 @@ Status check_least_space(const Arguments& arguments, const AssetBytes& input) {
 }
 
 Expected<Encoded> encode_in_memory(Document document, const Arguments& arguments, const Session& session) {
-  Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
+  const AssetBytes input_bytes = bytes_on_disk(document);
+  Encoded encoded{std::move(document), {}, input_bytes};
   if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
   encoded.dropped_extensions =
       drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
@@ -130,7 +131,8 @@ Expected<Encoded> encode_large_asset(Document document, const Arguments& argumen
   if (Status status = check_not_in_place(arguments.output, arguments.input, &document, session.force);
       !status.ok())
     return status;
-  Encoded encoded{std::move(document), {}, bytes_on_disk(arguments.input)};
+  const AssetBytes input_bytes = bytes_on_disk(document);
+  Encoded encoded{std::move(document), {}, input_bytes};
   if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
   encoded.dropped_extensions =
       drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);

@@ -49,7 +49,7 @@ Status run_expand(const Arguments& arguments, const Session& session) {
   Expected<Document> document =
       read_for_output(arguments.input, arguments.output, arguments.report, session, written);
   if (!document) return document.status();
-  AssetSizes sizes{bytes_on_disk(document->source.string()), {}};
+  AssetSizes sizes{bytes_on_disk(*document), {}};
   const Expected<ExpandReport> counts = expand_document(*document, session.pool);
   if (!counts) return counts.status().at({.file = arguments.input});
   if (Status status = write_asset(*document, arguments.output, arguments.write, session, written); !status.ok())

@@ -69,6 +69,18 @@ AssetBytes bytes_on_disk(const std::string& path) {
   return bytes;
 }
 
+AssetBytes bytes_on_disk(const Document& document) {
+  std::error_code error;
+  if (document.source == "-" || !fs::is_regular_file(document.source, error)) return {};
+  AssetBytes bytes;
+  for (const fs::path& file : std::set<fs::path>(document.files.begin(), document.files.end()))
+    if (const uintmax_t size = fs::file_size(file, error); !error) bytes.files += size;
+  const ImageBytes images = image_bytes(document.json, document.source.parent_path());
+  bytes.files += images.in_files;
+  bytes.textures = images.total();
+  return bytes;
+}
+
 std::string sizes_text(const AssetSizes& sizes) {
   const auto& [input, output] = sizes;
   if (output.files == 0) return "";

@@ -23,6 +23,10 @@ struct AssetBytes {
 // For a glTF or mesh file. 0 for "-", a pipe, or a path that is not a file.
 AssetBytes bytes_on_disk(const std::string& path);
 
+// For an asset that was read: all files that it was read from, such as the MTL files of an OBJ, and its images.
+// 0 if it came from a pipe.
+AssetBytes bytes_on_disk(const Document& document);
+
 // The JSON of an asset. Of a GLB, only the header and the JSON chunk are read; of a file that begins neither
 // like a GLB nor like JSON, only the first bytes. Errors: those of read_file and parse_json.
 Expected<Json> read_asset_json(const std::string& path);
