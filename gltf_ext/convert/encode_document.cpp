@@ -5,6 +5,7 @@
 #include "gltf_ext/convert/condense_patches.h"
 #include "gltf_ext/convert/condense_stock.h"
 #include "gltf_ext/convert/draco_extension.h"
+#include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/drop_manifolds.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/patch_counts.h"
@@ -43,7 +44,8 @@ void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const T
   pool.for_each(jobs.size(), [&](size_t i) {
     EncodeJob& job = jobs[i];
     std::atomic<size_t> done_of_job = 0;
-    if (job.options.condense && job.options.patch_count == 1) job.status = condense_stock(document, job);
+    if (job.options.condense && job.options.patch_count == 1 && !job.drops_attributes)
+      job.status = condense_stock(document, job);
     if (progress)
       job.options.patch_encoded = [&](size_t count) {
         done_of_job += count;
@@ -93,7 +95,7 @@ struct StoredPart {
 // has the streams of each job, and is empty for a container.
 void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
                     const std::vector<std::vector<PatchPrimitive>>& patches, bool with_fallback,
-                    EncodeReports& reports) {
+                    std::span<const int64_t> freed_accessors, EncodeReports& reports) {
   std::vector<PrimitiveGroup> groups;
   std::vector<size_t> counts;
   for (size_t i = 0; i < jobs.size(); ++i) {
@@ -118,7 +120,29 @@ void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
     list_extension(document, extension, !with_fallback);
   }
   drop_manifolds(document, jobs, editor, reports);
+  for (const int64_t accessor : freed_accessors) editor.release(accessor);
   editor.finish();
+}
+
+// A Draco stream has its attributes until it is encoded again.
+Status note_dropped(const Document& document, const DroppedAttributes& dropped, EncodeJobs& read,
+                    EncodeReports& reports) {
+  const auto is_compressed = [&](PrimitiveId id) {
+    const auto kind = primitive_kind(document, id);
+    return kind && kind->storage != PrimitiveStorage::kPlain;
+  };
+  for (const auto& [id, names] : dropped.of_primitive) {
+    const PrimitiveId primitive{id.first, id.second};
+    reports[primitive].dropped_attributes = names;
+    const auto reason = read.skipped.find(id);
+    if (reason != read.skipped.end() && is_compressed(primitive))
+      return unsupported(
+          names.front() + " cannot be skipped: the primitive is left as it is, " + reason->second,
+          {document.source.string(), static_cast<int64_t>(id.first), static_cast<int64_t>(id.second), -1});
+  }
+  for (EncodeJob& job : read.jobs)
+    job.drops_attributes = !dropped.of(job.group.ids.front()).empty() && is_compressed(job.group.ids.front());
+  return {};
 }
 
 void choose_storage(EncodeJob& job, const EncodeDocumentOptions& options) {
@@ -237,7 +261,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
   for (EncodeJob& job : jobs) {
     if (job.status.ok())
       choose_storage(job, options);
-    else if (job.status.code() != StatusCode::kUnsupported)
+    else if (job.status.code() != StatusCode::kUnsupported || job.drops_attributes)
       return std::move(job.status).at(job.place(document));
     for (const PrimitiveId id : job.group.ids) reports[id].skipped = job.status.message();
   }
@@ -245,7 +269,8 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
     const bool is_wanted =
         options.always_patches || options.patches > 0 || options.patch_faces > 0 || with_fallback ||
         std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
-          return primitive_kind(document, job->group.ids.front())->storage == PrimitiveStorage::kPatches;
+          return job->drops_attributes ||
+                 primitive_kind(document, job->group.ids.front())->storage == PrimitiveStorage::kPatches;
         });
     const std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
     for (const EncodeJob* job : sharing.jobs)
@@ -273,9 +298,12 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   // With Compat::kKhr, read_jobs decodes and checks primitives in patches.
   if (options.compat == Compat::kNone)
     if (Status status = check_patches(document, backend, pool, checked); !status.ok()) return status;
+  const Expected<DroppedAttributes> dropped = drop_attributes(document, options, all_primitives(document));
+  if (!dropped) return dropped.status();
   Expected<EncodeJobs> read = read_jobs(document, options, backend, pool, skipped);
   if (!read) return read.status();
   EncodeReports reports(document, *read);
+  if (Status status = note_dropped(document, *dropped, *read, reports); !status.ok()) return status;
   std::vector<EncodeJob>& jobs = read->jobs;
   const std::vector<uint32_t> counts = patch_counts(jobs, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
@@ -291,7 +319,7 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
     if (!primitives) return primitives.status().at(jobs[i].place(document));
     patches[i] = std::move(*primitives);
   }
-  write_geometry(document, jobs, patches, options.fallback == Fallback::kUncompressed, reports);
+  write_geometry(document, jobs, patches, options.fallback == Fallback::kUncompressed, dropped->freed, reports);
   if (options.condense && options.compat == Compat::kNone)
     if (Status status = condense_patches(document, options, pool, reports); !status.ok()) return status;
   return std::move(reports).list();

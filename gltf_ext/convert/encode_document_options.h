@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/position_bits.h"
@@ -43,10 +44,11 @@ struct EncodeDocumentOptions {
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   int encode_speed = 5;
-  bool lossless = false;         // keep every attribute exactly
-  bool keep_degenerate = false;  // keep faces that repeat an index
-  bool keep_unused = false;      // keep points that no face uses; Compat::kKhr cannot store them
-  bool keep_duplicates = false;  // keep points that are equal in every attribute apart
+  bool lossless = false;          // keep every attribute exactly
+  bool keep_degenerate = false;   // keep faces that repeat an index
+  bool keep_unused = false;       // keep points that no face uses; Compat::kKhr cannot store them
+  bool keep_duplicates = false;   // keep points that are equal in every attribute apart
+  std::vector<std::string> skip;  // attributes that are left out: see drop_attributes.h
   Fallback fallback = Fallback::kNone;
   Compat compat = Compat::kNone;
   // Condense the streams of patches, with models that they share: fewer bytes, for loaders that read containers

@@ -19,7 +19,8 @@ struct EncodeJob {
   std::vector<AttributeCoding> codings;
   EncodeOptions options;
   EncodedMesh encoded;
-  bool keeps_stream = false;  // `encoded` is the stock Draco stream of the input, condensed
+  bool drops_attributes = false;  // which its stock Draco stream would keep
+  bool keeps_stream = false;      // `encoded` is the stock Draco stream of the input, condensed
   StoredAs stored_as = StoredAs::kAsItWas;
   uint64_t stored_bytes = 0;  // of the container or the streams
   Status status;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/patch_primitives.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/json/json_fields.h"
@@ -122,10 +123,15 @@ Expected<std::vector<PrimitiveReport>> encode_large_primitives(
   std::vector<EncodedSpool> encoded;
   std::vector<size_t> counts;
   SkippedPrimitives skipped;
+  std::vector<std::vector<std::string>> dropped_attributes;
+  std::vector<int64_t> freed;
   for (PrimitiveGroup& group : large_groups(document, candidates->groups, limits)) {
     const Place place = place_of(document, group.ids.front());
     if (Status status = check_grid(*candidates, group, options.volume); !status.ok())
       return std::move(status).at(place);
+    const Expected<DroppedAttributes> dropped = drop_attributes(document, options, group.ids);
+    if (!dropped) return dropped.status();
+    freed.insert(freed.end(), dropped->freed.begin(), dropped->freed.end());
     Expected<std::optional<EncodedSpool>> spool =
         encode_group(document, group, options, limits, pool, progress);
     if (!spool) return spool.status().at(place);
@@ -135,18 +141,22 @@ Expected<std::vector<PrimitiveReport>> encode_large_primitives(
     }
     counts.push_back((*spool)->encoded.containers.size());
     encoded.push_back(std::move(**spool));
+    dropped_attributes.push_back(dropped->of(group.ids.front()));
     large.push_back(std::move(group));
   }
   const auto groups = repeat_primitives(document, large, counts);
   std::map<std::pair<size_t, size_t>, PrimitiveReport> report_of;
   std::set<std::pair<size_t, size_t>> checked;
   for (size_t i = 0; i < large.size(); ++i) {
-    if (Status status = store_containers(document, groups[i], encoded[i], limits.temporary); !status.ok())
-      return status;
+    // The first renumbers the accessors.
+    Status status = store_containers(document, groups[i], encoded[i], limits.temporary,
+                                     i == 0 ? std::span<const int64_t>(freed) : std::span<const int64_t>());
+    if (!status.ok()) return status;
     for (size_t k = 0; k < groups[i].size(); ++k)
       for (const PrimitiveId id : groups[i][k].ids) {
         PrimitiveReport report = encoded[i].reports[k];
         report.id = id;
+        report.dropped_attributes = dropped_attributes[i];
         report.repeated =
             id.mesh != groups[i][k].ids.front().mesh || id.primitive != groups[i][k].ids.front().primitive;
         if (report.repeated) report.input_bytes = 0;  // shared data count for the first

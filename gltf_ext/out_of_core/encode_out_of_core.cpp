@@ -1,5 +1,6 @@
 #include "gltf_ext/out_of_core/encode_out_of_core.h"
 
+#include <algorithm>
 #include <new>
 #include <stdexcept>
 
@@ -52,6 +53,7 @@ Expected<OutOfCoreResult> keep(const MeshSpool& spool, const fs::path& source, c
   editor.finish();
   PrimitiveReport report;
   report.skipped = kOnlyDegenerate;
+  report.dropped_attributes = spool.skipped_attributes();
   report.input_bytes = report.bytes = mesh->memory.bytes().size();
   return OutOfCoreResult{std::move(*document), {report}, std::move(warnings)};
 }
@@ -63,6 +65,7 @@ Expected<OutOfCoreResult> encode(Scanner& scanner, AssetFormat format, const fs:
   SpoolOptions spool_options;
   spool_options.folder = limits.temporary;
   spool_options.coding = options.coding();
+  spool_options.skip.insert(options.skip.begin(), options.skip.end());
   spool_options.samples_edges = options.position_bits_by_edges;
   spool_options.most_zero_normals = MemoryPlan(limits, 0).most_zero_normals;
   Expected<std::unique_ptr<MeshSpool>> spool = read_spool(
@@ -88,6 +91,7 @@ Expected<OutOfCoreResult> encode(Scanner& scanner, AssetFormat format, const fs:
   if (!document) return document.status();
   status = store_containers(*document, groups, *encoded, limits.temporary);
   if (!status.ok()) return status;
+  for (PrimitiveReport& report : encoded->reports) report.dropped_attributes = mesh.skipped_attributes();
   return OutOfCoreResult{std::move(*document), std::move(encoded->reports), losses.sentences()};
 }
 
@@ -98,6 +102,8 @@ Status check_out_of_core(const EncodeDocumentOptions& options) {
     return Status(StatusCode::kUsage,
                   option + " does not work with --memory: the mesh is encoded part by part");
   };
+  if (std::ranges::find(options.skip, "POSITION") != options.skip.end())
+    return {StatusCode::kUsage, "POSITION cannot be skipped: a mesh needs positions"};
   if (options.keep_degenerate) return refuse("--keep-degenerate");
   if (options.keep_unused) return refuse("--keep-unused");
   if (options.keep_duplicates) return refuse("--keep-duplicates");

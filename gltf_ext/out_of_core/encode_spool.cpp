@@ -201,7 +201,7 @@ Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOption
 }
 
 Status store_containers(Document& document, std::span<const PrimitiveGroup> groups, EncodedSpool& spool,
-                        const std::filesystem::path& folder) {
+                        const std::filesystem::path& folder, std::span<const int64_t> freed) {
   std::vector<int64_t> views;
   for (PartsContainer& container : spool.encoded.containers) {
     const Expected<int64_t> view = add_container(document, *container.bytes, folder);
@@ -216,6 +216,7 @@ Status store_containers(Document& document, std::span<const PrimitiveGroup> grou
     set_draco_extension(document, groups[i], kExtensionName, views[i], spool.encoded.requests);
   }
   list_extension(document, kExtensionName, true);
+  for (const int64_t accessor : freed) editor.release(accessor);
   editor.finish();
   for (size_t i = 0; i < groups.size(); ++i) set_counts(document, groups[i], spool.encoded.containers[i]);
   return {};

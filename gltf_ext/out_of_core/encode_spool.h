@@ -46,7 +46,7 @@ Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOption
 // Makes each group of primitives refer to one of the containers, as encode_document does. Their bytes become
 // mapped temporary files in `folder`.
 Status store_containers(Document& document, std::span<const PrimitiveGroup> groups, EncodedSpool& spool,
-                        const std::filesystem::path& folder);
+                        const std::filesystem::path& folder, std::span<const int64_t> freed = {});
 
 // A mesh with the attributes of a container that has their bounds: two points and a face.
 Mesh mesh_of_bounds(const PartsContainer& container, const std::vector<Attribute>& attributes);

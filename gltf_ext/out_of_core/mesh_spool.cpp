@@ -53,7 +53,13 @@ Expected<std::unique_ptr<MeshSpool>> MeshSpool::create(SpoolOptions options, Los
 }
 
 Status MeshSpool::begin(std::span<const Attribute> layout, size_t) {
-  attributes_.assign(layout.begin(), layout.end());
+  for (size_t i = 0; i < layout.size(); ++i) {
+    if (options_.skip.contains(layout[i].semantic)) skipped_.push_back(layout[i].semantic);
+    // Facets are records whose normals are left out when they are read.
+    if (options_.skip.contains(layout[i].semantic) && !is_soup_) continue;
+    attributes_.push_back(layout[i]);
+    kept_.push_back(i);
+  }
   for (size_t i = 0; i < attributes_.size(); ++i) {
     attributes_[i].values.clear();
     offsets_.push_back(record_bytes_);
@@ -114,8 +120,8 @@ Status MeshSpool::repair_block_normals(Attribute& normals, size_t count) {
 Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
   if (point_count_ + count > kMostPoints) return unsupported("more points than 32 bits can count");
   block_.resize(count * record_bytes_);
-  for (size_t i = 0; i < block.size(); ++i) {
-    Attribute attribute = block[i];
+  for (size_t i = 0; i < kept_.size(); ++i) {
+    Attribute attribute = block[kept_[i]];
     if (options_.repairs) repair_floats(attribute, losses_);
     if (i == normal_)
       if (Status status = repair_block_normals(attribute, count); !status.ok()) return status;
@@ -284,7 +290,7 @@ Status MeshSpool::finish() {
   read_attributes_ = attributes_;
   read_bytes_ = record_bytes_;
   if (has_no_normals()) {
-    say_no_normals(losses_);
+    if (!skips_normals_of_soup()) say_no_normals(losses_);
     read_attributes_.erase(read_attributes_.begin() + static_cast<std::ptrdiff_t>(normal_));
     read_bytes_ -= attributes_[normal_].stride();
   } else if (normal_ != kNone && !is_soup_) {

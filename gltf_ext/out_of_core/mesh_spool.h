@@ -25,6 +25,7 @@ struct SpoolOptions {
   // A mesh file, whose values are changed to what glTF requires (gltf_ext/mesh_files/repair_values.h).
   bool repairs = true;
   CodingOptions coding;
+  std::set<std::string> skip{};    // semantics that are left out
   std::set<std::string> exact;     // semantics that stay exact: see choose_codings
   bool samples_edges = false;      // see MeshSpool::edges
   uint64_t most_zero_normals = 0;  // kept in memory, with about 64 bytes each
@@ -60,6 +61,8 @@ class MeshSpool : public MeshSink, public FacetSink {
   // Those of the records that are read, without values. NORMAL is missing if no normal has a direction.
   const std::vector<Attribute>& attributes() const { return read_attributes_; }
   size_t record_bytes() const { return read_bytes_; }
+  // Those of options.skip that were read.
+  const std::vector<std::string>& skipped_attributes() const { return skipped_; }
   // The bounds of all positions.
   Box box() const;
   // The sample of the edges of the whole mesh, if options.samples_edges.
@@ -107,7 +110,10 @@ class MeshSpool : public MeshSink, public FacetSink {
   Status add_to_zero_normals(const Face& face);
   Status add_zero_facet(const Facet& facet);
   Status add_earlier_zero_facets();
-  bool has_no_normals() const { return normal_ != kNone && zero_count_ == point_count_; }
+  bool skips_normals_of_soup() const { return is_soup_ && options_.skip.contains("NORMAL"); }
+  bool has_no_normals() const {
+    return normal_ != kNone && (zero_count_ == point_count_ || skips_normals_of_soup());
+  }
 
   static constexpr size_t kNone = SIZE_MAX;
   SpoolOptions options_;
@@ -116,6 +122,8 @@ class MeshSpool : public MeshSink, public FacetSink {
   std::string name_;
   size_t solids_ = 0;
   std::vector<Attribute> attributes_, read_attributes_;
+  std::vector<std::string> skipped_;
+  std::vector<size_t> kept_;     // the number of each attribute in the layout that came
   std::vector<size_t> offsets_;  // of each attribute in a record
   size_t record_bytes_ = 0, read_bytes_ = 0;
   size_t position_ = kNone, normal_ = kNone;

@@ -147,6 +147,7 @@ void expect_as_in_memory(const std::string& file, EncodeDocumentOptions options 
   EXPECT_EQ(report.statistics.merged_points, report_in_memory.statistics.merged_points);
   EXPECT_EQ(report.statistics.dropped_faces, report_in_memory.statistics.dropped_faces);
   EXPECT_EQ(report.statistics.dropped_points, report_in_memory.statistics.dropped_points);
+  EXPECT_EQ(report.dropped_attributes, report_in_memory.dropped_attributes);
   EXPECT_GT(report.streams.size(), 1u);
   uint64_t stream_bytes = 0;
   for (const StreamEntry& entry : report.streams) stream_bytes += entry.stream_bytes;
@@ -188,6 +189,22 @@ TEST(EncodeOutOfCore, ExactValues) {
   EncodeDocumentOptions options;
   options.lossless = true;
   expect_as_in_memory(ply_of(blob(20000), Form::kLittle), options);
+}
+
+TEST(EncodeOutOfCore, LeavesAttributesOut) {
+  EncodeDocumentOptions options;
+  options.skip = {"NORMAL", "COLOR_0"};
+  expect_as_in_memory(ply_of(blob(9000), Form::kLittle), options);
+  // Facets become points with their normals in memory, and without them in files.
+  const TestFolder folder;
+  options.skip = {"NORMAL"};
+  const std::string stl = stl_of(blob(9000));
+  const InMemory expected = in_memory(stl, options);
+  Expected<OutOfCoreResult> actual =
+      encode_stream(memory_stream(bytes_of(stl)), "test", options, small_parts(folder));
+  ASSERT_TRUE(actual.ok()) << actual.status().to_string();
+  EXPECT_EQ(actual->reports[0].dropped_attributes, options.skip);
+  EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual->document)), "");
 }
 
 TEST(EncodeOutOfCore, BitsByEdgesAndByAnError) {
@@ -406,6 +423,26 @@ TEST(EncodeLargePrimitives, EncodesThemInPartsAndTheOthersAsAlways) {
     ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
     EXPECT_EQ(compare_meshes(*decoded_in_memory, *decoded), "");
   }
+  EXPECT_EQ(actual.json["bufferViews"].size(), expected.json["bufferViews"].size());
+}
+
+TEST(EncodeLargePrimitives, LeavesAttributesOut) {
+  const TestFolder folder;
+  Document expected = large_and_small(9000), actual = expected;
+  EncodeDocumentOptions options;
+  options.always_patches = true;
+  options.skip = {"NORMAL"};
+  const auto expected_reports = encode(expected, options);
+  ASSERT_TRUE(expected_reports.ok()) << expected_reports.status().to_string();
+  const auto reports =
+      encode_large_primitives(actual, options, small_parts(folder), draco_backend(), test_pool());
+  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+  for (size_t mesh = 0; mesh < 3; ++mesh) {
+    EXPECT_EQ((*reports)[mesh].dropped_attributes, options.skip);
+    EXPECT_EQ((*expected_reports)[mesh].dropped_attributes, options.skip);
+    EXPECT_EQ(compare_meshes(*read(expected, mesh), *read(actual, mesh)), "");
+  }
+  EXPECT_EQ(actual.json["accessors"].size(), expected.json["accessors"].size());
   EXPECT_EQ(actual.json["bufferViews"].size(), expected.json["bufferViews"].size());
 }
 

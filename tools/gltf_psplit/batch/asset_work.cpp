@@ -135,9 +135,9 @@ Status AssetWork::encode(Job& job, Document& document) {
   const auto reports = encode_document(document, arguments_.encode.options, find_backend({}), session_.pool);
   if (!reports) return reports.status();
   const std::string prefix = job.item.input + ": ";
-  job.outcome.result = collect_rows(*reports, Log(Verbosity::kQuiet));
+  job.outcome.result = collect_rows(*reports, arguments_.encode.options.skip, Log(Verbosity::kQuiet));
   log_reports(*reports, session_.log, prefix);
-  warn_of_growth(job.outcome.result, session_.log, job.item.input);
+  warn_of_result(job.outcome.result, session_.log, job.item.input);
   return {};
 }
 

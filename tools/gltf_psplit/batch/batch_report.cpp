@@ -69,6 +69,8 @@ Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
     asset.update(figures_of(outcome, verb));
     if (outcome.sizes.output.files > 0) append_written(asset, outcome.written);
     if (verb == BatchVerb::kEncode) asset["primitives"] = outcome.result.primitives;
+    if (!outcome.result.dropped_attributes.empty())
+      asset["dropped_attributes"] = outcome.result.dropped_attributes;
   } else if (outcome.up_to_date && outcome.recorded.is_object()) {
     asset.update(outcome.recorded);
   }

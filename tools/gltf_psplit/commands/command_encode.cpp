@@ -59,6 +59,7 @@ Json report_json(const Arguments& arguments, const EncodeResult& result, const J
   total["wall_ms"] = wall_ms;
   return {{"input", arguments.input},
           {"output", arguments.output},
+          {"dropped_attributes", result.dropped_attributes},
           {"verified", arguments.encode.options.verify},
           {"threads", session.pool.thread_count()},
           {"files", sizes_json(sizes)},
@@ -229,11 +230,11 @@ Status run_encode(const Arguments& arguments, const Session& session) {
   Expected<Encoded> encoded = encode_input(arguments, session, written);
   if (!encoded) return encoded.status();
   AssetSizes sizes{encoded->input_bytes, {}};
-  const EncodeResult result = collect_rows(encoded->reports, session.log);
+  const EncodeResult result = collect_rows(encoded->reports, options.skip, session.log);
   log_reports(encoded->reports, session.log);
   if (result.split_count + result.draco_count == 0)
     session.log.warning("nothing to encode in " + arguments.input);
-  warn_of_growth(result, session.log, arguments.input);
+  warn_of_result(result, session.log, arguments.input);
   if (Status status = write_asset(encoded->document, arguments.output, arguments.write, session, written);
       !status.ok())
     return status;

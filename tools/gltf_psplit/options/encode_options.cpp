@@ -72,6 +72,13 @@ void add_keep_options(CLI::App& command, EncodeDocumentOptions& options) {
   command.add_flag("--keep-unused", options.keep_unused, "Keep points that no face uses");
   command.add_flag("--keep-duplicates", options.keep_duplicates,
                    "Do not merge points that are equal in all attributes");
+  command
+      .add_option(
+          "--skip", options.skip,
+          "Leave ATTRIBUTE out of all meshes, such as TEXCOORD_1, COLOR_0 or _CUSTOM. It is an error if the "
+          "asset needs it, as a texture needs its coordinates. May be repeated")
+      ->allow_extra_args(false)
+      ->type_name("ATTRIBUTE");
 }
 
 void add_drop_option(CLI::App& command, std::vector<std::string>& names) {
@@ -183,7 +190,8 @@ void group_encode_options(CLI::App& command) {
       {"Precision",
        {"--quantize-position", "--max-error", "--quantize-normal", "--quantize-texcoord", "--quantize-color",
         "--quantize-generic", "--quantization-volume", "--lossless"}},
-      {"What is kept", {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--drop-extension"}},
+      {"What is kept",
+       {"--keep-degenerate", "--keep-unused", "--keep-duplicates", "--skip", "--drop-extension"}},
       {"What is written", {"--images", "--condense", "--no-condense", "--fallback", "--compat", "--as"}},
   };
   for (const auto& [group, names] : groups)
@@ -213,6 +221,7 @@ std::string describe_options(const EncodeDocumentOptions& options) {
                  {"fallback", static_cast<int>(o.fallback)},
                  {"compat", static_cast<int>(o.compat)},
                  {"verify", o.verify}};
+  if (!o.skip.empty()) described["skip"] = o.skip;
   if (o.position_bits_by_edges) described["position_bits_by_edges"] = kLeastBitsForEdges;
   if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;
   if (o.condense) described["condense"] = {kCondensedContainerVersion, o.condense_smallest};

@@ -105,8 +105,10 @@ Json drop_extensions(Document& document, const std::vector<std::string>& names, 
   return counts;
 }
 
-EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log) {
+EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<const std::string> skipped,
+                          const Log& log) {
   EncodeResult result;
+  for (const std::string& attribute : skipped) result.dropped_attributes[attribute] = 0;
   for (const PrimitiveReport& report : reports) {
     Json object{
         {"mesh", report.id.mesh}, {"primitive", report.id.primitive}, {"stored_as", name_of(report.stored_as)}};
@@ -136,6 +138,8 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& l
       ++result.recoded_count;
     }
     if (!report.warnings.empty()) object["warnings"] = report.warnings;
+    if (!report.dropped_attributes.empty()) object["dropped_attributes"] = report.dropped_attributes;
+    for (const std::string& attribute : report.dropped_attributes) ++result.dropped_attributes[attribute];
     result.primitives.push_back(std::move(object));
   }
   return result;
@@ -149,7 +153,9 @@ void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const
   }
 }
 
-void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file) {
+void warn_of_result(const EncodeResult& result, const Log& log, const std::string& file) {
+  for (const auto& [attribute, count] : result.dropped_attributes)
+    if (count == 0) log.warning(file + ": no primitive has " + attribute + ", which is to be skipped");
   if (result.geometry.output <= result.geometry.input) return;
   log.warning(file + ": the meshes take " + with_separators(result.geometry.output) + " bytes, more than the " +
               with_separators(result.geometry.input) + " of the input");
@@ -169,7 +175,10 @@ std::string changes_text(const EncodeStatistics& statistics) {
 }
 
 std::string encode_summary(const EncodeResult& result) {
-  if (result.split_count + result.draco_count == 0) return "nothing was encoded";
+  std::string dropped;
+  for (const auto& [attribute, count] : result.dropped_attributes)
+    if (count > 0) dropped += "; left out " + attribute + " of " + counted(count, "primitive");
+  if (result.split_count + result.draco_count == 0) return "nothing was encoded" + dropped;
   // The sum counts a stream that was not split as a patch.
   const uint64_t streams = result.total.summary.patches;
   const uint64_t patches = streams - std::min(streams, result.unsplit_streams);
@@ -180,7 +189,7 @@ std::string encode_summary(const EncodeResult& result) {
   if (result.recoded_count > 0)
     text += "; " + counted(result.recoded_count, "primitive") + " condensed without encoding again";
   const std::string changes = changes_text(result.total.statistics);
-  return text + (changes.empty() ? "" : "; ") + changes;
+  return text + (changes.empty() ? "" : "; ") + changes + dropped;
 }
 
 }  // namespace psplit

@@ -1,7 +1,9 @@
 // What `encode` and `batch` report about an asset: rows of JSON, and lines of the log.
 #pragma once
 
+#include <map>
 #include <span>
+#include <string>
 
 #include "gltf_ext/convert/primitive_report.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
@@ -59,14 +61,18 @@ struct EncodeResult {
   size_t unchanged_count = 0;    // as they were
   size_t recoded_count = 0;      // those whose streams are the input's, condensed
   uint64_t unsplit_streams = 0;  // those of draco_count whose geometry no earlier primitive has
+  // Attributes that the user skips, and the number of primitives that had each.
+  std::map<std::string, size_t> dropped_attributes;
 };
-EncodeResult collect_rows(std::span<const PrimitiveReport> reports, const Log& log);
+// `skipped`: the attributes that the user skips.
+EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<const std::string> skipped,
+                          const Log& log);
 
 // Logs which primitives were left as they were, and what the others lost. Each line begins with `prefix`.
 void log_reports(std::span<const PrimitiveReport> reports, const Log& log, const std::string& prefix = "");
 
-// Warns if the geometry takes more bytes than before.
-void warn_of_growth(const EncodeResult& result, const Log& log, const std::string& file);
+// Warns if the geometry takes more bytes than before, and of skipped attributes that no primitive has.
+void warn_of_result(const EncodeResult& result, const Log& log, const std::string& file);
 
 // How the meshes changed: "merged 12 duplicate points, dropped 3 degenerate faces"; empty if they did not.
 std::string changes_text(const EncodeStatistics& statistics);

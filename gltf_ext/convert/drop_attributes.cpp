@@ -1,0 +1,174 @@
+#include "gltf_ext/convert/drop_attributes.h"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <set>
+
+#include "gltf_ext/convert/read_jobs.h"
+#include "gltf_ext/document/references.h"
+#include "gltf_ext/primitive/primitive_edit.h"
+
+namespace psplit {
+namespace {
+
+// "TEXCOORD_1" is set 1 of TEXCOORD.
+struct SetName {
+  std::string prefix;  // with the underscore
+  int64_t set = 0;
+};
+std::optional<SetName> set_name(const std::string& semantic) {
+  const size_t underscore = semantic.rfind('_');
+  if (underscore == std::string::npos) return std::nullopt;
+  SetName name{semantic.substr(0, underscore + 1)};
+  const char* const end = semantic.data() + semantic.size();
+  const auto parsed = std::from_chars(semantic.data() + underscore + 1, end, name.set);
+  return parsed.ec == std::errc() && parsed.ptr == end && name.set >= 0 ? std::optional(name) : std::nullopt;
+}
+
+// Collects the sets of texture coordinates that textures in a tree read. Whatever has an index may be one.
+void collect_texcoords(const Json& tree, std::set<int64_t>& sets) {
+  if (!tree.is_structured()) return;
+  if (tree.is_object() && field(tree, "index") != nullptr) {
+    sets.insert(integer_field(tree, "texCoord").value_or(0));
+    if (const Json* transform = extension_field(tree, "KHR_texture_transform"))
+      if (const auto set = integer_field(*transform, "texCoord")) sets.insert(*set);
+  }
+  for (auto member = tree.begin(); member != tree.end(); ++member)
+    if (!tree.is_object() || member.key() != "extras") collect_texcoords(*member, sets);
+}
+
+class Dropper {
+ public:
+  Dropper(Document& document, const EncodeDocumentOptions& options)
+      : document_(document),
+        options_(options),
+        skip_(options.skip.begin(), options.skip.end()),
+        metadata_(metadata_attributes(document.json)) {
+    for_each_element(document.json, "nodes", [&](const Json& node) {
+      if (const auto mesh = integer_field(node, "mesh"); mesh && field(node, "skin") != nullptr)
+        skinned_.insert(*mesh);
+    });
+  }
+
+  Status drop(PrimitiveId id) {
+    Json& primitive = primitive_json(document_, id);
+    Json* const attributes = object_field(primitive, "attributes");
+    if (attributes == nullptr) return {};
+    std::vector<std::string> found;
+    for (const auto& [semantic, index] : attributes->items())
+      if (skip_.contains(semantic)) found.push_back(semantic);
+    for (const std::string& semantic : found)
+      if (const std::string reason = need(primitive, id, semantic); !reason.empty())
+        return Status(
+            StatusCode::kUsage, semantic + " cannot be skipped: " + reason,
+            {document_.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1});
+    for (const std::string& semantic : found) {
+      release(*attributes, semantic);
+      for_each_element(primitive, "targets", [&](Json& target) {
+        if (target.is_object()) release(target, semantic);
+      });
+      for (const char* name : {kExtensionName, kStockExtensionName})
+        if (Json* extension = extension_field(primitive, name))
+          if (Json* stored = object_field(*extension, "attributes")) stored->erase(semantic);
+    }
+    if (!found.empty()) dropped_.of_primitive[{id.mesh, id.primitive}] = std::move(found);
+    return {};
+  }
+
+  DroppedAttributes dropped() && { return std::move(dropped_); }
+
+ private:
+  void release(Json& holder, const std::string& semantic) {
+    if (const auto accessor = integer_field(holder, semantic.c_str())) dropped_.freed.push_back(*accessor);
+    holder.erase(semantic);
+  }
+
+  // Why the attribute must stay; empty if it need not.
+  std::string need(const Json& primitive, PrimitiveId id, const std::string& semantic) const {
+    if (semantic == "POSITION") return "a mesh needs positions";
+    if (extension_field(primitive, kExtensionName) != nullptr && options_.compat == Compat::kNone)
+      return "it is in patches, which stay as they are; decode the asset first";
+    if (metadata_.contains(semantic)) return "EXT_structural_metadata reads it";
+    std::string reason;
+    for_each_element(primitive, "targets", [&](const Json& target) {
+      const auto is_dropped = [&](const auto& member) { return skip_.contains(member.key()); };
+      const auto members = target.items();
+      if (target.is_object() && target.contains(semantic) &&
+          std::all_of(members.begin(), members.end(), is_dropped))
+        reason = "a morph target would be empty";
+    });
+    const std::optional<SetName> name = set_name(semantic);
+    if (!reason.empty() || !name) return reason;
+    return need_of_set(primitive, id, *name);
+  }
+
+  std::string need_of_set(const Json& primitive, PrimitiveId id, const SetName& name) const {
+    const auto stays = [&](const std::string& other) {
+      return field(primitive["attributes"], other.c_str()) != nullptr && !skip_.contains(other);
+    };
+    if (name.prefix == "_FEATURE_ID_") return need_of_feature(primitive, name.set);
+    if (name.prefix.starts_with('_')) return "";
+    // glTF counts sets from 0 without gaps.
+    if (const std::string next = name.prefix + std::to_string(name.set + 1); stays(next))
+      return next + " would stay without it; skip that as well";
+    if (name.prefix == "JOINTS_" || name.prefix == "WEIGHTS_") {
+      const std::string other = (name.prefix == "JOINTS_" ? "WEIGHTS_" : "JOINTS_") + std::to_string(name.set);
+      if (stays(other)) return other + " would stay without it; skip that as well";
+      if (name.set == 0 && skinned_.contains(static_cast<int64_t>(id.mesh))) return "a skin needs it";
+    }
+    return name.prefix == "TEXCOORD_" ? need_of_texture(primitive, name.set) : "";
+  }
+
+  static std::string need_of_feature(const Json& primitive, int64_t set) {
+    const Json* features = extension_field(primitive, "EXT_mesh_features");
+    std::string reason;
+    if (features != nullptr)
+      for_each_element(*features, "featureIds", [&](const Json& feature) {
+        if (integer_field(feature, "attribute") == set) reason = "EXT_mesh_features reads it";
+      });
+    return reason;
+  }
+
+  std::string need_of_texture(const Json& primitive, int64_t set) const {
+    const auto reads = [&](const Json* tree) {
+      std::set<int64_t> sets;
+      if (tree != nullptr) collect_texcoords(*tree, sets);
+      return sets.contains(set);
+    };
+    std::set<int64_t> materials;
+    if (const auto material = integer_field(primitive, "material")) materials.insert(*material);
+    if (const Json* variants = extension_field(primitive, "KHR_materials_variants"))
+      for_each_element(*variants, "mappings", [&](const Json& mapping) {
+        if (const auto material = integer_field(mapping, "material")) materials.insert(*material);
+      });
+    for (const int64_t material : materials)
+      if (reads(top_level_object(document_.json, "materials", material)))
+        return "material " + std::to_string(material) + " has a texture that reads it";
+    if (reads(extension_field(primitive, "EXT_mesh_features"))) return "EXT_mesh_features reads it";
+    const Json* metadata = extension_field(document_.json, "EXT_structural_metadata");
+    if (metadata != nullptr && extension_field(primitive, "EXT_structural_metadata") != nullptr &&
+        reads(field(*metadata, "propertyTextures")))
+      return "EXT_structural_metadata reads it";
+    return "";
+  }
+
+  Document& document_;
+  const EncodeDocumentOptions& options_;
+  const std::set<std::string> skip_, metadata_;
+  std::set<int64_t> skinned_;  // meshes
+  DroppedAttributes dropped_;
+};
+
+}  // namespace
+
+Expected<DroppedAttributes> drop_attributes(Document& document, const EncodeDocumentOptions& options,
+                                            std::span<const PrimitiveId> ids) {
+  if (options.skip.empty()) return DroppedAttributes();
+  Dropper dropper(document, options);
+  for (const PrimitiveId id : ids)
+    if (Status status = dropper.drop(id); !status.ok()) return status;
+  return std::move(dropper).dropped();
+}
+
+}  // namespace psplit

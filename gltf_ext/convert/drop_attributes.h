@@ -1,0 +1,34 @@
+// Attributes that the user does not want.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/primitive_id.h"
+
+namespace psplit {
+
+struct DroppedAttributes {
+  std::map<std::pair<size_t, size_t>, std::vector<std::string>> of_primitive;  // by mesh and primitive
+  std::vector<int64_t> freed;  // accessors that may have no user now: see PrimitiveEditor::release
+
+  std::vector<std::string> of(PrimitiveId id) const {
+    const auto found = of_primitive.find({id.mesh, id.primitive});
+    return found == of_primitive.end() ? std::vector<std::string>() : found->second;
+  }
+};
+
+// Removes the attributes of options.skip from the primitives, from their morph targets and from what their
+// Draco extension lists; the stream itself keeps them until the primitive is encoded again. kUsage,
+// and an unusable document, if the asset needs one of them: POSITION, coordinates of a texture, a skin, a
+// feature id, metadata, a set that another set follows, all that a morph target has; or if it is in patches
+// that stay.
+Expected<DroppedAttributes> drop_attributes(Document& document, const EncodeDocumentOptions& options,
+                                            std::span<const PrimitiveId> ids);
+
+}  // namespace psplit

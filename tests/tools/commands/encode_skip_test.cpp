@@ -1,0 +1,151 @@
+// gltf-psplit encode --skip: attributes that are left out.
+#include <cstring>
+
+#include "tests/tools/commands/sample_assets.h"
+
+namespace psplit {
+namespace {
+
+using Json = nlohmann::json;
+
+// asset.gltf: a grid of 8 by 8 squares with two sets of texture coordinates, of which a material reads the
+// first.
+class EncodeSkip : public CommandOnSamples {
+ protected:
+  static constexpr uint32_t kSide = 9, kPoints = kSide * kSide, kIndices = (kSide - 1) * (kSide - 1) * 6;
+
+  Json asset() const {
+    std::string bytes;
+    const auto add = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
+    const auto add_points = [&](int components) {
+      for (uint32_t i = 0; i < kPoints; ++i)
+        for (int c = 0; c < components; ++c)
+          add(c == 0   ? static_cast<float>(i % kSide) / kSide
+              : c == 1 ? static_cast<float>(i / kSide) / kSide
+                       : 0.25f);
+    };
+    add_points(3);
+    add_points(2);
+    add_points(2);
+    for (uint16_t y = 0; y + 1u < kSide; ++y)
+      for (uint16_t x = 0; x + 1u < kSide; ++x) {
+        const auto corner = static_cast<uint16_t>(y * kSide + x);
+        for (const uint32_t to : {0u, 1u, kSide, kSide, 1u, kSide + 1}) add(static_cast<uint16_t>(corner + to));
+      }
+    write("asset.bin", bytes);
+    Json json = Json::parse(R"({"asset":{"version":"2.0"},
+      "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],
+      "textures":[{}],"meshes":[{"primitives":[{"material":0,"indices":3,
+        "attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2}}]}]})");
+    json["buffers"] = {{{"uri", "asset.bin"}, {"byteLength", bytes.size()}}};
+    size_t offset = 0;
+    for (const int components : {3, 2, 2, 1}) {
+      const bool is_index = components == 1;
+      const size_t length = is_index ? kIndices * 2 : kPoints * 4 * static_cast<size_t>(components);
+      json["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", offset}, {"byteLength", length}});
+      json["accessors"].push_back({{"bufferView", json["bufferViews"].size() - 1},
+                                   {"componentType", is_index ? 5123 : 5126},
+                                   {"count", is_index ? kIndices : kPoints},
+                                   {"type", is_index ? "SCALAR" : "VEC" + std::to_string(components)}});
+      offset += length;
+    }
+    json["accessors"][0]["min"] = {0, 0, 0.25};
+    json["accessors"][0]["max"] = {8.0 / 9, 8.0 / 9, 0.25};
+    return json;
+  }
+  Json& primitive(Json& json) const { return json["meshes"][0]["primitives"][0]; }
+
+  int encode(const Json& json, const std::string& output, std::vector<std::string> options) {
+    write("asset.gltf", json.dump());
+    options.insert(options.begin(), {"encode", path("asset.gltf"), path(output)});
+    return run(std::move(options));
+  }
+  Json written(const std::string& name) const { return Json::parse(read_bytes(path(name))); }
+};
+
+TEST_F(EncodeSkip, LeavesAttributesOutAndCountsThem) {
+  ASSERT_EQ(encode(asset(), "all.gltf", {"-q"}), 0) << err_;
+  ASSERT_EQ(
+      encode(asset(), "out.gltf", {"--skip", "TEXCOORD_1", "--skip", "COLOR_0", "--report", path("r.json")}), 0)
+      << err_;
+  EXPECT_TRUE(contains(err_, "left out TEXCOORD_1 of 1 primitive")) << err_;
+  EXPECT_TRUE(contains(err_, "warning: " + path("asset.gltf") + ": no primitive has COLOR_0")) << err_;
+  const Json report = written("r.json"), out = written("out.gltf");
+  EXPECT_EQ(report["dropped_attributes"], Json::parse(R"({"COLOR_0":0,"TEXCOORD_1":1})"));
+  EXPECT_EQ(report["primitives"][0]["dropped_attributes"], Json::parse(R"(["TEXCOORD_1"])"));
+  const Json& primitive = out["meshes"][0]["primitives"][0];
+  EXPECT_FALSE(primitive["attributes"].contains("TEXCOORD_1"));
+  EXPECT_TRUE(primitive["attributes"].contains("TEXCOORD_0"));
+  EXPECT_EQ(primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"].size(), 2u);
+  EXPECT_EQ(out["accessors"].size(), 3u);
+  EXPECT_LT(out["buffers"][0]["byteLength"], written("all.gltf")["buffers"][0]["byteLength"]);
+  EXPECT_EQ(run({"validate", path("out.gltf"), "-q"}), 0) << out_;
+  EXPECT_EQ(run({"compare", path("asset.gltf"), path("out.gltf")}), 7);
+  EXPECT_TRUE(contains(out_, "TEXCOORD_1")) << out_;
+  // The same for a primitive that stays as it was, and without a material for all coordinates.
+  Json json = asset();
+  this->primitive(json).erase("material");
+  this->primitive(json)["mode"] = 0;
+  ASSERT_EQ(encode(json, "plain.gltf", {"--skip", "TEXCOORD_0", "--skip", "TEXCOORD_1"}), 0) << err_;
+  EXPECT_EQ(written("plain.gltf")["accessors"].size(), 2u);
+  EXPECT_TRUE(contains(err_, "left out TEXCOORD_0 of 1 primitive; left out TEXCOORD_1 of 1 primitive")) << err_;
+}
+
+TEST_F(EncodeSkip, EncodesStockDracoAgain) {
+  ASSERT_EQ(encode(asset(), "out.gltf", {"-q", "--quantize-texcoord", "20"}), 0) << err_;
+  const auto bytes = [&] { return written("again.gltf")["buffers"][0]["byteLength"].get<int>(); };
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{}, {"--condense"}, {"--patches", "2"}}) {
+    std::vector<std::string> words = {"encode", path("out.gltf"), path("again.gltf"), "--quantize-texcoord",
+                                      "20"};
+    words.insert(words.end(), more.begin(), more.end());
+    ASSERT_EQ(run(words), 0) << err_;
+    const int before = bytes();
+    words.insert(words.end(), {"--skip", "TEXCOORD_1"});
+    ASSERT_EQ(run(words), 0) << err_;
+    EXPECT_TRUE(contains(err_, "left out TEXCOORD_1")) << err_;
+    EXPECT_LT(bytes(), before - 20);
+    EXPECT_EQ(run({"validate", path("again.gltf"), "-q"}), 0) << out_;
+  }
+  // Patches stay as they are.
+  EXPECT_EQ(run({"encode", path("again.gltf"), path("c.glb"), "--skip", "TEXCOORD_0"}), 1);
+  EXPECT_TRUE(contains(err_, "TEXCOORD_0 cannot be skipped: it is in patches")) << err_;
+}
+
+TEST_F(EncodeSkip, RefusesWhatTheAssetNeeds) {
+  const auto refuses = [&](const Json& json, const std::string& attribute, const std::string& reason) {
+    EXPECT_EQ(encode(json, "out.gltf", {"--skip", attribute}), 1) << attribute;
+    EXPECT_TRUE(contains(err_, "mesh 0, primitive 0: " + attribute + " cannot be skipped: " + reason)) << err_;
+    EXPECT_FALSE(std::filesystem::exists(path("out.gltf")));
+  };
+  refuses(asset(), "POSITION", "a mesh needs positions");
+  refuses(asset(), "TEXCOORD_0", "TEXCOORD_1 would stay without it");
+  Json json = asset();
+  Json& texture = json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+  texture["texCoord"] = 1;
+  refuses(json, "TEXCOORD_1", "material 0 has a texture");
+  texture["texCoord"] = 0;
+  texture["extensions"]["KHR_texture_transform"]["texCoord"] = 1;
+  refuses(json, "TEXCOORD_1", "material 0 has a texture");
+  json = asset();
+  json["materials"].push_back({{"extensions", {{"KHR_x", {{"t", {{"index", 0}, {"texCoord", 1}}}}}}}});
+  primitive(json)["extensions"]["KHR_materials_variants"]["mappings"] = {{{"material", 1}, {"variants", {0}}}};
+  refuses(json, "TEXCOORD_1", "material 1 has a texture");
+  json = asset();
+  primitive(json)["attributes"]["_FEATURE_ID_0"] = 2;
+  primitive(json)["extensions"]["EXT_mesh_features"]["featureIds"] = {{{"featureCount", 1}, {"attribute", 0}}};
+  refuses(json, "_FEATURE_ID_0", "EXT_mesh_features");
+  json = asset();
+  primitive(json)["targets"] = {{{"TEXCOORD_1", 2}}};
+  refuses(json, "TEXCOORD_1", "a morph target would be empty");
+  json = asset();
+  json["accessors"].push_back(
+      {{"componentType", 5121}, {"normalized", true}, {"count", kPoints}, {"type", "VEC4"}});
+  primitive(json)["attributes"]["WEIGHTS_0"] = 4;
+  json["accessors"].push_back({{"componentType", 5121}, {"count", kPoints}, {"type", "VEC4"}});
+  primitive(json)["attributes"]["JOINTS_0"] = 5;
+  refuses(json, "JOINTS_0", "WEIGHTS_0 would stay");
+}
+
+}  // namespace
+}  // namespace psplit
