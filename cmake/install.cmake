@@ -68,5 +68,20 @@ if(PSPLIT_BUILD_TOOLS)
                        DEPENDS gltf-psplit ${PROJECT_SOURCE_DIR}/cmake/man_page.cmake VERBATIM)
     add_custom_target(psplit_man_page ALL DEPENDS ${man_page})
     install(FILES ${man_page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+    # So are the completions of shells, where each looks for them.
+    set(completions)
+    foreach(place IN ITEMS bash:bash-completion/completions/gltf-psplit zsh:zsh/site-functions/_gltf-psplit
+                           fish:fish/vendor_completions.d/gltf-psplit.fish)
+      string(REGEX MATCH "^([a-z]+):(.*)/([^/]+)$" place ${place})
+      set(shell ${CMAKE_MATCH_1})
+      set(folder ${CMAKE_INSTALL_DATADIR}/${CMAKE_MATCH_2})
+      set(script ${PROJECT_BINARY_DIR}/completions/${shell}/${CMAKE_MATCH_3})
+      add_custom_command(OUTPUT ${script}
+                         COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/completions/${shell}
+                         COMMAND gltf-psplit completion ${shell} -o ${script} DEPENDS gltf-psplit VERBATIM)
+      list(APPEND completions ${script})
+      install(FILES ${script} DESTINATION ${folder})
+    endforeach()
+    add_custom_target(psplit_completions ALL DEPENDS ${completions})
   endif()
 endif()

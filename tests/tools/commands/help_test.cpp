@@ -13,8 +13,8 @@
 namespace psplit {
 namespace {
 
-const char* const kVerbs[] = {"encode",   "batch",   "decode",   "expand", "inspect",
-                              "validate", "compare", "generate", "help",   "version"};
+const char* const kVerbs[] = {"encode",  "batch",    "decode",     "expand", "inspect", "validate",
+                              "compare", "generate", "completion", "help",   "version"};
 
 TEST(Help, FitsEightyColumns) {
   std::vector<std::vector<std::string>> commands = {{"--help"}};

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <new>
 #include <span>
 #include <string_view>
@@ -11,6 +12,7 @@
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/options/completion.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/machine_limits.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -150,6 +152,28 @@ void add_help_command(CLI::App& app, Action& action) {
   });
 }
 
+void add_completion_command(CLI::App& app, Action& action) {
+  struct Arguments {
+    std::string shell, output = "-";
+  };
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App& command = *app.add_subcommand("completion", "Print a script that completes words in a shell");
+  static const std::map<std::string, Shell> kShells{
+      {"bash", Shell::kBash}, {"fish", Shell::kFish}, {"zsh", Shell::kZsh}};
+  command.add_option("SHELL", arguments->shell, "bash, zsh or fish")
+      ->required()
+      ->check(CLI::IsMember({"bash", "zsh", "fish"}));
+  command.add_option("-o,--output", arguments->output, "Write to FILE instead of stdout")->type_name("FILE");
+  add_examples(command,
+               {{"gltf-psplit completion bash > gltf-psplit.bash",
+                 "write the script; `. ./gltf-psplit.bash` loads it. An installation has it already"}});
+  command.callback([arguments, &app, &action] {
+    action = [arguments, &app](const Session&) {
+      return write_text(arguments->output, completion_script(app, kShells.at(arguments->shell)));
+    };
+  });
+}
+
 void add_version_command(CLI::App& app, Action& action) {
   CLI::App& command = *app.add_subcommand("version", "Print the version");
   command.callback([&action] {
@@ -166,6 +190,7 @@ void add_commands(CLI::App& app, Action& action) {
   add_validate_command(app, action);
   add_compare_command(app, action);
   add_generate_command(app, action);
+  add_completion_command(app, action);
   add_help_command(app, action);
   add_version_command(app, action);
 }
