@@ -333,6 +333,15 @@ Status LockedLog::sync() {
   return sync_descriptor(descriptor_) ? Status() : failure(path_);
 }
 
+bool is_owned(const std::filesystem::path& path) {
+  // A shared lock, for a moment: one who wants to own the file then waits.
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return false;
+  const bool is_free = ::flock(descriptor, LOCK_SH | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+  ::close(descriptor);
+  return !is_free;
+}
+
 GroupLock::~GroupLock() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }

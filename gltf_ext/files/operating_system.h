@@ -139,6 +139,9 @@ class LockedLog {
   std::chrono::steady_clock::time_point synced_;
 };
 
+// Whether another process owns the LockedLog at `path`. False if that is not known.
+bool is_owned(const std::filesystem::path& path);
+
 // A file that processes of one group hold together. Other groups wait until none of them holds it.
 class GroupLock {
  public:

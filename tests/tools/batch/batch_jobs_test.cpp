@@ -6,9 +6,12 @@
 #include <signal.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <thread>
+
+#include "tools/gltf_psplit/batch/batch_record.h"
 
 namespace psplit {
 namespace {
@@ -53,6 +56,88 @@ TEST_F(BatchJobs, MergeSaysWhichShardsHaveNotFinished) {
   ASSERT_EQ(shell("$P batch merge out --report merged.json -q"), 75);
   EXPECT_TRUE(contains(err_, "of 3 shards, these have not finished: 0, 2")) << err_;
   EXPECT_EQ(shell("$P batch merge nowhere"), 2);
+}
+
+// While an array runs, merge tells how far it is, and changes nothing.
+TEST_F(BatchJobs, MergeTellsTheStateOfARunningArray) {
+  generate_many(8);
+  write("in/bad.glb", "glTF");
+  uint32_t bad = 0;
+  while (!Shard{bad, 4}.owns("bad.glb")) ++bad;
+  const uint32_t good = (bad + 1) % 4, running = (bad + 2) % 4, missing = (bad + 3) % 4;
+  for (const uint32_t shard : {bad, good})
+    EXPECT_EQ(shell("$P batch 'in/*' -o out -q --shard " + std::to_string(shard) + "/4"), shard == bad ? 3 : 0);
+  BatchRecord record;
+  ASSERT_TRUE(record.open(folder_ / "out", {running, 4}).ok());
+  EXPECT_EQ(shell("$P batch merge out --report merged.json"), 75);
+  EXPECT_TRUE(contains(err_, "4 shards: 2 finished; 1 of them has failed assets: " + std::to_string(bad) +
+                                 "; 1 runs: " + std::to_string(running) +
+                                 "; 1 has not begun or was stopped: " + std::to_string(missing) + "\n"))
+      << err_;
+  const Json report = Json::parse(read_bytes(path("merged.json")));
+  EXPECT_EQ(report["failed"], 1);
+  const Json expected{{"count", 4},
+                      {"unfinished", {std::min(running, missing), std::max(running, missing)}},
+                      {"running", Json::array({running})},
+                      {"failed", Json::array({bad})}};
+  EXPECT_EQ(report["shards"], expected);
+  EXPECT_TRUE(fs::exists(record_folder(folder_ / "out") / Shard{good, 4}.file_name().append(".jsonl")));
+  EXPECT_FALSE(fs::exists(record_folder(folder_ / "out") / "merged.jsonl"));
+}
+
+// One line, for the logs of array jobs.
+TEST_F(BatchJobs, ASummaryIsOneLine) {
+  generate_many(2);
+  ASSERT_EQ(shell("$P batch 'in/*' -o out -q --summary --shard 0/1"), 0);
+  EXPECT_TRUE(err_.starts_with("gltf-psplit: shard 0/1 of out: 2 assets, 2 encoded, 0 up to date, 0 failed; "))
+      << err_;
+  EXPECT_EQ(err_.find('\n'), err_.size() - 1) << err_;
+  write("in/bad.glb", "glTF");
+  ASSERT_EQ(shell("$P batch 'in/*' -o out --summary"), 3);
+  EXPECT_TRUE(contains(err_, "\ngltf-psplit: out: 3 assets, 0 encoded, 2 up to date, 1 failed; ")) << err_;
+  EXPECT_FALSE(contains(err_, "\nfailed: ")) << err_;
+}
+
+TEST_F(BatchJobs, PruneRemovesOnlyWhatABatchMadeFromInputsThatAreGone) {
+  for (const char* name : {"in/a.glb", "in/b.glb", "in/changed.glb", "in/x/c.glb", "other/d.glb"})
+    generate(name);
+  generate("in/kept.glb", "500", "2");
+  ASSERT_EQ(shell("$P batch 'in/**/*.glb' -o out -q && $P batch 'other/*.glb' -o out -q && "
+                  "$P batch 'in/**/a.glb' --base in -o out --as gltf -q"),
+            0)
+      << err_;
+  for (const char* name : {"in/a.glb", "in/changed.glb", "in/x/c.glb", "other/d.glb"}) fs::remove(path(name));
+  write("out/theirs.glb", "theirs");
+  fs::copy_file(path("out/kept.glb"), path("out/changed.glb"), fs::copy_options::overwrite_existing);
+  const auto before = files("out");
+  // A pattern that leaves out b.glb does not make its output one whose input is gone.
+  const std::string prune = "$P batch 'in/**/kept.glb' -o out --prune";
+  ASSERT_EQ(shell(prune), 0) << err_;
+  const std::string listed = out_;
+  for (const char* name : {"out/a.glb\n", "out/a.gltf\n", "out/x/c.glb\n"})
+    EXPECT_TRUE(contains(out_, name)) << out_;
+  EXPECT_EQ(std::ranges::count(out_, '\n'), 3) << out_;
+  EXPECT_TRUE(contains(err_, "out/changed.glb stays")) << err_;
+  EXPECT_TRUE(contains(err_, "out: 3 outputs whose inputs are gone; --force removes them")) << err_;
+  EXPECT_TRUE(files("out") == before);
+  ASSERT_EQ(shell(prune + " --force -q"), 0) << err_;
+  EXPECT_EQ(out_, listed);
+  auto left = before;
+  std::erase_if(left, [](const auto& file) { return file.first.starts_with("a.") || file.first == "x/c.glb"; });
+  EXPECT_TRUE(files("out") == left);
+  // What was removed is forgotten: a file that others put there is theirs, also after a merge.
+  ASSERT_EQ(shell(prune), 0) << err_;
+  EXPECT_EQ(out_, "");
+  generate("in/a.glb");
+  write("out/a.glb", "theirs");
+  EXPECT_EQ(shell("$P batch 'in/**/*.glb' -o out -q"), 1);
+  ASSERT_EQ(shell("$P batch merge out -q --report report.json"), 1);
+  EXPECT_EQ(shell("$P batch 'in/**/*.glb' -o out -q"), 1);
+  EXPECT_EQ(read_bytes(path("out/a.glb")), "theirs");
+  write("plan.jsonl", "");
+  EXPECT_EQ(shell("$P batch --manifest plan.jsonl -o out --prune"), 1);
+  EXPECT_EQ(shell("$P batch 'in/**/*.glb' -o nowhere --prune"), 2);
+  EXPECT_FALSE(fs::exists(path("nowhere")));
 }
 
 TEST_F(BatchJobs, EveryCopyOfAPlanIsCheckedBeforeTheWork) {

@@ -129,7 +129,11 @@ class Batch {
     }
     if (failure_.ok() && !is_cut_short()) failure_ = rows_.add_end(watch.ms(), items_.plan());
     if (Status status = report(watch.ms()); failure_.ok()) failure_ = std::move(status);
-    session_.log.block(tally_.summary(arguments_.folder, watch.ms()));
+    const std::string shard = arguments_.shard ? "shard " + arguments_.shard->text() + " of " : "";
+    if (arguments_.summarize)
+      Log(Verbosity::kNormal).note(tally_.line(shard + arguments_.folder, watch.ms()));
+    else
+      session_.log.block(tally_.summary(arguments_.folder, watch.ms()));
     return result();
   }
 

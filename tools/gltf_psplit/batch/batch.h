@@ -26,6 +26,8 @@ struct BatchArguments {
   bool progress_as_json = false;  // a row on stdout for each asset that ended, at once
   bool reports_by_default = true;
   bool dry_run = false, force = false;
+  bool prune = false;         // run prune_outputs instead
+  bool summarize = false;     // end with one line on stderr, also if the log is quiet
   uint64_t max_failures = 0;  // this many assets may fail for good without failing the batch
   double timeout_s = 0;       // for each asset; 0: none
   uint64_t memory = 0;        // bytes; 0: default_memory
@@ -43,14 +45,20 @@ struct BatchArguments {
 // more, one at a time, so that only the culprit fails.
 Status run_batch(const BatchArguments& arguments, const Session& session);
 
+// Lists on stdout the outputs in the folder that a batch made from inputs that are gone; with `force` it
+// removes them. The input was below the same base folder as those of `arguments.request`, which no longer name
+// it. What changed since a batch made it stays, and so do images beside a .gltf. kMayPass if a batch is running
+// there.
+Status prune_outputs(const BatchArguments& arguments, const Session& session);
+
 // Plans a batch of `arguments.request` into a file (manifest.h). `options` are the words of the command line
 // that every shard has to use. `with_hashes`: the hash of every input is added. kUsage if the file is an input.
 Status plan_into_file(const BatchArguments& arguments, const std::vector<std::string>& options,
                       bool with_hashes, const std::string& path, const Session& session);
 
-// Joins the records and the reports of all shards in a folder, and writes the report as run_batch does.
-// kMayPass if a shard is running, or if one of the last run has not ended; otherwise the status of the whole
-// batch.
+// Joins the reports of all shards in a folder, and writes the report as run_batch does. If all shards have
+// finished, it also joins their records. Before that it changes nothing, and tells how far they are; the status
+// is then kMayPass. Otherwise it is the status of the whole batch.
 Status merge_batch(const BatchArguments& arguments, const Session& session);
 
 }  // namespace psplit

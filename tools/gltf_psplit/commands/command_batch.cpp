@@ -130,6 +130,15 @@ void add_job_options(CLI::App& command, Arguments& arguments) {
   command.add_flag("--force", batch.force, "Also do what is up to date, and replace read-only outputs")
       ->group(group);
   command
+      .add_flag("--prune", batch.prune,
+                "Do not work, but list the outputs that batch made from inputs that are gone; with --force, "
+                "remove them. What changed since stays")
+      ->group(group);
+  command
+      .add_flag("--summary", batch.summarize,
+                "End with one line on stderr, also with -q: for the logs of array jobs")
+      ->group(group);
+  command
       .add_option("--max-failures", batch.max_failures,
                   "Succeed even if up to N assets fail for a cause that will not pass")
       ->capture_default_str()
@@ -204,6 +213,8 @@ Status check_batch(const Arguments& arguments) {
     return usage("--progress json and --report - cannot both write to stdout");
   if (!batch.staging.fetch_output.empty() && batch.staging.store.empty() && batch.verb != BatchVerb::kCompare)
     return usage("--fetch-output needs --store");
+  if (batch.prune && (!batch.manifest.empty() || batch.shard || batch.staging.any() || !batch.report.empty()))
+    return usage("--prune takes files and patterns, and no --manifest, --shard, --report, --fetch or --store");
   const bool writes_images = batch.write.images && *batch.write.images != ImagePlacement::kEmbed;
   if (!batch.staging.store.empty() && writes_images) return usage("--store needs --images embed");
   return {};
@@ -223,7 +234,7 @@ Status run(Arguments& arguments, const Session& session) {
     batch.shard = *shard;
   }
   if (Status status = check_batch(arguments); !status.ok()) return status;
-  return run_batch(batch, session);
+  return batch.prune ? prune_outputs(batch, session) : run_batch(batch, session);
 }
 
 void complete(Arguments& arguments) {
@@ -263,7 +274,8 @@ void add_plan_command(CLI::App& batch, Action& action) {
 
 void add_merge_command(CLI::App& batch, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command = *batch.add_subcommand("merge", "Join the records and the reports of all shards");
+  CLI::App& command = *batch.add_subcommand(
+      "merge", "Join the records and the reports of all shards; while they run, tell how far they are");
   command.add_option("DIR", arguments->batch.folder, "The --out-dir of the shards")->required();
   command
       .add_option("--report", arguments->batch.report,
