@@ -65,8 +65,17 @@ def test_kubernetes():
         run(program, *arguments, JOB_COMPLETION_INDEX=str(index))
     run(program, "batch", "merge", "out", "--report", "report.json", "-q")
     report = json.loads((folder / "report.json").read_text())
-    assert report["encoded"] == 6 and report["shards"] == {"count": count, "unfinished": []}, report
+    assert report["encoded"] == 6 and report["shards"] == {"count": count, "unfinished": [], "running": [], "failed": []}, report
     assert outputs(folder / "out") == outputs(folder / "one")
+
+
+# What containers run is an ordinary user's, in the image and in the pods.
+def test_users():
+    final = (contrib / "Dockerfile").read_text().split("\nFROM ")[-1]
+    user = re.search(r"^USER (\d+):(\d+)$", final, re.M)
+    assert user and int(user[1]) > 0, final
+    for name in ("job.yaml", "pod.yaml"):
+        assert f"runAsNonRoot: true, runAsUser: {user[1]}" in (contrib / "kubernetes" / name).read_text(), name
 
 
 def test_aws_batch():
@@ -98,6 +107,24 @@ def test_aws_batch():
     (bucket / "plan.jsonl").write_text("".join(json.dumps(item) + "\n" for item in items))
     assert array(3, 4) == (1, 5)
 
+    # An OBJ comes with its material and texture, and both decide whether it is up to date.
+    places = [("obj/cube.obj", b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n"),
+              ("obj/m.mtl", b"newmtl m\nmap_Kd tex/t.png\n"), ("obj/tex/t.png", b"\x89PNG\r\n\x1a\n first")]
+    for name, content in places:
+        (bucket / name).parent.mkdir(parents=True, exist_ok=True)
+        (bucket / name).write_bytes(content)
+    line = {"input": "s3://bucket/obj/cube.obj", "name": "obj/cube.glb", "version": "1"}
+    (bucket / "objects.jsonl").write_text(json.dumps(line) + "\n")
+    for texture, counts in {"first": "1 encoded, 0 up to date", "second": "1 encoded, 0 up to date",
+                            "again": "0 encoded, 1 up to date"}.items():
+        if texture == "second":
+            (bucket / "obj/tex/t.png").write_bytes(b"\x89PNG\r\n\x1a\n second")
+        printed = run(contrib / "aws-batch/run-shard", "s3://bucket/objects.jsonl", "s3://bucket/out-obj", *words[2:],
+                      AWS_BATCH_JOB_ARRAY_INDEX="0", AWS_BATCH_JOB_ARRAY_SIZE="1")
+        assert "shard 0/1 of " in printed and counts in printed and printed.count("\n") == 1, printed
+    assert b"second" in (bucket / "out-obj/obj/cube.glb").read_bytes()
+    assert definition["timeout"]["attemptDurationSeconds"] >= 600, definition
+
     # What S3 refuses is permanent; what it may answer later is not.
     for answer, code in {"fatal error: An error occurred (404) when calling the HeadObject operation: Key is missing": 2,
                          "upload failed: An error occurred (AccessDenied) when calling the PutObject operation": 2,
@@ -121,6 +148,7 @@ try:
     for i in range(6):
         run(program, "generate", f"in/{i}.glb", "--faces", 500, "--seed", i, "-q")
     run(program, "batch", "in/*.glb", "-o", "one", "-q", "--report", "one.json")
+    test_users()
     test_kubernetes()
     test_aws_batch()
     print("contrib: all is well")

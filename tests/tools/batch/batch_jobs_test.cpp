@@ -379,6 +379,51 @@ TEST_F(BatchJobs, CommandsFetchAndStore) {
   expect_clean("out");
 }
 
+// An OBJ comes with its materials and textures, and a .gltf with its buffers. What a plan says about the
+// content of the first file does not hide that another has changed.
+TEST_F(BatchJobs, FetchBringsTheFilesThatAnAssetRefersTo) {
+  const std::string png = "\x89PNG\r\n\x1a\n";
+  write("bucket/x/a.obj", "mtllib sub/the colours.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+  write("bucket/x/sub/the colours.mtl", "newmtl m\nKd 1 0 0\nmap_Kd tex/t 1.png\n");
+  write("bucket/x/tex/t 1.png", png + "one");
+  generate("bucket/y/b.gltf");
+  write("bucket/z/c.obj", "mtllib other.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n");
+  write("bucket/z/other.mtl", "newmtl m\nmap_Kd ../../secret.png\n");
+  write("list.jsonl", [] {
+    std::string lines;
+    for (const std::string name : {"x/a.obj", "y/b.gltf", "z/c.obj"})
+      lines +=
+          Json{{"input", "s3://b/" + name}, {"name", name.substr(0, 1) + ".glb"}, {"version", "1"}}.dump() +
+          "\n";
+    return lines;
+  }());
+  const std::string batch =
+      "echo >fetched; $P batch --manifest list.jsonl -o out -q --progress json --max-failures 1 "
+      "--fetch 'echo \"$1\" >>fetched; from=\"bucket/${1#s3://b/}\"; [ -e \"$from\" ] || exit 66; cp \"$from\" "
+      "\"$2\"' "
+      "--store 'mkdir -p stored; cp \"$1\" stored/\"$2\"'";
+  ASSERT_EQ(shell(batch), 0) << err_;
+  EXPECT_EQ(count(progress(), "encoded"), 2u) << out_;
+  EXPECT_TRUE(contains(err_, "image 0 names ../../secret.png, and --fetch brings only files below")) << err_;
+  EXPECT_FALSE(contains(read_bytes(path("fetched")), "secret"));
+  ASSERT_EQ(shell("$P batch bucket/x/a.obj bucket/y/b.gltf --base bucket -o local -q"), 0) << err_;
+  EXPECT_EQ(read_bytes(path("stored/x.glb")), read_bytes(path("local/x/a.glb")));
+  EXPECT_EQ(read_bytes(path("stored/y.glb")), read_bytes(path("local/y/b.glb")));
+  EXPECT_TRUE(contains(read_bytes(path("stored/x.glb")), png + "one"));
+  ASSERT_EQ(shell(batch), 0) << err_;
+  EXPECT_EQ(count(progress(), "up to date"), 2u) << out_;
+  write("bucket/x/tex/t 1.png", png + "two");
+  ASSERT_EQ(shell(batch), 0) << err_;
+  EXPECT_EQ(progress()["s3://b/x/a.obj"], "encoded");
+  EXPECT_EQ(progress()["s3://b/y/b.gltf"], "up to date");
+  EXPECT_TRUE(contains(read_bytes(path("stored/x.glb")), png + "two"));
+  // A material that the storage does not have is a loss, as it is in a folder.
+  fs::remove(path("bucket/x/sub/the colours.mtl"));
+  ASSERT_EQ(shell(batch), 0) << err_;
+  EXPECT_EQ(progress()["s3://b/x/a.obj"], "encoded");
+  expect_clean("out");
+}
+
 // Shards number what they record about an output, so that clocks do not matter.
 TEST_F(BatchJobs, TheNewestRecordIsTheOneThatWasWrittenLast) {
   generate_many(4);

@@ -6,6 +6,7 @@
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/content_hash.h"
 #include "gltf_ext/files/io_error.h"
@@ -93,6 +94,7 @@ Status AssetWork::work(Job& job, const std::function<void(bool)>& waits) {
     Expected<fs::path> fetched = job.staged.fetch(job.item);
     if (!fetched) return fetched.status();
     job.input = std::move(*fetched);
+    if (Status status = job.staged.fetch_parts(job.item); !status.ok()) return status;
   }
   const uint64_t memory = estimate_memory(job.input.string(), arguments_.verb);
   job.outcome.memory = memory;
@@ -109,6 +111,7 @@ Status AssetWork::work_on_file(Job& job) {
   if (arguments_.verb == BatchVerb::kValidate) return validate(job);
   Expected<Document> document = read_input(job.input.string(), session_.log, "auto", FileAccess::kRead);
   if (!document) return document.status();
+  if (Status status = fetch_links(job, *document); !status.ok()) return status;
   if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
     spares_report_ = true;
     return status;
@@ -128,6 +131,14 @@ Status AssetWork::work_on_file(Job& job) {
                       ? encode(job, *document)
                       : decode_document(*document, find_backend({}), session_.pool);
   return status.ok() ? write(job, *document, key) : status;
+}
+
+// The plan knows the content of the input alone. With other files, the content of all decides what is up to
+// date.
+Status AssetWork::fetch_links(Job& job, const Document& document) {
+  if (arguments_.staging.fetch.empty()) return {};
+  if (document.files.size() > 1 || !linked_files(document).empty()) job.content.clear();
+  return job.staged.fetch_links(job.item, document);
 }
 
 Status AssetWork::encode(Job& job, Document& document) {
@@ -200,6 +211,7 @@ Status AssetWork::note_up_to_date(Job& job, const std::string& key) {
 Status AssetWork::validate(Job& job) {
   const Expected<Document> document = read_document(job.input);
   if (!document) return document.status();
+  if (Status status = fetch_links(job, *document); !status.ok()) return status;
   const std::string key = made_from(job.content.empty() ? hash_asset(*document) : job.content);
   if (is_checked(job, key)) return {};
   const std::vector<Finding> findings = validate_document(*document, find_backend({}), session_.pool);

@@ -33,6 +33,7 @@ class AssetWork {
   struct Job;
   Status work(Job& job, const std::function<void(bool)>& waits);
   Status work_on_file(Job& job);
+  Status fetch_links(Job& job, const Document& document);
   Status encode(Job& job, Document& document);
   Status write(Job& job, const Document& document, const std::string& key);
   Status validate(Job& job);

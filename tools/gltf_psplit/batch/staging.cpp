@@ -2,12 +2,19 @@
 
 #include <cerrno>
 #include <random>
+#include <sstream>
 #include <string_view>
 #include <vector>
 
+#include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/files/child_process.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/mesh_files/asset_format.h"
+#include "gltf_ext/mesh_files/mtl.h"
+#include "tools/gltf_psplit/report/asset_bytes.h"
 
 namespace psplit {
 namespace {
@@ -39,12 +46,17 @@ void remove_dead_folders(const fs::path& place) {
 
 using Variables = std::vector<std::pair<std::string, std::string>>;
 
+// `is_missing`: set, without an error, if the command finds no such input.
 Status run(const std::string& option, const std::string& command, const std::vector<std::string>& arguments,
-           const Variables& variables = {}) {
+           const Variables& variables = {}, bool* is_missing = nullptr) {
   constexpr int kNoInput = 66, kNoPermission = 77;  // of sysexits.h
   const Expected<CommandEnd> end = run_shell(command, arguments, variables);
   if (!end) return end.status();
   if (!end->by_signal && end->number == 0) return {};
+  if (is_missing != nullptr && !end->by_signal && end->number == kNoInput) {
+    *is_missing = true;
+    return {};
+  }
   const std::string message = option + " failed: " + (end->by_signal ? "signal " : "exit code ") +
                               std::to_string(end->number) +
                               (end->last_lines.empty() ? "" : ": " + end->last_lines);
@@ -52,6 +64,19 @@ Status run(const std::string& option, const std::string& command, const std::vec
   // 126 and 127: the shell found no such command.
   if (end->number == 126 || end->number == 127) return {StatusCode::kUsage, message};
   return end->number == kNoInput || end->number == kNoPermission ? io_failure(message) : may_pass(message);
+}
+
+// The names in the "mtllib" lines of an OBJ. A file that cannot be read has none: the reader says why.
+std::vector<std::string> libraries_of(const fs::path& file) {
+  std::vector<std::string> names;
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(file);
+  if (!stream) return names;
+  Expected<Scanner> scanner = open_scanner(std::move(*stream));
+  if (!scanner || format_of(*scanner, file) != AssetFormat::kObj) return names;
+  do {
+    if (scanner->word() == "mtllib") names.push_back(scanner->rest_of_line().value_or(""));
+  } while (scanner->next_line());
+  return names;
 }
 
 // What a command brought is a file of that size with that hash.
@@ -108,12 +133,62 @@ Status StagedAsset::open() {
 
 // The names keep what tells the format.
 Expected<fs::path> StagedAsset::fetch(const BatchItem& item) const {
-  const fs::path folder = folder_ / "in", file = folder / fs::path(item.input).filename();
+  const fs::path file = input(item);
   std::error_code error;
-  fs::create_directories(folder, error);
+  fs::create_directories(file.parent_path(), error);
   if (Status status = run("--fetch", commands_.fetch, {item.input, file.string()}); !status.ok()) return status;
   if (Status status = check(file, "--fetch", item.bytes, item.xxh128); !status.ok()) return status;
   return file;
+}
+
+fs::path StagedAsset::input(const BatchItem& item) const {
+  return folder_ / "in" / fs::path(item.input).filename();
+}
+
+// False if there is no such file.
+Expected<bool> StagedAsset::fetch_beside(const BatchItem& item, const fs::path& relative) const {
+  const fs::path file = folder_ / "in" / relative;
+  std::error_code error;
+  if (fs::exists(file, error)) return true;
+  fs::create_directories(file.parent_path(), error);
+  std::string source = item.input.substr(0, item.input.rfind('/') + 1) + relative.generic_string();
+  if (source.starts_with('-')) source = "./" + source;  // no option of the command
+  bool is_missing = false;
+  if (Status status = run("--fetch", commands_.fetch, {source, file.string()}, {}, &is_missing); !status.ok())
+    return Status(status.code(), source + ": " + status.message());
+  return !is_missing;
+}
+
+Status StagedAsset::fetch_parts(const BatchItem& item) const {
+  const auto fetch_uri = [&](const std::string& uri) -> Expected<bool> {
+    const Expected<fs::path> relative = relative_path_of_uri(uri);
+    return relative ? fetch_beside(item, *relative) : false;
+  };
+  if (const Expected<Json> json = read_asset_json(input(item).string()))
+    for (size_t i = 0; i < array_size(*json, "buffers"); ++i)
+      if (const std::string* uri = string_field((*json)["buffers"][i], "uri");
+          uri != nullptr && !is_data_uri(*uri))
+        if (const Expected<bool> found = fetch_uri(*uri); !found) return found.status();
+  // As the reader takes it, a line names one file, whose name may contain spaces, or several files.
+  for (const std::string& line : libraries_of(input(item))) {
+    const Expected<bool> whole = fetch_uri(uri_of_path(line));
+    if (!whole) return whole.status();
+    std::istringstream names(*whole || line.find_first_of(" \t") == std::string::npos ? "" : line);
+    for (std::string name; names >> name;)
+      if (const Expected<bool> found = fetch_uri(uri_of_path(name)); !found) return found.status();
+  }
+  return {};
+}
+
+Status StagedAsset::fetch_links(const BatchItem& item, const Document& document) const {
+  for (const LinkedFile& link : linked_files(document)) {
+    if (link.state != LinkState::kMissing) continue;
+    if (link.leaves_folder)
+      return unsupported(link.place + " names " + link.uri +
+                         ", and --fetch brings only files below the input's folder");
+    if (const Expected<bool> found = fetch_beside(item, path_of_uri(link.uri)); !found) return found.status();
+  }
+  return {};
 }
 
 fs::path StagedAsset::output(const BatchItem& item) const {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "gltf_ext/document/document.h"
 #include "src/status.h"
 #include "tools/gltf_psplit/batch/batch_item.h"
 
@@ -12,7 +13,7 @@ namespace psplit {
 
 // Commands of a shell, each empty if there is none.
 struct StagingCommands {
-  std::string fetch;         // brings input $1 to file $2
+  std::string fetch;         // brings input $1, or a file that it refers to, to file $2
   std::string store;         // takes file $1 away as output $2
   std::string fetch_output;  // brings output $1 back to file $2
   std::string folder;        // for the files meanwhile; empty: in the folder of the record
@@ -53,6 +54,13 @@ class StagedAsset {
   // the command fails, because networks do; kIo if it exits with 66 (EX_NOINPUT of sysexits.h): there is no
   // such input.
   Expected<std::filesystem::path> fetch(const BatchItem& item) const;
+  // Runs --fetch for the files without which the input cannot be read: buffers of glTF, and the material
+  // libraries of an OBJ. They keep their paths below the input's folder, and only such files are brought. One
+  // that --fetch does not find (66) is left to the reader. Other errors: those of `fetch`.
+  Status fetch_parts(const BatchItem& item) const;
+  // The same for the other files that the document refers to, such as textures. kUnsupported for one that is
+  // not below the input's folder.
+  Status fetch_links(const BatchItem& item, const Document& document) const;
   // Where to write the output before it is stored.
   std::filesystem::path output(const BatchItem& item) const;
   // Runs --store, with PSPLIT_BYTES, PSPLIT_XXH128 and PSPLIT_REPLACE in its environment. PSPLIT_REPLACE is 1
@@ -63,6 +71,9 @@ class StagedAsset {
   Expected<std::filesystem::path> bring_back(const BatchItem& item) const;
 
  private:
+  Expected<bool> fetch_beside(const BatchItem& item, const std::filesystem::path& relative) const;
+  std::filesystem::path input(const BatchItem& item) const;
+
   const StagingCommands& commands_;
   std::filesystem::path folder_;
   bool is_open_ = false;

@@ -167,8 +167,9 @@ void add_staging_options(CLI::App& command, StagingCommands& staging) {
   const std::string group = "Object storage";
   command
       .add_option("--fetch", staging.fetch,
-                  "Shell command that brings input $1 to file $2. It is not tried again if it exits with 66 "
-                  "(no such input) or 77 (no permission)")
+                  "Shell command that brings input $1 to file $2, and also the files below its folder that it "
+                  "refers to: buffers, materials, textures. It is not tried again if it exits with 66 (no "
+                  "such input) or 77 (no permission)")
       ->type_name("CMD")
       ->group(group);
   command
