@@ -6,9 +6,9 @@
 //
 // The package is npm's, which is WASM. Its bytes are those of any build. Its times are those of WASM in Node.js and must not
 // be compared with native ones. The package is installed in --modules if it is not there yet. Meshes are prepared as
-// tools/gltf_psplit/compare/meshopt_rival.h says: quantized (14 bits, normals 8, texture coordinates 12, colours 8), equal points
-// merged, triangles in strips, points in the order of use. zstd is Node.js' own or the command, at level 19. The result is
-// decoded and compared. An asset that is not a plain .glb is first converted to one, losslessly, by gltf-psplit.
+// tools/gltf_psplit/compare/meshopt_rival.h says: quantized with the bits that psplit takes by default (14, normals 10, texture
+// coordinates and others 12, colours 8), each primitive on a grid of its own; equal points merged, triangles in strips, points in the order of use. zstd is Node.js' own or the command, at level 19. The result is
+// decoded and compared. An asset that is neither .gltf nor .glb is first converted, losslessly, by gltf-psplit.
 import { execFileSync, spawnSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { createRequire } from 'node:module';
@@ -18,7 +18,8 @@ import { pathToFileURL } from 'node:url';
 import { parseArgs } from 'node:util';
 import zlib from 'node:zlib';
 
-const kVersion = '1.3.0', kZstdLevel = 19, kOctahedralBits = 8;
+const kVersion = '1.3.0', kZstdLevel = 19;
+const kBits = { POSITION: 14, NORMAL: 10, TEXCOORD: 12, COLOR: 8 }, kOtherBits = 12;
 const kNoPoint = 0xffffffff;
 
 function fail(message) {
@@ -56,12 +57,18 @@ async function load_package(folder) {
   return { version, encoder: MeshoptEncoder, decoder: MeshoptDecoder };
 }
 
-// The JSON and the bytes of a plain .glb of the same mesh.
+// The JSON and the buffers of a plain .gltf or .glb of the same mesh. What is read as it is keeps its order, which strips depend on.
 function read_asset(asset) {
+  const extension = path.extname(asset).toLowerCase();
+  if (extension === '.gltf') {
+    const json = JSON.parse(readFileSync(asset, 'utf8'));
+    return { json, buffers: json.buffers.map(({ uri }) => (uri.startsWith('data:') ? Buffer.from(uri.slice(uri.indexOf(',') + 1), 'base64')
+      : readFileSync(path.join(path.dirname(asset), decodeURIComponent(uri))))) };
+  }
   const scratch = mkdtempSync(path.join(tmpdir(), 'psplit-meshopt-'));
   try {
     let glb = asset;
-    if (path.extname(asset).toLowerCase() !== '.glb') {
+    if (extension !== '.glb') {
       const patches = path.join(scratch, 'patches.glb');
       glb = path.join(scratch, 'plain.glb');
       execFileSync(options.psplit, ['encode', '-q', '--lossless', asset, patches], { stdio: ['ignore', 'ignore', 'inherit'] });
@@ -70,7 +77,7 @@ function read_asset(asset) {
     const bytes = readFileSync(glb);
     if (bytes.length < 20 || bytes.toString('latin1', 0, 4) !== 'glTF') fail(`${asset} is not a GLB`);
     const json_bytes = bytes.readUInt32LE(12);
-    return { json: JSON.parse(bytes.toString('utf8', 20, 20 + json_bytes)), bin: bytes.subarray(28 + json_bytes) };
+    return { json: JSON.parse(bytes.toString('utf8', 20, 20 + json_bytes)), buffers: [bytes.subarray(28 + json_bytes)] };
   } finally {
     rmSync(scratch, { recursive: true, force: true });
   }
@@ -80,32 +87,32 @@ const kComponents = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 const kArrays = { 5120: Int8Array, 5121: Uint8Array, 5122: Int16Array, 5123: Uint16Array, 5125: Uint32Array, 5126: Float32Array };
 
 // The values of an accessor, tightly packed.
-function read_accessor({ json, bin }, index) {
+function read_accessor({ json, buffers }, index) {
   const accessor = json.accessors[index], view = json.bufferViews[accessor.bufferView];
   const components = kComponents[accessor.type], Values = kArrays[accessor.componentType];
   if (!view || !components || accessor.sparse || view.extensions) fail(`accessor ${index} is of a kind that this script does not read`);
   const element_bytes = components * Values.BYTES_PER_ELEMENT, stride = view.byteStride ?? element_bytes;
-  const begin = (view.byteOffset ?? 0) + (accessor.byteOffset ?? 0);
+  const bin = buffers[view.buffer], begin = (view.byteOffset ?? 0) + (accessor.byteOffset ?? 0);
   const packed = new Uint8Array(accessor.count * element_bytes);
   for (let i = 0; i < accessor.count; ++i)
     packed.set(bin.subarray(begin + i * stride, begin + i * stride + element_bytes), i * element_bytes);
   return { values: new Values(packed.buffer), components, count: accessor.count, is_float: accessor.componentType === 5126 };
 }
 
-// One grid for all components: `bits` bits, stored in 16-bit integers. The stride is a multiple of 4 bytes.
+// One grid for all components, in integers of 1 or 2 bytes. The stride is a multiple of 4 bytes.
 function quantize_to_grid({ values, components, count }, bits) {
   const low = new Array(components).fill(Infinity), high = new Array(components).fill(-Infinity);
   values.forEach((value, i) => {
     low[i % components] = Math.min(low[i % components], value);
     high[i % components] = Math.max(high[i % components], value);
   });
-  const range = Math.max(...high.map((value, i) => value - low[i]));
-  const scale = range > 0 ? ((1 << bits) - 1) / range : 0, padded = components + components % 2;
-  const grid = new Uint16Array(count * padded);
+  const range = Math.max(...high.map((value, i) => value - low[i])), scale = range > 0 ? ((1 << bits) - 1) / range : 0;
+  const value_bytes = bits <= 8 ? 1 : 2, padded = Math.ceil(components * value_bytes / 4) * 4 / value_bytes;
+  const grid = new (bits <= 8 ? Uint8Array : Uint16Array)(count * padded);
   values.forEach((value, i) => {
     grid[Math.floor(i / components) * padded + i % components] = Math.round((value - low[i % components]) * scale);
   });
-  return { bytes: new Uint8Array(grid.buffer), stride: padded * 2 };
+  return { bytes: new Uint8Array(grid.buffer), stride: padded * value_bytes };
 }
 
 function pad_to_words({ values, components, count }) {
@@ -117,21 +124,12 @@ function pad_to_words({ values, components, count }) {
 
 function quantize(name, attribute, encoder) {
   const { values, components, count, is_float } = attribute;
-  if (is_float && name === 'POSITION') return quantize_to_grid(attribute, 14);
-  if (is_float && name.startsWith('TEXCOORD_')) return quantize_to_grid(attribute, 12);
-  if (is_float && ((name === 'NORMAL' && components === 3) || (name === 'TANGENT' && components === 4))) {
-    const vectors = new Float32Array(count * 4);
-    values.forEach((value, i) => { vectors[Math.floor(i / components) * 4 + i % components] = value; });
-    return { bytes: encoder.encodeFilterOct(vectors, count, 4, kOctahedralBits), stride: 4, filter: 'OCTAHEDRAL' };
-  }
-  if (is_float && name.startsWith('COLOR_')) {
-    const bytes = new Uint8Array(count * 4);
-    values.forEach((value, i) => {
-      bytes[Math.floor(i / components) * 4 + i % components] = Math.round(255 * Math.min(Math.max(value, 0), 1));
-    });
-    return { bytes, stride: 4 };
-  }
-  return pad_to_words(attribute);
+  if (!is_float || name.startsWith('_FEATURE_ID_') || name === '_BATCHID') return pad_to_words(attribute);
+  const bits = kBits[name.split('_')[0]] ?? kOtherBits;
+  if ((name !== 'NORMAL' || components !== 3) && (name !== 'TANGENT' || components !== 4)) return quantize_to_grid(attribute, bits);
+  const vectors = new Float32Array(count * 4), stride = bits <= 8 ? 4 : 8;
+  values.forEach((value, i) => { vectors[Math.floor(i / components) * 4 + i % components] = value; });
+  return { bytes: encoder.encodeFilterOct(vectors, count, stride, bits), stride, filter: 'OCTAHEDRAL' };
 }
 
 function move_points(streams, remap, kept) {

@@ -3,70 +3,123 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
+#include <map>
 
+#include "encoder/coding/choose_codings.h"
+#include "tests/support/procedural_meshes.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {
 namespace {
 
-TEST(MeshoptRival, GivesBackTheSameTrianglesOnItsGrid) {
+using GridPoint = std::array<uint16_t, 3>;
+
+// Where psplit puts the positions of a mesh.
+std::vector<GridPoint> grid_points(const Mesh& mesh, const AttributeCoding& coding) {
+  std::vector<GridPoint> points(mesh.point_count);
+  const Attribute& positions = *mesh.find("POSITION");
+  for (size_t i = 0; i < points.size() * 3; ++i) {
+    float value = 0;
+    std::memcpy(&value, positions.values.data() + i * sizeof value, sizeof value);
+    const double steps = (static_cast<double>(value) - coding.origin[i % 3]) / coding.range;
+    points[i / 3][i % 3] = static_cast<uint16_t>(std::lround(steps * ((1 << coding.bits) - 1)));
+  }
+  return points;
+}
+
+TEST(MeshoptRival, GivesBackTheSameTrianglesWithTheBitsOfItsRivals) {
   const ThreadPool pool(2);
   const auto meshes = generate_shape({Shape::kBlob, 5000, 1, true, true}, pool);
   ASSERT_TRUE(meshes.ok()) << meshes.status().to_string();
-  const Mesh& mesh = meshes->front();
-  const auto encoded = encode_meshopt(mesh, {});
-  ASSERT_TRUE(encoded.ok());
-  const auto decoded = decode_meshopt(*encoded);
-  ASSERT_TRUE(decoded.ok());
-  const auto plain = decode_meshopt(*encoded, MeshoptForm::kPlain);
-  ASSERT_TRUE(plain.ok());
-  EXPECT_TRUE(plain->indices == decoded->indices && plain->streams == decoded->streams);
-  ASSERT_EQ(decoded->indices.size(), mesh.faces.size() * 3);
-  ASSERT_EQ(decoded->streams.size(), 3u);
-  EXPECT_EQ(encoded->streams[0].stride, 8u);
-  EXPECT_EQ(encoded->streams[1].stride, 4u);
-  EXPECT_EQ(encoded->streams[2].stride, 4u);
-  EXPECT_LT(encoded->compressed.size(), mesh.faces.size() * 6);
+  Mesh mesh = meshes->front();
+  for (const int normal_bits : {6, 10, 12}) {
+    CodingOptions options;
+    options.normal_bits = normal_bits;
+    const std::vector<AttributeCoding> codings = choose_codings(mesh, options, {});
+    const auto encoded = encode_meshopt(mesh, codings);
+    ASSERT_TRUE(encoded.ok());
+    const auto decoded = decode_meshopt(*encoded);
+    ASSERT_TRUE(decoded.ok());
+    const auto plain = decode_meshopt(*encoded, MeshoptForm::kPlain);
+    ASSERT_TRUE(plain.ok());
+    EXPECT_TRUE(plain->indices == decoded->indices && plain->streams == decoded->streams);
+    ASSERT_EQ(decoded->indices.size(), mesh.faces.size() * 3);
+    ASSERT_EQ(decoded->streams.size(), 3u);
+    EXPECT_EQ(encoded->streams[0].stride, 8u);  // 14 bits
+    EXPECT_EQ(encoded->streams[1].stride, normal_bits <= 8 ? 4u : 8u);
+    EXPECT_EQ(encoded->streams[2].stride, 4u);  // 12 bits
+    EXPECT_LT(encoded->compressed.size(), mesh.faces.size() * 7);
 
-  // Sums over all corners do not depend on the order of faces and points.
-  const auto sum_of = [&](size_t component) {
-    double sum = 0;
-    for (const uint32_t point : decoded->indices) {
-      uint16_t value = 0;
-      std::memcpy(&value, decoded->streams[0].data() + point * 8 + component * 2, 2);
-      sum += value;
+    // Normals by positions, which are on the same grid to the bit.
+    std::map<GridPoint, std::vector<std::array<float, 3>>> normals;
+    const std::vector<GridPoint> points = grid_points(mesh, codings[0]);
+    for (size_t i = 0; i < points.size(); ++i) {
+      std::array<float, 3> normal{};
+      std::memcpy(normal.data(), mesh.find("NORMAL")->values.data() + i * sizeof normal, sizeof normal);
+      normals[points[i]].push_back(normal);
     }
-    return sum / static_cast<double>(decoded->indices.size());
+    double worst = 0;
+    for (size_t i = 0; i < encoded->point_count; ++i) {
+      GridPoint point{};
+      std::memcpy(point.data(), decoded->streams[0].data() + i * 8, sizeof point);
+      ASSERT_TRUE(normals.contains(point));
+      std::array<double, 3> normal{};
+      for (size_t k = 0; k < 3; ++k)
+        if (normal_bits <= 8) {
+          normal[k] = static_cast<int8_t>(decoded->streams[1][i * 4 + k]) / 127.0;
+        } else {
+          int16_t value = 0;
+          std::memcpy(&value, decoded->streams[1].data() + i * 8 + k * 2, sizeof value);
+          normal[k] = value / 32767.0;
+        }
+      double nearest = HUGE_VAL;
+      for (const auto& original : normals[point])
+        nearest = std::min(
+            nearest, std::hypot(normal[0] - original[0], normal[1] - original[1], normal[2] - original[2]));
+      worst = std::max(worst, nearest);
+    }
+    EXPECT_LT(worst, 4.5 / std::ldexp(1.0, normal_bits)) << normal_bits;
+    EXPECT_GT(worst, 0.5 / std::ldexp(1.0, normal_bits)) << normal_bits;
+  }
+}
+
+TEST(MeshoptRival, QuantizesWhatItsRivalsQuantizeAndNothingElse) {
+  Mesh mesh;
+  mesh.point_count = 4;
+  mesh.faces = {{0, 1, 2}, {2, 1, 3}};
+  const std::vector<float> corners{0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0}, ids{7, 8, 9, 70000};
+  std::vector<float> colors, tangents;
+  for (int i = 0; i < 16; ++i) colors.push_back(static_cast<float>(i) / 16);
+  for (int i = 0; i < 4; ++i) tangents.insert(tangents.end(), {1, 0, 0, -1});
+  mesh.attributes = {make_attribute("POSITION", ComponentType::kFloat32, 3, false, corners),
+                     make_attribute("COLOR_0", ComponentType::kFloat32, 4, false, colors),
+                     make_attribute("TANGENT", ComponentType::kFloat32, 4, false, tangents),
+                     make_attribute("_FEATURE_ID_0", ComponentType::kFloat32, 1, false, ids),
+                     make_attribute("_HEAT", ComponentType::kFloat32, 1, false, ids)};
+  const auto strides = [&](const CodingOptions& options) {
+    const auto encoded = encode_meshopt(mesh, choose_codings(mesh, options, {}));
+    std::vector<size_t> list;
+    for (const MeshoptStream& stream : encoded->streams) list.push_back(stream.stride);
+    return list;
   };
-  const Attribute& positions = *mesh.find("POSITION");
-  std::vector<float> values(positions.values.size() / 4);
-  std::memcpy(values.data(), positions.values.data(), positions.values.size());
-  float range = 0;
-  std::array<float, 3> low{};
-  for (size_t component = 0; component < 3; ++component) {
-    float least = values[component], most = values[component];
-    for (size_t i = component; i < values.size(); i += 3) {
-      least = std::min(least, values[i]);
-      most = std::max(most, values[i]);
-    }
-    low[component] = least;
-    range = std::max(range, most - least);
-  }
-  for (size_t component = 0; component < 3; ++component) {
-    double sum = 0;
-    for (const auto& face : mesh.faces)
-      for (const uint32_t point : face) sum += values[point * 3 + component] - low[component];
-    const double mean_steps = sum / static_cast<double>(mesh.faces.size() * 3) / range * 16383;
-    EXPECT_NEAR(sum_of(component), mean_steps, 0.1);
-  }
+  CodingOptions fine, lossless;
+  fine.position_bits = 20;
+  fine.color_bits = 10;
+  lossless.lossless = true;
+  EXPECT_EQ(strides({}), (std::vector<size_t>{8, 4, 8, 4, 4}));
+  EXPECT_EQ(strides(fine), (std::vector<size_t>{12, 8, 8, 4, 4}));
+  EXPECT_EQ(strides(lossless), (std::vector<size_t>{12, 16, 16, 4, 4}));
 }
 
 TEST(MeshoptRival, RefusesDamagedBytes) {
   const ThreadPool pool(1);
   const auto meshes = generate_shape({Shape::kTerrain, 2000, 1, false, false}, pool);
   ASSERT_TRUE(meshes.ok());
-  auto encoded = encode_meshopt(meshes->front(), {});
+  Mesh mesh = meshes->front();
+  auto encoded = encode_meshopt(mesh, choose_codings(mesh, {}, {}));
   ASSERT_TRUE(encoded.ok());
   encoded->compressed.resize(encoded->compressed.size() / 2);
   EXPECT_FALSE(decode_meshopt(*encoded).ok());

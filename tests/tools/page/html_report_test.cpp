@@ -207,6 +207,12 @@ TEST(HtmlReport, NamesMeshoptimizersVersionInItsRows) {
   const std::string codecs = part_of(to_html(sample_report()), "<table id=\"codecs\"", "</table>");
   EXPECT_NE(codecs.find(">meshoptimizer 0.99<"), std::string::npos);
   EXPECT_NE(codecs.find(">meshoptimizer 0.99 and zstd<"), std::string::npos);
+  // An old codec makes larger files than a current one, so the page says that it is old.
+  ComparisonReport report = sample_report();
+  EXPECT_NE(to_html(report).find("the newest of release 0.99, which this build found. Releases from 0.23 on"),
+            std::string::npos);
+  report.environment.meshopt_codec = 1;
+  EXPECT_EQ(to_html(report).find("the newest of release"), std::string::npos);
 }
 
 TEST(HtmlReport, NeedsNoNetworkAndRunsNothing) {

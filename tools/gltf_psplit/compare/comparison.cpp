@@ -29,8 +29,8 @@ std::vector<int> all_speeds(const ComparisonOptions& options) {
   return speeds;
 }
 
-Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                     const ComparisonOptions& options, Encoded& encoded, Comparison& comparison) {
+Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings, Encoded& encoded,
+                     Comparison& comparison) {
   for (size_t i = 0; i < encoded.stock.size(); ++i) {
     StockRow& row = comparison.stock_speeds[i];
     Expected<StockStream> stock = Status();
@@ -39,8 +39,7 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
     row.bytes += stock->bytes.size();
     encoded.stock[i].push_back(std::move(*stock));
   }
-  Expected<MeshoptMesh> meshopt = encode_meshopt(
-      mesh, {options.coding.position_bits, options.coding.texcoord_bits, options.coding.lossless});
+  Expected<MeshoptMesh> meshopt = encode_meshopt(mesh, codings);
   if (!meshopt) return meshopt.status();
   comparison.meshopt.bytes += meshopt->compressed.size();
   comparison.meshopt_plain.bytes += meshopt->packed.size();
@@ -143,8 +142,7 @@ Status encode_all(std::span<const EncodeJob> jobs, const ComparisonOptions& opti
     if (mesh.faces.empty()) continue;
     comparison.faces += mesh.faces.size();
     comparison.points += mesh.point_count;
-    if (Status status = encode_rivals(mesh, job.codings, options, encoded, comparison); !status.ok())
-      return status;
+    if (Status status = encode_rivals(mesh, job.codings, encoded, comparison); !status.ok()) return status;
   }
   if (comparison.faces == 0) return unsupported("has no triangles");
   comparison.stock = *std::ranges::find(comparison.stock_speeds, options.coding.encode_speed, &StockRow::speed);

@@ -12,7 +12,6 @@ namespace psplit {
 namespace {
 
 constexpr int kZstdLevel = 19;
-constexpr int kOctahedralBits = 8;
 // Version 1 of the attribute codec became stable in 0.23.
 constexpr int kVertexCodec = MESHOPTIMIZER_VERSION >= 230 ? 1 : 0;
 
@@ -29,52 +28,35 @@ float float_at(const Attribute& attribute, size_t point, size_t component) {
   return value;
 }
 
-// Quantizes to `bits` bits of 16-bit integers, with one grid for all components, as Draco does.
-PlainStream quantize_to_grid(const Attribute& attribute, size_t point_count, int bits) {
+// The places of all values on the grid of `coding`.
+PlainStream quantize_to_grid(const Attribute& attribute, size_t point_count, const AttributeCoding& coding) {
   const size_t component_count = attribute.component_count;
-  std::vector<float> low(component_count, 0), high(component_count, 0);
-  for (size_t point = 0; point < point_count; ++point) {
-    for (size_t component = 0; component < component_count; ++component) {
-      const float value = float_at(attribute, point, component);
-      low[component] = point == 0 ? value : std::min(low[component], value);
-      high[component] = point == 0 ? value : std::max(high[component], value);
-    }
-  }
-  double range = 0;
-  for (size_t component = 0; component < component_count; ++component)
-    range = std::max(range, static_cast<double>(high[component]) - low[component]);
-  const double scale = range > 0 ? ((1 << bits) - 1) / range : 0;
-
+  const double most = std::ldexp(1.0, coding.bits) - 1, scale = coding.range > 0 ? most / coding.range : 0;
+  const size_t value_bytes = coding.bits <= 8 ? 1 : coding.bits <= 16 ? 2 : 4;
   PlainStream stream;
-  stream.stride = (component_count * sizeof(uint16_t) + 3) / 4 * 4;
+  stream.stride = (component_count * value_bytes + 3) / 4 * 4;
   stream.bytes.resize(point_count * stream.stride);
   for (size_t point = 0; point < point_count; ++point) {
     for (size_t component = 0; component < component_count; ++component) {
-      const double steps =
-          (static_cast<double>(float_at(attribute, point, component)) - low[component]) * scale;
-      const auto value = static_cast<uint16_t>(std::lround(steps));
-      std::memcpy(stream.bytes.data() + point * stream.stride + component * sizeof value, &value, sizeof value);
+      const double value =
+          static_cast<double>(float_at(attribute, point, component)) - coding.origin[component];
+      const auto step = static_cast<uint32_t>(std::lround(std::clamp(value * scale, 0.0, most)));
+      for (size_t k = 0; k < value_bytes; ++k)
+        stream.bytes[point * stream.stride + component * value_bytes + k] =
+            static_cast<uint8_t>(step >> (8 * k));
     }
   }
   return stream;
 }
 
-PlainStream quantize_octahedral(const Attribute& attribute, size_t point_count) {
+PlainStream quantize_octahedral(const Attribute& attribute, size_t point_count, int bits) {
   std::vector<float> vectors(point_count * 4, 0);
   for (size_t point = 0; point < point_count; ++point)
     for (size_t component = 0; component < attribute.component_count; ++component)
       vectors[point * 4 + component] = float_at(attribute, point, component);
-  PlainStream stream{std::vector<uint8_t>(point_count * 4), 4, true};
-  meshopt_encodeFilterOct(stream.bytes.data(), point_count, stream.stride, kOctahedralBits, vectors.data());
-  return stream;
-}
-
-PlainStream quantize_to_bytes(const Attribute& attribute, size_t point_count) {
-  PlainStream stream{std::vector<uint8_t>(point_count * 4), 4, false};
-  for (size_t point = 0; point < point_count; ++point)
-    for (size_t component = 0; component < attribute.component_count; ++component)
-      stream.bytes[point * 4 + component] = static_cast<uint8_t>(
-          std::lround(255 * std::clamp(float_at(attribute, point, component), 0.0f, 1.0f)));
+  const size_t stride = bits <= 8 ? 4 : 8;
+  PlainStream stream{std::vector<uint8_t>(point_count * stride), stride, true};
+  meshopt_encodeFilterOct(stream.bytes.data(), point_count, stride, std::min(bits, 16), vectors.data());
   return stream;
 }
 
@@ -88,19 +70,11 @@ PlainStream pad_to_words(const Attribute& attribute, size_t point_count) {
   return stream;
 }
 
-PlainStream quantize(const Attribute& attribute, size_t point_count, const MeshoptBits& bits) {
-  const std::string& name = attribute.semantic;
-  const size_t component_count = attribute.component_count;
-  if (!bits.lossless && attribute.component_type == ComponentType::kFloat32) {
-    if (name == "POSITION") return quantize_to_grid(attribute, point_count, std::min(bits.position, 16));
-    if (name.starts_with("TEXCOORD_"))
-      return quantize_to_grid(attribute, point_count, std::min(bits.texcoord, 16));
-    const bool is_vector =
-        (name == "NORMAL" && component_count == 3) || (name == "TANGENT" && component_count == 4);
-    if (is_vector) return quantize_octahedral(attribute, point_count);
-    if (name.starts_with("COLOR_") && component_count <= 4) return quantize_to_bytes(attribute, point_count);
-  }
-  return pad_to_words(attribute, point_count);
+PlainStream quantize(const Attribute& attribute, size_t point_count, const AttributeCoding& coding) {
+  if (coding.bits == 0) return pad_to_words(attribute, point_count);
+  const bool is_tangent = attribute.semantic == "TANGENT" && attribute.component_count == 4;
+  return coding.octahedral || is_tangent ? quantize_octahedral(attribute, point_count, coding.bits)
+                                         : quantize_to_grid(attribute, point_count, coding);
 }
 
 // Renumbers points according to a remap table with `kept` targets.
@@ -116,7 +90,7 @@ void remap_points(std::vector<uint32_t>& indices, std::vector<PlainStream>& stre
 
 }  // namespace
 
-Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits) {
+Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, std::span<const AttributeCoding> codings) {
   MeshoptMesh result;
   if (mesh.faces.empty()) return result;
   std::vector<uint32_t> indices;
@@ -124,7 +98,8 @@ Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits) 
   for (const auto& face : mesh.faces) indices.insert(indices.end(), face.begin(), face.end());
   size_t point_count = mesh.point_count;
   std::vector<PlainStream> streams;
-  for (const Attribute& attribute : mesh.attributes) streams.push_back(quantize(attribute, point_count, bits));
+  for (size_t i = 0; i < mesh.attributes.size(); ++i)
+    streams.push_back(quantize(mesh.attributes[i], point_count, codings[i]));
 
   std::vector<unsigned int> remap(point_count);
   std::vector<meshopt_Stream> views;

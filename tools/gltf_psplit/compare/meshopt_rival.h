@@ -2,24 +2,20 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "encoder/coding/attribute_coding.h"
 #include "src/mesh/mesh.h"
 #include "src/status.h"
 
 namespace psplit {
 
-struct MeshoptBits {
-  int position = 14;
-  int texcoord = 12;
-  bool lossless = false;  // do not quantize
-};
-
 // One attribute as meshoptimizer's codec stores it.
 struct MeshoptStream {
   size_t stride = 0;        // a multiple of 4
-  bool octahedral = false;  // unit vectors, as 8-bit octahedral coordinates
+  bool octahedral = false;  // unit vectors, as octahedral coordinates
   size_t encoded_bytes = 0;
 };
 
@@ -32,12 +28,12 @@ struct MeshoptMesh {
   std::vector<uint8_t> compressed;  // the same in one zstd frame
 };
 
-// Quantizes, merges points whose quantized values are equal, orders triangles in strips (which packs smaller
-// than the order for vertex caches) and points for vertex fetch, encodes, and compresses at zstd level 19.
-// Quantized positions are 16-bit integers of `bits.position` bits, padded to four in 8 bytes; normals and
-// tangents are 8-bit octahedral coordinates; texture coordinates are 16-bit integers of `bits.texcoord` bits;
-// colours are bytes. Other attributes are not quantized.
-Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, const MeshoptBits& bits);
+// Quantizes with as many bits as psplit and stock Draco (`codings`, one for each attribute), on the same grids;
+// merges points whose quantized values are equal, orders triangles in strips (which packs smaller than the
+// order for vertex caches) and points for vertex fetch, encodes, and compresses at zstd level 19. Values on a
+// grid are integers of 1, 2 or 4 bytes; attributes are padded to a multiple of 4 bytes. Normals and tangents
+// are octahedral coordinates of at most 16 bits. Attributes without bits are stored as they are.
+Expected<MeshoptMesh> encode_meshopt(const Mesh& mesh, std::span<const AttributeCoding> codings);
 
 // What a viewer would upload: indices and quantized values.
 struct MeshoptDecoded {

@@ -151,10 +151,15 @@ std::string method(const ComparisonFigures& figures) {
          paragraph(
              "Meshoptimizer gets its meshes as its documentation recommends for small files: points are "
              "merged, triangles are ordered in strips and points for vertex fetch, and attributes are "
-             "quantized (normals and tangents to 8 bits). Indices use version 1 of its codec, and attributes "
+             "quantized on the grids of stock Draco and psplit, with as many bits. Indices use version 1 of "
+             "its codec, and attributes "
              "use version " +
              std::to_string(figures.report.environment.meshopt_codec) +
-             (figures.report.environment.meshopt_codec == 0 ? ", the newest of this release" : "") +
+             (figures.report.environment.meshopt_codec == 0
+                  ? ", the newest of release " + figures.report.environment.meshoptimizer +
+                        ", which this build found. Releases from 0.23 on have a version 1, whose files are "
+                        "smaller"
+                  : "") +
              ". zstd compresses at level 19. Meshoptimizer runs on one thread. Its decoded values stay "
              "quantized, as GPUs accept them; the other decoders produce floats where the input has floats.") +
          paragraph("Encoding ran once; patches were encoded on all threads. Overhead and speed-up refer to " +
