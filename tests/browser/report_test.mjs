@@ -109,6 +109,8 @@ function look() {
     scrolling += is_cut;
     if (is_cut && !/auto|scroll/.test(getComputedStyle(region).overflowX)) problems.push(`${region.ariaLabel} is cut off`);
     if (is_cut && (!hint.matches('.hint') || box_of(hint).height === 0)) problems.push(`${region.ariaLabel} scrolls and does not say so`);
+    if (!is_cut && innerWidth >= 600 && box_of(hint).height > 0 && region.querySelector('#asset'))
+      problems.push(`${region.ariaLabel} says that it scrolls`);
     if (is_cut && region.tabIndex !== 0) problems.push(`${region.ariaLabel} scrolls, but not by keys`);
   }
   for (const element of all('h1, h2, p, dt, dd, li, figcaption, img')) {

@@ -157,6 +157,10 @@ TEST(ComparisonSummary, TellsOfThreadsThatAreSlowerThanOne) {
   EXPECT_NE(notes[0].find("45 patches with cpu on 2 threads (28.0 ms instead of 27.0 ms)"), std::string::npos)
       << notes[0];
   EXPECT_NE(notes[1].find("--repeat"), std::string::npos) << notes[1];
+  const Measured slower{45, 0.02, 27, 28};
+  const ComparisonSummary many =
+      summarize_comparison(comparison_of({slower, slower, slower, slower, slower, slower}), "a", 15);
+  EXPECT_NE(many.noise[0].find("instead of 27.0 ms); and 2 more. Either"), std::string::npos) << many.noise[0];
 }
 
 TEST(ComparisonSummary, TellsOfTimesThatSwing) {

@@ -405,6 +405,20 @@ TEST(SvgChart, UsesTheWholeHeightForSizeAgainstSpeed) {
     }
 }
 
+TEST(SvgChart, KeepsTotalsOffTheReference) {
+  BarChart chart{"id", "t", "", "kB", "kB", {"part"}, {}, ChartReference{10, "base"}};
+  for (const double value : {4, 9, 10, 12}) chart.bars.push_back({"a bar", {value}, "+1.5 %"});
+  const std::string svg = part_of(draw_chart(chart), "<svg class=\"wide\"", "</svg>");
+  const double at = number_after(svg.substr(svg.rfind("<line")), "x1");  // the reference is drawn last
+  size_t count = 0;
+  for (const DrawnText& text : read_drawing(svg).texts)
+    if (text.text == "+1.5 %") {
+      ++count;
+      EXPECT_TRUE(text.right < at || text.left > at) << text.left << " to " << text.right << " around " << at;
+    }
+  EXPECT_EQ(count, 4u);
+}
+
 TEST(SvgChart, NamesTheFewMarksThatMatter) {
   for (const Drawn& drawn : drawings_of(to_html(scan_report()), "size-speed")) {
     std::set<std::string> tags;

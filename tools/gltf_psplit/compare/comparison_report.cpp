@@ -113,8 +113,9 @@ std::string codecs_text(const ComparisonReport& report, bool wide) {
   const auto add = [&](std::vector<std::string> cells, const std::string& decoder, int threads,
                        const Timing& timing) {
     for (const std::string& cell :
-         {decoder, std::to_string(threads), with_decimals(timing.median_ms, 1), with_decimals(timing.min_ms, 1),
-          with_decimals(timing.max_ms, 1), with_decimals(figures.speedup(timing.median_ms), 2) + "x",
+         {decoder, std::to_string(threads), (is_noisy(timing) ? "~" : "") + with_decimals(timing.median_ms, 1),
+          with_decimals(timing.min_ms, 1), with_decimals(timing.max_ms, 1),
+          with_decimals(figures.speedup(timing.median_ms), 2) + "x",
           with_decimals(figures.million_triangles_a_second(timing.median_ms), 1)})
       cells.push_back(cell);
     table.add(std::move(cells));

@@ -159,6 +159,15 @@ std::string rule_text(const std::vector<SplitRow>& splits) {
          " % of the fastest candidate's time, the count with the fewest patches is recommended.";
 }
 
+// "a; b; c; d; and 3 more"
+std::string first_of(const std::vector<std::string>& names) {
+  constexpr size_t kNamed = 4;
+  std::string text;
+  for (size_t i = 0; i < names.size() && i < kNamed; ++i) text += (i == 0 ? "" : "; ") + names[i];
+  if (names.size() > kNamed) text += "; and " + with_separators(names.size() - kNamed) + " more";
+  return text;
+}
+
 void note_wide_spreads(const Comparison& comparison, std::vector<std::string>& noise) {
   std::vector<std::string> names;
   size_t decoder_count = 0;
@@ -176,13 +185,9 @@ void note_wide_spreads(const Comparison& comparison, std::vector<std::string>& n
     for (const DecodeRow& decode : row.decode)
       look_at(patches_text(row) + " with " + decoder_text(decode), decode.timing);
   if (names.empty()) return;
-  constexpr size_t kNamed = 4;
-  std::string text = "Times varied by more than " + with_decimals(100 * kNoisySpread, 0) + " % for " +
-                     with_separators(names.size()) + " of " + counted(decoder_count, "decoder") +
-                     ". Half of the rounds were within: ";
-  for (size_t i = 0; i < names.size() && i < kNamed; ++i) text += (i == 0 ? "" : "; ") + names[i];
-  if (names.size() > kNamed) text += "; and " + with_separators(names.size() - kNamed) + " more";
-  noise.push_back(text + ".");
+  noise.push_back("Times varied by more than " + with_decimals(100 * kNoisySpread, 0) + " % for " +
+                  with_separators(names.size()) + " of " + counted(decoder_count, "decoder") +
+                  " (marked ~). Half of the rounds were within: " + first_of(names) + ".");
 }
 
 // A single patch has no work for a second thread, so it is skipped.
@@ -198,9 +203,8 @@ void note_useless_threads(const Comparison& comparison, std::vector<std::string>
                         as_duration(one->timing.median_ms) + ")");
     }
   if (names.empty()) return;
-  std::string text = "More threads were slower than one: ";
-  for (size_t i = 0; i < names.size(); ++i) text += (i == 0 ? "" : "; ") + names[i];
-  noise.push_back(text + ". Either the machine was busy, or the mesh is too small for several threads.");
+  noise.push_back("More threads were slower than one: " + first_of(names) +
+                  ". Either the machine was busy, or the mesh is too small for several threads.");
 }
 
 std::vector<std::string> find_noise(const Comparison& comparison, int repeat) {

@@ -42,7 +42,7 @@ code { font: .9em ui-monospace, monospace; }
   linear-gradient(90deg, var(--edge), transparent) 0 0 / .8rem 100% no-repeat scroll,
   linear-gradient(270deg, var(--edge), transparent) 100% 0 / .8rem 100% no-repeat scroll; }
 .hint { display: none; color: var(--faint); font-size: .85rem; margin: 0 0 .25rem; }
-@media screen and (max-width: 68rem) { .hint { display: block; } }
+@media screen and (max-width: 68rem) { .wide-hint { display: block; } }
 /* Charts shrink with the window; narrow windows show the narrow drawings, whose letters are as large. */
 #size-speed { margin-top: 1.5rem; }
 .plot svg { display: block; max-width: 100%; height: auto; } .plot .narrow { display: none; }
@@ -65,6 +65,7 @@ th:first-child, td:first-child, .left { text-align: left; padding-left: .4rem; }
 thead th { vertical-align: bottom; white-space: normal; } tbody th { font-weight: 600; }
 tbody tr:hover { background: var(--shade); }
 @media screen and (max-width: 40rem) {
+  .hint { display: block; }
   body { padding: 1rem 1rem 3rem; } h1 { font-size: 1.4rem; } .headline { font-size: 1.15rem; }
   .plot .wide { display: none; } .plot .narrow { display: block; width: 100%; max-width: 26rem; }
   dl { display: block; } dd { margin-bottom: .4rem; }

@@ -10,6 +10,8 @@
 namespace psplit {
 namespace {
 
+constexpr size_t kWideColumns = 6;  // of tables that tablets do not show as a whole
+
 std::string codec_table(const ComparisonFigures& figures) {
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const std::string& codec, const std::string& decoder, int threads, uint64_t bytes,
@@ -97,7 +99,7 @@ std::string html_table(const std::string& id, const std::string& caption,
     html += "</tr>\n";
   }
   return "<div class=\"tabled\">" + html_element("p", caption, "class=\"caption\"") +
-         scrolling_region(caption, html + "</tbody></table>") + "</div>\n";
+         scrolling_region(caption, header.size() >= kWideColumns, html + "</tbody></table>") + "</div>\n";
 }
 
 std::string asset_table(const AssetParts& parts, const ComparisonFigures& figures,

@@ -27,10 +27,11 @@ std::string html_element(const std::string& tag, std::string_view text, const st
   return "<" + tag + (attributes.empty() ? "" : " " + attributes) + ">" + escape_html(text) + "</" + tag + ">";
 }
 
-std::string scrolling_region(std::string_view label, const std::string& markup) {
-  return "<p class=\"hint\" aria-hidden=\"true\">Scroll sideways to see all \xe2\x86\x92</p><div "
-         "class=\"scroll\" "
-         "role=\"region\" tabindex=\"0\" aria-label=\"" +
+std::string scrolling_region(std::string_view label, bool is_wide, const std::string& markup) {
+  return "<p class=\"hint" + std::string(is_wide ? " wide-hint" : "") +
+         "\" aria-hidden=\"true\">Scroll sideways to see all \xe2\x86\x92</p><div class=\"scroll\" "
+         "role=\"region\" "
+         "tabindex=\"0\" aria-label=\"" +
          escape_html(label) + "\">" + markup + "</div>";
 }
 

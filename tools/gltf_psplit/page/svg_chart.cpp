@@ -367,7 +367,12 @@ std::string draw(const BarChart& chart, Drawing drawing) {
              attributes({{"x", left}, {"y", bar_top}, {"width", right - left}, {"height", bar_height}}) + ">" +
              html_element("title", what) + "</rect>";
     }
-    svg += svg_text(scale(sum) + 6, bar_top + bar_height - 4.5, bar.total, "start", "tick");
+    // The total is behind the reference if that would cross it.
+    double end = scale(sum);
+    if (const double at = chart.reference ? scale(chart.reference->value) : 0;
+        at < end + 6 + kDigit * static_cast<double>(bar.total.size()))
+      end = std::max(end, at);
+    svg += svg_text(end + 6, bar_top + bar_height - 4.5, bar.total, "start", "tick");
     top += step;
   }
   if (chart.reference) {
