@@ -1,55 +1,45 @@
 #include "encoder/coding/choose_codings.h"
 
-#include <array>
-#include <cmath>
-#include <cstring>
-
-#include "encoder/coding/quantization.h"
-
 namespace psplit {
 namespace {
-
-bool all_unit_vectors(const Attribute& attribute) {
-  for (size_t at = 0; at < attribute.values.size(); at += 12) {
-    std::array<float, 3> v{};
-    std::memcpy(v.data(), attribute.values.data() + at, 12);
-    const double square =
-        double{v[0]} * double{v[0]} + double{v[1]} * double{v[1]} + double{v[2]} * double{v[2]};
-    if (!(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) return false;
-  }
-  return true;
-}
 
 bool names_features(const std::string& semantic) {
   return semantic.starts_with("_FEATURE_ID_") || semantic == "_BATCHID";
 }
 
-AttributeCoding choose_coding(const Attribute& attribute, const CodingOptions& options) {
-  if (attribute.component_type != ComponentType::kFloat32) return {};
-  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
-  if (attribute.semantic == "NORMAL" && attribute.component_count == 3) {
-    if (options.normal_bits < 2 || !all_unit_vectors(attribute)) return {};
-    return {options.normal_bits, true, {}, 0};
-  }
-  const int bits = attribute.semantic == "POSITION" ? options.position_bits
-                   : starts("TEXCOORD_")            ? options.texcoord_bits
-                   : starts("COLOR_")               ? options.color_bits
-                                                    : options.generic_bits;
-  if (bits == 0) return {};
-  Expected<AttributeCoding> grid = fit_grid(attribute, bits);
-  return grid.ok() ? std::move(*grid) : AttributeCoding{};
+bool is_direction(const Attribute& attribute) {
+  return attribute.semantic == "NORMAL" && attribute.component_count == 3;
 }
 
 }  // namespace
+
+int wanted_bits(const Attribute& attribute, const CodingOptions& options, const std::set<std::string>& exact) {
+  if (attribute.component_type != ComponentType::kFloat32 || options.lossless ||
+      names_features(attribute.semantic) || exact.contains(attribute.semantic))
+    return 0;
+  const auto starts = [&](const char* prefix) { return attribute.semantic.starts_with(prefix); };
+  if (is_direction(attribute)) return options.normal_bits < 2 ? 0 : options.normal_bits;
+  return attribute.semantic == "POSITION" ? options.position_bits
+         : starts("TEXCOORD_")            ? options.texcoord_bits
+         : starts("COLOR_")               ? options.color_bits
+                                          : options.generic_bits;
+}
+
+AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds, int bits) {
+  if (bits == 0) return {};
+  if (is_direction(attribute))
+    return bounds.are_unit_vectors ? AttributeCoding{bits, true, {}, 0} : AttributeCoding{};
+  Expected<AttributeCoding> grid = fit_grid(attribute, bounds, bits);
+  return grid.ok() ? std::move(*grid) : AttributeCoding{};
+}
 
 std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
                                             const std::set<std::string>& exact) {
   std::vector<AttributeCoding> codings;
   for (Attribute& attribute : mesh.attributes) {
-    AttributeCoding& coding = codings.emplace_back();
-    if (options.lossless || names_features(attribute.semantic) || exact.contains(attribute.semantic)) continue;
-    trim_noise(attribute);
-    coding = choose_coding(attribute, options);
+    const int bits = wanted_bits(attribute, options, exact);
+    if (bits > 0) trim_noise(attribute);
+    codings.push_back(choose_coding(attribute, bits == 0 ? CodingBounds() : bounds_of(attribute, bits), bits));
   }
   return codings;
 }

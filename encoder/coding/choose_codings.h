@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "encoder/coding/attribute_coding.h"
+#include "encoder/coding/quantization.h"
 #include "src/export.h"
 #include "src/mesh/mesh.h"
 
@@ -17,13 +17,21 @@ struct CodingOptions {
   bool lossless = false;  // every attribute exactly as it is
 };
 
-// One coding per attribute of the mesh. Values that no grid can hold are kept exactly: integers, values that
-// are not finite, and normals that are not unit vectors. So are attributes that name things: feature ids
-// (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and the semantics in `exact`.
+// The bits that the options want for the attribute. 0 for those that are kept exactly: integers, and attributes
+// that name things: feature ids (_FEATURE_ID_n of EXT_mesh_features, _BATCHID of 3D Tiles) and the semantics in
+// `exact`.
+PSPLIT_EXPORT int wanted_bits(const Attribute& attribute, const CodingOptions& options,
+                              const std::set<std::string>& exact);
+
+// The coding of an attribute for which `bits` are wanted, by the bounds of the values that are stored. Values
+// that no grid can hold are kept exactly: values that are not finite, and normals that are not unit vectors.
+PSPLIT_EXPORT AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds, int bits);
+
+// The codings of a mesh with a grid of its own for each attribute, fitted to all of its points: reduce
+// (encoder/welding/reduce.h) a mesh before that whose other points are dropped.
 //
 // Values of quantized attributes that exceed glTF's limits by rounding noise are set to the limits first
-// (trim_noise). Call round_weights when all grids are final: meshes that share a grid merge theirs before that
-// (merge_grids).
+// (trim_noise). Call round_weights when all grids are final.
 PSPLIT_EXPORT std::vector<AttributeCoding> choose_codings(Mesh& mesh, const CodingOptions& options,
                                                           const std::set<std::string>& exact = {});
 

@@ -56,7 +56,7 @@ PSPLIT_EXPORT double step_for_edges(std::vector<float> lengths);
 
 // The fewest bits, from kLeastBitsForEdges to kMostPositionBits, for which the step of the grid is at most
 // `step`. But the step is never finer than the floats: half the distance of two floats near the grid's largest
-// coordinate. `grid` is fit_grid's or merge_grids', with any bits.
+// coordinate. `grid` is fit_grid's, with any bits.
 PSPLIT_EXPORT int position_bits_for_step(const AttributeCoding& grid, double step);
 
 // The fewest bits for which no decoded position is farther than `max_error` from its input, in a straight line

@@ -11,15 +11,15 @@ namespace {
 // Below this the reciprocal of a grid step is no longer a float, and libdraco divides by it.
 float smallest_range(int bits) { return std::ldexp(1e-37f, bits); }
 
-// Widens the range until grid_extremes finds values. That takes a few float steps at most.
-void settle(AttributeCoding& coding) {
-  for (int step = 0; step < 64 && !grid_extremes(coding); ++step) {
-    // The component nearest to zero has the finest floats.
-    const auto finest = std::min_element(coding.origin.begin(), coding.origin.end(),
-                                         [](float a, float b) { return std::fabs(a) < std::fabs(b); });
-    const float next = std::nextafter(*finest + coding.range, INFINITY) - *finest;
-    coding.range = std::max(next, std::nextafter(coding.range, INFINITY));
-  }
+constexpr int kMostWidenings = 64;
+
+// Widens the range to the next for which grid_extremes may find values.
+void widen(AttributeCoding& coding) {
+  // The component nearest to zero has the finest floats.
+  const auto finest = std::min_element(coding.origin.begin(), coding.origin.end(),
+                                       [](float a, float b) { return std::fabs(a) < std::fabs(b); });
+  const float next = std::nextafter(*finest + coding.range, INFINITY) - *finest;
+  coding.range = std::max(next, std::nextafter(coding.range, INFINITY));
 }
 
 // The limits that glTF sets for the values of an attribute. A grid that ends at both decodes to no value
@@ -40,6 +40,35 @@ float steps_of(int bits) { return static_cast<float>((int64_t{1} << bits) - 1); 
 int bits_that_reach_the_end(int bits) {
   while (steps_of(bits) * (1.0f / steps_of(bits)) != 1.0f) ++bits;
   return bits;
+}
+
+// Whether a grid of their extent has colours closer than the grid of the limits.
+bool fits_closer(const Attribute& attribute, const Limits& limits, const CodingBounds& bounds, float extent,
+                 int bits) {
+  constexpr float kNoticed = 1.001f;
+  return attribute.semantic.starts_with("COLOR_") && extent * kNoticed < limits.high - limits.low &&
+         bounds.off_unit_grid > 0.5 * double{extent / steps_of(bits)};
+}
+
+// Moves the grid down in each component in which it would reach beyond the limit, so that its last place is the
+// limit. A component of one value stays as it is, because its first place is this value. Widens the range until
+// libdraco can have it, and until all values and no places beyond the limit are on the grid.
+std::optional<AttributeCoding> fit_inside(const Limits& limits, const CodingBounds& bounds,
+                                          AttributeCoding coding) {
+  for (int step = 0; step < kMostWidenings; ++step, widen(coding)) {
+    const float end = steps_of(coding.bits) * (coding.range / steps_of(coding.bits));
+    bool fits = true;
+    for (size_t c = 0; c < coding.origin.size(); ++c) {
+      const float low = bounds.low[c], high = bounds.high[c];
+      coding.origin[c] = low;
+      if (low == high) continue;
+      if (low + coding.range > limits.high) coding.origin[c] = std::min(low, limits.high - end);
+      fits = fits && coding.origin[c] >= limits.low && coding.origin[c] + end <= limits.high &&
+             high - coding.origin[c] <= coding.range;
+    }
+    if (fits && grid_extremes(coding)) return coding;
+  }
+  return std::nullopt;
 }
 
 bool is_unit_grid(const AttributeCoding& coding) {
@@ -95,50 +124,79 @@ std::optional<GridExtremes> grid_extremes(const AttributeCoding& coding) {
   return std::nullopt;
 }
 
-Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits) {
+void CodingBounds::add(const CodingBounds& other) {
+  if (low.empty()) {
+    low = other.low;
+    high = other.high;
+  }
+  for (size_t c = 0; c < other.low.size(); ++c) {
+    low[c] = std::min(low[c], other.low[c]);
+    high[c] = std::max(high[c], other.high[c]);
+  }
+  is_finite = is_finite && other.is_finite;
+  are_unit_vectors = are_unit_vectors && other.are_unit_vectors;
+  off_unit_grid = std::max(off_unit_grid, other.off_unit_grid);
+}
+
+CodingBounds bounds_of(const Attribute& attribute, int bits, std::span<const uint8_t> stored) {
+  CodingBounds bounds;
+  if (attribute.component_type != ComponentType::kFloat32) return bounds;
+  const bool is_color = attribute.semantic.starts_with("COLOR_"), is_normal = attribute.semantic == "NORMAL";
+  const int unit_bits = bits_that_reach_the_end(bits);
+  const float unit_step = 1.0f / steps_of(unit_bits);
+  const size_t components = attribute.component_count;
+  const size_t count = attribute.values.size() / attribute.stride();
+  std::vector<float> value(components);
+  for (size_t i = 0; i < count; ++i) {
+    if (!stored.empty() && stored[i] == 0) continue;
+    std::memcpy(value.data(), attribute.values.data() + i * attribute.stride(), attribute.stride());
+    if (bounds.low.empty()) bounds.low = bounds.high = value;
+    double square = 0;
+    for (size_t c = 0; c < components; ++c) {
+      bounds.is_finite = bounds.is_finite && std::isfinite(value[c]);
+      bounds.low[c] = std::min(bounds.low[c], value[c]);
+      bounds.high[c] = std::max(bounds.high[c], value[c]);
+      square += double{value[c]} * double{value[c]};
+      if (is_color)
+        bounds.off_unit_grid =
+            std::max(bounds.off_unit_grid,
+                     std::fabs(double{grid_place(value[c], 0, 1, unit_bits) * unit_step} - double{value[c]}));
+    }
+    if (is_normal && !(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) bounds.are_unit_vectors = false;
+  }
+  return bounds;
+}
+
+Expected<AttributeCoding> fit_grid(const Attribute& attribute, const CodingBounds& bounds, int bits) {
   if (attribute.component_type != ComponentType::kFloat32)
     return invalid_input(attribute.semantic + ": only floats are quantized");
-  const size_t components = attribute.component_count;
-  const size_t count = attribute.values.size() / sizeof(float);
-  AttributeCoding coding;
-  coding.bits = bits;
-  coding.origin.assign(components, 0.0f);
-  std::vector<float> high(components, 0.0f);
-  for (size_t i = 0; i < count; ++i) {
-    const float value = float_at(attribute, i);
-    if (!std::isfinite(value))
-      return invalid_input(attribute.semantic + ": point " + std::to_string(i / components) + " is not finite");
-    const size_t c = i % components;
-    if (i < components) coding.origin[c] = high[c] = value;
-    coding.origin[c] = std::min(coding.origin[c], value);
-    high[c] = std::max(high[c], value);
-  }
-  if (const auto limits = limits_of(attribute);
-      limits && *std::min_element(coding.origin.begin(), coding.origin.end()) >= limits->low &&
-      *std::max_element(high.begin(), high.end()) <= limits->high) {
+  if (!bounds.is_finite) return invalid_input(attribute.semantic + ": a value is not finite");
+  AttributeCoding coding{bits, false, bounds.low, 0};
+  if (bounds.low.empty()) coding.origin.assign(attribute.component_count, 0.0f);
+  for (size_t c = 0; c < bounds.low.size(); ++c)
+    coding.range = std::max(coding.range, bounds.high[c] - bounds.low[c]);
+  if (!std::isfinite(coding.range)) return invalid_input(attribute.semantic + ": its extent is not a float");
+  const auto limits = limits_of(attribute);
+  const bool is_limited = limits &&
+                          std::ranges::all_of(bounds.low, [&](float low) { return low >= limits->low; }) &&
+                          std::ranges::all_of(bounds.high, [&](float high) { return high <= limits->high; });
+  const bool is_closer = is_limited && fits_closer(attribute, *limits, bounds, coding.range, bits);
+  coding.range = std::max(coding.range, smallest_range(bits));
+  if (is_closer)
+    if (const auto inside = fit_inside(*limits, bounds, coding)) return *inside;
+  if (is_limited) {
     coding.bits = bits_that_reach_the_end(bits);
-    coding.origin.assign(components, limits->low);
+    coding.origin.assign(attribute.component_count, limits->low);
     coding.range = limits->high - limits->low;
     return coding;
   }
-  coding.range = smallest_range(bits);
-  for (size_t c = 0; c < components; ++c) coding.range = std::max(coding.range, high[c] - coding.origin[c]);
-  settle(coding);
+  for (int step = 0; step < kMostWidenings && !grid_extremes(coding); ++step) widen(coding);
   if (!std::isfinite(coding.range)) return invalid_input(attribute.semantic + ": its extent is not a float");
   return coding;
 }
 
-AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b) {
-  AttributeCoding merged = a;
-  merged.range = 0;
-  for (size_t c = 0; c < merged.origin.size(); ++c) {
-    merged.origin[c] = std::min(a.origin[c], b.origin[c]);
-    // An extent is at most the range, so this covers both grids, though not always with the smallest box.
-    const float high = std::max(a.origin[c] + a.range, b.origin[c] + b.range);
-    merged.range = std::max(merged.range, high - merged.origin[c]);
-  }
-  settle(merged);
-  return merged;
+Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits) {
+  return fit_grid(attribute, bounds_of(attribute, bits), bits);
 }
 
 void trim_noise(Attribute& attribute) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -13,11 +14,31 @@
 
 namespace psplit {
 
-// The grid that holds all values of the attribute. Errors: kInvalidInput for NaN and infinity, or if the extent
-// is not a float.
+// What a coding is fitted to. Meshes that share a grid join their bounds first: a cube around two cubes would
+// be larger than the cube of all values.
+struct CodingBounds {
+  std::vector<float> low, high;  // of each component; empty without values
+  bool is_finite = true;
+  bool are_unit_vectors = true;  // of NORMAL
+  // How far values are from the nearest place of the grid from 0 to 1, if glTF limits them to that.
+  double off_unit_grid = 0;
+
+  void add(const CodingBounds& other);
+};
+// The bounds of the points whose flag in `stored` is set, or of all points without flags. The bounds of an
+// attribute that does not hold floats are empty.
+PSPLIT_EXPORT CodingBounds bounds_of(const Attribute& attribute, int bits,
+                                     std::span<const uint8_t> stored = {});
+
+// The smallest grid that holds these values of the attribute: a step exceeds that of the largest extent by no
+// more than floats force. But weights and tangents within glTF's limits get the limits' grid. So do colours, if
+// their extent is within a thousandth of the limits', or if that grid has all of them as exactly as their own
+// would. No decoded value of these is beyond the limits. Errors: kInvalidInput for NaN and infinity, or if the
+// extent is not a float.
+PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, const CodingBounds& bounds,
+                                                 int bits);
+// The grid of all values of the attribute.
 PSPLIT_EXPORT Expected<AttributeCoding> fit_grid(const Attribute& attribute, int bits);
-// The smallest grid with the same bits that holds both.
-PSPLIT_EXPORT AttributeCoding merge_grids(const AttributeCoding& a, const AttributeCoding& b);
 
 // Values whose bounding box is the grid's. libdraco takes origin and range from the extremes of an attribute's
 // values, and computes the range as the largest (maximum - minimum). Returns nothing if no float gives exactly

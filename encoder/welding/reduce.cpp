@@ -1,5 +1,6 @@
 #include "encoder/welding/reduce.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "encoder/welding/weld.h"
@@ -58,6 +59,29 @@ ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, std::span<co
   for (const Attribute& attribute : input.attributes)
     reduced.mesh.attributes.push_back(select_points(attribute, reduced.source_point));
   return reduced;
+}
+
+std::vector<uint8_t> stored_points(const Mesh& mesh, const ReduceOptions& options,
+                                   std::span<const std::byte> extra, size_t extra_stride) {
+  std::vector<uint8_t> stored(mesh.point_count, options.drop_unused ? 0 : 1);
+  if (!options.drop_unused) return stored;
+  const auto rows_equal = [](const auto& bytes, size_t stride, uint32_t a, uint32_t b) {
+    return std::memcmp(bytes.data() + a * stride, bytes.data() + b * stride, stride) == 0;
+  };
+  const auto merges = [&](uint32_t a, uint32_t b) {
+    return std::ranges::all_of(mesh.attributes,
+                               [&](const Attribute& attribute) {
+                                 return rows_equal(attribute.values, attribute.stride(), a, b);
+                               }) &&
+           (extra_stride == 0 || rows_equal(extra, extra_stride, a, b));
+  };
+  for (const auto& face : mesh.faces) {
+    const auto& [a, b, c] = face;
+    const bool merges_points = !options.keep_duplicates && (merges(a, b) || merges(b, c) || merges(c, a));
+    if (options.drop_degenerate && (repeats_a_point(face) || merges_points)) continue;
+    for (const uint32_t point : face) stored[point] = 1;
+  }
+  return stored;
 }
 
 }  // namespace psplit

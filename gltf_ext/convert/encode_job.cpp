@@ -25,14 +25,22 @@ std::vector<std::byte> distinguishing_bytes(const EncodeJob& job, size_t& stride
   return bytes;
 }
 
+ReduceOptions reduce_options(const EncodeJob& job) {
+  return {job.options.keep_duplicates, job.options.drop_degenerate, job.options.drop_unused};
+}
+
 }  // namespace
 
 ReducedMesh reduce_job(const EncodeJob& job) {
   size_t stride = 0;
   const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
-  const EncodeOptions& options = job.options;
-  return reduce(job.mesh, {options.keep_duplicates, options.drop_degenerate, options.drop_unused}, extra,
-                stride);
+  return reduce(job.mesh, reduce_options(job), extra, stride);
+}
+
+std::vector<uint8_t> stored_points_of(const EncodeJob& job) {
+  size_t stride = 0;
+  const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
+  return stored_points(job.mesh, reduce_options(job), extra, stride);
 }
 
 Expected<EncodedMesh> encode_job(const EncodeJob& job, const EncodeOptions& options, const ThreadPool& pool) {

@@ -40,6 +40,8 @@ struct EncodeJob {
 
 // The mesh that encode_job stores.
 ReducedMesh reduce_job(const EncodeJob& job);
+// For each point of the job's mesh 1 if encode_job stores its values, otherwise 0.
+std::vector<uint8_t> stored_points_of(const EncodeJob& job);
 
 // Encodes the job with `options`, which may differ from the job's in the patches and in verification. Points
 // whose morph targets differ stay apart, and points whose weights differed before rounding.

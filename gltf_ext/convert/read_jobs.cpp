@@ -44,22 +44,38 @@ std::vector<size_t> grid_groups(const std::vector<EncodeJob>& jobs, Quantization
   return groups;
 }
 
-// Gives meshes that must fit together one grid for each semantic.
-void share_grids(std::vector<EncodeJob>& jobs, std::span<const size_t> groups) {
-  std::map<std::tuple<size_t, std::string, size_t>, AttributeCoding> grids;
+// Chooses the codings of all jobs. Meshes that must fit together get one grid for each semantic.
+void choose_job_codings(std::vector<EncodeJob>& jobs, std::span<const size_t> groups,
+                        const CodingOptions& options, const std::set<std::string>& exact,
+                        const ThreadPool& pool) {
+  std::vector<std::vector<CodingBounds>> bounds(jobs.size());
+  pool.for_each(jobs.size(), [&](size_t k) {
+    EncodeJob& job = jobs[k];
+    for (Attribute& attribute : job.mesh.attributes)
+      if (wanted_bits(attribute, options, exact) > 0) trim_noise(attribute);
+    const std::vector<uint8_t> stored = stored_points_of(job);
+    for (const Attribute& attribute : job.mesh.attributes) {
+      const int bits = wanted_bits(attribute, options, exact);
+      bounds[k].push_back(bits == 0 ? CodingBounds() : bounds_of(attribute, bits, stored));
+      job.codings.push_back(choose_coding(attribute, bounds[k].back(), bits));
+    }
+  });
+  std::map<std::tuple<size_t, std::string, size_t>, CodingBounds> joined;
   const auto visit = [&](const auto& act) {
     for (size_t k = 0; k < jobs.size(); ++k)
       for (size_t i = 0; i < jobs[k].codings.size(); ++i) {
         const Attribute& attribute = jobs[k].mesh.attributes[i];
-        if (jobs[k].codings[i].bits == 0 || jobs[k].codings[i].octahedral) continue;
-        act(std::tuple(groups[k], attribute.semantic, size_t{attribute.component_count}), jobs[k].codings[i]);
+        AttributeCoding& coding = jobs[k].codings[i];
+        if (coding.bits > 0 && !coding.octahedral)
+          act(joined[{groups[k], attribute.semantic, attribute.component_count}], bounds[k][i], attribute,
+              coding);
       }
   };
-  visit([&](const auto& key, AttributeCoding& coding) {
-    const auto [found, is_new] = grids.emplace(key, coding);
-    if (!is_new) found->second = merge_grids(found->second, coding);
+  visit([](CodingBounds& all, const CodingBounds& own, const auto&...) { all.add(own); });
+  visit([&](const CodingBounds& all, const CodingBounds&, const Attribute& attribute, AttributeCoding& coding) {
+    AttributeCoding shared = choose_coding(attribute, all, wanted_bits(attribute, options, exact));
+    if (shared.bits > 0) coding = std::move(shared);
   });
-  visit([&](const auto& key, AttributeCoding& coding) { coding = grids.at(key); });
 }
 
 // Chooses the bits of positions for all jobs of a group together, because they share a grid.
@@ -256,14 +272,13 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
       for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
       continue;
     }
-    job.codings = choose_codings(job.mesh, options.coding(), exact);
     job.options = options_of_jobs(options);
     result.jobs.push_back(std::move(job));
     shared_points.divide(document, result.jobs);
   }
   shared_points.finish(result.jobs);
   const std::vector<size_t> shared_grids = grid_groups(result.jobs, options.volume);
-  share_grids(result.jobs, shared_grids);
+  choose_job_codings(result.jobs, shared_grids, options.coding(), exact, pool);
   if (options.chooses_position_bits())
     if (Status status = choose_position_bits(document, options, shared_grids, result.jobs); !status.ok())
       return status;

@@ -11,8 +11,8 @@ namespace psplit {
 
 // Exporters write a surface of several materials as primitives with common attributes, each with indices of its
 // own. Each primitive is stored with the points that its faces use. The first of them also gets the points that
-// no face uses. Quantization grids are fitted before, to all points: so the borders between the primitives stay
-// closed.
+// no face uses. Quantization grids are fitted after that, so that no primitive's grid holds points of another
+// mesh.
 class SharedPoints {
  public:
   // Call once for each job, when it has become the last of `jobs`: drops its points that others have.

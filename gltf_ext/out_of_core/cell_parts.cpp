@@ -82,6 +82,7 @@ class CellParts::Builder {
       if (Status status = write_part(cell); !status.ok()) return status;
     if (result_.places_.empty()) return unsupported(kOnlyDegenerate);
     count_uses();
+    choose_codings();
     return result_.file_.flush();
   }
 
@@ -322,17 +323,26 @@ class CellParts::Builder {
 
   // The records, attribute by attribute.
   Status append_columns(std::span<const uint8_t> records) {
-    std::vector<uint8_t> column;
     size_t offset = 0;
-    for (const Attribute& attribute : spool_.attributes()) {
-      const size_t stride = attribute.stride();
-      column.resize(records.size() / width_ * stride);
+    bounds_.resize(spool_.attributes().size());
+    for (size_t k = 0; k < bounds_.size(); ++k) {
+      Attribute column = spool_.attributes()[k];
+      const size_t stride = column.stride();
+      column.values.resize(records.size() / width_ * stride);
       for (size_t i = 0; i * width_ < records.size(); ++i)
-        std::memcpy(column.data() + i * stride, records.data() + i * width_ + offset, stride);
-      if (Status status = result_.file_.append(column); !status.ok()) return status;
+        std::memcpy(column.values.data() + i * stride, records.data() + i * width_ + offset, stride);
+      if (const int bits = spool_.bits_of(column); bits > 0) bounds_[k].add(bounds_of(column, bits));
+      if (Status status = result_.file_.append(bytes_of(column.values)); !status.ok()) return status;
       offset += stride;
     }
     return {};
+  }
+
+  void choose_codings() {
+    for (size_t k = 0; k < bounds_.size(); ++k) {
+      const Attribute& attribute = spool_.attributes()[k];
+      result_.codings_.push_back(choose_coding(attribute, bounds_[k], spool_.bits_of(attribute)));
+    }
   }
 
   void count_uses() {
@@ -358,6 +368,7 @@ class CellParts::Builder {
   uint32_t number_count_ = 0;
   std::vector<uint8_t> uses_;  // by how many parts each numbered point is used; 2 also for more
   uint64_t different_points_ = 0, used_points_ = 0;
+  std::vector<CodingBounds> bounds_;  // of the points in parts
 };
 
 Expected<std::unique_ptr<CellParts>> CellParts::make(MeshSpool& spool, const Options& options,

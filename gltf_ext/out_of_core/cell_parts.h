@@ -41,6 +41,8 @@ class CellParts : public MeshParts {
   Expected<MeshPart> read(uint32_t part) override;
 
   const CellStatistics& statistics() const { return statistics_; }
+  // What choose_codings gives for the whole mesh of the points in parts.
+  const std::vector<AttributeCoding>& codings() const { return codings_; }
 
  private:
   class Builder;
@@ -51,6 +53,7 @@ class CellParts : public MeshParts {
   CellParts() = default;
 
   std::vector<Attribute> attributes_;
+  std::vector<AttributeCoding> codings_;
   AppendFile file_;
   std::vector<Place> places_;
   // For each point that cells asked each other for, its number among those that several parts use.

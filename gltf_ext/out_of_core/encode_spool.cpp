@@ -43,9 +43,9 @@ PartsOptions options_of_parts(const EncodeDocumentOptions& options, const OutOfC
 }
 
 // The codings of the whole mesh, with the bits that encode_document chooses.
-Expected<std::vector<AttributeCoding>> codings_of(const MeshSpool& spool,
+Expected<std::vector<AttributeCoding>> codings_of(const MeshSpool& spool, const CellParts& parts,
                                                   const EncodeDocumentOptions& options) {
-  std::vector<AttributeCoding> codings = spool.codings();
+  std::vector<AttributeCoding> codings = parts.codings();
   for (size_t i = 0; i < codings.size() && options.chooses_position_bits(); ++i) {
     if (spool.attributes()[i].semantic != "POSITION" || codings[i].bits == 0) continue;
     const Expected<int> bits = options.position_bits_by_edges
@@ -170,11 +170,11 @@ Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOption
     return Status(StatusCode::kUsage,
                   std::to_string(spool.point_count()) + " points need --memory " +
                       std::to_string((kProcessBytes + plan.buffer_bytes + cells_bytes) / 1000000 + 1) + "MB");
-  const Expected<std::vector<AttributeCoding>> codings = codings_of(spool, options);
-  if (!codings) return codings.status();
   Expected<std::unique_ptr<CellParts>> parts =
       CellParts::make(spool, {limits.temporary, plan.cost, plan.buffer_bytes}, pool);
   if (!parts) return parts.status();
+  const Expected<std::vector<AttributeCoding>> codings = codings_of(spool, **parts, options);
+  if (!codings) return codings.status();
   const CellStatistics& statistics = (*parts)->statistics();
   if (spool.is_soup() && spool.attributes().size() > 1)
     say_normals(statistics.changed_normals, spool.zero_normals_of_soup(), losses);

@@ -67,33 +67,18 @@ Status MeshSpool::begin(std::span<const Attribute> layout, size_t) {
     if (attributes_[i].semantic == "POSITION") position_ = i;
     if (attributes_[i].semantic == "NORMAL" && options_.repairs) normal_ = i;
   }
-  extremes_.resize(attributes_.size());
   return {};
 }
 
-bool MeshSpool::stays_exact(const Attribute& attribute) const {
-  return options_.coding.lossless || options_.exact.contains(attribute.semantic);
-}
-
-void MeshSpool::measure(const Attribute& attribute, Extremes& extremes) const {
-  if (attribute.component_type != ComponentType::kFloat32) return;
-  const size_t components = attribute.component_count;
-  const size_t count = attribute.values.size() / sizeof(float) / components;
-  std::vector<float> value(components);
-  for (size_t i = 0; i < count; ++i) {
-    std::memcpy(value.data(), attribute.values.data() + i * components * sizeof(float),
-                components * sizeof(float));
-    if (extremes.low.empty()) extremes.low = extremes.high = value;
-    double square = 0;
-    for (size_t c = 0; c < components; ++c) {
-      extremes.is_finite = extremes.is_finite && std::isfinite(value[c]);
-      extremes.low[c] = std::min(extremes.low[c], value[c]);
-      extremes.high[c] = std::max(extremes.high[c], value[c]);
-      square += double{value[c]} * double{value[c]};
-    }
-    // The rule of choose_codings. A normal without a direction becomes a unit vector later.
-    if (!(std::fabs(std::sqrt(square) - 1.0) <= 1e-2)) extremes.has_unit_length = false;
+Status MeshSpool::measure_positions(const Attribute& positions) {
+  Position position;
+  for (size_t at = 0; at < positions.values.size(); at += sizeof(position)) {
+    std::memcpy(position.data(), positions.values.data() + at, sizeof(position));
+    if (!std::ranges::all_of(position, [](float value) { return std::isfinite(value); }))
+      return invalid_input("a position is not finite");
+    include(position);
   }
+  return {};
 }
 
 Status MeshSpool::too_many_zero_normals() const {
@@ -125,9 +110,9 @@ Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
     if (options_.repairs) repair_floats(attribute, losses_);
     if (i == normal_)
       if (Status status = repair_block_normals(attribute, count); !status.ok()) return status;
-    if (!stays_exact(attribute)) trim_noise(attribute);
-    measure(attribute, extremes_[i]);
-    if (i == position_ && !extremes_[i].is_finite) return invalid_input("a position is not finite");
+    if (bits_of(attribute) > 0) trim_noise(attribute);
+    if (i == position_)
+      if (Status status = measure_positions(attribute); !status.ok()) return status;
     const size_t width = attribute.stride();
     for (size_t k = 0; k < count; ++k)
       std::memcpy(block_.data() + k * record_bytes_ + offsets_[i], attribute.values.data() + k * width, width);
@@ -220,9 +205,6 @@ Status MeshSpool::add(const Facet& facet) {
     const Attribute layout[] = {{"POSITION", ComponentType::kFloat32, 3, false, {}},
                                 {"NORMAL", ComponentType::kFloat32, 3, false, {}}};
     if (Status status = begin(layout, 0); !status.ok()) return status;
-    extremes_[0] = {{facet.corners[0].begin(), facet.corners[0].end()},
-                    {facet.corners[0].begin(), facet.corners[0].end()}};
-    extremes_[1] = {{0, 0, 0}, {0, 0, 0}};
   }
   if (point_count_ + 3 > kMostPoints) return unsupported("more corners than 32 bits can count");
   if (!has_direction(facet.normal)) {
@@ -236,10 +218,7 @@ Status MeshSpool::add(const Facet& facet) {
   for (size_t i = 0; i < 3; ++i) {
     records[2 * i] = facet.corners[i];
     records[2 * i + 1] = facet.normal;
-    for (size_t axis = 0; axis < 3; ++axis) {
-      extremes_[0].low[axis] = std::min(extremes_[0].low[axis], facet.corners[i][axis]);
-      extremes_[0].high[axis] = std::max(extremes_[0].high[axis], facet.corners[i][axis]);
-    }
+    include(facet.corners[i]);
   }
   if (options_.samples_edges) edges_.add(face_count_, facet.corners);
   const auto& [p, q, r] = facet.corners;
@@ -298,34 +277,6 @@ Status MeshSpool::finish() {
   }
   block_ = {};
   return {};
-}
-
-Box MeshSpool::box() const {
-  Box box;
-  std::ranges::copy(extremes_[position_].low, box.low.begin());
-  std::ranges::copy(extremes_[position_].high, box.high.begin());
-  return box;
-}
-
-std::vector<AttributeCoding> MeshSpool::codings() const {
-  Mesh mesh;
-  mesh.point_count = 2;
-  for (size_t i = 0; i < attributes_.size(); ++i) {
-    if (i == normal_ && has_no_normals()) continue;
-    Attribute& attribute = mesh.attributes.emplace_back(attributes_[i]);
-    attribute.values.assign(2 * attribute.stride(), std::byte{0});
-    if (attribute.component_type != ComponentType::kFloat32) continue;
-    const Extremes& extremes = extremes_[i];
-    std::array<std::vector<float>, 2> values = {extremes.low, extremes.high};
-    for (std::vector<float>& value : values) {
-      if (attribute.semantic == "NORMAL" && attribute.component_count == 3)
-        value = {i == normal_ || extremes.has_unit_length ? 1.0f : 0.0f, 0, 0};
-      if (!extremes.is_finite) value[0] = NAN;
-    }
-    for (size_t k = 0; k < 2; ++k)
-      std::memcpy(attribute.values.data() + k * attribute.stride(), values[k].data(), attribute.stride());
-  }
-  return choose_codings(mesh, options_.coding, options_.exact);
 }
 
 Status MeshSpool::for_each_point(const VisitPoints& visit) const {

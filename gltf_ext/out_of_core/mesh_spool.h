@@ -1,6 +1,8 @@
 // A mesh of any size in temporary files, as it was read.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -63,12 +65,14 @@ class MeshSpool : public MeshSink, public FacetSink {
   size_t record_bytes() const { return read_bytes_; }
   // Those of options.skip that were read.
   const std::vector<std::string>& skipped_attributes() const { return skipped_; }
-  // The bounds of all positions.
-  Box box() const;
+  // The bounds of all positions, also of those that are not stored later.
+  const Box& box() const { return box_; }
   // The sample of the edges of the whole mesh, if options.samples_edges.
   const EdgeSample& edges() const { return edges_; }
-  // What choose_codings gives for the whole mesh.
-  std::vector<AttributeCoding> codings() const;
+  // The bits that the options want for one of attributes().
+  int bits_of(const Attribute& attribute) const {
+    return wanted_bits(attribute, options_.coding, options_.exact);
+  }
 
   // Calls the function with consecutive records, and the number of the first point; in blocks of facets for a
   // soup.
@@ -90,17 +94,18 @@ class MeshSpool : public MeshSink, public FacetSink {
 
  private:
   MeshSpool(SpoolOptions options, Losses& losses) : options_(std::move(options)), losses_(losses) {}
-  struct Extremes {
-    std::vector<float> low, high;
-    bool is_finite = true, has_unit_length = true;
-  };
   struct HashOfPoint {
     size_t operator()(const std::array<uint32_t, 6>& point) const;
   };
   using Sum = std::array<double, 3>;
 
-  bool stays_exact(const Attribute& attribute) const;
-  void measure(const Attribute& attribute, Extremes& extremes) const;
+  Status measure_positions(const Attribute& positions);
+  void include(const Position& position) {
+    for (size_t axis = 0; axis < position.size(); ++axis) {
+      box_.low[axis] = std::min(box_.low[axis], position[axis]);
+      box_.high[axis] = std::max(box_.high[axis], position[axis]);
+    }
+  }
   Status repair_block_normals(Attribute& normals, size_t count);
   Status too_many_zero_normals() const;
   Status sample_edges(std::span<const Face> faces);
@@ -127,7 +132,7 @@ class MeshSpool : public MeshSink, public FacetSink {
   std::vector<size_t> offsets_;  // of each attribute in a record
   size_t record_bytes_ = 0, read_bytes_ = 0;
   size_t position_ = kNone, normal_ = kNone;
-  std::vector<Extremes> extremes_;
+  Box box_{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   AppendFile points_, faces_;
   uint64_t point_count_ = 0, face_count_ = 0;
   std::vector<uint8_t> block_;

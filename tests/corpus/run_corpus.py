@@ -4,8 +4,8 @@
   run_corpus.py --psplit COMMAND --same-mesh COMMAND --corpus FOLDER [--validator FOLDER] [--only TEXT] [--malformed]
 
 A well-formed file must encode, validate, decode, and be the same mesh as before: same_mesh and the command itself
-(compare A B) must both say so. This is done twice: with the default options, except one grid per primitive, as same_mesh
-needs it; and split, condensed and lossless, with every face and point kept (kSplit below), in patches of one of three sizes.
+(compare A B) must both say so. This is done twice: with the default options, where no value may be off by more than half a
+step of the grid that the drawn values of its mesh call for; and split, condensed and lossless, with every face and point kept (kSplit below), in patches of one of three sizes.
 Then libdraco must decode the same patches, expanded, to the same bytes. Or the file must be refused exactly as
 expected_refusals.txt says. In glTF's JSON only what asset_difference.py lists may change.
 
@@ -32,7 +32,7 @@ parser.add_argument("--only", default="", help="only files whose paths contain t
 parser.add_argument("--malformed", action="store_true", help="only the malformed files")
 parser.add_argument("--timeout", type=int, default=300, help="seconds for one command")
 options = parser.parse_args()
-kDefault = ["--quantization-volume", "primitive"]
+kDefault = []
 kSplit = ["--lossless", "--always-patches", "--keep-degenerate", "--keep-unused", "--patch-faces"]
 kPatchFaces = [440, 1200, 4800]
 kLoadable = {".gltf", ".glb", ".ply", ".obj", ".stl", ".drc", ".off"}

@@ -1,16 +1,21 @@
 // same_mesh [--lossless] INPUT DECODED: tells whether two files hold the same meshes, within the grids of
-// `gltf-psplit encode` with its default bits. Exit codes: 0: they do; 7: they do not, with the reason on
-// stdout; 3: a file cannot be read.
+// `gltf-psplit encode` with its default bits and one grid for each mesh. The grids are fitted here, with no
+// code of psplit, to the values that faces draw: no value may be farther than half a step from its input. Exit
+// codes: 0: they do; 7: they do not, with the reason on stdout; 3: a file cannot be read.
+//
+// same_mesh --errors INPUT DECODED: prints for each quantized attribute of each primitive its name, the number
+// of values, and their worst and mean error in half steps.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <iostream>
-#include <limits>
 #include <map>
+#include <numeric>
 #include <string_view>
+#include <tuple>
 
-#include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
 #include "gltf_ext/mesh_files/read_asset.h"
@@ -35,21 +40,42 @@ Expected<Mesh> read_with_morphs(const Document& document, PrimitiveId id, const 
   return mesh;
 }
 
+struct Primitive {
+  Expected<Mesh> mesh = Mesh();
+  size_t mesh_number = 0;  // the lowest of the meshes that share a primitive
+};
+
+// Meshes that have a primitive in common have one grid, because it is stored once.
+std::vector<size_t> joined_meshes(const Document& document) {
+  std::vector<size_t> joined(document.json.value("meshes", Json::array()).size());
+  std::iota(joined.begin(), joined.end(), size_t{0});
+  std::map<std::string, size_t> mesh_of;
+  for (const PrimitiveId id : all_primitives(document)) {
+    Json primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+    primitive.erase("material");
+    const size_t first = mesh_of.emplace(primitive.dump(), id.mesh).first->second;
+    const auto [low, high] = std::minmax({joined[first], joined[id.mesh]});
+    std::replace(joined.begin(), joined.end(), size_t{high}, size_t{low});
+  }
+  return joined;
+}
+
 // All primitives of a file, in order. A primitive without triangles is an empty mesh. A primitive in a storage
 // that psplit does not change, such as meshoptimizer's compression, is a status.
-Expected<std::vector<Expected<Mesh>>> read_meshes(const std::string& path, const ThreadPool& pool) {
-  std::vector<Expected<Mesh>> meshes;
+Expected<std::vector<Primitive>> read_primitives_of(const std::string& path, const ThreadPool& pool) {
+  std::vector<Primitive> primitives;
   const Expected<Asset> asset = read_asset(path, describe_draco_stream);
   if (!asset) return asset.status();
   const Document& document = asset->document;
+  const std::vector<size_t> joined = joined_meshes(document);
   for (const PrimitiveId id : all_primitives(document)) {
     const Expected<PrimitiveKind> kind = primitive_kind(document, id);
     if (!kind) return kind.status();
     Expected<Mesh> mesh = kind->triangles ? read_with_morphs(document, id, pool) : Mesh{};
     if (!mesh && mesh.status().code() != StatusCode::kUnsupported) return mesh.status();
-    meshes.push_back(std::move(mesh));
+    primitives.push_back({std::move(mesh), joined[id.mesh]});
   }
-  return meshes;
+  return primitives;
 }
 
 // Merges points that are equal in all attributes, as `encode` does, with independent code.
@@ -90,53 +116,6 @@ std::vector<float> floats_of(const Attribute& attribute) {
 bool has_unit_length(const float* v) {
   const double square = double{v[0]} * v[0] + double{v[1]} * v[1] + double{v[2]} * v[2];
   return std::fabs(std::sqrt(square) - 1.0) <= 1e-2;
-}
-
-// The grid must fit the values: a much wider grid would accept any difference.
-bool fits_tightly(const AttributeCoding& grid, const Attribute& attribute) {
-  const std::vector<float> values = floats_of(attribute);
-  const size_t width = attribute.component_count;
-  double extent = 0;
-  for (size_t c = 0; c < width; ++c) {
-    double low = std::numeric_limits<double>::max(), high = -low;
-    for (size_t at = c; at < values.size(); at += width) {
-      low = std::min(low, double{values[at]});
-      high = std::max(high, double{values[at]});
-    }
-    extent = std::max(extent, high - low);
-  }
-  return extent == 0 || double{grid.range} <= extent * 1.001;
-}
-
-// The tolerances for the default options of `gltf-psplit encode`, with a grid for each primitive.
-Expected<Tolerance> default_tolerance(const Attribute& attribute) {
-  const std::string& name = attribute.semantic;
-  if (attribute.component_type != ComponentType::kFloat32 || name.starts_with("target "))
-    return exact_tolerance();
-  if (name == "NORMAL" && attribute.component_count == 3) {
-    const std::vector<float> values = floats_of(attribute);
-    for (size_t at = 0; at < values.size(); at += 3)
-      if (!has_unit_length(&values[at])) return exact_tolerance();
-    return octahedral_tolerance(10);
-  }
-  const int bits = name == "POSITION" ? 14 : name.starts_with("COLOR_") ? 8 : 12;
-  const std::vector<float> values = floats_of(attribute);
-  // Values that no grid can hold are kept exactly.
-  if (!std::ranges::all_of(values, [](float value) { return std::isfinite(value); })) return exact_tolerance();
-  Expected<AttributeCoding> grid = fit_grid(attribute, bits);
-  if (!grid) return exact_tolerance();
-  // If glTF limits the values, the grid covers the whole allowed range. Weights may be rounded to the step
-  // above or below, so that their sum stays one; this is up to half a step more than rounding to the nearest.
-  const bool is_weights = name.starts_with("WEIGHTS_");
-  if (is_weights || name.starts_with("COLOR_") || name == "TANGENT") {
-    constexpr float kNoise = 1e-5f;
-    const float low = name == "TANGENT" ? -1.0f : 0.0f;
-    if (std::ranges::all_of(values, [&](float value) { return value >= low - kNoise && value <= 1 + kNoise; }))
-      return grid_tolerance(is_weights ? bits - 1 : bits, std::vector<float>(attribute.component_count, low),
-                            1 - low);
-  }
-  if (!fits_tightly(*grid, attribute)) return runtime_failure("the grid of " + name + " is too wide");
-  return grid_tolerance(bits, grid->origin, grid->range);
 }
 
 // The mesh without points that no face uses.
@@ -183,55 +162,203 @@ Mesh drawn_faces(const Mesh& mesh) {
   return soup;
 }
 
-// Empty if the primitives are equal. A primitive that psplit cannot read must be unchanged.
-std::string difference(const Expected<Mesh>& input, const Expected<Mesh>& decoded, bool lossless) {
-  if (!input || !decoded)
-    return input.ok() == decoded.ok() ? "" : input.status().message() + decoded.status().message();
-  const Mesh expected = merge_duplicates(*input);
-  std::vector<Tolerance> tolerances;
-  for (const Attribute& attribute : expected.attributes) {
-    Expected<Tolerance> tolerance = lossless ? exact_tolerance() : default_tolerance(attribute);
-    if (!tolerance) return tolerance.status().message();
-    tolerances.push_back(std::move(*tolerance));
+bool all_finite(const std::vector<float>& values) {
+  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
+}
+
+// The values of all primitives of a mesh that share a grid, from the least to the largest of each component.
+struct Extent {
+  std::vector<float> low, high;
+
+  void add(const std::vector<float>& values, size_t width) {
+    if (low.empty())
+      low = high = std::vector<float>(values.begin(), values.begin() + static_cast<ptrdiff_t>(width));
+    for (size_t i = 0; i < values.size(); ++i) {
+      low[i % width] = std::min(low[i % width], values[i]);
+      high[i % width] = std::max(high[i % width], values[i]);
+    }
   }
+  float largest() const {
+    float largest = 0;
+    for (size_t c = 0; c < low.size(); ++c) largest = std::max(largest, high[c] - low[c]);
+    return largest;
+  }
+};
+
+using GridName = std::tuple<size_t, std::string, size_t>;  // mesh, semantic, components
+GridName grid_name(const Primitive& primitive, const Attribute& attribute) {
+  return {primitive.mesh_number, attribute.semantic, attribute.component_count};
+}
+
+std::map<GridName, Extent> extents_of(const std::vector<Primitive>& primitives) {
+  std::map<GridName, Extent> extents;
+  for (const Primitive& primitive : primitives) {
+    if (!primitive.mesh) continue;
+    for (const Attribute& attribute : drawn_faces(merge_duplicates(*primitive.mesh)).attributes) {
+      if (attribute.component_type != ComponentType::kFloat32) continue;
+      const std::vector<float> values = floats_of(attribute);
+      if (!values.empty() && all_finite(values))
+        extents[grid_name(primitive, attribute)].add(values, attribute.component_count);
+    }
+  }
+  return extents;
+}
+
+// glTF limits the values. Weights may be rounded to the step above or below, so that their sum stays one; this
+// is up to half a step more than rounding to the nearest.
+bool has_limits(const std::string& name) {
+  return name.starts_with("WEIGHTS_") || name.starts_with("COLOR_") || name == "TANGENT";
+}
+
+// The tolerances for the default options of `gltf-psplit encode`.
+Tolerance default_tolerance(const Attribute& attribute, const Extent& extent) {
+  const std::string& name = attribute.semantic;
+  if (attribute.component_type != ComponentType::kFloat32 || name.starts_with("target "))
+    return exact_tolerance();
+  const std::vector<float> values = floats_of(attribute);
+  if (name == "NORMAL" && attribute.component_count == 3) {
+    for (size_t at = 0; at < values.size(); at += 3)
+      if (!has_unit_length(&values[at])) return exact_tolerance();
+    return octahedral_tolerance(10);
+  }
+  const float range = extent.largest();
+  // Values that no grid can hold are kept exactly.
+  if (extent.low.empty() || !all_finite(values) || !std::isfinite(range)) return exact_tolerance();
+  const int bits = name == "POSITION" ? 14 : name.starts_with("COLOR_") ? 8 : 12;
+  if (has_limits(name)) {
+    constexpr float kNoise = 1e-5f;
+    const float low = name == "TANGENT" ? -1.0f : 0.0f;
+    const auto is_within = [&](float value) { return value >= low - kNoise && value <= 1 + kNoise; };
+    const bool is_color = name.starts_with("COLOR_");
+    if (std::ranges::all_of(extent.low, is_within) && std::ranges::all_of(extent.high, is_within) &&
+        (!is_color || range > 0.999f))
+      return grid_tolerance(name.starts_with("WEIGHTS_") ? bits - 1 : bits,
+                            std::vector<float>(attribute.component_count, low), 1 - low);
+  }
+  return grid_tolerance(bits, extent.low, range);
+}
+
+std::vector<float> sorted_component(const Attribute& attribute, size_t component) {
+  const std::vector<float> values = floats_of(attribute);
+  std::vector<float> sorted;
+  for (size_t at = component; at < values.size(); at += attribute.component_count) sorted.push_back(values[at]);
+  std::ranges::sort(sorted);
+  return sorted;
+}
+
+struct Errors {
+  size_t count = 0;
+  double worst = 0, sum = 0;  // in half steps
+  double rounding = 0;        // of floats, in half steps
+};
+
+// Rounding to a grid keeps the order of values. So the sorted values of a component belong to each other,
+// whatever the order of points is.
+Errors errors_of(const Attribute& expected, const Attribute& actual, const Tolerance& grid) {
+  Errors errors;
+  const double half_step = 0.5 * double{grid.range} / (std::ldexp(1.0, grid.bits) - 1);
+  for (size_t c = 0; c < expected.component_count; ++c) {
+    // 8 floats of the range and one of the coordinate are rounded on the way.
+    const double rounding = std::ldexp(8 * double{grid.range} + std::fabs(double{grid.origin[c]}), -24);
+    if (half_step > 0) errors.rounding = std::max(errors.rounding, rounding / half_step);
+    const std::vector<float> from = sorted_component(expected, c), to = sorted_component(actual, c);
+    for (size_t i = 0; i < from.size(); ++i) {
+      const double error = std::fabs(double{from[i]} - double{to[i]});
+      const double halves = half_step > 0 ? error / half_step : error > rounding ? INFINITY : 0;
+      errors.worst = std::max(errors.worst, halves);
+      errors.sum += halves;
+      ++errors.count;
+    }
+  }
+  return errors;
+}
+
+// Whether a value is farther than half a step from its input. `note` gets the errors of each quantized
+// attribute.
+using NoteErrors = std::function<void(const Attribute&, const Errors&)>;
+std::string coarse_values(const Mesh& expected, const Mesh& decoded, const std::vector<Tolerance>& tolerances,
+                          const NoteErrors& note) {
+  const bool as_points = expected.point_count == decoded.point_count;
+  const Mesh from = as_points ? expected : drawn_faces(expected),
+             to = as_points ? decoded : drawn_faces(decoded);
+  if (from.point_count != to.point_count) return note ? "" : "the faces have other numbers of corners";
+  for (size_t i = 0; i < from.attributes.size(); ++i) {
+    const Attribute& attribute = from.attributes[i];
+    const auto other = std::ranges::find(to.attributes, attribute.semantic, &Attribute::semantic);
+    if (tolerances[i].kind != Tolerance::Kind::kGrid || attribute.semantic.starts_with("WEIGHTS_") ||
+        other == to.attributes.end() || other->component_type != attribute.component_type ||
+        attribute.values == other->values)
+      continue;
+    const Errors errors = errors_of(attribute, *other, tolerances[i]);
+    if (note) note(attribute, errors);
+    // Noise beyond glTF's limits is trimmed.
+    const double trimmed = has_limits(attribute.semantic) ? 1e-2 : 0;
+    if (!note && errors.worst > 1 + errors.rounding + trimmed)
+      return attribute.semantic + " is off by " + std::to_string(errors.worst) +
+             " half steps of its own extent";
+  }
+  return "";
+}
+
+// Empty if the primitives are equal. A primitive that psplit cannot read must be unchanged.
+std::string difference(const Primitive& input, const Primitive& output, bool lossless,
+                       std::map<GridName, Extent>& extents, const NoteErrors& note) {
+  const Expected<Mesh>&input_mesh = input.mesh, &decoded = output.mesh;
+  if (!input_mesh || !decoded)
+    return input_mesh.ok() == decoded.ok() ? "" : input_mesh.status().message() + decoded.status().message();
+  const Mesh expected = merge_duplicates(*input_mesh);
+  std::vector<Tolerance> tolerances;
+  for (const Attribute& attribute : expected.attributes)
+    tolerances.push_back(lossless ? exact_tolerance()
+                                  : default_tolerance(attribute, extents[grid_name(input, attribute)]));
+  if (note) return coarse_values(expected, *decoded, tolerances, note);
   const std::string why = compare_meshes(expected, *decoded, tolerances);
   // By default, faces and points that draw nothing are dropped, and stock Draco adds a point when it splits a
   // vertex.
   if (!why.empty() && !lossless) {
     const std::string drawn = compare_meshes(drawn_faces(expected), drawn_faces(*decoded), tolerances);
-    if (drawn.empty()) return drawn;
+    if (drawn.empty()) return coarse_values(expected, *decoded, tolerances, note);
     // A primitive that would grow is unchanged, and its equal points are not merged.
-    const std::vector<Tolerance> exact(input->attributes.size(), exact_tolerance());
-    return compare_meshes(drawn_faces(*input), drawn_faces(*decoded), exact).empty() ? "" : drawn;
+    const std::vector<Tolerance> exact(input_mesh->attributes.size(), exact_tolerance());
+    return compare_meshes(drawn_faces(*input_mesh), drawn_faces(*decoded), exact).empty() ? "" : drawn;
   }
+  if (why.empty()) return lossless ? "" : coarse_values(expected, *decoded, tolerances, note);
   // Primitives that share attributes divide the points: each gets only the points that it uses.
-  if (why.empty() || expected.point_count == decoded->point_count) return why;
+  if (expected.point_count == decoded->point_count) return why;
   return compare_meshes(drop_unused_points(expected), drop_unused_points(*decoded), tolerances);
 }
 
 int run(std::span<const std::string_view> arguments) {
   const bool lossless = !arguments.empty() && arguments.front() == "--lossless";
-  if (lossless) arguments = arguments.subspan(1);
+  NoteErrors note;
+  if (!arguments.empty() && arguments.front() == "--errors")
+    note = [](const Attribute& attribute, const Errors& errors) {
+      std::cout << attribute.semantic << ' ' << errors.count << ' ' << errors.worst << ' '
+                << errors.sum / static_cast<double>(std::max<size_t>(1, errors.count)) << '\n';
+    };
+  if (lossless || note) arguments = arguments.subspan(1);
   if (arguments.size() != 2) {
-    std::cout << "usage: same_mesh [--lossless] INPUT DECODED\n";
+    std::cout << "usage: same_mesh [--lossless | --errors] INPUT DECODED\n";
     return static_cast<int>(StatusCode::kUsage);
   }
   const ThreadPool pool(1);
-  std::array<std::vector<Expected<Mesh>>, 2> files;
+  std::array<std::vector<Primitive>, 2> files;
   for (size_t i = 0; i < 2; ++i) {
-    Expected<std::vector<Expected<Mesh>>> meshes = read_meshes(std::string(arguments[i]), pool);
-    if (!meshes) {
-      std::cout << arguments[i] << ": " << meshes.status().to_string() << '\n';
-      return static_cast<int>(meshes.status().code());
+    Expected<std::vector<Primitive>> primitives = read_primitives_of(std::string(arguments[i]), pool);
+    if (!primitives) {
+      std::cout << arguments[i] << ": " << primitives.status().to_string() << '\n';
+      return static_cast<int>(primitives.status().code());
     }
-    files[i] = std::move(*meshes);
+    files[i] = std::move(*primitives);
   }
   if (files[0].size() != files[1].size()) {
     std::cout << files[0].size() << " primitives became " << files[1].size() << '\n';
     return static_cast<int>(StatusCode::kDiffers);
   }
+  std::map<GridName, Extent> extents;
+  if (!lossless) extents = extents_of(files[0]);
   for (size_t i = 0; i < files[0].size(); ++i) {
-    const std::string why = difference(files[0][i], files[1][i], lossless);
+    const std::string why = difference(files[0][i], files[1][i], lossless, extents, note);
     if (why.empty()) continue;
     std::cout << "primitive " << i << " in order: " << why << '\n';
     return static_cast<int>(StatusCode::kDiffers);

@@ -263,12 +263,5 @@ TEST(FitGrid, HoldsAllValuesAndRefusesWhatIsNotFinite) {
   EXPECT_FALSE(fit_grid(mesh.attributes[0], 14).ok());
 }
 
-TEST(MergeGrids, CoversBoth) {
-  const AttributeCoding a{14, false, {0, 5}, 2}, b{14, false, {-1, 6}, 4};
-  const AttributeCoding merged = merge_grids(a, b);
-  EXPECT_EQ(merged.origin, (std::vector<float>{-1, 5}));
-  EXPECT_EQ(merged.range, 5.0f);
-}
-
 }  // namespace
 }  // namespace psplit

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <random>
 
 #include "tests/support/procedural_meshes.h"
 
@@ -37,6 +38,60 @@ TEST(FitGrid, EndsWhereGltfsLimitsEnd) {
     EXPECT_EQ(decoded(*tangent, 3, 0), -1.0f);
     EXPECT_EQ(decoded(*tangent, 3, (int64_t{1} << tangent->bits) - 1), 1.0f) << bits;
   }
+}
+
+// A grid of their own extent has colours closer. It is moved below the limits where it would end beyond them.
+TEST(FitGrid, FitsColorsInsideTheLimits) {
+  std::mt19937 random(1);
+  const auto between = [&](float low, float high) {
+    return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f;
+  };
+  for (int round = 0; round < 3000; ++round) {
+    const int bits = 1 + round % 14;
+    const float low = round % 3 == 0 ? 0 : between(0, 1), high = round % 3 == 1 ? 1 : between(low, 1);
+    std::vector<float> values = {low, low, 1, high, between(low, high), 1};
+    values.push_back(round % 2 == 0 ? 1 : between(low, high));
+    values.insert(values.end(), {low, 1});
+    const Attribute color = floats("COLOR_0", 3, values);
+    const auto grid = fit_grid(color, bits);
+    ASSERT_TRUE(grid.ok());
+    float extent = high - low;
+    for (const size_t c : {0u, 1u, 2u}) {
+      float least = 1, most = 0;
+      for (size_t i = c; i < values.size(); i += 3) {
+        least = std::min(least, values[i]);
+        most = std::max(most, values[i]);
+      }
+      extent = std::max(extent, most - least);
+    }
+    for (size_t i = 0; i < values.size(); ++i) {
+      const float place = grid_place(values[i], grid->origin[i % 3], grid->range, grid->bits);
+      const float came_back = decoded(*grid, i % 3, static_cast<int64_t>(place));
+      EXPECT_TRUE(came_back >= 0 && came_back <= 1) << came_back;
+      const double step = double{extent} / (std::ldexp(1.0, bits) - 1);
+      EXPECT_NEAR(values[i], came_back, 0.5 * 1.001 * step + 2e-7) << low << " " << high << " " << bits;
+      if (i % 3 == 2 && values[i] == 1 && round % 2 == 0) {
+        EXPECT_EQ(came_back, 1.0f);  // opaque stays opaque
+      }
+    }
+  }
+}
+
+TEST(FitGrid, KeepsColorsThatWereBytes) {
+  const std::vector<float> values = {17 / 255.0f, 30 / 255.0f, 90 / 255.0f, 40 / 255.0f, 41 / 255.0f, 0};
+  const auto grid = fit_grid(floats("COLOR_0", 3, values), 8);
+  ASSERT_TRUE(grid.ok());
+  EXPECT_EQ(grid->range, 1);
+  EXPECT_LT(fit_grid(floats("COLOR_0", 3, values), 7)->range, 0.36f);
+}
+
+TEST(FitGrid, OfJoinedBoundsIsTheCubeOfTheirBox) {
+  CodingBounds bounds = bounds_of(floats("POSITION", 3, {0, 5, 0, 8, 5, 0}), 14);
+  bounds.add(bounds_of(floats("POSITION", 3, {-1, 7, 3, -1, 6, 3}), 14));
+  const auto grid = fit_grid(floats("POSITION", 3, {}), bounds, 14);
+  ASSERT_TRUE(grid.ok());
+  EXPECT_EQ(grid->origin, (std::vector<float>{-1, 5, 0}));
+  EXPECT_EQ(grid->range, 9);
 }
 
 TEST(FitGrid, HoldsColorsBeyondOne) {

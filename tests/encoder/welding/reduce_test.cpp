@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -45,6 +47,25 @@ TEST(Reduce, DropsWhatTheOptionsName) {
   EXPECT_EQ(reduced.merged_points, 1u);
   EXPECT_EQ(reduced.dropped_faces, 1u);
   EXPECT_EQ(reduced.dropped_points, 1u);
+}
+
+TEST(Reduce, KnowsStoredPointsBefore) {
+  const Mesh mesh = with_everything_to_drop();
+  const std::vector<std::byte> extra = {std::byte{1}, std::byte{2}, std::byte{0}, std::byte{0}, std::byte{0}};
+  for (int k = 0; k < 16; ++k) {
+    const ReduceOptions options{(k & 1) != 0, (k & 2) != 0, (k & 4) != 0};
+    const auto more = std::span(extra).first(k < 8 ? 0 : extra.size());
+    const ReducedMesh reduced = reduce(mesh, options, more, more.size() / mesh.point_count);
+    const std::vector<uint8_t> stored = stored_points(mesh, options, more, more.size() / mesh.point_count);
+    std::set<float> expected, actual;  // values, because either of two equal points may be the stored one
+    const auto value = [&](uint32_t point) {
+      return reinterpret_cast<const float*>(mesh.attributes[0].values.data())[point];
+    };
+    for (const uint32_t point : reduced.source_point) expected.insert(value(point));
+    for (uint32_t point = 0; point < mesh.point_count; ++point)
+      if (stored[point] != 0) actual.insert(value(point));
+    EXPECT_EQ(actual, expected) << k;
+  }
 }
 
 TEST(Reduce, ExtraBytesKeepPointsApart) {

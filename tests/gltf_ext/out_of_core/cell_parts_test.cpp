@@ -267,6 +267,16 @@ TEST(CellParts, FacetsAreWeldedAsTheReaderOfStlDoes) {
   }));
 }
 
+void expect_equal(const std::vector<AttributeCoding>& actual, const std::vector<AttributeCoding>& expected) {
+  ASSERT_EQ(actual.size(), expected.size());
+  for (size_t i = 0; i < actual.size(); ++i) {
+    EXPECT_EQ(actual[i].bits, expected[i].bits);
+    EXPECT_EQ(actual[i].octahedral, expected[i].octahedral);
+    EXPECT_EQ(actual[i].origin, expected[i].origin);
+    EXPECT_EQ(actual[i].range, expected[i].range);
+  }
+}
+
 // Normals without a direction come from the faces around a point, whichever parts these are in.
 TEST(CellParts, NormalsWithoutADirection) {
   const TestFolder folder;
@@ -286,15 +296,31 @@ TEST(CellParts, NormalsWithoutADirection) {
     // The codings are those of the whole mesh.
     Mesh& repaired = file.objects[0].parts[0].mesh;
     const std::vector<AttributeCoding> expected = choose_codings(repaired, {});
-    const std::vector<AttributeCoding> actual = parts.spool->codings();
-    ASSERT_EQ(actual.size(), expected.size());
-    for (size_t i = 0; i < actual.size(); ++i) {
-      EXPECT_EQ(actual[i].bits, expected[i].bits);
-      EXPECT_EQ(actual[i].octahedral, expected[i].octahedral);
-      EXPECT_EQ(actual[i].origin, expected[i].origin);
-      EXPECT_EQ(actual[i].range, expected[i].range);
-    }
+    const std::vector<AttributeCoding>& actual = (*parts.parts)->codings();
+    expect_equal(actual, expected);
   }
+}
+
+TEST(CellParts, CodingsAreThoseOfStoredPoints) {
+  const TestFolder folder;
+  Mesh mesh = shape(10000, true);
+  const ReducedMesh stored = reduce(mesh, {false, true, true});
+  // A point that no face uses, and one of a degenerate face.
+  for (const float far : {-1000.0f, 1000.0f}) {
+    for (Attribute& attribute : mesh.attributes) {
+      const auto first = attribute.values.begin(),
+                 last = first + static_cast<std::ptrdiff_t>(attribute.stride());
+      const std::vector<std::byte> copy(first, last);
+      attribute.values.insert(attribute.values.end(), copy.begin(), copy.end());
+    }
+    std::memcpy(mesh.attributes[0].values.data() + mesh.point_count * size_t{12}, &far, sizeof(far));
+    ++mesh.point_count;
+  }
+  mesh.faces.push_back({0, 0, mesh.point_count - 1});
+  const Parts parts = cut(mesh, folder, 1000);
+  ASSERT_TRUE(parts.parts.ok()) << parts.parts.status().to_string();
+  Mesh expected = stored.mesh;
+  expect_equal((*parts.parts)->codings(), choose_codings(expected, {}));
 }
 
 TEST(CellParts, TooManyNormalsWithoutADirectionAreAnError) {
