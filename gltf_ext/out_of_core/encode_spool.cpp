@@ -84,14 +84,16 @@ uint64_t least_bytes(const MeshSpool& spool, std::span<const AttributeCoding> co
 }
 
 std::vector<PrimitiveReport> reports_of(const EncodedParts& encoded, const CellStatistics& statistics,
-                                        const MeshSpool& spool) {
+                                        const MeshSpool& spool, std::span<const AttributeCoding> codings) {
   std::vector<PrimitiveReport> list;
+  const auto position = std::ranges::find(spool.attributes(), "POSITION", &Attribute::semantic);
   for (const PartsContainer& container : encoded.containers) {
     PrimitiveReport& report = list.emplace_back();
     report.id = {0, list.size() - 1};
     report.stored_as = StoredAs::kPatches;
     report.bytes = container.bytes->size();
     report.streams = container.entries;
+    report.position_coding = codings[static_cast<size_t>(position - spool.attributes().begin())];
   }
   PrimitiveReport& first = list.front();
   first.faces = statistics.faces;
@@ -196,7 +198,7 @@ Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOption
       encode_parts(rounded, *codings, parts_options, make_spill, fewer ? *fewer : pool);
   if (!encoded) return encoded.status();
   EncodedSpool result{spool.attributes(), std::move(*encoded), {}};
-  result.reports = reports_of(result.encoded, statistics, spool);
+  result.reports = reports_of(result.encoded, statistics, spool, *codings);
   return result;
 }
 

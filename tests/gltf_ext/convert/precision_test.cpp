@@ -107,11 +107,10 @@ class RandomSheets {
 Json primitive_of_sheet(Document& document, const Sheet& sheet) {
   Json primitive{{"mode", 4}, {"attributes", Json::object()}};
   for (size_t i = 0; i < sheet.attributes.size(); ++i)
-    primitive["attributes"][sheet.attributes[i].semantic] =
-        append_accessor(document,
-                        make_data(ComponentType::kFloat32, sheet.attributes[i].width,
-                                  sheet.values(i, sheet.points.size())),
-                        34962, i == 0);
+    primitive["attributes"][sheet.attributes[i].semantic] = append_accessor(
+        document,
+        make_data(ComponentType::kFloat32, sheet.attributes[i].width, sheet.values(i, sheet.points.size())),
+        34962, i == 0);
   std::vector<uint16_t> indices;
   for (const auto& face : sheet.mesh.faces)
     for (const uint32_t point : face) indices.push_back(static_cast<uint16_t>(point));
@@ -216,8 +215,8 @@ TEST(Precision, IsHalfAStepOfTheGridThatStoredValuesCallFor) {
     options.texcoord_bits = 5 + static_cast<int>(random.below(12));
     options.color_bits = 4 + static_cast<int>(random.below(8));
     options.generic_bits = 1 + static_cast<int>(random.below(16));
-    options.volume = std::array{QuantizationVolume::kMesh, QuantizationVolume::kMesh, QuantizationVolume::kPrimitive,
-                                QuantizationVolume::kScene}[random.below(4)];
+    options.volume = std::array{QuantizationVolume::kMesh, QuantizationVolume::kMesh,
+                                QuantizationVolume::kPrimitive, QuantizationVolume::kScene}[random.below(4)];
     const auto group = [&](size_t i) {
       return options.volume == QuantizationVolume::kPrimitive ? i
              : options.volume == QuantizationVolume::kMesh    ? size_t{i >= in_first_mesh}
@@ -268,7 +267,8 @@ TEST(Precision, IsNotThatOfPointsThatAreDropped) {
   for (const Mesh& mesh : {unused, degenerate, equal}) {
     EXPECT_EQ(encoded_range(mesh, [](EncodeDocumentOptions&) {}), 1);
     // A bound that floats near 1000 cannot keep.
-    EXPECT_EQ(encoded_range(mesh, [](EncodeDocumentOptions& options) { options.max_position_error = 1e-6; }), 1);
+    EXPECT_EQ(encoded_range(mesh, [](EncodeDocumentOptions& options) { options.max_position_error = 1e-6; }),
+              1);
   }
   EXPECT_EQ(encoded_range(unused, [](EncodeDocumentOptions& options) { options.keep_unused = true; }), 1000);
   EXPECT_EQ(encoded_range(degenerate, [](EncodeDocumentOptions& options) { options.keep_degenerate = true; }),

@@ -178,9 +178,10 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
       return {StatusCode::kUsage, "--store takes one file for each asset: use --as glb and --images embed"};
     if (Status status = job.staged.store(job.item, replaces); !status.ok()) return status;
   }
-  session_.log.detail(written_text(
-      outcome.output, outcome.sizes,
-      arguments_.verb == BatchVerb::kEncode ? encode_summary(outcome.result) : done_word(arguments_.verb)));
+  session_.log.detail(written_text(outcome.output, outcome.sizes,
+                                   arguments_.verb == BatchVerb::kEncode
+                                       ? encode_summary(outcome.result, arguments_.encode.options)
+                                       : done_word(arguments_.verb)));
   Json details{{"figures", figures_of(outcome, arguments_.verb)}};
   if (const std::string input = recorded_input(job); !input.empty()) details["input"] = input;
   return record_.add(job.record_name, {key, hash_asset(*written), std::move(details)});

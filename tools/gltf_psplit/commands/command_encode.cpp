@@ -247,9 +247,9 @@ Status run_encode(const Arguments& arguments, const Session& session) {
       return status;
   }
   if (result.split_count > 1) session.log.detail("in all: " + row_text(result.total));
-  session.log.note(written_text(
-      arguments.output, sizes,
-      encode_summary(result) + "; " + as_duration(wall_ms) + (options.verify ? "" : ", not verified")));
+  session.log.note(written_text(arguments.output, sizes,
+                                encode_summary(result, options) + "; " + as_duration(wall_ms) +
+                                    (options.verify ? "" : ", not verified")));
   return {};
 }
 

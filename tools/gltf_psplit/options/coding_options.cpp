@@ -42,17 +42,17 @@ void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
   };
   CLI::Option* bits = command.add_option_function<std::string>(
       "--quantize-position", set_bits,
-      "Bits for each component of positions. auto: as few as the edges allow, from " +
-          std::to_string(kLeastBitsForEdges) +
-          ": a step of the grid is at most 1/20 of the length that 95 % of the "
-          "edges exceed");
+      "Bits for each component of positions. auto: the fewest, from " + std::to_string(kLeastBitsForEdges) +
+          " on, whose step is at most 1/20 of the length that 95 % of the edges exceed. Dense meshes get more "
+          "than " +
+          std::to_string(options.position_bits) + ", and grow; the summary says by how much");
   bits->check(is_bits)->default_str(std::to_string(options.position_bits))->type_name("BITS");
   command
       .add_option_function<std::string>(
           "--max-error",
           [&options](const std::string& text) { options.max_position_error = *parse_length(text); },
-          "As few bits for positions as guarantee that each is at most this far off: 0.5mm, 20um, 1cm, 0.1m, "
-          "or a "
+          "Bits for positions that guarantee that each is at most this far off, whatever they cost: 0.5mm, "
+          "20um, 1cm, 0.1m, or a "
           "number in the units of the input, which are metres in glTF. It counts in the mesh's own "
           "coordinates, "
           "before the transforms of nodes")

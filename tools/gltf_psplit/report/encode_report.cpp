@@ -1,6 +1,7 @@
 #include "tools/gltf_psplit/report/encode_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 #include "encoder/coding/position_bits.h"
@@ -50,6 +51,23 @@ std::string position_text(const EncodeRow& row) {
   return "; positions of " + std::to_string(coding.bits) + " bits, a step of " +
          with_digits(grid_step(coding), 3) + ", at most " + with_digits(distance_bound(coding), 3) + " off" +
          (error ? ", measured " + with_digits(*error, 3) : "");
+}
+
+// The bits that the mesh chose, and what they cost. The lowest bits of positions are noise that nothing
+// predicts: each takes about a bit of the output.
+std::string chosen_bits_text(const EncodeResult& result) {
+  if (result.most_bits == 0) return "";
+  std::string text = "; positions of " + std::to_string(result.least_bits);
+  if (result.most_bits > result.least_bits) text += " to " + std::to_string(result.most_bits);
+  text += " bits";
+  const int usual = EncodeDocumentOptions().position_bits;
+  const double usual_bits = usual * static_cast<double>(result.quantized_positions);
+  const double more_bytes = 3.0 / 8 * (static_cast<double>(result.bits_of_positions) - usual_bits);
+  const double usual_bytes = static_cast<double>(result.total.summary.total_bytes) - more_bytes;
+  const double share = std::fabs(more_bytes) / usual_bytes;
+  if (!(share >= 0.005)) return text;
+  return text + ", about " + with_decimals(share * 100, 0) + " % " + (more_bytes > 0 ? "more" : "fewer") +
+         " bytes than with " + std::to_string(usual);
 }
 
 }  // namespace
@@ -129,6 +147,14 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<co
           report.statistics};
       append_row(object, row);
       if (!report.repeated) result.total += row;
+      if (const int bits = report.position_coding.bits; bits > 0 && !report.repeated) {
+        result.least_bits = result.least_bits == 0 ? bits : std::min(result.least_bits, bits);
+        result.most_bits = std::max(result.most_bits, bits);
+        // Points on seams share their positions. A mesh has about half as many positions as faces.
+        const uint64_t positions = std::min(row.summary.points, row.summary.faces / 2) + row.summary.references;
+        result.quantized_positions += positions;
+        result.bits_of_positions += positions * static_cast<uint64_t>(bits);
+      }
       ++(report.stored_as == StoredAs::kDraco ? result.draco_count : result.split_count);
       if (report.stored_as == StoredAs::kDraco && !report.repeated) ++result.unsplit_streams;
       log.detail(describe_place(report.id.mesh, report.id.primitive) + ": " + row_text(row));
@@ -174,7 +200,7 @@ std::string changes_text(const EncodeStatistics& statistics) {
   return text;
 }
 
-std::string encode_summary(const EncodeResult& result) {
+std::string encode_summary(const EncodeResult& result, const EncodeDocumentOptions& options) {
   std::string dropped;
   for (const auto& [attribute, count] : result.dropped_attributes)
     if (count > 0) dropped += "; left out " + attribute + " of " + counted(count, "primitive");
@@ -188,6 +214,7 @@ std::string encode_summary(const EncodeResult& result) {
   std::string text = "mesh data " + as_bytes(result.total.summary.total_bytes) + " in " + stored;
   if (result.recoded_count > 0)
     text += "; " + counted(result.recoded_count, "primitive") + " condensed without encoding again";
+  if (options.chooses_position_bits()) text += chosen_bits_text(result);
   const std::string changes = changes_text(result.total.statistics);
   return text + (changes.empty() ? "" : "; ") + changes + dropped;
 }

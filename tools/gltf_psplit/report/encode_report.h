@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/primitive_report.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/log.h"
@@ -63,6 +64,9 @@ struct EncodeResult {
   uint64_t unsplit_streams = 0;  // those of draco_count whose geometry no earlier primitive has
   // Attributes that the user skips, and the number of primitives that had each.
   std::map<std::string, size_t> dropped_attributes;
+  // Of quantized positions: the least and the most bits, about how many there are, and the sum of their bits.
+  int least_bits = 0, most_bits = 0;
+  uint64_t quantized_positions = 0, bits_of_positions = 0;
 };
 // `skipped`: the attributes that the user skips.
 EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<const std::string> skipped,
@@ -77,8 +81,9 @@ void warn_of_result(const EncodeResult& result, const Log& log, const std::strin
 // How the meshes changed: "merged 12 duplicate points, dropped 3 degenerate faces"; empty if they did not.
 std::string changes_text(const EncodeStatistics& statistics);
 
-// "mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces", for written_text.
-std::string encode_summary(const EncodeResult& result);
+// "mesh data 1.15 MB in 45 patches; dropped 3 degenerate faces", for written_text. With the bits of positions,
+// if the options let the mesh choose them.
+std::string encode_summary(const EncodeResult& result, const EncodeDocumentOptions& options);
 
 // Drops extensions that the user named (gltf_ext/document/extensions.h), and logs each. Returns the number of
 // objects that had them, by name.
