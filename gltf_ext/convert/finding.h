@@ -1,6 +1,7 @@
 // A broken rule of PSPLIT_mesh_draco_patches.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "src/status.h"
@@ -12,7 +13,17 @@ struct Finding {
   std::string message;
   Place place;
   bool error = true;                            // otherwise a warning
-  StatusCode code = StatusCode::kInvalidInput;  // or kUnsupported: this decoder cannot tell whether it is valid
+  // Or kUnsupported: this decoder cannot tell whether it is valid. All other codes are of failures that say
+  // nothing about the asset, such as a full disk.
+  StatusCode code = StatusCode::kInvalidInput;
 };
+
+// The first failure that kept a check from its end; ok if there is none.
+inline Status first_failure(std::span<const Finding> findings) {
+  for (const Finding& finding : findings)
+    if (finding.error && finding.code != StatusCode::kInvalidInput && finding.code != StatusCode::kUnsupported)
+      return {finding.code, finding.message, finding.place};
+  return {};
+}
 
 }  // namespace psplit

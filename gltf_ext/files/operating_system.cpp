@@ -138,6 +138,11 @@ bool enter_mapped(std::span<const uint8_t> bytes, const std::filesystem::path& p
   return false;
 }
 
+// The limit on a file's size is that of the process, so another run may have a larger one.
+Status space_error(const std::string& what, int error) {
+  return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached") : io_error(what, error);
+}
+
 }  // namespace
 
 std::span<const uint8_t> map_file(const std::filesystem::path& path) {
@@ -179,8 +184,8 @@ Expected<std::span<uint8_t>> map_space(const UnnamedFile& file, uint64_t bytes) 
   const bool is_sparse = error == EINVAL || error == EOPNOTSUPP;
   if ((error != 0 && !is_sparse) ||
       (is_sparse && ::ftruncate(file.descriptor_, static_cast<off_t>(bytes)) != 0))
-    return io_error("cannot take " + std::to_string(bytes) + " bytes of temporary space",
-                    is_sparse ? errno : error);
+    return space_error("cannot take " + std::to_string(bytes) + " bytes of temporary space",
+                       is_sparse ? errno : error);
   const auto size = static_cast<size_t>(bytes);
   void* const address = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, file.descriptor_, 0);
   if (address == MAP_FAILED) return io_error("cannot map " + std::string(kName), errno);
@@ -426,9 +431,7 @@ Status UnnamedFile::write(uint64_t offset, std::span<const uint8_t> bytes) {
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
       const std::string what = "cannot write a temporary file in " + folder_.string();
-      const int error = written == 0 ? ENOSPC : errno;
-      return error == EFBIG ? may_pass(what + ": the limit on a file's size is reached")
-                            : io_error(what, error);
+      return space_error(what, written == 0 ? ENOSPC : errno);
     }
     bytes = bytes.subspan(static_cast<size_t>(written));
     offset += static_cast<uint64_t>(written);

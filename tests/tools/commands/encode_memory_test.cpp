@@ -210,6 +210,16 @@ TEST_F(EncodeMemory, AFullDiskMayPassAndKeepsTheOldOutput) {
   EXPECT_EQ(file_count(), 2u);
 }
 
+// A mesh that is decoded into a file says nothing about the asset if the file has no room.
+TEST_F(EncodeMemory, AFullDiskIsNoVerdict) {
+  ASSERT_EQ(run({"encode", ply("2k"), path("a.glb"), "--patches", "2", "-q"}), 0) << err_;
+  const std::vector<std::string> validate{PSPLIT_COMMAND, "validate", path("a.glb"), "--memory", "1kB", "-q"};
+  EXPECT_EQ(Child(validate).wait(), 0);
+  std::vector<std::string> limited{"sh", "-c", "ulimit -f 1; exec \"$0\" \"$@\" >/dev/null 2>&1"};
+  limited.insert(limited.end(), validate.begin(), validate.end());
+  EXPECT_EQ(Child(limited).wait(), 75);
+}
+
 TEST_F(EncodeMemory, SurvivesKills) {
   const std::string scan = ply("600k");
   write("out.gltf", "old");

@@ -216,6 +216,7 @@ Status AssetWork::validate(Job& job) {
   const std::string key = made_from(job.content.empty() ? hash_asset(*document) : job.content);
   if (is_checked(job, key)) return {};
   const std::vector<Finding> findings = validate_document(*document, find_backend({}), session_.pool);
+  if (Status failure = first_failure(findings); !failure.ok()) return failure;
   Verdict verdict = verdict_of(job.item.input, findings);
   job.outcome.details = std::move(verdict.json);
   return verdict.status.ok() ? record_.add(job.record_name, {key, kPassed}) : verdict.status;

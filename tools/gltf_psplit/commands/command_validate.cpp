@@ -38,8 +38,10 @@ Expected<std::vector<Finding>> find_all(const std::string& input, const Argument
     if (Status status = check_not_an_input(arguments.output, "--output", *document); !status.ok())
       return status;
     ProgressBar bar("validating " + input, session.log);
-    return validate_document(*document, find_backend(arguments.backend), session.pool,
-                             memory_limit(arguments.memory));
+    std::vector<Finding> findings = validate_document(*document, find_backend(arguments.backend), session.pool,
+                                                      memory_limit(arguments.memory));
+    if (Status failure = first_failure(findings); !failure.ok()) return failure;
+    return findings;
   }
   const Status status = document.status();
   if (status.code() != StatusCode::kInvalidInput) return status;
