@@ -46,6 +46,10 @@ Expected<DracoMesh> decode_mesh(std::span<const uint8_t> stream, bool keep_quant
     auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
     if (decoded.ok()) {
       DracoMesh decoded_mesh{std::move(decoded).value()};
+      // Only libdraco built for its transcoder knows more types than the bitstream.
+      for (int32_t i = 0; i < decoded_mesh.mesh->num_attributes(); ++i)
+        if (decoded_mesh.mesh->attribute(i)->attribute_type() > draco::GeometryAttribute::GENERIC)
+          return invalid_input("Draco stream: an attribute of an unknown type");
       if (has_no_unique_ids(stream))
         for (int32_t i = 0; i < decoded_mesh.mesh->num_attributes(); ++i)
           decoded_mesh.mesh->attribute(i)->set_unique_id(static_cast<uint32_t>(i));

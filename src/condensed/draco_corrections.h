@@ -26,13 +26,18 @@ class DracoCorrections {
     on_.component_count = attribute.components;
   }
 
-  // Fills the symbols, and the range of the wrap transform. False if the range or the grid is one that no
-  // stream has.
-  bool write(AttributeFields& out) const {
+  // What the symbols are.
+  enum class Symbols : uint8_t { kNone, kCorrections, kValues };
+
+  // Fills the symbols, and the range of the wrap transform. They are values if the attribute is not predicted,
+  // or if no wrap transform has their range. They are none if a normal is outside its grid.
+  Symbols write(AttributeFields& out) const {
     out.symbols.resize(size_t{on_.sequence.count} * on_.components());
-    if (attribute_.scheme == core::Scheme::kNone) return store_values(out), true;
-    if (attribute_.is_normal) return correct_normals(out);
-    return correct_in_range(out);
+    const bool is_predicted = attribute_.scheme != core::Scheme::kNone;
+    if (is_predicted && attribute_.is_normal)
+      return correct_normals(out) ? Symbols::kCorrections : Symbols::kNone;
+    if (is_predicted && find_range(out)) return correct_in_range(out), Symbols::kCorrections;
+    return store_values(out), Symbols::kValues;
   }
 
  private:
@@ -47,9 +52,7 @@ class DracoCorrections {
 
   // Each normal is predicted to be the same as the one before it.
   bool correct_normals(AttributeFields& out) const {
-    const uint32_t bits = core::floor_log2(attribute_.grid_max) + 1;
-    if (bits < 2 || bits > 30 || attribute_.grid_max != (1u << bits) - 1) return false;
-    const core::OctahedralGrid grid(static_cast<int>(bits));
+    const core::OctahedralGrid grid(static_cast<int>(core::floor_log2(attribute_.grid_max)) + 1);
     const bool canonicalized = attribute_.transform == core::Transform::kOctahedronCanonicalized;
     for (uint32_t i = 0; i < on_.sequence.count; ++i) {
       const int32_t *const before = on_.before(i), *const normal = value(i);
@@ -64,8 +67,7 @@ class DracoCorrections {
     return true;
   }
 
-  bool correct_in_range(AttributeFields& out) const {
-    if (!find_range(out)) return false;
+  void correct_in_range(AttributeFields& out) const {
     size_t at = 0;
     for (uint32_t i = 0; i < on_.sequence.count; ++i) {
       core::Parallelogram by{on_.before(i), on_.zeros, on_.zeros};
@@ -76,9 +78,9 @@ class DracoCorrections {
         out.symbols[at++] = static_cast<uint32_t>(core::fold(wrapped(value(i)[k], predicted, out)));
       }
     }
-    return true;
   }
 
+  // False if the wrap transform does not allow the range.
   bool find_range(AttributeFields& out) const {
     out.wrap_min = out.wrap_max = 0;
     for (uint32_t i = 0; i < on_.sequence.count; ++i)

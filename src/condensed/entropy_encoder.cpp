@@ -177,9 +177,9 @@ void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out) {
   append_block(block, out);
 }
 
-bool encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
+void encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int level,
                     std::vector<uint8_t>& out) {
-  if (symbols.empty()) return true;
+  if (symbols.empty()) return;
   std::vector<uint32_t> tags(symbols.size() / components);  // the bits of the largest value of each group
   uint32_t max_symbol = 0;
   int64_t value_bits = 0;
@@ -200,25 +200,23 @@ bool encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int 
   std::vector<Entry> entries;
   if (!is_tagged) {
     entries = count_symbols(symbols, max_symbol);
-    is_tagged = tagged_bits < entropy_bits(entries, symbols.size()) +
+    is_tagged = entries.size() >> kMostRawBits != 0 ||
+                tagged_bits < entropy_bits(entries, symbols.size()) +
                                   table_bits(max_symbol, static_cast<int64_t>(entries.size()));
   }
   out.push_back(is_tagged ? 0 : 1);
   if (!is_tagged) {
-    if (entries.size() >> kMostRawBits != 0) return false;
     const uint32_t symbol_bits = symbol_bits_at(static_cast<uint32_t>(entries.size()), max_symbol, level);
     out.push_back(static_cast<uint8_t>(symbol_bits));
     write_rans(symbols, entries, symbol_bits, out);
-    return true;
+    return;
   }
-  if (tag_entries.back().symbol == kMaxTag) return false;  // libdraco's table ends at 31
   write_rans(tags, tag_entries, kTagBits, out);
   BitWriter bits(out);
   for (size_t group = 0; group < tags.size(); ++group)
     for (const uint32_t symbol : symbols.subspan(group * components, components))
       bits.write(symbol, tags[group]);
   bits.finish();
-  return true;
 }
 
 uint32_t possible_symbol_levels(std::span<const uint32_t> symbols, uint32_t symbol_bits) {

@@ -87,6 +87,8 @@ class FieldsExpander {
     if (fault != Fault::kNone) return fault_status(fault);
     read_.ends = static_cast<double>(stream_.bytes.size()) - read_.total();
     fields_.skeleton = literals_;
+    // From the last one on, so that the places of those before stay.
+    for (size_t i = unpredicted_.size(); i-- > 0;) store_as_values(skeleton_.attributes[unpredicted_[i]]);
     return std::move(fields_);
   }
 
@@ -96,6 +98,13 @@ class FieldsExpander {
     if (bytes > bytes_left_) return false;
     bytes_left_ -= bytes;
     return true;
+  }
+
+  // Makes the scheme that of an attribute that is not predicted, which has no transform.
+  void store_as_values(const SkeletonAttribute& attribute) {
+    const auto scheme = fields_.skeleton.begin() + static_cast<std::ptrdiff_t>(attribute.scheme_at);
+    *scheme = static_cast<uint8_t>(core::Scheme::kNone);
+    fields_.skeleton.erase(scheme + 1);
   }
 
   // Reads the plain numbers, all of which are in the main section, and finds all sections.
@@ -362,7 +371,11 @@ class FieldsExpander {
       if (const Fault fault = mesh_->find_sequence(group, sequence); fault != Fault::kNone) return fault;
     const DracoCorrections corrections(table, sequence, {values.data(), values.size()},
                                        skeleton_.attributes[i]);
-    return corrections.write(out) ? Fault::kNone : Fault::kPrediction;
+    const DracoCorrections::Symbols written = corrections.write(out);
+    if (written == DracoCorrections::Symbols::kNone) return Fault::kPrediction;
+    const bool is_predicted = skeleton_.attributes[i].scheme != core::Scheme::kNone;
+    if (written == DracoCorrections::Symbols::kValues && is_predicted) unpredicted_.push_back(i);
+    return Fault::kNone;
   }
 
   Fault read_flags(uint32_t i, core::SectionReader& section) {
@@ -394,13 +407,17 @@ class FieldsExpander {
   core::SectionReader main_;
   std::optional<StreamMesh> mesh_;
   std::vector<core::Sequence<uint32_t>> sequences_;  // by group; empty until it is needed
+  std::vector<uint32_t> unpredicted_;                // attributes whose range no transform has
   DracoFields fields_;
   SectionBytes read_;
 };
 
 Expected<Skeleton> skeleton_of(const CondensedHead& head, const CondensedStream& stream) {
   if (stream.skeleton >= head.skeletons.size()) return invalid_input("a skeleton that does not exist");
-  return read_skeleton(head.skeletons[stream.skeleton]);
+  Expected<Skeleton> skeleton = read_skeleton(head.skeletons[stream.skeleton]);
+  // No encoder condenses a stream whose fields it cannot read.
+  if (!skeleton) return invalid_input(skeleton.status().message());
+  return skeleton;
 }
 
 }  // namespace

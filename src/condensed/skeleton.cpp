@@ -35,10 +35,16 @@ class SkeletonReader {
     attribute.scheme = predicted.scheme;
     attribute.transform = predicted.transform;
     attribute.is_normal = predicted.attribute.coding == core::Coding::kNormal;
+    const bool is_predicted = predicted.scheme != core::Scheme::kNone;
+    attribute.scheme_at = literals_.position() - (is_predicted ? 3 : 2);
+    if (!attribute.is_normal || !is_predicted) return {};
     // The grid's numbers follow, because the fields before them are empty.
-    if (attribute.is_normal && predicted.scheme != core::Scheme::kNone && literals_.remaining() >= 4)
-      attribute.grid_max = core::load_le32(literals_.head());
-    return {};
+    core::PredictionData data;
+    data.transform = predicted.transform;
+    core::ByteReader ahead = literals_;
+    const core::Fault fault = data.read_grid(ahead);
+    attribute.grid_max = data.grid.max_quantized();
+    return fault_status(fault);
   }
   static Status creases() { return {}; }
   static Status orientations() { return {}; }

@@ -23,6 +23,7 @@ struct SkeletonAttribute {
   bool is_normal = false;                              // on an octahedral grid
   uint32_t grid_max = 0;  // the largest number of the grid, if its corrections have an octahedral transform
   uint32_t group = 0;     // in Skeleton::groups
+  size_t scheme_at = 0;   // the place of the scheme's byte, unless it is raw
 
   bool has_wrap_range() const { return !is_raw && !is_normal && scheme != core::Scheme::kNone; }
   // Whether its values can be stored in the order of creation, with predictions of our own.

@@ -44,7 +44,8 @@ class FieldsWriter {
       if (Status status = standard_symbols(); !status.ok()) return status;
     encode_flags(fields_.start_faces, out_);
     for (const std::vector<uint8_t>& seams : fields_.seams) encode_flags(seams, out_);
-    return is_valence ? symbol_lists() : Status();
+    if (is_valence) symbol_lists();
+    return {};
   }
 
   uint32_t value_count(const core::Group<uint32_t>&) const {
@@ -64,9 +65,9 @@ class FieldsWriter {
     const uint32_t components = predicted.attribute.value_components();
     literals_.copy_to(out_);
     if (!next_attribute() || attribute().count != count || attribute().components != components ||
-        attribute().symbols.size() != uint64_t{count} * components ||
-        !encode_symbols(attribute().symbols, components, fields_.symbol_level, out_))
+        attribute().symbols.size() != uint64_t{count} * components)
       return contradiction();
+    encode_symbols(attribute().symbols, components, fields_.symbol_level, out_);
     return {};
   }
 
@@ -134,15 +135,13 @@ class FieldsWriter {
     return {};
   }
 
-  Status symbol_lists() {
+  void symbol_lists() {
     const bool has_levels = fields_.symbol_level != kLevelBeforeLevels;
     for (const std::vector<uint8_t>& list : fields_.symbol_lists) {
       append_varint(list.size(), out_);
       const std::vector<uint32_t> symbols(list.begin(), list.end());
-      if (!encode_symbols(symbols, 1, has_levels ? kDefaultSymbolLevel : kLevelBeforeLevels, out_))
-        return contradiction();
+      encode_symbols(symbols, 1, has_levels ? kDefaultSymbolLevel : kLevelBeforeLevels, out_);
     }
-    return {};
   }
 
   void append_u32(uint32_t value) {

@@ -122,6 +122,12 @@ class ValenceSymbols {
         fault = sequences[i].finish(SerialLanes(), reader);  // the next list begins behind its last bit
         sequences[i] = {};
       }
+      if (fault == Fault::kMethod) {
+        // As in libdraco, a list in a coding that does not exist has zeros.
+        fill(list.decoded, uint32_t{0});
+        sequences[i] = {};
+        fault = Fault::kNone;
+      }
       if (fault != Fault::kNone) return fault;
     }
     return Fault::kNone;

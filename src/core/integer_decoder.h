@@ -159,20 +159,28 @@ class IntegerDecoder {
            arena.take_for_good(zeros_, zero_count(components));
   }
 
+  // Broken streams mean what they mean to libdraco: a transform of other attributes says that values are not
+  // predicted, and a scheme that does not exist that each is predicted from the one before.
   PSPLIT_HD Fault read_scheme(ByteReader& reader, bool is_edgebreaker) {
     const auto scheme = static_cast<int8_t>(reader.u8());
     data_.scheme = static_cast<Scheme>(scheme);
-    if (scheme < -2 || scheme > 6 || scheme == -1 || scheme == 3) return Fault::kMethod;
     if (data_.scheme == Scheme::kNone) return Fault::kNone;
+    constexpr int8_t kDeprecated = 3, kMost = 6, kNoTransform = -1;
     const auto transform = static_cast<int8_t>(reader.u8());
-    const bool is_wrap = transform == static_cast<int8_t>(Transform::kWrap);
-    if (transform < 1 || transform > 3 || is_wrap != (attribute_->coding != Coding::kNormal))
-      return Fault::kMethod;
     data_.transform = static_cast<Transform>(transform);
+    if (data_.transform > Transform::kOctahedronCanonicalized || transform < kNoTransform)
+      return Fault::kMethod;
+    const bool is_wrap = attribute_->coding != Coding::kNormal;
+    if (is_wrap ? data_.transform != Transform::kWrap : data_.transform <= Transform::kWrap) {
+      data_.scheme = Scheme::kNone;
+      return Fault::kNone;
+    }
     // Without a corner table a value can only be predicted from the one before. On an octahedron, schemes for
     // positions or texture coordinates make no sense.
-    if (!is_edgebreaker || (!is_wrap && data_.scheme != Scheme::kGeometricNormal))
+    if (!is_edgebreaker || (!is_wrap && data_.scheme != Scheme::kGeometricNormal) || scheme < 0 ||
+        scheme > kMost)
       data_.scheme = Scheme::kDifference;
+    if (static_cast<int8_t>(data_.scheme) == kDeprecated) return Fault::kMethod;
     if (data_.scheme == Scheme::kGeometricNormal && is_wrap) return Fault::kPrediction;
     if (data_.scheme == Scheme::kTexCoords || data_.scheme == Scheme::kGeometricNormal)
       if (position_ == nullptr || position_->coding == Coding::kRaw || position_->value_components() != 3)

@@ -180,8 +180,10 @@ function parse_skeleton(bytes) {
       demand(attribute.scheme === kNone || octahedral === (attribute.type === kNormals), 'a transform of other attributes');
       skip(octahedral ? (attribute.transform === kCanonicalized ? 8 : 4) : 0);
       attribute.transform_data = since(start);
-      attribute.greatest = octahedral ? attribute.transform_data[0] + attribute.transform_data[1] * 2 ** 8 +
-        attribute.transform_data[2] * 2 ** 16 + attribute.transform_data[3] * 2 ** 24 : 0;
+      const stated = octahedral ? attribute.transform_data[0] + attribute.transform_data[1] * 2 ** 8 +
+        attribute.transform_data[2] * 2 ** 16 + attribute.transform_data[3] * 2 ** 24 : 3;
+      demand(stated % 2 === 1 && stated > 1 && stated < 2 ** 30, 'a grid of normals that does not exist');
+      attribute.greatest = 2 ** Math.ceil(Math.log2(stated + 1)) - 1;
     }
     const start = at;
     for (const { type, components } of decoder.attributes) skip(type === 2 ? 4 * components + 5 : type === kNormals ? 1 : 0);

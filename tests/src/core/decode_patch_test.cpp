@@ -181,6 +181,40 @@ TEST(DecodePatch, RefusesEveryTruncation) {
 // its bounds and in time and memory that its size justifies; sanitizers watch the bounds. If libdraco accepts a
 // mutant as well, both must agree. libdraco decodes only some of the mutants, because it is slow and trusts its
 // input.
+// libdraco has a meaning for schemes, transforms and codings of symbols that do not exist, or that do not fit.
+TEST(DecodePatch, BrokenMethodsMeanWhatTheyMeanToLibdraco) {
+  constexpr size_t kFrontBytes = 11, kMostBytes = 200, kStreams = mutants_to_try(40);
+  size_t streams = 0, decoded_count = 0;
+  for_each_draco_stream(
+      [&](const DracoStream& stream) {
+        if (stream.bytes.size() > kMostBytes || streams == kStreams) return;
+        ++streams;
+        std::vector<uint8_t> bytes = stream.bytes;
+        for (size_t at = kFrontBytes; at < bytes.size(); ++at) {
+          const uint8_t before = bytes[at];
+          for (const int other : {before + 1, before - 1, before ^ 0x80, 0xff}) {
+            bytes[at] = static_cast<uint8_t>(other);
+            StreamHeader header;
+            if (bytes[at] == before ||
+                read_stream_header(bytes.data(), bytes.size(), header) != Fault::kNone || !header.fits_16_bits())
+              continue;
+            RawMesh decoded;
+            const Fault fault = decode<uint16_t>(header, decoded);
+            if (fault != Fault::kMethod && fault != Fault::kNone) continue;
+            const std::optional<RawMesh> expected = decode_with_libdraco(bytes);
+            const std::string name = stream.name + ", byte " + std::to_string(at);
+            ASSERT_TRUE(fault == Fault::kNone || !expected) << name;
+            if (fault != Fault::kNone || !expected) continue;
+            ++decoded_count;
+            ASSERT_TRUE(decoded == *expected) << name;
+          }
+          bytes[at] = before;
+        }
+      },
+      StreamSet::kSmall);
+  EXPECT_GT(decoded_count, kStreams);
+}
+
 TEST(DecodePatch, RefusesMutantsOrDecodesThemWithinTheirBounds) {
   std::vector<std::vector<uint8_t>> seeds;
   for_each_draco_stream(
