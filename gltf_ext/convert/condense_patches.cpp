@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "encoder/condensing/condense_container.h"
+#include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/json/json_fields.h"
 #include "src/container/patch_container.h"
@@ -15,7 +16,7 @@ namespace {
 
 // A container and its row of the report.
 struct Condensed {
-  int64_t buffer_view = -1;  // -1: the container stays
+  std::vector<uint8_t> bytes;  // empty: the container stays
   PrimitiveReport report;
 };
 
@@ -27,8 +28,8 @@ bool decode_alike(const PatchContainer& a, const PatchContainer& b, std::span<co
   return std::ranges::equal(of_a->attributes, of_b->attributes, {}, &Attribute::values, &Attribute::values);
 }
 
-Expected<Condensed> condense_bytes(Document& document, const StoredPrimitive& stored,
-                                   const EncodeDocumentOptions& options, const ThreadPool& pool) {
+Expected<Condensed> condense_bytes(const StoredPrimitive& stored, const EncodeDocumentOptions& options,
+                                   const ThreadPool& pool) {
   const Expected<PatchContainer> before = open_container(stored.bytes);
   if (!before) return before.status();
   Condensed result;
@@ -37,7 +38,7 @@ Expected<Condensed> condense_bytes(Document& document, const StoredPrimitive& st
   result.report.skipped = "already in patches of container version 1";
   if (before->version != kContainerVersion) return result;
   const Stopwatch encode_time;
-  const auto bytes = condense_container(*before, options.condense_smallest, pool);
+  auto bytes = condense_container(*before, options.condense_smallest, pool);
   result.report.skipped = "already in patches, which condensing does not make smaller";
   if (!bytes || bytes->size() >= stored.bytes.size()) return result;
   result.report.statistics.encode_ms = encode_time.ms();
@@ -58,7 +59,7 @@ Expected<Condensed> condense_bytes(Document& document, const StoredPrimitive& st
   result.report.streams = after->entries;
   result.report.has_residue = after->has_residue;
   result.report.head_bytes = after->head_bytes;
-  result.buffer_view = append_buffer_view(document, *bytes);
+  result.bytes = std::move(*bytes);
   return result;
 }
 
@@ -75,15 +76,15 @@ Status condense_patches(Document& document, const EncodeDocumentOptions& options
                       static_cast<int64_t>(id.primitive)};
     const Expected<StoredPrimitive> stored = stored_primitive(document, id, kExtensionName);
     if (!stored) return stored.status().at(place);
-    Json& view = (*object_field(primitive_json(document, id), "extensions"))[kExtensionName]["bufferView"];
-    const auto [found, is_new] = condensed_of.try_emplace(view.get<int64_t>());
+    const Json& extension = *extension_field(primitive_json(document, id), kExtensionName);
+    const auto [found, is_new] = condensed_of.try_emplace(*integer_field(extension, "bufferView"));
     if (is_new) {
-      Expected<Condensed> condensed = condense_bytes(document, *stored, options, pool);
+      Expected<Condensed> condensed = condense_bytes(*stored, options, pool);
       if (!condensed) return condensed.status().at(place);
       found->second = std::move(*condensed);
     }
     PrimitiveReport& report = reports[id];
-    if (found->second.buffer_view < 0) {
+    if (found->second.bytes.empty()) {
       report.skipped = found->second.report.skipped;
       continue;
     }
@@ -92,8 +93,11 @@ Status condense_patches(Document& document, const EncodeDocumentOptions& options
     report.id = id;
     report.input_bytes = input_bytes;
     report.repeated = !is_new;
-    view = found->second.buffer_view;
   }
+  StreamReplacements replacements;
+  for (const auto& [view, condensed] : condensed_of)
+    if (!condensed.bytes.empty()) replacements[view] = condensed.bytes;
+  replace_streams(document, replacements);
   drop_unused(document, {});
   return {};
 }

@@ -11,6 +11,7 @@
 #include "gltf_ext/convert/patch_counts.h"
 #include "gltf_ext/convert/patch_primitives.h"
 #include "gltf_ext/convert/read_jobs.h"
+#include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
@@ -91,6 +92,19 @@ struct StoredPart {
   const std::vector<uint32_t>& source_point;
 };
 
+// The buffer view of the group's stock Draco, if no other primitive has it.
+std::optional<int64_t> own_stock_view(const Document& document, const PrimitiveGroup& group) {
+  const auto view_of = [&](PrimitiveId id) -> std::optional<int64_t> {
+    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+    const Json* extension = extension_field(primitive, kStockExtensionName);
+    return extension == nullptr ? std::nullopt : integer_field(*extension, "bufferView");
+  };
+  const std::optional<int64_t> own = view_of(group.ids.front());
+  size_t users = 0;
+  for (const PrimitiveId id : all_primitives(document)) users += own && view_of(id) == own ? 1 : 0;
+  return users == group.ids.size() ? own : std::nullopt;
+}
+
 // Stores a container as the primitive's extension, or each Draco stream as a primitive of its own. `patches`
 // has the streams of each job, and is empty for a container.
 void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
@@ -104,11 +118,15 @@ void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
   }
   const auto repeated = repeat_primitives(document, groups, counts);
   PrimitiveEditor editor(document);
+  StreamReplacements replacements;
   for (size_t i = 0; i < jobs.size(); ++i) {
     const EncodeJob& job = jobs[i];
     const char* extension = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
+    const std::optional<int64_t> stock_view =
+        job.keeps_stream ? own_stock_view(document, job.group) : std::nullopt;
     const auto store = [&](const PrimitiveGroup& group, const StoredPart& part) {
-      const int64_t view = append_buffer_view(document, part.bytes);
+      const int64_t view = stock_view ? *stock_view : append_buffer_view(document, part.bytes);
+      if (stock_view) replacements[view] = part.bytes;
       editor.set_geometry(group, part.mesh, reorder(job.morphs, part.source_point),
                           with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere);
       set_draco_extension(document, group, extension, view, job.encoded.requests);
@@ -121,6 +139,7 @@ void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
   }
   drop_manifolds(document, jobs, editor, reports);
   for (const int64_t accessor : freed_accessors) editor.release(accessor);
+  replace_streams(document, replacements);
   editor.finish();
 }
 

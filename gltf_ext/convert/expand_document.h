@@ -14,10 +14,13 @@ struct ExpandReport {
   uint64_t bytes_before = 0, bytes_after = 0;  // of these primitives' containers and streams; shared ones once
 };
 
-// Expands every container of version 3 in place. A container of one patch without references and without
-// residue becomes the stream of KHR_draco_mesh_compression that its patch is. All others become containers of
+// Expands every container of version 3 in place. A container of one patch without residue becomes the stream of
+// KHR_draco_mesh_compression that its patch is. If its stitch map joins points, these are apart then, so it
+// needs a primitive without a fallback, morph targets or other attributes. All others become containers of
 // version 2. Streams are those that libdraco's encoder wrote, bit for bit. Nothing else in the document
-// changes, except the lists of used extensions. After an error the document is unusable.
+// changes, except the lists of used extensions: it is what the encoder would have made without condensing. All
+// that is written is decoded once: what `validate` refuses is refused here. After an error the document is
+// unusable.
 PSPLIT_EXPORT Expected<ExpandReport> expand_document(Document& document, const ThreadPool& pool);
 
 }  // namespace psplit

@@ -12,7 +12,7 @@ struct Finding {
   std::string rule;  // stable: see the table in validate.cpp
   std::string message;
   Place place;
-  bool error = true;                            // otherwise a warning
+  bool error = true;  // otherwise a warning
   // Or kUnsupported: this decoder cannot tell whether it is valid. All other codes are of failures that say
   // nothing about the asset, such as a full disk.
   StatusCode code = StatusCode::kInvalidInput;

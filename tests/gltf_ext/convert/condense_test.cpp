@@ -1,4 +1,5 @@
 // Documents with condensed patches, and the way back.
+#include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/expand_document.h"
@@ -188,6 +189,44 @@ TEST(Condense, ExpandLeavesEverythingElse) {
   ASSERT_TRUE(report.ok());
   EXPECT_EQ(report->to_patches + report->to_draco, 0u);
   EXPECT_EQ(document.json, before.json);
+}
+
+// A flipped bit anywhere in the container: all readers refuse it, or none.
+TEST(Condense, AMutantHasOneVerdict) {
+  Document document = document_from_mesh(rich_mesh(12, 10));
+  ASSERT_TRUE(encode_with(document, condensing(3)).ok());
+  const size_t size = stored_bytes(document, kExtensionName).size();
+  const auto offset = static_cast<size_t>(stored_primitive(document, {0, 0}, kExtensionName)->bytes.data() -
+                                          std::span<const uint8_t>(document.buffers[0]).data());
+  size_t refused = 0, accepted = 0;
+  for (size_t bit = 0; bit < 8 * size; bit += bit < 8000 ? 29 : 113) {
+    Document mutant = document;
+    uint8_t& byte = mutant.buffers[0].own()[offset + bit / 8];
+    byte = static_cast<uint8_t>(byte ^ 1u << bit % 8);
+    const bool decodes = read_primitive(mutant, {0, 0}, cpu_backend(), test_pool()).ok();
+    ++(decodes ? accepted : refused);
+    EXPECT_EQ(read_primitive(mutant, {0, 0}, draco_backend(), test_pool()).ok(), decodes) << bit;
+    bool is_container_valid = true;
+    for (const Finding& finding : validate_document(mutant, cpu_backend(), test_pool()))
+      if (finding.rule == "container" || finding.rule == "decode") is_container_valid = false;
+    EXPECT_EQ(is_container_valid, decodes) << bit;
+    EXPECT_EQ(expand_document(mutant, test_pool()).ok(), decodes) << bit;
+  }
+  EXPECT_GT(refused, 10u);
+  EXPECT_GT(accepted, 10u);
+}
+
+// A stitch map joins points of a single patch; stock Draco repeats them.
+TEST(Condense, ASinglePatchWithAFallbackStaysAContainer) {
+  Document document = document_from_mesh(rich_mesh(kColumns, kRows));
+  EncodeDocumentOptions options = condensing(1);
+  options.fallback = Fallback::kUncompressed;
+  ASSERT_TRUE(encode_with(document, options).ok());
+  const bool has_references = open_container(stored_bytes(document, kExtensionName))->reference_count() > 0;
+  const auto report = expand_document(document, test_pool());
+  ASSERT_TRUE(report.ok()) << report.status().to_string();
+  EXPECT_EQ(report->to_patches, has_references ? 1u : 0u);
+  EXPECT_EQ(findings_of(document), "");
 }
 
 TEST(Condense, ExpandNamesTheBrokenPrimitive) {

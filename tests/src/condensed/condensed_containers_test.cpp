@@ -96,18 +96,20 @@ Bytes mutant_of(const Bytes& container, std::mt19937& random) {
   return bytes;
 }
 
-// One verdict for all who read a container: the decoder, the validator, libdraco behind expansion, and expansion
-// itself.
+// One verdict for all who read a container: the decoder, the validator, libdraco behind expansion, and
+// expansion itself.
 void expect_one_verdict(const Bytes& bytes, std::span<const AttributeRequest> requests, const ThreadPool& pool,
                         const Expected<Mesh>& decoded, const std::string& name) {
   const Expected<PatchContainer> container = open_container(bytes);
   const Expected<Mesh> expanded = decode_expanded(bytes, requests, pool);
-  ASSERT_EQ(decoded.ok(), expanded.ok()) << name << decoded.status().to_string() << expanded.status().to_string();
+  ASSERT_EQ(decoded.ok(), expanded.ok())
+      << name << decoded.status().to_string() << expanded.status().to_string();
   if (!container) return;
   const Expected<CheckedMesh> checked = decode_checked(*container, requests, pool);
   const Expected<Mesh> by_draco = draco_backend().decode(*container, requests, pool);
   ASSERT_EQ(decoded.ok(), checked.ok()) << name << decoded.status().to_string() << checked.status().to_string();
-  ASSERT_EQ(decoded.ok(), by_draco.ok()) << name << decoded.status().to_string() << by_draco.status().to_string();
+  ASSERT_EQ(decoded.ok(), by_draco.ok())
+      << name << decoded.status().to_string() << by_draco.status().to_string();
   if (!decoded) return;
   ASSERT_TRUE(same_bits(*decoded, *expanded)) << name;
   ASSERT_TRUE(same_bits(*decoded, checked->mesh)) << name;

@@ -195,8 +195,8 @@ TEST(DecodePatch, BrokenMethodsMeanWhatTheyMeanToLibdraco) {
           for (const int other : {before + 1, before - 1, before ^ 0x80, 0xff}) {
             bytes[at] = static_cast<uint8_t>(other);
             StreamHeader header;
-            if (bytes[at] == before ||
-                read_stream_header(bytes.data(), bytes.size(), header) != Fault::kNone || !header.fits_16_bits())
+            if (bytes[at] == before || read_stream_header(bytes.data(), bytes.size(), header) != Fault::kNone ||
+                !header.fits_16_bits())
               continue;
             RawMesh decoded;
             const Fault fault = decode<uint16_t>(header, decoded);

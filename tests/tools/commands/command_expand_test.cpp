@@ -41,6 +41,33 @@ TEST_F(ExpandCommand, RestoresThePatchesOfVersion2) {
   EXPECT_LT(before.at("bytes").at("total"), split.at("bytes").at("total"));
 }
 
+// Whatever is condensed comes back as the file that it would have been; stock Draco of the input that stays
+// whole as that input.
+TEST_F(ExpandCommand, GivesTheFileOfNoCondense) {
+  const auto run_quietly = [](std::vector<std::string> words) {
+    words.push_back("-q");
+    const CommandOutcome outcome = run_command(words);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+  };
+  run_quietly({"generate", path("sheet.glb"), "--faces", "3000", "--normals", "--texcoords"});
+  run_quietly({"generate", path("scene.glb"), "--shape", "scene", "--faces", "6000"});
+  run_quietly({"encode", path("sheet.glb"), path("stock.glb"), "--compat", "khr"});
+  for (const std::string name : {"sheet", "scene", "stock"})
+    for (const char* patches : {"0", "1", "3"}) {
+      const bool is_kept = name == "stock" && *patches != '3';
+      std::vector<std::string> options{"encode", path(name + ".glb"), path("plain.glb")};
+      if (*patches != '0') options.insert(options.end(), {"--patches", patches});
+      run_quietly(options);
+      options[2] = path("condensed.glb");
+      options.push_back("--condense");
+      run_quietly(options);
+      run_quietly({"expand", path("condensed.glb"), path("expanded.glb")});
+      const std::string before = read_bytes(path(is_kept ? name + ".glb" : "plain.glb"));
+      EXPECT_TRUE(read_bytes(path("condensed.glb")) != before) << name << patches;
+      EXPECT_TRUE(read_bytes(path("expanded.glb")) == before) << name << patches;
+    }
+}
+
 TEST_F(ExpandCommand, PatchesOfTheInputAreCondensedAndComeBack) {
   const std::string split = split_sample();
   const CommandOutcome outcome = run_command(

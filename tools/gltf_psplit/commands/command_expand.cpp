@@ -77,10 +77,13 @@ void add_expand_command(CLI::App& app, Action& action) {
   add_output_option(command, arguments->output);
   add_images_option(command, arguments->write);
   command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
-  add_examples(
-      command,
-      {{"gltf-psplit expand small.glb dragon.glb", "Draco patches, for loaders without condensed ones"},
-       {"gltf-psplit expand small.glb draco.glb --report - | jq .streams", "show the bytes before and after"}});
+  add_examples(command, {{"gltf-psplit expand small.glb dragon.glb",
+                          "Draco patches, for loaders without condensed ones: the file that encode "
+                          "--no-condense would have given, "
+                          "but stock Draco and patches that encode was given come back as they were, and "
+                          "--always-patches is forgotten"},
+                         {"gltf-psplit expand small.glb draco.glb --report - | jq .streams",
+                          "show the bytes before and after"}});
   command.callback([arguments, &action] {
     action = [arguments](const Session& session) { return run_expand(*arguments, session); };
   });

@@ -1,0 +1,117 @@
+#include "gltf_ext/convert/replace_streams.h"
+
+#include <algorithm>
+#include <set>
+
+#include "gltf_ext/document/meshopt_extension.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/primitive/primitive_edit.h"
+
+namespace psplit {
+namespace {
+
+// A range of a buffer, which a buffer view or its compressed bytes have.
+struct Range {
+  Json* json;
+  uint64_t begin, end;
+  std::span<const uint8_t> replacement{};  // empty: the bytes stay
+  bool is_stream = false;
+};
+
+// The buffer views of all containers and Draco streams.
+std::set<int64_t> stream_views(const Document& document) {
+  std::set<int64_t> views;
+  for (const PrimitiveId id : all_primitives(document))
+    for (const char* name : {kExtensionName, kStockExtensionName})
+      if (const Json* extension = extension_field(
+              document.json["meshes"][id.mesh]["primitives"][id.primitive], name))
+        views.insert(integer_field(*extension, "bufferView").value_or(-1));
+  return views;
+}
+
+std::vector<Range> ranges_of(Document& document, size_t buffer, const StreamReplacements& replacements) {
+  std::vector<Range> ranges;
+  const auto add = [&](Json& json) -> Range* {
+    if (integer_field(json, "buffer") != static_cast<int64_t>(buffer)) return nullptr;
+    const auto begin = static_cast<uint64_t>(std::max<int64_t>(integer_field_or(json, "byteOffset", 0).value_or(0), 0));
+    const auto length = static_cast<uint64_t>(std::max<int64_t>(integer_field(json, "byteLength").value_or(0), 0));
+    const uint64_t size = document.buffers[buffer].size();
+    if (begin > size || length > size - begin) return nullptr;
+    return &ranges.emplace_back(Range{&json, begin, begin + length});
+  };
+  const std::set<int64_t> streams = stream_views(document);
+  Json& views = document.json["bufferViews"];
+  for (size_t i = 0; i < views.size(); ++i) {
+    Range* const range = add(views[i]);
+    const auto found = replacements.find(static_cast<int64_t>(i));
+    if (range != nullptr) range->is_stream = streams.contains(static_cast<int64_t>(i));
+    if (range != nullptr && found != replacements.end())
+      range->replacement = found->second;
+    if (Json* meshopt = meshopt_extension(views[i])) add(*meshopt);
+  }
+  std::ranges::stable_sort(ranges, {}, &Range::begin);
+  return ranges;
+}
+
+constexpr uint64_t kStreamAlignment = 4, kAlignment = 8;
+
+uint64_t aligned(uint64_t at) { return (at + kStreamAlignment - 1) / kStreamAlignment * kStreamAlignment; }
+
+// Containers that share bytes with other ranges lose their replacements. Returns copies of these ranges.
+std::vector<Range> take_overlapping(std::vector<Range>& ranges) {
+  std::vector<Range> taken;
+  uint64_t end = 0;
+  for (size_t i = 0; i < ranges.size(); ++i) {
+    const bool overlaps = ranges[i].begin < end || (i + 1 < ranges.size() && ranges[i + 1].begin < ranges[i].end);
+    end = std::max(end, ranges[i].end);
+    if (!overlaps || ranges[i].replacement.empty()) continue;
+    taken.push_back(ranges[i]);
+    ranges[i].replacement = {};
+  }
+  return taken;
+}
+
+void replace_in_buffer(Document& document, size_t buffer, const StreamReplacements& replacements) {
+  std::vector<Range> ranges = ranges_of(document, buffer, replacements);
+  if (std::ranges::none_of(ranges, [](const Range& range) { return !range.replacement.empty(); }))
+    return;
+  const std::vector<Range> overlapping = take_overlapping(ranges);
+  const std::span<const uint8_t> from = document.buffers[buffer];
+  std::vector<uint8_t> bytes;
+  const auto store = [&](const Range& range, uint64_t at, std::span<const uint8_t> content) {
+    if (at != 0 || field(*range.json, "byteOffset") != nullptr) (*range.json)["byteOffset"] = at;
+    (*range.json)["byteLength"] = content.size();
+    bytes.resize(std::max<size_t>(bytes.size(), at + content.size()));
+    std::ranges::copy(content, bytes.begin() + static_cast<std::ptrdiff_t>(at));
+  };
+  uint64_t end = 0;  // of all ranges before, in the old buffer
+  for (const Range& range : ranges) {
+    uint64_t at = bytes.size();
+    if (range.begin < end)
+      at -= end - range.begin;
+    else if (range.is_stream && range.begin == aligned(end))
+      at = aligned(at);
+    else
+      at += (range.begin - at) % kAlignment;
+    if (range.begin > end) {  // unused bytes before it stay as well
+      const uint64_t unused = std::min(range.begin - end, at - bytes.size());
+      bytes.resize(static_cast<size_t>(at));
+      std::ranges::copy(from.subspan(range.begin - unused, unused), bytes.end() - static_cast<std::ptrdiff_t>(unused));
+    }
+    store(range, at,
+          !range.replacement.empty() ? range.replacement
+                                     : from.subspan(range.begin, range.end - range.begin));
+    end = std::max(end, range.end);
+  }
+  for (const Range& range : overlapping) store(range, aligned(bytes.size()), range.replacement);
+  document.json["buffers"][buffer]["byteLength"] = bytes.size();
+  document.buffers[buffer] = std::move(bytes);
+}
+
+}  // namespace
+
+void replace_streams(Document& document, const StreamReplacements& replacements) {
+  for (size_t i = 0; i < document.buffers.size(); ++i) replace_in_buffer(document, i, replacements);
+}
+
+}  // namespace psplit
