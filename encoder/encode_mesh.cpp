@@ -1,5 +1,6 @@
 #include "encoder/encode_mesh.h"
 
+#include "encoder/coding/grid_places.h"
 #include "encoder/condensing/condense_container.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
@@ -55,9 +56,10 @@ Expected<EncodedMesh> encode_mesh(const Mesh& input, std::span<const AttributeCo
   EncodedMesh encoded;
   EncodeStatistics& statistics = encoded.statistics;
   const Stopwatch encode_time;
-  const ReducedMesh reduced =
-      reduce(input, {options.keep_duplicates, options.drop_degenerate, options.drop_unused}, extra_point_data,
-             extra_stride);
+  const ReducedMesh reduced = reduce(
+      input,
+      {options.keep_duplicates, options.drop_degenerate, options.drop_unused, places_on_grids(input, codings)},
+      extra_point_data, extra_stride);
   statistics.merged_points = reduced.merged_points;
   statistics.dropped_faces = reduced.dropped_faces;
   statistics.dropped_points = reduced.dropped_points;

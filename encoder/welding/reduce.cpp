@@ -1,9 +1,8 @@
 #include "encoder/welding/reduce.h"
 
 #include <algorithm>
+#include <compare>
 #include <cstring>
-
-#include "encoder/welding/weld.h"
 
 namespace psplit {
 namespace {
@@ -20,12 +19,49 @@ Attribute select_points(const Attribute& attribute, std::span<const uint32_t> po
   return selected;
 }
 
+// Removes the groups of `alike` that would change the topology of the mesh whose groups of `equal` are merged.
+void keep_topology(const Mesh& mesh, const std::vector<uint32_t>& equal, std::vector<uint32_t>& alike) {
+  std::vector<uint8_t> is_kept_apart(mesh.point_count, 0);
+  struct Side {
+    uint32_t low, high;
+    bool is_merged;
+    auto operator<=>(const Side&) const = default;
+  };
+  std::vector<Side> sides;
+  for (const auto& face : mesh.faces) {
+    const std::array<uint32_t, 3> before{equal[face[0]], equal[face[1]], equal[face[2]]};
+    if (repeats_a_point(before)) continue;
+    for (size_t c = 0; c < 3; ++c) {
+      const uint32_t a = alike[face[c]], b = alike[face[(c + 1) % 3]];
+      if (a == b) is_kept_apart[a] = 1;
+      sides.push_back({std::min(a, b), std::max(a, b), before[c] != a || before[(c + 1) % 3] != b});
+    }
+  }
+  std::ranges::sort(sides);
+  for (size_t i = 0, end = 0; i < sides.size(); i = end) {
+    bool is_merged = false;
+    for (end = i; end < sides.size() && sides[end].low == sides[i].low && sides[end].high == sides[i].high;
+         ++end)
+      is_merged |= sides[end].is_merged;
+    if (is_merged && end - i > 2) is_kept_apart[sides[i].low] = is_kept_apart[sides[i].high] = 1;
+  }
+  for (uint32_t point = 0; point < mesh.point_count; ++point)
+    if (is_kept_apart[alike[point]] != 0) alike[point] = equal[point];
+}
+
 }  // namespace
 
 ReducedMesh reduce(const Mesh& input, const ReduceOptions& options, std::span<const std::byte> extra,
                    size_t extra_stride) {
   std::vector<uint32_t> lowest;
-  if (!options.keep_duplicates) lowest = find_duplicates(input, extra, extra_stride);
+  if (!options.keep_duplicates) {
+    lowest = find_duplicates(input, extra, extra_stride);
+    if (options.compared) {
+      std::vector<uint32_t> equal = find_duplicates(input, extra, extra_stride, options.compared);
+      equal.swap(lowest);
+      if (lowest != equal) keep_topology(input, equal, lowest);
+    }
+  }
   const auto representative = [&](uint32_t point) { return lowest.empty() ? point : lowest[point]; };
 
   ReducedMesh reduced;

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "encoder/welding/weld.h"
 #include "src/mesh/mesh.h"
 
 namespace psplit {
@@ -15,6 +16,9 @@ struct ReduceOptions {
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses
+  // Points that are equal in these bytes are merged, too, if that makes no face degenerate and gives no edge a
+  // third face.
+  ComparedBytes compared{};
 };
 
 struct ReducedMesh {

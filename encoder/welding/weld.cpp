@@ -1,5 +1,6 @@
 #include "encoder/welding/weld.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -53,10 +54,16 @@ std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std:
   return lowest;
 }
 
-std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride) {
+std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride,
+                                      const ComparedBytes& compared) {
   std::vector<uint32_t> lowest;
-  for (const Attribute& attribute : mesh.attributes)
-    lowest = lowest_equal_rows(mesh.point_count, attribute.values, attribute.stride(), lowest);
+  for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+    const Attribute& attribute = mesh.attributes[i];
+    const Array<std::byte> bytes = compared ? compared(i) : Array<std::byte>();
+    lowest = lowest_equal_rows(mesh.point_count, bytes.empty() ? attribute.values : bytes, attribute.stride(),
+                               lowest);
+    if (std::ranges::adjacent_find(lowest, std::greater_equal()) == lowest.end()) return lowest;  // all differ
+  }
   if (extra_stride > 0) lowest = lowest_equal_rows(mesh.point_count, extra, extra_stride, lowest);
   return lowest;
 }

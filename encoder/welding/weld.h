@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -15,8 +16,13 @@ namespace psplit {
 std::vector<uint32_t> lowest_equal_rows(uint32_t row_count, std::span<const std::byte> bytes, size_t stride,
                                         std::span<const uint32_t> group = {});
 
+// Returns the bytes by which the values of an attribute, given by its index, are compared, with the attribute's
+// stride. None: the values themselves.
+using ComparedBytes = std::function<Array<std::byte>(size_t)>;
+
 // For each point the lowest point that equals it in every attribute and in the extra bytes.
-std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride);
+std::vector<uint32_t> find_duplicates(const Mesh& mesh, std::span<const std::byte> extra, size_t extra_stride,
+                                      const ComparedBytes& compared = {});
 
 // Points of equal position share a vertex, and points of one vertex share equal values. If points are equal in
 // every attribute, each gets a value of its own in the last attribute, so that they stay apart.

@@ -1,14 +1,11 @@
 #include "gltf_ext/compare/rounded_mesh.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <cstdlib>
 #include <cstring>
 
+#include "encoder/coding/grid_places.h"
 #include "encoder/coding/quantization.h"
 #include "gltf_ext/files/operating_system.h"
-#include "src/core/octahedral.h"
 
 namespace psplit {
 namespace {
@@ -75,26 +72,6 @@ float round_to_step(float value, const DeclaredGrid& grid,
   const float origin = grid.origin[component], most = static_cast<float>((1u << grid.bits) - 1);
   if (!(grid.range > 0)) return origin;
   return grid_place(value, origin, grid.range, grid.bits) * (grid.range / most) + origin;
-}
-
-std::array<float, 3> round_direction(const std::array<float, 3>& vector, int bits) {
-  const int32_t center = (1 << (bits - 1)) - 1;
-  const double sum = std::fabs(double{vector[0]}) + std::fabs(double{vector[1]}) + std::fabs(double{vector[2]});
-  constexpr double kLeastSum = 1e-6;  // a shorter vector is taken as (1, 0, 0)
-  std::array<double, 3> share{1, 0, 0};
-  const double scale = 1 / sum;
-  for (size_t i = 0; i < 3 && sum > kLeastSum; ++i) share[i] = double{vector[i]} * scale;
-  const auto nearest = [&](double x) { return static_cast<int32_t>(std::floor(x * center + 0.5)); };
-  const int32_t x = nearest(share[0]);
-  int32_t y = nearest(share[1]), z = center - std::abs(x) - std::abs(y);
-  if (z < 0) {  // both were rounded up
-    y += y > 0 ? z : -z;
-    z = 0;
-  }
-  const core::OctahedralGrid grid(bits);
-  std::array<float, 3> unit{};
-  grid.unit_vector(grid.project({x, y, share[2] < 0 ? -z : z}, false), unit.data());
-  return unit;
 }
 
 Expected<RoundedMesh> round_to_grids(const MeshView& mesh, const std::map<std::string, DeclaredGrid>& grids,

@@ -30,7 +30,4 @@ Expected<RoundedMesh> round_to_grids(const MeshView& mesh, const std::map<std::s
 // The value that a decoder makes of a component's nearest place on a grid that is not one of directions.
 float round_to_step(float value, const DeclaredGrid& grid, size_t component);
 
-// The value that a decoder makes of the nearest place of an octahedral grid of `bits`.
-std::array<float, 3> round_direction(const std::array<float, 3>& vector, int bits);
-
 }  // namespace psplit

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "encoder/coding/grid_places.h"
+
 namespace psplit {
 namespace {
 
@@ -34,7 +36,9 @@ ReduceOptions reduce_options(const EncodeJob& job) {
 ReducedMesh reduce_job(const EncodeJob& job) {
   size_t stride = 0;
   const std::vector<std::byte> extra = distinguishing_bytes(job, stride);
-  return reduce(job.mesh, reduce_options(job), extra, stride);
+  ReduceOptions options = reduce_options(job);
+  options.compared = places_on_grids(job.mesh, job.codings);
+  return reduce(job.mesh, options, extra, stride);
 }
 
 std::vector<uint8_t> stored_points_of(const EncodeJob& job) {

@@ -4,6 +4,7 @@
 
 #include <set>
 
+#include "encoder/coding/grid_places.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -66,6 +67,30 @@ TEST(Reduce, KnowsStoredPointsBefore) {
       if (stored[point] != 0) actual.insert(value(point));
     EXPECT_EQ(actual, expected) << k;
   }
+}
+
+// Points 0 and 5 are at one place. On the grid they have the same value, too.
+TEST(Reduce, MergesPointsThatAreEqualOnTheirGrids) {
+  Mesh mesh;
+  mesh.point_count = 6;
+  mesh.attributes = {floats("POSITION", 3, {0, 0, 0, 1, 0, 0, 0, 1, 0, -1, 0, 0, 0, 0, 1, 0, 0, 0}),
+                     floats("_A", 1, {1, 2, 3, 4, 5, 1.1f})};
+  const std::vector<AttributeCoding> codings = {{10, false, {-1, -1, -1}, 2}, {4, false, {0}, 15}};
+  const ComparedBytes compared = places_on_grids(mesh, codings);
+  const auto merged = [&](const Faces& faces, const ReduceOptions& options) {
+    mesh.faces = faces;
+    return reduce(mesh, options).merged_points;
+  };
+  EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}}, {.compared = compared}), 1u);
+  EXPECT_EQ(reduce(mesh, {.compared = compared}).mesh.faces[1], (std::array<uint32_t, 3>{0, 2, 3}));
+  EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}}, {}), 0u);
+  EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}}, {.keep_duplicates = true, .compared = compared}), 0u);
+  // A face would become degenerate, and the edge from 0 to 2 would get a third face.
+  EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}, {0, 5, 1}}, {.compared = compared}), 0u);
+  EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}, {0, 2, 4}}, {.compared = compared}), 0u);
+  // Positions decide the topology, so they must be equal themselves.
+  mesh.attributes[0].values[15 * sizeof(float)] ^= std::byte{1};
+  EXPECT_EQ(merged({{0, 1, 2}, {5, 2, 3}}, {.compared = compared}), 0u);
 }
 
 TEST(Reduce, ExtraBytesKeepPointsApart) {

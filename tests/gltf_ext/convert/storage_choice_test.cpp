@@ -277,7 +277,8 @@ TEST(StorageChoice, PrimitivesThatShareDataDoNotGrow) {
 TEST(StorageChoice, LargeStockDracoIsSplitLikePlainGeometry) {
   const Mesh flat = make_grid(120, 90);
   std::vector<float> positions = values_of<float>(flat.attributes[0]);
-  for (size_t i = 0; i < positions.size(); ++i) positions[i] += 0.3f * std::sin(static_cast<float>(i * i % 1009));
+  for (size_t i = 0; i < positions.size(); ++i)
+    positions[i] += 0.3f * std::sin(static_cast<float>(i * i % 1009));
   Document stock = document_from_mesh(make_mesh(positions, flat.faces));
   ASSERT_TRUE(encode_document_stock(stock, {}, test_pool()));
   Document document = stock;

@@ -71,7 +71,8 @@ void add_keep_options(CLI::App& command, EncodeDocumentOptions& options) {
                    "Keep degenerate faces, which repeat an index and draw nothing");
   command.add_flag("--keep-unused", options.keep_unused, "Keep points that no face uses");
   command.add_flag("--keep-duplicates", options.keep_duplicates,
-                   "Do not merge points that are equal in all attributes");
+                   "Do not merge points that are equal in all attributes, or equal after quantization at the "
+                   "same position");
   command
       .add_option(
           "--skip", options.skip,
