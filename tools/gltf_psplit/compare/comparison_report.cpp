@@ -173,8 +173,9 @@ std::string machine_text(const Environment& environment) {
 }  // namespace
 
 ComparisonSummary summarize(const ComparisonReport& report) {
-  return summarize_comparison(report.comparison, report.input, report.options.repeat,
-                              ComparisonFigures(report).meshopt_name());
+  return summarize_comparison(
+      report.comparison, report.input, report.options.repeat,
+      {ComparisonFigures(report).meshopt_name(), report.environment.meshopt_codec == 0});
 }
 
 Json to_json(const ComparisonReport& report) {

@@ -100,14 +100,14 @@ std::string speed_text(const DecodeRow& row, const Comparison& comparison, int r
 
 // What meshoptimizer with zstd costs where it is faster than the patches. Empty if it is not.
 std::string rival_text(const SplitRow& row, const Comparison& comparison, int repeat,
-                       const std::string& rival) {
+                       const MeasuredRival& rival) {
   const TimeRatio ratio = time_ratio(fastest_decoder(row).timing, comparison.meshopt.decode, repeat);
   if (!(ratio.value > 1) || with_decimals(ratio.value, 1) == "1.0") return "";
   const double overhead = static_cast<double>(comparison.meshopt.bytes) /
                               static_cast<double>(std::max<uint64_t>(row.summary.total_bytes, 1)) -
                           1;
-  return " " + rival + " with zstd decodes " + speed_text(ratio) + " these patches, on one thread, " +
-         bytes_text(overhead) + ".";
+  return " " + rival.name + " with zstd decodes " + speed_text(ratio) + " these patches, on one thread, " +
+         bytes_text(overhead) + (rival.is_old ? "; its current releases make smaller files." : ".");
 }
 
 std::string headline_text(const SplitRow& row, const Comparison& comparison, const std::string& name,
@@ -241,7 +241,7 @@ bool is_noisy(const Timing& timing) {
 }
 
 ComparisonSummary summarize_comparison(const Comparison& comparison, const std::string& name, int repeat,
-                                       const std::string& rival) {
+                                       const MeasuredRival& rival) {
   ComparisonSummary summary;
   summary.noise = find_noise(comparison, repeat);
   if (comparison.splits.empty()) return summary;

@@ -32,10 +32,15 @@ struct ComparisonSummary {
   bool has_recommendation = false;  // false if there are no splits
 };
 
-// `name` is the name of the input, `rival` that of the measured meshoptimizer. Only psplit's own decoders
-// count, unless libdraco alone was timed.
+// The meshoptimizer that was measured.
+struct MeasuredRival {
+  std::string name = "meshoptimizer";
+  bool is_old = false;  // its attribute codec is version 0
+};
+
+// `name` is the name of the input. Only psplit's own decoders count, unless libdraco alone was timed.
 ComparisonSummary summarize_comparison(const Comparison& comparison, const std::string& name, int repeat,
-                                       const std::string& rival = "meshoptimizer");
+                                       const MeasuredRival& rival = {});
 
 // The fastest of psplit's own decoders for a split, which must have at least one decoder.
 const DecodeRow& fastest_decoder(const SplitRow& row);
