@@ -59,6 +59,7 @@ Status prune_outputs(const BatchArguments& arguments, const Session& session) {
     names.insert(item.name);
     if (!base) base = base_of(item);
   }
+  const bool removes = arguments.force && !arguments.dry_run;
   uint64_t count = 0;
   Status failure;
   Status status = record.for_each_written([&](const Json& line) {
@@ -74,14 +75,14 @@ Status prune_outputs(const BatchArguments& arguments, const Session& session) {
       return;
     }
     failure = write_text("-", file.string() + "\n");
-    if (failure.ok() && arguments.force) failure = remove_output(file, item->name, record);
+    if (failure.ok() && removes) failure = remove_output(file, item->name, record);
     ++count;
   });
   if (!status.ok() || !failure.ok()) return status.ok() ? failure : status;
   session.log.note(arguments.folder + ": " + counted(count, "output") + " whose inputs are gone" +
-                   (count == 0        ? ""
-                    : arguments.force ? ", removed"
-                                      : "; --force removes them"));
+                   (count == 0 ? ""
+                    : removes  ? ", removed"
+                               : "; --force removes them"));
   return {};
 }
 
