@@ -6,20 +6,12 @@
 #include <cstring>
 #include <limits>
 
+#include "gltf_ext/primitive/number_of.h"
+
 namespace psplit {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-template <typename T>
-double read_number(const Attribute& attribute, size_t index) {
-  T value;
-  std::memcpy(&value, attribute.values.data() + index * sizeof value, sizeof value);
-  if constexpr (std::is_integral_v<T>)
-    if (attribute.normalized)
-      return std::max(static_cast<double>(value) / static_cast<double>(std::numeric_limits<T>::max()), -1.0);
-  return static_cast<double>(value);
-}
 
 double number_difference(double a, double b) {
   if (a == b || std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(b)) return 0;
@@ -68,15 +60,8 @@ bool ElementBag::is_degenerate(uint32_t element) const {
 
 double number_at(const Attribute& attribute, size_t point, size_t component) {
   const size_t index = point * attribute.component_count + component;
-  switch (attribute.component_type) {
-    case ComponentType::kInt8: return read_number<int8_t>(attribute, index);
-    case ComponentType::kUint8: return read_number<uint8_t>(attribute, index);
-    case ComponentType::kInt16: return read_number<int16_t>(attribute, index);
-    case ComponentType::kUint16: return read_number<uint16_t>(attribute, index);
-    case ComponentType::kUint32: return read_number<uint32_t>(attribute, index);
-    case ComponentType::kFloat32: break;
-  }
-  return read_number<float>(attribute, index);
+  return number_of(attribute.values.data() + index * component_bytes(attribute.component_type),
+                   attribute.component_type, attribute.normalized);
 }
 
 double ElementPair::limit(size_t column, size_t part_a, size_t part_b) const {

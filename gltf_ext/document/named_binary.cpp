@@ -38,6 +38,13 @@ bool is_binary_of(const fs::path& binary, const fs::path& gltf) {
   return digits == "." + content_digits(parts);
 }
 
+bool holds(const fs::path& path, std::span<const uint8_t> bytes) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error) || fs::file_size(path, error) != bytes.size()) return false;
+  const auto there = read_file(path);
+  return there && std::equal(there->begin(), there->end(), bytes.begin(), bytes.end());
+}
+
 }  // namespace
 
 std::string content_digits(FileParts parts) {
@@ -59,6 +66,17 @@ fs::path path_with_digits(const fs::path& path, const std::string& digits, const
   while (end > 0 && end < name.size() && continues(end)) --end;  // UTF-8 stays whole
   name.resize(end);
   return path.parent_path() / (name + tail);
+}
+
+Expected<fs::path> write_beside(const fs::path& folder, std::span<const fs::path> names,
+                                std::span<const uint8_t> bytes) {
+  for (const fs::path& name : names) {
+    if (holds(folder / name, bytes)) return name;
+    const Expected<bool> written = write_new_file(folder / name, bytes);
+    if (!written) return written.status();
+    if (*written || holds(folder / name, bytes)) return name;
+  }
+  return fs::path();
 }
 
 fs::path binary_path(const fs::path& gltf, FileParts parts) {

@@ -18,6 +18,12 @@ std::string content_digits(FileParts parts);
 std::filesystem::path path_with_digits(const std::filesystem::path& path, const std::string& digits,
                                        const std::string& extension);
 
+// Writes a new file in `folder` under the first of the names that is free, so that no other file is replaced.
+// An existing file with the same bytes serves as well. Returns the name, or nothing if others have all names.
+Expected<std::filesystem::path> write_beside(const std::filesystem::path& folder,
+                                             std::span<const std::filesystem::path> names,
+                                             std::span<const uint8_t> bytes);
+
 std::filesystem::path binary_path(const std::filesystem::path& gltf, FileParts parts);
 
 // The binaries of the existing .gltf at `path` that nothing needs once it is replaced: their names are those of

@@ -150,23 +150,15 @@ class ImagePlacer {
         wanted, content_digits(parts),
         source.type && !is_image_name(wanted) ? source.type->extension : wanted.extension().string());
     fs::create_directories((*folder_ / wanted).parent_path(), error);  // if it fails, writing reports it
-    for (const fs::path& name : {wanted, by_content}) {
-      const fs::path target = *folder_ / name;
-      if (!is_image_name(name) || target.lexically_normal() == output_) continue;
-      if (holds(target, bytes)) return name;
-      const Expected<bool> written = write_new_file(target, bytes);
-      if (!written) return written.status();
-      if (*written || holds(target, bytes)) return name;
-    }
-    return io_failure("cannot copy " + source.path.string() + ": " + (*folder_ / by_content).string() +
-                      " is another file");
-  }
-
-  static bool holds(const fs::path& path, std::span<const uint8_t> bytes) {
-    std::error_code error;
-    if (!fs::is_regular_file(path, error) || fs::file_size(path, error) != bytes.size()) return false;
-    const auto there = read_file(path);
-    return there && std::equal(there->begin(), there->end(), bytes.begin(), bytes.end());
+    std::vector<fs::path> names{wanted, by_content};
+    std::erase_if(names, [&](const fs::path& name) {
+      return !is_image_name(name) || (*folder_ / name).lexically_normal() == output_;
+    });
+    Expected<fs::path> written = write_beside(*folder_, names, bytes);
+    if (written && written->empty())
+      return io_failure("cannot copy " + source.path.string() + ": " + (*folder_ / by_content).string() +
+                        " is another file");
+    return written;
   }
 
   fs::path output_;

@@ -179,13 +179,21 @@ class ObjReader {
     return true;
   }
 
+  // 1 - v is rounded once: v may have more digits than a float.
   bool read_texcoord() {
-    std::array<float, 3> values{};
+    std::array<double, 3> values{};
     size_t count = 0;
-    if (!read_numbers(values, count)) return false;
+    for (; count < values.size(); ++count) {
+      const std::string_view found = word();
+      if (found.empty()) break;
+      const std::optional<double> number =
+          count == 1 ? parse_double(found) : std::optional<double>(parse_float(found));
+      if (!number) return fail(in_quotes(found) + " is not a number");
+      values[count] = *number;
+    }
     if (count == 0) return fail("texture coordinates without a number");
     if (texcoords_.size() == kNone - 1) return fail("more texture coordinates than 32 bits can count");
-    texcoords_.push_back({values[0], 1 - values[1]});
+    texcoords_.push_back({static_cast<float>(values[0]), static_cast<float>(1 - values[1])});
     return true;
   }
 

@@ -67,7 +67,7 @@ OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& file
 // Bump maps were heights once, and are normals today. Those that are grey are named.
 void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::string>& warnings) {
   for (const std::string& uri : file.bump_maps) {
-    const fs::path path = folder / path_of_uri(uri);
+    const fs::path path = folder / path_of_uri(uri, folder);
     std::error_code error;
     if (!fs::is_regular_file(path, error)) continue;
     const auto head = read_file(path, kImageHeadBytes);

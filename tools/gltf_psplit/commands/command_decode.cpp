@@ -1,4 +1,4 @@
-// gltf-psplit decode: converts patches and stock Draco to plain glTF, or to stock Draco.
+// gltf-psplit decode: converts patches and stock Draco to plain glTF, to stock Draco, or to a mesh file.
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -9,6 +9,7 @@
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/files/mesh_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
@@ -32,6 +33,7 @@ struct Arguments {
   MemoryChoice memory;
   EncodeDocumentOptions options;
   WriteOptions write;
+  bool accept_loss = false;
 };
 
 // The number of primitives, by what was done with them.
@@ -56,7 +58,8 @@ MemoryLimit limit_of(const Arguments& arguments) {
   return arguments.target == "draco" ? MemoryLimit() : memory_limit(arguments.memory, arguments.output);
 }
 
-Expected<Decoded> convert(Document& document, const Arguments& arguments, const Session& session) {
+Expected<Decoded> convert(Document& document, const Arguments& arguments, const Session& session,
+                          bool to_mesh_file) {
   Decoded counts;
   for (const PrimitiveId id : all_primitives(document)) {
     const Expected<PrimitiveKind> kind = primitive_kind(document, id);
@@ -69,7 +72,7 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
                                     bar.callback("patch"), limit_of(arguments));
     if (!status.ok()) return status;
   }
-  if (arguments.target != "draco") return counts;
+  if (to_mesh_file || arguments.target != "draco") return counts;
   const auto reports = encode_document_stock(document, arguments.options, session.pool);
   if (!reports) return reports.status();
   log_reports(*reports, session.log);
@@ -82,28 +85,49 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
   return counts;
 }
 
-Status run_decode(const Arguments& arguments, const Session& session) {
-  if (arguments.target == "draco" && arguments.memory.bytes != 0)
+Status check_form(const Arguments& arguments, std::optional<AssetFormat> mesh_format) {
+  const bool to_draco = arguments.target == "draco";
+  if (to_draco && mesh_format && mesh_format != AssetFormat::kDraco)
+    return {StatusCode::kUsage, "--to draco writes a .glb, .gltf or .drc file"};
+  if ((to_draco || mesh_format == AssetFormat::kDraco) && arguments.memory.bytes != 0)
     return {StatusCode::kUsage, "--memory cannot be kept with --to draco: stock Draco needs whole meshes"};
+  return {};
+}
+
+// Sizes of all files of a mesh output.
+AssetBytes bytes_of(const WriteReport& written) {
+  AssetBytes bytes{0, written.image_bytes};
+  for (const std::filesystem::path& file : written.files) bytes.files += bytes_on_disk(file.string()).files;
+  return bytes;
+}
+
+Status run_decode(const Arguments& arguments, const Session& session) {
+  const std::optional<AssetFormat> mesh_format = mesh_format_of_output(arguments.output);
+  if (Status status = check_form(arguments, mesh_format); !status.ok()) return status;
   const Stopwatch watch;
   WriteReport written;
-  Expected<Document> document =
-      read_for_output(arguments.input, arguments.output, arguments.report, session, written,
-                      arguments.backend.name, spool_folder(arguments.memory, arguments.output));
+  Expected<Document> document = read_for_output(
+      arguments.input, arguments.output, arguments.report, session, written, arguments.backend.name,
+      spool_folder(arguments.memory, arguments.output), OutputForms::kGltfAndMeshFiles);
   if (!document) return document.status();
   AssetSizes sizes{bytes_on_disk(*document), {}};
   if (arguments.target != "draco" && is_glb_output(arguments.output))
     if (Status status = check_glb_bytes(stated_bytes(*document).decoded, true); !status.ok())
       return std::move(status).at({.file = arguments.output});
   // A file system that compresses may take less than all bytes of floats, but hardly half of them.
-  if (arguments.target != "draco")
+  if (arguments.target != "draco" && !mesh_format)
     if (Status status = check_free_space(arguments.output, stated_bytes(*document).decoded / 2); !status.ok())
       return status;
-  const Expected<Decoded> counts = convert(*document, arguments, session);
+  const Expected<Decoded> counts = convert(*document, arguments, session, mesh_format.has_value());
   if (!counts) return counts.status().at({.file = arguments.input});
-  if (Status status = write_asset(*document, arguments.output, arguments.write, session, written); !status.ok())
-    return status;
-  sizes.output = bytes_on_disk(arguments.output);
+  const Status wrote =
+      mesh_format ? write_mesh_output(*document, arguments.output, *mesh_format,
+                                      {arguments.accept_loss, arguments.write.images, arguments.options},
+                                      session, written)
+                  : write_asset(*document, arguments.output, arguments.write, session, written);
+  if (!wrote.ok()) return wrote;
+  if (mesh_format) log_written(written, session.log);
+  sizes.output = mesh_format ? bytes_of(written) : bytes_on_disk(arguments.output);
   const double wall_ms = watch.ms();
 
   if (!arguments.report.empty()) {
@@ -127,18 +151,21 @@ Status run_decode(const Arguments& arguments, const Session& session) {
 
 void add_decode_command(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App& command =
-      *app.add_subcommand("decode", "Decode patches and stock Draco into plain or stock Draco glTF");
+  CLI::App& command = *app.add_subcommand(
+      "decode", "Decode patches and stock Draco into plain or stock Draco glTF, or a mesh file");
   add_input_option(command, arguments->input);
-  add_output_option(command, arguments->output);
+  add_output_option(command, arguments->output, OutputForms::kGltfAndMeshFiles);
   command
       .add_option("--to", arguments->target,
                   "gltf: plain accessors. draco: KHR_draco_mesh_compression, one stream for each primitive, "
-                  "encoded with the options below")
+                  "encoded with the options below. A .drc file is such a stream")
       ->check(CLI::IsMember({"gltf", "draco"}))
       ->capture_default_str()
       ->type_name("FORM");
   add_images_option(command, arguments->write);
+  command.add_flag("--accept-loss", arguments->accept_loss,
+                   "Write an .obj, .ply, .stl or .drc file although it cannot hold all of the asset. A warning "
+                   "names what is left out; without this option it is an error (exit code 5)");
   command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
   add_backend_options(command, arguments->backend);
   add_memory_options(command, arguments->memory,
@@ -151,6 +178,7 @@ void add_decode_command(CLI::App& app, Action& action) {
       {{"gltf-psplit decode dragon.glb plain.glb", "plain glTF, which every viewer opens"},
        {"gltf-psplit decode dragon.glb draco.glb --to draco", "stock Draco, one stream for each primitive"},
        {"gltf-psplit decode mesh.drc mesh.gltf", "a Draco file as glTF"},
+       {"gltf-psplit decode part.glb part.stl --accept-loss", "the triangles of the scene, for a slicer"},
        {"gltf-psplit decode huge.glb plain.glb --gpu-memory 2GB",
         "decode in parts if the GPU has little memory"},
        {"gltf-psplit decode scan.gltf plain.gltf --memory 4GB", "decode a mesh that is larger than memory"}});

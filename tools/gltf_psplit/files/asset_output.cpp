@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
-#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/report/progress.h"
@@ -17,8 +16,10 @@ const std::map<std::string, ImagePlacement> kPlacements{{"embed", ImagePlacement
 
 }  // namespace
 
-void add_output_option(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output,OUT", path, "The output: a .glb or .gltf file; - writes a GLB to stdout")
+void add_output_option(CLI::App& command, std::string& path, OutputForms forms) {
+  const std::string names =
+      forms == OutputForms::kGltf ? ".glb or .gltf file" : ".glb, .gltf, .obj, .ply, .stl or .drc file";
+  command.add_option("-o,--output,OUT", path, "The output: a " + names + "; - writes a GLB to stdout")
       ->required()
       ->type_name("FILE");
 }
@@ -59,8 +60,9 @@ void append_written(Json& object, const WriteReport& report) {
 
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Session& session, WriteReport& written,
-                                   const std::string& backend, const std::filesystem::path& spool) {
-  if (Status status = check_output_paths(output, report, session.force); !status.ok()) return status;
+                                   const std::string& backend, const std::filesystem::path& spool,
+                                   OutputForms forms) {
+  if (Status status = check_output_paths(output, report, session.force, forms); !status.ok()) return status;
   if (Status status = check_not_in_place(output, input, nullptr, session.force); !status.ok()) return status;
   Expected<Document> document = [&] {
     ProgressBar bar("reading", session.log);

@@ -5,6 +5,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/write_document.h"
+#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/log.h"
 
@@ -16,7 +17,7 @@ namespace psplit {
 
 // The output's path: the word after the input, or -o. Add the input's option first. `path` must outlive the
 // parse.
-void add_output_option(CLI::App& command, std::string& path);
+void add_output_option(CLI::App& command, std::string& path, OutputForms forms = OutputForms::kGltf);
 
 // --as: glb or gltf. `form` must outlive the parse.
 void add_form_option(CLI::App& command, std::string& form);
@@ -36,8 +37,8 @@ void append_written(Json& object, const WriteReport& report);
 // --force was given. For the rest see read_input.
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Session& session, WriteReport& written,
-                                   const std::string& backend = "auto",
-                                   const std::filesystem::path& spool = {});
+                                   const std::string& backend = "auto", const std::filesystem::path& spool = {},
+                                   OutputForms forms = OutputForms::kGltf);
 // Writes the document, and logs what `written` then reports. Errors are those of write_document, with the file.
 Status write_asset(const Document& document, const std::string& output, WriteOptions options,
                    const Session& session, WriteReport& written);

@@ -73,10 +73,24 @@ std::string would_be_written(const fs::path& path) {
   return fs::is_regular_file(path, error) ? " would be replaced" : " would be written";
 }
 
+std::optional<AssetFormat> mesh_format_of_output(const std::string& path) {
+  const std::string extension = lower_extension(path);
+  for (const auto& [name, format] : {std::pair{".obj", AssetFormat::kObj},
+                                     {".ply", AssetFormat::kPly},
+                                     {".stl", AssetFormat::kStl},
+                                     {".drc", AssetFormat::kDraco}})
+    if (extension == name) return format;
+  return std::nullopt;
+}
+
 bool is_glb_output(const std::string& path) { return path == "-" || lower_extension(path) == ".glb"; }
 
-Status check_output_paths(const std::string& output, const std::string& report, bool force) {
-  if (Status status = check_output_path(output, force); !status.ok()) return status;
+Status check_output_paths(const std::string& output, const std::string& report, bool force, OutputForms forms) {
+  const bool mesh_files = forms == OutputForms::kGltfAndMeshFiles;
+  Status status = mesh_files && mesh_format_of_output(output)
+                      ? check_output_place(output, force)
+                      : check_output_path(output, force, mesh_files ? ".obj, .ply, .stl, .drc" : "");
+  if (!status.ok()) return status;
   if (report == output) return {StatusCode::kUsage, "--report and the output name the same file: " + output};
   return report.empty() ? Status() : check_output_place(report, force);
 }

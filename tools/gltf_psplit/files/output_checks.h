@@ -7,6 +7,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/write_report.h"
+#include "gltf_ext/mesh_files/asset_format.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -22,9 +23,16 @@ Status check_free_space(const std::string& output, uint64_t bytes);
 // or .gltf, or be "-". The message lists those and `others`, endings that the caller supports and has excluded.
 Status check_output_path(const std::string& path, bool force, const std::string& others = "");
 
+// The outputs that a command writes: glTF alone, or .obj, .ply, .stl and .drc as well.
+enum class OutputForms { kGltf, kGltfAndMeshFiles };
+
 // The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the
 // same name.
-Status check_output_paths(const std::string& output, const std::string& report, bool force);
+Status check_output_paths(const std::string& output, const std::string& report, bool force,
+                          OutputForms forms = OutputForms::kGltf);
+
+// The format of an output that is a mesh file, according to its name.
+std::optional<AssetFormat> mesh_format_of_output(const std::string& path);
 
 // What --dry-run says of a file: " would be written", or " would be replaced" if it exists.
 std::string would_be_written(const std::filesystem::path& path);

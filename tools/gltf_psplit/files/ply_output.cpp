@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "gltf_ext/files/files.h"
+#include "gltf_ext/mesh_files/write_mesh_file.h"
 
 namespace psplit {
 namespace {
@@ -14,15 +15,10 @@ static_assert(std::endian::native == std::endian::little);
 constexpr size_t kFaceBytes = 1 + 3 * sizeof(int32_t);
 
 std::string header_text(const ShapeStream& shape, bool normals) {
-  const auto properties = [](std::initializer_list<const char*> names) {
-    std::string lines;
-    for (const char* name : names) lines += std::string("property float ") + name + "\n";
-    return lines;
-  };
-  return "ply\nformat binary_little_endian 1.0\ncomment made by gltf-psplit\nelement vertex " +
-         std::to_string(shape.point_count()) + "\n" + properties({"x", "y", "z"}) +
-         (normals ? properties({"nx", "ny", "nz"}) : "") + "element face " +
-         std::to_string(shape.face_count()) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string properties;
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+    if (normals || name[0] != 'n') properties += std::string("property float ") + name + "\n";
+  return ply_header_text(shape.point_count(), properties, shape.face_count());
 }
 
 // Two regions of the file that grow: the points, and the faces behind all points.

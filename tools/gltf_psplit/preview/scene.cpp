@@ -70,7 +70,7 @@ Expected<std::vector<MeshInstance>> scene_instances(const Document& document) {
     if (indices == nullptr) return true;
     if (indices->size() > visits_left) return false;
     visits_left -= indices->size();
-    for (const Json& index : *indices) stack.push_back({&index, parent});
+    for (auto index = indices->rbegin(); index != indices->rend(); ++index) stack.push_back({&*index, parent});
     return true;
   };
   const Json* scene = top_level_object(json, "scenes", integer_field_or(json, "scene", 0).value_or(-1));

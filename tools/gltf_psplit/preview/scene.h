@@ -26,9 +26,9 @@ struct MeshInstance {
   Transform to_world;
 };
 
-// The meshes of the default scene, or of the first scene if none is the default. If there is no scene, every
-// mesh once. Skins, morph targets, animations and EXT_mesh_gpu_instancing are ignored. Cycles are
-// kInvalidInput.
+// The meshes of the default scene, or of the first scene if none is the default, in the order of its nodes. If
+// there is no scene, every mesh once. Skins, morph targets, animations and EXT_mesh_gpu_instancing are ignored.
+// Cycles are kInvalidInput.
 Expected<std::vector<MeshInstance>> scene_instances(const Document& document);
 
 }  // namespace psplit

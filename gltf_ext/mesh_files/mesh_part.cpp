@@ -1,0 +1,47 @@
+#include "gltf_ext/mesh_files/mesh_part.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "gltf_ext/primitive/number_of.h"
+
+namespace psplit {
+
+const ValuesView* MeshPart::find(std::string_view semantic) const {
+  const auto found = std::ranges::find(view.attributes, semantic, &MeshView::Values::semantic);
+  return found == view.attributes.end() ? nullptr : &found->values;
+}
+
+std::array<uint32_t, 3> MeshPart::face(size_t number) const {
+  std::array<uint32_t, 3> face{};
+  for (size_t i = 0; i < 3; ++i)  // little-endian, as glTF
+    std::memcpy(&face[i], view.indices.at(3 * number + i), view.indices.value_bytes());
+  if (mirrored) std::swap(face[1], face[2]);
+  return face;
+}
+
+std::array<float, 4> MeshPart::floats_at(const MeshView::Values& attribute, size_t point) const {
+  const ValuesView& values = attribute.values;
+  const size_t count = std::min<size_t>(values.component_count, 4),
+               bytes = component_bytes(values.component_type);
+  std::array<float, 4> floats{};
+  for (size_t i = 0; i < count; ++i) {
+    const std::byte* const component = values.at(point) + i * bytes;
+    // A conversion to double and back could change the bits of a NaN.
+    if (values.component_type == ComponentType::kFloat32)
+      std::memcpy(&floats[i], component, sizeof(float));
+    else
+      floats[i] = static_cast<float>(number_of(component, values.component_type, values.normalized));
+  }
+  if (place) place(attribute.semantic, std::span(floats).first(count));
+  return floats;
+}
+
+bool all_have(std::span<const MeshPart> parts, std::string_view semantic, int component_count) {
+  return std::ranges::all_of(parts, [&](const MeshPart& part) {
+    const ValuesView* const values = part.find(semantic);
+    return values != nullptr && values->component_count == component_count;
+  });
+}
+
+}  // namespace psplit

@@ -1,0 +1,379 @@
+#include "tools/gltf_psplit/files/mesh_output.h"
+
+#include <algorithm>
+#include <cstring>
+#include <deque>
+#include <map>
+
+#include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document_stock.h"
+#include "gltf_ext/document/named_binary.h"
+#include "gltf_ext/document/place_images.h"
+#include "gltf_ext/files/image_type.h"
+#include "gltf_ext/files/uri.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/mesh_files/write_mesh_file.h"
+#include "gltf_ext/mesh_files/write_mtl.h"
+#include "gltf_ext/primitive/view_in_place.h"
+#include "src/cpu/cpu_backend.h"
+#include "tools/gltf_psplit/preview/scene.h"
+#include "tools/gltf_psplit/report/encode_report.h"
+#include "tools/gltf_psplit/report/number_text.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A small file can repeat its meshes often and so fill a disk.
+constexpr uint64_t kMostRepeats = 1000, kSpareFaces = 5'000'000;
+
+// Names as lines of OBJ and MTL hold them, each used once.
+class UniqueNames {
+ public:
+  std::string add(std::string name) {
+    for (char& c : name)
+      if ((c >= 0 && c < ' ') || c == '\\' || c == '\x7f') c = '_';
+    const size_t first = name.find_first_not_of(' '), last = name.find_last_not_of(' ');
+    name = first == std::string::npos ? "unnamed" : name.substr(first, last - first + 1);
+    std::string unique = name;
+    for (int number = 2; !names_.insert(unique).second; ++number) unique = name + "_" + std::to_string(number);
+    return unique;
+  }
+
+ private:
+  std::set<std::string> names_;
+};
+
+bool is_identity(const Transform& t) {
+  const auto is = [](Vec3 v, Vec3 to) { return v.x == to.x && v.y == to.y && v.z == to.z; };
+  return is(t.x, {1, 0, 0}) && is(t.y, {0, 1, 0}) && is(t.z, {0, 0, 1}) && is(t.origin, {});
+}
+
+void place_value(const Transform& transform, double sign, std::string_view semantic, std::span<float> value) {
+  if (value.size() < 3 || (semantic != "POSITION" && semantic != "NORMAL" && semantic != "TANGENT")) return;
+  const Vec3 from{value[0], value[1], value[2]};
+  Vec3 to = semantic == "POSITION" ? transform.point(from)
+            : semantic == "NORMAL" ? transform.normal(from) * sign
+                                   : transform.direction(from);
+  if (semantic != "POSITION" && length(to) > 0) to = to * (1 / length(to));
+  value[0] = static_cast<float>(to.x), value[1] = static_cast<float>(to.y), value[2] = static_cast<float>(to.z);
+  if (value.size() > 3) value[3] *= static_cast<float>(sign);
+}
+
+bool has_extras(const Json& json) {
+  if (json.is_object() && json.contains("extras")) return true;
+  return json.is_structured() && std::ranges::any_of(json, has_extras);
+}
+
+// The parts of a scene, and what no mesh file can hold of it.
+class SceneParts {
+ public:
+  SceneParts(const Document& document, const ThreadPool& pool) : document_(document), pool_(pool) {}
+
+  Status read() {
+    const Expected<std::vector<MeshInstance>> instances = scene_instances(document_);
+    if (!instances) return instances.status();
+    std::set<size_t> shown;
+    for (const MeshInstance& instance : *instances) {
+      shown.insert(instance.mesh);
+      if (Status status = add(instance, instances->size() == 1); !status.ok()) return status;
+      if (face_count_ > kSpareFaces + kMostRepeats * own_face_count_)
+        return unsupported("the scene repeats its meshes too often to be written");
+    }
+    if (parts.empty()) return unsupported("the scene shows no triangles");
+    name_losses(array_size(document_.json, "meshes") - shown.size());
+    return {};
+  }
+
+  std::vector<MeshPart> parts;
+  std::map<int64_t, std::string> materials;  // those that a part has, with their names
+  std::vector<std::string> losses;           // what the scene has beside parts and materials
+  size_t moved_count = 0;                    // objects that a node moves
+
+ private:
+  Status add(const MeshInstance& instance, bool only_one) {
+    const Json& mesh = document_.json["meshes"][instance.mesh];
+    const std::string* const name = string_field(mesh, "name");
+    const bool is_named = name != nullptr && !name->empty();
+    std::string object;
+    if (is_named || !only_one) object = names_.add(is_named ? *name : "mesh_" + std::to_string(instance.mesh));
+    const Transform& transform = instance.to_world;
+    const bool moves = !is_identity(transform);
+    const bool mirrored = dot(cross(transform.x, transform.y), transform.z) < 0;
+    moved_count += moves;
+    for (size_t i = 0; i < array_size(mesh, "primitives"); ++i) {
+      const PrimitiveId id{instance.mesh, i};
+      const Expected<PrimitiveKind> kind = primitive_kind(document_, id);
+      if (!kind) return kind.status();
+      if (!kind->triangles) {
+        ++other_primitives_;
+        continue;
+      }
+      const Json& primitive = mesh["primitives"][i];
+      has_morphs_ = has_morphs_ || array_size(primitive, "targets") > 0;
+      const Expected<MeshView> view = view_of_primitive(id);
+      if (!view) return view.status();
+      MeshPart part{
+          object, material_name(integer_field(primitive, "material").value_or(-1)), *view, {}, mirrored};
+      if (moves)
+        part.place = [transform, sign = mirrored ? -1.0 : 1.0](std::string_view semantic,
+                                                               std::span<float> value) {
+          place_value(transform, sign, semantic, value);
+        };
+      face_count_ += part.face_count();
+      parts.push_back(std::move(part));
+    }
+    return {};
+  }
+
+  Expected<MeshView> view_of_primitive(PrimitiveId id) {
+    const auto known = views_.find({id.mesh, id.primitive});
+    if (known != views_.end()) return known->second;
+    std::optional<MeshView> view = view_in_place(document_, id);
+    if (!view || !has_valid_indices(*view)) {
+      Expected<Mesh> mesh = read_primitive(document_, id, cpu_backend(), pool_);
+      if (!mesh) return mesh.status();
+      view = psplit::view_of(meshes_.emplace_back(std::move(*mesh)));
+    }
+    own_face_count_ += view->indices.count / 3;
+    return views_.try_emplace({id.mesh, id.primitive}, std::move(*view)).first->second;
+  }
+
+  std::string material_name(int64_t material) {
+    const Json* const json = top_level_object(document_.json, "materials", material);
+    if (json == nullptr) return "";
+    const auto [found, is_new] = materials.try_emplace(material);
+    const std::string* const name = string_field(*json, "name");
+    if (is_new)
+      found->second = material_names_.add(name != nullptr ? *name : "material_" + std::to_string(material));
+    return found->second;
+  }
+
+  void name_losses(size_t unseen_meshes) {
+    const Json& json = document_.json;
+    if (unseen_meshes > 0) losses.push_back(counted(unseen_meshes, "object") + " that the scene does not show");
+    if (other_primitives_ > 0)
+      losses.push_back(counted(other_primitives_, "primitive") + " of points or lines");
+    if (has_morphs_) losses.push_back("morph targets");
+    for (const char* list : {"skins", "animations", "cameras"})
+      if (array_size(json, list) > 0) losses.push_back(list);
+    if (has_extras(json)) losses.push_back("extras");
+    if (const Json* const used = array_field(json, "extensionsUsed"))
+      for (const Json& name : *used)
+        if (name.is_string() && name != "KHR_mesh_quantization" && name != "KHR_texture_transform")
+          losses.push_back(name.get<std::string>());
+  }
+
+  const Document& document_;
+  const ThreadPool& pool_;
+  std::deque<Mesh> meshes_;  // those whose values no buffer has as they are
+  std::map<std::pair<size_t, size_t>, MeshView> views_;
+  UniqueNames names_, material_names_;
+  uint64_t face_count_ = 0, own_face_count_ = 0;  // with and without repetitions
+  size_t other_primitives_ = 0;
+  bool has_morphs_ = false;
+};
+
+// The MTL file of an OBJ, and its images.
+class MaterialFiles {
+ public:
+  MaterialFiles(const Document& document, const fs::path& output, std::optional<ImagePlacement> placement,
+                WriteReport& written)
+      : document_(document), output_(output), placement_(placement), written_(written) {}
+
+  // What MTL cannot hold of the materials. Writes nothing.
+  std::set<std::string> losses(const std::map<int64_t, std::string>& materials) const {
+    std::set<std::string> left_out;
+    text_of(
+        materials, [&](size_t image) { return extension_of(image); }, left_out);
+    return left_out;
+  }
+
+  // Returns the name of the MTL file.
+  Expected<std::string> write(const std::map<int64_t, std::string>& materials) {
+    PackedDocument packed{document_.json, {}, {}, Json::object(), Json::array(), {}};
+    if (Status status =
+            place_images(document_, output_, placement_.value_or(ImagePlacement::kCopy), packed, written_);
+        !status.ok())
+      return status;
+    Status failed;
+    std::set<std::string> unheard;
+    const auto path_of_image = [&](size_t image) -> std::string {
+      if (extension_of(image).empty()) return "";
+      const Json& json = packed.json["images"][image];
+      if (const std::string* const uri = string_field(json, "uri"); uri != nullptr && !is_data_uri(*uri))
+        return path_of_uri(*uri, output_.parent_path()).generic_string();
+      const Expected<std::vector<uint8_t>> bytes = embedded_bytes(image);
+      if (!bytes) return "";
+      const Expected<std::string> name =
+          write_file_beside("_image" + std::to_string(image) + extension_of(image), *bytes, true);
+      if (!name) failed = name.status();
+      return name ? *name : "";
+    };
+    const std::string text = text_of(materials, path_of_image, unheard);
+    if (!failed.ok()) return failed;
+    return write_file_beside(".mtl", {reinterpret_cast<const uint8_t*>(text.data()), text.size()}, false);
+  }
+
+ private:
+  std::string text_of(const std::map<int64_t, std::string>& materials, const PathOfImage& path_of_image,
+                      std::set<std::string>& left_out) const {
+    std::string text = "# made by gltf-psplit\n";
+    for (const auto& [material, name] : materials)
+      text += "\n" + mtl_text(document_.json, material, name, path_of_image, left_out);
+    return text;
+  }
+
+  // The extension of an image that MTL can name; empty for an image that is on the web, or of an unknown kind.
+  std::string extension_of(size_t image) const {
+    const std::string* const uri = string_field(document_.json["images"][image], "uri");
+    if (uri != nullptr && !is_data_uri(*uri))
+      return kind_of_uri(*uri) == UriKind::kRelative
+                 ? lower_extension(path_of_uri(*uri, document_.source.parent_path()))
+                 : "";
+    const Expected<std::vector<uint8_t>> bytes = embedded_bytes(image);
+    const std::optional<ImageType> type = bytes ? image_type(*bytes) : std::nullopt;
+    return type ? type->extension : "";
+  }
+
+  Expected<std::vector<uint8_t>> embedded_bytes(size_t image) const {
+    const Json& json = document_.json["images"][image];
+    if (const std::string* const uri = string_field(json, "uri")) return decode_data_uri(*uri);
+    const Expected<std::span<const uint8_t>> bytes =
+        buffer_view_bytes(document_, integer_field(json, "bufferView").value_or(-1));
+    if (!bytes) return bytes.status();
+    return std::vector<uint8_t>(bytes->begin(), bytes->end());
+  }
+
+  // "<output><ending>", or with a hash of the content in its name if another file has that name.
+  Expected<std::string> write_file_beside(const std::string& ending, std::span<const uint8_t> bytes,
+                                          bool is_image) {
+    const std::string stem = output_.stem().string();
+    const std::span<const uint8_t> parts[] = {bytes};
+    const fs::path wanted = stem + ending;
+    const fs::path names[] = {wanted,
+                              path_with_digits(wanted, content_digits(parts), wanted.extension().string())};
+    const Expected<fs::path> name = write_beside(output_.parent_path(), names, bytes);
+    if (!name) return name.status();
+    if (name->empty()) return io_failure(names[1].string() + " is another file");
+    written_.files.push_back(output_.parent_path() / *name);
+    if (is_image) ++written_.copied_images, written_.image_bytes += bytes.size();
+    return name->string();
+  }
+
+  const Document& document_;
+  fs::path output_;
+  std::optional<ImagePlacement> placement_;
+  WriteReport& written_;
+};
+
+Attribute placed_attribute(const MeshPart& part, const MeshView::Values& attribute) {
+  const auto& [semantic, values] = attribute;
+  const bool moves = part.place && (semantic == "POSITION" || semantic == "NORMAL" || semantic == "TANGENT");
+  Attribute placed{semantic,
+                   moves ? ComponentType::kFloat32 : values.component_type,
+                   values.component_count,
+                   !moves && values.normalized,
+                   {}};
+  placed.values.resize(placed.stride() * values.count);
+  for (size_t point = 0; point < values.count; ++point) {
+    const std::array<float, 4> floats = moves ? part.floats_at(attribute, point) : std::array<float, 4>();
+    std::memcpy(placed.values.data() + point * placed.stride(),
+                moves ? static_cast<const void*>(floats.data()) : values.at(point), placed.stride());
+  }
+  return placed;
+}
+
+Mesh mesh_of(const MeshPart& part) {
+  Mesh mesh;
+  mesh.point_count = part.view.point_count;
+  for (const MeshView::Values& attribute : part.view.attributes)
+    mesh.attributes.push_back(placed_attribute(part, attribute));
+  mesh.faces.resize(part.face_count());
+  for (size_t i = 0; i < mesh.faces.size(); ++i) mesh.faces[i] = part.face(i);
+  return mesh;
+}
+
+Status write_draco(const std::string& path, const MeshPart& part, const EncodeDocumentOptions& coding,
+                   const Session& session) {
+  Document document = document_from_mesh(mesh_of(part));
+  const auto reports = encode_document_stock(document, coding, session.pool);
+  if (!reports) return reports.status();
+  for (const PrimitiveReport& report : *reports) {
+    if (!report.skipped.empty()) return unsupported(report.skipped);
+    for (const std::string& warning : report.warnings) session.log.warning(path + ": " + warning);
+  }
+  const Expected<StoredPrimitive> stored = stored_primitive(document, {0, 0}, kStockExtensionName);
+  return stored ? write_file(path, {stored->bytes}, session.if_read_only()) : stored.status();
+}
+
+// What the format cannot hold.
+std::vector<std::string> losses_of(const SceneParts& scene, AssetFormat format, const MaterialFiles& files) {
+  std::vector<std::string> losses;
+  if (format == AssetFormat::kDraco) {
+    for (const auto& [semantic, values] : scene.parts[0].view.attributes)
+      if (semantic != "POSITION" && semantic != "NORMAL" && !semantic.starts_with("TEXCOORD_") &&
+          !semantic.starts_with("COLOR_"))
+        losses.push_back("the name of " + semantic);
+  } else {
+    for (const std::string& semantic : attributes_left_out(format, scene.parts)) losses.push_back(semantic);
+  }
+  if (format == AssetFormat::kObj)
+    for (const std::string& name : files.losses(scene.materials)) losses.push_back("materials' " + name);
+  else if (!scene.materials.empty())
+    losses.push_back("materials");
+  losses.insert(losses.end(), scene.losses.begin(), scene.losses.end());
+  return losses;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text;
+}
+
+}  // namespace
+
+Status write_mesh_output(const Document& document, const std::string& path, AssetFormat format,
+                         const MeshOutputOptions& options, const Session& session, WriteReport& written) {
+  if (format == AssetFormat::kObj && options.images == ImagePlacement::kEmbed)
+    return {StatusCode::kUsage, "an OBJ cannot embed images: use --images copy or reference"};
+  SceneParts scene(document, session.pool);
+  if (Status status = scene.read(); !status.ok())
+    return std::move(status).at({.file = document.source.string()});
+  MaterialFiles files(document, fs::absolute(path), options.images, written);
+  const std::string extension = lower_extension(path);
+  if (format == AssetFormat::kDraco && scene.parts.size() != 1)
+    return unsupported("a .drc holds one primitive, but the scene shows " + std::to_string(scene.parts.size()),
+                       {.file = path});
+  if (const std::string losses = joined(losses_of(scene, format, files)); !losses.empty()) {
+    if (!options.accept_loss)
+      return unsupported("a " + extension +
+                             " cannot hold all of the asset: with --accept-loss it is written without " +
+                             losses,
+                         {.file = path});
+    session.log.warning(path + ": is written without " + losses);
+  }
+  if (scene.moved_count > 0)
+    session.log.note(path + ": nodes move " + counted(scene.moved_count, "object") +
+                     ": positions are those of the scene");
+  if (format != AssetFormat::kObj && scene.parts.size() > 1)
+    session.log.note(path + ": " + counted(scene.parts.size(), "primitive") + " become one mesh");
+  written.files = {path};
+  if (format == AssetFormat::kDraco)
+    return write_draco(path, scene.parts.front(), options.coding, session).at({.file = path});
+  std::string library;
+  if (format == AssetFormat::kObj && !scene.materials.empty()) {
+    const Expected<std::string> name = files.write(scene.materials);
+    if (!name) return name.status().at({.file = path});
+    library = *name;
+  }
+  // In OBJ a material stays in use until the next one.
+  if (!library.empty())
+    std::stable_partition(scene.parts.begin(), scene.parts.end(),
+                          [](const MeshPart& part) { return part.material.empty(); });
+  return write_mesh_file(path, format, scene.parts, library, session.if_read_only()).at({.file = path});
+}
+
+}  // namespace psplit

@@ -1,0 +1,30 @@
+// The scene of a decoded asset as a mesh file: OBJ, PLY, STL or Draco.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/image_placement.h"
+#include "gltf_ext/document/write_report.h"
+#include "gltf_ext/mesh_files/asset_format.h"
+#include "tools/gltf_psplit/options/session.h"
+
+namespace psplit {
+
+struct MeshOutputOptions {
+  bool accept_loss = false;  // write what the format can hold, with a warning that names the rest
+  std::optional<ImagePlacement> images{};
+  EncodeDocumentOptions coding{};  // of a .drc file
+};
+
+// Writes every triangle primitive of the default scene where its nodes place it; an asset without a scene, each
+// mesh once. An OBJ has an object for each mesh that the scene shows, and an MTL file and images beside it;
+// these replace no other file. A PLY or an STL is one mesh. A .drc is one stock Draco stream. `document` holds
+// plain primitives. Errors: those of writing; kUnsupported if the format cannot hold what the asset has, unless
+// that is accepted, and for a .drc of more than one primitive; kUsage for images that would be embedded.
+Status write_mesh_output(const Document& document, const std::string& path, AssetFormat format,
+                         const MeshOutputOptions& options, const Session& session, WriteReport& written);
+
+}  // namespace psplit
