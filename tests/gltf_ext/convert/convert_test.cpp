@@ -590,8 +590,10 @@ TEST(EncodeDocument, ExtensionsThatDependOnFacesCanBeDropped) {
                         {"CESIUM_primitive_outline", {{"indices", outline}}}};
   primitive_of(document)["extensions"] = extensions;
   document.json["meshes"][0]["extras"]["extensions"]["FB_ngon_encoding"] = 1;
-  document.json["nodes"][0]["extensions"] = {{"FB_ngon_encoding", Json::object()}, {"OTHER", {{"a", 1}}}};
-  document.json["extensionsUsed"] = {"CESIUM_primitive_outline", "FB_ngon_encoding", "OTHER", "LISTED"};
+  document.json["nodes"][0]["extensions"] = {{"FB_ngon_encoding", Json::object()},
+                                             {"KHR_node_visibility", {{"a", 1}}}};
+  document.json["extensionsUsed"] = {"CESIUM_primitive_outline", "FB_ngon_encoding", "KHR_node_visibility",
+                                     "LISTED"};
   document.json["extensionsRequired"] = {"FB_ngon_encoding"};
   Document kept = document;
   const auto reports = encode(kept);
@@ -604,8 +606,8 @@ TEST(EncodeDocument, ExtensionsThatDependOnFacesCanBeDropped) {
   EXPECT_EQ(drop_extension(document, "FB_ngon_encoding"), 2u);
   EXPECT_EQ(drop_extension(document, "CESIUM_primitive_outline"), 1u);
   EXPECT_FALSE(primitive_of(document).contains("extensions"));
-  EXPECT_EQ(document.json["nodes"][0]["extensions"], Json::parse(R"({"OTHER":{"a":1}})"));
-  EXPECT_EQ(document.json["extensionsUsed"], Json::parse(R"(["OTHER"])"));
+  EXPECT_EQ(document.json["nodes"][0]["extensions"], Json::parse(R"({"KHR_node_visibility":{"a":1}})"));
+  EXPECT_EQ(document.json["extensionsUsed"], Json::parse(R"(["KHR_node_visibility"])"));
   EXPECT_FALSE(document.json.contains("extensionsRequired"));
   EXPECT_TRUE(document.json["meshes"][0]["extras"]["extensions"].contains("FB_ngon_encoding"));
   document.json["nodes"][0].erase("extensions");

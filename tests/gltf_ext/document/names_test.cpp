@@ -79,7 +79,7 @@ TEST(Names, MayBeAsLongAsNamesCanBe) {
   while (kanji.size() + 3 <= 250) kanji += "\xE6\xBC\xA2";
   for (const std::string& name : {std::string(250, 'x'), kanji}) {
     const fs::path output = folder / (name + ".gltf");
-    for (const uint8_t byte : {1, 2}) {
+    for (const uint8_t byte : {uint8_t{1}, uint8_t{2}}) {
       Document document = with_bytes();
       append_buffer_view(document, std::vector<uint8_t>{byte});
       const Status status = write_document(document, output);

@@ -51,7 +51,7 @@ TEST_F(Signals, EndEveryVerbWithTheCodeOfWhatMayPass) {
       {"encode", pipe, out}, {"decode", pipe, out},
       {"expand", pipe, out}, {"inspect", pipe},
       {"validate", pipe},    {"compare", pipe, path("a.glb")},
-      {"compare", pipe},     {"encode", pipe, out, "--memory", "64MB"},
+      {"compare", pipe},     {"encode", pipe, out, "--memory", "1GB"},
   };
   for (const std::vector<std::string>& words : commands)
     for (const int signal : {SIGTERM, SIGINT}) {

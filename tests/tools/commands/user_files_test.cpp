@@ -137,7 +137,7 @@ TEST_F(UserFiles, NoOutputReplacesItsInputUnlessThatIsMeant) {
     EXPECT_EQ(run({verb, path("a.glb"), path("link.glb"), "--force", "-q"}), 0) << err_;
     write("a.glb", before);
   }
-  EXPECT_EQ(run({"encode", path("a.glb"), path("link.glb"), "--memory", "64MB"}), 1);
+  EXPECT_EQ(run({"encode", path("a.glb"), path("link.glb"), "--memory", "1GB"}), 1);
 }
 
 TEST_F(UserFiles, ReadOnlyOutputsNeedForceAndAllKeepTheirMode) {

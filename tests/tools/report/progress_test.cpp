@@ -25,12 +25,12 @@ TEST(Progress, ShowsABarOnlyWhereThereAreSteps) {
 
 TEST(Progress, SaysKOfNAndARate) {
   EXPECT_EQ(progress_line("decoding", steps(1200, 4800), 2),
-            "decoding [#####...............] 1,200 of 4,800 patches, 6 s left, 600 patches/s, 2.0 s");
+            "decoding [#####...............] 1,200 of 4,800 patches, 6 s left, 600 patches/s");
   WorkDone faces = steps(120, 450);
   faces.amount = 3000000;
   faces.amount_noun = "face";
   EXPECT_EQ(progress_line("encoding", faces, 2.5),
-            "encoding [#####...............] 120 of 450 patches, 7 s left, 1,200,000 faces/s, 2.5 s");
+            "encoding [#####...............] 120 of 450 patches, 7 s left, 1,200,000 faces/s");
   WorkDone bytes = steps(3, 12, "asset");
   bytes.amount = 90400000;
   bytes.amount_noun = "byte";

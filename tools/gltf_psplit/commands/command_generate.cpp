@@ -115,8 +115,9 @@ Status run_generate(Arguments arguments, const Session& session) {
     faces += (*meshes)[i].faces.size();
     points += (*meshes)[i].point_count;
   }
-  if (Status status = write_document(document, arguments.output, {.if_read_only = session.if_read_only()});
-      !status.ok())
+  WriteOptions write;
+  write.if_read_only = session.if_read_only();
+  if (Status status = write_document(document, arguments.output, write); !status.ok())
     return std::move(status).at({.file = arguments.output});
   log_generated(arguments, faces, points, session.log);
   return {};

@@ -71,12 +71,12 @@ void count_plain(const Document& document, InspectedPrimitive& out) {
     const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
     return accessor == nullptr
                ? 0
-               : static_cast<uint64_t>(std::max<int64_t>(0, integer_field_or(*accessor, "count", 0)));
+               : static_cast<uint64_t>(std::max<int64_t>(0, integer_field(*accessor, "count").value_or(0)));
   };
   out.summary.points = count_of(object_field(primitive, "attributes"), "POSITION");
   const bool is_indexed = field(primitive, "indices") != nullptr;
   const uint64_t corners = is_indexed ? count_of(&primitive, "indices") : out.summary.points;
-  const int64_t mode = integer_field_or(primitive, "mode", 4);
+  const int64_t mode = integer_field(primitive, "mode").value_or(4);
   const bool is_strip_or_fan = mode == 5 || mode == 6;
   out.summary.faces = mode == 4 ? corners / 3 : is_strip_or_fan && corners > 2 ? corners - 2 : 0;
 }

@@ -65,8 +65,11 @@ std::string progress_line(const std::string& label, const WorkDone& work, double
             "," + time_left_text(work, seconds);
   }
   if (!work.stage.empty()) line += " " + work.stage + ",";
-  line += " " + rate_text(work, seconds) + with_decimals(seconds, 1) + " s";
-  if (line.size() > kLineWidth) line.resize(kLineWidth);
+  line += " " + rate_text(work, seconds);
+  const std::string elapsed = with_decimals(seconds, 1) + " s";
+  if (line.size() + elapsed.size() <= kLineWidth) return line + elapsed;
+  // A full line does without the time that has passed.
+  line.resize(std::min(line.find_last_not_of(", ") + 1, kLineWidth));
   return line;
 }
 
