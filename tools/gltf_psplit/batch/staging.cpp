@@ -161,7 +161,7 @@ Expected<bool> StagedAsset::fetch_beside(const BatchItem& item, const fs::path& 
 
 Status StagedAsset::fetch_parts(const BatchItem& item) const {
   const auto fetch_uri = [&](const std::string& uri) -> Expected<bool> {
-    const Expected<fs::path> relative = relative_path_of_uri(uri);
+    const Expected<fs::path> relative = relative_path_of_uri(uri, input(item).parent_path());
     return relative ? fetch_beside(item, *relative) : false;
   };
   if (const Expected<Json> json = read_asset_json(input(item).string()))
@@ -186,7 +186,7 @@ Status StagedAsset::fetch_links(const BatchItem& item, const Document& document)
     if (link.leaves_folder)
       return unsupported(link.place + " names " + link.uri +
                          ", and --fetch brings only files below the input's folder");
-    if (const Expected<bool> found = fetch_beside(item, path_of_uri(link.uri)); !found) return found.status();
+    if (const Expected<bool> found = fetch_beside(item, link.relative); !found) return found.status();
   }
   return {};
 }
