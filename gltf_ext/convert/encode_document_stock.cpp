@@ -1,7 +1,5 @@
 #include "gltf_ext/convert/encode_document_stock.h"
 
-#include <algorithm>
-
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/convert/draco_extension.h"
@@ -11,39 +9,25 @@
 #include "src/container/patch_container.h"
 
 namespace psplit {
-namespace {
-
-// What one stream does not hold. Every other face and point of the mesh is in it.
-Status count_dropped(const Mesh& mesh, const Mesh& decoded, EncodeStatistics& statistics) {
-  std::vector<bool> used(mesh.point_count, false);
-  for (const auto& face : mesh.faces) {
-    const bool is_dropped = repeats_a_point(face);
-    statistics.dropped_faces += is_dropped ? 1 : 0;
-    for (const uint32_t point : face)
-      if (!is_dropped) used[point] = true;
-  }
-  statistics.dropped_points = static_cast<uint64_t>(std::ranges::count(used, false));
-  if (decoded.faces.size() + statistics.dropped_faces == mesh.faces.size()) return {};
-  return runtime_failure("verification: faces: " + std::to_string(decoded.faces.size()) + ", not " +
-                         std::to_string(mesh.faces.size() - statistics.dropped_faces));
-}
-
-}  // namespace
 
 Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
                                                              const EncodeDocumentOptions& options,
                                                              const ThreadPool& pool) {
   const DecodeBackend backend = draco_backend();
-  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool);
+  EncodeDocumentOptions unmerged = options;  // Draco keeps equal points apart
+  unmerged.keep_duplicates = true;
+  Expected<EncodeJobs> read = read_jobs(document, unmerged, backend, pool);
   if (!read) return read.status();
   EncodeReports reports(document, *read);
   std::vector<EncodeJob>& jobs = read->jobs;
   std::vector<StockStream> streams(jobs.size());
   std::vector<Mesh> decoded(jobs.size());
   pool.for_each(jobs.size(), [&](size_t i) {
+    // Draco would drop the same faces and points, but would fit its grids to them.
+    const ReducedMesh stored = reduce_job(jobs[i]);
     // Morph targets need the source of each point, which Draco does not state.
     Expected<StockStream> stream =
-        encode_stock_stream(jobs[i].mesh, jobs[i].codings, options.encode_speed, !jobs[i].morphs.empty());
+        encode_stock_stream(stored.mesh, jobs[i].codings, options.encode_speed, !jobs[i].morphs.empty());
     if (!stream) {
       jobs[i].status = stream.status();
       return;
@@ -53,9 +37,14 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
       jobs[i].status = mesh.status();
       return;
     }
-    jobs[i].status = count_dropped(jobs[i].mesh, *mesh, jobs[i].encoded.statistics);
+    jobs[i].encoded.statistics.dropped_faces = stored.dropped_faces;
+    jobs[i].encoded.statistics.dropped_points = stored.dropped_points;
+    if (mesh->faces.size() != stored.mesh.faces.size())
+      jobs[i].status = runtime_failure("verification: faces: " + std::to_string(mesh->faces.size()) + ", not " +
+                                       std::to_string(stored.mesh.faces.size()));
     if (!jobs[i].morphs.empty() && stream->source_point.size() != mesh->point_count)
       jobs[i].status = runtime_failure("libdraco decodes another number of points than expected");
+    for (uint32_t& point : stream->source_point) point = stored.source_point[point];
     streams[i] = std::move(*stream);
     decoded[i] = std::move(*mesh);
   });

@@ -9,6 +9,7 @@
 
 #include "encoder/coding/position_bits.h"
 #include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/convert/encode_document_stock.h"
 #include "tests/gltf_ext/asset.h"
 
 namespace psplit {
@@ -274,6 +275,20 @@ TEST(Precision, IsNotThatOfPointsThatAreDropped) {
   EXPECT_EQ(encoded_range(degenerate, [](EncodeDocumentOptions& options) { options.keep_degenerate = true; }),
             1000);
   EXPECT_EQ(encoded_range(equal, [](EncodeDocumentOptions& options) { options.keep_duplicates = true; }), 1000);
+}
+
+TEST(Precision, OfStockDracoIsNotThatOfUnusedPoints) {
+  const Mesh mesh = make_mesh({0, 0, 0, 1, 0, 0, 0.3f, 1, 0, 1000, 0, 0}, {{0, 1, 2}, {1, 1, 3}});
+  Document document = document_from_mesh(mesh);
+  const auto reports = encode_document_stock(document, {}, test_pool());
+  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+  EXPECT_EQ(reports->front().statistics.dropped_faces, 1u);
+  EXPECT_EQ(reports->front().statistics.dropped_points, 1u);
+  const Expected<Mesh> decoded = read(document);
+  ASSERT_TRUE(decoded.ok());
+  EXPECT_EQ(decoded->point_count, 3u);
+  const std::vector<float> x = sorted_column(values_of<float>(*decoded->find("POSITION")), 0, 3);
+  EXPECT_NEAR(x[1], 0.3, 0.5 / 16383 + 1e-6);
 }
 
 // A value that is not finite cannot be on a grid. But a point that is dropped does not matter.
