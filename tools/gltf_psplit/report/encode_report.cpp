@@ -62,7 +62,8 @@ std::string chosen_bits_text(const EncodeResult& result) {
   text += " bits";
   const int usual = EncodeDocumentOptions().position_bits;
   const double usual_bits = usual * static_cast<double>(result.quantized_positions);
-  const double more_bytes = 3.0 / 8 * (static_cast<double>(result.bits_of_positions) - usual_bits);
+  constexpr double kBytesOfABit = 3 * 0.93 / 8;  // in all components of a position
+  const double more_bytes = kBytesOfABit * (static_cast<double>(result.bits_of_positions) - usual_bits);
   const double usual_bytes = static_cast<double>(result.total.summary.total_bytes) - more_bytes;
   const double share = std::fabs(more_bytes) / usual_bytes;
   if (!(share >= 0.005)) return text;
