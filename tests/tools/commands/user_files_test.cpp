@@ -155,6 +155,7 @@ TEST_F(UserFiles, ReadOnlyOutputsNeedForceAndAllKeepTheirMode) {
       {"inspect", path("in/b.glb"), "--preview", path("out.png"), "--preview-size", "16"},
       {"validate", path("in/b.glb"), "-o", path("out.txt")},
       {"compare", path("in/a.gltf"), path("in/b.glb"), "-o", path("out.txt")},
+      {"completion", "bash", "-o", path("out.txt")},
       {"batch", "plan", path("in/a.gltf"), "--out-dir", path("d"), "-o", path("out.jsonl")}};
   for (std::vector<std::string> words : commands) {
     std::string output;

@@ -11,6 +11,7 @@
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "tools/gltf_psplit/commands/commands.h"
+#include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/completion.h"
 #include "tools/gltf_psplit/options/help_text.h"
@@ -168,8 +169,10 @@ void add_completion_command(CLI::App& app, Action& action) {
                {{"gltf-psplit completion bash > gltf-psplit.bash",
                  "write the script; `. ./gltf-psplit.bash` loads it. An installation has it already"}});
   command.callback([arguments, &app, &action] {
-    action = [arguments, &app](const Session&) {
-      return write_text(arguments->output, completion_script(app, kShells.at(arguments->shell)));
+    action = [arguments, &app](const Session& session) {
+      if (Status status = check_output_place(arguments->output, session.force); !status.ok()) return status;
+      return write_text(arguments->output, completion_script(app, kShells.at(arguments->shell)),
+                        session.if_read_only());
     };
   });
 }
