@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <set>
 
 namespace psplit {
@@ -12,19 +13,13 @@ namespace {
 
 constexpr uint32_t kNone = UINT32_MAX;
 
-// The indices of a corner of a face, counted from 0.
-struct Corner {
-  uint32_t position = kNone, texcoord = kNone, normal = kNone;
-};
+using Corner = ObjCorner;
 
 // A point of a part. Parts share no points.
 struct Point {
   uint32_t part = 0;
   Corner corner;
-  bool operator==(const Point& other) const {
-    return part == other.part && corner.position == other.corner.position &&
-           corner.texcoord == other.corner.texcoord && corner.normal == other.corner.normal;
-  }
+  bool operator==(const Point& other) const { return part == other.part && corner == other.corner; }
 };
 
 // The points of all parts, found by their indices through a hash table with at least twice as many slots.
@@ -76,24 +71,56 @@ struct Named {
 
 class ObjReader {
  public:
-  ObjReader(Scanner& scanner, const OpenLibrary& open_library)
-      : scanner_(scanner), open_library_(open_library), polygons_(file_.losses) {}
+  // With a sink, values and faces go to it, and not into memory.
+  ObjReader(Scanner& scanner, const OpenLibrary& open_library, ObjSink* sink)
+      : scanner_(scanner), open_library_(open_library), sink_(sink), polygons_(file_.losses) {}
 
   Expected<MeshFile> read() {
+    if (Status status = read_lines(); !status.ok()) return status;
+    finish();
+    return std::move(file_);
+  }
+
+  Expected<ObjHead> read_head() {
+    if (Status status = read_lines(); !status.ok()) return status;
+    say_losses();
+    const auto [object, material] = only_part_.value_or(std::pair(object_, material_));
+    file_.objects.push_back({object_names_[object], {}});
+    const int64_t used = use(material);
+    return ObjHead{std::move(file_), used};
+  }
+
+ private:
+  Status read_lines() {
     do {
       if (!read_line()) return error_;
     } while (scanner_.next_line());
     if (!add_pending()) return error_;
     polygons_.finish();
-    if (named_.most > positions_.size())
+    if (named_.most > positions_.count)
       return error_at_line(named_.line, "a face names vertex " + std::to_string(named_.most) +
-                                            ", but there are " + std::to_string(positions_.size()));
-    if (positions_.empty()) return invalid_input("OBJ: no vertices");
-    finish();
-    return std::move(file_);
+                                            ", but there are " + std::to_string(positions_.count));
+    return positions_.count == 0 ? invalid_input("OBJ: no vertices") : Status();
   }
 
- private:
+  // The values of "v", "vt" or "vn". They are empty if there is a sink.
+  template <size_t N>
+  struct Values {
+    ObjValues kind;
+    std::vector<std::array<float, N>> values{};
+    size_t count = 0;
+    const std::array<float, N>& operator[](size_t i) const { return values[i]; }
+  };
+  template <size_t N>
+  bool put(Values<N>& to, const std::array<float, N>& value) {
+    ++to.count;
+    if (sink_ == nullptr)
+      to.values.push_back(value);
+    else
+      error_ = sink_->add_value(to.kind, value);
+    return error_.ok();
+  }
+
   struct Part {
     size_t object = 0;
     int64_t material = -1;
@@ -167,15 +194,14 @@ class ObjReader {
     size_t count = 0;
     if (!read_numbers(values, count)) return false;
     if (count < 3) return fail("a vertex of fewer than 3 numbers");
-    if (positions_.size() == kNone - 1) return fail("more vertices than 32 bits can count");
+    if (positions_.count == kNone - 1) return fail("more vertices than 32 bits can count");
     for (size_t i = 0; i < 3; ++i)
       if (!std::isfinite(values[i])) return fail("a position that is not finite");
-    positions_.push_back({values[0], values[1], values[2]});
+    if (!put(positions_, {values[0], values[1], values[2]})) return false;
     // Either all vertices have colours, or colours are left out.
-    if (count == 6 && colors_.size() + 1 == positions_.size())
-      colors_.push_back({values[3], values[4], values[5]});
-    else if (count == 6 || !colors_.empty())
-      some_lack_colors_ = true;
+    if (count == 6 && colors_.count + 1 == positions_.count)
+      return put(colors_, {values[3], values[4], values[5]});
+    if (count == 6 || colors_.count > 0) some_lack_colors_ = true;
     return true;
   }
 
@@ -192,9 +218,8 @@ class ObjReader {
       values[count] = *number;
     }
     if (count == 0) return fail("texture coordinates without a number");
-    if (texcoords_.size() == kNone - 1) return fail("more texture coordinates than 32 bits can count");
-    texcoords_.push_back({static_cast<float>(values[0]), static_cast<float>(1 - values[1])});
-    return true;
+    if (texcoords_.count == kNone - 1) return fail("more texture coordinates than 32 bits can count");
+    return put(texcoords_, {static_cast<float>(values[0]), static_cast<float>(1 - values[1])});
   }
 
   bool read_normal() {
@@ -202,9 +227,8 @@ class ObjReader {
     size_t count = 0;
     if (!read_numbers(values, count)) return false;
     if (count < 3) return fail("a normal of fewer than 3 numbers");
-    if (normals_.size() == kNone - 1) return fail("more normals than 32 bits can count");
-    normals_.push_back({values[0], values[1], values[2]});
-    return true;
+    if (normals_.count == kNone - 1) return fail("more normals than 32 bits can count");
+    return put(normals_, {values[0], values[1], values[2]});
   }
 
   // An index of a corner: counted from 1, or from the end if it is negative.
@@ -224,14 +248,14 @@ class ObjReader {
   // "7", "7/1", "7//2" or "7/1/2".
   bool parse_corner(std::string_view text, Corner& corner) {
     const size_t first = std::min(text.find('/'), text.size());
-    if (!parse_index(text.substr(0, first), positions_.size(), corner.position)) return false;
+    if (!parse_index(text.substr(0, first), positions_.count, corner.position)) return false;
     if (corner.position >= named_.most) named_ = {uint64_t{corner.position} + 1, scanner_.line()};
     if (first == text.size()) return true;
     const std::string_view rest = text.substr(first + 1);
     const size_t second = std::min(rest.find('/'), rest.size());
-    if (second > 0 && !parse_index(rest.substr(0, second), texcoords_.size(), corner.texcoord)) return false;
+    if (second > 0 && !parse_index(rest.substr(0, second), texcoords_.count, corner.texcoord)) return false;
     if (second + 1 >= rest.size()) return true;
-    return parse_index(rest.substr(second + 1), normals_.size(), corner.normal);
+    return parse_index(rest.substr(second + 1), normals_.count, corner.normal);
   }
 
   bool read_face() {
@@ -241,14 +265,24 @@ class ObjReader {
       Corner corner;
       if (!parse_corner(found, corner)) return false;
       const auto is_there = [](uint32_t index, size_t count) { return index == kNone || index < count; };
-      known = known && is_there(corner.position, positions_.size()) &&
-              is_there(corner.texcoord, texcoords_.size()) && is_there(corner.normal, normals_.size());
+      known = known && is_there(corner.position, positions_.count) &&
+              is_there(corner.texcoord, texcoords_.count) && is_there(corner.normal, normals_.count);
       corners_.push_back(corner);
     }
+    if (sink_ != nullptr) return give_face();
     if (known) return add_face(corners_, object_, material_);
     // A face may come before its vertices: it is then processed at the end of the file.
     pending_.push_back({corners_, object_, material_});
     return true;
+  }
+
+  bool give_face() {
+    const std::pair part(object_, material_);
+    error_ = only_part_.value_or(part) == part
+                 ? sink_->add_face(corners_)
+                 : unsupported("OBJ: faces of several objects or materials are not read part by part");
+    only_part_ = part;
+    return error_.ok();
   }
 
   bool add_face(std::vector<Corner>& corners, size_t object, int64_t material) {
@@ -258,8 +292,8 @@ class ObjReader {
         if (index != kNone && index >= count) ++missing, index = kNone;
         return index != kNone;
       };
-      texcoords = check(corner.texcoord, texcoords_.size(), missing_texcoords_) && texcoords;
-      normals = check(corner.normal, normals_.size(), missing_normals_) && normals;
+      texcoords = check(corner.texcoord, texcoords_.count, missing_texcoords_) && texcoords;
+      normals = check(corner.normal, normals_.count, missing_normals_) && normals;
     }
     Part* const part = part_of(object, material, texcoords, normals);
     if (part == nullptr) return false;
@@ -282,7 +316,7 @@ class ObjReader {
   bool add_pending() {
     for (Pending& face : pending_) {
       for (const Corner& corner : face.corners)
-        if (corner.position >= positions_.size()) return true;  // named_ reports it
+        if (corner.position >= positions_.count) return true;  // named_ reports it
       if (!add_face(face.corners, face.object, face.material)) return false;
     }
     return true;
@@ -375,22 +409,26 @@ class ObjReader {
       for (size_t i = 0; i < points.size(); ++i) indices[i] = points_.points()[points[i]].corner.*member;
     };
     fill(&Corner::position);
-    mesh.attributes.push_back(attribute_of("POSITION", positions_, indices));
-    if (!colors_.empty() && !some_lack_colors_)
-      mesh.attributes.push_back(attribute_of("COLOR_0", colors_, indices));
+    mesh.attributes.push_back(attribute_of("POSITION", positions_.values, indices));
+    if (colors_.count > 0 && !some_lack_colors_)
+      mesh.attributes.push_back(attribute_of("COLOR_0", colors_.values, indices));
     if (part.normals) {
       fill(&Corner::normal);
-      mesh.attributes.push_back(attribute_of("NORMAL", normals_, indices));
+      mesh.attributes.push_back(attribute_of("NORMAL", normals_.values, indices));
     }
     if (part.texcoords) {
       fill(&Corner::texcoord);
-      mesh.attributes.push_back(attribute_of("TEXCOORD_0", texcoords_, indices));
+      mesh.attributes.push_back(attribute_of("TEXCOORD_0", texcoords_.values, indices));
     }
     return mesh;
   }
 
-  void finish() {
-    points_.drop_table();
+  // The index of a material in file_.
+  int64_t use(int64_t material) {
+    return material < 0 ? -1 : materials_.use(material_names_[static_cast<size_t>(material)], file_);
+  }
+
+  void say_losses() {
     Losses& losses = file_.losses;
     if (unknown_count_ > kMostUnknown) losses.say("lines that begin with other words are left out");
     if (some_lack_colors_) losses.say("some vertices have no colours: all colours are left out");
@@ -398,6 +436,11 @@ class ObjReader {
                "corners name texture coordinates that do not exist: their faces get none", missing_texcoords_);
     losses.add("corner names a normal that does not exist: its face gets none",
                "corners name normals that do not exist: their faces get none", missing_normals_);
+  }
+
+  void finish() {
+    points_.drop_table();
+    say_losses();
     std::vector<std::vector<uint32_t>> points_of_part(parts_.size());
     for (uint32_t i = 0; i < points_.points().size(); ++i)
       points_of_part[points_.points()[i].part].push_back(i);
@@ -405,8 +448,7 @@ class ObjReader {
     for (size_t i = 0; i < parts_.size(); ++i) {
       Part& part = parts_[i];
       if (part.faces.empty()) continue;
-      const int64_t material =
-          part.material < 0 ? -1 : materials_.use(material_names_[static_cast<size_t>(part.material)], file_);
+      const int64_t material = use(part.material);
       file_.objects[part.object].parts.push_back({mesh_of(part, points_of_part[i]), material});
       points_of_part[i] = {};
     }
@@ -421,15 +463,16 @@ class ObjReader {
   static constexpr size_t kMostUnknown = 8;
   Scanner& scanner_;
   const OpenLibrary& open_library_;
+  ObjSink* const sink_;
+  std::optional<std::pair<size_t, int64_t>> only_part_;  // of a sink: its object and its material
   MeshFile file_;
   PolygonReader polygons_;
   MaterialLibrary materials_;
   Status error_;
   std::string word_before_end_;
 
-  std::vector<Position> positions_;
-  std::vector<std::array<float, 3>> normals_, colors_;
-  std::vector<std::array<float, 2>> texcoords_;
+  Values<3> positions_{ObjValues::kPosition}, normals_{ObjValues::kNormal}, colors_{ObjValues::kColor};
+  Values<2> texcoords_{ObjValues::kTexcoord};
   bool some_lack_colors_ = false;
 
   std::vector<std::string> object_names_{""}, material_names_;
@@ -455,7 +498,11 @@ class ObjReader {
 }  // namespace
 
 Expected<MeshFile> read_obj(Scanner& scanner, const OpenLibrary& open_library) {
-  return ObjReader(scanner, open_library).read();
+  return ObjReader(scanner, open_library, nullptr).read();
+}
+
+Expected<ObjHead> read_obj_into(Scanner& scanner, const OpenLibrary& open_library, ObjSink& sink) {
+  return ObjReader(scanner, open_library, &sink).read_head();
 }
 
 }  // namespace psplit

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 #include "gltf_ext/mesh_files/mesh_file.h"
 #include "gltf_ext/mesh_files/mtl.h"
@@ -11,6 +12,34 @@ namespace psplit {
 
 // Opens the file that a mtllib line names, relative to the OBJ file.
 using OpenLibrary = std::function<Expected<std::unique_ptr<ByteStream>>(const std::string& path)>;
+
+// The indices of a corner of a face, counted from 0; UINT32_MAX if it names none.
+struct ObjCorner {
+  uint32_t position = UINT32_MAX, texcoord = UINT32_MAX, normal = UINT32_MAX;
+  bool operator==(const ObjCorner& other) const = default;
+};
+
+// What the corners of faces name. A position may have a colour, which has the same index.
+enum class ObjValues { kPosition, kColor, kTexcoord, kNormal };
+
+// Takes an OBJ statement by statement. The reader stops at the first error that a call returns.
+class ObjSink {
+ public:
+  virtual ~ObjSink() = default;
+  virtual Status add_value(ObjValues kind, std::span<const float> value) = 0;
+  // Texture coordinates and normals may follow the faces that name them, and so may positions.
+  virtual Status add_face(std::span<const ObjCorner> corners) = 0;
+};
+
+// The object of an OBJ without its geometry, and its material in `file`, or -1.
+struct ObjHead {
+  MeshFile file;
+  int64_t material = -1;
+};
+
+// Reads an OBJ whose faces are all in one object and have one material. If they are not, kUnsupported. For the
+// rest see read_obj. All faces name positions that exist.
+Expected<ObjHead> read_obj_into(Scanner& scanner, const OpenLibrary& open_library, ObjSink& sink);
 
 // One object for each "o" statement. An object has one part for each material and each set of attributes,
 // because faces with normals and faces without normals cannot share a primitive. Corners with equal position,

@@ -50,33 +50,6 @@ Expected<Asset> asset_of(Expected<Document> document) {
   return Asset{std::move(*document), std::move(warnings)};
 }
 
-// Adds the files that it opens to `files`.
-OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& files) {
-  return [&source, &files](const std::string& name) -> Expected<std::unique_ptr<ByteStream>> {
-    const auto relative = relative_path_of_uri(uri_of_path(name), source.parent_path());
-    if (!relative) return relative.status();
-    const fs::path path = source.parent_path() / *relative;
-    // Regular files only: a pipe or a device could block or never end.
-    std::error_code error;
-    if (source == "-" || !fs::is_regular_file(path, error)) return io_failure("no file " + path.string());
-    files.push_back(path);
-    return open_byte_stream(path);
-  };
-}
-
-// Bump maps were heights once, and are normals today. Those that are grey are named.
-void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::string>& warnings) {
-  for (const std::string& uri : file.bump_maps) {
-    const fs::path path = folder / path_of_uri(uri, folder);
-    std::error_code error;
-    if (!fs::is_regular_file(path, error)) continue;
-    const auto head = read_file(path, kImageHeadBytes);
-    if (head && is_grey_png(*head))
-      warnings.push_back("the bump map " + in_quotes(percent_decode(uri)) +
-                         " is grey, so it looks like heights; glTF takes it for normals");
-  }
-}
-
 Expected<Asset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& source) {
   if (format != AssetFormat::kStl) skip_byte_order_mark(scanner);
   std::vector<fs::path> libraries;
@@ -142,6 +115,31 @@ Expected<Asset> read(std::unique_ptr<ByteStream> stream, const fs::path& source,
 }
 
 }  // namespace
+
+OpenLibrary libraries_beside(const fs::path& source, std::vector<fs::path>& files) {
+  return [&source, &files](const std::string& name) -> Expected<std::unique_ptr<ByteStream>> {
+    const auto relative = relative_path_of_uri(uri_of_path(name), source.parent_path());
+    if (!relative) return relative.status();
+    const fs::path path = source.parent_path() / *relative;
+    // Regular files only: a pipe or a device could block or never end.
+    std::error_code error;
+    if (source == "-" || !fs::is_regular_file(path, error)) return io_failure("no file " + path.string());
+    files.push_back(path);
+    return open_byte_stream(path);
+  };
+}
+
+void say_heights(const MeshFile& file, const fs::path& folder, std::vector<std::string>& warnings) {
+  for (const std::string& uri : file.bump_maps) {
+    const fs::path path = folder / path_of_uri(uri, folder);
+    std::error_code error;
+    if (!fs::is_regular_file(path, error)) continue;
+    const auto head = read_file(path, kImageHeadBytes);
+    if (head && is_grey_png(*head))
+      warnings.push_back("the bump map " + in_quotes(percent_decode(uri)) +
+                         " is grey, so it looks like heights; glTF takes it for normals");
+  }
+}
 
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const fs::path& source,
                            const DescribeStream& describe) {

@@ -7,9 +7,17 @@
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
+#include "gltf_ext/mesh_files/obj.h"
 #include "src/container/stream_description.h"
 
 namespace psplit {
+
+// Opens the libraries of materials that lie beside an OBJ, and adds those that it opens to `files`. Both must
+// outlive the result.
+OpenLibrary libraries_beside(const std::filesystem::path& source, std::vector<std::filesystem::path>& files);
+
+// Bump maps were heights once, and are normals today. Adds a warning for each that is grey.
+void say_heights(const MeshFile& file, const std::filesystem::path& folder, std::vector<std::string>& warnings);
 
 struct Asset {
   Document document;

@@ -4,9 +4,11 @@
 #include <new>
 #include <stdexcept>
 
+#include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/mesh_files/mesh_file.h"
+#include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/encode_spool.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "gltf_ext/out_of_core/spooled_mesh.h"
@@ -18,10 +20,11 @@ namespace fs = std::filesystem;
 
 // A document with one mesh of small primitives, so that its JSON comes from the same code as always. Their
 // geometry is replaced then.
-Expected<Document> begin_document(const MeshSpool& spool, const fs::path& source, std::vector<Mesh> meshes) {
-  MeshFile file;
-  file.objects.push_back({spool.name(), {}});
-  for (Mesh& mesh : meshes) file.objects[0].parts.push_back({std::move(mesh), -1});
+Expected<Document> begin_document(const MeshSpool& spool, const fs::path& source, const ObjHead& head,
+                                  std::vector<Mesh> meshes) {
+  MeshFile file = head.file;
+  if (file.objects.empty()) file.objects.push_back({spool.name(), {}});
+  for (Mesh& mesh : meshes) file.objects[0].parts.push_back({std::move(mesh), head.material});
   Expected<Document> document = document_from_mesh_file(std::move(file));
   if (!document) return document;
   document->source = source;
@@ -29,9 +32,26 @@ Expected<Document> begin_document(const MeshSpool& spool, const fs::path& source
   return document;
 }
 
+// A texture may read coordinates that are skipped.
+Status check_skipped(const MeshSpool& spool, const EncodeDocumentOptions& options, const ObjHead& head) {
+  if (spool.skipped_attributes().empty() || head.material < 0) return {};
+  Mesh small;
+  small.point_count = 1;
+  small.faces.push_back({0, 0, 0});
+  small.attributes.push_back(
+      {"POSITION", ComponentType::kFloat32, 3, false, Array<std::byte>(3 * sizeof(float))});
+  MeshFile file = head.file;
+  file.objects[0].parts.push_back({std::move(small), head.material});
+  Expected<Document> document = document_from_mesh_file(std::move(file));
+  if (!document) return document.status();
+  Json& primitive = primitive_json(*document, {0, 0});
+  for (const std::string& semantic : spool.skipped_attributes()) primitive["attributes"][semantic] = 0;
+  return drop_attributes(*document, options, all_primitives(*document)).status();
+}
+
 // The mesh as it is.
-Expected<OutOfCoreResult> keep(const MeshSpool& spool, const fs::path& source, const fs::path& folder,
-                               std::vector<std::string> warnings) {
+Expected<OutOfCoreResult> keep(const MeshSpool& spool, const fs::path& source, const ObjHead& head,
+                               const fs::path& folder, std::vector<std::string> warnings) {
   Mesh small;
   small.point_count = 1;
   small.faces.push_back({0, 0, 0});
@@ -41,7 +61,7 @@ Expected<OutOfCoreResult> keep(const MeshSpool& spool, const fs::path& source, c
   }
   std::vector<Mesh> meshes;
   meshes.push_back(std::move(small));
-  Expected<Document> document = begin_document(spool, source, std::move(meshes));
+  Expected<Document> document = begin_document(spool, source, head, std::move(meshes));
   if (!document) return document.status();
   const Expected<SpooledMesh> mesh = lay_out_spool(spool, folder);
   if (!mesh) return mesh.status();
@@ -68,13 +88,18 @@ Expected<OutOfCoreResult> encode(Scanner& scanner, AssetFormat format, const fs:
   spool_options.skip.insert(options.skip.begin(), options.skip.end());
   spool_options.samples_edges = options.position_bits_by_edges;
   spool_options.most_zero_normals = MemoryPlan(limits, 0).most_zero_normals;
+  std::vector<fs::path> libraries;
+  ObjSource obj{libraries_beside(source, libraries)};
   Expected<std::unique_ptr<MeshSpool>> spool = read_spool(
-      scanner, format, std::move(spool_options), losses, [&](const ExpectedSizes& sizes, bool is_certain) {
+      scanner, format, std::move(spool_options), losses,
+      [&](const ExpectedSizes& sizes, bool is_certain) {
         return check_temporary_space(sizes, limits.temporary, limits.note, is_certain);
-      });
+      },
+      &obj);
   if (!spool) return spool.status();
   const MeshSpool& mesh = **spool;
-  if (!mesh.has_proper_face()) return keep(mesh, source, limits.temporary, losses.sentences());
+  if (Status status = check_skipped(mesh, options, obj.head); !status.ok()) return status;
+  if (!mesh.has_proper_face()) return keep(mesh, source, obj.head, limits.temporary, losses.sentences());
   Status status = check_space_of_parts(
       {mesh.point_count(), mesh.face_count(), mesh.record_bytes(), mesh.is_soup()}, limits.temporary);
   if (!status.ok()) return status;
@@ -87,12 +112,22 @@ Expected<OutOfCoreResult> encode(Scanner& scanner, AssetFormat format, const fs:
     groups.push_back({{{0, groups.size()}}});
     meshes.push_back(mesh_of_bounds(container, encoded->attributes));
   }
-  Expected<Document> document = begin_document(mesh, source, std::move(meshes));
+  Expected<Document> document = begin_document(mesh, source, obj.head, std::move(meshes));
   if (!document) return document.status();
+  document->files.insert(document->files.begin(), libraries.begin(), libraries.end());
   status = store_containers(*document, groups, *encoded, limits.temporary);
   if (!status.ok()) return status;
+  if (format == AssetFormat::kObj) {
+    // Equal points of an OBJ are mostly corners that were met again: they are not duplicates of the input.
+    PrimitiveReport& first = encoded->reports.front();
+    first.points -= first.statistics.merged_points;
+    first.input_bytes -= first.statistics.merged_points * mesh.record_bytes();
+    first.statistics.merged_points = 0;
+  }
   for (PrimitiveReport& report : encoded->reports) report.dropped_attributes = mesh.skipped_attributes();
-  return OutOfCoreResult{std::move(*document), std::move(encoded->reports), losses.sentences()};
+  std::vector<std::string> warnings = losses.sentences();
+  say_heights(obj.head.file, source.parent_path(), warnings);
+  return OutOfCoreResult{std::move(*document), std::move(encoded->reports), std::move(warnings)};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "gltf_ext/mesh_files/ply.h"
 #include "gltf_ext/mesh_files/stl.h"
+#include "gltf_ext/out_of_core/obj_spool.h"
 
 namespace psplit {
 namespace {
@@ -59,17 +60,38 @@ Status read_stl_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const Che
   return status.ok() && spool.face_count() == 0 ? invalid_input("STL: no facets") : std::move(status);
 }
 
+Status read_obj_to(Scanner& scanner, const std::filesystem::path& folder, MeshSpool& spool, Losses& losses,
+                   const CheckSizes& check, ObjSource& obj) {
+  skip_byte_order_mark(scanner);
+  Expected<ObjSpool> values = ObjSpool::create(folder);
+  if (!values) return values.status();
+  Expected<ObjHead> head = read_obj_into(scanner, obj.open_library, *values);
+  if (!head) return head.status();
+  losses = head->file.losses;
+  obj.head = std::move(*head);
+  if (check)
+    if (Status status = check(values->sizes(), true); !status.ok()) return status;
+  return values->write_to(spool, losses);
+}
+
 }  // namespace
 
-bool can_be_spooled(AssetFormat format) { return format == AssetFormat::kPly || format == AssetFormat::kStl; }
+bool can_be_spooled(AssetFormat format) {
+  return format == AssetFormat::kPly || format == AssetFormat::kStl || format == AssetFormat::kObj;
+}
 
 Expected<std::unique_ptr<MeshSpool>> read_spool(Scanner& scanner, AssetFormat format, SpoolOptions options,
-                                                Losses& losses, const CheckSizes& check) {
-  if (!can_be_spooled(format)) return unsupported("only PLY and STL are read part by part");
+                                                Losses& losses, const CheckSizes& check, ObjSource* obj) {
+  const bool is_obj = format == AssetFormat::kObj;
+  if (!can_be_spooled(format) || (is_obj && obj == nullptr))
+    return unsupported("this format is not read part by part");
+  const std::filesystem::path folder = options.folder;
+  if (is_obj) options.most_zero_normals = 0;  // faces of a point may be those of several points here
   Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(options), losses);
   if (!spool) return spool;
-  Status status = format == AssetFormat::kPly ? read_ply_to(scanner, **spool, losses, check)
-                                              : read_stl_to(scanner, **spool, losses, check);
+  Status status = is_obj                        ? read_obj_to(scanner, folder, **spool, losses, check, *obj)
+                  : format == AssetFormat::kPly ? read_ply_to(scanner, **spool, losses, check)
+                                                : read_stl_to(scanner, **spool, losses, check);
   // A failure of the stream is the reason why the rest of the file is missing.
   if (Status failure = scanner.failure(); !failure.ok()) return failure;
   if (status.ok()) status = (*spool)->finish();

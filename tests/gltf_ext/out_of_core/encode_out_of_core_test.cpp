@@ -219,6 +219,81 @@ TEST(EncodeOutOfCore, BitsByEdgesAndByAnError) {
 
 TEST(EncodeOutOfCore, Stl) { expect_as_in_memory(stl_of(blob(20000))); }
 
+// The mesh as OBJ with indices of its own for each kind of value, a quad now and then, and faces before
+// vertices.
+std::string obj_of(const Mesh& mesh, bool with_texcoords) {
+  std::string values, faces = "mtllib none.mtl\no thing\nusemtl red\n";
+  const auto value = [&](const char* keyword, const char* semantic, size_t point) {
+    const Attribute& attribute = *mesh.find(semantic);
+    std::vector<float> numbers(attribute.component_count);
+    std::memcpy(numbers.data(), attribute.values.data() + point * attribute.stride(), attribute.stride());
+    values += keyword;
+    for (const float number : numbers) {
+      char digits[32];
+      std::snprintf(digits, sizeof(digits), " %.9g", static_cast<double>(number));
+      values += digits;
+    }
+    values += "\n";
+  };
+  const size_t count = mesh.point_count;
+  for (size_t i = 0; i < count; ++i) {
+    value("v", "POSITION", i);
+    value("vn", "NORMAL", count - 1 - i);
+    if (with_texcoords) value("vt", "TEXCOORD_0", i);
+  }
+  const auto corner = [&](uint32_t point) {
+    const size_t normal = count - point;
+    return " " + std::to_string(point + 1) + "/" + (with_texcoords ? std::to_string(point + 1) : "") + "/" +
+           std::to_string(normal);
+  };
+  for (const auto& face : mesh.faces) {
+    faces += "f" + corner(face[0]) + corner(face[1]) + corner(face[2]);
+    if (face[0] % 5 == 0) faces += corner((face[2] + 1) % mesh.point_count);
+    faces += "\n";
+  }
+  return with_texcoords ? faces + values + "f 1 2\nl 1 2\n" : values + faces;
+}
+
+TEST(EncodeOutOfCore, Obj) {
+  for (const bool with_texcoords : {true, false}) {
+    const std::string file = obj_of(blob(9000), with_texcoords);
+    const TestFolder folder;
+    InMemory expected = in_memory(file, {});
+    Expected<OutOfCoreResult> actual =
+        encode_stream(memory_stream(bytes_of(file)), "test.obj", {}, small_parts(folder));
+    ASSERT_TRUE(actual.ok()) << actual.status().to_string();
+    EXPECT_TRUE(std::filesystem::is_empty(folder));
+    EXPECT_EQ(std::set<std::string>(actual->warnings.begin(), actual->warnings.end()),
+              std::set<std::string>(expected.warnings.begin(), expected.warnings.end()));
+    EXPECT_EQ(actual->reports[0].faces, expected.reports[0].faces);
+    EXPECT_EQ(actual->reports[0].points,
+              expected.reports[0].points - expected.reports[0].statistics.merged_points);
+    for (const char* list : {"materials", "scenes", "nodes"})
+      EXPECT_EQ(actual->document.json[list], expected.document.json[list]) << list;
+    EXPECT_EQ(primitive_of(actual->document)["material"], 0);
+    EXPECT_EQ(accessor_of(actual->document, "POSITION"), accessor_of(expected.document, "POSITION"));
+    EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual->document)), "");
+  }
+}
+
+// They would be several primitives.
+TEST(EncodeOutOfCore, ObjOfSeveralMaterialsIsUnsupported) {
+  const std::string points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1 2 3\n";
+  for (const char* more : {"usemtl a\nf 1 2 3\n", "o a\nf 1 2 3\n", "f 1/1 2/1 3/1\n"}) {
+    const std::string file = points + more;
+    const TestFolder folder;
+    const auto result = encode_stream(memory_stream(bytes_of(file)), "test.obj", {}, small_parts(folder));
+    EXPECT_EQ(result.status().code(), StatusCode::kUnsupported);
+    EXPECT_NE(result.status().message().find("not read part by part"), std::string::npos)
+        << result.status().message();
+  }
+  const TestFolder folder;
+  const std::string missing = points + "f 1 2 4\n";
+  EXPECT_EQ(
+      encode_stream(memory_stream(bytes_of(missing)), "t.obj", {}, small_parts(folder)).status().message(),
+      "line 6: a face names vertex 4, but there are 3");
+}
+
 std::string degenerate_ply(bool equal_points) {
   std::string text =
       "ply\nformat ascii 1.0\ncomment test\nelement vertex 6\nproperty float x\nproperty float y\n"

@@ -146,7 +146,7 @@ Expected<Encoded> encode_large_asset(Document document, const Arguments& argumen
   return encoded;
 }
 
-// A PLY or an STL in bounded memory.
+// A PLY, an STL or an OBJ in bounded memory.
 Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format, const Arguments& arguments,
                                     const Session& session, ProgressBar& bar) {
   Expected<OutOfCoreResult> result =
@@ -158,10 +158,9 @@ Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format, const 
 }
 
 Status too_large(uint64_t estimate) {
-  return unsupported(
-      "may take " + as_bytes(estimate) +
-      " of memory, which is more than --memory allows. Of mesh files, only PLY and STL are encoded "
-      "part by part");
+  return unsupported("may take " + as_bytes(estimate) +
+                     " of memory, which is more than --memory allows. Of mesh files, only PLY, OBJ and STL are "
+                     "encoded part by part");
 }
 
 // The content of a pipe or of a packed file, which is in a temporary file now.
@@ -171,15 +170,19 @@ Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& a
   if (!scanner) return scanner.status();
   const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
   // A binary STL is known by its size alone.
-  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session, *bar);
-  bar.reset();  // all else has a bar of its own
+  const bool is_obj = format == AssetFormat::kObj;
+  if (format && can_be_spooled(*format) && !is_obj)
+    return encode_large_file(*scanner, *format, arguments, session, *bar);
   const bool is_gltf = format == AssetFormat::kGltf;
   if (!is_gltf && spooled.file.path().empty())
     return unsupported("this system cannot estimate the memory of a pipe of this format");
   const uint64_t estimate = is_gltf ? 0
                                     : kProcessMemory + estimate_memory(spooled.file.path().string(),
                                                                        BatchVerb::kEncode, arguments.input);
+  if (estimate > arguments.memory && is_obj)
+    return encode_large_file(*scanner, *format, arguments, session, *bar);
   if (estimate > arguments.memory) return too_large(estimate);
+  bar.reset();  // all else has a bar of its own
   Expected<Asset> asset = read_asset(spooled.bytes, arguments.input, find_describer("auto"));
   if (!asset) return asset.status();
   for (const std::string& warning : asset->warnings) session.log.warning(arguments.input + ": " + warning);
@@ -188,7 +191,8 @@ Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& a
 }
 
 // A mesh file that may not fit, or the content of a pipe. Pipes can be read only once, and do not tell their
-// size: PLY and STL are read as a stream, all else is put into a temporary file first.
+// size: PLY and STL are read as a stream, all else is put into a temporary file first: an OBJ that fits may
+// have several objects and materials.
 Expected<Encoded> encode_stream(const Arguments& arguments, const Session& session, bool is_file) {
   auto bar = std::make_unique<ProgressBar>("reading", session.log);
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input, bar->callback("byte"));
@@ -196,7 +200,8 @@ Expected<Encoded> encode_stream(const Arguments& arguments, const Session& sessi
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
   if (!scanner) return scanner.status();
   const std::optional<AssetFormat> format = format_of(*scanner, arguments.input);
-  if (format && can_be_spooled(*format)) return encode_large_file(*scanner, *format, arguments, session, *bar);
+  if (format && can_be_spooled(*format) && (is_file || format != AssetFormat::kObj))
+    return encode_large_file(*scanner, *format, arguments, session, *bar);
   if (is_file && format != AssetFormat::kGltf)
     return too_large(kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode));
   const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limits_of(arguments, session).temporary);
@@ -348,7 +353,8 @@ void add_memory_options(CLI::App& command, Arguments& arguments) {
   constexpr const char* kGroup = "Memory";
   CLI::Option* memory =
       add_size_option(command, "--memory", arguments.memory,
-                      "Take at most SIZE of memory, such as 4GB. A PLY or STL file, or a plain primitive of "
+                      "Take at most SIZE of memory, such as 4GB. A PLY or STL file, an OBJ of one material, or "
+                      "a plain primitive of "
                       "glTF, that needs more is read into temporary files and encoded part by part. All else "
                       "must fit. Inputs that are not files, such as pipes, are put into temporary files")
           ->group(kGroup);

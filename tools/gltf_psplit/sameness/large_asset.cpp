@@ -138,7 +138,7 @@ Expected<LargeAsset> read_large_asset(const std::string& path, const BackendChoi
   Expected<Scanner> scanner = open_scanner(std::move(*stream));
   if (!scanner) return scanner.status().at({.file = path});
   const std::optional<AssetFormat> format = format_of(*scanner, path);
-  if (format && can_be_spooled(*format)) {
+  if (format && can_be_spooled(*format) && *format != AssetFormat::kObj) {
     Expected<LargeAsset> asset = read_mesh_file(*scanner, *format, limit.folder);
     return asset ? std::move(asset) : asset.status().at({.file = path});
   }
