@@ -23,8 +23,8 @@ std::set<int64_t> stream_views(const Document& document) {
   std::set<int64_t> views;
   for (const PrimitiveId id : all_primitives(document))
     for (const char* name : {kExtensionName, kStockExtensionName})
-      if (const Json* extension = extension_field(
-              document.json["meshes"][id.mesh]["primitives"][id.primitive], name))
+      if (const Json* extension =
+              extension_field(document.json["meshes"][id.mesh]["primitives"][id.primitive], name))
         views.insert(integer_field(*extension, "bufferView").value_or(-1));
   return views;
 }
@@ -33,8 +33,10 @@ std::vector<Range> ranges_of(Document& document, size_t buffer, const StreamRepl
   std::vector<Range> ranges;
   const auto add = [&](Json& json) -> Range* {
     if (integer_field(json, "buffer") != static_cast<int64_t>(buffer)) return nullptr;
-    const auto begin = static_cast<uint64_t>(std::max<int64_t>(integer_field_or(json, "byteOffset", 0).value_or(0), 0));
-    const auto length = static_cast<uint64_t>(std::max<int64_t>(integer_field(json, "byteLength").value_or(0), 0));
+    const auto begin =
+        static_cast<uint64_t>(std::max<int64_t>(integer_field_or(json, "byteOffset", 0).value_or(0), 0));
+    const auto length =
+        static_cast<uint64_t>(std::max<int64_t>(integer_field(json, "byteLength").value_or(0), 0));
     const uint64_t size = document.buffers[buffer].size();
     if (begin > size || length > size - begin) return nullptr;
     return &ranges.emplace_back(Range{&json, begin, begin + length});
@@ -45,8 +47,7 @@ std::vector<Range> ranges_of(Document& document, size_t buffer, const StreamRepl
     Range* const range = add(views[i]);
     const auto found = replacements.find(static_cast<int64_t>(i));
     if (range != nullptr) range->is_stream = streams.contains(static_cast<int64_t>(i));
-    if (range != nullptr && found != replacements.end())
-      range->replacement = found->second;
+    if (range != nullptr && found != replacements.end()) range->replacement = found->second;
     if (Json* meshopt = meshopt_extension(views[i])) add(*meshopt);
   }
   std::ranges::stable_sort(ranges, {}, &Range::begin);
@@ -62,7 +63,8 @@ std::vector<Range> take_overlapping(std::vector<Range>& ranges) {
   std::vector<Range> taken;
   uint64_t end = 0;
   for (size_t i = 0; i < ranges.size(); ++i) {
-    const bool overlaps = ranges[i].begin < end || (i + 1 < ranges.size() && ranges[i + 1].begin < ranges[i].end);
+    const bool overlaps =
+        ranges[i].begin < end || (i + 1 < ranges.size() && ranges[i + 1].begin < ranges[i].end);
     end = std::max(end, ranges[i].end);
     if (!overlaps || ranges[i].replacement.empty()) continue;
     taken.push_back(ranges[i]);
@@ -73,8 +75,7 @@ std::vector<Range> take_overlapping(std::vector<Range>& ranges) {
 
 void replace_in_buffer(Document& document, size_t buffer, const StreamReplacements& replacements) {
   std::vector<Range> ranges = ranges_of(document, buffer, replacements);
-  if (std::ranges::none_of(ranges, [](const Range& range) { return !range.replacement.empty(); }))
-    return;
+  if (std::ranges::none_of(ranges, [](const Range& range) { return !range.replacement.empty(); })) return;
   const std::vector<Range> overlapping = take_overlapping(ranges);
   const std::span<const uint8_t> from = document.buffers[buffer];
   std::vector<uint8_t> bytes;
@@ -96,11 +97,11 @@ void replace_in_buffer(Document& document, size_t buffer, const StreamReplacemen
     if (range.begin > end) {  // unused bytes before it stay as well
       const uint64_t unused = std::min(range.begin - end, at - bytes.size());
       bytes.resize(static_cast<size_t>(at));
-      std::ranges::copy(from.subspan(range.begin - unused, unused), bytes.end() - static_cast<std::ptrdiff_t>(unused));
+      std::ranges::copy(from.subspan(range.begin - unused, unused),
+                        bytes.end() - static_cast<std::ptrdiff_t>(unused));
     }
     store(range, at,
-          !range.replacement.empty() ? range.replacement
-                                     : from.subspan(range.begin, range.end - range.begin));
+          !range.replacement.empty() ? range.replacement : from.subspan(range.begin, range.end - range.begin));
     end = std::max(end, range.end);
   }
   for (const Range& range : overlapping) store(range, aligned(bytes.size()), range.replacement);

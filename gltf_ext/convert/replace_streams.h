@@ -13,8 +13,9 @@ namespace psplit {
 using StreamReplacements = std::map<int64_t, std::span<const uint8_t>>;
 
 // Gives the bytes the places of what the buffer views held, as if they had been written at first. What follows
-// them in a buffer moves: streams begin at multiples of 4 bytes, everything else keeps its alignment. So replacing
-// there and back gives the same buffer. Bytes that another view shares stay, and their replacement is appended.
+// them in a buffer moves: streams begin at multiples of 4 bytes, everything else keeps its alignment. So
+// replacing there and back gives the same buffer. Bytes that another view shares stay, and their replacement is
+// appended.
 void replace_streams(Document& document, const StreamReplacements& replacements);
 
 }  // namespace psplit

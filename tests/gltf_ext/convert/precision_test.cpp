@@ -62,7 +62,7 @@ class RandomSheets {
       for (size_t c = 0; c < attribute.width; ++c)
         ranges.push_back(attribute.semantic == "COLOR_0" ? color_range() : range());
     ranges[0][1] = ranges[0][0] + between(1, 9);  // points at one place may merge on the grids of the others
-    const bool has_bytes = below(4) == 0;  // colours that were bytes
+    const bool has_bytes = below(4) == 0;         // colours that were bytes
     for (uint32_t i = 0; i < grid.point_count; ++i) {
       Row& row = sheet.points.emplace_back();
       for (size_t c = 0; c < ranges.size(); ++c) {

@@ -376,7 +376,8 @@ class Batch {
 
   Status report(double wall_ms) {
     const bool asked = !arguments_.report.empty();
-    const bool by_default = arguments_.reports_by_default && !arguments_.shard && !arguments_.progress_as_json && !stdout_is_terminal();
+    const bool by_default = arguments_.reports_by_default && !arguments_.shard &&
+                            !arguments_.progress_as_json && !stdout_is_terminal();
     if (spares_report_ || !(asked || by_default)) return {};
     Json head{{"folder", arguments_.folder},
               {"verified", arguments_.encode.options.verify},
