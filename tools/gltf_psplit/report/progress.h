@@ -13,12 +13,12 @@ namespace psplit {
 struct WorkDone {
   uint64_t done = 0, total = 0;  // steps
   std::string noun = "step";
-  std::string stage;  // what is being done, if the steps do not say it
+  std::string stage{};  // what is being done, if the steps do not say it
   // What the rate counts: `amount_noun` ("face", "byte") and how many are done. By default the rate counts
   // steps.
   uint64_t amount = 0;
-  std::string amount_noun;
-  std::string label;  // of the line from now on; by default that of the bar
+  std::string amount_noun{};
+  std::string label{};  // of the line from now on; by default that of the bar
 };
 
 // "encoding [#####...............] 120 of 450 patches, 9 s left, 1,234,567 faces/s, 3.4 s". A single step has
