@@ -44,11 +44,11 @@ struct EncodeDocumentOptions {
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   int encode_speed = 5;
-  bool lossless = false;          // keep every attribute exactly
-  bool keep_degenerate = false;   // keep faces that repeat an index
-  bool keep_unused = false;       // keep points that no face uses; Compat::kKhr cannot store them
-  bool keep_duplicates = false;   // keep points that are equal in every attribute apart
-  std::vector<std::string> skip;  // attributes that are left out: see drop_attributes.h
+  bool lossless = false;            // keep every attribute exactly
+  bool keep_degenerate = false;     // keep faces that repeat an index
+  bool keep_unused = false;         // keep points that no face uses; Compat::kKhr cannot store them
+  bool keep_duplicates = false;     // keep points that are equal in every attribute apart
+  std::vector<std::string> skip{};  // attributes that are left out: see drop_attributes.h
   Fallback fallback = Fallback::kNone;
   Compat compat = Compat::kNone;
   // Condense the streams of patches, with models that they share: fewer bytes, for loaders that read containers
@@ -60,7 +60,7 @@ struct EncodeDocumentOptions {
   bool verify = true;
   // Names of options that the caller gave and that primitives in patches, which stay as they are, would ignore.
   // Then they are an error.
-  std::string options_of_patches;
+  std::string options_of_patches{};
 
   bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
   CodingOptions coding() const {

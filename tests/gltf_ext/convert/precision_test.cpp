@@ -44,7 +44,7 @@ class RandomSheets {
  public:
   explicit RandomSheets(uint32_t seed) : random_(seed) {}
 
-  uint32_t below(uint32_t count) { return random_() % count; }
+  uint32_t below(uint32_t count) { return static_cast<uint32_t>(random_()) % count; }
   float between(float low, float high) {
     return low + (high - low) * static_cast<float>(random_() >> 8) * 0x1p-24f;
   }
@@ -199,7 +199,9 @@ void expect_precise(const Sheet& sheet, const Mesh& decoded, size_t group, Range
       const std::vector<float> from = sorted_column(wanted, c, width), to = sorted_column(values, c, width);
       for (size_t k = 0; k < from.size(); ++k) {
         ASSERT_NEAR(double{from[k]}, double{to[k]}, allowed) << semantic << " " << c;
-        if (semantic == "COLOR_0") ASSERT_TRUE(to[k] >= 0 && to[k] <= 1) << to[k];
+        if (semantic == "COLOR_0") {
+          ASSERT_TRUE(to[k] >= 0 && to[k] <= 1) << to[k];
+        }
       }
     }
   }
