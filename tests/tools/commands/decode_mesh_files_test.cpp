@@ -7,7 +7,7 @@
 namespace psplit {
 namespace {
 
-const std::string kPng = "\x89PNG\r\n\x1a\n an image";
+const std::string kImage = "\x89PNG\r\n\x1a\n an image";
 
 class DecodeToMeshFile : public CommandOnSamples {
  protected:
@@ -36,7 +36,7 @@ class DecodeToMeshFile : public CommandOnSamples {
 
   // two.gltf: a red mesh that two nodes show, one of them mirrored, and a mesh with a texture inside the asset.
   std::string scene_sample() const {
-    const std::string png = "iVBORw0KGgogYW4gaW1hZ2U=";  // kPng in base64
+    const std::string png = "iVBORw0KGgogYW4gaW1hZ2U=";  // kImage in base64
     write("two.gltf",
           R"({"asset":{"version":"2.0"},"scene":0,"extensionsUsed":["KHR_texture_transform"],
       "scenes":[{"nodes":[0,1,2]}],
@@ -129,7 +129,7 @@ TEST_F(DecodeToMeshFile, ObjHasObjectsMaterialsAndImages) {
   write("out/a b.mtl", "not ours");
   ASSERT_EQ(run({"decode", path("two.gltf"), path("out/a b.obj"), "--report", path("report.json")}), 0) << err_;
   EXPECT_EQ(read_bytes(path("out/a b.mtl")), "not ours");
-  EXPECT_EQ(read_bytes(path("out/a b_image0.png")), kPng);
+  EXPECT_EQ(read_bytes(path("out/a b_image0.png")), kImage);
   ASSERT_EQ(run({"decode", path("out/a b.obj"), path("back.gltf"), "-q"}), 0) << err_;
   const nlohmann::json json = read_json("back.gltf");
   ASSERT_EQ(json.at("meshes").size(), 3u);

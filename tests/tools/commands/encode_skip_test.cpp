@@ -6,15 +6,13 @@
 namespace psplit {
 namespace {
 
-using Json = nlohmann::json;
-
 // asset.gltf: a grid of 8 by 8 squares with two sets of texture coordinates, of which a material reads the
 // first.
 class EncodeSkip : public CommandOnSamples {
  protected:
   static constexpr uint32_t kSide = 9, kPoints = kSide * kSide, kIndices = (kSide - 1) * (kSide - 1) * 6;
 
-  Json asset() const {
+  nlohmann::json asset() const {
     std::string bytes;
     const auto add = [&](auto value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
     const auto add_points = [&](int components) {
@@ -33,7 +31,7 @@ class EncodeSkip : public CommandOnSamples {
         for (const uint32_t to : {0u, 1u, kSide, kSide, 1u, kSide + 1}) add(static_cast<uint16_t>(corner + to));
       }
     write("asset.bin", bytes);
-    Json json = Json::parse(R"({"asset":{"version":"2.0"},
+    nlohmann::json json = nlohmann::json::parse(R"({"asset":{"version":"2.0"},
       "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],
       "textures":[{}],"meshes":[{"primitives":[{"material":0,"indices":3,
         "attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":2}}]}]})");
@@ -53,14 +51,16 @@ class EncodeSkip : public CommandOnSamples {
     json["accessors"][0]["max"] = {8.0 / 9, 8.0 / 9, 0.25};
     return json;
   }
-  Json& primitive(Json& json) const { return json["meshes"][0]["primitives"][0]; }
+  nlohmann::json& primitive(nlohmann::json& json) const { return json["meshes"][0]["primitives"][0]; }
 
-  int encode(const Json& json, const std::string& output, std::vector<std::string> options) {
+  int encode(const nlohmann::json& json, const std::string& output, std::vector<std::string> options) {
     write("asset.gltf", json.dump());
     options.insert(options.begin(), {"encode", path("asset.gltf"), path(output)});
     return run(std::move(options));
   }
-  Json written(const std::string& name) const { return Json::parse(read_bytes(path(name))); }
+  nlohmann::json written(const std::string& name) const {
+    return nlohmann::json::parse(read_bytes(path(name)));
+  }
 };
 
 TEST_F(EncodeSkip, LeavesAttributesOutAndCountsThem) {
@@ -70,10 +70,10 @@ TEST_F(EncodeSkip, LeavesAttributesOutAndCountsThem) {
       << err_;
   EXPECT_TRUE(contains(err_, "left out TEXCOORD_1 of 1 primitive")) << err_;
   EXPECT_TRUE(contains(err_, "warning: " + path("asset.gltf") + ": no primitive has COLOR_0")) << err_;
-  const Json report = written("r.json"), out = written("out.gltf");
-  EXPECT_EQ(report["dropped_attributes"], Json::parse(R"({"COLOR_0":0,"TEXCOORD_1":1})"));
-  EXPECT_EQ(report["primitives"][0]["dropped_attributes"], Json::parse(R"(["TEXCOORD_1"])"));
-  const Json& primitive = out["meshes"][0]["primitives"][0];
+  const nlohmann::json report = written("r.json"), out = written("out.gltf");
+  EXPECT_EQ(report["dropped_attributes"], nlohmann::json::parse(R"({"COLOR_0":0,"TEXCOORD_1":1})"));
+  EXPECT_EQ(report["primitives"][0]["dropped_attributes"], nlohmann::json::parse(R"(["TEXCOORD_1"])"));
+  const nlohmann::json& primitive = out["meshes"][0]["primitives"][0];
   EXPECT_FALSE(primitive["attributes"].contains("TEXCOORD_1"));
   EXPECT_TRUE(primitive["attributes"].contains("TEXCOORD_0"));
   EXPECT_EQ(primitive["extensions"]["KHR_draco_mesh_compression"]["attributes"].size(), 2u);
@@ -83,7 +83,7 @@ TEST_F(EncodeSkip, LeavesAttributesOutAndCountsThem) {
   EXPECT_EQ(run({"compare", path("asset.gltf"), path("out.gltf")}), 7);
   EXPECT_TRUE(contains(out_, "TEXCOORD_1")) << out_;
   // The same for a primitive that stays as it was, and without a material for all coordinates.
-  Json json = asset();
+  nlohmann::json json = asset();
   this->primitive(json).erase("material");
   this->primitive(json)["mode"] = 0;
   ASSERT_EQ(encode(json, "plain.gltf", {"--skip", "TEXCOORD_0", "--skip", "TEXCOORD_1"}), 0) << err_;
@@ -113,15 +113,16 @@ TEST_F(EncodeSkip, EncodesStockDracoAgain) {
 }
 
 TEST_F(EncodeSkip, RefusesWhatTheAssetNeeds) {
-  const auto refuses = [&](const Json& json, const std::string& attribute, const std::string& reason) {
+  const auto refuses = [&](const nlohmann::json& json, const std::string& attribute,
+                           const std::string& reason) {
     EXPECT_EQ(encode(json, "out.gltf", {"--skip", attribute}), 1) << attribute;
     EXPECT_TRUE(contains(err_, "mesh 0, primitive 0: " + attribute + " cannot be skipped: " + reason)) << err_;
     EXPECT_FALSE(std::filesystem::exists(path("out.gltf")));
   };
   refuses(asset(), "POSITION", "a mesh needs positions");
   refuses(asset(), "TEXCOORD_0", "TEXCOORD_1 would stay without it");
-  Json json = asset();
-  Json& texture = json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+  nlohmann::json json = asset();
+  nlohmann::json& texture = json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
   texture["texCoord"] = 1;
   refuses(json, "TEXCOORD_1", "material 0 has a texture");
   texture["texCoord"] = 0;
