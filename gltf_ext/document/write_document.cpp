@@ -80,8 +80,9 @@ Status write_document(const Document& document, const fs::path& path, const Writ
   if (Status status = place_images(document, path, images, packed, *report); !status.ok())
     return std::move(status).at(place);
   list_buffers(packed);
-  return (glb ? write_glb(packed, path, options.if_read_only, *report)
-              : write_gltf(document, packed, path, options.if_read_only, *report))
+  const IfReadOnly if_read_only = options.replace_read_only ? IfReadOnly::kReplace : IfReadOnly::kFail;
+  return (glb ? write_glb(packed, path, if_read_only, *report)
+              : write_gltf(document, packed, path, if_read_only, *report))
       .at(place);
 }
 

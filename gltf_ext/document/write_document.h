@@ -6,7 +6,6 @@
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/image_placement.h"
 #include "gltf_ext/document/write_report.h"
-#include "gltf_ext/files/files.h"
 #include "src/export.h"
 
 namespace psplit {
@@ -14,7 +13,7 @@ namespace psplit {
 struct WriteOptions {
   // By default a GLB embeds, and a .gltf copies.
   std::optional<ImagePlacement> images;
-  IfReadOnly if_read_only = IfReadOnly::kFail;
+  bool replace_read_only = false;  // otherwise a file without permission to write is an error
 };
 
 // The extension of `path` gives the format: .glb, or .gltf with its .bin beside it; "-" writes a GLB to stdout.

@@ -163,7 +163,7 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
   if (!arguments_.staging.store.empty())
     if (Status status = record_.sync(); !status.ok()) return status;
   WriteOptions options = arguments_.write;
-  if (arguments_.force) options.if_read_only = IfReadOnly::kReplace;
+  options.replace_read_only = arguments_.force;
   if (Status status = write_document(document, job.output, options, &outcome.written); !status.ok()) {
     // What others put there from now on is theirs. If this fails as well, the failure to write is reported.
     static_cast<void>(record_.withdraw(job.record_name));

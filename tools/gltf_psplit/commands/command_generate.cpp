@@ -116,7 +116,7 @@ Status run_generate(Arguments arguments, const Session& session) {
     points += (*meshes)[i].point_count;
   }
   WriteOptions write;
-  write.if_read_only = session.if_read_only();
+  write.replace_read_only = session.force;
   if (Status status = write_document(document, arguments.output, write); !status.ok())
     return std::move(status).at({.file = arguments.output});
   log_generated(arguments, faces, points, session.log);

@@ -78,7 +78,7 @@ Expected<Document> read_for_output(const std::string& input, const std::string& 
 
 Status write_asset(const Document& document, const std::string& output, WriteOptions options,
                    const Session& session, WriteReport& written) {
-  options.if_read_only = session.if_read_only();
+  options.replace_read_only = session.force;
   if (Status status = write_document(document, output, options, &written); !status.ok())
     return std::move(status).at({.file = output});
   log_written(written, session.log);
