@@ -40,7 +40,7 @@ std::array<float, 3> round_direction(const std::array<float, 3>& vector, int bit
   constexpr double kLeastSum = 1e-6;  // a shorter vector is taken as (1, 0, 0)
   std::array<double, 3> share{1, 0, 0};
   const double scale = 1 / sum;
-  for (size_t i = 0; i < 3 && sum > kLeastSum; ++i) share[i] = double{vector[i]} * scale;
+  for (size_t i = 0; i < 3 && sum > kLeastSum && std::isfinite(sum); ++i) share[i] = double{vector[i]} * scale;
   const auto nearest = [&](double x) { return static_cast<int32_t>(std::floor(x * center + 0.5)); };
   const int32_t x = nearest(share[0]);
   int32_t y = nearest(share[1]), z = center - std::abs(x) - std::abs(y);

@@ -38,7 +38,7 @@ float steps_of(int bits) { return static_cast<float>((int64_t{1} << bits) - 1); 
 
 // TANGENT.w is at one of its limits. But the last multiple of a rounded step may miss the limit (at 5 bits).
 int bits_that_reach_the_end(int bits) {
-  while (steps_of(bits) * (1.0f / steps_of(bits)) != 1.0f) ++bits;
+  while (grid_place(1, 0, 1, bits) * (1.0f / steps_of(bits)) != 1.0f) ++bits;
   return bits;
 }
 
@@ -56,7 +56,8 @@ bool fits_closer(const Attribute& attribute, const Limits& limits, const CodingB
 std::optional<AttributeCoding> fit_inside(const Limits& limits, const CodingBounds& bounds,
                                           AttributeCoding coding) {
   for (int step = 0; step < kMostWidenings; ++step, widen(coding)) {
-    const float end = steps_of(coding.bits) * (coding.range / steps_of(coding.bits));
+    const float end =
+        grid_place(coding.range, 0, coding.range, coding.bits) * (coding.range / steps_of(coding.bits));
     bool fits = true;
     for (size_t c = 0; c < coding.origin.size(); ++c) {
       const float low = bounds.low[c], high = bounds.high[c];

@@ -122,6 +122,9 @@ class GroupComparer {
     std::ranges::sort(result.values, {}, &AssetComparison::Values::attribute);
     std::vector<uint8_t> taken(bags_[0].size());
     for (uint32_t i = 0; i < taken.size(); ++i) taken[i] = match->partner[i] != kNoElement;
+    // A grid is that of a part only if some of its elements are in the other file.
+    bags_[0].forget_flat_parts(taken);
+    bags_[1].forget_flat_parts(match->taken);
     const std::optional<uint32_t> first_a = count_alone(bags_[0], taken, result.a);
     const std::optional<uint32_t> first_b = count_alone(bags_[1], match->taken, result.b);
     if (first_a)

@@ -42,6 +42,13 @@ ElementBag::Located ElementBag::locate(uint32_t element) const {
   return {part, number, parts_[part].elements[number]};
 }
 
+void ElementBag::forget_flat_parts(const std::vector<uint8_t>& has_partner) {
+  for (size_t i = 0; i < parts_.size(); ++i) {
+    const auto begin = has_partner.begin() + first_[i], end = has_partner.begin() + first_[i + 1];
+    if (std::find(begin, end, uint8_t{1}) == end) parts_[i].is_flat.clear();
+  }
+}
+
 bool ElementBag::is_degenerate(uint32_t element) const {
   if (corner_count_ != 3) return false;
   const Located located = locate(element);

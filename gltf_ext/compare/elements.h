@@ -45,6 +45,8 @@ class ElementBag {
 
   // Whether two corners of a triangle have the same position, here or on a grid of the other side.
   bool is_degenerate(uint32_t element) const;
+  // Forgets is_flat of the parts of which no element has a partner: the grids of the other side are not theirs.
+  void forget_flat_parts(const std::vector<uint8_t>& has_partner);
 
  private:
   int corner_count_;

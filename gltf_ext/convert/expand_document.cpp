@@ -5,6 +5,7 @@
 
 #include "gltf_ext/convert/primitive_rules.h"
 #include "gltf_ext/convert/replace_streams.h"
+#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/condensed/expand_container.h"
@@ -92,6 +93,7 @@ std::map<int64_t, Users> users_of_views(const Document& document) {
 
 Expected<ExpandReport> expand_document(Document& document, const ThreadPool& pool) {
   ExpandReport report;
+  if (Status status = check_patches(document, cpu_backend(), pool); !status.ok()) return status;
   const std::map<int64_t, Users> users_of = users_of_views(document);
   std::map<int64_t, Expanded> expanded_of;  // by buffer view
   for (const PrimitiveId id : all_primitives(document)) {

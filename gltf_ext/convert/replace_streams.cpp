@@ -15,7 +15,7 @@ struct Range {
   Json* json;
   uint64_t begin, end;
   std::span<const uint8_t> replacement{};  // empty: the bytes stay
-  bool is_stream = false;
+  bool is_aligned_to_4 = false;
 };
 
 // The buffer views of all containers and Draco streams.
@@ -46,7 +46,10 @@ std::vector<Range> ranges_of(Document& document, size_t buffer, const StreamRepl
   for (size_t i = 0; i < views.size(); ++i) {
     Range* const range = add(views[i]);
     const auto found = replacements.find(static_cast<int64_t>(i));
-    if (range != nullptr) range->is_stream = streams.contains(static_cast<int64_t>(i));
+    // The writer of accessors and streams aligns them to 4. Others may need 8 (EXT_structural_metadata).
+    if (range != nullptr)
+      range->is_aligned_to_4 =
+          streams.contains(static_cast<int64_t>(i)) || field(views[i], "target") != nullptr;
     if (range != nullptr && found != replacements.end()) range->replacement = found->second;
     if (Json* meshopt = meshopt_extension(views[i])) add(*meshopt);
   }
@@ -90,11 +93,11 @@ void replace_in_buffer(Document& document, size_t buffer, const StreamReplacemen
     uint64_t at = bytes.size();
     if (range.begin < end)
       at -= end - range.begin;
-    else if (range.is_stream && range.begin == aligned(end))
+    else if (range.is_aligned_to_4 && range.begin == aligned(end))
       at = aligned(at);
     else
       at += (range.begin - at) % kAlignment;
-    if (range.begin > end) {  // unused bytes before it stay as well
+    if (range.begin > end) {  // some of the unused bytes before it stay, for its alignment
       const uint64_t unused = std::min(range.begin - end, at - bytes.size());
       bytes.resize(static_cast<size_t>(at));
       std::ranges::copy(from.subspan(range.begin - unused, unused),
@@ -112,6 +115,7 @@ void replace_in_buffer(Document& document, size_t buffer, const StreamReplacemen
 }  // namespace
 
 void replace_streams(Document& document, const StreamReplacements& replacements) {
+  if (replacements.empty()) return;  // the document may have no buffer views
   for (size_t i = 0; i < document.buffers.size(); ++i) replace_in_buffer(document, i, replacements);
 }
 

@@ -432,10 +432,7 @@ class ObjReader {
     Losses& losses = file_.losses;
     if (unknown_count_ > kMostUnknown) losses.say("lines that begin with other words are left out");
     if (some_lack_colors_) losses.say("some vertices have no colours: all colours are left out");
-    losses.add("corner names texture coordinates that do not exist: its face gets none",
-               "corners name texture coordinates that do not exist: their faces get none", missing_texcoords_);
-    losses.add("corner names a normal that does not exist: its face gets none",
-               "corners name normals that do not exist: their faces get none", missing_normals_);
+    say_missing(losses, missing_texcoords_, missing_normals_);
   }
 
   void finish() {
@@ -496,6 +493,13 @@ class ObjReader {
 };
 
 }  // namespace
+
+void say_missing(Losses& losses, uint64_t texcoords, uint64_t normals) {
+  losses.add("corner names texture coordinates that do not exist: its face gets none",
+             "corners name texture coordinates that do not exist: their faces get none", texcoords);
+  losses.add("corner names a normal that does not exist: its face gets none",
+             "corners name normals that do not exist: their faces get none", normals);
+}
 
 Expected<MeshFile> read_obj(Scanner& scanner, const OpenLibrary& open_library) {
   return ObjReader(scanner, open_library, nullptr).read();

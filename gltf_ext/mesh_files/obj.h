@@ -37,6 +37,9 @@ struct ObjHead {
   int64_t material = -1;
 };
 
+// Says how many corners name texture coordinates and normals that do not exist.
+void say_missing(Losses& losses, uint64_t texcoords, uint64_t normals);
+
 // Reads an OBJ whose faces are all in one object and have one material. If they are not, kUnsupported. For the
 // rest see read_obj. All faces name positions that exist.
 Expected<ObjHead> read_obj_into(Scanner& scanner, const OpenLibrary& open_library, ObjSink& sink);

@@ -261,7 +261,8 @@ bool write_stl(FileBuffer& out, std::span<const MeshPart> parts) {
   return out.flush();
 }
 
-// The readers refuse positions that are not finite, as glTF does.
+}  // namespace
+
 Status check_positions(std::span<const MeshPart> parts) {
   for (const MeshPart& part : parts) {
     if (!all_have({&part, 1}, "POSITION", 3)) return unsupported("a POSITION that is not of 3 components");
@@ -275,8 +276,6 @@ Status check_positions(std::span<const MeshPart> parts) {
   }
   return {};
 }
-
-}  // namespace
 
 std::string ply_header_text(uint64_t point_count, const std::string& properties, uint64_t face_count) {
   return "ply\nformat binary_little_endian 1.0\ncomment made by gltf-psplit\nelement vertex " +

@@ -14,6 +14,9 @@ namespace psplit {
 // have them.
 std::set<std::string> attributes_left_out(AssetFormat format, std::span<const MeshPart> parts);
 
+// kUnsupported for positions that are not three finite numbers: the readers refuse these, as glTF does.
+Status check_positions(std::span<const MeshPart> parts);
+
 // Writes the parts without those attributes. read_asset reads floats back to the same bits, except v of texture
 // coordinates, which these formats count from the bottom of the image: it is the float nearest to 1 - v in PLY,
 // and 1 - v in double precision in OBJ.

@@ -62,7 +62,7 @@ ExpectedSizes ObjSpool::sizes() const {
 class ObjSpool::Writer {
  public:
   Writer(ObjSpool& spool, MeshSpool& mesh, Losses& losses)
-      : spool_(spool), mesh_(mesh), polygons_(losses), recent_(kRecent) {}
+      : spool_(spool), mesh_(mesh), losses_(losses), polygons_(losses), recent_(kRecent) {}
 
   Status write() {
     for (Column& column : spool_.columns_)
@@ -77,6 +77,7 @@ class ObjSpool::Writer {
       if (Status status = add(); !status.ok()) return status;
     }
     polygons_.finish();
+    say_missing(losses_, missing_texcoords_, missing_normals_);
     return flush();
   }
 
@@ -119,9 +120,14 @@ class ObjSpool::Writer {
       return {};
     }
     bool has_normals = true, has_texcoords = true;
+    const auto check = [&](uint32_t index, ObjValues kind, uint64_t& missing) {
+      const bool exists = index < spool_.column(kind).count;
+      missing += index != kNone && !exists ? 1 : 0;
+      return exists;
+    };
     for (const ObjCorner& corner : corners_) {
-      has_normals = has_normals && corner.normal < spool_.column(ObjValues::kNormal).count;
-      has_texcoords = has_texcoords && corner.texcoord < spool_.column(ObjValues::kTexcoord).count;
+      has_texcoords = check(corner.texcoord, ObjValues::kTexcoord, missing_texcoords_) && has_texcoords;
+      has_normals = check(corner.normal, ObjValues::kNormal, missing_normals_) && has_normals;
     }
     const std::pair has(has_normals, has_texcoords);
     if (!has_)
@@ -185,6 +191,7 @@ class ObjSpool::Writer {
 
   ObjSpool& spool_;
   MeshSpool& mesh_;
+  Losses& losses_;
   PolygonReader polygons_;
   PagedFile face_pages_;
   std::vector<Known> recent_;
@@ -193,6 +200,7 @@ class ObjSpool::Writer {
   std::vector<Attribute> block_;
   size_t new_points_ = 0;
   uint32_t point_count_ = 0;
+  uint64_t missing_texcoords_ = 0, missing_normals_ = 0;
   Array<Face> faces_;
   std::vector<ObjCorner> corners_;  // of one face
   std::vector<uint32_t> points_;

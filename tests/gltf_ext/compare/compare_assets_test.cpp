@@ -216,6 +216,15 @@ TEST(CompareAssets, FacesThatAGridCollapsesAreCountedOnly) {
     EXPECT_EQ(there.a.degenerate_alone, flat);
     EXPECT_EQ(back.b.degenerate_alone, flat);
   }
+  // A primitive that is missing as a whole is not one that the grid of another one collapsed.
+  AssetMeshes more = plain;
+  AssetPrimitive small = plain.primitives[0];
+  Attribute& position = small.mesh.attributes[0];
+  std::vector<float> values = values_of<float>(position);
+  for (float& value : values) value *= 1e-3f;
+  std::memcpy(position.values.data(), values.data(), position.values.size());
+  more.primitives.push_back(small);
+  EXPECT_FALSE(same(more, whole) || same(whole, more));
   mesh.faces.pop_back();  // a face with an area on the grid
   for (const AssetMeshes* other : {&plain, &whole})
     EXPECT_FALSE(same(*other, dropped) || same(dropped, *other));

@@ -62,10 +62,32 @@ TEST_F(EncodeCommand, TakesFoldersAsBatchDoes) {
   }
 }
 
+TEST_F(EncodeCommand, TakesPatternsAndListsIntoANewFolder) {
+  write("in/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  write("list", path("in/a.obj"));
+  EXPECT_EQ(run({"encode", path("in/*.obj"), "-o", path("one")}), 0) << err_;
+  EXPECT_EQ(run({"encode", "@" + path("list"), "-o", path("two")}), 0) << err_;
+  EXPECT_TRUE(std::filesystem::exists(path("one/a.glb")) && std::filesystem::exists(path("two/a.glb")));
+  // A report replaces no list, and no file of an asset.
+  const std::string before = read_bytes(path("list"));
+  EXPECT_EQ(run({"encode", "@" + path("list"), "-o", path("two"), "--report", path("list")}), 1);
+  EXPECT_EQ(read_bytes(path("list")), before);
+  // An empty name, as a script's empty variable gives it, makes no input the output.
+  write("b.glb", "theirs");
+  EXPECT_EQ(run({"encode", path("in/a.obj"), path("b.glb"), "-o", ""}), 1);
+  EXPECT_EQ(read_bytes(path("b.glb")), "theirs");
+}
+
+TEST_F(EncodeCommand, AnAssetWithoutViewsGetsNone) {
+  write("a.gltf", R"({"asset":{"version":"2.0"},"buffers":[{"byteLength":1,"uri":"data:,a"}]})");
+  ASSERT_EQ(run({"encode", path("a.gltf"), path("b.gltf"), "-q"}), 0) << err_;
+  EXPECT_FALSE(nlohmann::json::parse(read_bytes(path("b.gltf"))).contains("bufferViews"));
+}
+
 TEST_F(EncodeCommand, AFolderAsInputNeedsOneForTheOutputs) {
   std::filesystem::create_directory(path("in"));
   EXPECT_EQ(run({"encode", path("in"), path("out.glb")}), 2);
-  EXPECT_TRUE(contains(err_, "in: is a folder: its assets need a folder for the outputs, -o DIR")) << err_;
+  EXPECT_TRUE(contains(err_, "in: may be several assets: they need a folder for the outputs, -o DIR")) << err_;
 }
 
 TEST_F(EncodeCommand, DryRunsWriteNothing) {

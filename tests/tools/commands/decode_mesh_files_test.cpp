@@ -185,5 +185,20 @@ TEST_F(DecodeToMeshFile, NothingIsDroppedUnlessItIsAccepted) {
   EXPECT_EQ(run({"encode", input, path("b.obj")}), 1);
 }
 
+TEST_F(DecodeToMeshFile, DracoFilesHoldIntegersAsFloats) {
+  write("integers.gltf",
+        R"({"asset":{"version":"2.0"},"extensionsUsed":["KHR_mesh_quantization"],
+    "extensionsRequired":["KHR_mesh_quantization"],"scene":0,"scenes":[{"nodes":[0]},{"nodes":[0]}],
+    "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "buffers":[{"byteLength":24,"uri":"data:application/octet-stream;base64,AAAAAAAAAAABAAAAAAAAAAAAAQAAAAAA"}],
+    "bufferViews":[{"buffer":0,"byteLength":24,"byteStride":8}],
+    "accessors":[{"bufferView":0,"componentType":5123,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]})");
+  EXPECT_EQ(run({"decode", path("integers.gltf"), path("a.drc"), "-q"}), 5);
+  EXPECT_TRUE(contains(err_, "scenes beside the default one")) << err_;
+  ASSERT_EQ(run({"decode", path("integers.gltf"), path("a.drc"), "-q", "--accept-loss"}), 0) << err_;
+  ASSERT_EQ(run({"decode", path("a.drc"), path("a.obj"), "-q"}), 0) << err_;
+  EXPECT_EQ(corners_of("a.obj"), (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}));
+}
+
 }  // namespace
 }  // namespace psplit

@@ -130,7 +130,7 @@ TEST_F(UserFiles, NoOutputReplacesItsInputUnlessThatIsMeant) {
   for (const std::string verb : {"encode", "decode", "expand"}) {
     for (const std::string output : {"a.glb", "link.glb", "in/../a.glb"}) {
       EXPECT_EQ(run({verb, path("a.glb"), path(output)}), 1) << verb << output;
-      EXPECT_NE(err_.find("a.glb, which the input needs; --force replaces it"), std::string::npos) << err_;
+      EXPECT_NE(err_.find("a.glb, a file of an asset; --force replaces it"), std::string::npos) << err_;
     }
     EXPECT_EQ(run({verb, path("in/a.gltf"), path("hard.glb")}), 1) << "it is the .bin of the input";
     EXPECT_EQ(text("a.glb"), before);

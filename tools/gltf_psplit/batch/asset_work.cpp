@@ -112,10 +112,7 @@ Status AssetWork::work_on_file(Job& job) {
   Expected<Document> document = read_input(job.input.string(), session_.log, "auto", FileAccess::kRead);
   if (!document) return document.status();
   if (Status status = fetch_links(job, *document); !status.ok()) return status;
-  if (Status status = check_not_an_input(arguments_.report, "--report", *document); !status.ok()) {
-    spares_report_ = true;
-    return status;
-  }
+  if (Status status = check_report_beside(*document); !status.ok()) return status;
   const std::string content = job.content.empty() ? hash_asset(*document) : job.content;
   if (arguments_.verb == BatchVerb::kCompare) return compare(job, *document, content);
   const std::string key = made_from(content);
@@ -173,6 +170,7 @@ Status AssetWork::write(Job& job, const Document& document, const std::string& k
   outcome.sizes.output = bytes_on_disk(job.output.string());
   const Expected<Document> written = read_document(job.output);
   if (!written) return written.status();
+  if (Status status = check_report_beside(*written); !status.ok()) return status;
   if (!arguments_.staging.store.empty()) {
     if (outcome.written.files.size() != 1)
       return {StatusCode::kUsage, "--store takes one file for each asset: use --as glb and --images embed"};
@@ -273,7 +271,16 @@ Expected<bool> AssetWork::is_up_to_date(Job& job, const std::string& key) {
     file = std::move(*back);
   }
   const Expected<Document> output = read_document(file);
+  if (output)
+    if (Status status = check_report_beside(*output); !status.ok()) return status;
   return output && record_.has(job.record_name, {key, hash_asset(*output)});
+}
+
+// The report must replace no file of an asset, before or after the work.
+Status AssetWork::check_report_beside(const Document& document) {
+  Status status = check_not_an_input(arguments_.report, "--report", document);
+  spares_report_ = spares_report_ || !status.ok();
+  return status;
 }
 
 // The same for a check without an output.

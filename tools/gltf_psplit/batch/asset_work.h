@@ -44,6 +44,7 @@ class AssetWork {
   Expected<bool> is_up_to_date(Job& job, const std::string& key);
   bool is_checked(Job& job, const std::string& key) const;
   Status check_output(const Job& job) const;
+  Status check_report_beside(const Document& document);
 
   const BatchArguments& arguments_;
   const Session& session_;

@@ -158,7 +158,7 @@ class Batch {
     }
     // Only now, because the report may be in the output folder, which `open` has made.
     if (writes_report_file())
-      if (Status status = check_output_place(arguments_.report, false); !status.ok()) return status;
+      if (Status status = check_output_place(arguments_.report, arguments_.force); !status.ok()) return status;
     if (arguments_.staging.any() && !arguments_.dry_run) {
       const fs::path place = arguments_.staging.folder;
       if (Status status = staged_.open(place.empty() ? record_folder(folder) : place); !status.ok())
@@ -175,6 +175,9 @@ class Batch {
       return {StatusCode::kUsage, "--report " + arguments_.report + " has the name of an asset"};
     std::error_code error;
     const fs::path report = fs::weakly_canonical(arguments_.report, error);
+    for (const std::string& word : arguments_.request.words)
+      if (word.starts_with('@') && fs::weakly_canonical(word.substr(1), error) == report)
+        return {StatusCode::kUsage, "--report would replace the list " + word.substr(1)};
     for (const BatchItem& item : items_.planned())
       for (const fs::path& path : {arguments_.request.folder / item.name, fs::path(item.input)})
         if (fs::weakly_canonical(path, error) == report)
@@ -385,8 +388,9 @@ class Batch {
     if (arguments_.shard) head["shard"] = arguments_.shard->text();
     head["wall_ms"] = wall_ms;
     head.update(tally_.to_json());
-    return write_batch_report(asked ? arguments_.report : "-", head,
-                              [&](const RowVisitor& visit) { rows_.for_each(visit); });
+    return write_batch_report(
+        asked ? arguments_.report : "-", head, [&](const RowVisitor& visit) { rows_.for_each(visit); },
+        arguments_.force ? IfReadOnly::kReplace : IfReadOnly::kFail);
   }
 
   Status result() const {

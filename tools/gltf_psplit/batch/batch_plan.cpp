@@ -27,8 +27,6 @@ bool is_below(const fs::path& path, const fs::path& folder) {
   return in_folder == folder.end() && in_path != path.end();
 }
 
-bool is_pattern(std::string_view text) { return text.find_first_of("*?[") != std::string_view::npos; }
-
 std::vector<fs::path> sorted_entries(const fs::path& folder) {
   std::vector<fs::path> entries;
   std::error_code error;
@@ -190,6 +188,8 @@ class Planner {
 };
 
 }  // namespace
+
+bool is_pattern(std::string_view text) { return text.find_first_of("*?[") != std::string_view::npos; }
 
 Expected<std::vector<BatchItem>> plan_batch(const BatchRequest& request) { return Planner(request).run(); }
 

@@ -25,6 +25,9 @@ struct BatchRequest {
 // outside `base`, two inputs with the same output, or an output that is an input; kIo for a list that cannot be
 // read. A missing file is not an error here. The largest files come first, so that none of them begins at the
 // end, when the other threads have nothing left to do.
+// Whether a word has wildcards. A file may have such a name, too.
+bool is_pattern(std::string_view text);
+
 Expected<std::vector<BatchItem>> plan_batch(const BatchRequest& request);
 
 }  // namespace psplit

@@ -210,8 +210,8 @@ std::optional<std::string> BatchRows::for_each(const std::function<bool(std::str
 }
 
 Status write_batch_report(const std::string& path, const Json& head,
-                          const std::function<void(const RowVisitor&)>& for_each_row) {
-  return write_file(path, [&](std::FILE* file) {
+                          const std::function<void(const RowVisitor&)>& for_each_row, IfReadOnly if_read_only) {
+  const auto write_report = [&](std::FILE* file) {
     const auto write = [&](std::string_view text) {
       return std::fwrite(text.data(), 1, text.size(), file) == text.size();
     };
@@ -224,7 +224,8 @@ Status write_batch_report(const std::string& path, const Json& head,
       return is_written;
     });
     return is_written && write(is_first ? "]\n}\n" : "\n  ]\n}\n");
-  });
+  };
+  return write_file(path, write_report, if_read_only);
 }
 
 }  // namespace psplit

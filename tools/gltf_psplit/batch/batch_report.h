@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gltf_ext/document/write_report.h"
+#include "gltf_ext/files/files.h"
 #include "src/status.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/encode_report.h"
@@ -116,6 +117,7 @@ class BatchRows {
 // argument, which returns false after an error, with each row. Errors: those of io_error.
 using RowVisitor = std::function<bool(std::string_view row)>;
 Status write_batch_report(const std::string& path, const Json& head,
-                          const std::function<void(const RowVisitor&)>& for_each_row);
+                          const std::function<void(const RowVisitor&)>& for_each_row,
+                          IfReadOnly if_read_only = IfReadOnly::kFail);
 
 }  // namespace psplit

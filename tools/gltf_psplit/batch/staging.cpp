@@ -156,6 +156,8 @@ Expected<bool> StagedAsset::fetch_beside(const BatchItem& item, const fs::path& 
   bool is_missing = false;
   if (Status status = run("--fetch", commands_.fetch, {source, file.string()}, {}, &is_missing); !status.ok())
     return Status(status.code(), source + ": " + status.message());
+  if (!is_missing)
+    if (Status status = check(file, "--fetch", std::nullopt, ""); !status.ok()) return status;
   return !is_missing;
 }
 

@@ -118,12 +118,12 @@ Status run_decode(const Arguments& arguments, const Session& session) {
   if (arguments.target != "draco" && !mesh_format)
     if (Status status = check_free_space(arguments.output, stated_bytes(*document).decoded / 2); !status.ok())
       return status;
-  const Expected<Decoded> counts = convert(*document, arguments, session, mesh_format.has_value());
+  Expected<Decoded> counts = convert(*document, arguments, session, mesh_format.has_value());
   if (!counts) return counts.status().at({.file = arguments.input});
   const Status wrote =
       mesh_format ? write_mesh_output(*document, arguments.output, *mesh_format,
                                       {arguments.accept_loss, arguments.write.images, arguments.options},
-                                      session, written)
+                                      session, written, counts->lost)
                   : write_asset(*document, arguments.output, arguments.write, session, written);
   if (!wrote.ok()) return wrote;
   if (mesh_format) log_written(written, session.log);
@@ -135,7 +135,7 @@ Status run_decode(const Arguments& arguments, const Session& session) {
                 {"files", sizes_json(sizes)},       {"threads", session.pool.thread_count()},
                 {"primitives", counts->primitives}, {"decoded", counts->decoded},
                 {"encoded", counts->encoded},       {"wall_ms", wall_ms}};
-    if (arguments.target == "draco") {
+    if (arguments.target == "draco" || mesh_format == AssetFormat::kDraco) {
       report["dropped_faces"] = counts->lost.dropped_faces;
       report["dropped_points"] = counts->lost.dropped_points;
     }

@@ -15,6 +15,7 @@
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/batch/batch.h"
+#include "tools/gltf_psplit/batch/batch_plan.h"
 #include "tools/gltf_psplit/batch/memory_estimate.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
@@ -261,6 +262,8 @@ Status run_encode(const Arguments& arguments, const Session& session) {
 // Checks what can be checked before the work, and says what would be written.
 Status run_dry(const Arguments& arguments, const Session& session) {
   WriteReport written;
+  if (arguments.memory > 0)
+    if (Status status = check_out_of_core(arguments.encode.options); !status.ok()) return status;
   Status status =
       arguments.memory > 0
           ? check_files(arguments, session, written)
@@ -275,7 +278,10 @@ Status run_dry(const Arguments& arguments, const Session& session) {
 // Whether the outputs go to a folder, as those of a batch do.
 bool writes_into_folder(const Arguments& arguments) {
   std::error_code error;
-  return arguments.inputs.size() > 1 || std::filesystem::is_directory(arguments.inputs.front(), error) ||
+  const std::string& first = arguments.inputs.front();
+  const bool may_be_many =
+      !std::filesystem::exists(first, error) && (first.starts_with('@') || is_pattern(first));
+  return arguments.inputs.size() > 1 || may_be_many || std::filesystem::is_directory(first, error) ||
          (std::filesystem::is_directory(arguments.output, error) && !is_asset_name(arguments.output)) ||
          arguments.output.ends_with('/');
 }
@@ -286,7 +292,7 @@ Status run_into_folder(const Arguments& arguments, const Session& session) {
   if (!std::filesystem::is_directory(arguments.output, error) &&
       (arguments.output == "-" || is_asset_name(arguments.output))) {
     if (arguments.inputs.size() > 1) return usage("several inputs need a folder for the outputs: -o DIR");
-    return io_failure("is a folder: its assets need a folder for the outputs, -o DIR",
+    return io_failure("may be several assets: they need a folder for the outputs, -o DIR",
                       {.file = arguments.input});
   }
   if (arguments.memory > 0)
@@ -338,7 +344,9 @@ void add_inputs(CLI::App& command, Arguments& arguments) {
 }
 
 // All words are inputs. Without -o, the last of two is the output.
-void settle_output(Arguments& arguments) {
+void settle_output(Arguments& arguments, bool is_named) {
+  if (is_named && arguments.output.empty())
+    throw CLI::ValidationError("--output", "names no file and no folder");
   if (arguments.output.empty() && arguments.inputs.size() > 2)
     throw CLI::ValidationError("several inputs need a folder for the outputs: -o DIR");
   if (arguments.output.empty() && arguments.inputs.size() < 2) throw CLI::RequiredError("OUT");
@@ -386,7 +394,7 @@ void add_encode_command(CLI::App& app, Action& action) {
        {"gltf-psplit encode a.glb b.glb --report - | jq .files", "show the bytes of input and output"}});
   command.callback([arguments, resolve, &action, &command] {
     resolve();
-    settle_output(*arguments);
+    settle_output(*arguments, command.count("--output") > 0);
     if (command.count("--as") > 0 && !writes_into_folder(*arguments))
       throw CLI::ValidationError("--as", "is for outputs in a folder; the name of one output tells its format");
     if (command.count("--memory") > 0 && arguments->memory < kLeastMemory)

@@ -37,13 +37,21 @@ class UniqueNames {
     const size_t first = name.find_first_not_of(' '), last = name.find_last_not_of(' ');
     name = first == std::string::npos ? "unnamed" : name.substr(first, last - first + 1);
     std::string unique = name;
-    for (int number = 2; !names_.insert(unique).second; ++number) unique = name + "_" + std::to_string(number);
+    for (int& number = last_number_[name]; !names_.insert(unique).second;)
+      unique = name + "_" + std::to_string(number = std::max(number, 1) + 1);
     return unique;
   }
 
  private:
   std::set<std::string> names_;
+  std::map<std::string, int> last_number_;  // a scene may show one mesh many times
 };
+
+// Whether a line of OBJ or MTL can hold the name of a file.
+bool fits_line(std::string_view name) {
+  return !name.starts_with('-') && !name.starts_with(' ') && !name.ends_with(' ') &&
+         std::ranges::none_of(name, [](char c) { return (c >= 0 && c < ' ') || c == '\\'; });
+}
 
 bool is_identity(const Transform& t) {
   const auto is = [](Vec3 v, Vec3 to) { return v.x == to.x && v.y == to.y && v.z == to.z; };
@@ -156,6 +164,7 @@ class SceneParts {
     if (other_primitives_ > 0)
       losses.push_back(counted(other_primitives_, "primitive") + " of points or lines");
     if (has_morphs_) losses.push_back("morph targets");
+    if (array_size(json, "scenes") > 1) losses.push_back("scenes beside the default one");
     for (const char* list : {"skins", "animations", "cameras"})
       if (array_size(json, list) > 0) losses.push_back(list);
     if (has_extras(json)) losses.push_back("extras");
@@ -225,13 +234,15 @@ class MaterialFiles {
     return text;
   }
 
-  // The extension of an image that MTL can name; empty for an image that is on the web, or of an unknown kind.
+  // The extension of an image that MTL can name; empty for one on the web, of an unknown kind, or with a name
+  // that a line cannot hold.
   std::string extension_of(size_t image) const {
     const std::string* const uri = string_field(document_.json["images"][image], "uri");
-    if (uri != nullptr && !is_data_uri(*uri))
-      return kind_of_uri(*uri) == UriKind::kRelative
-                 ? lower_extension(path_of_uri(*uri, document_.source.parent_path()))
-                 : "";
+    if (uri != nullptr && !is_data_uri(*uri)) {
+      if (kind_of_uri(*uri) != UriKind::kRelative) return "";
+      const fs::path file = path_of_uri(*uri, document_.source.parent_path());
+      return fits_line(file.generic_string()) ? lower_extension(file) : "";
+    }
     const Expected<std::vector<uint8_t>> bytes = embedded_bytes(image);
     const std::optional<ImageType> type = bytes ? image_type(*bytes) : std::nullopt;
     return type ? type->extension : "";
@@ -270,17 +281,19 @@ class MaterialFiles {
 
 Attribute placed_attribute(const MeshPart& part, const MeshView::Values& attribute) {
   const auto& [semantic, values] = attribute;
-  const bool moves = part.place && (semantic == "POSITION" || semantic == "NORMAL" || semantic == "TANGENT");
+  // Readers of a .drc take these as floats, and it cannot say that integers are normalized.
+  const bool as_floats = (part.place && semantic == "TANGENT") || semantic == "POSITION" ||
+                         semantic == "NORMAL" || semantic.starts_with("TEXCOORD_");
   Attribute placed{semantic,
-                   moves ? ComponentType::kFloat32 : values.component_type,
+                   as_floats ? ComponentType::kFloat32 : values.component_type,
                    values.component_count,
-                   !moves && values.normalized,
+                   !as_floats && values.normalized,
                    {}};
   placed.values.resize(placed.stride() * values.count);
   for (size_t point = 0; point < values.count; ++point) {
-    const std::array<float, 4> floats = moves ? part.floats_at(attribute, point) : std::array<float, 4>();
+    const std::array<float, 4> floats = as_floats ? part.floats_at(attribute, point) : std::array<float, 4>();
     std::memcpy(placed.values.data() + point * placed.stride(),
-                moves ? static_cast<const void*>(floats.data()) : values.at(point), placed.stride());
+                as_floats ? static_cast<const void*>(floats.data()) : values.at(point), placed.stride());
   }
   return placed;
 }
@@ -296,12 +309,14 @@ Mesh mesh_of(const MeshPart& part) {
 }
 
 Status write_draco(const std::string& path, const MeshPart& part, const EncodeDocumentOptions& coding,
-                   const Session& session) {
+                   const Session& session, EncodeStatistics& lost) {
   Document document = document_from_mesh(mesh_of(part));
   const auto reports = encode_document_stock(document, coding, session.pool);
   if (!reports) return reports.status();
   for (const PrimitiveReport& report : *reports) {
     if (!report.skipped.empty()) return unsupported(report.skipped);
+    lost.dropped_faces += report.statistics.dropped_faces;
+    lost.dropped_points += report.statistics.dropped_points;
     for (const std::string& warning : report.warnings) session.log.warning(path + ": " + warning);
   }
   const Expected<StoredPrimitive> stored = stored_primitive(document, {0, 0}, kStockExtensionName);
@@ -309,11 +324,12 @@ Status write_draco(const std::string& path, const MeshPart& part, const EncodeDo
 }
 
 // What the format cannot hold.
-std::vector<std::string> losses_of(const SceneParts& scene, AssetFormat format, const MaterialFiles& files) {
+std::vector<std::string> losses_of(const SceneParts& scene, AssetFormat format, const MaterialFiles& files,
+                                   bool lossless) {
   std::vector<std::string> losses;
   if (format == AssetFormat::kDraco) {
     for (const auto& [semantic, values] : scene.parts[0].view.attributes)
-      if (semantic != "POSITION" && semantic != "NORMAL" && !semantic.starts_with("TEXCOORD_") &&
+      if (semantic != "POSITION" && (semantic != "NORMAL" || lossless) && !semantic.starts_with("TEXCOORD_") &&
           !semantic.starts_with("COLOR_"))
         losses.push_back("the name of " + semantic);
   } else {
@@ -336,18 +352,25 @@ std::string joined(const std::vector<std::string>& words) {
 }  // namespace
 
 Status write_mesh_output(const Document& document, const std::string& path, AssetFormat format,
-                         const MeshOutputOptions& options, const Session& session, WriteReport& written) {
+                         const MeshOutputOptions& options, const Session& session, WriteReport& written,
+                         EncodeStatistics& lost) {
   if (format == AssetFormat::kObj && options.images == ImagePlacement::kEmbed)
     return {StatusCode::kUsage, "an OBJ cannot embed images: use --images copy or reference"};
   SceneParts scene(document, session.pool);
   if (Status status = scene.read(); !status.ok())
     return std::move(status).at({.file = document.source.string()});
-  MaterialFiles files(document, fs::absolute(path), options.images, written);
+  const Expected<fs::path> target = follow_links(path);
+  if (!target) return target.status();
+  MaterialFiles files(document, fs::absolute(*target), options.images, written);
   const std::string extension = lower_extension(path);
   if (format == AssetFormat::kDraco && scene.parts.size() != 1)
     return unsupported("a .drc holds one primitive, but the scene shows " + std::to_string(scene.parts.size()),
                        {.file = path});
-  if (const std::string losses = joined(losses_of(scene, format, files)); !losses.empty()) {
+  if (format == AssetFormat::kObj && !scene.materials.empty() && !fits_line(target->stem().string()))
+    return unsupported("an OBJ with materials names its MTL file, and no line can hold this name",
+                       {.file = path});
+  if (const std::string losses = joined(losses_of(scene, format, files, options.coding.lossless));
+      !losses.empty()) {
     if (!options.accept_loss)
       return unsupported("a " + extension +
                              " cannot hold all of the asset: with --accept-loss it is written without " +
@@ -361,8 +384,9 @@ Status write_mesh_output(const Document& document, const std::string& path, Asse
   if (format != AssetFormat::kObj && scene.parts.size() > 1)
     session.log.note(path + ": " + counted(scene.parts.size(), "primitive") + " become one mesh");
   written.files = {path};
+  if (Status status = check_positions(scene.parts); !status.ok()) return std::move(status).at({.file = path});
   if (format == AssetFormat::kDraco)
-    return write_draco(path, scene.parts.front(), options.coding, session).at({.file = path});
+    return write_draco(path, scene.parts.front(), options.coding, session, lost).at({.file = path});
   std::string library;
   if (format == AssetFormat::kObj && !scene.materials.empty()) {
     const Expected<std::string> name = files.write(scene.materials);

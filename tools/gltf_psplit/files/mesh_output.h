@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "encoder/encode_mesh.h"
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/image_placement.h"
@@ -23,8 +24,10 @@ struct MeshOutputOptions {
 // mesh once. An OBJ has an object for each mesh that the scene shows, and an MTL file and images beside it;
 // these replace no other file. A PLY or an STL is one mesh. A .drc is one stock Draco stream. `document` holds
 // plain primitives. Errors: those of writing; kUnsupported if the format cannot hold what the asset has, unless
-// that is accepted, and for a .drc of more than one primitive; kUsage for images that would be embedded.
+// that is accepted, for a .drc of more than one primitive, and for positions that are not finite; kUsage for
+// images that would be embedded. Faces and points that a .drc cannot hold are counted in `lost`.
 Status write_mesh_output(const Document& document, const std::string& path, AssetFormat format,
-                         const MeshOutputOptions& options, const Session& session, WriteReport& written);
+                         const MeshOutputOptions& options, const Session& session, WriteReport& written,
+                         EncodeStatistics& lost);
 
 }  // namespace psplit

@@ -98,7 +98,7 @@ Status check_output_paths(const std::string& output, const std::string& report, 
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document) {
   if (path.empty() || path == "-") return {};
   const auto refuse = [&](const fs::path& file) {
-    return Status(StatusCode::kUsage, option + " would replace " + file.string() + ", which the input needs");
+    return Status(StatusCode::kUsage, option + " would replace " + file.string() + ", a file of an asset");
   };
   for (const fs::path& file : document.files)
     if (is_same_file(path, file)) return refuse(file);

@@ -53,7 +53,7 @@ std::string as_bytes(uint64_t bytes) {
 }
 
 std::string plural(const std::string& noun) {
-  const bool hisses = noun.ends_with("ch") || noun.ends_with("s");
+  const bool hisses = noun.ends_with("ch") || noun.ends_with("sh") || noun.ends_with("s");
   return noun + (hisses ? "es" : "s");
 }
 std::string counted(uint64_t count, const std::string& noun) {
