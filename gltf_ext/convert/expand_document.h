@@ -19,7 +19,7 @@ struct ExpandReport {
 // needs a primitive without a fallback, morph targets or other attributes. All others become containers of
 // version 2. Streams are those that libdraco's encoder wrote, bit for bit. Nothing else in the document
 // changes, except the lists of used extensions: it is what the encoder would have made without condensing. All
-// that is written is decoded once: what `validate` refuses is refused here. After an error the document is
+// that is written is decoded once: what decode_document refuses is refused here. After an error the document is
 // unusable.
 PSPLIT_EXPORT Expected<ExpandReport> expand_document(Document& document, const ThreadPool& pool);
 

@@ -18,10 +18,6 @@ template <typename T>
 std::span<uint8_t> writable_bytes(T& values) {
   return {reinterpret_cast<uint8_t*>(values.data()), values.size() * sizeof(values[0])};
 }
-template <typename T>
-std::span<const uint8_t> bytes_of(const T& values) {
-  return {reinterpret_cast<const uint8_t*>(values.data()), values.size() * sizeof(values[0])};
-}
 
 // A face of another cell uses the point.
 struct Request {

@@ -11,6 +11,11 @@
 
 namespace psplit {
 
+// The bytes of an array or a vector of plain values.
+std::span<const uint8_t> bytes_of(const auto& values) {
+  return {reinterpret_cast<const uint8_t*>(values.data()), values.size() * sizeof(values[0])};
+}
+
 // A temporary file that grows at its end.
 class AppendFile {
  public:

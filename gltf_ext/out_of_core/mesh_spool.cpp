@@ -13,10 +13,6 @@ namespace {
 constexpr size_t kBlockBytes = size_t{1} << 20;
 constexpr uint64_t kMostPoints = UINT32_MAX - 1;
 
-std::span<const uint8_t> bytes_of(const auto& values) {
-  return {reinterpret_cast<const uint8_t*>(values.data()), values.size() * sizeof(values[0])};
-}
-
 bool has_direction(const std::array<float, 3>& normal) {
   double square = 0;
   for (const float value : normal) square += double{value} * double{value};

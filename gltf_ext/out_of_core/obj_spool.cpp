@@ -6,11 +6,7 @@
 namespace psplit {
 namespace {
 
-constexpr uint32_t kNone = UINT32_MAX;
-
-std::span<const uint8_t> bytes_of(const auto& values) {
-  return {reinterpret_cast<const uint8_t*>(values.data()), values.size() * sizeof(values[0])};
-}
+constexpr uint32_t kNoIndex = UINT32_MAX;
 
 }  // namespace
 
@@ -85,7 +81,7 @@ class ObjSpool::Writer {
   static constexpr size_t kRecent = size_t{1} << 18, kBlock = 8192;
   struct Known {
     ObjCorner corner;
-    uint32_t point = kNone;
+    uint32_t point = kNoIndex;
   };
 
   Status read_faces(auto& to, uint64_t& at) {
@@ -122,7 +118,7 @@ class ObjSpool::Writer {
     bool has_normals = true, has_texcoords = true;
     const auto check = [&](uint32_t index, ObjValues kind, uint64_t& missing) {
       const bool exists = index < spool_.column(kind).count;
-      missing += index != kNone && !exists ? 1 : 0;
+      missing += index != kNoIndex && !exists ? 1 : 0;
       return exists;
     };
     for (const ObjCorner& corner : corners_) {
@@ -139,8 +135,8 @@ class ObjSpool::Writer {
     points_.clear();
     positions_.clear();
     for (ObjCorner corner : corners_) {
-      if (!has_normals) corner.normal = kNone;
-      if (!has_texcoords) corner.texcoord = kNone;
+      if (!has_normals) corner.normal = kNoIndex;
+      if (!has_texcoords) corner.texcoord = kNoIndex;
       if (Status status = add_corner(corner); !status.ok()) return status;
       if (corners_.size() > 3)
         if (Status status = read(ObjValues::kPosition, corner, positions_.emplace_back()); !status.ok())
@@ -154,8 +150,8 @@ class ObjSpool::Writer {
     Known& known =
         recent_[(corner.position * 0x9e3779b1u ^ corner.texcoord * 0x85ebca6bu ^ corner.normal * 0xc2b2ae35u) >>
                 (32 - 18)];
-    if (known.point == kNone || !(known.corner == corner)) {
-      if (point_count_ == kNone - 1) return unsupported("more points than 32 bits can count");
+    if (known.point == kNoIndex || !(known.corner == corner)) {
+      if (point_count_ == kNoIndex - 1) return unsupported("more points than 32 bits can count");
       known = {corner, point_count_++};
       ++new_points_;
       for (size_t i = 0; i < kinds_.size(); ++i) {
