@@ -15,8 +15,8 @@ endif()
 if(PSPLIT_BUILD_ENCODER)
   list(APPEND components encoder gltf)
   list(APPEND headers
-       encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/position_bits.h
-       encoder/coding/quantization.h encoder/out_of_core/encode_parts.h encoder/out_of_core/mesh_parts.h
+       encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/grid_places.h
+       encoder/coding/position_bits.h encoder/coding/quantization.h encoder/out_of_core/encode_parts.h encoder/out_of_core/mesh_parts.h
        encoder/out_of_core/spill.h
        encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
