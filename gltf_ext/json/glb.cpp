@@ -27,7 +27,8 @@ bool is_glb(std::span<const uint8_t> file) { return file.size() >= 4 && read_u32
 
 bool begins_as_gltf(std::span<const uint8_t> file) {
   // Before the brace there may be a byte order mark and blanks.
-  const auto first = std::ranges::find_if(file, [](uint8_t byte) { return byte > ' ' && byte < 0x80; });
+  const auto first =
+      std::find_if(file.begin(), file.end(), [](uint8_t byte) { return byte > ' ' && byte < 0x80; });
   return is_glb(file) || (first != file.end() && *first == '{');
 }
 
