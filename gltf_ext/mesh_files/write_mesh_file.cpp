@@ -14,25 +14,25 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-uint64_t points_of(std::span<const MeshPart> parts) {
+uint64_t points_of(std::span<const PlacedPart> parts) {
   uint64_t count = 0;
-  for (const MeshPart& part : parts) count += part.view.point_count;
+  for (const PlacedPart& part : parts) count += part.view.point_count;
   return count;
 }
 
-uint64_t faces_of(std::span<const MeshPart> parts) {
+uint64_t faces_of(std::span<const PlacedPart> parts) {
   uint64_t count = 0;
-  for (const MeshPart& part : parts) count += part.face_count();
+  for (const PlacedPart& part : parts) count += part.face_count();
   return count;
 }
 
-const MeshView::Values* values_of(const MeshPart& part, std::string_view semantic) {
+const MeshView::Values* values_of(const PlacedPart& part, std::string_view semantic) {
   for (const MeshView::Values& values : part.view.attributes)
     if (values.semantic == semantic) return &values;
   return nullptr;
 }
 
-Position position_of(const MeshPart& part, const MeshView::Values& positions, size_t point) {
+Position position_of(const PlacedPart& part, const MeshView::Values& positions, size_t point) {
   const std::array<float, 4> floats = part.floats_at(positions, point);
   return {floats[0], floats[1], floats[2]};
 }
@@ -59,9 +59,9 @@ const char* ply_name(ComponentType type) {
 }
 
 // Whether all parts store the attribute with this type.
-bool all_store(std::span<const MeshPart> parts, std::string_view semantic, ComponentType type,
+bool all_store(std::span<const PlacedPart> parts, std::string_view semantic, ComponentType type,
                bool normalized) {
-  return std::ranges::all_of(parts, [&](const MeshPart& part) {
+  return std::ranges::all_of(parts, [&](const PlacedPart& part) {
     const ValuesView* const values = part.find(semantic);
     return values != nullptr && values->component_type == type && values->normalized == normalized;
   });
@@ -80,7 +80,7 @@ std::string property_of(std::string_view semantic) {
   return kTaken.contains(name) || name.starts_with("diffuse_") || name.starts_with("texture_") ? "" : name;
 }
 
-std::vector<PlyColumn> ply_columns(std::span<const MeshPart> parts) {
+std::vector<PlyColumn> ply_columns(std::span<const PlacedPart> parts) {
   std::vector<PlyColumn> columns{{"POSITION", {"x", "y", "z"}}};
   if (all_have(parts, "NORMAL", 3)) columns.push_back({"NORMAL", {"nx", "ny", "nz"}});
   const bool alpha = all_have(parts, "COLOR_0", 4);
@@ -102,7 +102,7 @@ std::vector<PlyColumn> ply_columns(std::span<const MeshPart> parts) {
   return columns;
 }
 
-void write_ply_point(FileBuffer& out, const MeshPart& part, const PlyColumn& column,
+void write_ply_point(FileBuffer& out, const PlacedPart& part, const PlyColumn& column,
                      const MeshView::Values& attribute, size_t point) {
   if (column.type != ComponentType::kFloat32)
     return out.put(attribute.values.at(point), attribute.values.value_bytes());
@@ -111,14 +111,14 @@ void write_ply_point(FileBuffer& out, const MeshPart& part, const PlyColumn& col
   out.put(floats.data(), column.names.size() * sizeof(float));
 }
 
-bool write_ply(FileBuffer& out, std::span<const MeshPart> parts) {
+bool write_ply(FileBuffer& out, std::span<const PlacedPart> parts) {
   const std::vector<PlyColumn> columns = ply_columns(parts);
   std::string properties;
   for (const PlyColumn& column : columns)
     for (const std::string& name : column.names)
       properties += std::string("property ") + ply_name(column.type) + " " + name + "\n";
   out.text(ply_header_text(points_of(parts), properties, faces_of(parts)));
-  for (const MeshPart& part : parts) {
+  for (const PlacedPart& part : parts) {
     std::vector<const MeshView::Values*> values;
     for (const PlyColumn& column : columns) values.push_back(values_of(part, column.semantic));
     for_each_block(part, [&](size_t first, size_t end) {
@@ -127,7 +127,7 @@ bool write_ply(FileBuffer& out, std::span<const MeshPart> parts) {
     });
   }
   uint32_t base = 0;
-  for (const MeshPart& part : parts) {
+  for (const PlacedPart& part : parts) {
     for (size_t i = 0; i < part.face_count(); ++i) {
       std::array<uint32_t, 3> face = part.face(i);
       for (uint32_t& point : face) point += base;
@@ -145,7 +145,7 @@ class ObjWriter {
  public:
   ObjWriter(FileBuffer& out, bool colors) : out_(out), colors_(colors) {}
 
-  void add(const MeshPart& part) {
+  void add(const PlacedPart& part) {
     const MeshView::Values* const positions = values_of(part, "POSITION");
     const MeshView::Values* const colors = colors_ ? values_of(part, "COLOR_0") : nullptr;
     const MeshView::Values* const normals = values_of(part, "NORMAL");
@@ -214,14 +214,14 @@ class ObjWriter {
   uint64_t positions_ = 1, texcoords_ = 1, normals_ = 1;  // of the next part's first point
 };
 
-bool obj_has_colors(std::span<const MeshPart> parts) {
-  return std::ranges::all_of(parts, [](const MeshPart& part) {
+bool obj_has_colors(std::span<const PlacedPart> parts) {
+  return std::ranges::all_of(parts, [](const PlacedPart& part) {
     return all_have({&part, 1}, "COLOR_0", 3) || all_have({&part, 1}, "COLOR_0", 4);
   });
 }
 
 // Whether every colour has an alpha of 1, or none.
-bool is_opaque(const MeshPart& part) {
+bool is_opaque(const PlacedPart& part) {
   const MeshView::Values& colors = *values_of(part, "COLOR_0");
   bool opaque = true;
   if (colors.values.component_count == 4)
@@ -231,21 +231,21 @@ bool is_opaque(const MeshPart& part) {
   return opaque;
 }
 
-bool write_obj(FileBuffer& out, std::span<const MeshPart> parts, const std::string& library) {
+bool write_obj(FileBuffer& out, std::span<const PlacedPart> parts, const std::string& library) {
   out.text("# made by gltf-psplit\n");
   if (!library.empty()) out.text("mtllib " + library + "\n");
   ObjWriter writer(out, obj_has_colors(parts));
-  for (const MeshPart& part : parts) writer.add(part);
+  for (const PlacedPart& part : parts) writer.add(part);
   return out.flush();
 }
 
 // ---- STL
 
-bool write_stl(FileBuffer& out, std::span<const MeshPart> parts) {
+bool write_stl(FileBuffer& out, std::span<const PlacedPart> parts) {
   std::array<char, 80> header{"binary STL, made by gltf-psplit"};  // a text file would begin with "solid"
   out.value(header);
   out.value(static_cast<uint32_t>(faces_of(parts)));
-  for (const MeshPart& part : parts) {
+  for (const PlacedPart& part : parts) {
     const MeshView::Values& positions = *values_of(part, "POSITION");
     for (size_t i = 0; i < part.face_count(); ++i) {
       Facet facet{};
@@ -263,8 +263,8 @@ bool write_stl(FileBuffer& out, std::span<const MeshPart> parts) {
 
 }  // namespace
 
-Status check_positions(std::span<const MeshPart> parts) {
-  for (const MeshPart& part : parts) {
+Status check_positions(std::span<const PlacedPart> parts) {
+  for (const PlacedPart& part : parts) {
     if (!all_have({&part, 1}, "POSITION", 3)) return unsupported("a POSITION that is not of 3 components");
     const MeshView::Values& positions = *values_of(part, "POSITION");
     bool finite = true;
@@ -284,14 +284,14 @@ std::string ply_header_text(uint64_t point_count, const std::string& properties,
          " vertex_indices\nend_header\n";
 }
 
-std::set<std::string> attributes_left_out(AssetFormat format, std::span<const MeshPart> parts) {
+std::set<std::string> attributes_left_out(AssetFormat format, std::span<const PlacedPart> parts) {
   std::set<std::string> kept{"POSITION"};
   if (format == AssetFormat::kPly)
     for (const PlyColumn& column : ply_columns(parts)) kept.insert(column.semantic);
   if (format == AssetFormat::kObj) kept.insert({"NORMAL", "TEXCOORD_0"});
   if (format == AssetFormat::kObj && obj_has_colors(parts)) kept.insert("COLOR_0");
   std::set<std::string> left_out;
-  for (const MeshPart& part : parts)
+  for (const PlacedPart& part : parts)
     for (const auto& [semantic, values] : part.view.attributes)
       if (!kept.contains(semantic))
         left_out.insert(semantic);
@@ -300,7 +300,7 @@ std::set<std::string> attributes_left_out(AssetFormat format, std::span<const Me
   return left_out;
 }
 
-Status write_mesh_file(const std::filesystem::path& path, AssetFormat format, std::span<const MeshPart> parts,
+Status write_mesh_file(const std::filesystem::path& path, AssetFormat format, std::span<const PlacedPart> parts,
                        const std::string& library, IfReadOnly if_read_only) {
   if (Status status = check_positions(parts); !status.ok()) return status;
   constexpr uint64_t kMost = std::numeric_limits<uint32_t>::max() - 1;

@@ -6,16 +6,16 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/mesh_files/asset_format.h"
-#include "gltf_ext/mesh_files/mesh_part.h"
+#include "gltf_ext/mesh_files/placed_part.h"
 
 namespace psplit {
 
 // The names of attributes that the format (PLY, OBJ or STL) cannot hold, or cannot hold because only some parts
 // have them.
-std::set<std::string> attributes_left_out(AssetFormat format, std::span<const MeshPart> parts);
+std::set<std::string> attributes_left_out(AssetFormat format, std::span<const PlacedPart> parts);
 
 // kUnsupported for positions that are not three finite numbers: the readers refuse these, as glTF does.
-Status check_positions(std::span<const MeshPart> parts);
+Status check_positions(std::span<const PlacedPart> parts);
 
 // Writes the parts without those attributes. read_asset reads floats back to the same bits, except v of texture
 // coordinates, which these formats count from the bottom of the image: it is the float nearest to 1 - v in PLY,
@@ -27,7 +27,7 @@ Status check_positions(std::span<const MeshPart> parts);
 //   STL  one solid, binary; a facet's normal is that of its corners
 // The file appears whole or not at all. Errors: kIo; kUnsupported for positions that are not three finite
 // numbers, and for more points or faces than the format can count.
-Status write_mesh_file(const std::filesystem::path& path, AssetFormat format, std::span<const MeshPart> parts,
+Status write_mesh_file(const std::filesystem::path& path, AssetFormat format, std::span<const PlacedPart> parts,
                        const std::string& library = {}, IfReadOnly if_read_only = IfReadOnly::kFail);
 
 // The header of a binary PLY file with triangles. `properties` are the lines of those of a vertex. A face is a

@@ -48,14 +48,14 @@ Mesh random_mesh(uint32_t points, unsigned seed) {
   return mesh;
 }
 
-MeshPart part_of(const Mesh& mesh, const std::string& object = "", const std::string& material = "") {
+PlacedPart part_of(const Mesh& mesh, const std::string& object = "", const std::string& material = "") {
   return {object, material, view_of(mesh)};
 }
 
 class WrittenMeshFile : public testing::Test {
  protected:
   template <typename Read>
-  MeshFile written(AssetFormat format, const std::vector<MeshPart>& parts, const Read& read) {
+  MeshFile written(AssetFormat format, const std::vector<PlacedPart>& parts, const Read& read) {
     const Status status = write_mesh_file(folder_ / "file", format, parts);
     EXPECT_TRUE(status.ok()) << status.to_string();
     Expected<Scanner> scanner = open_scanner(std::move(*open_byte_stream(folder_ / "file")));
@@ -63,17 +63,17 @@ class WrittenMeshFile : public testing::Test {
     EXPECT_TRUE(file.ok()) << file.status().to_string();
     return file ? std::move(*file) : MeshFile();
   }
-  MeshFile ply(const std::vector<MeshPart>& parts) {
+  MeshFile ply(const std::vector<PlacedPart>& parts) {
     return written(AssetFormat::kPly, parts, [](Scanner& scanner) { return read_ply(scanner); });
   }
-  MeshFile obj(const std::vector<MeshPart>& parts) {
+  MeshFile obj(const std::vector<PlacedPart>& parts) {
     return written(AssetFormat::kObj, parts, [](Scanner& scanner) {
       return read_obj(scanner, [](const std::string&) -> Expected<std::unique_ptr<ByteStream>> {
         return io_failure("no library");
       });
     });
   }
-  MeshFile stl(const std::vector<MeshPart>& parts) {
+  MeshFile stl(const std::vector<PlacedPart>& parts) {
     return written(AssetFormat::kStl, parts, [](Scanner& scanner) { return read_stl(scanner); });
   }
 
@@ -135,7 +135,7 @@ TEST_F(WrittenMeshFile, PartsFollowOneAnother) {
   const Mesh a = random_mesh(4, 1), b = random_mesh(5, 2);
   Mesh bare = random_mesh(3, 3);
   bare.attributes.resize(1);
-  const std::vector<MeshPart> parts = {part_of(a, "one"), part_of(b, "two"), part_of(bare, "two", "red")};
+  const std::vector<PlacedPart> parts = {part_of(a, "one"), part_of(b, "two"), part_of(bare, "two", "red")};
   EXPECT_EQ(attributes_left_out(AssetFormat::kPly, parts),
             (std::set<std::string>{"COLOR_0", "NORMAL", "TEXCOORD_0", "_QUALITY"}));
   EXPECT_EQ(attributes_left_out(AssetFormat::kObj, parts), (std::set<std::string>{"COLOR_0", "_QUALITY"}));
@@ -158,7 +158,7 @@ TEST_F(WrittenMeshFile, PartsFollowOneAnother) {
 
 TEST_F(WrittenMeshFile, PartsAreWrittenAtTheirPlace) {
   const Mesh mesh = random_mesh(3, 1);
-  MeshPart part = part_of(mesh);
+  PlacedPart part = part_of(mesh);
   part.mirrored = true;
   part.place = [](std::string_view semantic, std::span<float> value) {
     if (semantic == "POSITION") value[0] = -value[0];
@@ -176,7 +176,7 @@ TEST_F(WrittenMeshFile, PositionsMustBeFinite) {
   Mesh mesh = random_mesh(3, 1);
   const float infinite = HUGE_VALF;
   std::memcpy(mesh.attributes[0].values.data(), &infinite, sizeof infinite);
-  const std::vector<MeshPart> parts = {part_of(mesh)};
+  const std::vector<PlacedPart> parts = {part_of(mesh)};
   for (const AssetFormat format : {AssetFormat::kPly, AssetFormat::kObj, AssetFormat::kStl}) {
     const Status status = write_mesh_file(folder_ / "file", format, parts);
     EXPECT_EQ(status.code(), StatusCode::kUnsupported);

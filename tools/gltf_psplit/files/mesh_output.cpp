@@ -94,7 +94,7 @@ class SceneParts {
     return {};
   }
 
-  std::vector<MeshPart> parts;
+  std::vector<PlacedPart> parts;
   std::map<int64_t, std::string> materials;  // those that a part has, with their names
   std::vector<std::string> losses;           // what the scene has beside parts and materials
   size_t moved_count = 0;                    // objects that a node moves
@@ -122,7 +122,7 @@ class SceneParts {
       has_morphs_ = has_morphs_ || array_size(primitive, "targets") > 0;
       const Expected<MeshView> view = view_of_primitive(id);
       if (!view) return view.status();
-      MeshPart part{
+      PlacedPart part{
           object, material_name(integer_field(primitive, "material").value_or(-1)), *view, {}, mirrored};
       if (moves)
         part.place = [transform, sign = mirrored ? -1.0 : 1.0](std::string_view semantic,
@@ -279,7 +279,7 @@ class MaterialFiles {
   WriteReport& written_;
 };
 
-Attribute placed_attribute(const MeshPart& part, const MeshView::Values& attribute) {
+Attribute placed_attribute(const PlacedPart& part, const MeshView::Values& attribute) {
   const auto& [semantic, values] = attribute;
   // Readers of a .drc take these as floats, and it cannot say that integers are normalized.
   const bool as_floats = (part.place && semantic == "TANGENT") || semantic == "POSITION" ||
@@ -298,7 +298,7 @@ Attribute placed_attribute(const MeshPart& part, const MeshView::Values& attribu
   return placed;
 }
 
-Mesh mesh_of(const MeshPart& part) {
+Mesh mesh_of(const PlacedPart& part) {
   Mesh mesh;
   mesh.point_count = part.view.point_count;
   for (const MeshView::Values& attribute : part.view.attributes)
@@ -308,7 +308,7 @@ Mesh mesh_of(const MeshPart& part) {
   return mesh;
 }
 
-Status write_draco(const std::string& path, const MeshPart& part, const EncodeDocumentOptions& coding,
+Status write_draco(const std::string& path, const PlacedPart& part, const EncodeDocumentOptions& coding,
                    const Session& session, EncodeStatistics& lost) {
   Document document = document_from_mesh(mesh_of(part));
   const auto reports = encode_document_stock(document, coding, session.pool);
@@ -396,7 +396,7 @@ Status write_mesh_output(const Document& document, const std::string& path, Asse
   // In OBJ a material stays in use until the next one.
   if (!library.empty())
     std::stable_partition(scene.parts.begin(), scene.parts.end(),
-                          [](const MeshPart& part) { return part.material.empty(); });
+                          [](const PlacedPart& part) { return part.material.empty(); });
   return write_mesh_file(path, format, scene.parts, library, session.if_read_only()).at({.file = path});
 }
 

@@ -1,4 +1,4 @@
-#include "gltf_ext/mesh_files/mesh_part.h"
+#include "gltf_ext/mesh_files/placed_part.h"
 
 #include <algorithm>
 #include <cstring>
@@ -7,12 +7,12 @@
 
 namespace psplit {
 
-const ValuesView* MeshPart::find(std::string_view semantic) const {
+const ValuesView* PlacedPart::find(std::string_view semantic) const {
   const auto found = std::ranges::find(view.attributes, semantic, &MeshView::Values::semantic);
   return found == view.attributes.end() ? nullptr : &found->values;
 }
 
-std::array<uint32_t, 3> MeshPart::face(size_t number) const {
+std::array<uint32_t, 3> PlacedPart::face(size_t number) const {
   std::array<uint32_t, 3> face{};
   for (size_t i = 0; i < 3; ++i)  // little-endian, as glTF
     std::memcpy(&face[i], view.indices.at(3 * number + i), view.indices.value_bytes());
@@ -20,7 +20,7 @@ std::array<uint32_t, 3> MeshPart::face(size_t number) const {
   return face;
 }
 
-std::array<float, 4> MeshPart::floats_at(const MeshView::Values& attribute, size_t point) const {
+std::array<float, 4> PlacedPart::floats_at(const MeshView::Values& attribute, size_t point) const {
   const ValuesView& values = attribute.values;
   const size_t count = std::min<size_t>(values.component_count, 4),
                bytes = component_bytes(values.component_type);
@@ -37,8 +37,8 @@ std::array<float, 4> MeshPart::floats_at(const MeshView::Values& attribute, size
   return floats;
 }
 
-bool all_have(std::span<const MeshPart> parts, std::string_view semantic, int component_count) {
-  return std::ranges::all_of(parts, [&](const MeshPart& part) {
+bool all_have(std::span<const PlacedPart> parts, std::string_view semantic, int component_count) {
+  return std::ranges::all_of(parts, [&](const PlacedPart& part) {
     const ValuesView* const values = part.find(semantic);
     return values != nullptr && values->component_count == component_count;
   });

@@ -13,7 +13,7 @@
 
 namespace psplit {
 
-struct MeshPart {
+struct PlacedPart {
   std::string object;    // parts of one object follow one another; empty: it has no name
   std::string material;  // its name in the MTL file; empty: none
   MeshView view;         // all indices are below the number of points
@@ -30,11 +30,11 @@ struct MeshPart {
 };
 
 // Whether every part has the attribute, with this number of components.
-bool all_have(std::span<const MeshPart> parts, std::string_view semantic, int component_count);
+bool all_have(std::span<const PlacedPart> parts, std::string_view semantic, int component_count);
 
 // Calls visit(first, end) for the points of a part in blocks, and releases the memory of each block of values.
 template <typename Visit>
-void for_each_block(const MeshPart& part, const Visit& visit) {
+void for_each_block(const PlacedPart& part, const Visit& visit) {
   constexpr size_t kBlock = size_t{1} << 16;  // points
   for (size_t first = 0; first < part.view.point_count; first += kBlock) {
     const size_t end = std::min<size_t>(first + kBlock, part.view.point_count);
