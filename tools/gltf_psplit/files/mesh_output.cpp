@@ -19,6 +19,7 @@
 #include "tools/gltf_psplit/preview/scene.h"
 #include "tools/gltf_psplit/report/encode_report.h"
 #include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
@@ -341,12 +342,6 @@ std::vector<std::string> losses_of(const SceneParts& scene, AssetFormat format, 
     losses.push_back("materials");
   losses.insert(losses.end(), scene.losses.begin(), scene.losses.end());
   return losses;
-}
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
 }
 
 }  // namespace

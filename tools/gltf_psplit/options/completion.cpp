@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
+#include "tools/gltf_psplit/report/text_layout.h"
+
 namespace psplit {
 namespace {
 
@@ -54,12 +56,6 @@ void collect(const CLI::App& app, const std::string& path, std::vector<Command>&
   commands.push_back(std::move(command));
   for (const CLI::App* part : parts)
     collect(*part, path + (path.empty() ? "" : " ") + part->get_name(), commands);
-}
-
-std::string joined(const std::vector<std::string>& words, const char* between) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-  return text;
 }
 
 std::vector<std::string> names_of(const std::vector<Word>& words) {

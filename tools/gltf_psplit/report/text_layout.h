@@ -36,4 +36,7 @@ class TextTable {
   bool last_left_ = false;
 };
 
+// The words in a line, with `between` between them.
+std::string joined(const std::vector<std::string>& words, const char* between = ", ");
+
 }  // namespace psplit

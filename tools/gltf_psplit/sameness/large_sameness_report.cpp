@@ -4,15 +4,10 @@
 #include <cstdio>
 
 #include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
 namespace {
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 std::string corner_text(const std::array<float, 3>& corner) {
   char text[80];
