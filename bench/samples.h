@@ -1,15 +1,134 @@
-// Encoded meshes to decode, with several speeds of Draco, patch sizes and kinds of attributes.
+// The meshes of the benchmarks: the built-in shapes, or the file that PSPLIT_BENCH_MESH names (.ply, .obj,
+// .stl). And what they decode: these meshes encoded with several speeds of Draco, patch sizes and kinds of
+// attributes.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <numbers>
 #include <string>
 #include <tuple>
 
-#include "bench/sample_meshes.h"
 #include "encoder/coding/quantization.h"
+#include "encoder/draco/draco_backend.h"
 #include "encoder/encode_mesh.h"
+#include "gltf_ext/mesh_files/read_asset.h"
+#include "gltf_ext/primitive/read_primitives.h"
 #include "src/container/decode_backend.h"
+#include "tools/gltf_psplit/shapes/shapes.h"
 
 namespace psplit {
+
+[[noreturn]] inline void give_up(const Status& status) {
+  std::fprintf(stderr, "%s\n", status.to_string().c_str());
+  std::exit(1);
+}
+
+inline std::vector<std::array<float, 3>> positions_of(const Mesh& mesh) {
+  std::vector<std::array<float, 3>> positions(mesh.point_count);
+  const Attribute* attribute = mesh.find("POSITION");
+  if (attribute->stride() != sizeof positions[0]) give_up(unsupported("positions that are not three floats"));
+  std::memcpy(positions.data(), attribute->values.data(), attribute->values.size());
+  return positions;
+}
+
+template <size_t kComponents>
+void add_attribute(Mesh& mesh, const char* semantic,
+                   const std::vector<std::array<float, kComponents>>& values) {
+  Attribute attribute{semantic, ComponentType::kFloat32, kComponents, false, {}};
+  attribute.values.resize(values.size() * attribute.stride());
+  std::memcpy(attribute.values.data(), values.data(), attribute.values.size());
+  mesh.attributes.push_back(std::move(attribute));
+}
+
+// Smooth normals: the sum of the faces' normals, weighted by area.
+inline void add_normals(Mesh& mesh) {
+  const std::vector<std::array<float, 3>> at = positions_of(mesh);
+  std::vector<std::array<float, 3>> normals(mesh.point_count);
+  for (const auto& [a, b, c] : mesh.faces)
+    for (size_t k = 0; k < 3; ++k) {
+      const size_t y = (k + 1) % 3, z = (k + 2) % 3;
+      const float across =
+          (at[b][y] - at[a][y]) * (at[c][z] - at[a][z]) - (at[b][z] - at[a][z]) * (at[c][y] - at[a][y]);
+      for (const uint32_t point : {a, b, c}) normals[point][k] += across;
+    }
+  for (std::array<float, 3>& normal : normals) {
+    const float length = std::hypot(normal[0], normal[1], normal[2]);
+    if (length > 0)
+      for (float& value : normal) value /= length;
+    else
+      normal = {0, 0, 1};
+  }
+  add_attribute(mesh, "NORMAL", normals);
+}
+
+// Longitude and latitude around the middle, both from 0 to 1. There is a seam where longitude starts again:
+// points there are doubled, and the faces use the copies, whose values exceed 1.
+inline void add_texcoords(Mesh& mesh) {
+  const std::vector<std::array<float, 3>> at = positions_of(mesh);
+  std::array<float, 3> low = at[0], high = at[0];
+  for (const std::array<float, 3>& position : at)
+    for (size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], position[k]);
+      high[k] = std::max(high[k], position[k]);
+    }
+  std::vector<std::array<float, 2>> texcoords;
+  for (const std::array<float, 3>& position : at) {
+    const float x = position[0] - (low[0] + high[0]) / 2, y = position[1] - (low[1] + high[1]) / 2,
+                z = position[2] - (low[2] + high[2]) / 2;
+    const float pi = std::numbers::pi_v<float>;
+    texcoords.push_back({std::atan2(z, x) / (2 * pi) + 0.5f, std::atan2(y, std::hypot(x, z)) / pi + 0.5f});
+  }
+  std::map<uint32_t, uint32_t> copies;
+  for (std::array<uint32_t, 3>& face : mesh.faces) {
+    const auto [least, most] =
+        std::minmax({texcoords[face[0]][0], texcoords[face[1]][0], texcoords[face[2]][0]});
+    if (most - least <= 0.5f) continue;
+    for (uint32_t& point : face)
+      if (texcoords[point][0] < 0.5f)
+        point =
+            copies.try_emplace(point, mesh.point_count + static_cast<uint32_t>(copies.size())).first->second;
+  }
+  std::vector<uint32_t> source_of_copy(copies.size());
+  for (const auto& [source, copy] : copies) source_of_copy[copy - mesh.point_count] = source;
+  for (const uint32_t source : source_of_copy) {
+    for (Attribute& attribute : mesh.attributes) {
+      const auto value = attribute.values.begin() + static_cast<ptrdiff_t>(source * attribute.stride());
+      const std::vector<std::byte> copy(value, value + static_cast<ptrdiff_t>(attribute.stride()));
+      attribute.values.insert(attribute.values.end(), copy.begin(), copy.end());
+    }
+    texcoords.push_back({texcoords[source][0] + 1, texcoords[source][1]});
+  }
+  mesh.point_count = static_cast<uint32_t>(texcoords.size());
+  add_attribute(mesh, "TEXCOORD_0", texcoords);
+}
+
+// Has positions only, or also normals and texture coordinates, which are computed if a file has none.
+inline Mesh bench_mesh(uint64_t faces, bool all_attributes) {
+  const ThreadPool pool;
+  const char* path = std::getenv("PSPLIT_BENCH_MESH");
+  if (path == nullptr) {
+    auto meshes = generate_shape({Shape::kBlob, faces, 1, all_attributes, all_attributes}, pool);
+    if (!meshes) give_up(meshes.status());
+    return std::move(meshes->front());
+  }
+  const Expected<Asset> asset = read_asset(path, describe_draco_stream);
+  if (!asset) give_up(asset.status());
+  Expected<Mesh> read = read_primitive(asset->document, {0, 0}, draco_backend(), pool);
+  if (!read) give_up(read.status());
+  Mesh mesh = std::move(*read);
+  std::erase_if(mesh.attributes, [&](const Attribute& attribute) {
+    return attribute.semantic != "POSITION" &&
+           (!all_attributes || (attribute.semantic != "NORMAL" && attribute.semantic != "TEXCOORD_0"));
+  });
+  if (all_attributes && mesh.find("NORMAL") == nullptr) add_normals(mesh);
+  if (all_attributes && mesh.find("TEXCOORD_0") == nullptr) add_texcoords(mesh);
+  return mesh;
+}
 
 struct SampleKind {
   bool all_attributes = false;  // also normals and texture coordinates

@@ -21,22 +21,22 @@ if(PSPLIT_BUILD_ENCODER)
        encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
        gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h
-       gltf_ext/document/buffer.h gltf_ext/document/document.h gltf_ext/files/mapped_file.h
+       gltf_ext/document/asset_records.h gltf_ext/document/buffer.h gltf_ext/document/document.h gltf_ext/files/mapped_file.h
        gltf_ext/primitive/memory_limit.h
-       gltf_ext/document/image_placement.h gltf_ext/document/primitive_id.h gltf_ext/document/write_document.h
-       gltf_ext/document/write_report.h gltf_ext/json/json.h src/container/stream_entry.h)
+       gltf_ext/document/write_document.h gltf_ext/json/json.h gltf_ext/json/json_fwd.h src/container/stream_entry.h)
 endif()
 # The libraries of this tree whose objects a component holds, if they are not only the one of its name.
 set(tinygltf_objects psplit_tinygltf psplit_json)
 set(encoder_objects psplit_encoder psplit_partition)
 set(gltf_objects psplit_gltf psplit_json)
 
-# Installed headers include each other as psplit/src/..., so that a folder src of the user's is not taken for ours.
-# `#include "src/loader/loader.h"` finds them too.
+# All headers lie under psplit/: src/psplit.h is <psplit/psplit.h>, and encoder/encode_mesh.h <psplit/encoder/encode_mesh.h>.
 foreach(header IN LISTS headers)
   file(READ ${PROJECT_SOURCE_DIR}/${header} text)
-  string(REGEX REPLACE "#include \"(src|decoder_cuda|encoder|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
-  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${header} CONTENT "${text}" @ONLY)
+  string(REGEX REPLACE "#include \"(decoder_cuda|encoder|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
+  string(REPLACE "#include \"src/" "#include \"psplit/" text "${text}")
+  string(REGEX REPLACE "^src/" "" installed ${header})
+  file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${installed} CONTENT "${text}" @ONLY)
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})
 endforeach()
 
@@ -59,10 +59,8 @@ foreach(component IN LISTS components)
                         VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   target_compile_features(${package} PUBLIC cxx_std_20)
   target_compile_definitions(${package} PUBLIC $<$<BOOL:${BUILD_SHARED_LIBS}>:PSPLIT_SHARED>)
-  foreach(folder "" /psplit)
-    target_include_directories(${package} INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include${folder}>
-                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}${folder}>)
-  endforeach()
+  target_include_directories(${package} INTERFACE $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
+                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_link_options(${package} PRIVATE $<$<BOOL:${PSPLIT_SANITIZE}>:-fsanitize=${PSPLIT_SANITIZE}>)
 endforeach()
 

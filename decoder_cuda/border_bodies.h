@@ -1,11 +1,11 @@
 // The bodies of the kernels that find the values at the borders of condensed streams, which patches share. They
-// come before the bodies of batch.h.
+// come before the bodies of stream_bodies.h.
 //
 //   TakeBorderParts     a thread a stream    decodes the values that the stream owns
 //   ShareBorderValues   a warp a stream      copies those that other streams own
 #pragma once
 
-#include "decoder_cuda/batch.h"
+#include "decoder_cuda/stream_bodies.h"
 
 namespace psplit {
 
@@ -41,7 +41,7 @@ struct TakeBorderParts {
     const size_t part = stream.border_count * components;
     auto* const symbols = reinterpret_cast<uint32_t*>(values + places * components - part);
     core::TokenSequence tokens;
-    const Fault fault = core::start_border_part(header, border.walk.is_own, {symbols, part}, tokens);
+    const Fault fault = core::start_border_part(header.condensed, border.walk.is_own, {symbols, part}, tokens);
     if (fault != Fault::kNone) return fault;
     core::TokenSequence* const one = &tokens;
     core::step_tokens<1>(&one, 1);

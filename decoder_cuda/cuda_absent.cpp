@@ -18,7 +18,7 @@ std::string cuda_device_name() { return ""; }
 
 Expected<CudaMemory> CudaMemory::allocate(size_t) { return absent(); }
 CudaMemory::~CudaMemory() = default;
-Status CudaMemory::download(const void*, std::span<std::byte>) { return absent(); }
+Status CudaMemory::download(const void*, WritableBytes) { return absent(); }
 
 struct CudaDecoder::Implementation {};
 

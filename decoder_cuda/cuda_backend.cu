@@ -94,7 +94,7 @@ Expected<CudaMemory> CudaMemory::allocate(size_t bytes) {
 CudaMemory::~CudaMemory() {
   if (data_ != nullptr) ignore(cudaFree(data_));
 }
-Status CudaMemory::download(const void* from, std::span<std::byte> to) {
+Status CudaMemory::download(const void* from, WritableBytes to) {
   Status status = cuda_status(cudaDeviceSynchronize(), "cudaDeviceSynchronize");
   if (!status.ok()) return status;
   return cuda_status(cudaMemcpy(to.data(), from, to.size(), cudaMemcpyDeviceToHost), "cudaMemcpy to the host");

@@ -40,7 +40,7 @@ struct Multiprocessor {
 #endif
 };
 
-// As many blocks as wanted, if a multiprocessor takes them.
+// The number of blocks that a multiprocessor takes, but at most `wanted`.
 constexpr uint32_t blocks_at_once(uint32_t wanted, uint32_t threads) {
   return std::min({wanted, Multiprocessor::kBlocks, Multiprocessor::kThreads / threads});
 }
@@ -144,7 +144,7 @@ class CudaDevice {
   template <typename T>
   using HostArray = Memory<T, true>;
 
-  // What launches are for.
+  // The purpose of launches.
   enum class Purpose : uint8_t {
     kWork,
     kLoad,     // kernels are launched for no items, so that the driver has them ready

@@ -20,7 +20,7 @@ extern template Status launch_writing<uint16_t>(CudaDevice&, const StreamSet<uin
 extern template Status launch_numbering<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 extern template Status launch_writing<uint32_t>(CudaDevice&, const StreamSet<uint32_t>&);
 
-// Launches each kernel at least once, for the purpose that the device has, which is not work.
+// Launches each kernel at least once, with nothing to do. `device` is set to measure or to load them.
 inline Status visit_kernels(CudaDevice& device) {
   const LaunchPlan plan{.runs = 1, .rounds = 1, .has_steps = true};
   const auto visit = [&]<typename Index>(const StreamSet<Index>& set) {

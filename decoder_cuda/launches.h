@@ -16,8 +16,8 @@
 // Status.
 #pragma once
 
-#include "decoder_cuda/batch_plan.h"
 #include "decoder_cuda/border_bodies.h"
+#include "decoder_cuda/device_plan.h"
 
 namespace psplit {
 

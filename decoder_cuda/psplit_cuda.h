@@ -43,7 +43,7 @@ class PSPLIT_EXPORT CudaMemory {
   std::byte* data() const { return data_; }
   size_t size() const { return size_; }
   // Waits for the device, and copies from its memory to the host's.
-  static Status download(const void* from, std::span<std::byte> to);
+  static Status download(const void* from, WritableBytes to);
 
  private:
   CudaMemory(std::byte* data, size_t size) : data_(data), size_(size) {}

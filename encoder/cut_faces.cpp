@@ -71,25 +71,26 @@ PatchMesh extract(const Mesh& mesh, std::span<const uint32_t> faces) {
   return patch;
 }
 
-Residue extract_residue(const Mesh& mesh, const Cut& cut, bool standalone) {
+Residue extract_residue(const Mesh& mesh, std::span<const uint32_t> residue_faces,
+                        std::span<const uint8_t> is_in_patch, bool standalone) {
   Residue residue;
-  residue.patch = extract(mesh, cut.residue_faces);
-  residue.face_count = static_cast<uint32_t>(cut.residue_faces.size());
-  enum Use : uint8_t { kUnused, kInResidue, kInPatch };
-  std::vector<uint8_t> use(mesh.point_count, kUnused);
-  for (const uint32_t point : residue.patch.points) use[point] = kInResidue;
-  for (const auto& faces : cut.patches)
-    for (const uint32_t face : faces)
-      for (const uint32_t point : mesh.faces[face]) use[point] = kInPatch;
+  residue.patch = extract(mesh, residue_faces);
+  residue.face_count = static_cast<uint32_t>(residue_faces.size());
+  std::vector<uint8_t> is_used(is_in_patch.begin(), is_in_patch.end());
+  for (const uint32_t point : residue.patch.points) {
+    residue.owned_count += is_in_patch[point] == 0 ? 1 : 0;
+    is_used[point] = 1;
+  }
   for (uint32_t point = 0; point < mesh.point_count; ++point) {
-    residue.owned_count += use[point] == kInPatch ? 0 : 1;
-    if (use[point] == kUnused) residue.patch.points.push_back(point);
+    if (is_used[point] != 0) continue;
+    ++residue.owned_count;
+    residue.patch.points.push_back(point);
   }
   while (residue.patch.faces.size() * 3 < residue.patch.points.size()) residue.patch.faces.push_back({0, 0, 0});
   if (standalone) return residue;
   // Decoders take a copy's values from its owner, so any value may be stored here. The one before costs least.
   for (const uint32_t point : residue.patch.points)
-    residue.patch.value_points.push_back(use[point] != kInPatch ? point
+    residue.patch.value_points.push_back(is_in_patch[point] == 0 ? point
                                          : residue.patch.value_points.empty()
                                              ? residue.patch.points.front()
                                              : residue.patch.value_points.back());

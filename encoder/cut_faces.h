@@ -7,7 +7,7 @@
 
 #include "encoder/draco/patch_stream.h"
 #include "encoder/partition/partition.h"
-#include "encoder/welding/welded_mesh.h"
+#include "encoder/welding/weld.h"
 #include "src/parallel.h"
 
 namespace psplit {
@@ -34,7 +34,9 @@ struct Residue {
   uint32_t owned_count = 0;  // points that no other stream has
 };
 
-// With `standalone`, points that other streams own have their true values here, too.
-Residue extract_residue(const Mesh& mesh, const Cut& cut, bool standalone);
+// Other streams have the points with is_in_patch[point] = 1. With `standalone`, these have their true values
+// here, too.
+Residue extract_residue(const Mesh& mesh, std::span<const uint32_t> residue_faces,
+                        std::span<const uint8_t> is_in_patch, bool standalone);
 
 }  // namespace psplit

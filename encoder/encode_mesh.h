@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +12,7 @@
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/partition/partition.h"
 #include "src/container/decode_backend.h"
+#include "src/container/stream_entry.h"
 #include "src/export.h"
 #include "src/mesh/mesh.h"
 #include "src/parallel.h"
@@ -20,20 +20,24 @@
 
 namespace psplit {
 
+// Which meshes become Draco streams without a container around them. kWhole: those of one stream, unless a
+// condensed container takes fewer bytes. kAll: all, and none is condensed. Without a stitch map, points at
+// borders are in several streams, and a point that Edgebreaker splits stays several.
+enum class Alone { kNone, kWhole, kAll };
+
 struct EncodeOptions {
   uint32_t patch_count = 1;
   int encode_speed = 5;          // 0 (smallest) to 10 (fastest), libdraco's scale for both of its speeds
   bool keep_duplicates = false;  // keep points apart that are equal in everything
   bool drop_degenerate = false;  // drop faces that repeat an index; they draw nothing
   bool drop_unused = false;      // drop points that no face uses
-  // Store the true values of the residue's copies too, so that its stream can be decoded alone.
-  bool standalone_residue = false;
-  // Condense the streams (encoder/condensing/condense.h): the container has version 3 if that saves bytes. Each
-  // condensed stream is expanded again and compared with libdraco's.
+  // Condense the streams if that saves bytes: code them with tables that all patches share. Each condensed
+  // stream is expanded again and compared with libdraco's.
   bool condense = false;
-  bool condense_smallest = false;  // see condense
-  bool verify = true;              // decode the container and compare it with the input before returning
-  bool refine = true;              // see PartitionOptions for this and the next two
+  bool condense_smallest = false;  // also if that decodes more slowly
+  Alone alone = Alone::kNone;
+  bool verify = true;  // compare what was decoded with the input before returning
+  bool refine = true;  // see PartitionOptions for this and the next two
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   // The patch of each face that is not dropped. If empty, encode_mesh partitions the mesh itself.
@@ -53,22 +57,28 @@ struct EncodeStatistics {
   // verified.
   std::optional<double> position_error;
   double partition_ms = 0;
-  double encode_ms = 0;  // all of encode_mesh except verification
+  double encode_ms = 0;  // all of encode_mesh except decoding and verifying the whole
   double verify_ms = 0;
 };
 
+// A stream without a container around it.
+struct LoneStream {
+  std::vector<uint8_t> bytes;
+  Mesh decoded;
+  std::vector<uint32_t> source_point;  // as in EncodedMesh
+};
+
 struct EncodedMesh {
-  std::vector<uint8_t> container;
-  // The same, opened (src/container/patch_container.h). It refers to the bytes of `container`: move an
-  // EncodedMesh, or keep the original of a copy.
-  std::shared_ptr<const PatchContainer> opened;
+  std::vector<uint8_t> container;  // empty if the streams are alone
   // How to request each attribute of the input from a decoder, in the input's order.
   std::vector<AttributeRequest> requests;
   // For each point of the decoded mesh, the input point that it came from. Morph targets and other arrays per
   // point are reordered accordingly.
   std::vector<uint32_t> source_point;
-  // The decoded container, if it was verified.
-  std::optional<Mesh> decoded;
+  Mesh decoded;                          // the decoded container
+  std::vector<LoneStream> lone_streams;  // instead of the container: see EncodeOptions::alone
+  std::vector<StreamEntry> entries;      // the directory's rows; those of lone streams have no stitch map
+  uint32_t head_bytes = 0;               // of the container's head: what condensed streams share
   EncodeStatistics statistics;
 };
 

@@ -1,13 +1,82 @@
 #include "encoder/encode_streams.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "encoder/coding/quantization.h"
+#include "encoder/condensing/condense_container.h"
+#include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
+#include "encoder/verify.h"
+#include "src/cpu/cpu_backend.h"
+#include "src/stopwatch.h"
 
 namespace psplit {
+namespace {
+
+// Encodes all patches. `with_values`: the decoded streams have their attributes.
+Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const AttributeCoding> codings,
+                      const EncodeOptions& options, const ThreadPool& pool, bool with_values,
+                      Streams& streams) {
+  const size_t patch_count = cut.patches.size();
+  streams.owned.resize(patch_count);
+  streams.decoded.resize(patch_count);
+  streams.bytes.resize(patch_count);
+  std::vector<Status> statuses(patch_count);
+  pool.for_each(patch_count, [&](size_t i) {
+    const PatchMesh patch = extract(*welded.mesh, cut.patches[i]);
+    Expected<EncodedPatch> encoded =
+        encode_edgebreaker(welded, patch, codings, options.encode_speed, with_values);
+    if (!encoded) {
+      statuses[i] = encoded.status().at({.patch = static_cast<int64_t>(i)});
+      return;
+    }
+    streams.bytes[i] = std::move(encoded->bytes);
+    streams.decoded[i] = std::move(encoded->decoded);
+    streams.owned[i].faces = streams.decoded[i].faces;
+    std::vector<uint32_t>& points = streams.owned[i].points = std::move(encoded->patch_point);
+    for (uint32_t& point : points) point = patch.points[point];
+    if (options.patch_encoded) options.patch_encoded(cut.patches[i].size());
+  });
+  for (Status& status : statuses)
+    if (!status.ok()) return std::move(status);
+  return {};
+}
+
+// The decoded streams, one after the other, with the mesh's point for each of their points.
+std::pair<Mesh, std::vector<uint32_t>> concatenate(const Streams& streams) {
+  std::pair<Mesh, std::vector<uint32_t>> all;
+  auto& [mesh, source_point] = all;
+  for (const Attribute& attribute : streams.decoded[0].attributes)
+    mesh.attributes.push_back(
+        {attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}});
+  for (size_t k = 0; k < streams.decoded.size(); ++k) {
+    const Mesh& decoded = streams.decoded[k];
+    for (const auto& [a, b, c] : decoded.faces)
+      mesh.faces.push_back({mesh.point_count + a, mesh.point_count + b, mesh.point_count + c});
+    mesh.point_count += decoded.point_count;
+    for (size_t i = 0; i < mesh.attributes.size(); ++i) {
+      const Array<std::byte>& values = decoded.attributes[i].values;
+      mesh.attributes[i].values.insert(mesh.attributes[i].values.end(), values.begin(), values.end());
+    }
+    const std::vector<uint32_t>& points = streams.owned[k].points;
+    source_point.insert(source_point.end(), points.begin(), points.end());
+  }
+  return all;
+}
+
+bool decode_alike(const PatchContainer& a, const PatchContainer& b, std::span<const AttributeRequest> requests,
+                  const ThreadPool& pool) {
+  const Expected<Mesh> of_a = cpu_backend().decode(a, requests, pool);
+  const Expected<Mesh> of_b = cpu_backend().decode(b, requests, pool);
+  if (!of_a || !of_b || of_a->faces != of_b->faces) return false;
+  return std::ranges::equal(of_a->attributes, of_b->attributes, {}, &Attribute::values, &Attribute::values);
+}
+
+}  // namespace
 
 Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
   if (mesh.find("POSITION") == nullptr) return invalid_input("the mesh has no POSITION");
-  if (mesh.faces.empty()) return invalid_input("the mesh has no triangles");
   if (codings.size() != mesh.attributes.size()) return invalid_input("one coding is needed per attribute");
   for (size_t i = 0; i < codings.size(); ++i) {
     const Attribute& attribute = mesh.attributes[i];
@@ -38,29 +107,53 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
   return {};
 }
 
-Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const AttributeCoding> codings,
-                      const EncodeOptions& options, const ThreadPool& pool, Streams& streams) {
-  const size_t patch_count = cut.patches.size();
-  streams.owned.resize(patch_count);
-  streams.bytes.resize(patch_count);
-  std::vector<Status> statuses(patch_count);
-  pool.for_each(patch_count, [&](size_t i) {
-    const PatchMesh patch = extract(*welded.mesh, cut.patches[i]);
-    Expected<std::vector<uint8_t>> bytes = encode_edgebreaker(welded, patch, codings, options.encode_speed);
-    Expected<DecodedOrder> order = edgebreaker_order(welded, patch, options.encode_speed);
-    if (!bytes || !order) {
-      statuses[i] = (bytes ? order.status() : bytes.status()).at({.patch = static_cast<int64_t>(i)});
-      return;
-    }
-    streams.bytes[i] = std::move(*bytes);
-    OwnedStream& owned = streams.owned[i];
-    owned.faces = std::move(order->faces);
-    owned.points.reserve(order->patch_point.size());
-    for (const uint32_t point : order->patch_point) owned.points.push_back(patch.points[point]);
-    if (options.patch_encoded) options.patch_encoded(cut.patches[i].size());
-  });
-  for (Status& status : statuses)
-    if (!status.ok()) return std::move(status);
+Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                 const EncodeOptions& options, uint32_t patch_count, const ThreadPool& pool,
+                                 EncodeStatistics& statistics) {
+  WeldedMesh welded = weld(mesh, pool);
+  separate_flat_faces(welded);
+  const Stopwatch partition_time;
+  const Cut cut = cut_faces(welded, {patch_count, options.refine, options.method, options.distance},
+                            options.patch_of_face, pool);
+  statistics.partition_ms += partition_time.ms();
+  statistics.patch_count += static_cast<uint32_t>(cut.patches.size());
+  std::vector<uint8_t> is_in_patch(mesh.point_count, 0);
+  for (const auto& faces : cut.patches)
+    for (const uint32_t face : faces)
+      for (const uint32_t point : mesh.faces[face]) is_in_patch[point] = 1;
+  const bool has_residue = !cut.residue_faces.empty() || std::ranges::find(is_in_patch, 0) != is_in_patch.end();
+  const bool is_whole = cut.patches.size() == 1 && !has_residue;
+  const bool alone = options.alone == Alone::kAll || (options.alone == Alone::kWhole && is_whole);
+  Streams streams;
+  Status status = encode_patches(welded, cut, codings, options, pool, alone, streams);
+  if (status.ok())
+    status = encode_residue(welded, cut.residue_faces, is_in_patch, codings, options.encode_speed, alone,
+                            streams, statistics);
+  if (!status.ok()) return status;
+  return streams;
+}
+
+Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
+                      std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
+                      int encode_speed, bool standalone, Streams& streams, EncodeStatistics& statistics) {
+  Residue residue = extract_residue(*welded.mesh, residue_faces, is_in_patch, standalone);
+  statistics.residue_faces += residue.face_count;
+  statistics.residue_points += residue.owned_count;
+  if (residue.patch.points.empty()) return {};
+  Expected<std::vector<uint8_t>> bytes = encode_sequential(welded, residue.patch, codings, encode_speed);
+  if (!bytes) return bytes.status();
+  Mesh& decoded = streams.decoded.emplace_back();
+  if (standalone) {
+    Expected<Mesh> mesh = decode_draco_stream(*bytes, stream_requests(*welded.mesh));
+    if (!mesh) return runtime_failure("verification: " + mesh.status().to_string());
+    decoded = std::move(*mesh);
+  } else {
+    decoded.faces.assign(residue.patch.faces.begin(), residue.patch.faces.end());
+  }
+  decoded.faces.resize(residue.face_count);
+  streams.has_residue = true;
+  streams.bytes.push_back(std::move(*bytes));
+  streams.owned.push_back({decoded.faces, std::move(residue.patch.points), true});
   return {};
 }
 
@@ -69,11 +162,56 @@ Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const St
   for (size_t i = 0; i < streams.owned.size(); ++i) {
     if (streams.bytes[i].size() > 0xffffffffu) return unsupported("a patch takes more than 4 GB");
     entries.push_back({static_cast<uint32_t>(streams.bytes[i].size()),
-                       static_cast<uint32_t>(streams.owned[i].faces.size()),
+                       static_cast<uint32_t>(streams.decoded[i].faces.size()),
                        static_cast<uint32_t>(streams.owned[i].points.size()), stitching.reference_counts[i],
                        static_cast<uint32_t>(stitching.maps[i].size())});
   }
   return entries;
+}
+
+Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std::vector<uint8_t> is_known) {
+  Stitching none;
+  none.maps.resize(streams.owned.size());
+  for (const OwnedStream& stream : streams.owned) {
+    uint32_t& references = none.reference_counts.emplace_back(0);
+    for (const uint32_t point : stream.points) references += std::exchange(is_known[point], uint8_t{1});
+  }
+  return make_entries(streams, none);
+}
+
+Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
+                   std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
+                   EncodeStatistics& statistics) {
+  Status status = verify_decoded(mesh, codings, decoded, source_point, foreign_count, has_copies);
+  std::optional<double>& error = statistics.position_error;
+  if (status.ok()) error = std::max(error.value_or(0), largest_distance(mesh, decoded, source_point));
+  return status;
+}
+
+Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
+                    EncodeStatistics& statistics) {
+  if (streams.decoded.size() == 1)
+    return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true, statistics);
+  const auto [decoded, source_point] = concatenate(streams);
+  return verify_mesh(mesh, codings, decoded, source_point, 0, true, statistics);
+}
+
+Expected<std::vector<uint8_t>> condense_and_verify(const PatchContainer& container,
+                                                   std::span<const AttributeRequest> requests, bool smallest,
+                                                   bool verify, const ThreadPool& pool,
+                                                   EncodeStatistics& statistics) {
+  std::vector<uint8_t> bytes;
+  {
+    const ScopedStopwatch encode_time(statistics.encode_ms);
+    bytes = condense_container(container, smallest, pool);
+  }
+  if (bytes.size() >= container.bytes.size()) return std::vector<uint8_t>();
+  const ScopedStopwatch verify_time(statistics.verify_ms);
+  const Expected<PatchContainer> condensed = open_container(bytes);
+  if (!condensed) return runtime_failure("verification: " + condensed.status().to_string());
+  if (verify && !decode_alike(container, *condensed, requests, pool))
+    return runtime_failure("verification: condensed patches decode to another mesh");
+  return bytes;
 }
 
 }  // namespace psplit

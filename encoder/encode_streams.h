@@ -1,4 +1,5 @@
-// The streams of a mesh's patches. Encoding a mesh in memory and encoding it part by part share them.
+// The streams of a mesh, or of a part of one: cut, encoded and verified. Encoding a mesh in memory and encoding
+// it part by part take these steps.
 #pragma once
 
 #include <cstdint>
@@ -8,25 +9,61 @@
 #include "encoder/cut_faces.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/stitching/build_stitching.h"
-#include "src/container/stream_entry.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 
 // Everything that goes into a container.
 struct Streams {
   std::vector<OwnedStream> owned;
+  std::vector<Mesh> decoded;  // of each stream; the attributes are left out unless the streams may be alone
   std::vector<std::vector<uint8_t>> bytes;
-  bool has_residue = false;
+  bool has_residue = false;  // the last stream
+
+  // Whether they may be stored without a container.
+  bool may_be_alone(Alone alone) const {
+    return alone == Alone::kAll || (alone == Alone::kWhole && bytes.size() == 1 && !has_residue);
+  }
 };
 
-// Whether encode_mesh can encode the mesh with these codings. Errors: kInvalidInput, kUnsupported.
+// Whether encode_mesh can encode the mesh with these codings. A mesh without faces passes. Errors:
+// kInvalidInput, kUnsupported.
 Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings);
 
-// Encodes all patches, without the residue. Errors have the number of the patch as their place.
-Status encode_patches(const WeldedMesh& welded, const Cut& cut, std::span<const AttributeCoding> codings,
-                      const EncodeOptions& options, const ThreadPool& pool, Streams& streams);
+// Welds the mesh, cuts it into `patch_count` patches or as options.patch_of_face says, and encodes these and
+// the residue. Nothing is merged or dropped. Adds to the statistics what it counts. Errors have the number of
+// the patch as their place.
+Expected<Streams> encode_streams(const Mesh& mesh, std::span<const AttributeCoding> codings,
+                                 const EncodeOptions& options, uint32_t patch_count, const ThreadPool& pool,
+                                 EncodeStatistics& statistics);
+
+// Appends the residue of `mesh`: its faces `residue_faces`, and the points that no face uses. Other streams
+// have the points with is_in_patch[point] = 1. With `standalone`, the stream holds their true values, and the
+// decoded one its attributes. Nothing is appended if there are no such faces and points.
+Status encode_residue(const WeldedMesh& welded, std::span<const uint32_t> residue_faces,
+                      std::span<const uint8_t> is_in_patch, std::span<const AttributeCoding> codings,
+                      int encode_speed, bool standalone, Streams& streams, EncodeStatistics& statistics);
 
 // The rows of the directory. Errors: kUnsupported.
 Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const Stitching& stitching);
+// The same for streams without a container: a stream counts the points that were not known before it as its
+// own, as in a container. `is_known` has 1 for such points of the mesh.
+Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std::vector<uint8_t> is_known);
+
+// Compares a decoded mesh with `mesh` (verify_decoded), and notes the largest distance of its positions.
+Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
+                   std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
+                   EncodeStatistics& statistics);
+// The same for streams that are stored without a container.
+Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
+                    EncodeStatistics& statistics);
+
+// The container of the same streams, condensed (condense_container), or nothing if that is not smaller. With
+// `verify`, both containers are decoded, and must give the same bits. Adds the times to the statistics. Errors:
+// kRuntimeFailure, which is a bug.
+Expected<std::vector<uint8_t>> condense_and_verify(const PatchContainer& container,
+                                                   std::span<const AttributeRequest> requests, bool smallest,
+                                                   bool verify, const ThreadPool& pool,
+                                                   EncodeStatistics& statistics);
 
 }  // namespace psplit

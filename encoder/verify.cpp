@@ -26,45 +26,46 @@ float float_at(const Attribute& attribute, size_t index) {
   return value;
 }
 
-bool within_half_step(const Attribute& wanted, const Attribute& got, size_t wanted_point, size_t got_point,
-                      std::span<const double> bounds) {
-  for (size_t c = 0; c < wanted.component_count; ++c) {
-    const double difference = double{float_at(wanted, wanted_point * wanted.component_count + c)} -
-                              double{float_at(got, got_point * wanted.component_count + c)};
-    if (!(std::fabs(difference) <= bounds[c])) return false;
-  }
+// Whether a decoded value is what quantization may make of the wanted one.
+bool agree(const Attribute& wanted, const Attribute& got, size_t wanted_point, size_t got_point,
+           const AttributeCoding& coding, std::span<const double> bounds) {
+  if (coding.bits == 0)
+    return std::memcmp(wanted.values.data() + wanted_point * wanted.stride(),
+                       got.values.data() + got_point * got.stride(), wanted.stride()) == 0;
+  const auto wanted_at = [&](size_t c) {
+    return double{float_at(wanted, wanted_point * wanted.component_count + c)};
+  };
+  const auto got_at = [&](size_t c) { return double{float_at(got, got_point * got.component_count + c)}; };
+  if (coding.octahedral)
+    return direction_distance({wanted_at(0), wanted_at(1), wanted_at(2)}, {got_at(0), got_at(1), got_at(2)}) <=
+           bounds[0];
+  for (size_t c = 0; c < wanted.component_count; ++c)
+    if (component_distance(wanted_at(c), got_at(c)) > bounds[c]) return false;
   return true;
-}
-
-bool within_octahedral_step(const Attribute& wanted, const Attribute& got, size_t wanted_point,
-                            size_t got_point, double bound) {
-  double dot = 0, wanted_square = 0, got_square = 0;
-  for (size_t c = 0; c < 3; ++c) {
-    const double a = double{float_at(wanted, wanted_point * 3 + c)},
-                 b = double{float_at(got, got_point * 3 + c)};
-    dot += a * b;
-    wanted_square += a * a;
-    got_square += b * b;
-  }
-  const double chord = std::sqrt(std::max(0.0, 2.0 - 2.0 * dot / std::sqrt(wanted_square * got_square)));
-  return chord <= bound;
 }
 
 }  // namespace
 
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                      std::span<const uint32_t> source_point, uint32_t foreign_count) {
+                      std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies) {
   const uint64_t point_count = uint64_t{decoded.point_count} + foreign_count;
-  if (point_count != mesh.point_count || source_point.size() != mesh.point_count)
+  if (source_point.size() != point_count ||
+      (has_copies ? point_count < mesh.point_count : point_count != mesh.point_count))
     return differs("points: " + std::to_string(point_count) + ", not " + std::to_string(mesh.point_count));
   if (decoded.faces.size() != mesh.faces.size())
     return differs("faces: " + std::to_string(decoded.faces.size()) + ", not " +
                    std::to_string(mesh.faces.size()));
 
   std::vector<uint8_t> seen(mesh.point_count, 0);
-  for (uint32_t source : source_point)
-    if (source >= mesh.point_count || std::exchange(seen[source], uint8_t{1}) != 0)
+  size_t seen_count = 0;
+  for (uint32_t source : source_point) {
+    if (source >= mesh.point_count) return differs("a point came back that is not there");
+    if (std::exchange(seen[source], uint8_t{1}) == 0)
+      ++seen_count;
+    else if (!has_copies)
       return differs("a point came back twice");
+  }
+  if (seen_count != mesh.point_count) return differs("a point did not come back");
 
   std::vector<std::array<uint32_t, 3>> wanted, got;
   wanted.reserve(mesh.faces.size());
@@ -84,20 +85,10 @@ Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings
     const Attribute& b = decoded.attributes[i];
     if (a.stride() != b.stride() || a.component_type != b.component_type)
       return differs(a.semantic + " changed type");
-    std::vector<double> bounds;
-    if (codings[i].octahedral)
-      bounds.push_back(octahedral_bound(codings[i].bits));
-    else if (codings[i].bits > 0)
-      for (const float origin : codings[i].origin)
-        bounds.push_back(grid_bound(codings[i].bits, origin, codings[i].range));
+    const std::vector<double> bounds = error_bounds(codings[i]);
     for (uint32_t point = 0; point < decoded.point_count; ++point) {
       const uint32_t source = source_point[point];
-      const bool same = codings[i].bits == 0
-                            ? std::memcmp(a.values.data() + source * a.stride(),
-                                          b.values.data() + point * a.stride(), a.stride()) == 0
-                        : codings[i].octahedral ? within_octahedral_step(a, b, source, point, bounds[0])
-                                                : within_half_step(a, b, source, point, bounds);
-      if (!same)
+      if (!agree(a, b, source, point, codings[i], bounds))
         return differs(a.semantic + " of point " + std::to_string(source) + " came back with another value");
     }
   }

@@ -1,4 +1,6 @@
-// Checks that a container holds the mesh that it was made from.
+// Checks that a container holds the mesh that it was made from: the meaning of
+// gltf_ext/compare/compare_assets.h, by the same bounds and distances (encoder/coding/quantization.h), for a
+// mesh whose points have known partners.
 #pragma once
 
 #include <span>
@@ -13,9 +15,11 @@ namespace psplit {
 // that `source_point` is a bijection onto the points of `mesh`; that the faces are the same under it, with the
 // same orientation; that exact attributes have the same bits; and that quantized ones differ by at most half a
 // step of their grid. The last `foreign_count` points of `source_point` are points without values: faces of
-// `decoded` name them, but another part of the container has them.
+// `decoded` name them, but another part of the container has them. With `has_copies`, several points of
+// `decoded` may be the same point of `mesh`.
 Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                      std::span<const uint32_t> source_point, uint32_t foreign_count = 0);
+                      std::span<const uint32_t> source_point, uint32_t foreign_count = 0,
+                      bool has_copies = false);
 
 // The largest distance between a position of `mesh` and the decoded position, if positions are three floats;
 // otherwise 0. verify_decoded has passed.

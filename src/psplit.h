@@ -1,4 +1,5 @@
-// The public headers of psplit::decoder, in the order in which to read them.
+// The public headers of psplit::decoder, in the order in which to read them. `#include <psplit/psplit.h>` is
+// all that a loader needs.
 //
 // status.h and mesh.h have the types that everything returns: an Expected<T> holds a T or a Status, and a Mesh
 // is one triangle primitive in plain arrays. loader.h is the one header that most loaders need: it turns the
@@ -7,7 +8,7 @@
 // default), cpu_backend.h the CPU's decoder and single Draco files, and stream_description.h what a Draco
 // stream holds.
 //
-// Each other component of the package has headers of its own:
+// Each other component of the package has headers of its own, which are installed below psplit/:
 //
 //   psplit::cuda      decoder_cuda/psplit_cuda.h             decodes on a GPU
 //   psplit::tinygltf  gltf_ext/tinygltf/tinygltf_plugin.h    loads whole glTF files with tinygltf
@@ -21,6 +22,8 @@
 //                     gltf_ext/document/write_document.h     writes it
 //
 // gltf_ext/examples has a program for each of these.
+//
+// Headers need C++20, mostly for std::span. status.h, parallel.h and mesh/mesh.h also compile as C++17.
 #pragma once
 
 // clang-format off: the order is for readers.

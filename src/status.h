@@ -10,16 +10,16 @@
 
 namespace psplit {
 
-// The values are the exit codes of gltf-psplit.
-enum class StatusCode : int {
-  kOk = 0,
-  kUsage = 1,
-  kIo = 2,
-  kInvalidInput = 3,
-  kRuntimeFailure = 4,
-  kUnsupported = 5,
-  kCancelled = 6,  // the caller stopped the work; no command exits with it
-  kDiffers = 7,
+enum class StatusCode : uint8_t {
+  kOk,
+  kUsage,           // the caller's arguments are wrong
+  kIo,              // a file cannot be read or written
+  kInvalidInput,    // the input is malformed
+  kRuntimeFailure,  // what should not fail failed
+  kUnsupported,     // the input is valid, but uses what psplit does not support
+  kCancelled,       // the caller stopped the work
+  kDiffers,         // meshes that should be the same are not
+  kMayPass,         // the same call may succeed later: a full disk, no memory, a lock, an interruption
 };
 
 // The place of an error. -1 and "" mean that a part is not known or does not apply.
@@ -55,6 +55,9 @@ class [[nodiscard]] PSPLIT_EXPORT Status {
 
 inline Status invalid_input(std::string message, Place place = {}) {
   return {StatusCode::kInvalidInput, std::move(message), std::move(place)};
+}
+inline Status wrong_usage(std::string message, Place place = {}) {
+  return {StatusCode::kUsage, std::move(message), std::move(place)};
 }
 inline Status unsupported(std::string message, Place place = {}) {
   return {StatusCode::kUnsupported, std::move(message), std::move(place)};

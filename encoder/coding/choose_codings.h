@@ -27,8 +27,8 @@ PSPLIT_EXPORT int wanted_bits(const Attribute& attribute, const CodingOptions& o
 // that no grid can hold are kept exactly: values that are not finite, and normals that are not unit vectors.
 PSPLIT_EXPORT AttributeCoding choose_coding(const Attribute& attribute, const CodingBounds& bounds, int bits);
 
-// The codings of a mesh with a grid of its own for each attribute, fitted to all of its points: reduce
-// (encoder/welding/reduce.h) a mesh before that whose other points are dropped.
+// The codings of a mesh with a grid of its own for each attribute, fitted to all of its points, also to those
+// that encoding drops.
 //
 // Values of quantized attributes that exceed glTF's limits by rounding noise are set to the limits first
 // (trim_noise). Call round_weights when all grids are final.

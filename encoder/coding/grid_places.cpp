@@ -1,6 +1,7 @@
 #include "encoder/coding/grid_places.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -17,23 +18,7 @@ bool decides_no_topology(const Attribute& attribute, const AttributeCoding& codi
   return coding.bits > 0 && attribute.semantic != "POSITION";
 }
 
-Array<std::byte> places_of(const Attribute& attribute, const AttributeCoding& coding) {
-  Array<std::byte> places(attribute.values.size());
-  std::vector<float> value(attribute.component_count);
-  for (size_t at = 0; at < places.size(); at += attribute.stride()) {
-    std::memcpy(value.data(), attribute.values.data() + at, attribute.stride());
-    if (coding.octahedral)
-      std::ranges::copy(round_direction({value[0], value[1], value[2]}, coding.bits), value.begin());
-    else
-      for (size_t c = 0; c < value.size(); ++c)
-        value[c] = coding.range > 0 ? grid_place(value[c], coding.origin[c], coding.range, coding.bits) : 0;
-    std::memcpy(places.data() + at, value.data(), attribute.stride());
-  }
-  return places;
-}
-
-}  // namespace
-
+// The unit vector of the nearest place of an octahedral grid of `bits`.
 std::array<float, 3> round_direction(const std::array<float, 3>& vector, int bits) {
   const int32_t center = (1 << (bits - 1)) - 1;
   const double sum = std::fabs(double{vector[0]}) + std::fabs(double{vector[1]}) + std::fabs(double{vector[2]});
@@ -52,6 +37,35 @@ std::array<float, 3> round_direction(const std::array<float, 3>& vector, int bit
   std::array<float, 3> unit{};
   grid.unit_vector(grid.project({x, y, share[2] < 0 ? -z : z}, false), unit.data());
   return unit;
+}
+
+Array<std::byte> places_of(const Attribute& attribute, const AttributeCoding& coding) {
+  Array<std::byte> places(attribute.values.size());
+  std::vector<float> value(attribute.component_count);
+  for (size_t at = 0; at < places.size(); at += attribute.stride()) {
+    std::memcpy(value.data(), attribute.values.data() + at, attribute.stride());
+    if (coding.octahedral)
+      round_to_grid(value, coding);
+    else
+      for (size_t c = 0; c < value.size(); ++c)
+        value[c] = coding.range > 0 ? grid_place(value[c], coding.origin[c], coding.range, coding.bits) : 0;
+    std::memcpy(places.data() + at, value.data(), attribute.stride());
+  }
+  return places;
+}
+
+}  // namespace
+
+void round_to_grid(std::span<float> value, const AttributeCoding& grid) {
+  if (grid.octahedral) {
+    std::ranges::copy(round_direction({value[0], value[1], value[2]}, grid.bits), value.begin());
+    return;
+  }
+  const float step = grid.range / static_cast<float>((1u << grid.bits) - 1);
+  for (size_t c = 0; c < value.size(); ++c)
+    value[c] = grid.range > 0
+                   ? grid_place(value[c], grid.origin[c], grid.range, grid.bits) * step + grid.origin[c]
+                   : grid.origin[c];
 }
 
 std::function<Array<std::byte>(size_t)> places_on_grids(const Mesh& mesh,

@@ -1,7 +1,6 @@
 // Values that decoders cannot tell apart, because they are on one place of a grid.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <span>
 
@@ -11,8 +10,9 @@
 
 namespace psplit {
 
-// The value that a decoder makes of the nearest place of an octahedral grid of `bits`.
-PSPLIT_EXPORT std::array<float, 3> round_direction(const std::array<float, 3>& vector, int bits);
+// Replaces a value by what decoders make of the nearest place of its grid, bit for bit: three components of a
+// direction, or as many as the grid has.
+PSPLIT_EXPORT void round_to_grid(std::span<float> value, const AttributeCoding& grid);
 
 // Returns for each attribute of the mesh, given by its index, bytes that are equal for values on one place of
 // its grid. Empty for POSITION, whose values decide the topology, and for exact values. An empty function if

@@ -258,4 +258,27 @@ double grid_bound(int bits, float origin, float range) {
 // sqrt(3).
 double octahedral_bound(int bits) { return 3.0 / (std::ldexp(1.0, bits - 1) - 1.0) + 1e-6; }
 
+std::vector<double> error_bounds(const AttributeCoding& coding) {
+  if (coding.bits == 0) return {};
+  if (coding.octahedral) return {octahedral_bound(coding.bits)};
+  std::vector<double> bounds;
+  for (const float origin : coding.origin) bounds.push_back(grid_bound(coding.bits, origin, coding.range));
+  return bounds;
+}
+
+double direction_distance(const std::array<double, 3>& a, const std::array<double, 3>& b) {
+  if (a == b) return 0;
+  const auto length = [](const std::array<double, 3>& v) {
+    return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  };
+  const double length_a = length(a), length_b = length(b);
+  if (length_a == 0 || length_b == 0) return 0;
+  double square = 0;
+  for (size_t c = 0; c < 3; ++c) {
+    const double apart = a[c] / length_a - b[c] / length_b;
+    square += apart * apart;
+  }
+  return std::isnan(square) ? INFINITY : std::sqrt(square);
+}
+
 }  // namespace psplit

@@ -1,6 +1,8 @@
 // Quantization grids that libdraco reproduces to the bit.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -69,5 +71,18 @@ double grid_step(const AttributeCoding& grid);
 // vectors on an octahedral grid.
 double grid_bound(int bits, float origin, float range);
 double octahedral_bound(int bits);
+// The bound of each component, or of the direction as a whole. Empty for exact values.
+std::vector<double> error_bounds(const AttributeCoding& coding);
+
+// The distances that these bounds limit. Infinite if one value is NaN and the other is not the same NaN. Zeros
+// of both signs are equal.
+inline double component_distance(double a, double b) {
+  if (a == b || std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(b)) return 0;
+  const double distance = std::fabs(a - b);
+  return std::isnan(distance) ? INFINITY : distance;
+}
+// The chord between the directions of two vectors of any length. 0 if one has the length 0: it has no
+// direction, so that every direction is right.
+double direction_distance(const std::array<double, 3>& a, const std::array<double, 3>& b);
 
 }  // namespace psplit

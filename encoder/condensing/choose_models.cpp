@@ -47,48 +47,47 @@ double all_bits(const TokenCounts& counts, double scale) {
 
 }  // namespace
 
-void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
+void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribute,
                                    std::span<const uint32_t> known, Attribute& to) {
+  const uint32_t components = source.attribute(attribute).value_components();
   for (const bool backward : {false, true})
     for (const bool two : {false, true}) {
       CreationCounts& counts = to.by_creation[backward][two];
-      const CreatedValues values(source, attribute, components, backward, two, known);
-      for (uint32_t i = values.first(); i < values.count(); ++i) {
-        const CreationPredictor::Prediction by = values.predictors(i);
+      const CreationSymbols values(source, attribute, backward, two, known);
+      for (uint32_t i = 0; i < values.count(); ++i) {
+        const uint32_t parallelograms = values.parallelograms(i);
         const auto count = [&](TokenCounts& tokens, bool mean, uint32_t reach) {
-          for (uint32_t k = 0; k < components; ++k)
-            ++tokens[token_of(values.symbol(i, k, by, mean, reach)).token];
+          for (uint32_t k = 0; k < components; ++k) ++tokens[token_of(values.symbol(i, k, mean, reach)).token];
         };
-        if (by.parallelogram_count == 0)
+        if (parallelograms == 0)
           for (const bool mean : {false, true}) count(counts.none[mean], mean, 0);
         else
           for (uint32_t reach = 0; reach < kReaches; ++reach)
-            count((by.parallelogram_count == 1 ? counts.one : counts.two)[reach], false, reach);
+            count((parallelograms == 1 ? counts.one : counts.two)[reach], false, reach);
       }
     }
 }
 
-void CodingCounts::add(const DracoFields& fields, const Skeleton& skeleton, const DecodedSource* source,
-                       const BorderPart* border) {
+void CodingCounts::add(const DracoFields& fields, const DecodedSource* source, const BorderPart* border) {
   add_symbols(fields, contexts_of_symbols(fields, kMostLastSymbols), last_symbols_);
   add_symbols(fields, contexts_of_symbols(fields, kValenceContexts), valences_);
   if (border != nullptr) {
-    const uint32_t components = skeleton.attributes[0].components;
+    const uint32_t components = fields.attributes[0].components;
     inner_.may_be_by_creation = true;
-    add_by_creation(*source, 0, components, border->known, inner_);
+    add_by_creation(*source, 0, border->known, inner_);
     // Without border parts, corrections in Draco's order are the alternative.
-    inner_.in_draco_order.add(code_in_draco_order(fields.attributes[0], skeleton.attributes[0]), components);
+    inner_.in_draco_order.add(code_in_draco_order(fields.attributes[0]), components);
     for (size_t n = 0; n < border->symbols.size(); ++n)
       ++border_[n < components ? 0 : 1][token_of(border->symbols[n]).token];
   }
   for (uint32_t i = 0; i < fields.attributes.size(); ++i) {
-    const SkeletonAttribute& attribute = skeleton.attributes[i];
+    const AttributeFields& attribute = fields.attributes[i];
     AttributeCounts in_draco_order;
-    in_draco_order.add(code_in_draco_order(fields.attributes[i], attribute), attribute.components);
+    in_draco_order.add(code_in_draco_order(attribute), attribute.components);
     attributes_[i].in_draco_order += in_draco_order;
-    if (source != nullptr && attribute.allows_creation_order()) {
+    if (source != nullptr && attribute.skeleton.allows_creation_order()) {
       attributes_[i].may_be_by_creation = true;
-      add_by_creation(*source, i, attribute.components, {}, attributes_[i]);
+      add_by_creation(*source, i, {}, attributes_[i]);
       continue;
     }
     // It has these corrections anyway, and they share the tables.

@@ -1,8 +1,8 @@
 // Chooses how the streams of a primitive are coded.
 #pragma once
 
-#include "encoder/condensing/border_part.h"
-#include "encoder/condensing/models.h"
+#include "encoder/condensing/border_symbols.h"
+#include "encoder/condensing/shared_models.h"
 
 namespace psplit {
 
@@ -19,8 +19,7 @@ class CodingCounts {
 
   // `source` is null if no attribute may be coded by creation. `border` is null if values at borders cannot be
   // stored once.
-  void add(const DracoFields& fields, const Skeleton& skeleton, const DecodedSource* source,
-           const BorderPart* border);
+  void add(const DracoFields& fields, const DecodedSource* source, const BorderPart* border);
   CodingCounts& operator+=(const CodingCounts& other);
 
   // All streams have `scale` times the symbols of the sample.
@@ -37,8 +36,8 @@ class CodingCounts {
     CreationCounts by_creation[2][2];  // by `backward` and `two`
     void add(const Attribute& other);
   };
-  static void add_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
-                              std::span<const uint32_t> known, Attribute& to);
+  static void add_by_creation(const DecodedSource& source, uint32_t attribute, std::span<const uint32_t> known,
+                              Attribute& to);
   static ValueCoding choose_values(const Attribute& attribute, double scale, bool smallest, double& bits);
   uint32_t choose_symbols(double scale, bool smallest, double bits_of_values) const;
 

@@ -36,33 +36,31 @@ inline bool has_seams(const std::vector<uint8_t>& seams) { return std::ranges::f
 std::vector<uint16_t> contexts_of_symbols(const DracoFields& fields, uint32_t symbol_contexts);
 
 // Draco's corrections, or the raw values, of an attribute in Draco's order.
-CodedValues code_in_draco_order(const AttributeFields& fields, const SkeletonAttribute& attribute);
+CodedValues code_in_draco_order(const AttributeFields& fields);
 inline constexpr uint32_t kReaches = 3;
 
-// The values of one attribute in the order of creation, and what predicts them.
-class CreatedValues {
+// The symbols of one attribute in the order of creation, under every choice of means and of reach.
+class CreationSymbols {
  public:
   // `known` are vertices whose values are not coded.
-  CreatedValues(const DecodedSource& source, uint32_t attribute, uint32_t components, bool backward, bool two,
-                std::span<const uint32_t> known);
+  CreationSymbols(const DecodedSource& source, uint32_t attribute, bool backward, bool two,
+                  std::span<const uint32_t> known);
 
-  // The values from `first` on are coded.
-  uint32_t first() const { return order_.known_count; }
-  uint32_t count() const { return static_cast<uint32_t>(order_.vertex.size()); }
-  CreationPredictor::Prediction predictors(uint32_t i) const { return predictor_.of(i); }
+  // The values that are coded.
+  uint32_t count() const { return static_cast<uint32_t>(created_.table_of().size()); }
+  // The number of parallelograms that predict value i.
+  uint32_t parallelograms(uint32_t i) const { return created_.table_of()[i]; }
   // The symbol of a component of value i.
-  uint32_t symbol(uint32_t i, uint32_t component, const CreationPredictor::Prediction& by, bool mean,
-                  uint32_t reach) const;
+  uint32_t symbol(uint32_t i, uint32_t component, bool mean, uint32_t reach) const;
 
  private:
-  uint32_t components_;
-  CreationOrder order_;
-  CreationPredictor predictor_;
-  std::vector<int32_t> values_;  // by rank
+  std::unique_ptr<uint8_t[]> memory_;
+  core::Attribute<uint32_t> attribute_;  // by vertex
+  core::CreatedValues<uint32_t> created_;
 };
 
 // The values of an attribute in the order of creation.
-CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, uint32_t components,
-                             ValueCoding coding, std::span<const uint32_t> known);
+CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, ValueCoding coding,
+                             std::span<const uint32_t> known);
 
 }  // namespace psplit

@@ -27,7 +27,7 @@ class Condenser {
   std::optional<CondensedStreams> condense(bool with_borders) {
     read_streams();
     share_skeletons();
-    if (skeletons_.empty()) return std::move(result_);
+    if (models_.skeletons.empty()) return std::move(result_);
     const Codings codings = choose_codings(with_borders && may_have_borders());
     code_patches(codings);
     if (codings.has_borders && !borders_agree()) return std::nullopt;
@@ -66,13 +66,14 @@ class Condenser {
     const auto is_condensable = [](const Patch& patch) { return patch.is_condensable; };
     return std::ranges::any_of(counts_, has_stitch) &&
            static_cast<size_t>(std::ranges::count_if(patches_, is_condensable)) == patch_count() &&
-           std::ranges::all_of(skeletons_, [&](const Skeleton& skeleton) {
-             return skeleton.attributes[0].allows_creation_order() &&
-                    skeleton.attributes[0].components == skeletons_[0].attributes[0].components;
+           std::ranges::all_of(std::span(patches_).first(patch_count()), [&](const Patch& patch) {
+             const AttributeFields& first = patch.coded.fields.attributes[0];
+             return first.skeleton.allows_creation_order() &&
+                    first.components == patches_[0].coded.fields.attributes[0].components;
            });
   }
   BorderPart border_part(size_t i, const DecodedSource& source) const {
-    const uint32_t components = skeleton_of(patches_[i]).attributes[0].components;
+    const uint32_t components = patches_[i].coded.fields.attributes[0].components;
     return make_border_part(source, counts_[i], static_cast<uint32_t>(i), components);
   }
   bool borders_agree() const {
@@ -81,7 +82,7 @@ class Condenser {
     std::vector<uint8_t> agree(patches_.size(), 1);
     pool_.for_each(patches_.size(), [&](size_t i) {
       if (!patches_[i].is_condensable) return;
-      const uint32_t components = skeleton_of(patches_[i]).attributes[0].components;
+      const uint32_t components = patches_[i].coded.fields.attributes[0].components;
       agree[i] = parts[i].agrees(counts_[i], static_cast<uint32_t>(i), components, parts);
     });
     return std::ranges::find(agree, 0) == agree.end();
@@ -91,8 +92,6 @@ class Condenser {
     pool_.for_each(streams_.size(), [&](size_t i) {
       std::optional<DracoFields> fields = condensable_fields(streams_[i], counts_[i]);
       if (!fields) return;
-      const Expected<Skeleton> skeleton = read_skeleton(fields->skeleton);
-      if (!skeleton || !has_condensable_attributes(*fields, *skeleton)) return;
       patches_[i].is_condensable = true;
       patches_[i].coded.fields = std::move(*fields);
       patches_[i].coded.point_count = counts_[i].point_count;
@@ -116,19 +115,14 @@ class Condenser {
       if (s == levels.size()) {
         models_.skeletons.push_back({fields.skeleton, 0});
         levels.push_back(fields.possible_levels);
-        skeletons_.push_back(*read_skeleton(fields.skeleton));
       }
       patch.skeleton = s;
       levels[s] &= fields.possible_levels;
+      attribute_count_ = std::max(attribute_count_, fields.attributes.size());
+      data_count_ = std::max(data_count_, fields.seams.size());
     }
     for (size_t s = 0; s < levels.size(); ++s) models_.skeletons[s].symbol_level = std::countr_zero(levels[s]);
-    for (const Skeleton& skeleton : skeletons_) {
-      attribute_count_ = std::max(attribute_count_, skeleton.attributes.size());
-      data_count_ = std::max<size_t>(data_count_, skeleton.data_count);
-    }
   }
-
-  const Skeleton& skeleton_of(const Patch& patch) const { return skeletons_[patch.skeleton]; }
 
   // Calls body(part, i) for each stream i in some order, where streams of the same part follow each other.
   template <typename Body>
@@ -139,11 +133,11 @@ class Condenser {
   }
 
   std::unique_ptr<DecodedSource> decode(size_t i) const {
-    const Skeleton& skeleton = skeleton_of(patches_[i]);
-    const bool is_needed = std::ranges::any_of(skeleton.attributes, [](const SkeletonAttribute& attribute) {
-      return attribute.allows_creation_order();
+    const DracoFields& fields = patches_[i].coded.fields;
+    const bool is_needed = std::ranges::any_of(fields.attributes, [](const AttributeFields& attribute) {
+      return attribute.skeleton.allows_creation_order();
     });
-    return is_needed ? DecodedSource::decode(streams_[i], counts_[i].point_count, skeleton) : nullptr;
+    return is_needed ? DecodedSource::decode(streams_[i], counts_[i].point_count, fields) : nullptr;
   }
 
   Codings choose_codings(bool with_borders) const {
@@ -160,8 +154,7 @@ class Condenser {
       const std::unique_ptr<DecodedSource> source = decode(i);
       const bool has_border = with_borders && source != nullptr;
       const BorderPart border = has_border ? border_part(i, *source) : BorderPart();
-      parts[part].add(patches_[i].coded.fields, skeleton_of(patches_[i]), source.get(),
-                      has_border ? &border : nullptr);
+      parts[part].add(patches_[i].coded.fields, source.get(), has_border ? &border : nullptr);
     });
     for (size_t part = 1; part < kParts; ++part) parts[0] += parts[part];
     const double scale = static_cast<double>(faces) / static_cast<double>(std::max<uint64_t>(sample_faces, 1));
@@ -182,7 +175,7 @@ class Condenser {
     set_tables(codings, parts[0]);
   }
 
-  void set_token_tables(size_t a, AttributeModel& model) {
+  void set_token_tables(size_t a, AttributeTables& model) {
     std::vector<size_t> streams;
     for (size_t i = 0; i < patches_.size(); ++i)
       if (patches_[i].is_condensable && a < patches_[i].coded.attributes.size()) streams.push_back(i);
@@ -190,7 +183,7 @@ class Condenser {
     pool_.for_each(streams.size(), [&](size_t n) {
       const Patch& patch = patches_[streams[n]];
       AttributeCounts counts;
-      counts.add(patch.coded.attributes[a], skeleton_of(patch).attributes[a].components);
+      counts.add(patch.coded.attributes[a], patch.coded.fields.attributes[a].components);
       tokens[n] = patch_tokens(counts);
     });
     const auto most =
@@ -203,24 +196,23 @@ class Condenser {
   void code_patch(const Codings& codings, size_t i) {
     Patch& patch = patches_[i];
     DracoFields& fields = patch.coded.fields;
-    const Skeleton& skeleton = skeleton_of(patch);
     const auto is_by_creation = [&](uint32_t a) {
-      return codings.values[a].by_creation && skeleton.attributes[a].allows_creation_order();
+      return codings.values[a].by_creation && fields.attributes[a].skeleton.allows_creation_order();
     };
     std::unique_ptr<DecodedSource> source;
-    for (uint32_t a = 0; a < skeleton.attributes.size(); ++a)
+    for (uint32_t a = 0; a < fields.attributes.size(); ++a)
       if (is_by_creation(a) && source == nullptr && (source = decode(i)) == nullptr) {
         patch.is_condensable = false;
         return;
       }
     if (codings.has_borders) patch.coded.border = border_part(i, *source);
     patch.coded.contexts = contexts_of_symbols(fields, codings.symbol_contexts);
-    for (uint32_t a = 0; a < skeleton.attributes.size(); ++a) {
+    for (uint32_t a = 0; a < fields.attributes.size(); ++a) {
       patch.coded.attributes.push_back(
-          is_by_creation(a) ? code_by_creation(*source, a, skeleton.attributes[a].components, codings.values[a],
+          is_by_creation(a) ? code_by_creation(*source, a, codings.values[a],
                                                a == 0 ? std::span<const uint32_t>(patch.coded.border.known)
                                                       : std::span<const uint32_t>())
-                            : code_in_draco_order(fields.attributes[a], skeleton.attributes[a]));
+                            : code_in_draco_order(fields.attributes[a]));
       fields.attributes[a].symbols = {};
       fields.attributes[a].raw = {};
     }
@@ -231,8 +223,7 @@ class Condenser {
     add_symbols(fields, patch.coded.contexts, counts.symbols);
     const BorderPart& border = patch.coded.border;
     for (size_t n = 0; n < border.symbols.size(); ++n)
-      ++counts.borders[n < skeleton_of(patch).attributes[0].components ? 0 : 1]
-                      [token_of(border.symbols[n]).token];
+      ++counts.borders[n < fields.attributes[0].components ? 0 : 1][token_of(border.symbols[n]).token];
     for (size_t a = 0; a < fields.attributes.size(); ++a)
       for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
         for (const uint8_t flag : flags_of_kind(fields.attributes[a], kind)) ++counts.flags[a][kind][flag];
@@ -263,7 +254,7 @@ class Condenser {
     for (size_t t = 0; t < counts.borders.size(); ++t)
       models_.border_tables[t] = fitting_frequencies(counts.borders[t]);
     for (size_t a = 0; a < attribute_count_; ++a) {
-      AttributeModel& model = models_.attributes.emplace_back();
+      AttributeTables& model = models_.attributes.emplace_back();
       model.coding = codings.values[a];
       set_token_tables(a, model);
       for (uint32_t kind = 0; kind < kFlagKinds; ++kind) {
@@ -289,7 +280,7 @@ class Condenser {
     pool_.for_each(streams_.size(), [&](size_t i) {
       Patch& patch = patches_[i];
       if (!patch.is_condensable) return;
-      condensed[i] = write_patch(patch.coded, skeleton_of(patch), models_, tables);
+      condensed[i] = write_patch(patch.coded, models_, tables);
       const std::vector<int32_t> known = std::move(patch.coded.border.values);
       patch.coded = {};
       const int64_t saves = std::ssize(streams_[i]) - std::ssize(condensed[i]);
@@ -319,7 +310,6 @@ class Condenser {
   bool smallest_;
   const ThreadPool& pool_;
   std::vector<Patch> patches_;
-  std::vector<Skeleton> skeletons_;
   size_t attribute_count_ = 0, data_count_ = 0;  // of the skeletons that have most
   Models models_;
   CondensedStreams result_;

@@ -19,7 +19,7 @@ struct DecodedCounts {
   std::span<const uint8_t> stitch{};
 };
 
-// The streams of a container of version 3. A stream that is not condensed is stored as it is.
+// The streams of a container. One that is not condensed is stored as it is.
 struct CondensedStreams {
   std::vector<uint8_t> head;  // empty if no stream is condensed
   // By stream.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "src/container/condensed_head.h"
 #include "src/core/workspace.h"
 
 namespace psplit {
@@ -15,32 +16,24 @@ std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_str
   // The number of faces without a symbol says how many start faces there are.
   const auto interior = static_cast<uint64_t>(std::ranges::count(fields->start_faces, 1));
   if (fields->start_faces.empty() || interior != fields->face_count - fields->symbol_count) return std::nullopt;
+  if (fields->attributes.empty()) return std::nullopt;
+  for (const AttributeFields& attribute : fields->attributes) {
+    constexpr uint32_t kMostComponentBytes = 4;
+    const bool is_outside =
+        attribute.grid_size > 0 &&
+        std::ranges::any_of(attribute.symbols, [&](uint32_t symbol) { return symbol >= attribute.grid_size; });
+    if (attribute.component_bytes > kMostComponentBytes || is_outside) return std::nullopt;
+  }
   return std::move(*fields);
 }
 
-bool has_condensable_attributes(const DracoFields& fields, const Skeleton& skeleton) {
-  if (fields.attributes.size() != skeleton.attributes.size() || fields.attributes.empty() ||
-      fields.seams.size() != skeleton.data_count)
-    return false;
-  for (size_t i = 0; i < fields.attributes.size(); ++i) {
-    const SkeletonAttribute& attribute = skeleton.attributes[i];
-    constexpr uint32_t kMostComponentBytes = 4;
-    if (attribute.is_raw && attribute.component_bytes > kMostComponentBytes) return false;
-    if (attribute.grid_max > 0 && std::ranges::any_of(fields.attributes[i].symbols, [&](uint32_t symbol) {
-          return symbol >= attribute.grid_max;
-        }))
-      return false;
-  }
-  return true;
-}
-
 std::unique_ptr<DecodedSource> DecodedSource::decode(std::span<const uint8_t> draco_stream,
-                                                     uint32_t point_count, const Skeleton& skeleton) {
+                                                     uint32_t point_count, const DracoFields& fields) {
   core::StreamHeader header;
   if (core::read_stream_header(draco_stream.data(), draco_stream.size(), header) != core::Fault::kNone)
     return nullptr;
-  core::ValueCounts values{point_count, static_cast<uint32_t>(skeleton.attributes.size()), 0};
-  for (const SkeletonAttribute& attribute : skeleton.attributes) values.components += attribute.components;
+  core::ValueCounts values{point_count, static_cast<uint32_t>(fields.attributes.size()), 0};
+  for (const AttributeFields& attribute : fields.attributes) values.components += attribute.components;
   const size_t size = core::workspace_bytes<uint32_t>(header, draco_stream.size(), values);
   if (size > core::justified_bytes(draco_stream.size())) return nullptr;
   auto source = std::make_unique<DecodedSource>();
@@ -51,7 +44,7 @@ std::unique_ptr<DecodedSource> DecodedSource::decode(std::span<const uint8_t> dr
   if (core::decode_patch<uint32_t>(header, arena, patch) != core::Fault::kNone ||
       core::walk_border(patch, arena, walk) != core::Fault::kNone)
     return nullptr;
-  const core::CornerTable<uint32_t>& table = source->table(0);
+  const core::CornerTable<uint32_t>& table = source->table(0).table;
   for (size_t place = 0; place < walk.size(); ++place)
     source->walk_.push_back(patch.corner_of_point.empty() ? walk[place]
                                                           : table.vertex[patch.corner_of_point[walk[place]]]);

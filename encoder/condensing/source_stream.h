@@ -7,9 +7,7 @@
 #include <vector>
 
 #include "encoder/condensing/condense.h"
-#include "src/condensed/creation_order.h"
 #include "src/condensed/draco_fields.h"
-#include "src/condensed/skeleton.h"
 #include "src/core/decode_patch.h"
 
 namespace psplit {
@@ -18,27 +16,23 @@ namespace psplit {
 std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_stream,
                                               const DecodedCounts& counts);
 
-// The rules that need the skeleton of the fields.
-bool has_condensable_attributes(const DracoFields& fields, const Skeleton& skeleton);
-
 // A decoded stream: its corner tables, and its values.
 class DecodedSource {
  public:
   // Null if the core does not decode the stream.
   static std::unique_ptr<DecodedSource> decode(std::span<const uint8_t> draco_stream, uint32_t point_count,
-                                               const Skeleton& skeleton);
+                                               const DracoFields& fields);
 
-  const core::CornerTable<uint32_t>& table(uint32_t attribute) const {
-    return patch_.groups[patch_.attributes[attribute].group].table.table;
-  }
-  uint32_t vertex_count(uint32_t attribute) const {
-    return patch_.groups[patch_.attributes[attribute].group].table.vertex_count;
+  const core::Attribute<uint32_t>& attribute(uint32_t number) const { return patch_.attributes[number]; }
+  // Of the attribute.
+  const core::AttributeTable<uint32_t>& table(uint32_t number) const {
+    return patch_.groups[attribute(number).group].table;
   }
   // The vertices of the first attribute's table at the places of the border walk.
   const std::vector<uint32_t>& walk() const { return walk_; }
   // A component of the value of a vertex of the table.
   int32_t number(uint32_t attribute, uint32_t vertex, uint32_t component) const {
-    const core::Attribute<uint32_t>& from = patch_.attributes[attribute];
+    const core::Attribute<uint32_t>& from = this->attribute(attribute);
     return from.values[size_t{vertex} * core::value_stride(from.value_components()) + component];
   }
 

@@ -1,7 +1,7 @@
 // Sets of token tables. The patches that use a set are alike.
 #pragma once
 
-#include "encoder/condensing/models.h"
+#include "encoder/condensing/shared_models.h"
 
 namespace psplit {
 

@@ -9,9 +9,8 @@ namespace {
 
 class PatchWriter {
  public:
-  PatchWriter(const CodedPatch& patch, const Skeleton& skeleton, const Models& models,
-              const CodingTables& tables)
-      : patch_(patch), fields_(patch.fields), skeleton_(skeleton), models_(models), tables_(tables) {}
+  PatchWriter(const CodedPatch& patch, const Models& models, const CodingTables& tables)
+      : patch_(patch), fields_(patch.fields), models_(models), tables_(tables) {}
 
   std::vector<uint8_t> write() {
     // The main section comes last, and its plain bits begin at its end: they say where all sections are.
@@ -60,14 +59,14 @@ class PatchWriter {
     core::NumberKind bytes(8), low(12), extent(12), flags(8);
     for (const uint32_t count : section_bytes) out.number(bytes, count);
     for (uint32_t i = 0; i < patch_.attributes.size(); ++i) {
-      if (!skeleton_.attributes[i].has_wrap_range() || is_by_creation(i)) continue;
       const AttributeFields& attribute = fields_.attributes[i];
+      if (!attribute.skeleton.has_wrap_range() || is_by_creation(i)) continue;
       out.signed_number(low, attribute.wrap_min);
       out.number(extent, static_cast<uint32_t>(attribute.wrap_max) - static_cast<uint32_t>(attribute.wrap_min));
     }
     for (uint32_t i = 0; i < patch_.attributes.size(); ++i) {
       const AttributeFields& attribute = fields_.attributes[i];
-      const core::Scheme scheme = skeleton_.attributes[i].scheme;
+      const core::Scheme scheme = attribute.skeleton.scheme;
       if (scheme == core::Scheme::kConstrainedMultiParallelogram)
         for (const std::vector<uint8_t>& list : attribute.creases)
           out.number(flags, static_cast<uint32_t>(list.size()));
@@ -79,17 +78,16 @@ class PatchWriter {
     core::NumberKind border(5);
     if (models_.has_borders)
       out.number(border,
-                 static_cast<uint32_t>(patch_.border.symbols.size() / skeleton_.attributes[0].components));
+                 static_cast<uint32_t>(patch_.border.symbols.size() / fields_.attributes[0].components));
   }
 
   bool is_by_creation(uint32_t i) const {
-    return models_.attributes[i].coding.by_creation && skeleton_.attributes[i].allows_creation_order();
+    return models_.attributes[i].coding.by_creation && fields_.attributes[i].skeleton.allows_creation_order();
   }
 
   void code_border(SectionWriter& out) {
     for (size_t i = 0; i < patch_.border.symbols.size(); ++i)
-      code_token(patch_.border.symbols[i], tables_.borders[i < skeleton_.attributes[0].components ? 0 : 1],
-                 out);
+      code_token(patch_.border.symbols[i], tables_.borders[i < fields_.attributes[0].components ? 0 : 1], out);
   }
 
   static void code_token(uint32_t symbol, const std::vector<SymbolSlots>& slots, SectionWriter& out) {
@@ -116,7 +114,7 @@ class PatchWriter {
 
   void code_attribute(uint32_t i, SectionWriter& out) {
     const CodedValues& values = patch_.attributes[i];
-    const uint32_t components = skeleton_.attributes[i].components;
+    const uint32_t components = fields_.attributes[i].components;
     for (size_t value = 0; value < values.table.size(); ++value) {
       const std::vector<SymbolSlots>& slots = tables_.tokens[i][values.set][values.table[value]];
       for (uint32_t k = 0; k < components; ++k) code_token(values.symbols[value * components + k], slots, out);
@@ -129,7 +127,6 @@ class PatchWriter {
   core::NumberKind count_{0};
   const CodedPatch& patch_;
   const DracoFields& fields_;
-  const Skeleton& skeleton_;
   const Models& models_;
   const CodingTables& tables_;
 };
@@ -139,7 +136,7 @@ class PatchWriter {
 CodingTables::CodingTables(const Models& models) {
   for (const auto& table : models.symbol_tables) symbols.push_back(slots_of(table));
   for (const std::vector<uint16_t>& table : models.border_tables) borders.push_back(slots_of(table));
-  for (const AttributeModel& attribute : models.attributes) {
+  for (const AttributeTables& attribute : models.attributes) {
     auto& sets = tokens.emplace_back();
     for (const TokenTables& tables : attribute.sets) {
       auto& slots = sets.emplace_back();
@@ -148,9 +145,8 @@ CodingTables::CodingTables(const Models& models) {
   }
 }
 
-std::vector<uint8_t> write_patch(const CodedPatch& patch, const Skeleton& skeleton, const Models& models,
-                                 const CodingTables& tables) {
-  return PatchWriter(patch, skeleton, models, tables).write();
+std::vector<uint8_t> write_patch(const CodedPatch& patch, const Models& models, const CodingTables& tables) {
+  return PatchWriter(patch, models, tables).write();
 }
 
 }  // namespace psplit

@@ -2,9 +2,9 @@
 // condensed patch".
 #pragma once
 
-#include "encoder/condensing/border_part.h"
-#include "encoder/condensing/models.h"
+#include "encoder/condensing/border_symbols.h"
 #include "encoder/condensing/section_writer.h"
+#include "encoder/condensing/shared_models.h"
 
 namespace psplit {
 
@@ -27,7 +27,6 @@ struct CodedPatch {
   BorderPart border;
 };
 
-std::vector<uint8_t> write_patch(const CodedPatch& patch, const Skeleton& skeleton, const Models& models,
-                                 const CodingTables& tables);
+std::vector<uint8_t> write_patch(const CodedPatch& patch, const Models& models, const CodingTables& tables);
 
 }  // namespace psplit

@@ -9,12 +9,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <new>
 #include <stdexcept>
 
-#include "encoder/draco/describe_attribute.h"
-#include "encoder/stitching/number_points.h"
+#include "encoder/draco/draco_types.h"
+#include "encoder/stitching/stitch_map.h"
 #include "src/condensed/expand_container.h"
 #include "src/container/claims.h"
 #include "src/core/stream_header.h"
@@ -102,23 +103,20 @@ std::string describe(const AttributeRequest& request) {
   return request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
 }
 
-draco::DataType draco_type(ComponentType type) {
-  switch (type) {
-    case ComponentType::kInt8: return draco::DT_INT8;
-    case ComponentType::kUint8: return draco::DT_UINT8;
-    case ComponentType::kInt16: return draco::DT_INT16;
-    case ComponentType::kUint16: return draco::DT_UINT16;
-    case ComponentType::kUint32: return draco::DT_UINT32;
-    case ComponentType::kFloat32: return draco::DT_FLOAT32;
-  }
-  return draco::DT_INVALID;
-}
-
 template <typename T>
 bool convert_value(const draco::PointAttribute& attribute, draco::AttributeValueIndex index, uint8_t components,
                    std::byte* out) {
   std::array<T, 16> value{};
-  if (!attribute.ConvertValue<T>(index, static_cast<int8_t>(components), value.data())) return false;
+  if (attribute.data_type() == draco::DT_BOOL) {
+    // libdraco would read a bool from a byte that may be neither 0 nor 1, which is undefined.
+    const uint8_t* const bytes = attribute.GetAddress(index);
+    for (size_t i = 0; i < components; ++i) {
+      if (static_cast<double>(bytes[i]) > static_cast<double>(std::numeric_limits<T>::max())) return false;
+      value[i] = static_cast<T>(bytes[i]);
+    }
+  } else if (!attribute.ConvertValue<T>(index, static_cast<int8_t>(components), value.data())) {
+    return false;
+  }
   std::memcpy(out, value.data(), components * sizeof(T));
   return true;
 }
@@ -316,12 +314,6 @@ Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream,
   });
   if (!status.ok()) return status;
   return mesh;
-}
-
-Expected<StreamCounts> stream_counts(std::span<const uint8_t> stream) {
-  const Expected<DracoMesh> decoded = decode_mesh(stream, false);
-  if (!decoded) return decoded.status();
-  return StreamCounts{decoded->mesh->num_faces(), decoded->mesh->num_points()};
 }
 
 Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream) {

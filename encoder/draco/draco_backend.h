@@ -23,12 +23,6 @@ PSPLIT_EXPORT std::string draco_version();
 // One Draco mesh stream as libdraco decodes it, with faces and points in its order.
 Expected<Mesh> decode_draco_stream(std::span<const uint8_t> stream, std::span<const AttributeRequest> requests);
 
-struct StreamCounts {
-  uint32_t face_count = 0;
-  uint32_t point_count = 0;
-};
-Expected<StreamCounts> stream_counts(std::span<const uint8_t> stream);
-
 // Describes a mesh stream of any version that libdraco decodes. Streams before 1.3 have no unique ids: their
 // attributes get their places as ids, here and in the backend. Errors: kInvalidInput.
 Expected<StreamDescription> describe_draco_stream(std::span<const uint8_t> stream);

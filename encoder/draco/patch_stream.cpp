@@ -2,6 +2,7 @@
 
 #include <draco/compression/decode.h>
 #include <draco/compression/expert_encode.h>
+#include <draco/compression/mesh/mesh_edgebreaker_encoder.h>
 #include <draco/mesh/mesh.h>
 
 #include <algorithm>
@@ -9,24 +10,13 @@
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <optional>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/draco/patch_steps.h"
+#include "encoder/draco/draco_types.h"
 
 namespace psplit {
 namespace {
-
-draco::DataType draco_type(ComponentType type) {
-  switch (type) {
-    case ComponentType::kInt8: return draco::DT_INT8;
-    case ComponentType::kUint8: return draco::DT_UINT8;
-    case ComponentType::kInt16: return draco::DT_INT16;
-    case ComponentType::kUint16: return draco::DT_UINT16;
-    case ComponentType::kUint32: return draco::DT_UINT32;
-    case ComponentType::kFloat32: return draco::DT_FLOAT32;
-  }
-  return draco::DT_INVALID;
-}
 
 // Draco's attribute type selects the prediction. Normals that are not on the octahedral grid, and texture
 // coordinates that are not pairs, must not get the schemes of their types, which cannot handle them.
@@ -75,10 +65,17 @@ void set_faces(draco::Mesh& mesh, const PatchMesh& patch) {
   }
 }
 
+// The values of each attribute in the order of unique ids.
+std::vector<PatchValues> values_of_patch(const WeldedMesh& welded, const std::vector<uint32_t>& points) {
+  std::vector<PatchValues> values;
+  for (const size_t i : attribute_order(*welded.mesh)) values.emplace_back(welded.value_of_point[i], points);
+  return values;
+}
+
 // Leaves room for `spare` values after those that points use. libdraco does not store them.
 draco::PointAttribute* add_attribute(draco::Mesh& mesh, draco::GeometryAttribute::Type role, uint8_t components,
                                      draco::DataType type, bool normalized, const PatchValues& values,
-                                     size_t spare = 0) {
+                                     size_t spare) {
   auto attribute = std::make_unique<draco::PointAttribute>();
   attribute->Init(role, static_cast<int8_t>(components), type, normalized, values.values.size() + spare);
   attribute->SetExplicitMapping(values.index.size());
@@ -88,11 +85,12 @@ draco::PointAttribute* add_attribute(draco::Mesh& mesh, draco::GeometryAttribute
 }
 
 void fill_mesh(draco::Mesh& mesh, const WeldedMesh& welded, const PatchMesh& patch,
-               std::span<const AttributeCoding> codings) {
+               std::span<const PatchValues> values_of_attributes, std::span<const AttributeCoding> codings) {
   set_faces(mesh, patch);
+  const PatchValues* next_values = values_of_attributes.data();
   for (size_t i : attribute_order(*welded.mesh)) {
     const Attribute& source = welded.mesh->attributes[i];
-    const PatchValues values(welded.value_of_point[i], patch.points_of_values());
+    const PatchValues& values = *next_values++;
     const bool on_grid = codings[i].bits > 0 && !codings[i].octahedral;
     draco::PointAttribute* target =
         add_attribute(mesh, draco_role(source, codings[i]), source.component_count,
@@ -111,102 +109,128 @@ void fill_mesh(draco::Mesh& mesh, const WeldedMesh& welded, const PatchMesh& pat
   }
 }
 
-Expected<std::vector<uint8_t>> run_encoder(draco::ExpertEncoder& encoder, const char* what) {
-  draco::EncoderBuffer buffer;
-  const draco::Status status = encoder.EncodeToBuffer(&buffer);
-  if (!status.ok())
-    return runtime_failure(std::string("libdraco cannot encode the ") + what + ": " + status.error_msg());
-  return std::vector<uint8_t>(buffer.data(), buffer.data() + buffer.size());
-}
-
 // Each thread may encode a patch whose table of symbols is no larger than this.
 constexpr uint64_t kFreeTableBytes = uint64_t{1} << 26;
 
-Expected<std::vector<uint8_t>> encode(const WeldedMesh& welded, const PatchMesh& patch,
-                                      std::span<const AttributeCoding> codings, int encode_speed, int method,
-                                      bool compress_indices = false) {
+// A patch as libdraco's encoders take it, and the options of its streams.
+struct DracoInput {
   draco::Mesh mesh;
-  fill_mesh(mesh, welded, patch, codings);
-  draco::ExpertEncoder encoder(mesh);
-  encoder.SetEncodingMethod(method);
-  encoder.SetSpeedOptions(encode_speed, encode_speed);
-  encoder.options().SetGlobalBool("compress_connectivity", compress_indices);  // for sequential streams
-  int id = 0;
-  for (size_t i : attribute_order(*welded.mesh)) {
-    if (codings[i].bits > 0) encoder.SetAttributeQuantization(id, codings[i].bits);
-    if (draco_role(welded.mesh->attributes[i], codings[i]) == draco::GeometryAttribute::TEX_COORD &&
-        texture_prediction_may_overflow(welded, patch, codings, i, encode_speed))
-      encoder.options().SetAttributeInt(id, "prediction_scheme", draco::MESH_PREDICTION_PARALLELOGRAM);
-    ++id;
-  }
-  // Patches whose tables of symbols are large take their turn, so that threads do not multiply the memory.
-  static std::mutex large_tables;
-  std::unique_lock<std::mutex> turn(large_tables, std::defer_lock);
-  if (symbol_table_bytes(welded, patch, codings, encode_speed) > kFreeTableBytes) turn.lock();
-  return run_encoder(encoder, "mesh");
-}
+  draco::ExpertEncoder encoder{mesh};
+  uint64_t table_bytes = 0;
 
-// The values that a patch uses of each attribute, in the order of unique ids.
-std::vector<PatchValues> values_of_patch(const WeldedMesh& welded, const PatchMesh& patch) {
-  std::vector<PatchValues> values;
-  for (const size_t i : attribute_order(*welded.mesh))
-    values.emplace_back(welded.value_of_point[i], patch.points);
-  return values;
-}
-
-// The stream of a patch whose every attribute value is its own index.
-Expected<std::vector<uint8_t>> encode_twin(const PatchMesh& patch, std::span<const PatchValues> values,
-                                           int encode_speed) {
-  draco::Mesh twin;
-  set_faces(twin, patch);
-  for (size_t k = 0; k < values.size(); ++k) {
-    const auto role = k == 0 ? draco::GeometryAttribute::POSITION : draco::GeometryAttribute::GENERIC;
-    draco::PointAttribute* target = add_attribute(twin, role, 1, draco::DT_UINT32, false, values[k]);
-    for (uint32_t v = 0; v < values[k].values.size(); ++v)
-      target->SetAttributeValue(draco::AttributeValueIndex(v), &v);
-  }
-  draco::ExpertEncoder encoder(twin);
-  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
-  encoder.SetSpeedOptions(encode_speed, encode_speed);
-  encoder.SetUseBuiltInAttributeCompression(false);
-  for (int id = 0; id < twin.num_attributes(); ++id)
-    if (const draco::Status status = encoder.SetAttributePredictionScheme(id, draco::PREDICTION_NONE);
-        !status.ok())
-      return runtime_failure(std::string("libdraco refuses an option: ") + status.error_msg());
-  return run_encoder(encoder, "order of points");
-}
-
-// Finds the patch's point with the values of each decoded point of its twin: a point is the tuple of its
-// values.
-Expected<std::vector<uint32_t>> find_points(const draco::Mesh& twin, std::span<const PatchValues> values,
-                                            size_t point_count) {
-  const auto value = [&](size_t attribute, uint32_t point) { return values[attribute].index[point]; };
-  std::vector<uint32_t> by_tuple(point_count);
-  std::iota(by_tuple.begin(), by_tuple.end(), 0u);
-  std::sort(by_tuple.begin(), by_tuple.end(), [&](uint32_t a, uint32_t b) {
-    for (size_t k = 0; k < values.size(); ++k)
-      if (value(k, a) != value(k, b)) return value(k, a) < value(k, b);
-    return false;
-  });
-  std::vector<uint32_t> tuple(values.size()), points;
-  points.reserve(twin.num_points());
-  for (uint32_t i = 0; i < twin.num_points(); ++i) {
-    for (size_t k = 0; k < values.size(); ++k) {
-      const auto* attribute = twin.GetAttributeByUniqueId(static_cast<uint32_t>(k));
-      attribute->GetMappedValue(draco::PointIndex(i), &tuple[k]);
+  DracoInput(const WeldedMesh& welded, const PatchMesh& patch, std::span<const PatchValues> values,
+             std::span<const AttributeCoding> codings, int encode_speed) {
+    fill_mesh(mesh, welded, patch, values, codings);
+    encoder.SetSpeedOptions(encode_speed, encode_speed);
+    int id = 0;
+    for (size_t i : attribute_order(*welded.mesh)) {
+      if (codings[i].bits > 0) encoder.SetAttributeQuantization(id, codings[i].bits);
+      if (draco_role(welded.mesh->attributes[i], codings[i]) == draco::GeometryAttribute::TEX_COORD &&
+          texture_prediction_may_overflow(welded, patch, codings, i, encode_speed))
+        encoder.options().SetAttributeInt(id, "prediction_scheme", draco::MESH_PREDICTION_PARALLELOGRAM);
+      ++id;
     }
-    const auto compare = [&](uint32_t point) {
-      for (size_t k = 0; k < tuple.size(); ++k)
-        if (value(k, point) != tuple[k]) return value(k, point) < tuple[k] ? -1 : 1;
-      return 0;
-    };
-    const auto found = std::partition_point(by_tuple.begin(), by_tuple.end(),
-                                            [&](uint32_t point) { return compare(point) < 0; });
-    if (found == by_tuple.end() || compare(*found) != 0)
-      return runtime_failure("libdraco decodes a point that the patch does not have");
-    points.push_back(*found);
+    table_bytes = symbol_table_bytes(welded, patch, codings, encode_speed);
   }
+
+  // `encode` fills the buffer.
+  template <typename Encode>
+  Expected<std::vector<uint8_t>> run(Encode encode) const {
+    // Patches whose tables of symbols are large take their turn, so that threads do not multiply the memory.
+    static std::mutex large_tables;
+    std::unique_lock<std::mutex> turn(large_tables, std::defer_lock);
+    if (table_bytes > kFreeTableBytes) turn.lock();
+    draco::EncoderBuffer buffer;
+    const draco::Status status = encode(&buffer);
+    if (!status.ok())
+      return runtime_failure(std::string("libdraco cannot encode the mesh: ") + status.error_msg());
+    return std::vector<uint8_t>(buffer.data(), buffer.data() + buffer.size());
+  }
+};
+
+// For each value of an attribute, in the order of the decoded values, the patch's point where libdraco's
+// encoder met it.
+std::vector<uint32_t> points_met(const draco::MeshEdgebreakerEncoder& encoder, size_t attribute,
+                                 const PatchMesh& patch) {
+  const draco::MeshAttributeIndicesEncodingData& data =
+      *encoder.GetAttributeEncodingData(static_cast<int>(attribute));
+  std::vector<uint32_t> points;
+  points.reserve(data.encoded_attribute_value_index_to_corner_map.size());
+  for (const draco::CornerIndex& corner : data.encoded_attribute_value_index_to_corner_map)
+    points.push_back(patch.faces[corner.value() / 3][corner.value() % 3]);
   return points;
+}
+
+// Finds the patch's point of each decoded point. A point is the tuple of its values.
+class PointFinder {
+ public:
+  // `met` has the points_met of each attribute.
+  PointFinder(std::span<const std::vector<uint32_t>> met, const draco::Mesh& decoded, const PatchMesh& patch,
+              std::span<const PatchValues> values)
+      : patch_(patch), values_(values), points_met_(met) {
+    for (size_t k = 0; k < values.size(); ++k)
+      attributes_.push_back(decoded.GetAttributeByUniqueId(static_cast<uint32_t>(k)));
+    met_.resize(values.size());
+  }
+
+  std::optional<uint32_t> find(uint32_t decoded_point) {
+    for (size_t k = 0; k < values_.size(); ++k) {
+      const uint32_t value = attributes_[k]->mapped_index(draco::PointIndex(decoded_point)).value();
+      if (value >= points_met_[k].size()) return std::nullopt;
+      met_[k] = points_met_[k][value];
+    }
+    for (const uint32_t point : met_)
+      if (compare(point) == 0) return point;
+    // Where seams of several attributes meet, the encoder may have met each value at another point.
+    if (by_tuple_.empty()) sort_points();
+    const auto found = std::partition_point(by_tuple_.begin(), by_tuple_.end(),
+                                            [&](uint32_t point) { return compare(point) < 0; });
+    if (found == by_tuple_.end() || compare(*found) != 0) return std::nullopt;
+    return *found;
+  }
+
+ private:
+  uint32_t value(size_t attribute, uint32_t point) const { return values_[attribute].index[point]; }
+
+  // The tuple of the point with the values that were met.
+  int compare(uint32_t point) const {
+    for (size_t k = 0; k < values_.size(); ++k) {
+      const uint32_t a = value(k, point), b = value(k, met_[k]);
+      if (a != b) return a < b ? -1 : 1;
+    }
+    return 0;
+  }
+
+  void sort_points() {
+    by_tuple_.resize(patch_.points.size());
+    std::iota(by_tuple_.begin(), by_tuple_.end(), 0u);
+    std::sort(by_tuple_.begin(), by_tuple_.end(), [&](uint32_t a, uint32_t b) {
+      for (size_t k = 0; k < values_.size(); ++k)
+        if (value(k, a) != value(k, b)) return value(k, a) < value(k, b);
+      return false;
+    });
+  }
+
+  const PatchMesh& patch_;
+  const std::span<const PatchValues> values_;
+  const std::span<const std::vector<uint32_t>> points_met_;
+  std::vector<const draco::PointAttribute*> attributes_;
+  std::vector<uint32_t> met_;  // for each attribute the patch's point where the encoder met the value
+  std::vector<uint32_t> by_tuple_;
+};
+
+// The decoded values have the types of the mesh's attributes.
+void copy_values(const draco::Mesh& from, const Mesh& source, Mesh& to) {
+  for (const AttributeRequest& request : stream_requests(source)) {
+    Attribute& attribute = to.attributes.emplace_back(
+        Attribute{request.semantic, request.component_type, request.component_count, request.normalized, {}});
+    const draco::PointAttribute& values = *from.GetAttributeByUniqueId(request.unique_id);
+    const size_t stride = attribute.stride();
+    attribute.values.resize(stride * to.point_count);
+    for (uint32_t i = 0; i < to.point_count; ++i)
+      std::memcpy(attribute.values.data() + i * stride,
+                  values.GetAddress(values.mapped_index(draco::PointIndex(i))), stride);
+  }
 }
 
 }  // namespace
@@ -221,50 +245,65 @@ std::vector<AttributeRequest> stream_requests(const Mesh& mesh) {
   return requests;
 }
 
-Expected<std::vector<uint8_t>> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
-                                                  std::span<const AttributeCoding> codings, int encode_speed) {
-  return encode(welded, patch, codings, encode_speed, draco::MESH_EDGEBREAKER_ENCODING);
+Expected<EncodedPatch> encode_edgebreaker(const WeldedMesh& welded, const PatchMesh& patch,
+                                          std::span<const AttributeCoding> codings, int encode_speed,
+                                          bool with_values) {
+  const std::vector<PatchValues> values = values_of_patch(welded, patch.points);
+  EncodedPatch encoded;
+  std::vector<std::vector<uint32_t>> met;
+  {
+    // The encoder's memory is given back before the decoder takes its own.
+    DracoInput input(welded, patch, values, codings, encode_speed);
+    draco::MeshEdgebreakerEncoder encoder;
+    encoder.SetMesh(input.mesh);
+    Expected<std::vector<uint8_t>> bytes = input.run(
+        [&](draco::EncoderBuffer* buffer) { return encoder.Encode(input.encoder.options(), buffer); });
+    if (!bytes) return bytes.status();
+    encoded.bytes = std::move(*bytes);
+    for (size_t k = 0; k < values.size(); ++k) met.push_back(points_met(encoder, k, patch));
+  }
+  draco::DecoderBuffer buffer;
+  buffer.Init(reinterpret_cast<const char*>(encoded.bytes.data()), encoded.bytes.size());
+  draco::Decoder decoder;
+  const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
+  if (!decoded.ok())
+    return runtime_failure(std::string("libdraco cannot decode what it encoded: ") +
+                           decoded.status().error_msg());
+  const draco::Mesh& mesh = *decoded.value();
+  encoded.decoded.point_count = mesh.num_points();
+  encoded.decoded.faces.reserve(mesh.num_faces());
+  for (uint32_t i = 0; i < mesh.num_faces(); ++i) {
+    const draco::Mesh::Face& face = mesh.face(draco::FaceIndex(i));
+    encoded.decoded.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
+  }
+  PointFinder finder(met, mesh, patch, values);
+  encoded.patch_point.reserve(mesh.num_points());
+  for (uint32_t i = 0; i < mesh.num_points(); ++i) {
+    const std::optional<uint32_t> point = finder.find(i);
+    if (!point) return runtime_failure("libdraco decodes a point that the patch does not have");
+    encoded.patch_point.push_back(*point);
+  }
+  if (with_values) copy_values(mesh, *welded.mesh, encoded.decoded);
+  return encoded;
 }
 
 Expected<std::vector<uint8_t>> encode_sequential(const WeldedMesh& welded, const PatchMesh& patch,
                                                  std::span<const AttributeCoding> codings, int encode_speed) {
-  constexpr int kMethod = draco::MESH_SEQUENTIAL_ENCODING;
-  Expected<std::vector<uint8_t>> plain = encode(welded, patch, codings, encode_speed, kMethod);
+  const std::vector<PatchValues> values = values_of_patch(welded, patch.points_of_values());
+  DracoInput input(welded, patch, values, codings, encode_speed);
+  input.encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
+  const auto encode = [&](bool compress_indices) {
+    input.encoder.options().SetGlobalBool("compress_connectivity", compress_indices);
+    return input.run([&](draco::EncoderBuffer* buffer) { return input.encoder.EncodeToBuffer(buffer); });
+  };
+  Expected<std::vector<uint8_t>> plain = encode(false);
   if (!plain) return plain;
   // libdraco's decoder refuses compressed indices unless at least three bytes for each face follow the header.
   constexpr size_t kMostHeaderBytes = 64;
   const size_t least = 3 * patch.faces.size() + kMostHeaderBytes;
-  Expected<std::vector<uint8_t>> compressed = encode(welded, patch, codings, encode_speed, kMethod, true);
+  Expected<std::vector<uint8_t>> compressed = encode(true);
   const bool is_better = compressed && compressed->size() < plain->size() && compressed->size() >= least;
   return is_better ? std::move(compressed) : std::move(plain);
-}
-
-// Draco's order of decoded points follows from connectivity and seams alone, not from values. So this encodes
-// and decodes a twin of the patch whose every attribute value is its own index. The values that come out name
-// the points in the order of the real stream.
-Expected<DecodedOrder> edgebreaker_order(const WeldedMesh& welded, const PatchMesh& patch, int encode_speed) {
-  const std::vector<PatchValues> values = values_of_patch(welded, patch);
-  Expected<std::vector<uint8_t>> stream = encode_twin(patch, values, encode_speed);
-  if (!stream) return stream.status();
-  draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(stream->data()), stream->size());
-  draco::Decoder decoder;
-  auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok())
-    return runtime_failure(std::string("libdraco cannot decode the order of points: ") +
-                           decoded.status().error_msg());
-  const draco::Mesh& twin = *decoded.value();
-
-  DecodedOrder order;
-  order.faces.reserve(twin.num_faces());
-  for (uint32_t i = 0; i < twin.num_faces(); ++i) {
-    const draco::Mesh::Face& face = twin.face(draco::FaceIndex(i));
-    order.faces.push_back({face[0].value(), face[1].value(), face[2].value()});
-  }
-  Expected<std::vector<uint32_t>> points = find_points(twin, values, patch.points.size());
-  if (!points) return points.status();
-  order.patch_point = std::move(*points);
-  return order;
 }
 
 }  // namespace psplit

@@ -9,7 +9,7 @@
 namespace psplit {
 
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                          int encode_speed, bool with_source_points) {
+                                          int encode_speed) {
   WeldedMesh welded = weld(mesh, ThreadPool(1));
   separate_flat_faces(welded);
   PatchMesh whole;
@@ -19,24 +19,21 @@ Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const Attr
 
   StockStream stock;
   stock.requests = stream_requests(mesh);
-  Expected<std::vector<uint8_t>> bytes = encode_edgebreaker(welded, whole, codings, encode_speed);
-  // Edgebreaker cannot encode a mesh with degenerate faces only.
-  const bool is_sequential = !bytes.ok();
-  if (is_sequential) bytes = encode_sequential(welded, whole, codings, encode_speed);
-  if (!bytes) return bytes.status();
-  stock.bytes = std::move(*bytes);
-  Expected<StreamCounts> counts = stream_counts(stock.bytes);
-  if (!counts) return counts.status();
-  stock.face_count = counts->face_count;
-  stock.point_count = counts->point_count;
-  if (!with_source_points) return stock;
-  if (is_sequential) {
-    stock.source_point = std::move(whole.points);
+  Expected<EncodedPatch> encoded = encode_edgebreaker(welded, whole, codings, encode_speed, true);
+  if (encoded) {
+    stock.bytes = std::move(encoded->bytes);
+    stock.decoded = std::move(encoded->decoded);
+    stock.source_point = std::move(encoded->patch_point);  // the whole mesh is the patch
     return stock;
   }
-  Expected<DecodedOrder> order = edgebreaker_order(welded, whole, encode_speed);
-  if (!order) return order.status();
-  stock.source_point = std::move(order->patch_point);  // the whole mesh is the patch
+  // Edgebreaker cannot encode a mesh with degenerate faces only.
+  Expected<std::vector<uint8_t>> bytes = encode_sequential(welded, whole, codings, encode_speed);
+  if (!bytes) return bytes.status();
+  stock.bytes = std::move(*bytes);
+  Expected<Mesh> decoded = decode_draco_stream(stock.bytes, stock.requests);
+  if (!decoded) return decoded.status();
+  stock.decoded = std::move(*decoded);
+  stock.source_point = std::move(whole.points);
   return stock;
 }
 

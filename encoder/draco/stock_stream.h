@@ -16,15 +16,13 @@ namespace psplit {
 struct StockStream {
   std::vector<uint8_t> bytes;
   std::vector<AttributeRequest> requests;  // one for each attribute of the mesh, in order
-  // The counts that a decoder of the stream returns: Draco drops faces that repeat a point, and unused points,
-  // and splits non-manifold vertices.
-  uint32_t face_count = 0;
-  uint32_t point_count = 0;
-  // For each decoded point the point of the mesh that it is, if the caller asked for it.
-  std::vector<uint32_t> source_point;
+  // What libdraco decodes the stream to: Draco drops faces that repeat a point, and unused points, and splits
+  // non-manifold vertices.
+  Mesh decoded;
+  std::vector<uint32_t> source_point;  // for each decoded point the point of the mesh that it is
 };
 
 Expected<StockStream> encode_stock_stream(const Mesh& mesh, std::span<const AttributeCoding> codings,
-                                          int encode_speed, bool with_source_points = false);
+                                          int encode_speed);
 
 }  // namespace psplit

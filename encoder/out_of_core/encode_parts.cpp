@@ -4,13 +4,15 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "encoder/draco/patch_stream.h"
 #include "encoder/encode_streams.h"
 #include "encoder/out_of_core/growing_container.h"
-#include "encoder/verify.h"
+#include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
 #include "src/stopwatch.h"
 
@@ -70,6 +72,101 @@ void extend(const Attribute& attribute, uint32_t point_count, ValueBounds& bound
   }
 }
 
+// Some of the bytes of a spill.
+class PieceOfSpill : public StoredBytes {
+ public:
+  PieceOfSpill(std::shared_ptr<Spill> spill, uint64_t begin, uint64_t size)
+      : spill_(std::move(spill)), begin_(begin), size_(size) {}
+  uint64_t size() const override { return size_; }
+  Status read(uint64_t offset, std::span<uint8_t> to) override { return spill_->read(begin_ + offset, to); }
+
+ private:
+  const std::shared_ptr<Spill> spill_;
+  const uint64_t begin_, size_;
+};
+
+constexpr uint32_t kNone = 0xffffffffu;
+
+// For each point of the part its number among shared points, or kNone.
+std::vector<uint32_t> shared_numbers_of(const MeshPart& part) {
+  std::vector<uint32_t> numbers(part.mesh.point_count, kNone);
+  for (size_t i = 0; i < part.shared_points.size(); ++i)
+    numbers[part.shared_points[i]] = part.shared_numbers[i];
+  return numbers;
+}
+
+// Whether patches can hold all of the part.
+bool is_regular(const Mesh& mesh) {
+  std::vector<uint8_t> is_used(mesh.point_count, 0);
+  for (const auto& face : mesh.faces) {
+    if (repeats_a_point(face)) return false;
+    for (const uint32_t point : face) is_used[point] = 1;
+  }
+  return std::ranges::find(is_used, 0) == is_used.end();
+}
+
+// What patches cannot hold, of all parts of a container: faces that repeat an index, and points that no face
+// uses. It becomes the last stream of the container, because a later patch may own its points.
+struct Leftovers {
+  MeshPart part;                   // shared points are in the order in which they came
+  std::vector<PointOwner> owners;  // of each point, as far as they are known
+  std::unordered_map<uint32_t, uint32_t> point_of_shared;
+
+  // Adds those of `from`, whose point i is the point number_in_patches[i] of its patches.
+  void add(const MeshPart& from, std::span<const uint32_t> number_in_patches,
+           std::span<const PointOwner> owners_in_patches);
+
+ private:
+  uint32_t add_point(const Mesh& from, uint32_t point);
+};
+
+uint32_t Leftovers::add_point(const Mesh& from, uint32_t point) {
+  for (size_t k = 0; k < from.attributes.size(); ++k) {
+    const Attribute& a = from.attributes[k];
+    if (k == part.mesh.attributes.size())
+      part.mesh.attributes.push_back({a.semantic, a.component_type, a.component_count, a.normalized, {}});
+    const auto value = a.values.begin() + static_cast<std::ptrdiff_t>(point * a.stride());
+    Array<std::byte>& values = part.mesh.attributes[k].values;
+    values.insert(values.end(), value, value + static_cast<std::ptrdiff_t>(a.stride()));
+  }
+  return part.mesh.point_count++;
+}
+
+void Leftovers::add(const MeshPart& from, std::span<const uint32_t> number_in_patches,
+                    std::span<const PointOwner> owners_in_patches) {
+  enum Use : uint8_t { kUnused, kInPatches, kInLeftovers };
+  std::vector<uint8_t> use(from.mesh.point_count, kUnused);
+  for (const auto& face : from.mesh.faces)
+    for (const uint32_t point : face)
+      use[point] = std::max<uint8_t>(use[point], repeats_a_point(face) ? kInLeftovers : kInPatches);
+  const std::vector<uint32_t> shared = shared_numbers_of(from);
+  std::vector<uint32_t> place(from.mesh.point_count, kNone);
+  for (uint32_t point = 0; point < from.mesh.point_count; ++point) {
+    const bool is_shared = shared[point] != kNone;
+    if (use[point] == kInPatches || (use[point] == kUnused && is_shared)) continue;
+    const auto known = is_shared ? point_of_shared.find(shared[point]) : point_of_shared.end();
+    if (known != point_of_shared.end()) {
+      place[point] = known->second;
+      continue;
+    }
+    place[point] = add_point(from.mesh, point);
+    const uint32_t number = number_in_patches[point];
+    owners.push_back(number == kNone ? PointOwner() : owners_in_patches[number]);
+    if (!is_shared) continue;
+    point_of_shared[shared[point]] = place[point];
+    part.shared_points.push_back(place[point]);
+    part.shared_numbers.push_back(shared[point]);
+  }
+  for (const auto& face : from.mesh.faces)
+    if (repeats_a_point(face)) part.mesh.faces.push_back({place[face[0]], place[face[1]], place[face[2]]});
+}
+
+void finish_bounds(std::vector<ValueBounds>& bounds) {
+  for (ValueBounds& bound : bounds)
+    for (size_t i = 0; i < bound.least.size(); ++i)
+      if (bound.least[i] > bound.most[i]) bound.least[i] = bound.most[i] = 0;
+}
+
 // The part that is encoded, and the containers that have the parts before it.
 class PartsEncoder {
  public:
@@ -85,16 +182,29 @@ class PartsEncoder {
   Status finish_container();
   uint64_t bytes() const { return bytes_; }  // of all streams and stitch maps
   EncodedParts take() { return std::move(encoded_); }
-  // Of the current container.
-  uint32_t stream_count() const { return container_ ? container_->stream_count() : 0; }
 
  private:
-  Expected<Streams> encode_streams(const Mesh& mesh);
-  Status append(const MeshPart& part, const Streams& streams);
-  Expected<bool> append_if_there_is_room(const MeshPart& part, const Streams& streams);
+  // Points and faces that a container must have room for, beside those that are appended.
+  using Room = StreamEntry;
+
+  bool is_alone() const { return options_.streams.alone == Alone::kAll; }
+  uint32_t stream_count() const {
+    return container_ ? container_->stream_count() : static_cast<uint32_t>(encoded_.containers.size());
+  }
+  Expected<Streams> encode_streams_of(const Mesh& mesh);
+  Status encode_alone(const MeshPart& part);
+  Status encode_patches(const MeshPart& part, const Room& room);
+  Status encode_with_leftovers(const MeshPart& part);
+  Status encode_leftovers();
+  bool is_full() const;
+  Status condense(PartsContainer& container);
+  std::vector<PointOwner> known_owners(const MeshPart& part, std::vector<PointOwner> owners) const;
+  Status append(const MeshPart& part, const Streams& streams, const Room& room);
+  Expected<bool> append_if_there_is_room(const MeshPart& part, const Streams& streams,
+                                         std::vector<PointOwner> owners, const Room& room);
   Status begin_container();
   Status check_written(const MeshPart& part);
-  Status verify(const MeshPart& part, Mesh& decoded) const;
+  Status verify(const MeshPart& part, Mesh& decoded);
 
   const std::span<const AttributeCoding> codings_;
   const PartsOptions& options_;
@@ -102,32 +212,28 @@ class PartsEncoder {
   const ThreadPool& pool_;
   std::vector<PointOwner> shared_owners_;  // in the current container, by shared number
   std::optional<GrowingContainer> container_;
-  std::vector<ValueBounds> bounds_;     // of the current container
+  Leftovers leftovers_;              // of the current container
+  uint32_t unused_count_ = 0;        // points of the current container that no face uses
+  std::vector<ValueBounds> bounds_;  // of the current container
+  std::shared_ptr<Spill> lone_;      // the streams that are alone
+  bool keeps_owners_ = false;        // the part has leftovers
+  std::vector<PointOwner> owners_;   // of the part's points
+  // Points of the part that earlier parts own: the number in the container, the point of the part.
+  std::vector<std::pair<uint32_t, uint32_t>> foreign_;
   std::vector<uint32_t> source_point_;  // the point of the part for each point that the part owns
   uint32_t first_stream_ = 0;           // of the part
   uint64_t bytes_ = 0;
   EncodedParts encoded_;
 };
 
-Expected<Streams> PartsEncoder::encode_streams(const Mesh& mesh) {
-  WeldedMesh welded = weld(mesh, pool_);
-  separate_flat_faces(welded);
-  const Stopwatch partition_time;
+Expected<Streams> PartsEncoder::encode_streams_of(const Mesh& mesh) {
   const uint64_t size = std::max<uint64_t>(1, options_.patch_faces);
   const auto patch_count = static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
-  const Cut cut =
-      cut_faces(welded, {patch_count, options_.refine, options_.method, options_.distance}, {}, pool_);
-  encoded_.statistics.partition_ms += partition_time.ms();
-  encoded_.statistics.patch_count += static_cast<uint32_t>(cut.patches.size());
-  if (!cut.residue_faces.empty()) return invalid_input("a face repeats an index");
-  EncodeOptions options;
-  options.encode_speed = options_.encode_speed;
-  options.patch_encoded = options_.patch_encoded;
-  Streams streams;
-  if (Status status = encode_patches(welded, cut, codings_, options, pool_, streams); !status.ok()) {
-    const int64_t patch = status.place().patch;
-    return Status(status.code(), status.message(), {.patch = patch < 0 ? patch : stream_count() + patch});
-  }
+  Expected<Streams> streams =
+      encode_streams(mesh, codings_, options_.streams, patch_count, pool_, encoded_.statistics);
+  const Status status = streams.status();
+  const int64_t patch = status.place().patch;
+  if (patch >= 0) return Status(status.code(), status.message(), {.patch = stream_count() + patch});
   return streams;
 }
 
@@ -136,56 +242,98 @@ Status PartsEncoder::begin_container() {
   if (!container) return container.status();
   container_.emplace(std::move(*container));
   bounds_.assign(codings_.size(), {});
+  unused_count_ = 0;
   std::fill(shared_owners_.begin(), shared_owners_.end(), PointOwner());
   return {};
 }
 
 Status PartsEncoder::finish_container() {
+  if (leftovers_.part.mesh.point_count > 0)
+    if (Status status = encode_leftovers(); !status.ok()) return status;
+  if (!container_) return {};
   if (Status status = container_->check_size(encoded_.requests); !status.ok())
     return runtime_failure("verification: " + status.to_string());
-  for (ValueBounds& bounds : bounds_)
-    for (size_t i = 0; i < bounds.least.size(); ++i)
-      if (bounds.least[i] > bounds.most[i]) bounds.least[i] = bounds.most[i] = 0;
+  finish_bounds(bounds_);
   PartsContainer& finished = encoded_.containers.emplace_back();
   finished.entries.assign(container_->entries().begin(), container_->entries().end());
   finished.point_count = container_->point_count();
+  finished.used_point_count = finished.point_count - unused_count_;
   finished.face_count = container_->face_count();
   finished.bounds = std::move(bounds_);
   finished.bytes = container_->finish();
   container_.reset();
-  return {};
+  return options_.streams.condense ? condense(finished) : Status();
+}
+
+// Replaces the container by a condensed one, if that is smaller.
+Status PartsEncoder::condense(PartsContainer& container) {
+  std::vector<uint8_t> plain(static_cast<size_t>(container.bytes->size()));
+  if (Status status = container.bytes->read(0, plain); !status.ok()) return status;
+  const Expected<PatchContainer> opened = open_container(plain);
+  if (!opened) return runtime_failure("verification: " + opened.status().to_string());
+  const EncodeOptions& options = options_.streams;
+  const Expected<std::vector<uint8_t>> condensed = condense_and_verify(
+      *opened, encoded_.requests, options.condense_smallest, options.verify, pool_, encoded_.statistics);
+  if (!condensed || condensed->empty()) return condensed.status();
+  const Expected<PatchContainer> after = open_container(*condensed);
+  if (!after) return after.status();
+  container.entries = after->entries;
+  container.head_bytes = after->head_bytes;
+  Expected<std::unique_ptr<Spill>> spill = make_spill_();
+  if (!spill) return spill.status();
+  Status status = (*spill)->append(*condensed);
+  container.bytes = std::move(*spill);
+  return status;
+}
+
+// `owners`, and the owners of shared points among earlier streams.
+std::vector<PointOwner> PartsEncoder::known_owners(const MeshPart& part, std::vector<PointOwner> owners) const {
+  owners.resize(part.mesh.point_count);
+  for (size_t i = 0; i < part.shared_points.size(); ++i) {
+    PointOwner& owner = owners[part.shared_points[i]];
+    if (owner.stream == PointOwner::kNone) owner = shared_owners_[part.shared_numbers[i]];
+  }
+  return owners;
 }
 
 // Stitches the streams to those of the parts before, and appends them.
-Expected<bool> PartsEncoder::append_if_there_is_room(const MeshPart& part, const Streams& streams) {
-  std::vector<PointOwner> owners(part.mesh.point_count);
-  for (size_t i = 0; i < part.shared_points.size(); ++i)
-    owners[part.shared_points[i]] = shared_owners_[part.shared_numbers[i]];
+Expected<bool> PartsEncoder::append_if_there_is_room(const MeshPart& part, const Streams& streams,
+                                                     std::vector<PointOwner> owners, const Room& room) {
+  owners = known_owners(part, std::move(owners));
   first_stream_ = container_->stream_count();
   Stitching stitching = build_stitching(streams.owned, first_stream_, owners, pool_);
-  for (const PointOwner& owner : owners)
-    if (owner.stream == PointOwner::kNone) return invalid_input("a point is used by no face");
-  const Expected<std::vector<StreamEntry>> entries = make_entries(streams, stitching);
+  Expected<std::vector<StreamEntry>> entries = make_entries(streams, stitching);
   if (!entries) return entries.status();
+  entries->push_back(room);
   if (!container_->has_room_for(*entries, options_.most_points)) return false;
+  entries->pop_back();
   for (size_t i = 0; i < part.shared_points.size(); ++i)
     shared_owners_[part.shared_numbers[i]] = owners[part.shared_points[i]];
+  foreign_.clear();
+  for (uint32_t point = 0; point < owners.size(); ++point)
+    if (owners[point].stream < first_stream_)
+      foreign_.push_back({container_->first_point(owners[point].stream) + owners[point].rank, point});
+  if (keeps_owners_) owners_ = std::move(owners);
   source_point_ = std::move(stitching.source_point);
-  if (Status status = container_->append(*entries, stitching.maps, streams.bytes); !status.ok()) return status;
+  Status status = container_->append(*entries, stitching.maps, streams.bytes, streams.has_residue);
+  if (!status.ok()) return status;
   for (size_t i = 0; i < streams.bytes.size(); ++i)
     bytes_ += stitching.maps[i].size() + streams.bytes[i].size();
   return true;
 }
 
-Status PartsEncoder::append(const MeshPart& part, const Streams& streams) {
+Status PartsEncoder::append(const MeshPart& part, const Streams& streams, const Room& room) {
   if (!container_)
     if (Status status = begin_container(); !status.ok()) return status;
-  const Expected<bool> appended = append_if_there_is_room(part, streams);
+  const Mesh& left = leftovers_.part.mesh;
+  const Room all{.face_count = room.face_count + static_cast<uint32_t>(left.faces.size()),
+                 .point_count = room.point_count + left.point_count};
+  const Expected<bool> appended = append_if_there_is_room(part, streams, {}, all);
   if (!appended || *appended) return appended.status();
-  if (stream_count() > 0) {
+  if (container_->stream_count() > 0) {
     if (Status status = finish_container(); !status.ok()) return status;
     if (Status status = begin_container(); !status.ok()) return status;
-    const Expected<bool> appended_to_next = append_if_there_is_room(part, streams);
+    const Expected<bool> appended_to_next = append_if_there_is_room(part, streams, {}, room);
     if (!appended_to_next || *appended_to_next) return appended_to_next.status();
   }
   return unsupported("more points or faces than a container can hold");
@@ -193,34 +341,30 @@ Status PartsEncoder::append(const MeshPart& part, const Streams& streams) {
 
 // `decoded` names points by their numbers in the container. Renames them first: the points that the part owns,
 // then the points that earlier parts own.
-Status PartsEncoder::verify(const MeshPart& part, Mesh& decoded) const {
-  std::vector<std::pair<uint32_t, uint32_t>> foreign;  // the number in the container, the point of the part
+Status PartsEncoder::verify(const MeshPart& part, Mesh& decoded) {
+  std::sort(foreign_.begin(), foreign_.end());
   const uint32_t first_point = container_->first_point(first_stream_);
-  for (size_t i = 0; i < part.shared_points.size(); ++i) {
-    const PointOwner& owner = shared_owners_[part.shared_numbers[i]];
-    if (owner.stream < first_stream_)
-      foreign.push_back({container_->first_point(owner.stream) + owner.rank, part.shared_points[i]});
-  }
-  std::sort(foreign.begin(), foreign.end());
   std::vector<uint32_t> source_point = source_point_;
-  for (const auto& [number, point] : foreign) source_point.push_back(point);
+  for (const auto& [number, point] : foreign_) source_point.push_back(point);
   for (auto& face : decoded.faces)
     for (uint32_t& number : face) {
       if (number >= first_point && number - first_point < decoded.point_count) {
         number -= first_point;
         continue;
       }
-      const auto found = std::lower_bound(foreign.begin(), foreign.end(), std::pair(number, 0u));
-      if (found == foreign.end() || found->first != number)
+      const auto found = std::lower_bound(foreign_.begin(), foreign_.end(), std::pair(number, 0u));
+      if (found == foreign_.end() || found->first != number)
         return runtime_failure("verification: a face came back with point " + std::to_string(number) +
                                ", which the part does not use");
-      number = decoded.point_count + static_cast<uint32_t>(found - foreign.begin());
+      number = decoded.point_count + static_cast<uint32_t>(found - foreign_.begin());
     }
-  return verify_decoded(part.mesh, codings_, decoded, source_point, static_cast<uint32_t>(foreign.size()));
+  return verify_mesh(part.mesh, codings_, decoded, source_point, static_cast<uint32_t>(foreign_.size()), false,
+                     encoded_.statistics);
 }
 
 // Decodes the part from the spills, for the bounds and to verify it.
 Status PartsEncoder::check_written(const MeshPart& part) {
+  const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
   Expected<Mesh> decoded = container_->decode_last(encoded_.requests, pool_);
   if (!decoded) {
     const Status status = decoded.status();
@@ -228,11 +372,115 @@ Status PartsEncoder::check_written(const MeshPart& part) {
     return runtime_failure("verification: " + status.message(), status.place());
   }
   for (size_t i = 0; i < bounds_.size(); ++i) extend(decoded->attributes[i], decoded->point_count, bounds_[i]);
-  if (!options_.verify) return {};
-  if (Status status = verify(part, *decoded); !status.ok()) return status;
-  std::optional<double>& error = encoded_.statistics.position_error;
-  error = std::max(error.value_or(0), largest_distance(part.mesh, *decoded, source_point_));
+  return options_.streams.verify ? verify(part, *decoded) : Status();
+}
+
+// A part without leftovers.
+Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
+  {
+    const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
+    const Expected<Streams> streams = encode_streams_of(part.mesh);
+    if (!streams) return streams.status();
+    if (Status status = append(part, *streams, room); !status.ok()) return status;
+  }
+  return check_written(part);
+}
+
+Status PartsEncoder::encode_with_leftovers(const MeshPart& part) {
+  ReducedMesh reduced =
+      reduce(part.mesh, {.keep_duplicates = true, .drop_degenerate = true, .drop_unused = true});
+  std::vector<uint32_t> number(part.mesh.point_count, kNone);
+  for (uint32_t i = 0; i < reduced.source_point.size(); ++i) number[reduced.source_point[i]] = i;
+  MeshPart patches{std::move(reduced.mesh), {}, {}};
+  for (size_t i = 0; i < part.shared_points.size(); ++i) {
+    if (number[part.shared_points[i]] == kNone) continue;
+    patches.shared_points.push_back(number[part.shared_points[i]]);
+    patches.shared_numbers.push_back(part.shared_numbers[i]);
+  }
+  keeps_owners_ = true;
+  const Room room{.face_count = static_cast<uint32_t>(part.mesh.faces.size() - patches.mesh.faces.size()),
+                  .point_count = part.mesh.point_count};
+  if (!patches.mesh.faces.empty())
+    if (Status status = encode_patches(patches, room); !status.ok()) return status;
+  leftovers_.add(part, number, owners_);
+  keeps_owners_ = false;
+  owners_ = {};
   return {};
+}
+
+// Whether the container should end, because memory would not hold what is still to be done with it.
+bool PartsEncoder::is_full() const {
+  const Mesh& left = leftovers_.part.mesh;
+  if (left.point_count > options_.most_residue_points) return container_ || !left.faces.empty();
+  return options_.streams.condense && container_ && container_->point_count() >= options_.condensed_points;
+}
+
+Status PartsEncoder::encode_leftovers() {
+  if (!container_)
+    if (Status status = begin_container(); !status.ok()) return status;
+  Leftovers left = std::exchange(leftovers_, Leftovers());
+  const Mesh& mesh = left.part.mesh;
+  {
+    const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
+    left.owners = known_owners(left.part, std::move(left.owners));
+    std::vector<uint8_t> is_in_patch, is_unused(mesh.point_count, 1);
+    for (const PointOwner& owner : left.owners)
+      is_in_patch.push_back(owner.stream == PointOwner::kNone ? 0 : 1);
+    for (const auto& face : mesh.faces)
+      for (const uint32_t point : face) is_unused[point] = 0;
+    unused_count_ = static_cast<uint32_t>(std::count(is_unused.begin(), is_unused.end(), 1));
+    std::vector<uint32_t> faces(mesh.faces.size());
+    std::iota(faces.begin(), faces.end(), 0u);
+    WeldedMesh welded = weld(mesh, pool_);
+    separate_flat_faces(welded);
+    Streams streams;
+    Status status = encode_residue(welded, faces, is_in_patch, codings_, options_.streams.encode_speed, false,
+                                   streams, encoded_.statistics);
+    if (!status.ok()) return status;
+    const Expected<bool> appended = append_if_there_is_room(left.part, streams, std::move(left.owners), {});
+    if (!appended) return appended.status();
+    if (!*appended) return unsupported("more points or faces than a container can hold");
+  }
+  return check_written(left.part);
+}
+
+// Each stream of the part alone.
+Status PartsEncoder::encode_alone(const MeshPart& part) {
+  Expected<Streams> streams = Streams();
+  {
+    const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
+    streams = encode_streams_of(part.mesh);
+    if (!streams) return streams.status();
+    std::vector<uint8_t> is_known(part.mesh.point_count, 0);
+    for (size_t i = 0; i < part.shared_points.size(); ++i)
+      is_known[part.shared_points[i]] =
+          std::exchange(shared_owners_[part.shared_numbers[i]].stream, 0u) == PointOwner::kNone ? 0 : 1;
+    const Expected<std::vector<StreamEntry>> entries = make_lone_entries(*streams, std::move(is_known));
+    if (!entries) return entries.status();
+    if (!lone_) {
+      Expected<std::unique_ptr<Spill>> made = make_spill_();
+      if (!made) return made.status();
+      lone_ = std::move(*made);
+    }
+    for (size_t i = 0; i < entries->size(); ++i) {
+      const Mesh& decoded = streams->decoded[i];
+      const std::vector<uint8_t>& bytes = streams->bytes[i];
+      PartsContainer& alone = encoded_.containers.emplace_back();
+      alone.bytes = std::make_unique<PieceOfSpill>(lone_, lone_->size(), bytes.size());
+      alone.entries = {(*entries)[i]};
+      alone.point_count = alone.used_point_count = decoded.point_count;
+      alone.face_count = static_cast<uint32_t>(decoded.faces.size());
+      alone.bounds.resize(codings_.size());
+      for (size_t k = 0; k < codings_.size(); ++k)
+        extend(decoded.attributes[k], decoded.point_count, alone.bounds[k]);
+      finish_bounds(alone.bounds);
+      if (Status status = lone_->append(bytes); !status.ok()) return status;
+      bytes_ += bytes.size();
+    }
+  }
+  if (!options_.streams.verify) return {};
+  const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
+  return verify_alone(part.mesh, codings_, *streams, encoded_.statistics);
 }
 
 Status PartsEncoder::encode(const MeshPart& part) {
@@ -242,15 +490,9 @@ Status PartsEncoder::encode(const MeshPart& part) {
   if (encoded_.requests.empty()) encoded_.requests = stream_requests(part.mesh);
   if (!same_attributes(encoded_.requests, part.mesh))
     return invalid_input("its attributes are not those of part 0");
-  {
-    const Stopwatch encode_time;
-    const Expected<Streams> streams = encode_streams(part.mesh);
-    if (!streams) return streams.status();
-    if (Status status = append(part, *streams); !status.ok()) return status;
-    encoded_.statistics.encode_ms += encode_time.ms();
-  }
-  const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
-  return check_written(part);
+  if (is_alone()) return encode_alone(part);
+  Status status = is_regular(part.mesh) ? encode_patches(part, {}) : encode_with_leftovers(part);
+  return status.ok() && is_full() ? finish_container() : std::move(status);
 }
 
 Status in_part(uint32_t part, const Status& status) {

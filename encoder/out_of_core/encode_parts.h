@@ -1,12 +1,14 @@
-// Encodes a mesh that does not fit into memory: one part after the other, into one container of version 2. Its
+// Encodes a mesh that does not fit into memory: one part after the other, into one container. Its
 // patches are those of the first part, then those of the second, and so on. The stitch map refers to patches of
 // earlier parts as it does within a part, so the container decodes to one mesh, without cracks and without a
 // point twice.
 //
 // Memory: what encode_mesh takes for the largest part, its streams included, and
 //   16 bytes for each point that parts share,
+//   the points and faces of a container's residue, and 30 bytes for each of these points,
 //   40 bytes for each patch of the container, twice while its arrays grow,
 //   584 more for each patch while a part is verified.
+//   with streams.condense: a container, what condense takes for it, and twice what it decodes to.
 // Streams, stitch maps and border walks are in spills: about the container's size, and 4 bytes for each point
 // at the border of a patch.
 #pragma once
@@ -32,15 +34,16 @@ namespace psplit {
 
 struct PartsOptions {
   uint64_t patch_faces = 30000;  // a part of F faces gets round(F / patch_faces) patches, at least 1
-  int encode_speed = 5;          // see EncodeOptions
-  bool verify = true;            // compare what was written with each part
-  bool refine = true;            // see PartitionOptions for this and the next two
-  PartitionMethod method = PartitionMethod::kMultilevel;
-  PathDistance distance = PathDistance::kDijkstra;
+  // For the streams of all parts. Parts choose what is merged and dropped themselves. With Alone::kAll there
+  // are no containers: each stream is alone. Otherwise none is. patch_count and patch_of_face have no effect.
+  EncodeOptions streams{};
   // The most points of a container. The part that would exceed it begins another container.
   uint64_t most_points = 0xfffffffe;
-  // Called with the number of faces of each encoded patch, from any thread. Does not change the result.
-  std::function<void(size_t)> patch_encoded{};
+  // Faces that repeat an index, and points that no face uses, are in memory until their container ends: with
+  // more of these points, it ends early.
+  uint64_t most_residue_points = 0xfffffffe;
+  // A container is in memory while it is condensed: with this many points, it ends.
+  uint64_t condensed_points = 0xfffffffe;
   // Called after each part with the bytes of all streams and stitch maps so far. An error ends the work.
   std::function<Status(uint64_t)> part_written{};
 };
@@ -50,17 +53,20 @@ struct ValueBounds {
   std::vector<double> least, most;
 };
 
+// A container, or a stream that is alone.
 struct PartsContainer {
-  std::unique_ptr<StoredBytes> bytes;  // the whole container
-  std::vector<StreamEntry> entries;    // the directory's rows
+  std::unique_ptr<StoredBytes> bytes;  // all of it
+  std::vector<StreamEntry> entries;    // the directory's rows; that of a stream alone has no stitch map
   uint32_t point_count = 0;
+  uint32_t used_point_count = 0;  // without those that no face uses, which come last
   uint32_t face_count = 0;
+  uint32_t head_bytes = 0;
   std::vector<ValueBounds> bounds;  // of the decoded values of each attribute, in the parts' order
 };
 
 struct EncodedParts {
   // At least one. Parts are in their order, and no part is in two containers. If parts of two containers share
-  // a point, both have it.
+  // a point, both have it. Streams that are alone share no points.
   std::vector<PartsContainer> containers;
   std::vector<AttributeRequest> requests;  // how to request each attribute, in the parts' order
   EncodeStatistics statistics;             // of all containers together

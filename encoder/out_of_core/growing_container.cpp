@@ -90,7 +90,8 @@ bool GrowingContainer::has_room_for(std::span<const StreamEntry> entries, uint64
 
 Status GrowingContainer::append(std::span<const StreamEntry> entries,
                                 std::span<const std::vector<uint8_t>> maps,
-                                std::span<const std::vector<uint8_t>> streams) {
+                                std::span<const std::vector<uint8_t>> streams, bool has_residue) {
+  directory_.has_residue = has_residue;
   last_.first = stream_count();
   for (const StreamEntry& entry : entries) {
     directory_.entries.push_back(entry);
@@ -117,14 +118,16 @@ Expected<PatchContainer> GrowingContainer::open_last(std::span<const uint8_t> ma
     streams = streams.subspan(entry.stream_bytes);
     Expected<core::StreamHeader> header = read_stream_header(window.streams[i]);
     if (!header) return header.status().at({.patch = i});
+    const bool is_residue = i >= directory_.patch_count();
     const uint32_t faces = header->counts.face_count;
-    if (!header->edgebreaker) return invalid_input("a patch is not an Edgebreaker mesh", {.patch = i});
-    if (faces != entry.face_count)
+    if (header->edgebreaker == is_residue)
+      return invalid_input("a patch is not an Edgebreaker mesh, or the residue is one", {.patch = i});
+    if (is_residue ? faces < entry.face_count : faces != entry.face_count)
       return differs_from_directory("faces", faces, entry.face_count).at({.patch = i});
     window.headers[i] = *header;
   }
   // A decoder skips the walks if no row has references. Later streams will refer to these walks.
-  window.entries.push_back({.reference_count = 1});
+  if (!window.has_residue) window.entries.push_back({.reference_count = 1});
   return window;
 }
 
@@ -201,8 +204,8 @@ Status GrowingContainer::check_size(std::span<const AttributeRequest> requests) 
 
 std::unique_ptr<StoredBytes> GrowingContainer::finish() {
   walks_.reset();
-  return std::make_unique<JoinedBytes>(write_container(entries(), false, {}, {}), std::move(maps_),
-                                       std::move(streams_));
+  return std::make_unique<JoinedBytes>(write_container(entries(), directory_.has_residue, {}, {}),
+                                       std::move(maps_), std::move(streams_));
 }
 
 }  // namespace psplit

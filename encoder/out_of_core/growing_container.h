@@ -32,9 +32,10 @@ class GrowingContainer {
   // Whether the container stays within `most_points` and within the limits of the format with these streams.
   bool has_room_for(std::span<const StreamEntry> entries, uint64_t most_points) const;
 
-  // Appends the streams of a part, with one stitch map for each. There is room for them. Errors: kIo.
+  // Appends the streams of a part, with one stitch map for each. There is room for them. After a residue, which
+  // is the last of these streams, nothing is appended. Errors: kIo.
   Status append(std::span<const StreamEntry> entries, std::span<const std::vector<uint8_t>> maps,
-                std::span<const std::vector<uint8_t>> streams);
+                std::span<const std::vector<uint8_t>> streams, bool has_residue);
 
   // Decodes the streams that were appended last from the bytes in the spills. The result has the points that
   // these streams own. Its faces name points by their numbers in the whole mesh. To be called once after each
@@ -44,7 +45,7 @@ class GrowingContainer {
   // Whether decoders will take the memory that the whole mesh needs. Errors: kInvalidInput, kUnsupported.
   Status check_size(std::span<const AttributeRequest> requests) const;
 
-  // The whole container: header, columns, stitch map and streams. Ends the use of this object.
+  // The whole container: header, directory, stitch map and streams. Ends the use of this object.
   std::unique_ptr<StoredBytes> finish();
 
  private:

@@ -11,8 +11,8 @@ namespace psplit {
 
 // Some faces of a mesh with the points that they use.
 struct MeshPart {
-  // Without duplicate points, faces that repeat an index, and points that no face uses. It has at least one
-  // face.
+  // Faces that repeat an index are stored, and so are points that no face of the part uses, unless other parts
+  // use them as well.
   Mesh mesh;
   // The points of `mesh` that other parts use as well, in ascending order.
   std::vector<uint32_t> shared_points;

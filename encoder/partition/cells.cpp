@@ -1,7 +1,7 @@
-#include "encoder/partition/cells.h"
-
 #include <algorithm>
 #include <numeric>
+
+#include "encoder/partition/partition_steps.h"
 
 namespace psplit {
 namespace {

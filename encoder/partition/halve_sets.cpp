@@ -1,15 +1,15 @@
-#include "encoder/partition/halve_sets.h"
-
 #include <algorithm>
 #include <functional>
 #include <iterator>
 #include <queue>
 #include <utility>
 
+#include "encoder/partition/partition_steps.h"
+
 namespace psplit {
 namespace {
 
-constexpr uint32_t kUnreached = 0xffffffffu;
+constexpr uint32_t kFar = 0xffffffffu;
 
 // Two sets share neither cells nor patches, so threads may cut different sets at the same time.
 class Halving {
@@ -50,7 +50,7 @@ class Halving {
     for (const uint32_t c : rest) store_shared(patch_of_[c], far.first_patch);
     // Cells of the far half that the near half cuts off from it become part of the near half.
     measure(rest, far_end, from_far_);
-    const auto is_near = [&](uint32_t c) { return from_far_[c] == kUnreached; };
+    const auto is_near = [&](uint32_t c) { return from_far_[c] == kFar; };
     for (const uint32_t c : rest)
       if (is_near(c)) store_shared(patch_of_[c], set.first_patch);
     const auto middle = std::stable_partition(rest.begin(), rest.end(), is_near);
@@ -64,7 +64,7 @@ class Halving {
   // Computes the distances from a cell to the cells of its patch, and returns the farthest. `cells` must have
   // all cells that it can reach.
   uint32_t measure(std::span<const uint32_t> cells, uint32_t start, std::vector<uint32_t>& distance) {
-    for (const uint32_t c : cells) distance[c] = kUnreached;
+    for (const uint32_t c : cells) distance[c] = kFar;
     distance[start] = 0;
     const uint32_t patch = load_shared(patch_of_[start]);
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;

@@ -2,8 +2,7 @@
 // and k-means, which groups the clusters to patches.
 #pragma once
 
-#include "encoder/partition/cells.h"
-#include "encoder/partition/halve_sets.h"
+#include "encoder/partition/partition_steps.h"
 #include "encoder/partition/path_distance.h"
 
 namespace psplit {

@@ -8,10 +8,8 @@
 #include <utility>
 
 #include "encoder/partition/cell_graph.h"
-#include "encoder/partition/cells.h"
-#include "encoder/partition/halve_sets.h"
 #include "encoder/partition/paper_method.h"
-#include "encoder/partition/recut_borders.h"
+#include "encoder/partition/partition_steps.h"
 
 namespace psplit {
 namespace {
@@ -186,7 +184,8 @@ Start start_of_paper(std::span<const std::array<uint32_t, 3>> faces, uint32_t ve
                      const FaceGraph& graph, uint32_t patch_count, const PartitionOptions& options,
                      const ThreadPool& pool) {
   const uint32_t face_count = graph.cell_count();
-  const uint64_t samples = uint64_t{std::max(options.samples_per_patch, 1u)} * patch_count;
+  constexpr uint64_t kSamplesPerPatch = 16;  // N of the paper's M x N samples for M patches
+  const uint64_t samples = kSamplesPerPatch * patch_count;
   DistanceMap map(faces, vertex_count, graph, options.distance);
   const Clusters clusters = cluster_faces(
       map, graph,

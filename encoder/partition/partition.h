@@ -34,9 +34,6 @@ struct PartitionOptions {
   bool refine = true;
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
-  // N of the paper's M x N samples for M patches. With 1, its single level, clusters are patches, and only
-  // refinement balances them.
-  uint32_t samples_per_patch = 16;
 };
 
 struct Partition {

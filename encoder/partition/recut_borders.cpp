@@ -1,17 +1,16 @@
-#include "encoder/partition/recut_borders.h"
-
 #include <algorithm>
 #include <bit>
 #include <memory>
 #include <mutex>
 #include <type_traits>
 
+#include "encoder/partition/partition_steps.h"
 #include "encoder/partition/recutter.h"
 
 namespace psplit {
 namespace {
 
-constexpr size_t kGrain = 1 << 14;
+constexpr size_t kCellGrain = 1 << 14;
 // Additional rounds for patches above their limit.
 constexpr int kBalancingRounds = 10;
 
@@ -22,9 +21,9 @@ std::vector<BorderPair> find_borders(const Graph& graph, std::span<const uint32_
   struct Entry {
     uint32_t a, b, cell;
   };
-  std::vector<std::vector<Entry>> found((graph.cell_count() + kGrain - 1) / kGrain);
-  pool.for_ranges(graph.cell_count(), kGrain, [&](size_t begin, size_t end) {
-    std::vector<Entry>& entries = found[begin / kGrain];
+  std::vector<std::vector<Entry>> found((graph.cell_count() + kCellGrain - 1) / kCellGrain);
+  pool.for_ranges(graph.cell_count(), kCellGrain, [&](size_t begin, size_t end) {
+    std::vector<Entry>& entries = found[begin / kCellGrain];
     for (auto cell = static_cast<uint32_t>(begin); cell < end; ++cell) {
       const uint32_t own = patch_of[cell];
       uint32_t last = own;

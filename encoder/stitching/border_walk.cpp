@@ -1,11 +1,11 @@
-#include "encoder/stitching/border_walk.h"
-
 #include <algorithm>
+
+#include "encoder/stitching/stitch_map.h"
 
 namespace psplit {
 namespace {
 
-constexpr uint32_t kNone = 0xffffffffu;
+constexpr uint32_t kNoPoint = 0xffffffffu;
 
 // For each point, where the directed edges of all faces lead from it and come from to it, as compressed rows.
 struct DirectedEdges {
@@ -44,26 +44,26 @@ struct DirectedEdges {
 
 std::vector<uint32_t> border_walk(std::span<const Face> faces, uint32_t point_count) {
   const DirectedEdges edges(faces, point_count);
-  std::vector<uint32_t> successor(point_count, kNone);
+  std::vector<uint32_t> successor(point_count, kNoPoint);
   size_t border_count = 0;
   for (const Face& face : faces)
     for (size_t i = 0; i < 3; ++i) {
       const uint32_t a = face[i], b = face[(i + 1) % 3];
       if (edges.has(b, a)) continue;
-      if (successor[a] != kNone) return {};
+      if (successor[a] != kNoPoint) return {};
       successor[a] = b;
       ++border_count;
     }
   std::vector<uint32_t> walk;
   walk.reserve(border_count);
   for (uint32_t start = 0; start < point_count; ++start) {
-    if (successor[start] == kNone) continue;
+    if (successor[start] == kNoPoint) continue;
     uint32_t at = start;
     do {
       const uint32_t next = successor[at];
-      if (next == kNone) return {};
+      if (next == kNoPoint) return {};
       walk.push_back(at);
-      successor[at] = kNone;
+      successor[at] = kNoPoint;
       at = next;
     } while (at != start);
   }

@@ -5,14 +5,14 @@
 #include <span>
 #include <vector>
 
-#include "encoder/stitching/border_walk.h"
+#include "encoder/stitching/stitch_map.h"
 #include "src/parallel.h"
 
 namespace psplit {
 
 // A stream as its decoder returns it, with the mesh's point for each decoded point.
 struct OwnedStream {
-  std::vector<Face> faces;
+  std::span<const Face> faces;
   std::vector<uint32_t> points;  // mesh point of each decoded point
   bool is_residue = false;
 };

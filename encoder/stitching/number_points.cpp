@@ -1,5 +1,3 @@
-#include "encoder/stitching/number_points.h"
-
 #include <utility>
 
 #include "encoder/stitching/stitch_map.h"

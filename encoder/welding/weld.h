@@ -6,10 +6,18 @@
 #include <span>
 #include <vector>
 
-#include "encoder/welding/welded_mesh.h"
+#include "src/mesh/mesh.h"
 #include "src/parallel.h"
 
 namespace psplit {
+
+// Points with the same entry in value_of_point share that attribute's value. Points that share a position make
+// a vertex; different values at a vertex make a seam.
+struct WeldedMesh {
+  const Mesh* mesh = nullptr;
+  // For each attribute of the mesh and each point, the lowest point that has the same value.
+  std::vector<std::vector<uint32_t>> value_of_point;
+};
 
 // For each row of `bytes`, the lowest row with the same `stride` bytes and, if `group` is not empty, the same
 // group. Values are compared as bits: -0 and 0 differ, and a NaN equals itself.

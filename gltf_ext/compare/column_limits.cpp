@@ -21,14 +21,17 @@ double extent(AssetPrimitives primitives, const std::string& attribute) {
   low.fill(kInfinity);
   high.fill(-kInfinity);
   for (const AssetPrimitive* primitive : primitives) {
-    const Attribute& values = *primitive->mesh.find(attribute);
-    for (uint32_t point = 0; point < primitive->mesh.point_count; ++point)
-      for (size_t c = 0; c < values.component_count; ++c) {
-        const double value = number_at(values, point, c);
-        if (!std::isfinite(value)) continue;
-        low[c] = std::min(low[c], value);
-        high[c] = std::max(high[c], value);
-      }
+    const ValuesView& values = *primitive->view.find(attribute);
+    for_each_step(values, [&](size_t first, size_t end) {
+      for (size_t point = first; point < end; ++point)
+        for (size_t c = 0; c < values.component_count; ++c) {
+          const double value = number_at(values, point, c);
+          if (!std::isfinite(value)) continue;
+          low[c] = std::min(low[c], value);
+          high[c] = std::max(high[c], value);
+        }
+      return true;
+    });
   }
   double most = 0;
   for (size_t c = 0; c < low.size(); ++c) most = std::max(most, high[c] - low[c]);
@@ -52,10 +55,10 @@ ColumnLimits ColumnLimiter::limits_of(const std::string& attribute) {
     for (size_t i = 0; i < sides_[side].size(); ++i) {
       const auto grid = sides_[side][i]->grids.find(attribute);
       if (grid == sides_[side][i]->grids.end())
-        limits.limits[side][i] = limit_of_type(*sides_[side][i]->mesh.find(attribute), kind);
+        limits.limits[side][i] = limit_of_type(*sides_[side][i]->view.find(attribute), kind);
       else
         limits.limits[side][i] = limit_of_grid(grid->second, kind);
-      limits.direction |= grid != sides_[side][i]->grids.end() && grid->second.direction;
+      limits.direction |= grid != sides_[side][i]->grids.end() && grid->second.coding.octahedral;
     }
   // One side stores directions, the other side numbers: the corners of a cell of numbers are further away.
   if (limits.direction)
@@ -75,7 +78,7 @@ std::optional<double> ColumnLimiter::stated_share(const std::string& attribute, 
   if (!starts_with_any(kind, {"POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_", "WEIGHTS_"}))
     for (const AssetPrimitives& side : sides_)
       for (const AssetPrimitive* primitive : side) {
-        const Attribute& values = *primitive->mesh.find(attribute);
+        const ValuesView& values = *primitive->view.find(attribute);
         if (values.component_type != ComponentType::kFloat32 && !values.normalized) return std::nullopt;
       }
   return found->second;
@@ -90,15 +93,15 @@ ColumnLimit ColumnLimiter::limit_of_grid(const DeclaredGrid& grid, const std::st
 }
 
 // Integers of the same type must be equal. Compared with another type, they may differ by their rounding.
-ColumnLimit ColumnLimiter::limit_of_type(const Attribute& attribute, const std::string& kind) {
-  if (attribute.component_type == ComponentType::kFloat32) return {};
+ColumnLimit ColumnLimiter::limit_of_type(const ValuesView& values, const std::string& kind) {
+  if (values.component_type == ComponentType::kFloat32) return {};
   ColumnLimit limit;
-  limit.grid = number("type " + std::to_string(static_cast<int>(attribute.component_type)) +
-                      (attribute.normalized ? " normalized" : ""));
-  const size_t bits = 8 * component_bytes(attribute.component_type);
+  limit.grid = number("type " + std::to_string(static_cast<int>(values.component_type)) +
+                      (values.normalized ? " normalized" : ""));
+  const size_t bits = 8 * component_bytes(values.component_type);
   const bool is_signed =
-      attribute.component_type == ComponentType::kInt8 || attribute.component_type == ComponentType::kInt16;
-  if (attribute.normalized)
+      values.component_type == ComponentType::kInt8 || values.component_type == ComponentType::kInt16;
+  if (values.normalized)
     limit.within = 0.5 / (std::ldexp(1.0, static_cast<int>(bits) - (is_signed ? 1 : 0)) - 1) + 1e-7;
   else if (starts_with_any(kind, {"POSITION", "TEXCOORD_"}))
     limit.within = 0.5;

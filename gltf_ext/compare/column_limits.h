@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/compare/asset_comparison.h"
+#include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/compare/elements.h"
 #include "gltf_ext/compare/read_asset_meshes.h"
 
@@ -36,7 +36,7 @@ class ColumnLimiter {
  private:
   std::optional<double> stated_share(const std::string& attribute, const std::string& kind) const;
   ColumnLimit limit_of_grid(const DeclaredGrid& grid, const std::string& kind);
-  ColumnLimit limit_of_type(const Attribute& attribute, const std::string& kind);
+  ColumnLimit limit_of_type(const ValuesView& values, const std::string& kind);
   int32_t number(const std::string& identity);
 
   AssetPrimitives sides_[2];

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "gltf_ext/compare/compare_group.h"
+#include "gltf_ext/compare/elements.h"
 
 namespace psplit {
 namespace {
@@ -45,21 +46,25 @@ void count_elements(const AssetMeshes& asset, AssetComparison::Counts& counts) {
   counts.primitives = asset.primitives.size();
   for (const AssetPrimitive& primitive : asset.primitives) {
     counts.without_data += primitive.has_no_data ? 1 : 0;
-    const size_t elements = primitive.mesh.faces.size();
+    const uint32_t elements = primitive.element_count();
     (primitive.corner_count == 3   ? counts.triangles
      : primitive.corner_count == 2 ? counts.lines
                                    : counts.points) += elements;
-    std::vector<bool> used(primitive.mesh.point_count);
-    for (const auto& element : primitive.mesh.faces)
-      for (const uint32_t point : element) used[point] = true;
+    ElementBag bag(primitive.corner_count);
+    bag.add({primitive.view.indices, {}, {}});
+    std::vector<bool> used(primitive.view.point_count);
+    for (uint32_t i = 0; i < elements; ++i)
+      for (const uint32_t point : bag.locate(i).points) used[point] = true;
+    bag.release();
     counts.unused_points += static_cast<uint64_t>(std::ranges::count(used, false));
   }
 }
 
 class AssetComparer {
  public:
-  AssetComparer(const AssetMeshes& a, const AssetMeshes& b, const CompareRules& rules)
-      : a_(a), b_(b), rules_(rules), by_material_(a.material_count == b.material_count) {}
+  AssetComparer(const AssetMeshes& a, const AssetMeshes& b, const CompareRules& rules,
+                const CompareMeans& means)
+      : a_(a), b_(b), rules_(rules), means_(means), by_material_(a.material_count == b.material_count) {}
 
   Expected<AssetComparison> run() {
     AssetComparison result;
@@ -91,7 +96,8 @@ class AssetComparer {
     AssetComparison by_number;
     if (a.size() == b.size()) {
       for (size_t i = 0; i < a.size(); ++i) {
-        const Expected<AssetComparison> part = compare_group({&a[i], 1}, {&b[i], 1}, by_material_, rules_);
+        const Expected<AssetComparison> part =
+            compare_group({&a[i], 1}, {&b[i], 1}, by_material_, rules_, means_);
         if (!part) return part.status();
         add(by_number, *part);
       }
@@ -117,7 +123,7 @@ class AssetComparer {
       }
     AssetComparison result;
     for (const auto& [of_a, of_b] : groups) {
-      const Expected<AssetComparison> part = compare_group(of_a, of_b, by_material_, rules_);
+      const Expected<AssetComparison> part = compare_group(of_a, of_b, by_material_, rules_, means_);
       if (!part) return part.status();
       add(result, *part);
     }
@@ -127,14 +133,15 @@ class AssetComparer {
   const AssetMeshes& a_;
   const AssetMeshes& b_;
   const CompareRules& rules_;
+  const CompareMeans& means_;
   bool by_material_;
 };
 
 }  // namespace
 
-Expected<AssetComparison> compare_assets(const AssetMeshes& a, const AssetMeshes& b,
-                                         const CompareRules& rules) {
-  return AssetComparer(a, b, rules).run();
+Expected<AssetComparison> compare_assets(const AssetMeshes& a, const AssetMeshes& b, const CompareRules& rules,
+                                         const CompareMeans& means) {
+  return AssetComparer(a, b, rules, means).run();
 }
 
 }  // namespace psplit

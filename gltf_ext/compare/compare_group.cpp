@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <map>
 
+#include "encoder/coding/grid_places.h"
+#include "encoder/coding/quantization.h"
 #include "gltf_ext/compare/column_limits.h"
+#include "gltf_ext/compare/element_sums.h"
 #include "gltf_ext/compare/match_elements.h"
-#include "gltf_ext/compare/rounded_mesh.h"
 
 namespace psplit {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 bool has_rounded_weights(AssetPrimitives primitives) {
   return std::ranges::any_of(primitives, [](const AssetPrimitive* primitive) {
@@ -22,69 +21,71 @@ bool has_rounded_weights(AssetPrimitives primitives) {
   });
 }
 
-// Scales weights whose sum is nearly 1, so that it is 1.
-void mend_weights(Mesh& mesh) {
+// A copy in which weights whose sum is nearly 1 are scaled, so that it is 1.
+AssetPrimitive mend_weights(const AssetPrimitive& primitive) {
   constexpr double kWorthMending = 0.02;
-  std::vector<Attribute*> weights;
-  for (Attribute& attribute : mesh.attributes)
-    if (attribute.semantic.starts_with("WEIGHTS_") && attribute.component_type == ComponentType::kFloat32)
-      weights.push_back(&attribute);
-  for (uint32_t point = 0; point < mesh.point_count; ++point) {
-    double sum = 0;
-    for (const Attribute* attribute : weights)
-      for (size_t c = 0; c < attribute->component_count; ++c) sum += number_at(*attribute, point, c);
-    if (!(std::fabs(sum - 1) <= kWorthMending)) continue;
-    for (Attribute* attribute : weights)
-      for (size_t c = 0; c < attribute->component_count; ++c) {
-        const auto value = static_cast<float>(number_at(*attribute, point, c) / sum);
-        std::memcpy(attribute->values.data() + point * attribute->stride() + c * sizeof value, &value,
-                    sizeof value);
-      }
+  AssetPrimitive mended = primitive;
+  std::vector<std::pair<ValuesView*, std::span<float>>> weights;
+  for (MeshView::Values& attribute : mended.view.attributes) {
+    ValuesView& values = attribute.values;
+    if (!attribute.semantic.starts_with("WEIGHTS_") || values.component_type != ComponentType::kFloat32)
+      continue;
+    const auto numbers = std::make_shared<std::vector<float>>();
+    for (size_t i = 0; i < size_t{values.count} * values.component_count; ++i)
+      numbers->push_back(
+          static_cast<float>(number_at(values, i / values.component_count, i % values.component_count)));
+    mended.owned.push_back(numbers);
+    values.bytes = std::as_bytes(std::span(*numbers));
+    values.stride = 0;
+    weights.emplace_back(&values, *numbers);
   }
+  for (size_t point = 0; point < mended.view.point_count; ++point) {
+    const auto for_each_weight = [&](const auto& visit) {
+      for (const auto& [values, numbers] : weights)
+        for (float& weight : numbers.subspan(point * values->component_count, values->component_count))
+          visit(weight);
+    };
+    double sum = 0;
+    for_each_weight([&](float weight) { sum += double{weight}; });
+    if (std::fabs(sum - 1) <= kWorthMending)
+      for_each_weight([&](float& weight) { weight = static_cast<float>(double{weight} / sum); });
+  }
+  return mended;
 }
 
-std::vector<double> values_at(const Attribute& attribute, uint32_t point) {
+std::vector<double> values_at(const ValuesView& column, uint32_t point) {
   std::vector<double> values;
-  for (size_t c = 0; c < attribute.component_count; ++c) values.push_back(number_at(attribute, point, c));
+  for (size_t c = 0; c < column.component_count; ++c) values.push_back(number_at(column, point, c));
   return values;
 }
 
 using Names = std::vector<std::pair<std::string, int>>;
 
-// For each triangle whether two corners have the same position on a grid of `others`: an encoder that rounds
-// before it makes faces drops those. Empty if none has.
-std::vector<bool> flat_faces(const AssetPrimitive& primitive, AssetPrimitives others) {
-  std::vector<bool> is_flat;
-  const Attribute& position = *primitive.mesh.find("POSITION");
-  if (primitive.corner_count != 3 || position.component_type != ComponentType::kFloat32) return is_flat;
-  std::map<std::string, const DeclaredGrid*> grids;
+// Marks the triangles of a part of `bag` of which two corners have the same position on a grid of `others`: an
+// encoder that rounds before it makes faces drops those.
+void mark_flat_faces(const AssetPrimitive& primitive, AssetPrimitives others, uint32_t first, ElementBag& bag) {
+  const ValuesView& position = *primitive.view.find("POSITION");
+  if (primitive.corner_count != 3 || position.component_type != ComponentType::kFloat32) return;
+  std::map<std::string, const AttributeCoding*> grids;
   for (const AssetPrimitive* other : others)
     if (const auto found = other->grids.find("POSITION"); found != other->grids.end())
-      grids.emplace(found->second.identity, &found->second);
+      grids.emplace(found->second.identity, &found->second.coding);
   grids.erase("");
   if (const auto own = primitive.grids.find("POSITION"); own != primitive.grids.end())
     grids.erase(own->second.identity);
-  for (const auto& named : grids) {
-    const DeclaredGrid* const grid = named.second;
+  std::array<std::vector<float>, 3> places;
+  for (std::vector<float>& place : places) place.resize(position.component_count);
+  for (const auto& [identity, grid] : grids) {
     if (grid->origin.size() != position.component_count) continue;
-    const auto same_place = [&](uint32_t a, uint32_t b) {
-      bool same = true;
-      for (size_t c = 0; same && c < position.component_count; ++c) {
-        const auto place = [&](uint32_t point) {
-          return round_to_step(static_cast<float>(number_at(position, point, c)), *grid, c);
-        };
-        same = place(a) == place(b);
+    for (uint32_t i = 0; i < primitive.element_count(); ++i) {
+      const ElementBag::Located element = bag.locate(first + i);
+      for (size_t corner = 0; corner < 3; ++corner) {
+        std::memcpy(places[corner].data(), position.at(element.points[corner]), position.value_bytes());
+        round_to_grid(places[corner], *grid);
       }
-      return same;
-    };
-    is_flat.resize(primitive.mesh.faces.size());
-    for (size_t i = 0; i < is_flat.size(); ++i) {
-      const auto& face = primitive.mesh.faces[i];
-      if (same_place(face[0], face[1]) || same_place(face[1], face[2]) || same_place(face[2], face[0]))
-        is_flat[i] = true;
+      if (places[0] == places[1] || places[1] == places[2] || places[2] == places[0]) bag.mark_flat(element);
     }
   }
-  return is_flat;
 }
 
 // Compares the elements of two sides.
@@ -101,47 +102,104 @@ class GroupComparer {
     tears_ = tears_in(limits[0]);
     for (const size_t side : {0u, 1u})
       for (size_t i = 0; i < primitives_[side].size(); ++i) {
-        const Mesh& mesh = primitives_[side][i]->mesh;
-        ElementPart part{mesh.faces, {}, {}};
+        const MeshView& mesh = primitives_[side][i]->view;
+        ElementPart part{mesh.indices, {}, {}};
         for (size_t column = 0; column < names_.size(); ++column) {
-          part.columns.push_back(mesh.find(names_[column].first));
+          part.columns.push_back(*mesh.find(names_[column].first));
           part.limits.push_back(limits[column].limits[side][i]);
         }
-        part.is_flat = flat_faces(*primitives_[side][i], primitives_[1 - side]);
         bags_[side].add(std::move(part));
       }
+    for (const size_t side : {0u, 1u})
+      for (size_t column = 0; column < names_.size(); ++column)
+        grids_[side].push_back(limits[column].stated ? nullptr : grid_for(side, names_[column].first));
   }
 
-  Expected<AssetComparison> run() {
+  Expected<AssetComparison> run(const CompareMeans& means) {
     const ElementPair pair(bags_[0], bags_[1], directions_);
-    const Expected<ElementMatch> match = match_elements(pair, tears_);
+    const Expected<ElementMatch> match = match_all(pair, means);
     if (!match) return match.status();
     AssetComparison result;
     for (size_t column = 0; column < names_.size(); ++column)
       result.values.push_back({names_[column].first, match->largest[column], pair.largest_limit(column)});
     std::ranges::sort(result.values, {}, &AssetComparison::Values::attribute);
-    std::vector<uint8_t> taken(bags_[0].size());
-    for (uint32_t i = 0; i < taken.size(); ++i) taken[i] = match->partner[i] != kNoElement;
+    const auto& [of_a, of_b] = match->has_partner;
     // A grid is that of a part only if some of its elements are in the other file.
-    bags_[0].forget_flat_parts(taken);
-    bags_[1].forget_flat_parts(match->taken);
-    const std::optional<uint32_t> first_a = count_alone(bags_[0], taken, result.a);
-    const std::optional<uint32_t> first_b = count_alone(bags_[1], match->taken, result.b);
+    bags_[0].forget_flat_parts(of_a);
+    bags_[1].forget_flat_parts(of_b);
+    const std::optional<uint32_t> first_a = count_alone(bags_[0], of_a, result.a);
+    const std::optional<uint32_t> first_b = count_alone(bags_[1], of_b, result.b);
     if (first_a)
-      result.first = describe(pair, *first_a, match->taken, /*in_b=*/false);
+      result.first = describe(pair, *first_a, of_b, /*in_b=*/false);
     else if (first_b)
-      result.first = describe(ElementPair(bags_[1], bags_[0], directions_), *first_b, taken, /*in_b=*/true);
+      result.first = describe(ElementPair(bags_[1], bags_[0], directions_), *first_b, of_a, /*in_b=*/true);
     else if (match->tear)
       result.first = describe(*match);
     return result;
   }
 
  private:
-  static std::optional<uint32_t> count_alone(const ElementBag& bag, const std::vector<uint8_t>& taken,
+  // The grid of the other side, if all its primitives share it and none of this side has one. Weights are not
+  // rounded alone.
+  const AttributeCoding* grid_for(size_t side, const std::string& name) const {
+    const AttributeCoding* grid = nullptr;
+    const std::string* identity = nullptr;
+    for (const AssetPrimitive* primitive : primitives_[1 - side]) {
+      const auto found = primitive->grids.find(name);
+      if (found == primitive->grids.end() || found->second.identity.empty() ||
+          (identity != nullptr && found->second.identity != *identity))
+        return nullptr;
+      identity = &found->second.identity;
+      grid = &found->second.coding;
+    }
+    for (const AssetPrimitive* primitive : primitives_[side]) {
+      const ValuesView& values = *primitive->view.find(name);
+      if (primitive->grids.contains(name) || values.component_type != ComponentType::kFloat32 ||
+          values.component_count != (grid->octahedral ? 3 : grid->origin.size()))
+        return nullptr;
+    }
+    return name.starts_with("WEIGHTS_") ? nullptr : grid;
+  }
+
+  // Elements whose sums are equal need no search.
+  Expected<ElementMatch> match_all(const ElementPair& pair, const CompareMeans& means) {
+    MatchLimits limits;
+    constexpr uint64_t kLeastWindow = 4096;
+    if (means.memory > 0) limits.window = std::max(kLeastWindow, means.memory / kMatchBytes);
+    std::optional<EqualSums> sums = equal_sums(pair, grids_[0], grids_[1], means.pool);
+    for (size_t column = 0; sums && column < names_.size(); ++column)
+      if (sums->rounded_off[column] > pair.largest_limit(column)) sums.reset();
+    if (!sums) {
+      for (const size_t side : {0u, 1u}) {
+        uint32_t first = 0;
+        for (const AssetPrimitive* primitive : primitives_[side]) {
+          mark_flat_faces(*primitive, primitives_[1 - side], first, bags_[side]);
+          first += primitive->element_count();
+        }
+      }
+      return match_elements(pair, tears_, limits);
+    }
+    for (const size_t side : {0u, 1u})
+      for (const uint32_t element : sums->left_out[side]) bags_[side].mark_flat(bags_[side].locate(element));
+    const ElementBag rest[] = {bags_[0].chosen(sums->left_out[0]), bags_[1].chosen(sums->left_out[1])};
+    Expected<ElementMatch> match = match_elements(pair.of(rest[0], rest[1]), TearSearch::kNone, limits);
+    if (!match) return match;
+    for (size_t column = 0; column < names_.size(); ++column)
+      match->largest[column] = std::max(match->largest[column], sums->rounded_off[column]);
+    for (const size_t side : {0u, 1u}) {
+      std::vector<bool> has_partner(bags_[side].size(), true);
+      for (size_t i = 0; i < sums->left_out[side].size(); ++i)
+        has_partner[sums->left_out[side][i]] = match->has_partner[side][i];
+      match->has_partner[side] = std::move(has_partner);
+    }
+    return match;
+  }
+
+  static std::optional<uint32_t> count_alone(const ElementBag& bag, const std::vector<bool>& has_partner,
                                              AssetComparison::Counts& counts) {
     std::optional<uint32_t> first;
     for (uint32_t i = 0; i < bag.size(); ++i) {
-      if (taken[i] != 0) continue;
+      if (has_partner[i]) continue;
       const bool degenerate = bag.is_degenerate(i);
       ++(degenerate ? counts.degenerate_alone : counts.alone);
       if (!degenerate && !first) first = i;
@@ -164,14 +222,14 @@ class GroupComparer {
   struct Nearest {
     std::optional<uint32_t> element;
     int turn = 0;
-    double apart = kInfinity;  // sum of squared distances of positions beyond their limit
-    int off = 0;               // number of values beyond their limit
+    double apart = INFINITY;  // sum of squared distances of positions beyond their limit
+    int off = 0;              // number of values beyond their limit
   };
   static Nearest nearest(const ElementPair& pair, const ElementBag::Located& element,
-                         const std::vector<uint8_t>& taken) {
+                         const std::vector<bool>& has_partner) {
     Nearest best;
     for (uint32_t i = 0; i < pair.b().size(); ++i) {
-      if (taken[i] != 0) continue;
+      if (has_partner[i]) continue;
       const ElementBag::Located other = pair.b().locate(i);
       for (int turn = 0; turn < pair.a().corner_count(); ++turn) {
         Nearest candidate{i, turn, 0};
@@ -189,11 +247,12 @@ class GroupComparer {
     return best;
   }
 
-  AssetDifference describe(const ElementPair& pair, uint32_t element, const std::vector<uint8_t>& taken,
+  // `has_partner`: of the elements of the other side.
+  AssetDifference describe(const ElementPair& pair, uint32_t element, const std::vector<bool>& has_partner,
                            bool in_b) const {
     const ElementBag::Located located = pair.a().locate(element);
     AssetDifference difference = at(in_b ? 1 : 0, located);
-    const Nearest near = nearest(pair, located, taken);
+    const Nearest near = nearest(pair, located, has_partner);
     if (stands_there(pair, located)) {
       difference.what = "occurs more often than in the other file";
       return difference;
@@ -202,7 +261,7 @@ class GroupComparer {
     difference.what = "has no counterpart";
     difference.attribute = names_[0].first;
     difference.corner = 0;
-    difference.value = values_at(*pair.a().parts()[located.part].columns[0], located.points[0]);
+    difference.value = values_at(pair.a().parts()[located.part].columns[0], located.points[0]);
     if (!near.element) return difference;
     const ElementBag::Located other = pair.b().locate(*near.element);
     difference.partner = other.element;
@@ -219,9 +278,9 @@ class GroupComparer {
         const int other_corner = (corner + near.turn) % pair.a().corner_count();
         difference.corner = corner;
         difference.attribute = names_[column].first;
-        difference.value = values_at(*pair.a().parts()[located.part].columns[column],
+        difference.value = values_at(pair.a().parts()[located.part].columns[column],
                                      located.points[static_cast<size_t>(corner)]);
-        difference.other = values_at(*pair.b().parts()[other.part].columns[column],
+        difference.other = values_at(pair.b().parts()[other.part].columns[column],
                                      other.points[static_cast<size_t>(other_corner)]);
         return difference;
       }
@@ -250,7 +309,7 @@ class GroupComparer {
     difference.corner = tear.corners[0];
     difference.attribute = names_[0].first;
     const ElementBag::Located located = bags_[0].locate(tear.elements[0]);
-    difference.value = values_at(*bags_[0].parts()[located.part].columns[0],
+    difference.value = values_at(bags_[0].parts()[located.part].columns[0],
                                  located.points[static_cast<size_t>(tear.corners[0])]);
     difference.what = tear.in_b ? "is separated from its neighbour in the second file"
                                 : "is separated from its neighbour in the first file";
@@ -270,12 +329,13 @@ class GroupComparer {
   TearSearch tears_ = TearSearch::kNone;
   Names names_;
   ElementBag bags_[2];
+  RoundingGrids grids_[2];  // for equal_sums
   std::vector<bool> directions_;
 };
 
 uint64_t element_count(AssetPrimitives primitives) {
   uint64_t count = 0;
-  for (const AssetPrimitive* primitive : primitives) count += primitive->mesh.faces.size();
+  for (const AssetPrimitive* primitive : primitives) count += primitive->element_count();
   return count;
 }
 
@@ -324,18 +384,18 @@ std::string difference_of_kind(const AssetPrimitive& a, const AssetPrimitive& b,
 std::vector<std::pair<std::string, int>> compared_attributes(const AssetPrimitive& primitive,
                                                              const CompareRules& rules) {
   Names names;
-  for (const Attribute& attribute : primitive.mesh.attributes)
+  for (const MeshView::Values& attribute : primitive.view.attributes)
     if (rules.attributes.empty() || attribute.semantic == "POSITION" ||
         std::ranges::find(rules.attributes, attribute.semantic) != rules.attributes.end() ||
         std::ranges::find(rules.attributes, kind_of(attribute.semantic)) != rules.attributes.end())
-      names.emplace_back(attribute.semantic, attribute.component_count);
+      names.emplace_back(attribute.semantic, attribute.values.component_count);
   std::ranges::sort(names, {},
                     [](const auto& name) { return std::pair(name.first != "POSITION", name.first); });
   return names;
 }
 
 Expected<AssetComparison> compare_group(AssetPrimitives a, AssetPrimitives b, bool with_materials,
-                                        const CompareRules& rules) {
+                                        const CompareRules& rules, const CompareMeans& means) {
   if (a.empty() || b.empty()) {
     if (element_count(a) + element_count(b) == 0) return AssetComparison{};
     return whole_group_differs(a, b,
@@ -347,18 +407,17 @@ Expected<AssetComparison> compare_group(AssetPrimitives a, AssetPrimitives b, bo
   if (!what.empty()) return whole_group_differs(a, b, std::move(what));
   if (element_count(a) >= kNoElement || element_count(b) >= kNoElement)
     return unsupported("2^32 elements and more are not compared");
-  Expected<AssetComparison> comparison = GroupComparer(a, b, rules).run();
+  Expected<AssetComparison> comparison = GroupComparer(a, b, rules).run(means);
   if (!comparison || comparison->same() || has_rounded_weights(a) == has_rounded_weights(b)) return comparison;
   // Some encoders correct weights whose sum is not 1, others do not.
+  const bool is_b = has_rounded_weights(a);
   std::vector<AssetPrimitive> mended;
   std::vector<const AssetPrimitive*> pointers;
-  for (const AssetPrimitive* primitive : has_rounded_weights(a) ? b : a) mended.push_back(*primitive);
-  for (AssetPrimitive& primitive : mended) {
-    mend_weights(primitive.mesh);
-    pointers.push_back(&primitive);
-  }
-  Expected<AssetComparison> with_mended = has_rounded_weights(a) ? GroupComparer(a, pointers, rules).run()
-                                                                 : GroupComparer(pointers, b, rules).run();
+  for (const AssetPrimitive* primitive : is_b ? b : a) mended.push_back(mend_weights(*primitive));
+  for (const AssetPrimitive& primitive : mended) pointers.push_back(&primitive);
+  const AssetPrimitives mended_a = is_b ? a : AssetPrimitives(pointers),
+                        mended_b = is_b ? AssetPrimitives(pointers) : b;
+  Expected<AssetComparison> with_mended = GroupComparer(mended_a, mended_b, rules).run(means);
   return with_mended && with_mended->same() ? with_mended : comparison;
 }
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "gltf_ext/compare/asset_comparison.h"
+#include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/compare/read_asset_meshes.h"
 
 namespace psplit {
@@ -20,6 +20,6 @@ std::vector<std::pair<std::string, int>> compared_attributes(const AssetPrimitiv
 // differ, and one of them may be empty. Fills in alone, degenerate_alone, values and first.
 Expected<AssetComparison> compare_group(std::span<const AssetPrimitive* const> a,
                                         std::span<const AssetPrimitive* const> b, bool with_materials,
-                                        const CompareRules& rules);
+                                        const CompareRules& rules, const CompareMeans& means);
 
 }  // namespace psplit

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "encoder/coding/quantization.h"
 #include "src/condensed/expand_container.h"
@@ -12,20 +11,13 @@ namespace {
 
 DeclaredGrid grid_of(const StreamAttribute& attribute) {
   DeclaredGrid grid;
-  grid.bits = attribute.bits;
-  grid.origin = attribute.origin;
-  grid.range = attribute.range;
-  grid.identity = std::to_string(attribute.bits);
-  grid.direction = attribute.origin.empty();
-  if (grid.direction) {
-    grid.within = octahedral_bound(attribute.bits);
-    return grid;
-  }
-  for (const float origin : attribute.origin) {
-    const double bound = grid_bound(attribute.bits, origin, attribute.range);
+  grid.coding = {attribute.bits, attribute.origin.empty(), attribute.origin, attribute.range};
+  for (const double bound : error_bounds(grid.coding))
     if (std::isfinite(bound)) grid.within = std::max(grid.within, bound);
-    grid.identity.append(reinterpret_cast<const char*>(&origin), sizeof origin);
-  }
+  grid.identity = std::to_string(attribute.bits);
+  if (grid.coding.octahedral) return grid;
+  for (const float number : attribute.origin)
+    grid.identity.append(reinterpret_cast<const char*>(&number), sizeof number);
   grid.identity.append(reinterpret_cast<const char*>(&attribute.range), sizeof attribute.range);
   return grid;
 }
@@ -36,11 +28,10 @@ Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& doc
                                                              const DescribeStream& describe,
                                                              const ThreadPool& pool) {
   std::map<std::string, DeclaredGrid> grids;
-  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-  if (!kind) return kind.status();
-  if (kind->storage == PrimitiveStorage::kPlain) return grids;
-  const bool patched = kind->storage == PrimitiveStorage::kPatches;
-  const auto stored = stored_primitive(document, id, patched ? kExtensionName : kStockExtensionName);
+  const PrimitiveStorage storage = document.records().primitive(id).storage();
+  if (storage == PrimitiveStorage::kPlain) return grids;
+  const bool patched = storage == PrimitiveStorage::kPatches;
+  const auto stored = stored_primitive(document, id);
   if (!stored) return stored.status();
   std::vector<std::span<const uint8_t>> streams{stored->bytes};
   Expected<PatchContainer> container = PatchContainer();
@@ -70,7 +61,7 @@ Expected<std::map<std::string, DeclaredGrid>> declared_grids(const Document& doc
       const auto [first, is_new] = grids.emplace(request.semantic, grid);
       if (is_new) continue;
       first->second.within = std::max(first->second.within, grid.within);
-      first->second.direction |= grid.direction;
+      first->second.coding.octahedral |= grid.coding.octahedral;
       if (first->second.identity != grid.identity) first->second.identity.clear();
     }
   }

@@ -3,8 +3,8 @@
 
 #include <map>
 #include <string>
-#include <vector>
 
+#include "encoder/coding/attribute_coding.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/container/stream_description.h"
 
@@ -12,12 +12,8 @@ namespace psplit {
 
 struct DeclaredGrid {
   double within = 0;  // the largest error of a component; for directions, of the chord between unit vectors
-  bool direction = false;  // quantized on an octahedron
-  std::string identity;    // equal for equal grids; empty if the streams have several grids
-  // The grid itself; without `direction`, values are origin + i * range / (2^bits - 1).
-  int bits = 0;
-  std::vector<float> origin{};
-  float range = 0;
+  std::string identity{};    // equal for equal grids; empty if the streams have several grids
+  AttributeCoding coding{};  // the grid, or one of them
 };
 
 // The grids of the quantized attributes of a compressed primitive, by semantic, as its streams state them.

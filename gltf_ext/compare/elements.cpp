@@ -1,51 +1,70 @@
 #include "gltf_ext/compare/elements.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <cstring>
-#include <limits>
 
+#include "encoder/coding/quantization.h"
 #include "gltf_ext/primitive/number_of.h"
 
 namespace psplit {
-namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double number_difference(double a, double b) {
-  if (a == b || std::bit_cast<uint64_t>(a) == std::bit_cast<uint64_t>(b)) return 0;
-  const double difference = std::fabs(a - b);
-  return std::isnan(difference) ? kInfinity : difference;
-}
-
-// A vector of length 0 has no direction: every result of an encoder is right.
-double chord(const std::array<double, 3>& a, const std::array<double, 3>& b) {
-  const double length_a = std::hypot(a[0], a[1], a[2]), length_b = std::hypot(b[0], b[1], b[2]);
-  if (length_a == 0 || length_b == 0) return 0;
-  double square = 0;
-  for (size_t i = 0; i < 3; ++i) square += std::pow(a[i] / length_a - b[i] / length_b, 2);
-  return std::isnan(square) ? kInfinity : std::sqrt(square);
-}
-
-}  // namespace
 
 void ElementBag::add(ElementPart part) {
-  first_.push_back(first_.back() + static_cast<uint32_t>(part.elements.size()));
+  first_.push_back(first_.back() + part.indices.count / 3);
   parts_.push_back(std::move(part));
 }
 
+ElementBag ElementBag::chosen(std::vector<uint32_t> elements) const {
+  if (is_chosen_)
+    for (uint32_t& element : elements) element = chosen_[element];
+  ElementBag bag = *this;
+  bag.is_chosen_ = true;
+  bag.chosen_ = std::move(elements);
+  return bag;
+}
+
 ElementBag::Located ElementBag::locate(uint32_t element) const {
+  if (is_chosen_) element = chosen_[element];
   const auto behind = parts_.size() == 1 ? first_.begin() + 1 : std::ranges::upper_bound(first_, element);
   const auto part = static_cast<size_t>(behind - first_.begin()) - 1;
   const uint32_t number = element - first_[part];
-  return {part, number, parts_[part].elements[number]};
+  const ValuesView& indices = parts_[part].indices;
+  const std::byte* const first = indices.at(size_t{3} * number);
+  const size_t step = indices.step();
+  Located located{part, number};
+  const auto read = [&](auto index) {
+    for (size_t corner = 0; corner < 3; ++corner) {
+      std::memcpy(&index, first + corner * step, sizeof index);
+      located.points[corner] = index;
+    }
+    return located;
+  };
+  switch (indices.value_bytes()) {
+    case 1: return read(uint8_t{});
+    case 2: return read(uint16_t{});
+    default: return read(uint32_t{});
+  }
 }
 
-void ElementBag::forget_flat_parts(const std::vector<uint8_t>& has_partner) {
+void ElementBag::mark_flat(const Located& element) {
+  ElementPart& part = parts_[element.part];
+  part.is_flat.resize(part.indices.count / 3);
+  part.is_flat[element.element] = true;
+}
+
+void ElementBag::forget_flat_parts(const std::vector<bool>& has_partner) {
   for (size_t i = 0; i < parts_.size(); ++i) {
     const auto begin = has_partner.begin() + first_[i], end = has_partner.begin() + first_[i + 1];
-    if (std::find(begin, end, uint8_t{1}) == end) parts_[i].is_flat.clear();
+    if (std::find(begin, end, true) == end) parts_[i].is_flat.clear();
+  }
+}
+
+void ElementBag::release() const {
+  const auto release = [](const ValuesView& values) {
+    release_mapped({reinterpret_cast<const uint8_t*>(values.bytes.data()), values.bytes.size()});
+  };
+  for (const ElementPart& part : parts_) {
+    release(part.indices);
+    for (const ValuesView& column : part.columns) release(column);
   }
 }
 
@@ -54,21 +73,20 @@ bool ElementBag::is_degenerate(uint32_t element) const {
   const Located located = locate(element);
   const ElementPart& part = parts_[located.part];
   if (!part.is_flat.empty() && part.is_flat[located.element]) return true;
-  const Attribute& position = *part.columns[0];
+  const ValuesView& position = part.columns[0];
   for (size_t corner = 0; corner < 3; ++corner) {
     const uint32_t one = located.points[corner], other = located.points[(corner + 1) % 3];
     bool same = true;
     for (size_t c = 0; one != other && same && c < position.component_count; ++c)
-      same = number_difference(number_at(position, one, c), number_at(position, other, c)) == 0;
+      same = component_distance(number_at(position, one, c), number_at(position, other, c)) == 0;
     if (same) return true;
   }
   return false;
 }
 
-double number_at(const Attribute& attribute, size_t point, size_t component) {
-  const size_t index = point * attribute.component_count + component;
-  return number_of(attribute.values.data() + index * component_bytes(attribute.component_type),
-                   attribute.component_type, attribute.normalized);
+double number_at(const ValuesView& values, size_t point, size_t component) {
+  return number_of(values.at(point) + component * component_bytes(values.component_type), values.component_type,
+                   values.normalized);
 }
 
 double ElementPair::limit(size_t column, size_t part_a, size_t part_b) const {
@@ -94,8 +112,8 @@ double ElementPair::largest_limit(size_t column) const {
 
 double ElementPair::difference(size_t column, const ElementBag::Located& a, const ElementBag::Located& b,
                                int corner, int turn) const {
-  const Attribute& of_a = *a_->parts()[a.part].columns[column];
-  const Attribute& of_b = *b_->parts()[b.part].columns[column];
+  const ValuesView& of_a = a_->parts()[a.part].columns[column];
+  const ValuesView& of_b = b_->parts()[b.part].columns[column];
   const int corner_count = a_->corner_count();
   const uint32_t point_a = a.points[static_cast<size_t>(corner)];
   const uint32_t point_b = b.points[static_cast<size_t>((corner + turn) % corner_count)];
@@ -108,10 +126,10 @@ double ElementPair::difference(size_t column, const ElementBag::Located& a, cons
       vector_a[c] = number_at(of_a, point_a, c);
       vector_b[c] = number_at(of_b, point_b, c);
     }
-    largest = vector_a == vector_b ? 0 : chord(vector_a, vector_b);
+    largest = direction_distance(vector_a, vector_b);
   }
   for (; c < components; ++c)
-    largest = std::max(largest, number_difference(number_at(of_a, point_a, c), number_at(of_b, point_b, c)));
+    largest = std::max(largest, component_distance(number_at(of_a, point_a, c), number_at(of_b, point_b, c)));
   return largest;
 }
 

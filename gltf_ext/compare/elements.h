@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "src/mesh/mesh.h"
+#include "gltf_ext/primitive/accessors.h"
 
 namespace psplit {
 
@@ -19,11 +19,10 @@ struct ColumnLimit {
 
 // Elements of one primitive. The caller owns the data that it points to.
 struct ElementPart {
-  std::span<const std::array<uint32_t, 3>> elements;  // points; the first corner_count of each element count
-  std::vector<const Attribute*> columns;              // the first is POSITION
-  std::vector<ColumnLimit> limits;                    // one for each column
-  // If not empty, for each triangle whether two corners have the same position on a grid of the other side.
-  std::vector<bool> is_flat{};
+  ValuesView indices;               // three for each element, of which the first corner_count count
+  std::vector<ValuesView> columns;  // the first is POSITION
+  std::vector<ColumnLimit> limits;  // one for each column
+  std::vector<bool> is_flat{};      // see mark_flat; empty if none is
 };
 
 // Elements of several primitives with consecutive numbers.
@@ -32,6 +31,8 @@ class ElementBag {
   // 3 for triangles, 2 for segments, 1 for points.
   explicit ElementBag(int corner_count) : corner_count_(corner_count) {}
   void add(ElementPart part);
+  // A bag of some elements of this one, which get the numbers 0, 1, 2 ...
+  ElementBag chosen(std::vector<uint32_t> elements) const;
 
   struct Located {
     size_t part = 0;
@@ -39,23 +40,29 @@ class ElementBag {
     std::array<uint32_t, 3> points{};
   };
   Located locate(uint32_t element) const;
-  uint32_t size() const { return first_.back(); }
+  uint32_t size() const { return static_cast<uint32_t>(is_chosen_ ? chosen_.size() : first_.back()); }
   int corner_count() const { return corner_count_; }
   const std::vector<ElementPart>& parts() const { return parts_; }
 
+  // Two corners of the element have the same position on a grid of the other side.
+  void mark_flat(const Located& element);
   // Whether two corners of a triangle have the same position, here or on a grid of the other side.
   bool is_degenerate(uint32_t element) const;
-  // Forgets is_flat of the parts of which no element has a partner: the grids of the other side are not theirs.
-  void forget_flat_parts(const std::vector<uint8_t>& has_partner);
+  // Forgets the marks of parts of which no element has a partner: the grids of the other side are not theirs.
+  void forget_flat_parts(const std::vector<bool>& has_partner);
+  // Returns the memory of mapped files to the system.
+  void release() const;
 
  private:
   int corner_count_;
+  bool is_chosen_ = false;
+  std::vector<uint32_t> chosen_;
   std::vector<ElementPart> parts_;
   std::vector<uint32_t> first_{0};
 };
 
 // The number that a component means: a fraction for normalized integers.
-double number_at(const Attribute& attribute, size_t point, size_t component);
+double number_at(const ValuesView& values, size_t point, size_t component);
 
 // Two bags with the same columns. An attribute has the same number of components in every part.
 class ElementPair {
@@ -67,6 +74,8 @@ class ElementPair {
 
   const ElementBag& a() const { return *a_; }
   const ElementBag& b() const { return *b_; }
+  // The same for some elements of either bag.
+  ElementPair of(const ElementBag& a, const ElementBag& b) const { return {a, b, directions_}; }
   size_t column_count() const { return directions_.size(); }
   bool is_direction(size_t column) const { return directions_[column]; }
 

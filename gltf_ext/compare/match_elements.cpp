@@ -29,7 +29,7 @@ class Cells {
       if (limit == 0) {
         exact_.push_back(column);
       } else if (!pair.is_direction(column) && std::isfinite(limit)) {
-        const size_t components = pair.a().parts()[0].columns[column]->component_count;
+        const size_t components = pair.a().parts()[0].columns[column].component_count;
         for (size_t c = 0; c < std::min<size_t>(components, 3) && dimensions_.size() < kMostDimensions; ++c)
           dimensions_.push_back({column, c, limit * corner_count_});
       }
@@ -48,16 +48,16 @@ class Cells {
     for (int corner = 0; corner < corner_count_; ++corner) {
       uint64_t hash = 0;
       for (const size_t column : exact_)
-        for (size_t c = 0; c < part.columns[column]->component_count; ++c)
+        for (size_t c = 0; c < part.columns[column].component_count; ++c)
           hash = mix(hash,
-                     bits_of(number_at(*part.columns[column], located.points[static_cast<size_t>(corner)], c)));
+                     bits_of(number_at(part.columns[column], located.points[static_cast<size_t>(corner)], c)));
       sum += mix(hash, 1);
     }
     keys.assign(1, sum);
     for (const Dimension& dimension : dimensions_) {
       double value = 0;
       for (int corner = 0; corner < corner_count_; ++corner)
-        value += number_at(*part.columns[dimension.column], located.points[static_cast<size_t>(corner)],
+        value += number_at(part.columns[dimension.column], located.points[static_cast<size_t>(corner)],
                            dimension.component);
       const double around = own ? 0 : dimension.limit + 1e-14 * std::fabs(value);
       const int64_t low = cell(value - around, dimension), high = cell(value + around, dimension);
@@ -87,11 +87,18 @@ class Cells {
 
 class Matcher {
  public:
-  Matcher(const ElementPair& pair, uint64_t spare_tests) : pair_(pair), cells_(pair) {
+  // The last `paired` elements of both bags are partners of each other in their order. `rim`: if not empty,
+  // elements of `a` that were searched for before, and of whose choices some may be missing from `b`.
+  Matcher(const ElementPair& pair, uint64_t spare_tests, uint32_t paired = 0, std::vector<bool> rim = {})
+      : pair_(pair), cells_(pair), paired_(paired), rim_(std::move(rim)) {
     const uint32_t count_a = pair.a().size(), count_b = pair.b().size();
     tests_left_ = spare_tests + 300 * (uint64_t{count_a} + count_b);
     partner_of_a_.assign(count_a, kNoElement);
     partner_of_b_.assign(count_b, kNoElement);
+    for (uint32_t i = 1; i <= paired; ++i) {
+      partner_of_a_[count_a - i] = count_b - i;
+      partner_of_b_[count_b - i] = count_a - i;
+    }
     seen_.assign(count_b, 0);
     fill_buckets(count_b);
     double tests = 0;  // expected tests for each element of `b`
@@ -109,13 +116,16 @@ class Matcher {
     for (const bool degenerate : {false, true}) {
       std::vector<uint32_t> left;
       for (uint32_t a = 0; a < partner_of_a_.size(); ++a)
-        if (pair_.a().is_degenerate(a) == degenerate && !take_free(a, degenerate)) left.push_back(a);
+        if (partner_of_a_[a] == kNoElement && !is_rim(a) && pair_.a().is_degenerate(a) == degenerate &&
+            !take_free(a, degenerate))
+          left.push_back(a);
       for (const uint32_t a : left) reassign(a);
     }
-    return !exhausted();
+    return !is_undecided();
   }
 
-  bool exhausted() const { return tests_left_ == 0; }
+  // Too many tests, or a search that would have gone on beyond the rim.
+  bool is_undecided() const { return tests_left_ == 0 || met_rim_; }
   const std::vector<uint32_t>& partner_of_a() const { return partner_of_a_; }
   const std::vector<uint32_t>& partner_of_b() const { return partner_of_b_; }
 
@@ -135,6 +145,7 @@ class Matcher {
 
   // Whether `a` fits exactly one element, in exactly one turn.
   bool has_one_choice(uint32_t a) {
+    if (is_rim(a)) return false;
     const ElementBag::Located in_a = pair_.a().locate(a);
     int ways = 0;
     cells_.find(pair_.a(), a, /*own=*/false, keys_);
@@ -169,7 +180,8 @@ class Matcher {
     order_.reserve(count_b);
     for (uint32_t i = 0; i < count_b; ++i) {
       if (i == 0 || keyed[i].first != keyed[i - 1].first) buckets_.push_back({keyed[i].first, i, i, i});
-      buckets_.back().end = buckets_.back().free_end = i + 1;
+      buckets_.back().end = i + 1;
+      if (keyed[i].second < count_b - paired_) buckets_.back().free_end = i + 1;
       order_.push_back(keyed[i].second);
     }
   }
@@ -185,6 +197,8 @@ class Matcher {
     const uint32_t bucket = slots_[slot_of(key)];
     return bucket == kNoElement ? nullptr : &buckets_[bucket];
   }
+
+  bool is_rim(uint32_t a) const { return !rim_.empty() && rim_[a]; }
 
   bool count_test() {
     if (tests_left_ > 0) --tests_left_;
@@ -274,10 +288,14 @@ class Matcher {
         }
       }
     }
+    met_rim_ |= std::ranges::any_of(queue, [&](uint32_t a) { return is_rim(a); });
   }
 
   const ElementPair& pair_;
   Cells cells_;
+  uint32_t paired_;
+  std::vector<bool> rim_;
+  bool met_rim_ = false;
   std::vector<uint32_t> partner_of_a_, partner_of_b_;
   std::vector<uint32_t> order_;  // elements of b, sorted by cell
   std::vector<Bucket> buckets_;
@@ -287,62 +305,36 @@ class Matcher {
   uint64_t tests_left_ = 0;
 };
 
-// A number for each point of each part. Points at the same position have the same number.
-std::vector<std::vector<uint32_t>> number_positions(const ElementBag& bag, size_t& count) {
-  struct Hash {
-    size_t operator()(const std::array<uint64_t, 3>& position) const {
-      return mix(mix(mix(0, position[0]), position[1]), position[2]);
-    }
-  };
-  std::unordered_map<std::array<uint64_t, 3>, uint32_t, Hash> numbers;
-  std::vector<std::vector<uint32_t>> of_parts;
-  for (const ElementPart& part : bag.parts()) {
-    const Attribute& position = *part.columns[0];
-    std::vector<uint32_t>& of_points = of_parts.emplace_back(position.values.size() / position.stride());
-    for (uint32_t point = 0; point < of_points.size(); ++point) {
-      std::array<uint64_t, 3> bits{};
-      for (size_t c = 0; c < std::min<size_t>(3, position.component_count); ++c)
-        bits[c] = bits_of(number_at(position, point, c));
-      of_points[point] = numbers.emplace(bits, static_cast<uint32_t>(numbers.size())).first->second;
-    }
-  }
-  count = numbers.size();
-  return of_parts;
-}
-
 // Finds a position of one bag that is two positions in the other, among pairs that cannot be exchanged.
 class TearFinder {
  public:
-  TearFinder(const ElementPair& pair, Matcher& matcher) : pair_(pair), matcher_(matcher) {
-    numbers_[0] = number_positions(pair.a(), counts_[0]);
-    numbers_[1] = number_positions(pair.b(), counts_[1]);
-  }
+  TearFinder(const ElementPair& pair, Matcher& matcher) : pair_(pair), matcher_(matcher) {}
 
   std::optional<Tear> find(bool in_b) {
     struct First {
-      uint32_t position = 0, element = kNoElement;
+      Position torn{};
+      uint32_t element = kNoElement;
       std::pair<int32_t, size_t> grid;  // a part without a stated grid counts as a grid
       int corner = 0;
     };
-    std::vector<First> firsts(counts_[in_b ? 0 : 1]);
+    std::unordered_map<Position, First, Hash> firsts;
     for (uint32_t a = 0; a < pair_.a().size(); ++a) {
       const uint32_t b = matcher_.partner_of_a()[a];
       const auto turn = b == kNoElement ? std::nullopt : matcher_.best_turn(a, b);
       if (!turn) continue;
       const ElementBag::Located in_a = pair_.a().locate(a), in_b_located = pair_.b().locate(b);
       for (int corner = 0; corner < pair_.a().corner_count(); ++corner) {
-        uint32_t whole = numbers_[0][in_a.part][in_a.points[static_cast<size_t>(corner)]];
-        const int corner_of_b = (corner + *turn) % pair_.b().corner_count();
-        uint32_t torn = numbers_[1][in_b_located.part][in_b_located.points[static_cast<size_t>(corner_of_b)]];
+        Position whole = position_of(pair_.a(), in_a, corner);
+        Position torn = position_of(pair_.b(), in_b_located, (corner + *turn) % pair_.b().corner_count());
         auto grid = grid_of(pair_.b(), in_b_located.part);
         if (!in_b) {
           std::swap(whole, torn);
           grid = grid_of(pair_.a(), in_a.part);
         }
-        First& first = firsts[whole];
-        if (first.element == kNoElement) first = First{torn, a, grid, corner};
+        const auto [found, is_new] = firsts.try_emplace(whole, First{torn, a, grid, corner});
+        const First& first = found->second;
         // Positions on two grids may differ.
-        if (first.position == torn || first.grid != grid) continue;
+        if (is_new || first.torn == torn || first.grid != grid) continue;
         if (matcher_.has_one_choice(a) && matcher_.has_one_choice(first.element))
           return Tear{in_b, {first.element, a}, {first.corner, corner}};
       }
@@ -351,6 +343,21 @@ class TearFinder {
   }
 
  private:
+  using Position = std::array<uint64_t, 3>;
+  struct Hash {
+    size_t operator()(const Position& position) const {
+      return mix(mix(mix(0, position[0]), position[1]), position[2]);
+    }
+  };
+
+  static Position position_of(const ElementBag& bag, const ElementBag::Located& element, int corner) {
+    const ValuesView& values = bag.parts()[element.part].columns[0];
+    Position position{};
+    for (size_t c = 0; c < std::min<size_t>(3, values.component_count); ++c)
+      position[c] = bits_of(number_at(values, element.points[static_cast<size_t>(corner)], c));
+    return position;
+  }
+
   static std::pair<int32_t, size_t> grid_of(const ElementBag& bag, size_t part) {
     const int32_t grid = bag.parts()[part].limits[0].grid;
     return {grid, grid < 0 ? part : 0};
@@ -358,8 +365,6 @@ class TearFinder {
 
   const ElementPair& pair_;
   Matcher& matcher_;
-  std::array<std::vector<std::vector<uint32_t>>, 2> numbers_;
-  std::array<size_t, 2> counts_{};
 };
 
 std::optional<Tear> find_tear(const ElementPair& pair, TearSearch tears, Matcher& matcher) {
@@ -370,35 +375,184 @@ std::optional<Tear> find_tear(const ElementPair& pair, TearSearch tears, Matcher
   return finder.find(true) ? finder.find(false) : std::nullopt;
 }
 
+// Ranges of keys that divide the elements of both bags. The key of an element is the sum of its corners along
+// one axis. Partners have keys that are at most `reach` apart. Elements of `a` are in the range of their key
+// plus `reach`, so that all elements that they may fit are there or before.
+class Windows {
+ public:
+  Windows(const ElementPair& pair, uint64_t most, bool with_tears) : pair_(pair) {
+    if (uint64_t{pair.a().size()} + pair.b().size() <= most) return;
+    choose_axis(with_tears);
+    constexpr size_t kBins = size_t{1} << 16;
+    std::vector<uint64_t> counts(kBins);
+    const double low = low_, width = (high_ + reach_ - low_) / kBins;
+    if (!(width > 0 && std::isfinite(width))) return;  // all keys are equal
+    for (const size_t side : {0u, 1u})
+      for (uint32_t i = 0; i < bag(side).size(); ++i)
+        ++counts[static_cast<size_t>(std::clamp((key(side, i) - low) / width, 0.0, kBins - 1.0))];
+    uint64_t count = 0;
+    for (size_t bin = 0; bin < kBins; ++bin) {
+      if (count > 0 && count + counts[bin] > most) {
+        borders_.push_back(low + static_cast<double>(bin) * width);
+        count = 0;
+      }
+      count += counts[bin];
+    }
+  }
+
+  size_t count() const { return borders_.size() + 1; }
+  std::vector<uint32_t> elements_of(size_t window, size_t side) const {
+    std::vector<uint32_t> elements;
+    for (uint32_t i = 0; i < bag(side).size(); ++i) {
+      const double at = key(side, i);
+      if ((window == 0 || at >= borders_[window - 1]) && (window == borders_.size() || at < borders_[window]))
+        elements.push_back(i);
+    }
+    return elements;
+  }
+  // Whether a later window needs the element.
+  bool stays(size_t window, size_t side, uint32_t element) const {
+    return window < borders_.size() && key(side, element) >= borders_[window] - margin_;
+  }
+  bool is_rim(size_t window, uint32_t element_of_a) const {
+    return window > 0 && key(0, element_of_a) < borders_[window - 1] - margin_ + 3 * reach_;
+  }
+
+ private:
+  const ElementBag& bag(size_t side) const { return side == 0 ? pair_.a() : pair_.b(); }
+
+  // The sum along an axis. No turn changes it but for rounding; `reach` covers that.
+  double sum(size_t side, uint32_t element, size_t axis) const {
+    const ElementBag::Located located = bag(side).locate(element);
+    const ValuesView& positions = bag(side).parts()[located.part].columns[0];
+    double sum = 0;
+    for (int corner = 0; corner < bag(side).corner_count(); ++corner)
+      sum += number_at(positions, located.points[static_cast<size_t>(corner)], axis);
+    return std::isnan(sum) ? low_ : std::clamp(sum, low_, high_);
+  }
+  double key(size_t side, uint32_t element) const {
+    return sum(side, element, axis_) + (side == 0 ? reach_ : 0);
+  }
+
+  void choose_axis(bool with_tears) {
+    constexpr double kLargest = 1e300;
+    double widest = -1, low_of_widest = 0, high_of_widest = 0, longest_of_widest = 0;
+    const size_t components = pair_.a().parts()[0].columns[0].component_count;
+    for (size_t axis = 0; axis < std::min<size_t>(3, components); ++axis) {
+      low_ = -kLargest;
+      high_ = kLargest;
+      double low = kLargest, high = -kLargest, longest = 0;
+      for (const size_t side : {0u, 1u})
+        for (uint32_t i = 0; i < bag(side).size(); ++i) {
+          const double at = sum(side, i, axis);
+          if (std::fabs(at) == kLargest) continue;
+          low = std::min(low, at);
+          high = std::max(high, at);
+          const ElementBag::Located located = bag(side).locate(i);
+          const ValuesView& positions = bag(side).parts()[located.part].columns[0];
+          double least = kLargest, most = -kLargest;
+          for (int corner = 0; corner < bag(side).corner_count(); ++corner) {
+            const double value = number_at(positions, located.points[static_cast<size_t>(corner)], axis);
+            least = std::min(least, value);
+            most = std::max(most, value);
+          }
+          longest = std::max(longest, most - least);
+        }
+      if (high - low <= widest) continue;
+      widest = high - low;
+      axis_ = axis;
+      low_of_widest = low;
+      high_of_widest = high;
+      longest_of_widest = longest;
+    }
+    low_ = low_of_widest;
+    high_ = high_of_widest;
+    reach_ =
+        pair_.a().corner_count() * pair_.largest_limit(0) + 1e-13 * std::max(std::fabs(low_), std::fabs(high_));
+    constexpr double kLongestSearch = 64;  // of augmenting paths, in reaches
+    // Elements that share a corner have sums that are at most twice the length of each apart.
+    margin_ = kLongestSearch * reach_ + (with_tears ? 4 * longest_of_widest : 0);
+  }
+
+  const ElementPair& pair_;
+  size_t axis_ = 0;
+  double low_ = 0, high_ = 0, reach_ = 0, margin_ = 0;
+  std::vector<double> borders_;
+};
+
 }  // namespace
 
-Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears, uint64_t spare_tests) {
-  Matcher matcher(pair, spare_tests);
-  const Status too_many =
+Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears, const MatchLimits& limits) {
+  const Status undecided =
       runtime_failure("too many elements are within the tolerance of each other to be told apart");
-  if (!matcher.run()) return too_many;
+  const Windows windows(pair, limits.window, tears != TearSearch::kNone);
+  const bool is_one = windows.count() == 1;
+  const ElementBag* const bags[] = {&pair.a(), &pair.b()};
   ElementMatch match;
-  match.partner = matcher.partner_of_a();
-  match.taken.resize(pair.b().size());
-  for (uint32_t b = 0; b < pair.b().size(); ++b) match.taken[b] = matcher.partner_of_b()[b] != kNoElement;
   match.largest.assign(pair.column_count(), 0.0);
+  for (const size_t side : {0u, 1u}) match.has_partner[side].resize(bags[side]->size());
   bool complete = true;
-  for (uint32_t a = 0; a < pair.a().size(); ++a) {
-    const uint32_t b = match.partner[a];
-    const auto turn = b == kNoElement ? std::nullopt : matcher.best_turn(a, b);
-    if (!turn) {
-      complete &= pair.a().is_degenerate(a);
-      continue;
+  // Of each side: elements that stay for the next window, first those without a partner.
+  std::vector<uint32_t> alone[2], paired[2];
+  for (size_t window = 0; window < windows.count(); ++window) {
+    std::vector<uint32_t> elements[2];
+    if (alone[0].size() + alone[1].size() + paired[0].size() + paired[1].size() > limits.window)
+      return unsupported("--memory is too small to pair elements of this size or with this tolerance");
+    for (const size_t side : {0u, 1u}) {
+      if (is_one) continue;
+      elements[side] = windows.elements_of(window, side);
+      for (const std::vector<uint32_t>* kept : {&alone[side], &paired[side]})
+        elements[side].insert(elements[side].end(), kept->begin(), kept->end());
+      alone[side].clear();
     }
-    const ElementBag::Located in_a = pair.a().locate(a), in_b = pair.b().locate(b);
-    for (size_t column = 0; column < match.largest.size(); ++column)
-      for (int corner = 0; corner < pair.a().corner_count(); ++corner)
-        match.largest[column] =
-            std::max(match.largest[column], pair.difference(column, in_a, in_b, corner, *turn));
+    const auto number = [&](size_t side, uint32_t i) { return is_one ? i : elements[side][i]; };
+    std::vector<bool> rim;
+    for (const uint32_t element : elements[0]) rim.push_back(windows.is_rim(window, element));
+    const ElementBag a = is_one ? pair.a() : pair.a().chosen(elements[0]);
+    const ElementBag b = is_one ? pair.b() : pair.b().chosen(elements[1]);
+    const ElementPair local = pair.of(a, b);
+    Matcher matcher(local, limits.spare_tests, static_cast<uint32_t>(paired[0].size()), std::move(rim));
+    if (!matcher.run()) return undecided;
+    for (std::vector<uint32_t>& kept : paired) kept.clear();
+    const auto leave_alone = [&](size_t side, uint32_t i) {
+      if (windows.stays(window, side, number(side, i)))
+        alone[side].push_back(number(side, i));
+      else
+        complete &= (side == 0 ? a : b).is_degenerate(i);
+    };
+    for (uint32_t i = 0; i < a.size(); ++i) {
+      const uint32_t partner = matcher.partner_of_a()[i];
+      if (partner == kNoElement) {
+        leave_alone(0, i);
+        continue;
+      }
+      const uint32_t in_a = number(0, i), in_b = number(1, partner);
+      match.has_partner[0][in_a] = match.has_partner[1][in_b] = true;
+      if (windows.stays(window, 0, in_a) || windows.stays(window, 1, in_b)) {
+        paired[0].push_back(in_a);
+        paired[1].push_back(in_b);
+        continue;
+      }
+      const int turn = *matcher.best_turn(i, partner);
+      const ElementBag::Located of_a = a.locate(i), of_b = b.locate(partner);
+      for (size_t column = 0; column < match.largest.size(); ++column)
+        for (int corner = 0; corner < a.corner_count(); ++corner)
+          match.largest[column] =
+              std::max(match.largest[column], local.difference(column, of_a, of_b, corner, turn));
+    }
+    for (uint32_t i = 0; i < b.size(); ++i)
+      if (matcher.partner_of_b()[i] == kNoElement) leave_alone(1, i);
+    if (complete && !match.tear) {
+      match.tear = find_tear(local, tears, matcher);
+      if (match.tear)
+        for (uint32_t& element : match.tear->elements) element = number(0, element);
+    }
+    if (matcher.is_undecided()) return undecided;
+    if (is_one) continue;
+    pair.a().release();
+    pair.b().release();
   }
-  for (uint32_t b = 0; b < pair.b().size(); ++b) complete &= match.taken[b] != 0 || pair.b().is_degenerate(b);
-  if (complete) match.tear = find_tear(pair, tears, matcher);
-  if (matcher.exhausted()) return too_many;
+  if (!complete) match.tear.reset();
   return match;
 }
 

@@ -6,6 +6,10 @@
 // looked up by the sums of their corners' values, which no turn changes, in a grid whose cells are wide
 // compared with the limits. An element that finds no free partner makes matched elements take another one
 // (augmenting paths).
+//
+// Bags that are larger than memory are matched window by window, along the axis on which they are widest. The
+// elements near the end of a window stay for the next one, with their partners, so that the result is that of
+// one window.
 #pragma once
 
 #include <cstdint>
@@ -32,17 +36,22 @@ struct Tear {
 };
 
 struct ElementMatch {
-  std::vector<uint32_t> partner;  // for each element of `a`, an element of `b` or kNoElement
-  std::vector<uint8_t> taken;     // for each element of `b`, whether it is a partner
-  std::vector<double> largest;    // difference in each column over all pairs
+  std::vector<bool> has_partner[2];  // for each element of `a` and of `b`
+  std::vector<double> largest;       // difference in each column over all pairs
   // Searched among triangles, if all of them except degenerate ones have a partner.
   std::optional<Tear> tear;
 };
 
-// Time and memory are proportional to the number of elements, unless very many elements are within the limits
-// of each other. The search takes at most some hundred comparisons for each element plus `spare_tests`. Errors:
-// kRuntimeFailure if that is not enough.
+struct MatchLimits {
+  uint64_t spare_tests = 20'000'000;
+  uint64_t window = UINT64_MAX;  // elements of both bags together, each of about kMatchBytes
+};
+inline constexpr uint64_t kMatchBytes = 128;
+
+// Time is proportional to the number of elements, unless very many elements are within the limits of each
+// other. The search takes at most some hundred comparisons for each element plus `spare_tests`. Errors:
+// kRuntimeFailure if that is not enough; kUnsupported if more than a window of elements is near one place.
 Expected<ElementMatch> match_elements(const ElementPair& pair, TearSearch tears,
-                                      uint64_t spare_tests = 20'000'000);
+                                      const MatchLimits& limits = {});
 
 }  // namespace psplit

@@ -10,81 +10,82 @@ namespace {
 Status add_morph_targets(const Document& document, AssetPrimitive& primitive) {
   if (primitive.has_no_data) return {};
   Expected<std::vector<MorphAttribute>> morphs =
-      read_morph_targets(document, primitive.id, primitive.mesh.point_count);
+      read_morph_targets(document, primitive.id, primitive.view.point_count);
   if (!morphs) return morphs.status();
   for (MorphAttribute& morph : *morphs) {
-    if (morph.data.count != primitive.mesh.point_count)
-      return invalid_input("a morph target of another point count");
-    primitive.mesh.attributes.push_back({"target " + std::to_string(morph.target) + " " + morph.semantic,
-                                         morph.data.component_type, morph.data.component_count,
-                                         morph.data.normalized, std::move(morph.data.values)});
+    const auto data = std::make_shared<const AccessorData>(std::move(morph.data));
+    primitive.view.attributes.push_back(
+        {"target " + std::to_string(morph.target) + " " + morph.semantic, *data});
+    primitive.owned.push_back(data);
   }
   return {};
 }
 
 // Whether attributes or indices are in a buffer without bytes.
-bool has_no_data(const Document& document, PrimitiveId id) {
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  const auto is_missing = [&](const Json& index) {
-    const Json* accessor = top_level_object(document.json, "accessors", integer_value(index).value_or(-1));
-    if (accessor == nullptr) return false;
-    const Json* view = top_level_object(document.json, "bufferViews",
-                                        integer_field_or(*accessor, "bufferView", -1).value_or(-1));
-    const auto buffer = view == nullptr ? std::nullopt : integer_field(*view, "buffer");
-    return buffer && *buffer >= 0 && static_cast<uint64_t>(*buffer) < document.buffers.size() &&
-           has_no_bytes(document, static_cast<size_t>(*buffer));
+bool has_no_data(const Document& document, const PrimitiveRecord& primitive) {
+  const auto is_missing = [&](int64_t index) {
+    const int64_t view = index < 0 ? -1 : document.records().accessor(index).elements.view;
+    return view >= 0 && has_no_bytes(document, static_cast<size_t>(document.records().view(view).range.buffer));
   };
-  const Json* attributes = object_field(primitive, "attributes");
-  if (attributes != nullptr && std::ranges::any_of(*attributes, is_missing)) return true;
-  const Json* indices = field(primitive, "indices");
-  return indices != nullptr && is_missing(*indices);
+  return is_missing(primitive.indices) ||
+         std::ranges::any_of(primitive.attributes, is_missing, &AttributeRecord::accessor);
 }
 
 }  // namespace
 
+void AssetPrimitive::take(Mesh mesh) {
+  const auto kept = std::make_shared<const Mesh>(std::move(mesh));
+  view = view_of(*kept);
+  owned = {kept};
+}
+
 Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBackend& backend,
                                         const DescribeStream& describe, const ThreadPool& pool,
-                                        const Progress& progress) {
+                                        const Progress& progress, const ViewPrimitive& view) {
   AssetMeshes asset;
-  asset.whole_count = array_size(document.json, "meshes");
-  asset.material_count = array_size(document.json, "materials");
+  asset.whole_count = document.records().meshes.size();
+  asset.material_count = array_size(document.json(), "materials");
   std::vector<PrimitiveId> ids;
   std::vector<size_t> places;
   for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (!kind) return kind.status();
+    const PrimitiveRecord& record = document.records().primitive(id);
+    if (!record.status.ok()) return record.status;
     AssetPrimitive& primitive = asset.primitives.emplace_back();
     primitive.id = id;
     primitive.whole = id.mesh;
-    const Json* mesh = top_level_object(document.json, "meshes", static_cast<int64_t>(id.mesh));
-    primitive.material = integer_field_or((*mesh)["primitives"][id.primitive], "material", -1).value_or(-1);
-    primitive.has_no_data = kind->storage == PrimitiveStorage::kPlain && has_no_data(document, id);
+    primitive.material = record.material;
+    primitive.has_no_data = record.storage() == PrimitiveStorage::kPlain && has_no_data(document, record);
     if (primitive.has_no_data) continue;
-    if (kind->triangles) {
-      ids.push_back(id);
-      places.push_back(asset.primitives.size() - 1);
+    if (!record.has_triangles()) {
+      Expected<LinesOrPoints> elements = read_lines_or_points(document, id);
+      if (!elements) return elements.status();
+      primitive.corner_count = elements->corner_count;
+      primitive.take(std::move(elements->mesh));
       continue;
     }
-    Expected<LinesOrPoints> elements = read_lines_or_points(document, id);
-    if (!elements) return elements.status();
-    primitive.corner_count = elements->corner_count;
-    primitive.mesh = std::move(elements->mesh);
+    const Expected<bool> is_viewed = view ? view(primitive) : false;
+    if (!is_viewed) return is_viewed.status().at(place_of(id));
+    if (*is_viewed) continue;
+    ids.push_back(id);
+    places.push_back(asset.primitives.size() - 1);
   }
   std::vector<Expected<Mesh>> meshes = read_primitives(document, ids, backend, pool, progress);
   for (size_t i = 0; i < ids.size(); ++i) {
-    AssetPrimitive& primitive = asset.primitives[places[i]];
     if (!meshes[i]) return meshes[i].status();
-    primitive.mesh = std::move(*meshes[i]);
-    Expected<std::map<std::string, DeclaredGrid>> grids = declared_grids(document, ids[i], describe, pool);
-    if (!grids)
-      return grids.status().at(
-          {.mesh = static_cast<int64_t>(ids[i].mesh), .primitive = static_cast<int64_t>(ids[i].primitive)});
-    primitive.grids = std::move(*grids);
+    if (meshes[i]->faces.size() > UINT32_MAX / 3)
+      return unsupported("has more triangles than can be compared", place_of(ids[i]));
+    asset.primitives[places[i]].take(std::move(*meshes[i]));
   }
-  for (AssetPrimitive& primitive : asset.primitives)
+  for (AssetPrimitive& primitive : asset.primitives) {
+    if (primitive.corner_count == 3 && !primitive.has_no_data) {
+      Expected<std::map<std::string, DeclaredGrid>> grids =
+          declared_grids(document, primitive.id, describe, pool);
+      if (!grids) return grids.status().at(place_of(primitive.id));
+      primitive.grids = std::move(*grids);
+    }
     if (Status status = add_morph_targets(document, primitive); !status.ok())
-      return std::move(status).at({.mesh = static_cast<int64_t>(primitive.id.mesh),
-                                   .primitive = static_cast<int64_t>(primitive.id.primitive)});
+      return std::move(status).at(place_of(primitive.id));
+  }
   return asset;
 }
 

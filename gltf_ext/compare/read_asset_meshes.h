@@ -1,11 +1,14 @@
 // The meshes of an asset, decoded, as compare_assets takes them.
 #pragma once
 
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "gltf_ext/compare/declared_grids.h"
+#include "gltf_ext/primitive/mesh_view.h"
 
 namespace psplit {
 
@@ -14,10 +17,17 @@ struct AssetPrimitive {
   size_t whole = 0;  // index of what it is part of: a mesh, or a scene
   int64_t material = -1;
   int corner_count = 3;  // of each element: 3 for triangles, 2 for lines, 1 for points
-  Mesh mesh;             // `faces` are the elements; morph targets are attributes: "target 0 POSITION"
-  std::map<std::string, DeclaredGrid> grids;
-  // The values are in a buffer without bytes (document.h): there is nothing to compare, and `mesh` is empty.
+  // Three indices for each element, of which the first corner_count count. Morph targets are attributes:
+  // "target 0 POSITION".
+  MeshView view;
+  std::map<std::string, DeclaredGrid> grids{};
+  // The values are in a buffer without bytes (document.h): there is nothing to compare.
   bool has_no_data = false;
+  std::vector<std::shared_ptr<const void>> owned{};  // what the view points to; copies share it
+
+  uint32_t element_count() const { return view.indices.count / 3; }
+  // Makes a view of a mesh, which the primitive then owns.
+  void take(Mesh mesh);
 };
 
 struct AssetMeshes {
@@ -26,9 +36,13 @@ struct AssetMeshes {
   size_t material_count = 0;
 };
 
-// Errors: the cause why a primitive cannot be read, with its place.
+// Makes the view of a triangle primitive without reading it into memory. False if it must be read.
+using ViewPrimitive = std::function<Expected<bool>(AssetPrimitive&)>;
+
+// The document must outlive the meshes if `view` refers to it. Errors: the cause why a primitive cannot be
+// read, with its place.
 Expected<AssetMeshes> read_asset_meshes(const Document& document, const DecodeBackend& backend,
                                         const DescribeStream& describe, const ThreadPool& pool,
-                                        const Progress& progress = {});
+                                        const Progress& progress = {}, const ViewPrimitive& view = {});
 
 }  // namespace psplit

@@ -2,14 +2,13 @@
 
 #include <map>
 #include <memory>
+#include <numeric>
 
 #include "encoder/condensing/condense_container.h"
-#include "gltf_ext/convert/replace_streams.h"
-#include "gltf_ext/document/drop_unused.h"
-#include "gltf_ext/json/json_fields.h"
+#include "encoder/encode_streams.h"
+#include "src/container/claims.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/cpu_backend.h"
-#include "src/stopwatch.h"
+#include "src/cpu/checked_decode.h"
 
 namespace psplit {
 namespace {
@@ -20,35 +19,20 @@ struct Condensed {
   PrimitiveReport report;
 };
 
-bool decode_alike(const PatchContainer& a, const PatchContainer& b, std::span<const AttributeRequest> requests,
-                  const ThreadPool& pool) {
-  const Expected<Mesh> of_a = cpu_backend().decode(a, requests, pool);
-  const Expected<Mesh> of_b = cpu_backend().decode(b, requests, pool);
-  if (!of_a || !of_b || of_a->faces != of_b->faces) return false;
-  return std::ranges::equal(of_a->attributes, of_b->attributes, {}, &Attribute::values, &Attribute::values);
-}
-
 Expected<Condensed> condense_bytes(const StoredPrimitive& stored, const EncodeDocumentOptions& options,
                                    const ThreadPool& pool) {
   const Expected<PatchContainer> before = open_container(stored.bytes);
   if (!before) return before.status();
   Condensed result;
   result.report.skipped = "already in condensed patches";
-  if (before->version == kCondensedContainerVersion) return result;
-  result.report.skipped = "already in patches of container version 1";
-  if (before->version != kContainerVersion) return result;
-  const Stopwatch encode_time;
-  auto bytes = condense_container(*before, options.condense_smallest, pool);
+  if (before->condensed_count() > 0) return result;
+  Expected<std::vector<uint8_t>> bytes = condense_and_verify(
+      *before, stored.requests, options.condense_smallest, options.verify, pool, result.report.statistics);
+  if (!bytes) return bytes.status();
   result.report.skipped = "already in patches, which condensing does not make smaller";
-  if (!bytes || bytes->size() >= stored.bytes.size()) return result;
-  result.report.statistics.encode_ms = encode_time.ms();
-
+  if (bytes->empty()) return result;
   const Expected<PatchContainer> after = open_container(*bytes);
-  if (!after) return runtime_failure("verification: " + after.status().to_string());
-  const Stopwatch verify_time;
-  if (options.verify && !decode_alike(*before, *after, stored.requests, pool))
-    return runtime_failure("verification: condensed patches decode to another mesh");
-  result.report.statistics.verify_ms = options.verify ? verify_time.ms() : 0;
+  if (!after) return after.status();
   result.report.statistics.patch_count = after->patch_count();
   result.report.skipped.clear();
   result.report.stored_as = StoredAs::kPatches;
@@ -63,21 +47,29 @@ Expected<Condensed> condense_bytes(const StoredPrimitive& stored, const EncodeDo
   return result;
 }
 
+// The container, if it is smaller than the stream.
+std::optional<std::vector<uint8_t>> condensed_container(std::span<const uint8_t> stream, uint32_t face_count,
+                                                        uint32_t point_count, bool smallest,
+                                                        const ThreadPool& pool) {
+  const std::vector<std::vector<uint8_t>> streams = {{stream.begin(), stream.end()}}, no_stitch_map = {{}};
+  const StreamEntry entry{.face_count = face_count, .point_count = point_count};
+  std::vector<uint8_t> container = condense_container({entry}, false, no_stitch_map, streams, smallest, pool);
+  return container.size() < stream.size() ? std::optional(std::move(container)) : std::nullopt;
+}
+
 }  // namespace
 
-Status condense_patches(Document& document, const EncodeDocumentOptions& options, const ThreadPool& pool,
-                        EncodeReports& reports) {
+Expected<CondensedPatches> condense_patches(const Document& document, const EncodeDocumentOptions& options,
+                                            const ThreadPool& pool, EncodeReports& reports) {
   std::map<int64_t, Condensed> condensed_of;  // by buffer view
   for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (!kind || kind->storage != PrimitiveStorage::kPatches || reports[id].stored_as != StoredAs::kAsItWas)
+    const PrimitiveRecord& primitive = document.records().primitive(id);
+    if (primitive.storage() != PrimitiveStorage::kPatches || reports[id].stored_as != StoredAs::kAsItWas)
       continue;
-    const Place place{document.source.string(), static_cast<int64_t>(id.mesh),
-                      static_cast<int64_t>(id.primitive)};
-    const Expected<StoredPrimitive> stored = stored_primitive(document, id, kExtensionName);
+    const Place place = place_of(document, id);
+    const Expected<StoredPrimitive> stored = stored_primitive(document, id);
     if (!stored) return stored.status().at(place);
-    const Json& extension = *extension_field(primitive_json(document, id), kExtensionName);
-    const auto [found, is_new] = condensed_of.try_emplace(*integer_field(extension, "bufferView"));
+    const auto [found, is_new] = condensed_of.try_emplace(primitive.patches->view);
     if (is_new) {
       Expected<Condensed> condensed = condense_bytes(*stored, options, pool);
       if (!condensed) return condensed.status().at(place);
@@ -94,11 +86,40 @@ Status condense_patches(Document& document, const EncodeDocumentOptions& options
     report.input_bytes = input_bytes;
     report.repeated = !is_new;
   }
-  StreamReplacements replacements;
-  for (const auto& [view, condensed] : condensed_of)
-    if (!condensed.bytes.empty()) replacements[view] = condensed.bytes;
-  replace_streams(document, replacements);
-  drop_unused(document, {});
+  CondensedPatches patches;
+  for (auto& [view, condensed] : condensed_of)
+    if (!condensed.bytes.empty()) patches[view] = std::move(condensed.bytes);
+  return patches;
+}
+
+Status condense_stock(const Document& document, EncodeJob& job) {
+  const PrimitiveId id = job.group.ids.front();
+  if (document.records().primitive(id).storage() != PrimitiveStorage::kStockDraco) return {};
+  Expected<StoredPrimitive> stored = stored_primitive(document, id);
+  if (!stored) return stored.status();
+  const Expected<core::StreamHeader> header = read_stream_header(stored->bytes);
+  if (!header || !header->edgebreaker) return {};
+  const ThreadPool one(1);  // jobs run at once
+  auto container = condensed_container(stored->bytes, header->counts.face_count, job.mesh.point_count,
+                                       job.options.condense_smallest, one);
+  if (!container) return {};
+
+  EncodedMesh encoded;
+  encoded.container = std::move(*container);
+  encoded.requests = std::move(stored->requests);
+  Expected<PatchContainer> opened = open_container(encoded.container);
+  if (!opened) return runtime_failure("verification: " + opened.status().to_string());
+  Expected<CheckedMesh> decoded = decode_checked(*opened, encoded.requests, one);
+  if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
+  if (!decoded->streams[0].types.ok()) return {};
+  encoded.entries = opened->entries;
+  encoded.head_bytes = opened->head_bytes;
+  encoded.source_point.resize(decoded->mesh.point_count);
+  std::iota(encoded.source_point.begin(), encoded.source_point.end(), 0u);
+  encoded.decoded = std::move(decoded->mesh);
+  encoded.statistics.patch_count = 1;
+  job.encoded = std::move(encoded);
+  job.keeps_stream = true;
   return {};
 }
 

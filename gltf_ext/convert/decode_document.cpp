@@ -1,35 +1,22 @@
 #include "gltf_ext/convert/decode_document.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/container/claims.h"
 
 namespace psplit {
 namespace {
 
-constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
 constexpr uint32_t kMostFaces = UINT32_MAX / 3;
 
-// The attributes that the Draco extensions of a primitive store.
-std::vector<std::string> stored_semantics(const Document& document, PrimitiveId id) {
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  std::vector<std::string> semantics;
-  for (const char* name : {kExtensionName, kStockExtensionName})
-    if (const Json* extension = extension_field(primitive, name))
-      for (const auto& [semantic, unique_id] : (*extension)["attributes"].items())
-        semantics.push_back(semantic);
-  return semantics;
-}
-
 bool is_in_patches(const Document& document, PrimitiveId id) {
-  return extension_field(document.json["meshes"][id.mesh]["primitives"][id.primitive], kExtensionName) !=
-         nullptr;
+  return document.records().primitive(id).patches.has_value();
 }
 
 void remove_extensions(Document& document, const PrimitiveGroup& group) {
@@ -41,58 +28,53 @@ void remove_extensions(Document& document, const PrimitiveGroup& group) {
   }
 }
 
-// The meshes of all groups are in memory.
-Status decode_in_memory(Document& document, std::span<const PrimitiveGroup> groups,
-                        const DecodeBackend& backend, const ThreadPool& pool, const Progress& progress) {
-  std::vector<PrimitiveId> ids;
-  for (const PrimitiveGroup& group : groups) ids.push_back(group.ids.front());
-  const std::vector<Expected<Mesh>> meshes = read_primitives(document, ids, backend, pool, progress);
-  std::vector<PrimitiveId> patched;
-  std::vector<MeshView> patched_meshes;
-  for (size_t i = 0; i < ids.size(); ++i) {
-    if (!meshes[i]) return meshes[i].status();
-    if (!is_in_patches(document, ids[i])) {
-      const auto morphs = read_morph_targets(document, ids[i], meshes[i]->point_count);
-      if (morphs.status().code() == StatusCode::kInvalidInput) return morphs.status();
-      continue;
-    }
-    patched.push_back(ids[i]);
-    patched_meshes.push_back(view_of(*meshes[i]));
-  }
-  if (Status status = check_decoded(document, patched, patched_meshes); !status.ok()) return status;
-  PrimitiveEditor editor(document);
-  for (size_t i = 0; i < groups.size(); ++i) {
-    editor.set_geometry(groups[i], *meshes[i], {}, GeometryData::kInBufferViews,
-                        stored_semantics(document, ids[i]));
-    remove_extensions(document, groups[i]);
-  }
-  editor.finish();
-  return {};
+// Whether decoding in memory would take more than the limit: what is stored, what is decoded, and once more
+// what is decoded from stock Draco.
+bool is_too_large(const Document& document, const MemoryLimit& limit) {
+  if (limit.bytes == 0) return false;
+  const StatedBytes bytes = stated_bytes(document);
+  return !limit.allows(bytes.stored + 2 * bytes.decoded);
 }
 
-// The meshes of all groups go into one temporary file, laid out as append_buffer_view would lay them out behind
-// the last buffer. Meshes that are not decoded window by window, such as those of stock Draco, are decoded one
-// after the other; their layout needs counts that only decoding tells, so they wait in another file.
-class FileDecoder {
+// Decodes the meshes of all groups into one new buffer, laid out as append_buffer_view would lay them out
+// behind the last buffer. The counts of a container are known before it is decoded, so its mesh is decoded in
+// place. Other meshes, such as those of stock Draco, are decoded first, and copied. If all is too large for
+// memory, the buffer is a temporary file: containers are decoded window by window, and other meshes one after
+// the other. They wait in another file.
+class DocumentDecoder {
  public:
-  FileDecoder(Document& document, std::span<const PrimitiveGroup> groups, const DecodeBackend& backend,
-              const ThreadPool& pool, const MemoryLimit& limit)
-      : document_(document), groups_(groups), backend_(backend), pool_(pool), limit_(limit) {}
+  DocumentDecoder(Document& document, std::span<const PrimitiveGroup> groups, const DecodeBackend& backend,
+                  const ThreadPool& pool, const Progress& progress, const MemoryLimit& limit)
+      : document_(document),
+        groups_(groups),
+        backend_(backend),
+        pool_(pool),
+        progress_(progress),
+        limit_(limit),
+        is_too_large_(is_too_large(document, limit)) {}
 
-  Status run(const Progress& progress) {
-    for (const PrimitiveGroup& group : groups_)
-      if (Status status = open(group.ids.front()); !status.ok()) return status;
-    const std::vector<uint8_t> tail = tail_of_last_buffer();
-    const uint64_t bytes = lay_out_all(tail.size(), {});
-    const Expected<FileMemory> memory = FileMemory::create(limit_.folder, bytes);
-    if (!memory) return memory.status();
-    memory_ = memory->bytes();
-    lay_out_all(tail.size(), memory_);
-    std::ranges::copy(tail, memory->bytes().begin());
-    if (Status status = decode_all(progress); !status.ok()) return status;
-    if (Status status = check(); !status.ok()) return status;
-    edit(*memory);
-    return {};
+  Status run() {
+    if (groups_.empty()) return {};
+    items_.resize(groups_.size());
+    std::vector<Item*> whole;
+    for (size_t i = 0; i < groups_.size(); ++i) {
+      items_[i].id = groups_[i].ids.front();
+      if (Status status = open(items_[i]); !status.ok()) return status;
+      if (!items_[i].container) whole.push_back(&items_[i]);
+    }
+    const size_t at_once = is_too_large_ ? 1 : whole.size();
+    for (size_t i = 0; i < whole.size(); i += at_once)
+      if (Status status = decode_whole(std::span(whole).subspan(i, at_once)); !status.ok()) return status;
+    for (const Item& item : items_)
+      if (item.face_count > kMostFaces)
+        return unsupported("has more indices than an accessor can count", place_of(document_, item.id));
+    if (Status status = allocate(); !status.ok()) return status;
+    for (Item* const item : whole)
+      if (Status status = place_whole(*item); !status.ok()) return status;
+    Status status = is_too_large_ ? decode_windows() : decode_in_place();
+    if (status.ok()) status = check();
+    if (status.ok()) edit();
+    return status;
   }
 
  private:
@@ -100,63 +82,96 @@ class FileDecoder {
     PrimitiveId id;
     std::vector<AttributeRequest> requests;
     uint32_t point_count = 0, face_count = 0;
-    std::optional<PatchContainer> container;  // decoded window by window
-    uint64_t decoded_at = 0;                  // of the laid-out mesh in decoded_meshes_, without a container
+    std::optional<PatchContainer> container;  // decoded in place
+    Mesh mesh;                                // without a container: waits here,
+    uint64_t waits_at = 0;                    // or, laid out, in waiting_
     LaidOutMesh laid_out;
   };
 
-  Place place_of(PrimitiveId id) const {
-    return {document_.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
+  // The progress of `count` items.
+  Progress progress_of(size_t count) {
+    if (!progress_) return {};
+    const size_t before = std::exchange(items_done_, items_done_ + count);
+    return [this, before, count](size_t done, size_t total) {
+      progress_(before * total + count * done, items_.size() * total);
+    };
   }
 
-  Status open(PrimitiveId id) {
-    Item item;
-    item.id = id;
-    if (is_in_patches(document_, id)) {
-      Expected<StoredPrimitive> stored = stored_primitive(document_, id, kExtensionName);
-      if (!stored) return stored.status().at(place_of(id));
-      Expected<PatchContainer> container = open_container(stored->bytes);
-      if (!container) return container.status().at(place_of(id));
-      release_mapped(stored->bytes);
-      item.requests = std::move(stored->requests);
-      item.point_count = container->point_count();
-      item.face_count = container->face_count();
-      Status claims = check_results(item.point_count, item.face_count, item.requests, container->bytes.size());
-      if (!claims.ok()) return std::move(claims).at(place_of(id));
-      if (std::ranges::all_of(item.requests, is_written_as_stored)) item.container = std::move(*container);
-    }
-    if (!item.container)
-      if (Status status = decode_whole(item); !status.ok()) return status;
-    if (item.face_count > kMostFaces)
-      return unsupported("has more indices than an accessor can count", place_of(id));
-    items_.push_back(std::move(item));
+  // Opens the item's container, if it is in one that can be decoded in place.
+  Status open(Item& item) const {
+    if (!is_in_patches(document_, item.id)) return {};
+    Expected<StoredPrimitive> stored = stored_primitive(document_, item.id);
+    if (!stored) return stored.status().at(place_of(document_, item.id));
+    Expected<PatchContainer> container = open_container(stored->bytes);
+    if (!container) return container.status().at(place_of(document_, item.id));
+    if (is_too_large_) release_mapped(stored->bytes);
+    item.requests = std::move(stored->requests);
+    item.point_count = container->point_count();
+    item.face_count = container->face_count();
+    Status claims = check_results(item.point_count, item.face_count, item.requests, container->bytes.size());
+    if (!claims.ok()) return std::move(claims).at(place_of(document_, item.id));
+    if (std::ranges::all_of(item.requests, is_written_as_stored)) item.container = std::move(*container);
     return {};
   }
 
-  Status decode_whole(Item& item) {
-    Expected<Mesh> mesh = read_primitive(document_, item.id, backend_, pool_);
-    if (!mesh) return mesh.status();
-    const auto morphs = read_morph_targets(document_, item.id, mesh->point_count);
-    if (morphs.status().code() == StatusCode::kInvalidInput) return morphs.status();
-    const std::vector<std::string> stored = stored_semantics(document_, item.id);
-    std::erase_if(mesh->attributes,
-                  [&](const Attribute& a) { return std::ranges::find(stored, a.semantic) == stored.end(); });
+  Status decode_whole(std::span<Item* const> items) {
+    std::vector<PrimitiveId> ids;
+    for (const Item* const item : items) ids.push_back(item->id);
+    auto meshes = read_primitives(document_, ids, backend_, pool_, progress_of(items.size()));
+    for (size_t i = 0; i < items.size(); ++i) {
+      if (!meshes[i]) return meshes[i].status();
+      if (Status status = keep(*items[i], std::move(*meshes[i])); !status.ok()) return status;
+    }
+    return {};
+  }
+
+  // Keeps the attributes of a mesh that the item's extension stores.
+  Status keep(Item& item, Mesh mesh) {
+    if (!is_in_patches(document_, item.id)) {
+      const auto morphs = read_morph_targets(document_, item.id, mesh.point_count);
+      if (morphs.status().code() == StatusCode::kInvalidInput) return morphs.status();
+    }
+    const PrimitiveRecord& primitive = document_.records().primitive(item.id);
+    std::erase_if(mesh.attributes, [&](const Attribute& a) {
+      return !(primitive.patches && primitive.patches->stores(a.semantic)) &&
+             !(primitive.stock && primitive.stock->stores(a.semantic));
+    });
     item.requests.clear();
-    for (const Attribute& a : mesh->attributes)
+    for (const Attribute& a : mesh.attributes)
       item.requests.push_back({a.semantic, 0, a.component_type, a.component_count, a.normalized});
-    item.point_count = mesh->point_count;
-    item.face_count = static_cast<uint32_t>(mesh->faces.size());
-    if (item.face_count > kMostFaces) return {};
-    if (decoded_bytes_ == 0) {
+    item.point_count = mesh.point_count;
+    item.face_count = static_cast<uint32_t>(mesh.faces.size());
+    if (!is_too_large_) {
+      item.mesh = std::move(mesh);
+      return {};
+    }
+    if (waiting_bytes_ == 0) {
       Expected<UnnamedFile> file = UnnamedFile::create(limit_.folder);
       if (!file) return file.status();
-      decoded_meshes_ = std::move(*file);
+      waiting_ = std::move(*file);
     }
     std::vector<uint8_t> bytes(lay_out(item.requests, item.point_count, item.face_count, 0, {}).end);
-    copy_mesh(*mesh, lay_out(item.requests, item.point_count, item.face_count, 0, bytes));
-    item.decoded_at = decoded_bytes_;
-    decoded_bytes_ += bytes.size();
-    return decoded_meshes_.write(item.decoded_at, bytes);
+    copy_mesh(mesh, lay_out(item.requests, item.point_count, item.face_count, 0, bytes));
+    item.waits_at = std::exchange(waiting_bytes_, waiting_bytes_ + bytes.size());
+    return waiting_.write(item.waits_at, bytes);
+  }
+
+  Status allocate() {
+    const std::vector<uint8_t> tail = tail_of_last_buffer();
+    const uint64_t bytes = lay_out_all(tail.size(), {});
+    std::span<uint8_t> memory;
+    if (is_too_large_) {
+      Expected<FileMemory> file = FileMemory::create(limit_.folder, bytes);
+      if (!file) return file.status();
+      file_ = std::move(*file);
+      memory = file_->bytes();
+    } else {
+      owned_.resize(bytes);
+      memory = owned_;
+    }
+    lay_out_all(tail.size(), memory);
+    std::ranges::copy(tail, memory.begin());
+    return {};
   }
 
   // Bytes move in blocks of 8 when unused ones between them are dropped (ByteRuns). The new bytes begin in the
@@ -178,28 +193,18 @@ class FileDecoder {
     return begin;
   }
 
-  Status decode_all(const Progress& progress) {
-    size_t total = 0, done_before = 0;
-    for (const Item& item : items_) total += item.container ? item.container->entries.size() : 1;
-    for (Item& item : items_) {
-      const auto count = [&](size_t done, size_t) {
-        if (progress) progress(done_before + done, total);
-      };
-      if (item.container) {
-        Status status = decode_to_file(*item.container, item.requests, item.laid_out, limit_, pool_, count);
-        if (!status.ok()) return std::move(status).at(place_of(item.id));
-        done_before += item.container->entries.size();
-      } else {
-        // The offsets between the parts of a mesh are the same wherever it begins on a 4-byte boundary.
-        const uint64_t begin = item.laid_out.offsets.front();
-        const auto to =
-            memory_.subspan(static_cast<size_t>(begin), static_cast<size_t>(item.laid_out.end - begin));
-        if (Status status = decoded_meshes_.read(item.decoded_at, to); !status.ok()) return status;
-        release_mapped(to);
-        count(1, 1);
-        ++done_before;
-      }
+  Status place_whole(Item& item) {
+    if (!is_too_large_) {
+      copy_mesh(item.mesh, item.laid_out);
+      item.mesh = {};
+      return {};
     }
+    // The offsets between the parts of a mesh are the same wherever it begins on a 4-byte boundary.
+    const uint64_t begin = item.laid_out.offsets.front();
+    const auto to =
+        file_->bytes().subspan(static_cast<size_t>(begin), static_cast<size_t>(item.laid_out.end - begin));
+    if (Status status = waiting_.read(item.waits_at, to); !status.ok()) return status;
+    release_mapped(to);
     return {};
   }
 
@@ -209,6 +214,34 @@ class FileDecoder {
     for (size_t i = 0; i < view.attributes.size(); ++i)
       write_values(view.attributes[i].values, kArrayBuffer, to(laid_out.buffers.attributes[i].bytes));
     write_values(index_data(mesh), kElementArrayBuffer, to(laid_out.buffers.indices));
+  }
+
+  Status decode_windows() {
+    for (const Item& item : items_) {
+      if (!item.container) continue;
+      Status status =
+          decode_to_file(*item.container, item.requests, item.laid_out, limit_, pool_, progress_of(1));
+      if (!status.ok()) return std::move(status).at(place_of(document_, item.id));
+    }
+    return {};
+  }
+
+  Status decode_in_place() {
+    std::vector<const Item*> items;
+    std::vector<DecodeTask> tasks;
+    for (const Item& item : items_) {
+      if (!item.container) continue;
+      items.push_back(&item);
+      tasks.push_back({&*item.container, item.requests});
+    }
+    const auto buffers = [&](size_t i, uint32_t, uint32_t) -> Expected<PrimitiveBuffers> {
+      return items[i]->laid_out.buffers;
+    };
+    if (tasks.empty()) return {};
+    std::vector<Status> statuses = backend_.decode_into(tasks, buffers, pool_, {progress_of(tasks.size())});
+    for (size_t i = 0; i < tasks.size(); ++i)
+      if (!statuses[i].ok()) return std::move(statuses[i]).at(place_of(document_, items[i]->id));
+    return {};
   }
 
   Status check() const {
@@ -222,11 +255,18 @@ class FileDecoder {
     return check_decoded(document_, patched, views);
   }
 
-  void edit(const FileMemory& memory) {
+  void edit() {
     PrimitiveEditor editor(document_);
     const size_t buffer = document_.buffers.size();
-    document_.json["buffers"].push_back({{"byteLength", memory.bytes().size()}});
-    document_.buffers.push_back(memory.view());
+    // The buffer before it may be dropped, so its name and all else that is said of it stay with the new one.
+    Json described = Json::object();
+    if (buffer > 0 && !has_no_bytes(document_, buffer - 1)) {
+      described = document_.json()["buffers"][buffer - 1];
+      described.erase("uri");
+    }
+    document_.buffers.push_back(is_too_large_ ? Buffer(file_->view()) : Buffer(std::move(owned_)));
+    described["byteLength"] = document_.buffers.back().size();
+    document_.json()["buffers"].push_back(std::move(described));
     for (size_t i = 0; i < groups_.size(); ++i) {
       editor.set_placed_geometry(groups_[i], {items_[i].laid_out.view, buffer, items_[i].laid_out.offsets});
       remove_extensions(document_, groups_[i]);
@@ -239,30 +279,27 @@ class FileDecoder {
   const std::span<const PrimitiveGroup> groups_;
   const DecodeBackend& backend_;
   const ThreadPool& pool_;
+  const Progress& progress_;
   const MemoryLimit& limit_;
+  const bool is_too_large_;
   std::vector<Item> items_;
-  std::span<uint8_t> memory_;  // of all laid-out meshes
-  UnnamedFile decoded_meshes_;
-  uint64_t decoded_bytes_ = 0;  // in that file
+  size_t items_done_ = 0;
+  std::vector<uint8_t> owned_;      // the new buffer,
+  std::optional<FileMemory> file_;  // or, if it is too large for memory, its file
+  UnnamedFile waiting_;
+  uint64_t waiting_bytes_ = 0;
 };
-
-// Whether decode_in_memory would take more than the limit: the meshes, their values as buffer views, and the
-// buffer, which grows by doubling.
-bool is_too_large(const Document& document, const MemoryLimit& limit) {
-  if (limit.bytes == 0) return false;
-  const StatedBytes bytes = stated_bytes(document);
-  return !limit.allows(bytes.stored + 4 * bytes.decoded);
-}
 
 }  // namespace
 
 Status decode_document(Document& document, const DecodeBackend& backend, const ThreadPool& pool,
                        const Progress& progress, const MemoryLimit& limit) {
+  if (Status status = document.check(); !status.ok()) return status;
   std::vector<PrimitiveId> wanted;
   for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (!kind) return kind.status().at({.file = document.source.string()});
-    if (kind->storage != PrimitiveStorage::kPlain) {
+    const PrimitiveRecord& primitive = document.records().primitive(id);
+    if (!primitive.status.ok()) return Status(primitive.status).at({.file = document.source.string()});
+    if (primitive.storage() != PrimitiveStorage::kPlain) {
       wanted.push_back(id);
     } else if (Status status = check_readable(document, id, backend, pool);
                status.code() == StatusCode::kInvalidInput) {
@@ -270,8 +307,7 @@ Status decode_document(Document& document, const DecodeBackend& backend, const T
     }
   }
   const std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
-  if (is_too_large(document, limit)) return FileDecoder(document, groups, backend, pool, limit).run(progress);
-  return decode_in_memory(document, groups, backend, pool, progress);
+  return DocumentDecoder(document, groups, backend, pool, progress, limit).run();
 }
 
 }  // namespace psplit

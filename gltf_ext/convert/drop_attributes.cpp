@@ -44,8 +44,8 @@ class Dropper {
       : document_(document),
         options_(options),
         skip_(options.skip.begin(), options.skip.end()),
-        metadata_(metadata_attributes(document.json)) {
-    for_each_element(document.json, "nodes", [&](const Json& node) {
+        metadata_(metadata_attributes(document.json())) {
+    for_each_element(document.json(), "nodes", [&](const Json& node) {
       if (const auto mesh = integer_field(node, "mesh"); mesh && field(node, "skin") != nullptr)
         skinned_.insert(*mesh);
     });
@@ -60,9 +60,7 @@ class Dropper {
       if (skip_.contains(semantic)) found.push_back(semantic);
     for (const std::string& semantic : found)
       if (const std::string reason = need(primitive, id, semantic); !reason.empty())
-        return Status(
-            StatusCode::kUsage, semantic + " cannot be skipped: " + reason,
-            {document_.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1});
+        return Status(StatusCode::kUsage, semantic + " cannot be skipped: " + reason, place_of(document_, id));
     for (const std::string& semantic : found) {
       release(*attributes, semantic);
       for_each_element(primitive, "targets", [&](Json& target) {
@@ -143,10 +141,10 @@ class Dropper {
         if (const auto material = integer_field(mapping, "material")) materials.insert(*material);
       });
     for (const int64_t material : materials)
-      if (reads(top_level_object(document_.json, "materials", material)))
+      if (reads(top_level_object(document_.json(), "materials", material)))
         return "material " + std::to_string(material) + " has a texture that reads it";
     if (reads(extension_field(primitive, "EXT_mesh_features"))) return "EXT_mesh_features reads it";
-    const Json* metadata = extension_field(document_.json, "EXT_structural_metadata");
+    const Json* metadata = extension_field(document_.json(), "EXT_structural_metadata");
     if (metadata != nullptr && extension_field(primitive, "EXT_structural_metadata") != nullptr &&
         reads(field(*metadata, "propertyTextures")))
       return "EXT_structural_metadata reads it";

@@ -9,7 +9,6 @@
 
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/primitive_id.h"
 
 namespace psplit {
 

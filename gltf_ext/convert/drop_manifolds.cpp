@@ -13,7 +13,7 @@ void drop_manifolds(Document& document, std::span<const EncodeJob> jobs, Primiti
   for (const EncodeJob& job : jobs) {
     if (job.keeps_stream) continue;  // and with it the order of points
     for (const PrimitiveId id : job.group.ids) {
-      Json& mesh = document.json["meshes"][id.mesh];
+      Json& mesh = document.json()["meshes"][id.mesh];
       if (const Json* manifold = extension_field(mesh, kManifold)) {
         for (const char* name : {"mergeIndices", "mergeValues"})
           if (const auto accessor = integer_field(*manifold, name)) editor.release(*accessor);

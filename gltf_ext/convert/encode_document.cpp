@@ -3,13 +3,10 @@
 #include <atomic>
 
 #include "gltf_ext/convert/condense_patches.h"
-#include "gltf_ext/convert/condense_stock.h"
-#include "gltf_ext/convert/draco_extension.h"
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/drop_manifolds.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/patch_counts.h"
-#include "gltf_ext/convert/patch_primitives.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/convert/validate.h"
@@ -19,22 +16,6 @@
 
 namespace psplit {
 namespace {
-
-// Decodes the meshes that encode_mesh did not decode to verify: the accessors need the bounds of decoded
-// values.
-void decode_unverified(std::vector<EncodeJob>& jobs, const DecodeBackend& backend, const ThreadPool& pool) {
-  std::vector<EncodeJob*> left;
-  for (EncodeJob& job : jobs)
-    if (job.status.ok() && !job.encoded.decoded) left.push_back(&job);
-  if (left.empty()) return;
-  std::vector<DecodeTask> tasks;
-  for (const EncodeJob* job : left) tasks.push_back({job->encoded.opened.get(), job->encoded.requests});
-  std::vector<Expected<Mesh>> meshes = backend.decode(tasks, pool, {});
-  for (size_t i = 0; i < left.size(); ++i) {
-    left[i]->status = meshes[i].status();
-    if (meshes[i]) left[i]->encoded.decoded = std::move(*meshes[i]);
-  }
-}
 
 void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const ThreadPool& pool,
                  const Progress& progress) {
@@ -67,17 +48,14 @@ void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const T
 
 void report_streams(std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   for (EncodeJob& job : jobs) {
-    std::vector<StreamEntry> entries = job.encoded.opened->entries;
-    if (job.stored_as != StoredAs::kPatches)
-      for (StreamEntry& entry : entries) entry.stitch_bytes = 0;
     for (const PrimitiveId id : job.group.ids) {
       PrimitiveReport& report = reports[id];
       report.stored_as = job.stored_as;
       report.keeps_streams = job.keeps_stream;
       report.bytes = job.stored_bytes;
-      report.streams = entries;
-      report.has_residue = job.encoded.opened->has_residue;
-      report.head_bytes = job.encoded.opened->head_bytes;
+      report.streams = job.encoded.entries;
+      report.has_residue = job.encoded.statistics.patch_count < job.encoded.entries.size();
+      report.head_bytes = job.encoded.head_bytes;
       if (const AttributeCoding* coding = job.position_coding(); coding != nullptr && !job.keeps_stream)
         report.position_coding = *coding;
       report.statistics = job.encoded.statistics;
@@ -85,19 +63,11 @@ void report_streams(std::vector<EncodeJob>& jobs, EncodeReports& reports) {
   }
 }
 
-// A container or stream, and its geometry.
-struct StoredPart {
-  std::span<const uint8_t> bytes;
-  const Mesh& mesh;
-  const std::vector<uint32_t>& source_point;
-};
-
 // The buffer view of the group's stock Draco, if no other primitive has it.
 std::optional<int64_t> own_stock_view(const Document& document, const PrimitiveGroup& group) {
   const auto view_of = [&](PrimitiveId id) -> std::optional<int64_t> {
-    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-    const Json* extension = extension_field(primitive, kStockExtensionName);
-    return extension == nullptr ? std::nullopt : integer_field(*extension, "bufferView");
+    const std::optional<DracoRecord>& stock = document.records().primitive(id).stock;
+    return stock ? std::optional(stock->view) : std::nullopt;
   };
   const std::optional<int64_t> own = view_of(group.ids.front());
   size_t users = 0;
@@ -105,50 +75,67 @@ std::optional<int64_t> own_stock_view(const Document& document, const PrimitiveG
   return users == group.ids.size() ? own : std::nullopt;
 }
 
-// Stores a container as the primitive's extension, or each Draco stream as a primitive of its own. `patches`
-// has the streams of each job, and is empty for a container.
-void write_geometry(Document& document, const std::vector<EncodeJob>& jobs,
-                    const std::vector<std::vector<PatchPrimitive>>& patches, bool with_fallback,
-                    std::span<const int64_t> freed_accessors, EncodeReports& reports) {
+// Stores a container as the primitive's extension, or each of several and each lone stream as a primitive of
+// its own.
+Status write_geometry(Document& document, const std::vector<EncodeJob>& jobs, std::vector<LargeJob>& large,
+                      const EncodeDocumentOptions& options, const OutOfCoreOptions& limits,
+                      const ThreadPool& pool, std::span<const int64_t> freed_accessors,
+                      const CondensedPatches& condensed, EncodeReports& reports) {
+  const bool with_fallback = options.fallback == Fallback::kUncompressed;
   std::vector<PrimitiveGroup> groups;
   std::vector<size_t> counts;
-  for (size_t i = 0; i < jobs.size(); ++i) {
-    groups.push_back(jobs[i].group);
-    counts.push_back(std::max<size_t>(1, patches[i].size()));
+  for (const EncodeJob& job : jobs) {
+    groups.push_back(job.group);
+    counts.push_back(std::max<size_t>(1, job.encoded.lone_streams.size()));
   }
+  for (const LargeJob& job : large) {
+    groups.push_back(job.group);
+    counts.push_back(job.encoded.encoded.containers.size());
+  }
+  std::vector<std::optional<int64_t>> stock_views;
+  for (const EncodeJob& job : jobs)
+    stock_views.push_back(job.keeps_stream ? own_stock_view(document, job.group) : std::nullopt);
   const auto repeated = repeat_primitives(document, groups, counts);
   PrimitiveEditor editor(document);
-  StreamReplacements replacements;
+  StreamReplacements replacements(condensed.begin(), condensed.end());
   for (size_t i = 0; i < jobs.size(); ++i) {
     const EncodeJob& job = jobs[i];
     const char* extension = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
-    const std::optional<int64_t> stock_view =
-        job.keeps_stream ? own_stock_view(document, job.group) : std::nullopt;
-    const auto store = [&](const PrimitiveGroup& group, const StoredPart& part) {
-      const int64_t view = stock_view ? *stock_view : append_buffer_view(document, part.bytes);
-      if (stock_view) replacements[view] = part.bytes;
-      editor.set_geometry(group, part.mesh, reorder(job.morphs, part.source_point),
+    const std::optional<int64_t> stock_view = stock_views[i];
+    const auto store = [&](const PrimitiveGroup& group, std::span<const uint8_t> bytes, const Mesh& decoded,
+                           const std::vector<uint32_t>& source_point) {
+      const int64_t view = stock_view ? *stock_view : append_buffer_view(document, bytes);
+      if (stock_view) replacements[view] = bytes;
+      editor.set_geometry(group, decoded, reorder(job.morphs, source_point),
                           with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere);
       set_draco_extension(document, group, extension, view, job.encoded.requests);
     };
-    if (job.stored_as == StoredAs::kPatches)
-      store(repeated[i][0], {job.encoded.container, *job.encoded.decoded, job.encoded.source_point});
-    for (size_t k = 0; k < patches[i].size(); ++k)
-      store(repeated[i][k], {patches[i][k].stream, patches[i][k].mesh, patches[i][k].source_point});
+    const EncodedMesh& encoded = job.encoded;
+    if (encoded.lone_streams.empty())
+      store(repeated[i][0], encoded.container, encoded.decoded, encoded.source_point);
+    for (size_t k = 0; k < encoded.lone_streams.size(); ++k) {
+      const LoneStream& stream = encoded.lone_streams[k];
+      store(repeated[i][k], stream.bytes, stream.decoded, stream.source_point);
+    }
     list_extension(document, extension, !with_fallback);
   }
+  for (size_t i = 0; i < large.size(); ++i)
+    if (Status status = store_containers(document, repeated[jobs.size() + i], large[i].encoded, options, limits,
+                                         pool, editor);
+        !status.ok())
+      return status;
   drop_manifolds(document, jobs, editor, reports);
   for (const int64_t accessor : freed_accessors) editor.release(accessor);
   replace_streams(document, replacements);
   editor.finish();
+  return {};
 }
 
 // A Draco stream has its attributes until it is encoded again.
 Status note_dropped(const Document& document, const DroppedAttributes& dropped, EncodeJobs& read,
                     EncodeReports& reports) {
   const auto is_compressed = [&](PrimitiveId id) {
-    const auto kind = primitive_kind(document, id);
-    return kind && kind->storage != PrimitiveStorage::kPlain;
+    return document.records().primitive(id).storage() != PrimitiveStorage::kPlain;
   };
   for (const auto& [id, names] : dropped.of_primitive) {
     const PrimitiveId primitive{id.first, id.second};
@@ -164,18 +151,13 @@ Status note_dropped(const Document& document, const DroppedAttributes& dropped, 
   return {};
 }
 
-void choose_storage(EncodeJob& job, const EncodeDocumentOptions& options) {
-  const EncodeStatistics& statistics = job.encoded.statistics;
-  const bool is_whole =
-      statistics.patch_count == 1 && statistics.residue_faces == 0 && statistics.residue_points == 0;
-  const bool is_condensed = job.encoded.opened->condensed_count() > 0;
-  if (options.compat == Compat::kKhr)
-    job.stored_as = is_whole ? StoredAs::kDraco : StoredAs::kPatchPrimitives;
-  else
-    job.stored_as =
-        is_whole && !is_condensed && !options.always_patches ? StoredAs::kDraco : StoredAs::kPatches;
-  job.stored_bytes =
-      job.stored_as == StoredAs::kPatches ? job.encoded.container.size() : job.encoded.opened->stream_bytes();
+void note_storage(EncodeJob& job) {
+  const EncodedMesh& encoded = job.encoded;
+  job.stored_as = encoded.lone_streams.empty()       ? StoredAs::kPatches
+                  : encoded.lone_streams.size() == 1 ? StoredAs::kDraco
+                                                     : StoredAs::kPatchPrimitives;
+  job.stored_bytes = encoded.container.size();
+  for (const LoneStream& stream : encoded.lone_streams) job.stored_bytes += stream.bytes.size();
 }
 
 // glTF requires the bounds of positions. A .drc file does not state them; they are known after decoding.
@@ -184,7 +166,7 @@ void set_position_bounds(Document& document, const EncodeJob& job) {
   const PrimitiveId id = job.group.ids.front();
   const auto index = integer_field(primitive_json(document, id)["attributes"], "POSITION");
   if (position == nullptr || !index) return;
-  Json& accessor = document.json["accessors"][static_cast<size_t>(*index)];
+  Json& accessor = document.json()["accessors"][static_cast<size_t>(*index)];
   if (field(accessor, "min") != nullptr && field(accessor, "max") != nullptr) return;
   const AccessorData data{position->component_type, position->component_count, position->normalized,
                           job.mesh.point_count, position->values};
@@ -195,14 +177,16 @@ void set_position_bounds(Document& document, const EncodeJob& job) {
 uint64_t morph_bytes(const Document& document, const EncodeJob& job) {
   if (job.morphs.empty()) return 0;
   const PrimitiveId id = job.group.ids.front();
-  const Json& targets = document.json["meshes"][id.mesh]["primitives"][id.primitive]["targets"];
+  const std::vector<AttributeRecords>& targets = document.records().primitive(id).targets;
+  uint64_t points = 0;
+  for (const StreamEntry& entry : job.encoded.entries) points += entry.point_count - entry.reference_count;
   std::set<int64_t> counted;
   uint64_t bytes = 0;
   for (const MorphAttribute& morph : job.morphs) {
-    const Json& index = targets[morph.target][morph.semantic];
-    if (!counted.insert(integer_value(index).value_or(-1)).second) continue;
-    const uint64_t points = job.encoded.source_point.size(),
-                   width = component_bytes(morph.data.component_type) * morph.data.component_count;
+    const auto& of_target = targets[morph.target];
+    const auto found = std::ranges::find(of_target, morph.semantic, &AttributeRecord::semantic);
+    if (!counted.insert(found->accessor).second) continue;
+    const uint64_t width = component_bytes(morph.data.component_type) * morph.data.component_count;
     uint64_t moved = 0;
     for (uint64_t i = 0; morph.sparse && i < morph.data.count; ++i) {
       const auto value = std::span(morph.data.values).subspan(i * width, width);
@@ -260,8 +244,7 @@ std::string reason_to_leave(const Document& document, const SharingJobs& sharing
   if (sharing.after < sharing.before) return "";
   bool is_stock = true, is_split = true;
   for (const EncodeJob* job : sharing.jobs) {
-    const auto kind = primitive_kind(document, job->group.ids.front());
-    is_stock &= kind && kind->storage == PrimitiveStorage::kStockDraco;
+    is_stock &= document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kStockDraco;
     is_split &= job->encoded.statistics.patch_count > 1;
   }
   if (!is_stock) return "Draco would take " + sharing.sizes();
@@ -279,17 +262,17 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
   const bool with_fallback = options.fallback != Fallback::kNone;
   for (EncodeJob& job : jobs) {
     if (job.status.ok())
-      choose_storage(job, options);
+      note_storage(job);
     else if (job.status.code() != StatusCode::kUnsupported || job.drops_attributes)
       return std::move(job.status).at(job.place(document));
     for (const PrimitiveId id : job.group.ids) reports[id].skipped = job.status.message();
   }
   for (const SharingJobs& sharing : sharing_jobs(document, jobs)) {
     const bool is_wanted =
-        options.always_patches || options.patches > 0 || options.patch_faces > 0 || with_fallback ||
+        options.patches.is_given() || with_fallback ||
         std::ranges::any_of(sharing.jobs, [&](const EncodeJob* job) {
           return job->drops_attributes ||
-                 primitive_kind(document, job->group.ids.front())->storage == PrimitiveStorage::kPatches;
+                 document.records().primitive(job->group.ids.front()).storage() == PrimitiveStorage::kPatches;
         });
     const std::string reason = is_wanted ? "" : reason_to_leave(document, sharing);
     for (const EncodeJob* job : sharing.jobs)
@@ -312,14 +295,14 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
 Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const EncodeDocumentOptions& options,
                                                        const DecodeBackend& backend, const ThreadPool& pool,
                                                        const Progress& progress,
-                                                       const std::set<std::pair<size_t, size_t>>& checked,
-                                                       const SkippedPrimitives& skipped) {
+                                                       const OutOfCoreOptions& limits) {
+  if (Status status = document.check(); !status.ok()) return status;
   // With Compat::kKhr, read_jobs decodes and checks primitives in patches.
   if (options.compat == Compat::kNone)
-    if (Status status = check_patches(document, backend, pool, checked); !status.ok()) return status;
+    if (Status status = check_patches(document, backend, pool); !status.ok()) return status;
   const Expected<DroppedAttributes> dropped = drop_attributes(document, options, all_primitives(document));
   if (!dropped) return dropped.status();
-  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool, skipped);
+  Expected<EncodeJobs> read = read_jobs(document, options, backend, pool, limits, progress);
   if (!read) return read.status();
   EncodeReports reports(document, *read);
   if (Status status = note_dropped(document, *dropped, *read, reports); !status.ok()) return status;
@@ -327,20 +310,16 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   const std::vector<uint32_t> counts = patch_counts(jobs, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
   encode_jobs(document, jobs, pool, progress);
-  decode_unverified(jobs, backend, pool);
   if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
   report_streams(jobs, reports);
 
-  std::vector<std::vector<PatchPrimitive>> patches(jobs.size());
-  for (size_t i = 0; i < jobs.size(); ++i) {
-    if (jobs[i].stored_as == StoredAs::kPatches) continue;
-    auto primitives = patch_primitives(jobs[i].encoded, backend, pool);
-    if (!primitives) return primitives.status().at(jobs[i].place(document));
-    patches[i] = std::move(*primitives);
-  }
-  write_geometry(document, jobs, patches, options.fallback == Fallback::kUncompressed, dropped->freed, reports);
+  Expected<CondensedPatches> condensed = CondensedPatches();
   if (options.condense && options.compat == Compat::kNone)
-    if (Status status = condense_patches(document, options, pool, reports); !status.ok()) return status;
+    condensed = condense_patches(document, options, pool, reports);
+  if (!condensed) return condensed.status();
+  Status status =
+      write_geometry(document, jobs, read->large, options, limits, pool, dropped->freed, *condensed, reports);
+  if (!status.ok()) return status;
   return std::move(reports).list();
 }
 

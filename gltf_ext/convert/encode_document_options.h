@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,15 +27,23 @@ inline constexpr uint64_t kMinFaces = 20000;
 // The most patches that Compat::kKhr splits a primitive into: each patch is a draw call.
 inline constexpr uint64_t kMostPatchPrimitives = 8;
 
-struct EncodeDocumentOptions {
-  // The number of patches: `patches`, otherwise by `patch_faces`, otherwise default_patch_count.
-  uint64_t patches = 0;            // of all primitives together; 0 means by patch_faces
-  uint64_t least_patch_faces = 0;  // `patches` is reduced until each has at least this many faces
-  uint64_t patch_faces = 0;        // a primitive of F faces gets round(F / patch_faces) patches, at least 1
-  uint64_t most_patches = 0;       // of a primitive, by default_patch_count; 0 means no bound
-  // Smaller primitives stay whole. 0 means kMinFaces for default_patch_count, and no bound otherwise.
+// Into how many patches primitives are cut: by `count`, otherwise by `faces`. If both are 0, a primitive of
+// kMinFaces or more is cut into 2, 4, 8, 16 or a multiple of 16 patches of about 30,000 faces.
+struct PatchTarget {
+  uint64_t count = 0;        // of all primitives together
+  uint64_t least_faces = 0;  // `count` is reduced until each patch has at least this many faces
+  uint64_t faces = 0;        // of a patch: a primitive of F faces gets round(F / faces) patches, at least 1
+  uint64_t most = 0;         // of a primitive, if count and faces are 0; 0 means no bound
+  // Smaller primitives stay whole. 0 means kMinFaces if count and faces are 0, and no bound otherwise.
   uint64_t min_faces = 0;
-  bool always_patches = false;  // store primitives that stay whole as one patch of the extension, too
+  bool always = false;  // store primitives that stay whole as one patch of the extension, too
+
+  // Whether the caller asks for patches, and does not leave it to the size of each primitive.
+  bool is_given() const { return count > 0 || faces > 0 || always; }
+};
+
+struct EncodeDocumentOptions {
+  PatchTarget patches{};
   int position_bits = 14, normal_bits = 10, texcoord_bits = 12, color_bits = 8, generic_bits = 12;
   // One of these replaces position_bits (encoder/coding/position_bits.h). Primitives that share a grid share
   // the bits that suffice for all of them.
@@ -44,15 +54,17 @@ struct EncodeDocumentOptions {
   PartitionMethod method = PartitionMethod::kMultilevel;
   PathDistance distance = PathDistance::kDijkstra;
   int encode_speed = 5;
-  bool lossless = false;            // keep every attribute exactly
-  bool keep_degenerate = false;     // keep faces that repeat an index
-  bool keep_unused = false;         // keep points that no face uses; Compat::kKhr cannot store them
-  bool keep_duplicates = false;     // keep points that are equal in every attribute apart
-  std::vector<std::string> skip{};  // attributes that are left out: see drop_attributes.h
+  bool lossless = false;         // keep every attribute exactly
+  bool keep_degenerate = false;  // keep faces that repeat an index
+  bool keep_unused = false;      // keep points that no face uses; Compat::kKhr cannot store them
+  bool keep_duplicates = false;  // keep points that are equal in every attribute apart
+  // Attributes that are left out, such as "TEXCOORD_1". kUsage if the asset needs one of them, as a texture its
+  // coordinates.
+  std::vector<std::string> skip{};
   Fallback fallback = Fallback::kNone;
   Compat compat = Compat::kNone;
-  // Condense the streams of patches, with models that they share: fewer bytes, for loaders that read containers
-  // of version 3. Primitives that stay whole become one condensed patch if that saves bytes. A stock Draco
+  // Condense the streams of patches, with models that they share: fewer bytes, for loaders that decode
+  // them. Primitives that stay whole become one condensed patch if that saves bytes. A stock Draco
   // stream that stays whole is condensed as it is, and so are patches of the input; both can be restored
   // (expand_document.h). Not with Compat::kKhr.
   bool condense = false;
@@ -67,6 +79,20 @@ struct EncodeDocumentOptions {
     const int first_bits = chooses_position_bits() ? kMostPositionBits : position_bits;
     return {first_bits, normal_bits, texcoord_bits, color_bits, generic_bits, lossless};
   }
+};
+
+// How much of an asset is in memory. Meshes that do not fit are encoded part by part, with temporary files.
+// The least memory that works.
+inline constexpr uint64_t kLeastMemory = uint64_t{128} << 20;
+
+struct OutOfCoreOptions {
+  uint64_t memory = 0;              // of the process, in bytes, at least kLeastMemory; 0: no limit
+  std::filesystem::path temporary;  // the folder of temporary files, which have no names
+  uint64_t most_part_faces = 0;     // smaller parts than the memory allows; 0: no limit
+  // The most points of a container; the next container is another primitive.
+  uint64_t most_container_points = 0xfffffffe;
+  bool to_glb = false;  // the result must fit into a GLB: it is refused as soon as it is known that it does not
+  std::function<void(const std::string&)> note{};  // gets a sentence about the temporary space before the work
 };
 
 }  // namespace psplit

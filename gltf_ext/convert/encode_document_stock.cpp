@@ -2,7 +2,6 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
-#include "gltf_ext/convert/draco_extension.h"
 #include "gltf_ext/convert/drop_manifolds.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/read_jobs.h"
@@ -21,39 +20,29 @@ Expected<std::vector<PrimitiveReport>> encode_document_stock(Document& document,
   EncodeReports reports(document, *read);
   std::vector<EncodeJob>& jobs = read->jobs;
   std::vector<StockStream> streams(jobs.size());
-  std::vector<Mesh> decoded(jobs.size());
   pool.for_each(jobs.size(), [&](size_t i) {
     // Draco would drop the same faces and points, but would fit its grids to them.
     const ReducedMesh stored = reduce_job(jobs[i]);
-    // Morph targets need the source of each point, which Draco does not state.
-    Expected<StockStream> stream =
-        encode_stock_stream(stored.mesh, jobs[i].codings, options.encode_speed, !jobs[i].morphs.empty());
+    Expected<StockStream> stream = encode_stock_stream(stored.mesh, jobs[i].codings, options.encode_speed);
     if (!stream) {
       jobs[i].status = stream.status();
       return;
     }
-    Expected<Mesh> mesh = backend.decode(open_stream(stream->bytes), stream->requests, ThreadPool(1));
-    if (!mesh) {
-      jobs[i].status = mesh.status();
-      return;
-    }
     jobs[i].encoded.statistics.dropped_faces = stored.dropped_faces;
     jobs[i].encoded.statistics.dropped_points = stored.dropped_points;
-    if (mesh->faces.size() != stored.mesh.faces.size())
-      jobs[i].status = runtime_failure("verification: faces: " + std::to_string(mesh->faces.size()) + ", not " +
+    const size_t faces = stream->decoded.faces.size();
+    if (faces != stored.mesh.faces.size())
+      jobs[i].status = runtime_failure("verification: faces: " + std::to_string(faces) + ", not " +
                                        std::to_string(stored.mesh.faces.size()));
-    if (!jobs[i].morphs.empty() && stream->source_point.size() != mesh->point_count)
-      jobs[i].status = runtime_failure("libdraco decodes another number of points than expected");
     for (uint32_t& point : stream->source_point) point = stored.source_point[point];
     streams[i] = std::move(*stream);
-    decoded[i] = std::move(*mesh);
   });
 
   PrimitiveEditor editor(document);
   for (size_t i = 0; i < jobs.size(); ++i) {
     if (!jobs[i].status.ok()) return std::move(jobs[i].status).at(jobs[i].place(document));
     const int64_t view = append_buffer_view(document, streams[i].bytes);
-    editor.set_geometry(jobs[i].group, decoded[i], reorder(jobs[i].morphs, streams[i].source_point),
+    editor.set_geometry(jobs[i].group, streams[i].decoded, reorder(jobs[i].morphs, streams[i].source_point),
                         GeometryData::kStoredElsewhere);
     set_draco_extension(document, jobs[i].group, kStockExtensionName, view, streams[i].requests);
     for (const PrimitiveId id : jobs[i].group.ids) {

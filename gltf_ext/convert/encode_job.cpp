@@ -33,6 +33,25 @@ ReduceOptions reduce_options(const EncodeJob& job) {
 
 }  // namespace
 
+EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {
+  EncodeOptions result;
+  result.refine = options.refine;
+  result.method = options.method;
+  result.distance = options.distance;
+  result.encode_speed = options.encode_speed;
+  result.keep_duplicates = options.keep_duplicates;
+  result.drop_degenerate = !options.keep_degenerate;
+  // A patch of its own cannot store unused points.
+  result.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
+  result.alone = options.compat == Compat::kKhr ? Alone::kAll
+                 : options.patches.always       ? Alone::kNone
+                                                : Alone::kWhole;
+  result.condense = options.condense && options.compat == Compat::kNone;
+  result.condense_smallest = options.condense_smallest;
+  result.verify = options.verify;
+  return result;
+}
+
 ReducedMesh reduce_job(const EncodeJob& job) {
   size_t stride = 0;
   const std::vector<std::byte> extra = distinguishing_bytes(job, stride);

@@ -6,6 +6,7 @@
 
 #include "encoder/encode_mesh.h"
 #include "encoder/welding/reduce.h"
+#include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 
@@ -37,6 +38,9 @@ struct EncodeJob {
     return {document.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
   }
 };
+
+// What the options say about the streams of a mesh.
+EncodeOptions options_of_streams(const EncodeDocumentOptions& options);
 
 // The mesh that encode_job stores.
 ReducedMesh reduce_job(const EncodeJob& job);

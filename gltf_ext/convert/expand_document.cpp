@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <map>
 
-#include "gltf_ext/convert/primitive_rules.h"
 #include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/convert/validate.h"
-#include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"
 #include "src/condensed/expand_container.h"
 #include "src/cpu/cpu_backend.h"
@@ -41,7 +39,7 @@ Expected<Expanded> expand_bytes(const StoredPrimitive& stored, bool allows_other
   const Expected<PatchContainer> container = open_container(stored.bytes);
   if (!container) return container.status();
   Expanded result;
-  if (container->version != kCondensedContainerVersion) return result;
+  if (container->condensed_count() == 0) return result;
   // Stock Draco repeats points where the stitch map of a single patch joins them.
   result.is_draco = container->entries.size() == 1 && !container->has_residue &&
                     (container->reference_count() == 0 || allows_other_points);
@@ -55,36 +53,33 @@ Expected<Expanded> expand_bytes(const StoredPrimitive& stored, bool allows_other
   return result;
 }
 
-bool has_own_points(const Document& document, PrimitiveId id) {
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  const Json* extension = extension_field(primitive, kExtensionName);
-  const Json* stored = extension == nullptr ? nullptr : object_field(*extension, "attributes");
-  const Json* attributes = object_field(primitive, "attributes");
-  if (stored == nullptr || attributes == nullptr || field(primitive, "targets") != nullptr) return true;
-  const auto has_data = [&](const Json& holder, const std::string& name) {
-    const auto index = integer_field(holder, name.c_str());
-    const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
-    return accessor == nullptr || field(*accessor, "bufferView") != nullptr;
+bool has_own_points(const AssetRecords& records, const PrimitiveRecord& primitive) {
+  const auto has_data = [&](int64_t accessor) { return accessor < 0 || records.accessor(accessor).has_view(); };
+  return !primitive.targets.empty() || has_data(primitive.indices) ||
+         std::ranges::any_of(primitive.attributes, [&](const AttributeRecord& attribute) {
+           return !primitive.patches->stores(attribute.semantic) || has_data(attribute.accessor);
+         });
+}
+
+bool stores_same(const DracoRecord& a, const DracoRecord& b) {
+  const auto is_same = [](const AttributeRequest& left, const AttributeRequest& right) {
+    return left.semantic == right.semantic && left.unique_id == right.unique_id;
   };
-  if (has_data(primitive, "indices")) return true;
-  return std::ranges::any_of(attributes->items(), [&](const auto& attribute) {
-    return field(*stored, attribute.key().c_str()) == nullptr || has_data(*attributes, attribute.key());
-  });
+  return std::ranges::equal(a.requests, b.requests, is_same);
 }
 
 // By buffer view.
 std::map<int64_t, Users> users_of_views(const Document& document) {
+  const AssetRecords& records = document.records();
   std::map<int64_t, Users> users_of;
   for (const PrimitiveId id : all_primitives(document)) {
-    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-    const Json* extension = extension_field(primitive, kExtensionName);
-    if (extension == nullptr) continue;
-    Users& users = users_of[integer_field(*extension, "bufferView").value_or(-1)];
+    const PrimitiveRecord& primitive = records.primitive(id);
+    if (!primitive.patches) continue;
+    Users& users = users_of[primitive.patches->view];
     users.ids.push_back(id);
-    const PrimitiveId first = users.ids.front();
-    const Json& same = document.json["meshes"][first.mesh]["primitives"][first.primitive];
+    const PrimitiveRecord& first = records.primitive(users.ids.front());
     users.allows_other_points &=
-        !has_own_points(document, id) && *extension == *extension_field(same, kExtensionName);
+        !has_own_points(records, primitive) && stores_same(*primitive.patches, *first.patches);
   }
   return users_of;
 }
@@ -93,21 +88,20 @@ std::map<int64_t, Users> users_of_views(const Document& document) {
 
 Expected<ExpandReport> expand_document(Document& document, const ThreadPool& pool) {
   ExpandReport report;
+  if (Status status = document.check(); !status.ok()) return status;
   if (Status status = check_patches(document, cpu_backend(), pool); !status.ok()) return status;
   const std::map<int64_t, Users> users_of = users_of_views(document);
   std::map<int64_t, Expanded> expanded_of;  // by buffer view
+  std::vector<PrimitiveId> become_draco;
   for (const PrimitiveId id : all_primitives(document)) {
     ++report.primitives;
-    const Place place{document.source.string(), static_cast<int64_t>(id.mesh),
-                      static_cast<int64_t>(id.primitive)};
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (!kind) return kind.status().at(place);
-    if (kind->storage != PrimitiveStorage::kPatches) continue;
-    const Expected<StoredPrimitive> stored = stored_primitive(document, id, kExtensionName);
+    const Place place = place_of(document, id);
+    const PrimitiveRecord& primitive = document.records().primitive(id);
+    if (!primitive.status.ok()) return Status(primitive.status).at(place);
+    if (primitive.storage() != PrimitiveStorage::kPatches) continue;
+    const Expected<StoredPrimitive> stored = stored_primitive(document, id);
     if (!stored) return stored.status().at(place);
-    Json& extensions = *object_field(primitive_json(document, id), "extensions");
-    Json& extension = extensions[kExtensionName];
-    const auto [found, is_new] = expanded_of.try_emplace(*integer_field(extension, "bufferView"));
+    const auto [found, is_new] = expanded_of.try_emplace(primitive.patches->view);
     if (is_new) {
       Expected<Expanded> expanded = expand_bytes(*stored, users_of.at(found->first).allows_other_points, pool);
       if (!expanded) return expanded.status().at(place);
@@ -117,12 +111,18 @@ Expected<ExpandReport> expand_document(Document& document, const ThreadPool& poo
     }
     if (found->second.bytes.empty()) continue;
     ++(found->second.is_draco ? report.to_draco : report.to_patches);
-    if (!found->second.is_draco) continue;
-    list_extension(document, kStockExtensionName, !has_fallback(document, id));
-    Json moved = std::move(extension);
+    if (found->second.is_draco) become_draco.push_back(id);
+  }
+  bool all_have_fallbacks = true;
+  for (const PrimitiveId id : become_draco)
+    all_have_fallbacks &= document.records().has_plain_data(document.records().primitive(id));
+  for (const PrimitiveId id : become_draco) {
+    Json& extensions = primitive_json(document, id)["extensions"];
+    Json moved = std::move(extensions[kExtensionName]);
     extensions.erase(kExtensionName);
     extensions[kStockExtensionName] = std::move(moved);
   }
+  if (!become_draco.empty()) list_extension(document, kStockExtensionName, !all_have_fallbacks);
   PrimitiveEditor editor(document);
   for (const auto& [view, expanded] : expanded_of)
     if (expanded.mesh.point_count > 0)

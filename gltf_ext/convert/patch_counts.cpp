@@ -17,21 +17,21 @@ uint64_t default_patch_count(uint64_t faces, uint64_t min_faces) {
 }
 
 std::vector<uint32_t> patch_counts(std::span<const uint64_t> faces, const EncodeDocumentOptions& options) {
+  const PatchTarget& target = options.patches;
   std::vector<uint32_t> distributed;
-  if (options.patches > 0) {
+  if (target.count > 0) {
     const uint64_t total = std::accumulate(faces.begin(), faces.end(), uint64_t{0});
-    const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, options.least_patch_faces));
-    distributed = distribute_patches(faces, std::min(options.patches, most));
+    const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, target.least_faces));
+    distributed = distribute_patches(faces, std::min(target.count, most));
   }
-  const uint64_t size = options.patch_faces;
-  const uint64_t most = options.most_patches > 0         ? options.most_patches
+  const uint64_t most = target.most > 0                  ? target.most
                         : options.compat == Compat::kKhr ? kMostPatchPrimitives
                                                          : UINT64_MAX;
   const auto count_of = [&](size_t i) -> uint64_t {
-    if (faces[i] < options.min_faces) return 1;
-    if (options.patches > 0) return distributed[i];
-    if (size > 0) return std::max<uint64_t>(1, (faces[i] + size / 2) / size);
-    return std::min(most, default_patch_count(faces[i], options.min_faces > 0 ? options.min_faces : kMinFaces));
+    if (faces[i] < target.min_faces) return 1;
+    if (target.count > 0) return distributed[i];
+    if (target.faces > 0) return std::max<uint64_t>(1, (faces[i] + target.faces / 2) / target.faces);
+    return std::min(most, default_patch_count(faces[i], target.min_faces > 0 ? target.min_faces : kMinFaces));
   };
   std::vector<uint32_t> counts;
   for (size_t i = 0; i < faces.size(); ++i) counts.push_back(static_cast<uint32_t>(count_of(i)));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "encoder/encode_mesh.h"
-#include "gltf_ext/document/primitive_id.h"
+#include "gltf_ext/document/document.h"
 #include "src/container/stream_entry.h"
 
 namespace psplit {
@@ -34,12 +34,12 @@ struct PrimitiveReport {
   // The streams are those of the input, condensed without loss.
   bool keeps_streams = false;
   uint64_t faces = 0, points = 0;  // of the input; 0 if it was not read
-  uint64_t input_bytes = 0;        // gltf_ext/primitive/geometry_bytes.h
+  uint64_t input_bytes = 0;  // of its attributes and indices as the input stores them, without morph targets
   // Those of the output's container or streams, without a fallback; input_bytes for kAsItWas.
   uint64_t bytes = 0;
   std::vector<StreamEntry> streams;  // the container's directory
   bool has_residue = false;
-  uint64_t head_bytes = 0;          // of a container of version 3
+  uint64_t head_bytes = 0;          // of its container
   AttributeCoding position_coding;  // 0 bits: positions are stored exactly, or by the input's encoder
   EncodeStatistics statistics;
 };

@@ -5,7 +5,6 @@
 
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
-#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/json/json_fields.h"
 #include "src/container/claims.h"
@@ -26,10 +25,11 @@ class PrimitiveChecker {
  public:
   PrimitiveChecker(const Document& document, PrimitiveId id)
       : document_(document),
-        primitive_(document.json["meshes"][id.mesh]["primitives"][id.primitive]),
-        place_{document.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1},
-        is_fallback_whole_(psplit::has_fallback(document, id)),
-        stored_(stored_primitive(document, id, kExtensionName)) {
+        records_(document.records()),
+        primitive_(records_.primitive(id)),
+        place_(place_of(document, id)),
+        is_fallback_whole_(records_.has_plain_data(primitive_)),
+        stored_(stored_primitive(document, id)) {
     if (!stored_) report("members", stored_.status());
   }
 
@@ -52,31 +52,25 @@ class PrimitiveChecker {
 
   void check(const MeshView& mesh) {
     if (!stored_) return;
-    if (integer_field_or(primitive_, "mode", 4) != 4)
-      report("mode", "patches are triangle lists: mode must be 4");
+    if (primitive_.mode != 4) report("mode", "patches are triangle lists: mode must be 4");
     check_exclusions();
-    const auto is_stored = [&](const std::string& semantic) {
-      return std::ranges::any_of(stored_->requests,
-                                 [&](const AttributeRequest& r) { return r.semantic == semantic; });
-    };
-    const Json& attributes = *object_field(primitive_, "attributes");
-    for (const auto& [semantic, index] : attributes.items()) {
-      if (is_stored(semantic)) continue;
+    for (const auto& [semantic, accessor] : primitive_.attributes) {
+      if (primitive_.patches->stores(semantic)) continue;
       report("attribute-extra", semantic + " is not in the patches: its accessor must follow their order",
              false);
-      check_count(attributes, semantic, semantic, mesh.point_count);
+      check_count(accessor, semantic, mesh.point_count);
     }
     for (const auto& [semantic, values] : mesh.attributes) {
-      if (!is_stored(semantic)) continue;
-      check_count(attributes, semantic, semantic, mesh.point_count);
-      check_bounds(*accessor_of(attributes, semantic.c_str()), semantic, values);
-      check_fallback(attributes, semantic, values, values.value_bytes());
+      if (!primitive_.patches->stores(semantic)) continue;
+      const int64_t accessor = primitive_.accessor_of(semantic);
+      check_count(accessor, semantic, mesh.point_count);
+      check_bounds(accessor, semantic, values);
+      check_fallback(accessor, semantic, values, values.value_bytes());
     }
-    if (const Json* targets = array_field(primitive_, "targets"))
-      for (const Json& target : *targets)
-        for (const auto& [semantic, index] : target.items())
-          check_count(target, semantic, "morph target " + semantic, mesh.point_count);
-    check_indices(primitive_, mesh);
+    for (const AttributeRecords& target : primitive_.targets)
+      for (const auto& [semantic, accessor] : target)
+        check_count(accessor, "morph target " + semantic, mesh.point_count);
+    check_indices(mesh);
   }
 
   std::vector<Finding> findings() && { return std::move(findings_); }
@@ -111,42 +105,32 @@ class PrimitiveChecker {
     findings_.push_back({rule, status.message(), Status(status).at(place_).place(), true, status.code()});
   }
 
-  const Json* accessor_of(const Json& holder, const char* name) const {
-    const auto index = integer_field(holder, name);
-    return index ? top_level_object(document_.json, "accessors", *index) : nullptr;
-  }
-
   void check_exclusions() {
-    if (extension_field(primitive_, kStockExtensionName) != nullptr)
+    if (primitive_.stock)
       report("exclusion", std::string("the primitive has ") + kStockExtensionName + " as well");
-    const Json& attributes = *object_field(primitive_, "attributes");
-    const auto check = [&](const Json& holder, const std::string& name) {
-      const Json* accessor = accessor_of(holder, name.c_str());
-      if (accessor != nullptr && field(*accessor, "sparse") != nullptr)
+    const auto check = [&](int64_t accessor, const std::string& name) {
+      if (accessor >= 0 && records_.accessor(accessor).sparse)
         report("exclusion", name + " is in the patches, but its accessor is sparse");
     };
-    for (const AttributeRequest& request : stored_->requests) check(attributes, request.semantic);
-    check(primitive_, "indices");
-    const auto view = integer_field(*extension_field(primitive_, kExtensionName), "bufferView");
-    if (meshopt_extension(*top_level_object(document_.json, "bufferViews", *view)) != nullptr)
+    for (const AttributeRequest& request : stored_->requests)
+      check(primitive_.accessor_of(request.semantic), request.semantic);
+    check(primitive_.indices, "indices");
+    if (records_.view(primitive_.patches->view).meshopt)
       report("exclusion", "the container's buffer view is compressed");
   }
 
-  void check_count(const Json& holder, const std::string& name, const std::string& what, uint64_t count) {
-    const Json* accessor = accessor_of(holder, name.c_str());
-    if (accessor == nullptr) return report("members", what + " has no accessor");
-    if (integer_field(*accessor, "count") != static_cast<int64_t>(count))
+  void check_count(int64_t accessor, const std::string& what, uint64_t count) {
+    if (records_.accessor(accessor).count != count)
       report("accessor-count", what + " has another count than " + std::to_string(count));
   }
 
   // Compares an accessor's own data, if it has data and no unknown extension stores it. An
   // element has `width` bytes: for indices more or fewer than the decoded values.
-  void check_fallback(const Json& holder, const std::string& name, const ValuesView& decoded, size_t width) {
-    const Json* accessor = accessor_of(holder, name.c_str());
-    if (accessor == nullptr || field(*accessor, "bufferView") == nullptr) return;
-    const int64_t index = *integer_field(holder, name.c_str());
+  void check_fallback(int64_t index, const std::string& name, const ValuesView& decoded, size_t width) {
+    const AccessorRecord& accessor = records_.accessor(index);
+    if (!accessor.has_view()) return;
     Status failure = read_accessor(document_, index, 0, 0).status();
-    bool same = integer_field(*accessor, "count") == int64_t{decoded.count};
+    bool same = accessor.count == decoded.count;
     const auto is_same = [&](size_t first, size_t end) {
       const Expected<AccessorData> data =
           read_accessor(document_, index, static_cast<uint32_t>(first), static_cast<uint32_t>(end - first));
@@ -162,29 +146,31 @@ class PrimitiveChecker {
       return true;
     };
     if (failure.ok() && same) same = for_each_step(decoded, is_same);
-    if (const auto bytes = buffer_view_bytes(document_, integer_field(*accessor, "bufferView").value_or(-1)))
-      release_mapped(*bytes);
+    if (const auto bytes = buffer_view_bytes(document_, accessor.elements.view)) release_mapped(*bytes);
     if (failure.code() == StatusCode::kUnsupported) return;
     if (!failure.ok()) return report("fallback", name + ": " + failure.message(), is_fallback_whole_);
     if (!same) report("fallback", name + " differs from the decoded data of the patches", is_fallback_whole_);
   }
 
-  void check_indices(const Json& primitive, const MeshView& mesh) {
-    const Json* indices = accessor_of(primitive, "indices");
-    if (indices == nullptr) return report("members", "the primitive has no indices accessor");
-    check_count(primitive, "indices", "the accessor of the indices", mesh.indices.count);
-    const std::string* shape = string_field(*indices, "type");
-    if (shape == nullptr || *shape != "SCALAR") return report("index-type", "indices are not scalars");
-    const auto type = integer_field(*indices, "componentType");
-    const uint64_t largest = type == 5121 ? 254 : type == 5123 ? 65534 : type == 5125 ? 4294967294u : 0;
+  void check_indices(const MeshView& mesh) {
+    if (primitive_.indices < 0) return report("members", "the primitive has no indices accessor");
+    const AccessorRecord& indices = records_.accessor(primitive_.indices);
+    check_count(primitive_.indices, "the accessor of the indices", mesh.indices.count);
+    if (indices.layout.component_count() != 1) return report("index-type", "indices are not scalars");
+    const ComponentType type = indices.layout.component_type;
+    const uint64_t largest = type == ComponentType::kUint8    ? 254
+                             : type == ComponentType::kUint16 ? 65534
+                             : type == ComponentType::kUint32 ? 4294967294u
+                                                              : 0;
     if (uint64_t{mesh.point_count} > largest + 1)
       return report("index-type",
                     std::to_string(mesh.point_count) + " points do not fit the indices' component type");
-    check_bounds(*indices, "indices", mesh.indices);
-    check_fallback(primitive, "indices", mesh.indices, component_bytes(static_cast<ComponentType>(*type)));
+    check_bounds(primitive_.indices, "indices", mesh.indices);
+    check_fallback(primitive_.indices, "indices", mesh.indices, component_bytes(type));
   }
 
-  void check_bounds(const Json& accessor, const std::string& what, const ValuesView& decoded) {
+  void check_bounds(int64_t index, const std::string& what, const ValuesView& decoded) {
+    const Json& accessor = document_.json()["accessors"][static_cast<size_t>(index)];
     const bool needs_bounds = what == "POSITION";
     if (!needs_bounds && field(accessor, "min") == nullptr && field(accessor, "max") == nullptr) return;
     Json wanted = Json::object();
@@ -202,7 +188,8 @@ class PrimitiveChecker {
   }
 
   const Document& document_;
-  const Json& primitive_;
+  const AssetRecords& records_;
+  const PrimitiveRecord& primitive_;
   const Place place_;
   const bool is_fallback_whole_;  // loaders ignore the data of an incomplete fallback
   const Expected<StoredPrimitive> stored_;
@@ -214,20 +201,6 @@ class PrimitiveChecker {
 bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit) {
   const StatedBytes bytes = stated_bytes(document, id);
   return !limit.allows(bytes.decoded * 3 / 2 + bytes.stored);
-}
-
-bool has_fallback(const Document& document, PrimitiveId id) {
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  const auto has_data = [&](const Json& holder, const std::string& name) {
-    const auto index = integer_field(holder, name.c_str());
-    const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
-    return accessor != nullptr && field(*accessor, "bufferView") != nullptr;
-  };
-  if (!has_data(primitive, "indices")) return false;
-  const Json& attributes = *object_field(primitive, "attributes");
-  for (const auto& [semantic, index] : attributes.items())
-    if (!has_data(attributes, semantic)) return false;
-  return true;
 }
 
 std::vector<Finding> check_patched_primitive(const Document& document, PrimitiveId id,

@@ -10,9 +10,6 @@
 
 namespace psplit {
 
-// Whether the accessors of indices and of all attributes have data of their own.
-bool has_fallback(const Document& document, PrimitiveId id);
-
 // Checks a primitive in patches by every rule. Each stream is decoded once, by the CPU's decoder. If `backend`
 // is another one, it decodes the container too, and the rules for decoded data are checked on its mesh. If the
 // mesh is too large for `limit`, only the CPU decodes it, into a temporary file.

@@ -1,20 +1,96 @@
 #include "gltf_ext/convert/read_jobs.h"
 
 #include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <optional>
 #include <set>
 
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/welding/reduce.h"
-#include "gltf_ext/convert/shared_points.h"
 #include "gltf_ext/convert/validate.h"
-#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/out_of_core/stream_primitive.h"
+#include "gltf_ext/out_of_core/temporary_space.h"
 
 namespace psplit {
 namespace {
+
+std::vector<bool> used_points(const Mesh& mesh) {
+  std::vector<bool> used(mesh.point_count, false);
+  for (const auto& face : mesh.faces)
+    for (const uint32_t point : face) used[point] = true;
+  return used;
+}
+
+// Drops the points that are not kept; no face uses them.
+void keep_points(EncodeJob& job, const std::vector<bool>& keep) {
+  std::vector<uint32_t> kept, number(keep.size(), 0);
+  for (uint32_t point = 0; point < keep.size(); ++point) {
+    if (!keep[point]) continue;
+    number[point] = static_cast<uint32_t>(kept.size());
+    kept.push_back(point);
+  }
+  for (std::vector<Attribute>* attributes : {&job.mesh.attributes, &job.unrounded})
+    for (Attribute& attribute : *attributes) {
+      const size_t stride = attribute.stride();
+      Array<std::byte> values(stride * kept.size());
+      for (size_t i = 0; i < kept.size(); ++i)
+        std::memcpy(values.data() + i * stride, attribute.values.data() + kept[i] * stride, stride);
+      attribute.values = std::move(values);
+    }
+  for (auto& face : job.mesh.faces)
+    for (uint32_t& point : face) point = number[point];
+  job.mesh.point_count = static_cast<uint32_t>(kept.size());
+  job.morphs = reorder(job.morphs, kept);
+}
+
+// Exporters write a surface of several materials as primitives with common attributes, each with indices of its
+// own. Each primitive is stored with the points that its faces use. The first of them also gets the points that
+// no face uses. Quantization grids are fitted after that, so that no primitive's grid holds points of another
+// mesh.
+class SharedPoints {
+ public:
+  // Call once for each job, when it has become the last of `jobs`: drops its points that others have.
+  void divide(const Document& document, std::vector<EncodeJob>& jobs);
+  // Call when all jobs are read: drops the first primitives' points that only others use.
+  void finish(std::vector<EncodeJob>& jobs) const;
+
+ private:
+  struct Set {
+    size_t first = 0;  // index into the jobs
+    std::vector<bool> used_by_others;
+  };
+  std::map<std::pair<AttributeRecords, std::vector<AttributeRecords>>, Set> sets_;  // with morph targets
+};
+
+void SharedPoints::divide(const Document& document, std::vector<EncodeJob>& jobs) {
+  EncodeJob& job = jobs.back();
+  const PrimitiveId id = job.group.ids.front();
+  const PrimitiveRecord& primitive = document.records().primitive(id);
+  if (primitive.storage() != PrimitiveStorage::kPlain) return;
+  const auto [found, is_first] =
+      sets_.try_emplace({primitive.attributes, primitive.targets}, Set{jobs.size() - 1, {}});
+  if (is_first) return;
+  std::vector<bool>& used_by_others = found->second.used_by_others;
+  const std::vector<bool> used = used_points(job.mesh);
+  used_by_others.resize(used.size(), false);
+  for (size_t i = 0; i < used.size(); ++i)
+    if (used[i]) used_by_others[i] = true;
+  keep_points(job, used);
+}
+
+void SharedPoints::finish(std::vector<EncodeJob>& jobs) const {
+  for (const auto& [key, set] : sets_) {
+    if (set.used_by_others.empty()) continue;
+    std::vector<bool> keep = used_points(jobs[set.first].mesh);
+    for (size_t i = 0; i < keep.size(); ++i) keep[i] = keep[i] || !set.used_by_others[i];
+    keep_points(jobs[set.first], keep);
+  }
+}
 
 // For each mesh the lowest mesh that it shares a geometry with, directly or through other meshes. A shared
 // geometry is stored once, so all these meshes are quantized as one.
@@ -118,12 +194,8 @@ const char* order_dependent_extension(const Json& primitive) {
 }
 
 // Whether elements are two padded columns. libdraco's values have no padding, and a VEC4 would not be a matrix.
-bool is_padded_pair_of_columns(const Document& document, const Json& accessor_index) {
-  const auto index = integer_value(accessor_index);
-  const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
-  if (accessor == nullptr) return false;
-  const auto layout = element_layout(*accessor);
-  return layout && layout->columns == 2 && component_bytes(layout->component_type) == 1;
+bool is_padded_pair_of_columns(const ElementLayout& layout) {
+  return layout.columns == 2 && component_bytes(layout.component_type) == 1;
 }
 
 Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, std::string& skipped) {
@@ -153,23 +225,6 @@ Status read_job(const Document& document, Expected<Mesh> mesh, EncodeJob& job, s
   return {};
 }
 
-EncodeOptions options_of_jobs(const EncodeDocumentOptions& options) {
-  EncodeOptions result;
-  result.refine = options.refine;
-  result.method = options.method;
-  result.distance = options.distance;
-  result.encode_speed = options.encode_speed;
-  result.keep_duplicates = options.keep_duplicates;
-  result.drop_degenerate = !options.keep_degenerate;
-  // A patch of its own cannot store unused points.
-  result.drop_unused = !options.keep_unused || options.compat == Compat::kKhr;
-  result.standalone_residue = options.compat == Compat::kKhr;
-  result.condense = options.condense && options.compat == Compat::kNone;
-  result.condense_smallest = options.condense_smallest;
-  result.verify = options.verify;
-  return result;
-}
-
 // Keeps the weights as they were, and rounds those of the mesh.
 void round_job_weights(EncodeJob& job) {
   for (size_t i = 0; i < job.codings.size(); ++i)
@@ -185,12 +240,94 @@ Status check_patched(const Document& document, const std::vector<PrimitiveId>& i
   std::vector<PrimitiveId> patched;
   std::vector<MeshView> decoded;
   for (size_t i = 0; i < ids.size(); ++i) {
-    if (primitive_kind(document, ids[i])->storage != PrimitiveStorage::kPatches) continue;
+    if (document.records().primitive(ids[i]).storage() != PrimitiveStorage::kPatches) continue;
     if (!meshes[i]) return meshes[i].status();
     patched.push_back(ids[i]);
     decoded.push_back(view_of(*meshes[i]));
   }
   return patched.empty() ? Status() : check_decoded(document, patched, decoded);
+}
+
+// Takes the largest groups out of `groups`, so that the others fit into memory together.
+std::vector<PrimitiveGroup> take_large(const Document& document, std::vector<PrimitiveGroup>& groups,
+                                       const OutOfCoreOptions& limits) {
+  if (limits.memory == 0) return {};
+  std::vector<uint64_t> costs;
+  std::vector<size_t> order(groups.size());
+  for (const PrimitiveGroup& group : groups) {
+    const PrimitiveSize size = stated_size(document, group.ids.front());
+    costs.push_back(
+        MemoryPlan(limits, static_cast<size_t>(size.record_bytes)).cost.of(size.faces, size.points));
+  }
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::ranges::stable_sort(order, [&](size_t a, size_t b) { return costs[a] > costs[b]; });
+  uint64_t left = std::accumulate(costs.begin(), costs.end(), uint64_t{0});
+  std::vector<PrimitiveGroup> large;
+  for (const size_t i : order) {
+    if (left <= MemoryPlan(limits, 0).cost.most) break;
+    left -= costs[i];
+    large.push_back(std::move(groups[i]));
+  }
+  std::erase_if(groups, [](const PrimitiveGroup& group) { return group.ids.empty(); });
+  return large;
+}
+
+// Parts are encoded before the other primitives are read.
+Status check_grid(std::span<const PrimitiveId> wanted, const PrimitiveGroup& group, QuantizationVolume volume) {
+  const auto shares = [&](PrimitiveId other) {
+    const auto is_in_its_mesh = [&](PrimitiveId id) { return id.mesh == other.mesh; };
+    const auto is_it = [&](PrimitiveId id) { return id.mesh == other.mesh && id.primitive == other.primitive; };
+    return std::ranges::none_of(group.ids, is_it) &&
+           (volume == QuantizationVolume::kScene || std::ranges::any_of(group.ids, is_in_its_mesh));
+  };
+  if (volume == QuantizationVolume::kPrimitive || std::ranges::none_of(wanted, shares)) return {};
+  return unsupported(
+      "a primitive that does not fit into --memory cannot share the grid of others: use "
+      "--quantization-volume primitive");
+}
+
+// Whether a primitive outside the group has the same points. The first of them keeps those that none of them
+// uses.
+bool shares_points(const Document& document, const PrimitiveGroup& group) {
+  const auto attributes = [&](PrimitiveId id) -> const AttributeRecords& {
+    return document.records().primitive(id).attributes;
+  };
+  const AttributeRecords own = attributes(group.ids.front());
+  const auto shares = [&](PrimitiveId id) { return attributes(id) == own; };
+  return std::ranges::count_if(all_primitives(document), shares) > std::ssize(group.ids);
+}
+
+// Nothing if the primitive stays as it is, because all of its triangles are degenerate.
+Expected<std::optional<EncodedSpool>> encode_in_parts(const Document& document, const PrimitiveGroup& group,
+                                                      const EncodeDocumentOptions& options,
+                                                      const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                                      const Progress& progress) {
+  const PrimitiveId id = group.ids.front();
+  const PrimitiveSize size = stated_size(document, id);
+  if (extension_field(document.json()["meshes"][id.mesh], "EXT_mesh_manifold") != nullptr)
+    return unsupported("EXT_mesh_manifold does not fit into --memory");
+  if (options.keep_unused && shares_points(document, group))
+    return unsupported("--keep-unused: primitives that share their points do not fit into --memory");
+  Status status =
+      check_temporary_space({size.points, size.faces, size.record_bytes, false}, limits.temporary, limits.note);
+  if (!status.ok()) return status;
+  Losses losses;  // glTF values stay as they are
+  SpoolOptions spool_options;
+  spool_options.folder = limits.temporary;
+  spool_options.repairs = false;
+  spool_options.coding = options.coding();
+  spool_options.samples_edges = options.position_bits_by_edges;
+  spool_options.exact = metadata_attributes(document.json());
+  spool_options.keep_duplicates = options.keep_duplicates;
+  Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(spool_options), losses);
+  if (!spool) return spool.status();
+  status = stream_primitive(document, id, **spool);
+  if (status.ok()) status = (*spool)->finish();
+  if (!status.ok()) return status;
+  if (!(*spool)->has_proper_face() && !options.keep_degenerate) return std::optional<EncodedSpool>();
+  Expected<EncodedSpool> encoded = encode_spool(**spool, options, limits, losses, pool, progress);
+  if (!encoded) return encoded.status();
+  return std::optional(std::move(*encoded));
 }
 
 }  // namespace
@@ -209,35 +346,32 @@ std::set<std::string> metadata_attributes(const Json& json) {
 
 Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
                                      const EncodeDocumentOptions& options) {
-  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-  if (!kind) return kind.status();
-  if (!kind->triangles) return std::string("points or lines");
-  if (kind->storage == PrimitiveStorage::kPatches && options.compat == Compat::kNone) {
+  const PrimitiveRecord& primitive = document.records().primitive(id);
+  if (!primitive.status.ok()) return primitive.status;
+  if (!primitive.has_triangles()) return std::string("points or lines");
+  if (primitive.storage() == PrimitiveStorage::kPatches && options.compat == Compat::kNone) {
     if (options.options_of_patches.empty()) return std::string("already in patches");
-    return unsupported(
-        "already in patches, which " + options.options_of_patches +
-            " cannot change: decode the asset first (gltf-psplit decode), and encode the result",
-        {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)});
+    return unsupported("already in patches, which " + options.options_of_patches +
+                           " cannot change: decode the asset first (gltf-psplit decode), and encode the result",
+                       place_of(id));
   }
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  if (const char* extension = order_dependent_extension(primitive))
+  if (const char* extension = order_dependent_extension(primitive_json(document, id)))
     return extension + std::string(" depends on the order of points or faces; --drop-extension ") + extension +
            " removes it";
-  for (const auto& [semantic, index] : primitive["attributes"].items())
-    if (is_padded_pair_of_columns(document, index)) return semantic + " is a matrix with padding";
+  for (const auto& [semantic, accessor] : primitive.attributes)
+    if (is_padded_pair_of_columns(document.records().accessor(accessor).layout))
+      return semantic + " is a matrix with padding";
   return std::string();
 }
 
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
                                const DecodeBackend& backend, const ThreadPool& pool,
-                               const SkippedPrimitives& skipped_before) {
+                               const OutOfCoreOptions& limits, const Progress& progress) {
   EncodeJobs result;
-  result.skipped = skipped_before;
-  const std::set<std::string> exact = metadata_attributes(document.json);
+  const std::set<std::string> exact = metadata_attributes(document.json());
   SharedPoints shared_points;
   std::vector<PrimitiveId> wanted;
   for (const PrimitiveId id : all_primitives(document)) {
-    if (skipped_before.contains({id.mesh, id.primitive})) continue;
     const Expected<std::string> reason = reason_to_skip(document, id, options);
     if (!reason) return reason.status().at({.file = document.source.string()});
     if (reason->empty())
@@ -246,10 +380,25 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
       result.skipped[{id.mesh, id.primitive}] = *reason;
   }
   std::vector<PrimitiveGroup> groups = group_equal_primitives(document, wanted);
+  const auto skip = [&](const PrimitiveGroup& group, const std::string& reason) {
+    for (const PrimitiveId id : group.ids) result.skipped[{id.mesh, id.primitive}] = reason;
+  };
+  for (PrimitiveGroup& group : take_large(document, groups, limits)) {
+    const PrimitiveId id = group.ids.front();
+    Status status = check_grid(wanted, group, options.volume);
+    Expected<std::optional<EncodedSpool>> encoded = std::optional<EncodedSpool>();
+    if (status.ok()) encoded = encode_in_parts(document, group, options, limits, pool, progress);
+    if (status.ok()) status = encoded.status();
+    if (!status.ok()) return std::move(status).at(place_of(document, id));
+    if (*encoded)
+      result.large.push_back({std::move(group), std::move(**encoded)});
+    else
+      skip(group, kOnlyDegenerate);
+  }
   // Compressed primitives are decoded together. Plain ones are read one after the other: primitives may share
   // points, and each job drops the points of others before the next is read.
   const auto is_compressed = [&](const PrimitiveGroup& group) {
-    return primitive_kind(document, group.ids.front())->storage != PrimitiveStorage::kPlain;
+    return document.records().primitive(group.ids.front()).storage() != PrimitiveStorage::kPlain;
   };
   std::vector<PrimitiveId> compressed;
   for (const PrimitiveGroup& group : groups)
@@ -269,10 +418,10 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     if (!options.keep_degenerate && skipped.empty() && std::ranges::all_of(job.mesh.faces, repeats_a_point))
       skipped = kOnlyDegenerate;
     if (!skipped.empty()) {
-      for (const PrimitiveId id : job.group.ids) result.skipped[{id.mesh, id.primitive}] = skipped;
+      skip(job.group, skipped);
       continue;
     }
-    job.options = options_of_jobs(options);
+    job.options = options_of_streams(options);
     result.jobs.push_back(std::move(job));
     shared_points.divide(document, result.jobs);
   }

@@ -21,11 +21,10 @@ struct Range {
 // The buffer views of all containers and Draco streams.
 std::set<int64_t> stream_views(const Document& document) {
   std::set<int64_t> views;
-  for (const PrimitiveId id : all_primitives(document))
-    for (const char* name : {kExtensionName, kStockExtensionName})
-      if (const Json* extension =
-              extension_field(document.json["meshes"][id.mesh]["primitives"][id.primitive], name))
-        views.insert(integer_field(*extension, "bufferView").value_or(-1));
+  for (const std::vector<PrimitiveRecord>& mesh : document.records().meshes)
+    for (const PrimitiveRecord& primitive : mesh)
+      for (const auto* draco : {&primitive.patches, &primitive.stock})
+        if (*draco) views.insert((*draco)->view);
   return views;
 }
 
@@ -42,7 +41,7 @@ std::vector<Range> ranges_of(Document& document, size_t buffer, const StreamRepl
     return &ranges.emplace_back(Range{&json, begin, begin + length});
   };
   const std::set<int64_t> streams = stream_views(document);
-  Json& views = document.json["bufferViews"];
+  Json& views = document.json()["bufferViews"];
   for (size_t i = 0; i < views.size(); ++i) {
     Range* const range = add(views[i]);
     const auto found = replacements.find(static_cast<int64_t>(i));
@@ -108,7 +107,7 @@ void replace_in_buffer(Document& document, size_t buffer, const StreamReplacemen
     end = std::max(end, range.end);
   }
   for (const Range& range : overlapping) store(range, aligned(bytes.size()), range.replacement);
-  document.json["buffers"][buffer]["byteLength"] = bytes.size();
+  document.json()["buffers"][buffer]["byteLength"] = bytes.size();
   document.buffers[buffer] = std::move(bytes);
 }
 

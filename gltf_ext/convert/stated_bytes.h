@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/primitive_id.h"
 
 namespace psplit {
 

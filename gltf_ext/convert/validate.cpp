@@ -39,9 +39,7 @@ bool lists(const Json& json, const char* list, const char* name) {
 }
 
 bool has_patches(const Document& document, PrimitiveId id) {
-  const Json* extensions =
-      object_field(document.json["meshes"][id.mesh]["primitives"][id.primitive], "extensions");
-  return extensions != nullptr && field(*extensions, kExtensionName) != nullptr;
+  return document.records().primitive(id).patches.has_value();
 }
 
 void check_lists(const Document& document, std::vector<Finding>& findings) {
@@ -52,10 +50,10 @@ void check_lists(const Document& document, std::vector<Finding>& findings) {
   for (const PrimitiveId id : all_primitives(document)) {
     if (!has_patches(document, id)) continue;
     any = true;
-    any_without_fallback |= !has_fallback(document, id);
+    any_without_fallback |= !document.records().has_plain_data(document.records().primitive(id));
   }
-  const bool used = lists(document.json, "extensionsUsed", kExtensionName);
-  const bool required = lists(document.json, "extensionsRequired", kExtensionName);
+  const bool used = lists(document.json(), "extensionsUsed", kExtensionName);
+  const bool required = lists(document.json(), "extensionsRequired", kExtensionName);
   if (any && !used) report("extension-used", "extensionsUsed does not list the extension");
   if (any_without_fallback && !required)
     report("extension-required",
@@ -69,15 +67,16 @@ std::vector<Finding> check_geometry(const Document& document, PrimitiveId id, co
                                     const ThreadPool& pool) {
   const Status status = check_readable(document, id, backend, pool);
   if (status.code() != StatusCode::kInvalidInput) return {};
-  const Place place{document.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive),
-                    -1};
-  return {{"geometry", status.message(), Status(status).at(place).place(), true, status.code()}};
+  return {
+      {"geometry", status.message(), Status(status).at(place_of(document, id)).place(), true, status.code()}};
 }
 
 }  // namespace
 
 std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
                                        const ThreadPool& pool, const MemoryLimit& limit) {
+  if (const Status status = document.check(); !status.ok())
+    return {{"members", status.message(), {.file = document.source.string()}, true, status.code()}};
   // Equal primitives in patches share a container, which is decoded once.
   std::vector<PrimitiveId> patched;
   std::vector<PrimitiveGroup> groups;
@@ -143,14 +142,10 @@ Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
   return {};
 }
 
-Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
-                     const std::set<std::pair<size_t, size_t>>& checked) {
+Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool) {
   std::vector<PrimitiveId> ids;
-  for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    const bool is_patched = kind && kind->storage == PrimitiveStorage::kPatches;
-    if (is_patched && !checked.contains({id.mesh, id.primitive})) ids.push_back(id);
-  }
+  for (const PrimitiveId id : all_primitives(document))
+    if (has_patches(document, id)) ids.push_back(id);
   if (ids.empty()) return {};
   std::vector<MeshView> meshes;
   const std::vector<Expected<Mesh>> read = read_primitives(document, ids, backend, pool);

@@ -1,9 +1,7 @@
 // Every rule of PSPLIT_mesh_draco_patches, checked against a whole document.
 #pragma once
 
-#include <set>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "gltf_ext/convert/finding.h"
@@ -29,9 +27,8 @@ Status check_readable(const Document& document, PrimitiveId id, const DecodeBack
 Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
                      std::span<const MeshView> meshes);
 
-// Decodes all primitives in patches, except those in `checked` (mesh and primitive), and checks them with
-// check_decoded: for commands that pass them on unchanged. The meshes are not kept.
-Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool,
-                     const std::set<std::pair<size_t, size_t>>& checked = {});
+// Decodes all primitives in patches, and checks them with check_decoded: for commands that pass them on
+// unchanged. The meshes are not kept.
+Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool);
 
 }  // namespace psplit

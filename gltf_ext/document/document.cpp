@@ -1,9 +1,10 @@
 #include "gltf_ext/document/document.h"
 
-#include "gltf_ext/document/check_structure.h"
-#include "gltf_ext/document/decode_meshopt.h"
-#include "gltf_ext/document/meshopt_extension.h"
-#include "gltf_ext/document/unbacked_bytes.h"
+#include <atomic>
+#include <mutex>
+
+#include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/glb.h"
@@ -11,6 +12,48 @@
 #include "gltf_ext/json/json_text.h"
 
 namespace psplit {
+
+struct AssetTree::State {
+  Json json;
+  std::mutex mutex{};  // of the members below
+  std::atomic<bool> is_read = false;
+  AssetRecords records{};
+  Status status{};
+};
+
+AssetTree::AssetTree() : state_(new State) {}
+AssetTree::AssetTree(const AssetTree& other) : state_(new State{other.json()}) {}
+AssetTree::AssetTree(AssetTree&& other) noexcept = default;
+AssetTree& AssetTree::operator=(AssetTree other) noexcept {
+  state_ = std::move(other.state_);
+  return *this;
+}
+AssetTree::~AssetTree() = default;
+
+const Json& AssetTree::json() const { return state_->json; }
+
+Json& AssetTree::json() {
+  state_->is_read = false;
+  return state_->json;
+}
+
+const AssetRecords& AssetTree::records() const {
+  State& state = *state_;
+  if (state.is_read) return state.records;
+  const std::lock_guard lock(state.mutex);
+  if (state.is_read) return state.records;
+  Expected<AssetRecords> read = read_records(state.json);
+  state.status = read.status();
+  state.records = read ? std::move(*read) : AssetRecords();
+  state.is_read = true;
+  return state.records;
+}
+
+Status AssetTree::check() const {
+  records();
+  return state_->status;
+}
+
 namespace {
 
 template <typename T>
@@ -27,8 +70,9 @@ Expected<Buffer> load_file(const std::filesystem::path& path, uint64_t limit, Fi
   return buffer_of(read_file(path, limit));
 }
 
-Expected<Buffer> load_uri_of(const Json& buffer, Document& document, FileAccess access) {
-  const std::string uri = *string_field(buffer, "uri");
+Expected<Buffer> load_uri_of(Document& document, size_t index, FileAccess access) {
+  const Json& buffer = document.json()["buffers"][index];
+  const std::string& uri = *string_field(buffer, "uri");
   if (is_data_uri(uri)) return buffer_of(decode_data_uri(uri));
   const auto relative = relative_path_of_uri(uri, document.source.parent_path());
   if (!relative) return relative.status();
@@ -41,7 +85,7 @@ Expected<Buffer> load_uri_of(const Json& buffer, Document& document, FileAccess 
 }
 
 Status set_bytes(Document& document, size_t index, Buffer bytes) {
-  Json& buffer = document.json["buffers"][index];
+  Json& buffer = document.json()["buffers"][index];
   const auto byte_length = static_cast<uint64_t>(*integer_field(buffer, "byteLength"));
   if (bytes.size() < byte_length) {
     return invalid_input("buffer " + std::to_string(index) + " holds " + std::to_string(bytes.size()) +
@@ -53,38 +97,27 @@ Status set_bytes(Document& document, size_t index, Buffer bytes) {
   return {};
 }
 
-// Loads every buffer except the placeholders for meshoptimizer's decoded data.
-Status load_buffers(Document& document, std::optional<Buffer> binary_chunk, FileAccess access) {
-  const size_t count = array_size(document.json, "buffers");
-  document.buffers.resize(count);
-  for (size_t i = 0; i < count; ++i) {
-    Json& buffer = document.json["buffers"][i];
-    if (is_meshopt_fallback(buffer)) continue;
-    const std::string name = "buffer " + std::to_string(i);
-    Expected<Buffer> bytes = Buffer();
-    if (i == 0 && document.from_glb && field(buffer, "uri") == nullptr) {
-      if (!binary_chunk) return invalid_input(name + " has neither a uri nor a GLB chunk");
-      bytes = std::move(*binary_chunk);
-    } else if (field(buffer, "uri") != nullptr) {
-      bytes = load_uri_of(buffer, document, access);
-    } else {
-      continue;
-    }
-    if (!bytes) return {bytes.status().code(), name + ": " + bytes.status().to_string()};
-    if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
-  }
-  return {};
+Status load_buffer(Document& document, size_t index, Expected<Buffer> bytes) {
+  if (!bytes)
+    return {bytes.status().code(), "buffer " + std::to_string(index) + ": " + bytes.status().to_string()};
+  return set_bytes(document, index, std::move(*bytes));
 }
 
-// Loads fallback buffers that exist, for the views that meshoptimizer's decoder could not decode.
-Status load_fallbacks(Document& document, FileAccess access) {
-  for (size_t i = 0; i < document.buffers.size(); ++i) {
-    const Json& buffer = document.json["buffers"][i];
-    if (!is_meshopt_fallback(buffer) || field(buffer, "uri") == nullptr) continue;
-    auto bytes = load_uri_of(buffer, document, access);
-    if (!bytes)
-      return {bytes.status().code(), "buffer " + std::to_string(i) + ": " + bytes.status().to_string()};
-    if (Status status = set_bytes(document, i, std::move(*bytes)); !status.ok()) return status;
+// Loads the buffers that have bytes somewhere: all except the placeholders for meshoptimizer's decoded data, or
+// these. Views that its decoder could not decode may need them.
+Status load_buffers(Document& document, bool fallbacks, std::optional<Buffer> binary_chunk, FileAccess access) {
+  const std::vector<BufferRecord> records = document.records().buffers;
+  document.buffers.resize(records.size());
+  for (size_t i = 0; i < records.size(); ++i) {
+    if (records[i].is_fallback != fallbacks) continue;
+    Status status;
+    if (field(std::as_const(document).json()["buffers"][i], "uri") != nullptr) {
+      status = load_buffer(document, i, load_uri_of(document, i, access));
+    } else if (i == 0 && document.from_glb && !fallbacks) {
+      if (!binary_chunk) return invalid_input("buffer 0 has neither a uri nor a GLB chunk");
+      status = load_buffer(document, i, std::move(*binary_chunk));
+    }
+    if (!status.ok()) return status;
   }
   return {};
 }
@@ -104,18 +137,20 @@ Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileA
   }
   auto json = parse_json({reinterpret_cast<const char*>(chunks.json.data()), chunks.json.size()});
   if (!json) return json.status();
-  document.json = std::move(*json);
+  document.json() = std::move(*json);
   if (!document.from_glb) file = {};
-  if (Status status = check_structure(document.json); !status.ok()) return status;
+  if (Status status = check_members(document.json()); !status.ok()) return status;
+  if (Status status = document.check(); !status.ok()) return status;
+  if (Status status = check_scene(document); !status.ok()) return status;
   std::optional<Buffer> binary;
   if (chunks.binary) {
     const auto offset = static_cast<size_t>(chunks.binary->data() - file.bytes().data());
     file.cut_to(offset, chunks.binary->size());
     binary = std::move(file);
   }
-  if (Status status = load_buffers(document, std::move(binary), access); !status.ok()) return status;
+  if (Status status = load_buffers(document, false, std::move(binary), access); !status.ok()) return status;
   if (Status status = decode_meshopt_views(document); !status.ok()) return status;
-  if (Status status = load_fallbacks(document, access); !status.ok()) return status;
+  if (Status status = load_buffers(document, true, std::nullopt, access); !status.ok()) return status;
   if (Status status = check_unbacked_bytes(document); !status.ok()) return status;
   return document;
 }
@@ -126,7 +161,7 @@ Place place_of(const std::filesystem::path& source) {
 
 // The index of a buffer that may grow.
 size_t growing_buffer(Document& document) {
-  Json& buffers = document.json["buffers"];
+  Json& buffers = document.json()["buffers"];
   if (!buffers.is_array()) buffers = Json::array();
   // The last buffer, so that appended bytes are together, unless it is a placeholder without bytes.
   if (!buffers.empty() && buffers.size() == document.buffers.size() &&
@@ -163,9 +198,17 @@ Expected<Document> parse_document(MappedFile file, const std::filesystem::path& 
   return parse_at(std::move(file), source, FileAccess::kMap);
 }
 
+std::vector<PrimitiveId> all_primitives(const Document& document) {
+  std::vector<PrimitiveId> ids;
+  const auto& meshes = document.records().meshes;
+  for (size_t mesh = 0; mesh < meshes.size(); ++mesh)
+    for (size_t primitive = 0; primitive < meshes[mesh].size(); ++primitive) ids.push_back({mesh, primitive});
+  return ids;
+}
+
 Document new_document() {
   Document document;
-  document.json = Json::parse(R"({
+  document.json() = Json::parse(R"({
     "asset": {"version": "2.0", "generator": "psplit"},
     "scene": 0,
     "scenes": [{"nodes": [0]}],
@@ -176,33 +219,22 @@ Document new_document() {
 }
 
 bool has_no_bytes(const Document& document, size_t buffer) {
-  const Json* object = top_level_object(document.json, "buffers", static_cast<int64_t>(buffer));
+  const Json* object = top_level_object(document.json(), "buffers", static_cast<int64_t>(buffer));
   return object != nullptr && document.buffers[buffer].empty() &&
          integer_field(*object, "byteLength").value_or(0) > 0;
 }
 
 Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index) {
   const std::string name = "buffer view " + std::to_string(index);
-  const Json* view = top_level_object(document.json, "bufferViews", index);
-  if (view == nullptr) return invalid_input(name + " does not exist");
-  const auto buffer = integer_field(*view, "buffer");
-  const auto offset = integer_field_or(*view, "byteOffset", 0);
-  const auto length = integer_field(*view, "byteLength");
-  if (!buffer || !offset || !length || *buffer < 0 || *offset < 0 || *length < 0 ||
-      static_cast<uint64_t>(*buffer) >= document.buffers.size())
-    return invalid_input(name + " has no valid range");
-  const std::span<const uint8_t> bytes = document.buffers[static_cast<size_t>(*buffer)];
-  const auto start = static_cast<uint64_t>(*offset);
-  const auto count = static_cast<uint64_t>(*length);
-  if (start > bytes.size() || count > bytes.size() - start) {
-    // The view has no bytes: it is compressed in an unknown way, or a placeholder of an unknown extension.
-    if (meshopt_extension(*view) != nullptr)
-      return unsupported(name + " is compressed by a newer meshoptimizer");
-    if (has_no_bytes(document, static_cast<size_t>(*buffer)))
-      return unsupported(name + " is in a buffer without a uri");
-    return invalid_input(name + " reaches past its buffer");
-  }
-  return bytes.subspan(static_cast<size_t>(start), static_cast<size_t>(count));
+  const ViewRecord& view = document.records().view(index);
+  const auto& [buffer, offset, count] = view.range;
+  const std::span<const uint8_t> bytes = document.buffers[static_cast<size_t>(buffer)];
+  if (offset <= bytes.size() && count <= bytes.size() - offset)
+    return bytes.subspan(static_cast<size_t>(offset), static_cast<size_t>(count));
+  // The view has no bytes: it is compressed in an unknown way, or a placeholder of an unknown extension.
+  if (view.meshopt) return unsupported(name + " is compressed by a newer meshoptimizer");
+  if (bytes.empty()) return unsupported(name + " is in a buffer without a uri");
+  return invalid_input(name + " reaches past its buffer");
 }
 
 int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes) {
@@ -211,8 +243,8 @@ int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes) {
   const size_t offset = (target.size() + 3) / 4 * 4;
   target.resize(offset);
   target.insert(target.end(), bytes.begin(), bytes.end());
-  document.json["buffers"][buffer]["byteLength"] = target.size();
-  Json& views = document.json["bufferViews"];
+  document.json()["buffers"][buffer]["byteLength"] = target.size();
+  Json& views = document.json()["bufferViews"];
   if (!views.is_array()) views = Json::array();
   views.push_back({{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", bytes.size()}});
   return static_cast<int64_t>(views.size() - 1);

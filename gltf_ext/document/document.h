@@ -4,34 +4,79 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "gltf_ext/document/buffer.h"
-#include "gltf_ext/json/json.h"
+#include "gltf_ext/json/json_fwd.h"
 #include "src/export.h"
 #include "src/status.h"
 
 namespace psplit {
 
-// `json` always stays a valid glTF tree and keeps the order of its members. `buffers` has one entry for each of
-// json["buffers"], whether its bytes came from a GLB chunk, a data URI or a file.
-struct Document {
-  Json json;
+struct PSPLIT_EXPORT AssetRecords;
+
+// A primitive of a document, by the index of its mesh and its index in that mesh.
+struct PrimitiveId {
+  size_t mesh = 0;
+  size_t primitive = 0;
+};
+
+// The JSON of an asset, which is edited in place, and the records that readers take. gltf_ext/json/json.h has
+// the type of the tree.
+class PSPLIT_EXPORT AssetTree {
+ public:
+  AssetTree();
+  AssetTree(const AssetTree& other);
+  AssetTree(AssetTree&& other) noexcept;
+  AssetTree& operator=(AssetTree other) noexcept;
+  ~AssetTree();
+
+  // Objects keep the order of their members.
+  const Json& json() const;
+  // The same, to be edited. The call forgets the records. So an edit through an older reference, after a call
+  // of records(), would not be seen.
+  Json& json();
+
+  // What the JSON says about geometry (gltf_ext/document/asset_records.h). Read from it at the first call after
+  // an edit; valid until the next edit. Empty if check() fails. Thread-safe.
+  const AssetRecords& records() const;
+  // Whether the JSON has the structure that records need. A document that was read has it. Errors:
+  // kInvalidInput, if edits broke it.
+  Status check() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// `buffers` has one entry for each of json()["buffers"], whether its bytes came from a GLB chunk, a data URI or
+// a file.
+struct Document : AssetTree {
   std::vector<Buffer> buffers;   // resolved bytes, at least byteLength each
   std::filesystem::path source;  // "-" for stdin; the directory that relative URIs start from
   // Files that were read: the asset itself (unless it is stdin), its buffers, its materials.
   std::vector<std::filesystem::path> files;
   bool from_glb = false;
-  bool from_draco = false;  // a .drc file (gltf_ext/convert/draco_file.h)
+  bool from_draco = false;  // a .drc file
 };
+
+// Where an error of a primitive is; with the document, the file as well.
+inline Place place_of(PrimitiveId id) {
+  return {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
+}
+inline Place place_of(const Document& document, PrimitiveId id) {
+  Place place = place_of(id);
+  place.file = document.source.string();
+  return place;
+}
 
 // Reads a .gltf or .glb, told apart by content, not by name; "-" is stdin. Loads every buffer: GLB chunk, data
 // URI, or a file in the asset's folder. URIs are percent-decoded; a URI that leaves the folder is an error.
-// Buffer views that meshoptimizer compressed are decoded (decode_meshopt.h). Images stay as they are. The
-// structure is checked (check_structure.h), so that later code can index accessors, buffer views and buffers
-// safely. With FileAccess::kMap, a GLB or a buffer's file of at least kMappedBytes is mapped: an output that is
-// written by rename may replace it. Errors: kIo, kInvalidInput, kUnsupported.
+// Buffer views that meshoptimizer compressed are decoded. Images stay as they are. The structure is checked.
+// With FileAccess::kMap, a GLB or a buffer's file of at least kMappedBytes is mapped: an output that is written
+// by rename may replace it. Errors: kIo, kInvalidInput, kUnsupported.
 inline constexpr uint64_t kMappedBytes = uint64_t{4} << 20;
 PSPLIT_EXPORT Expected<Document> read_document(const std::filesystem::path& path,
                                                FileAccess access = FileAccess::kRead);
@@ -44,14 +89,17 @@ PSPLIT_EXPORT Expected<Document> parse_document(std::span<const uint8_t> file,
 // The same for a mapped file; the buffers' files are mapped as well.
 Expected<Document> parse_document(MappedFile file, const std::filesystem::path& source);
 
+// All primitives, mesh by mesh.
+PSPLIT_EXPORT std::vector<PrimitiveId> all_primitives(const Document& document);
+
 // A new document with one mesh, one node and one scene.
 PSPLIT_EXPORT Document new_document();
 
 // Whether the buffer has no bytes although its byteLength is not 0: an unknown extension would supply them.
 bool has_no_bytes(const Document& document, size_t buffer);
 
-// The bytes of a buffer view. Errors: kInvalidInput if the index or the range is invalid; kUnsupported if the
-// view was compressed by a newer meshoptimizer than the linked one, or if its buffer has no bytes.
+// The bytes of a buffer view that exists. Errors: kUnsupported if the view was compressed by a newer
+// meshoptimizer than the linked one, or if its buffer has no bytes; kInvalidInput if it has too few.
 PSPLIT_EXPORT Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
 
 // Appends bytes as a new buffer view (4-byte aligned) and returns its index.

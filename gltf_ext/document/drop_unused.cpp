@@ -144,17 +144,17 @@ void pack_buffer(Document& document, size_t buffer) {
     return std::pair(offset, length);
   };
   ByteRuns covered(bytes.size());
-  for_each_range(document.json, [&](Json& range) {
+  for_each_range(document.json(), [&](Json& range) {
     if (const auto found = range_of(range)) covered.keep(found->first, found->first + found->second);
   });
   covered.close();
-  for_each_range(document.json, [&](Json& range) {
+  for_each_range(document.json(), [&](Json& range) {
     const auto found = range_of(range);
     if (!found || field(range, "byteOffset") == nullptr) return;
     range["byteOffset"] = found->second == 0 ? 0 : covered.packed(found->first);
   });
   if (covered.packed_bytes() != bytes.size()) keep_runs(packed, covered);
-  document.json["buffers"][buffer]["byteLength"] = packed.size();
+  document.json()["buffers"][buffer]["byteLength"] = packed.size();
 }
 
 // Views that start at 0 may omit byteOffset. It is needed before bytes move, so that it can be changed.
@@ -173,7 +173,7 @@ void collect_integers(const Json& tree, std::set<int64_t>& found) {
 }
 
 void drop_unused(Document& document, const std::vector<int64_t>& freed_accessors) {
-  Json& json = document.json;
+  Json& json = document.json();
   IndexSet suspects;
   const bool fixed_numbers = collect_suspects(json, suspects);
 

@@ -55,15 +55,15 @@ bool contains_extension(const Json& tree, const char* name) {
 }  // namespace
 
 void list_extension(Document& document, const char* name, bool required) {
-  add_name(document.json, "extensionsUsed", name);
-  if (required) add_name(document.json, "extensionsRequired", name);
+  add_name(document.json(), "extensionsUsed", name);
+  if (required) add_name(document.json(), "extensionsRequired", name);
 }
 
 std::optional<size_t> drop_extension(Document& document, const std::string& name) {
   std::set<int64_t> integers;
-  const size_t count = remove_extension(document.json, name, integers);
-  const bool was_used = remove_name(document.json, "extensionsUsed", name);
-  const bool was_required = remove_name(document.json, "extensionsRequired", name);
+  const size_t count = remove_extension(document.json(), name, integers);
+  const bool was_used = remove_name(document.json(), "extensionsUsed", name);
+  const bool was_required = remove_name(document.json(), "extensionsRequired", name);
   if (count == 0) return was_used || was_required ? std::optional(count) : std::nullopt;
   // Candidates, of which only accessors that nothing refers to go.
   if (!integers.empty()) drop_unused(document, {integers.begin(), integers.end()});
@@ -71,9 +71,9 @@ std::optional<size_t> drop_extension(Document& document, const std::string& name
 }
 
 void unlist_unused_extension(Document& document, const char* name) {
-  if (contains_extension(document.json, name)) return;
-  remove_name(document.json, "extensionsUsed", name);
-  remove_name(document.json, "extensionsRequired", name);
+  if (contains_extension(document.json(), name)) return;
+  remove_name(document.json(), "extensionsUsed", name);
+  remove_name(document.json(), "extensionsRequired", name);
 }
 
 }  // namespace psplit

@@ -1,4 +1,4 @@
-// The names of the two Draco extensions, and the lists of extensions that a document uses.
+// The lists of extensions that a document uses.
 #pragma once
 
 #include <optional>
@@ -7,9 +7,6 @@
 #include "gltf_ext/document/document.h"
 
 namespace psplit {
-
-inline constexpr const char* kExtensionName = "PSPLIT_mesh_draco_patches";
-inline constexpr const char* kStockExtensionName = "KHR_draco_mesh_compression";
 
 // Adds `name` to extensionsUsed. If `required` is true, also adds it to extensionsRequired.
 void list_extension(Document& document, const char* name, bool required);

@@ -50,13 +50,13 @@ std::vector<LinkedFile> linked_files(const Document& document) {
   const auto add = [&](const std::string& place, int64_t image, const std::string& uri) {
     if (!is_data_uri(uri)) links.push_back(follow(document, place, image, uri));
   };
-  for (size_t i = 0; i < array_size(document.json, "images"); ++i) {
-    const Json& image = document.json["images"][i];
+  for (size_t i = 0; i < array_size(document.json(), "images"); ++i) {
+    const Json& image = document.json()["images"][i];
     const std::string* uri = string_field(image, "uri");
     if (uri != nullptr && field(image, "bufferView") == nullptr)
       add("image " + std::to_string(i), static_cast<int64_t>(i), *uri);
   }
-  for_each_uri(document.json, "", [&](const std::string& place, const std::string& uri) {
+  for_each_uri(document.json(), "", [&](const std::string& place, const std::string& uri) {
     // Buffers are loaded already, and the images are listed.
     const bool is_own = place.find('.') == std::string::npos;
     if (!is_own || (!place.starts_with("buffers[") && !place.starts_with("images["))) add(place, -1, uri);

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 
+#include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/byte_runs.h"
-#include "gltf_ext/document/extensions.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
 
@@ -16,60 +15,35 @@ namespace {
 using Counts = std::map<int64_t, size_t>;
 
 // How often each accessor describes data that an extension of the same primitive stores compressed.
-Counts compressed_uses(const Json& json) {
+Counts compressed_uses(const AssetRecords& records) {
   Counts uses;
-  const auto count = [&](const Json* index) {
-    if (index != nullptr) ++uses[integer_value(*index).value_or(-1)];
-  };
-  for_each_element(json, "meshes", [&](const Json& mesh) {
-    for_each_element(mesh, "primitives", [&](const Json& primitive) {
-      const Json* extension = extension_field(primitive, kExtensionName);
-      if (extension == nullptr) extension = extension_field(primitive, kStockExtensionName);
-      const Json* stored = extension == nullptr ? nullptr : object_field(*extension, "attributes");
-      const Json* attributes = object_field(primitive, "attributes");
-      if (stored == nullptr || attributes == nullptr) return;
-      for (const auto& [semantic, id] : stored->items()) count(field(*attributes, semantic.c_str()));
-      count(field(primitive, "indices"));
-    });
-  });
+  for (const std::vector<PrimitiveRecord>& mesh : records.meshes)
+    for (const PrimitiveRecord& primitive : mesh) {
+      const DracoRecord* draco = primitive.draco();
+      if (draco == nullptr || !draco->status.ok()) continue;
+      for (const AttributeRequest& request : draco->requests) ++uses[primitive.accessor_of(request.semantic)];
+      if (primitive.indices >= 0) ++uses[primitive.indices];
+    }
   return uses;
 }
 
 // The views that only a fallback reads.
-std::set<int64_t> fallback_views(const Json& json) {
+std::set<int64_t> fallback_views(const Document& document) {
+  const AssetRecords& records = document.records();
   Counts accessor_uses, view_uses, fallback_uses;
-  for_each_accessor_reference(json,
+  for_each_accessor_reference(document.json(),
                               [&](const Json& index) { ++accessor_uses[integer_value(index).value_or(-1)]; });
-  for_each_buffer_view_reference(json,
+  for_each_buffer_view_reference(document.json(),
                                  [&](const Json& index) { ++view_uses[integer_value(index).value_or(-1)]; });
-  for (const auto& [index, uses] : compressed_uses(json)) {
-    const Json* accessor = top_level_object(json, "accessors", index);
-    const auto view = accessor == nullptr ? std::nullopt : integer_field(*accessor, "bufferView");
-    if (view && accessor_uses[index] == uses) ++fallback_uses[*view];
-  }
+  for (const auto& [index, uses] : compressed_uses(records))
+    if (records.accessor(index).has_view() && accessor_uses[index] == uses)
+      ++fallback_uses[records.accessor(index).elements.view];
   std::set<int64_t> views;
-  for (const auto& [view, uses] : fallback_uses) {
-    const Json* object = top_level_object(json, "bufferViews", view);
-    if (object != nullptr && view_uses[view] == uses && meshopt_extension(*object) == nullptr &&
-        integer_field(*object, "byteLength").value_or(0) > 0)
-      views.insert(view);
+  for (const auto& [index, uses] : fallback_uses) {
+    const ViewRecord& view = records.view(index);
+    if (view_uses[index] == uses && !view.meshopt && view.range.bytes > 0) views.insert(index);
   }
   return views;
-}
-
-struct Range {
-  uint64_t buffer, begin, end;
-};
-
-std::optional<Range> range_of(const Json& object, const Document& document) {
-  const auto buffer = integer_field(object, "buffer");
-  const auto offset = integer_field_or(object, "byteOffset", 0), length = integer_field(object, "byteLength");
-  if (!buffer || !offset || !length || *buffer < 0 || *offset < 0 || *length < 0) return std::nullopt;
-  const Range range{static_cast<uint64_t>(*buffer), static_cast<uint64_t>(*offset),
-                    static_cast<uint64_t>(*offset) + static_cast<uint64_t>(*length)};
-  if (range.buffer >= document.buffers.size() || range.end > document.buffers[range.buffer].size())
-    return std::nullopt;
-  return range;
 }
 
 void move_to(Json& object, uint64_t buffer, uint64_t offset) {
@@ -80,8 +54,8 @@ void move_to(Json& object, uint64_t buffer, uint64_t offset) {
 class Packer {
  public:
   Packer(const Document& document, bool fallback_apart) : document_(document) {
-    packed_.json = document.json;
-    if (fallback_apart) apart_ = fallback_views(document.json);
+    packed_.json = document.json();
+    if (fallback_apart) apart_ = fallback_views(document);
     fallback_buffer_ = apart_.empty() ? 0 : 1;
   }
 
@@ -101,12 +75,8 @@ class Packer {
   void add_fallback() {
     for (const int64_t index : apart_) {
       Json& view = packed_.json["bufferViews"][static_cast<size_t>(index)];
-      const auto range = range_of(view, document_);
-      if (!range) continue;
-      const std::span<const uint8_t> bytes(document_.buffers[range->buffer]);
-      move_to(view, fallback_buffer_,
-              packed_.fallback.add(bytes.subspan(static_cast<size_t>(range->begin),
-                                                 static_cast<size_t>(range->end - range->begin))));
+      const auto bytes = buffer_view_bytes(document_, index);
+      if (bytes) move_to(view, fallback_buffer_, packed_.fallback.add(*bytes));
     }
   }
 
@@ -114,22 +84,23 @@ class Packer {
   ByteRuns bytes_that_stay(size_t index) const {
     const uint64_t size = document_.buffers[index].size();
     ByteRuns stays(size), leaves(size);
-    for (size_t i = 0; i < array_size(document_.json, "bufferViews"); ++i) {
-      const Json& view = document_.json["bufferViews"][i];
-      const Json* meshopt = meshopt_extension(view);
-      const bool is_apart = apart_.contains(static_cast<int64_t>(i));
-      if (const auto range = range_of(view, document_); range && range->buffer == index) {
-        if (is_apart) {
-          // Blocks that other views may share stay too.
-          const uint64_t begin = (range->begin + ByteRuns::kBlock - 1) / ByteRuns::kBlock * ByteRuns::kBlock;
-          leaves.keep(begin, range->end / ByteRuns::kBlock * ByteRuns::kBlock);
-        } else {
-          stays.keep(range->begin, range->end);
-        }
+    const std::vector<ViewRecord>& views = document_.records().views;
+    const auto has_range = [&](const BufferRange& range) {
+      return range.buffer == static_cast<int64_t>(index) && range.offset + range.bytes <= size;
+    };
+    for (size_t i = 0; i < views.size(); ++i) {
+      const auto& [range, stride, meshopt] = views[i];
+      if (meshopt && has_range(meshopt->range))
+        stays.keep(meshopt->range.offset, meshopt->range.offset + meshopt->range.bytes);
+      if (!has_range(range)) continue;
+      const uint64_t end = range.offset + range.bytes;
+      if (apart_.contains(static_cast<int64_t>(i))) {
+        // Blocks that other views may share stay too.
+        const uint64_t begin = (range.offset + ByteRuns::kBlock - 1) / ByteRuns::kBlock * ByteRuns::kBlock;
+        leaves.keep(begin, end / ByteRuns::kBlock * ByteRuns::kBlock);
+      } else {
+        stays.keep(range.offset, end);
       }
-      if (meshopt == nullptr) continue;
-      if (const auto range = range_of(*meshopt, document_); range && range->buffer == index)
-        stays.keep(range->begin, range->end);
     }
     leaves.close();
     uint64_t at = 0;
@@ -143,7 +114,7 @@ class Packer {
   }
 
   void add_buffer(size_t index) {
-    const Json& buffer = document_.json["buffers"][index];
+    const Json& buffer = document_.json()["buffers"][index];
     const std::span<const uint8_t> bytes(document_.buffers[index]);
     Placed placed{0, 0, ByteRuns(bytes.size())};
     if (bytes.empty() && integer_field(buffer, "byteLength").value_or(0) > 0) {

@@ -6,6 +6,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "gltf_ext/document/packed_buffer.h"
+#include "gltf_ext/json/json.h"
 
 namespace psplit {
 

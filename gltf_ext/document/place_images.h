@@ -4,9 +4,8 @@
 #include <filesystem>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/image_placement.h"
 #include "gltf_ext/document/pack_buffers.h"
-#include "gltf_ext/document/write_report.h"
+#include "gltf_ext/document/write_document.h"
 
 namespace psplit {
 

@@ -1,19 +1,36 @@
 // A document to a .glb or .gltf file.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/image_placement.h"
-#include "gltf_ext/document/write_report.h"
 #include "src/export.h"
 
 namespace psplit {
+
+// What to do with images that are files.
+enum class ImagePlacement {
+  kEmbed,      // buffer views
+  kCopy,       // files in the output's folder
+  kReference,  // the input's files, by URIs that lead to them from the output's folder
+};
 
 struct WriteOptions {
   // By default a GLB embeds, and a .gltf copies.
   std::optional<ImagePlacement> images;
   bool replace_read_only = false;  // otherwise a file without permission to write is an error
+};
+
+struct WriteReport {
+  std::vector<std::string> warnings;         // references that dangle in the output, and data that it loses
+  std::vector<std::string> notes;            // files that got another name
+  std::vector<std::filesystem::path> files;  // all files of the output, newly written or already there
+  size_t embedded_images = 0, copied_images = 0;
+  uint64_t image_bytes = 0;  // of embedded and copied images; every file counts once
 };
 
 // The extension of `path` gives the format: .glb, or .gltf with its .bin beside it; "-" writes a GLB to stdout.

@@ -1,12 +1,12 @@
 // decode_draco FILE.drc: decodes a stock Draco mesh stream, and prints its contents. KHR_draco_mesh_compression
-// stores the same streams: print_model is an example with tinygltf, and src/loader/loader.h decodes many of
-// them at once into the caller's memory.
+// stores the same streams: print_model is an example with tinygltf, and <psplit/loader/loader.h> decodes many
+// of them at once into the caller's memory.
+#include <psplit/psplit.h>
+
 #include <cstring>
 #include <fstream>
 #include <iostream>
 #include <iterator>
-
-#include "src/cpu/cpu_backend.h"
 
 int main(int argc, char** argv) {
   if (argc != 2) {
@@ -18,7 +18,7 @@ int main(int argc, char** argv) {
   const psplit::Expected<psplit::Mesh> mesh = psplit::decode_draco(file);
   if (!mesh) {
     std::cerr << argv[1] << ": " << mesh.status().to_string() << "\n";
-    return static_cast<int>(mesh.status().code());
+    return 3;
   }
   std::cout << mesh->faces.size() << " triangles, " << mesh->point_count << " points:";
   for (const psplit::Attribute& attribute : mesh->attributes) std::cout << " " << attribute.semantic;

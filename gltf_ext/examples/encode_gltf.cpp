@@ -1,19 +1,19 @@
 // encode_gltf IN OUT [PATCH_FACES]: encodes every triangle mesh of a .gltf or .glb file, and writes the result
 // as a .gltf or .glb file. This is where a pipeline in C++ starts: it reads documents, changes them, and writes
 // them.
+#include <psplit/gltf_ext/convert/encode_document.h>
+#include <psplit/gltf_ext/document/document.h>
+#include <psplit/gltf_ext/document/write_document.h>
+#include <psplit/psplit.h>
+
 #include <cstdlib>
 #include <iostream>
-
-#include "gltf_ext/convert/encode_document.h"
-#include "gltf_ext/document/document.h"
-#include "gltf_ext/document/write_document.h"
-#include "src/psplit.h"
 
 namespace {
 
 int fail(const psplit::Status& status) {
   std::cerr << status.to_string() << "\n";
-  return static_cast<int>(status.code());
+  return 3;
 }
 
 }  // namespace
@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
 
   // The defaults are those of `gltf-psplit encode`: each primitive is split by its size.
   psplit::EncodeDocumentOptions options;
-  if (argc > 3) options.patch_faces = std::strtoull(argv[3], nullptr, 10);
+  if (argc > 3) options.patches.faces = std::strtoull(argv[3], nullptr, 10);
   const psplit::ThreadPool pool;  // all threads of the machine
   // Meshes that are compressed already are decoded with the backend.
   const auto reports = psplit::encode_document(*document, options, psplit::cpu_backend(), pool);

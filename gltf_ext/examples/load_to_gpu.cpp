@@ -1,8 +1,8 @@
 // load_to_gpu FILE.glb: decodes an asset's patches into memory of the CUDA device, from which they can be
 // drawn. Exits with 5 if there is no device.
-#include <iostream>
+#include <psplit/gltf_ext/tinygltf/tinygltf_plugin.h>
 
-#include "gltf_ext/tinygltf/tinygltf_plugin.h"
+#include <iostream>
 
 int main(int argc, char** argv) {
   if (argc != 2) {
@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   const psplit::Expected<psplit::DeviceModel> device = psplit::decode_model_to_device(model);
   if (!device) {
     std::cerr << argv[1] << ": " << device.status().to_string() << "\n";
-    return static_cast<int>(device.status().code());
+    return device.status().code() == psplit::StatusCode::kUnsupported ? 5 : 3;
   }
   for (const psplit::DevicePrimitive& primitive : device->primitives) {
     std::cout << "mesh " << primitive.mesh << ", primitive " << primitive.primitive << ": "
@@ -31,11 +31,10 @@ int main(int argc, char** argv) {
           attribute.request.component_type != psplit::ComponentType::kFloat32)
         continue;
       float first[3];
-      const psplit::Status status =
-          psplit::CudaMemory::download(attribute.values, std::as_writable_bytes(std::span(first)));
+      const psplit::Status status = psplit::CudaMemory::download(attribute.values, first);
       if (!status.ok()) {
         std::cerr << status.to_string() << "\n";
-        return static_cast<int>(status.code());
+        return 3;
       }
       std::cout << " from (" << first[0] << ", " << first[1] << ", " << first[2] << ")";
     }

@@ -1,5 +1,7 @@
 // one_patch FILE.glb NUMBER: decodes a single patch of the first mesh, and nothing else. It reads the JSON
 // itself, as a loader on top of fastgltf, cgltf or an engine's own parser does.
+#include <psplit/psplit.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -7,8 +9,6 @@
 #include <iostream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-
-#include "src/loader/loader.h"
 
 namespace {
 
@@ -57,9 +57,7 @@ int main(int argc, char** argv) {
   const psplit::PatchSizes sizes = primitive->patch(number);
   std::vector<uint32_t> indices(size_t{3} * sizes.face_count);
   std::vector<float> positions(size_t{3} * sizes.point_count);
-  const psplit::Status status = primitive->decode_patch(
-      number,
-      {std::as_writable_bytes(std::span(indices)), 4, {{std::as_writable_bytes(std::span(positions))}}});
+  const psplit::Status status = primitive->decode_patch(number, {indices, 4, {{positions}}});
   if (!status.ok()) return fail(status.to_string());
 
   std::cout << "patch " << number << " of " << primitive->patch_count() << ": " << sizes.face_count

@@ -1,8 +1,8 @@
 // print_model FILE.glb|FILE.gltf: loads an asset with tinygltf, decodes its Draco primitives, in patches or as
 // stock KHR_draco_mesh_compression, and prints its contents.
-#include <iostream>
+#include <psplit/gltf_ext/tinygltf/tinygltf_plugin.h>
 
-#include "gltf_ext/tinygltf/tinygltf_plugin.h"
+#include <iostream>
 
 int main(int argc, char** argv) {
   if (argc != 2) {
@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
   }
   if (const psplit::Status status = psplit::decode_model(model); !status.ok()) {
     std::cerr << path << ": " << status.to_string() << "\n";
-    return static_cast<int>(status.code());
+    return 3;
   }
 
   // From here on the model is a plain one.

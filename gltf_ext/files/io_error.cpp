@@ -15,7 +15,8 @@ constexpr std::array kPassing = {ENOSPC, EDQUOT, ENOMEM, EMFILE, ENFILE,    EAGA
 
 Status io_error(const std::string& what, int error, Place place) {
   const bool passes = std::ranges::find(kPassing, error) != kPassing.end();
-  return {passes ? kMayPass : StatusCode::kIo, what + ": " + std::strerror(error), std::move(place)};
+  return {passes ? StatusCode::kMayPass : StatusCode::kIo, what + ": " + std::strerror(error),
+          std::move(place)};
 }
 
 }  // namespace psplit

@@ -7,13 +7,8 @@
 
 namespace psplit {
 
-// The code of a failure that may pass although neither the command nor its inputs change: a full disk, a lack
-// of memory, a lock that another process holds, an interruption, a time-out. It is EX_TEMPFAIL of sysexits.h.
-// StatusCode has no name for it, because only commands return it.
-inline constexpr StatusCode kMayPass{75};
-
 inline Status may_pass(std::string message, Place place = {}) {
-  return {kMayPass, std::move(message), std::move(place)};
+  return {StatusCode::kMayPass, std::move(message), std::move(place)};
 }
 
 // "`what`: the text of `error`", for an errno. The code is kMayPass for a lack of space, memory, files or

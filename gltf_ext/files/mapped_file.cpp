@@ -39,10 +39,6 @@ MappedFile MappedFile::range(uint64_t offset, uint64_t length) const {
   return part;
 }
 
-void MappedFile::release(uint64_t offset, uint64_t length) const {
-  release_mapped(bytes_.subspan(static_cast<size_t>(offset), static_cast<size_t>(length)));
-}
-
 Expected<FileMemory> FileMemory::create(const std::filesystem::path& folder, uint64_t bytes) {
   const Expected<UnnamedFile> file = UnnamedFile::create(folder);
   if (!file) return file.status();

@@ -39,10 +39,6 @@ class MappedFile {
   // The same file, but fewer of its bytes. The range must be within bytes().
   PSPLIT_EXPORT MappedFile range(uint64_t offset, uint64_t length) const;
 
-  // Returns the memory of a range to the system. Its content stays readable: the system reads it again from the
-  // file when it is used. The range must be within bytes().
-  PSPLIT_EXPORT void release(uint64_t offset, uint64_t length) const;
-
  private:
   friend class FileMemory;
   std::shared_ptr<const void> owner_;

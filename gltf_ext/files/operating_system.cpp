@@ -98,7 +98,7 @@ void end_with_file_name(int signal_number, siginfo_t* info, void*) {
   print_in_handler("gltf-psplit: error: ");
   print_in_handler(range->name.load(std::memory_order_relaxed));
   print_in_handler(": the file became shorter, or its device failed, while it was read\n");
-  ::_exit(static_cast<int>(StatusCode::kIo));
+  ::_exit(kExitIo);
 }
 
 // The names of files that a signal removes. Whoever takes a name out of its place owns it.
@@ -113,7 +113,7 @@ void end_at_stop(int) {
   // On a terminal, the line of a progress bar is overwritten.
   print_in_handler(::isatty(STDERR_FILENO) == 1 ? "\r\033[K" : "");
   print_in_handler("gltf-psplit: error: stopped by a signal\n");
-  ::_exit(static_cast<int>(kMayPass));
+  ::_exit(kExitMayPass);
 }
 
 // False if there are too many mapped files already. The first one installs the handler.

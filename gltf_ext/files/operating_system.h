@@ -40,9 +40,11 @@ bool matches_pattern(const std::string& name, const std::string& pattern);
 // From now on, writing past the limit on a file's size (ulimit -f) fails instead of ending the process.
 void let_writes_past_size_limit_fail();
 
-// While it exists, SIGTERM, SIGINT and SIGHUP end the process with the code kMayPass
-// (gltf_ext/files/io_error.h), unless the process ignores them: the files of RemovedAtStop are removed, and
-// stderr gets a message. No destructor runs. One at a time.
+// The exit codes of a process that ends here: those of gltf-psplit for kIo and kMayPass.
+inline constexpr int kExitIo = 2, kExitMayPass = 75;
+
+// While it exists, SIGTERM, SIGINT and SIGHUP end the process with kExitMayPass, unless the process ignores
+// them: the files of RemovedAtStop are removed, and stderr gets a message. No destructor runs. One at a time.
 class StopEndsProcess {
  public:
   StopEndsProcess();

@@ -18,10 +18,9 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMark = ".psplit-", kEnd = ".part";
 constexpr size_t kDigits = 8;  // random digits, followed by as many check digits
 
-// The check digits: a hash of what stands before the mark and of the random digits.
-std::string check_digits(std::string_view before, std::string_view digits) {
+// A hash of the random digits.
+std::string check_digits(std::string_view digits) {
   ContentHash hash;
-  hash.add_framed(before);
   hash.add_framed(digits);
   return hash.hex().substr(0, kDigits);
 }
@@ -30,7 +29,7 @@ fs::path temporary_path(const fs::path& target) {
   std::random_device random;
   std::string digits;
   while (digits.size() < kDigits) digits += "0123456789abcdef"[random() % 16];
-  return target.parent_path() / (std::string(kMark) + digits + check_digits("", digits) + std::string(kEnd));
+  return target.parent_path() / (std::string(kMark) + digits + check_digits(digits) + std::string(kEnd));
 }
 
 // Each folder is searched once per process: a batch writes thousands of files into one folder.
@@ -50,12 +49,10 @@ void remove_dead_temporaries_once(const fs::path& folder) {
 
 bool is_temporary_name(const fs::path& path) {
   const std::string name = path.filename().string();
-  const size_t tail = kMark.size() + 2 * kDigits + kEnd.size();
-  if (name.size() < tail || !name.ends_with(kEnd)) return false;
-  const size_t mark = name.size() - tail;
-  if (name.compare(mark, kMark.size(), kMark) != 0) return false;
-  const std::string digits = name.substr(mark + kMark.size(), kDigits);
-  return name.substr(mark + kMark.size() + kDigits, kDigits) == check_digits(name.substr(0, mark), digits);
+  if (name.size() != kMark.size() + 2 * kDigits + kEnd.size() || !name.starts_with(kMark) ||
+      !name.ends_with(kEnd))
+    return false;
+  return name.substr(kMark.size() + kDigits, kDigits) == check_digits(name.substr(kMark.size(), kDigits));
 }
 
 void remove_dead_temporaries(const fs::path& folder) {

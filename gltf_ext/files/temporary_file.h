@@ -37,8 +37,7 @@ class TemporaryFile {
   std::FILE* file_ = nullptr;
 };
 
-// Whether a file name is that of a TemporaryFile: half of its digits are a hash of the rest of the name.
-// Earlier versions put the target's name in front.
+// Whether a file name is that of a TemporaryFile: half of its digits are a hash of the others.
 bool is_temporary_name(const std::filesystem::path& path);
 
 // Removes the folder's temporary files that no process has locked.

@@ -3,8 +3,4 @@
 
 #include <nlohmann/json.hpp>
 
-namespace psplit {
-
-using Json = nlohmann::ordered_json;
-
-}  // namespace psplit
+#include "gltf_ext/json/json_fwd.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 
-#include "gltf_ext/convert/draco_file.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/json/glb.h"
+#include "gltf_ext/mesh_files/draco_file.h"
 #include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/mesh_files/off.h"
 #include "gltf_ext/mesh_files/ply.h"

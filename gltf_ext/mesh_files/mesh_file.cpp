@@ -1,35 +1,15 @@
 #include "gltf_ext/mesh_files/mesh_file.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "gltf_ext/document/extensions.h"
-#include "gltf_ext/primitive/accessors.h"
+#include "gltf_ext/json/json_text.h"
+#include "gltf_ext/primitive/mesh_view.h"
 
 namespace psplit {
 namespace {
-
-AccessorData accessor_data_of(Attribute attribute, uint32_t count) {
-  return {attribute.component_type, attribute.component_count, attribute.normalized, count,
-          std::move(attribute.values)};
-}
-
-AccessorData indices_of(Array<std::array<uint32_t, 3>> faces, uint32_t point_count) {
-  constexpr uint32_t kMostShortPoints = 0xffff;  // index 65535 would restart a strip
-  AccessorData data{ComponentType::kUint32, 1, false, static_cast<uint32_t>(faces.size() * 3), {}};
-  if (point_count > kMostShortPoints) {
-    data.values.resize(faces.size() * sizeof(faces[0]));
-    if (!faces.empty()) std::memcpy(data.values.data(), faces.data(), data.values.size());
-    return data;
-  }
-  data.component_type = ComponentType::kUint16;
-  data.values.resize(faces.size() * 3 * sizeof(uint16_t));
-  for (size_t i = 0; i < faces.size() * 3; ++i) {
-    const auto index = static_cast<uint16_t>(faces[i / 3][i % 3]);
-    std::memcpy(data.values.data() + i * sizeof(index), &index, sizeof(index));
-  }
-  return data;
-}
 
 size_t stored_bytes(const MeshFile& file) {
   size_t bytes = 0;
@@ -40,33 +20,6 @@ size_t stored_bytes(const MeshFile& file) {
       bytes += part.mesh.faces.size() * 12 + 4;
     }
   return bytes;
-}
-
-Json primitive_of(Document& document, MeshFilePart& part) {
-  constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
-  const uint32_t point_count = part.mesh.point_count;
-  Json attributes = Json::object();
-  for (Attribute& attribute : part.mesh.attributes) {
-    const std::string semantic = attribute.semantic;
-    attributes[semantic] = append_accessor(document, accessor_data_of(std::move(attribute), point_count),
-                                           kArrayBuffer, semantic == "POSITION");
-  }
-  Json primitive{{"attributes", std::move(attributes)}};
-  primitive["indices"] = append_accessor(document, indices_of(std::move(part.mesh.faces), point_count),
-                                         kElementArrayBuffer, false);
-  if (part.material >= 0) primitive["material"] = part.material;
-  part.mesh = {};
-  return primitive;
-}
-
-// Whether the text is valid UTF-8, which JSON requires.
-bool is_utf8(const std::string& text) {
-  try {
-    (void)Json(text).dump();
-    return true;
-  } catch (const Json::exception&) {
-    return false;
-  }
 }
 
 }  // namespace
@@ -113,6 +66,40 @@ Position position_at(const Attribute& positions, uint32_t point) {
   return position;
 }
 
+bool is_finite(const Position& position) {
+  return std::ranges::all_of(position, [](float value) { return std::isfinite(value); });
+}
+
+void flip_v(Array<std::byte>& texcoords) {
+  for (size_t at = sizeof(float); at < texcoords.size(); at += 2 * sizeof(float)) {
+    float v = 0;
+    std::memcpy(&v, texcoords.data() + at, sizeof v);
+    v = 1 - v;
+    std::memcpy(texcoords.data() + at, &v, sizeof v);
+  }
+}
+
+Status MeshBuilder::begin(std::span<const Attribute> layout, size_t expected_points) {
+  mesh_.attributes.assign(layout.begin(), layout.end());
+  for (Attribute& attribute : mesh_.attributes) attribute.values.reserve(expected_points * attribute.stride());
+  return {};
+}
+
+Status MeshBuilder::add_points(std::span<const Attribute> block, size_t count) {
+  mesh_.point_count += static_cast<uint32_t>(count);
+  for (size_t i = 0; i < block.size(); ++i)
+    mesh_.attributes[i].values.insert(mesh_.attributes[i].values.end(), block[i].values.begin(),
+                                      block[i].values.end());
+  return {};
+}
+
+Status MeshBuilder::add_faces(std::span<const std::array<uint32_t, 3>> faces) {
+  mesh_.faces.insert(mesh_.faces.end(), faces.begin(), faces.end());
+  return {};
+}
+
+Expected<Position> MeshBuilder::position(uint32_t point) { return position_at(mesh_.attributes[0], point); }
+
 Expected<Document> document_from_mesh_file(MeshFile file) {
   std::erase_if(file.objects, [](MeshFileObject& object) {
     std::erase_if(object.parts, [](const MeshFilePart& part) { return part.mesh.faces.empty(); });
@@ -123,16 +110,22 @@ Expected<Document> document_from_mesh_file(MeshFile file) {
     for (const MeshFilePart& part : object.parts)
       if (part.mesh.faces.size() > UINT32_MAX / 3)
         return unsupported("more faces than a glTF accessor can count");
+  return document_of_objects(std::move(file));
+}
 
+Document document_of_objects(MeshFile file) {
   Document document = new_document();
-  Json& json = document.json;
+  Json& json = document.json();
   Json meshes = Json::array(), nodes = Json::array(), roots = Json::array();
   json["buffers"] = Json::array({Json{{"byteLength", 0}}});
   document.buffers.resize(1);
   document.buffers[0].own().reserve(stored_bytes(file));
   for (MeshFileObject& object : file.objects) {
     Json primitives = Json::array();
-    for (MeshFilePart& part : object.parts) primitives.push_back(primitive_of(document, part));
+    for (MeshFilePart& part : object.parts) {
+      primitives.push_back(append_primitive(document, std::move(part.mesh)));
+      if (part.material >= 0) primitives.back()["material"] = part.material;
+    }
     Json mesh = Json::object(), node = Json::object();
     if (!object.name.empty()) mesh["name"] = node["name"] = as_utf8(object.name);
     mesh["primitives"] = std::move(primitives);

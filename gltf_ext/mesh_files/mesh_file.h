@@ -1,14 +1,19 @@
 // The content of a mesh file of any format, and its conversion to glTF.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <map>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/json/json.h"
 #include "gltf_ext/mesh_files/triangulate.h"
 #include "src/mesh/mesh.h"
+#include "src/status.h"
 
 namespace psplit {
 
@@ -66,10 +71,49 @@ class PolygonReader {
 
 // The position of a point; `positions` must be a POSITION of floats.
 Position position_at(const Attribute& positions, uint32_t point);
+bool is_finite(const Position& position);
+
+// Pairs of floats. Mesh files count v from the bottom of the image, glTF from the top.
+void flip_v(Array<std::byte>& texcoords);
+
+// The reader stops at the first error that a call returns. Not thread-safe.
+class MeshSink {
+ public:
+  virtual ~MeshSink() = default;
+
+  // Comes first. `layout` has the attributes without values; POSITION is the first, and holds floats.
+  // `expected_points` is a number of points that the size of the file justifies memory for.
+  virtual Status begin(std::span<const Attribute> layout, size_t expected_points) = 0;
+  // The next `count` points: the attributes of `layout` with the values of these points.
+  virtual Status add_points(std::span<const Attribute> block, size_t count) = 0;
+  // A number of faces that the size of the file justifies memory for.
+  virtual void expect_faces(size_t count) = 0;
+  // Faces of points that were added before.
+  virtual Status add_faces(std::span<const std::array<uint32_t, 3>> faces) = 0;
+  // The position of a point that was added before.
+  virtual Expected<Position> position(uint32_t point) = 0;
+};
+
+// A mesh in memory.
+class MeshBuilder : public MeshSink {
+ public:
+  Status begin(std::span<const Attribute> layout, size_t expected_points) override;
+  Status add_points(std::span<const Attribute> block, size_t count) override;
+  void expect_faces(size_t count) override { mesh_.faces.reserve(mesh_.faces.size() + count); }
+  Status add_faces(std::span<const std::array<uint32_t, 3>> faces) override;
+  Expected<Position> position(uint32_t point) override;
+
+  Mesh take() { return std::move(mesh_); }
+
+ private:
+  Mesh mesh_;
+};
 
 // One mesh and one node for each object. The values are moved from `file` into the document one after the
 // other. Errors: kUnsupported if there are no faces.
 Expected<Document> document_from_mesh_file(MeshFile file);
+// The same without checks: meshes may be empty, for values that are stored elsewhere.
+Document document_of_objects(MeshFile file);
 
 // The text as UTF-8. Text that is not valid UTF-8 is read as Latin-1.
 std::string as_utf8(const std::string& text);

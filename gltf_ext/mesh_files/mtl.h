@@ -1,10 +1,13 @@
 // MTL: the materials of OBJ files, as far as glTF can express them.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
+#include "gltf_ext/json/json.h"
 #include "gltf_ext/mesh_files/mesh_file.h"
 #include "gltf_ext/mesh_files/scanner.h"
 
@@ -46,5 +49,13 @@ bool can_be_texture(const std::string& path, Losses& losses);
 
 // The URI of a path that an OBJ or MTL file names; empty if the path is not relative.
 std::string uri_of_path(const std::string& path);
+
+// The path of an image of the document as the MTL file names it; empty if it has no file.
+using PathOfImage = std::function<std::string(size_t image)>;
+
+// The lines of one material: base colour, alpha, emission, roughness, metalness, and textures of these and of
+// normals, with offset and scale. What MTL cannot hold is added to `left_out`, by its name in glTF.
+std::string mtl_text(const Json& json, int64_t material, const std::string& name,
+                     const PathOfImage& path_of_image, std::set<std::string>& left_out);
 
 }  // namespace psplit

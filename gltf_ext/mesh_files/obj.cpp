@@ -1,12 +1,13 @@
 #include "gltf_ext/mesh_files/obj.h"
 
 #include <algorithm>
-#include <bit>
 #include <cctype>
 #include <cmath>
 #include <cstring>
 #include <optional>
 #include <set>
+
+#include "gltf_ext/mesh_files/point_table.h"
 
 namespace psplit {
 namespace {
@@ -20,48 +21,13 @@ struct Point {
   uint32_t part = 0;
   Corner corner;
   bool operator==(const Point& other) const { return part == other.part && corner == other.corner; }
-};
-
-// The points of all parts, found by their indices through a hash table with at least twice as many slots.
-class PointTable {
- public:
-  // The index of the point, and whether it is new.
-  std::pair<uint32_t, bool> find_or_add(const Point& point, uint32_t number_in_part) {
-    if (slots_.size() < 2 * (points_.size() + 1)) grow();
-    const size_t mask = slots_.size() - 1;
-    size_t slot = hash(point) & mask;
-    for (; slots_[slot] != kNone; slot = (slot + 1) & mask)
-      if (points_[slots_[slot]] == point) return {numbers_[slots_[slot]], false};
-    slots_[slot] = static_cast<uint32_t>(points_.size());
-    points_.push_back(point);
-    numbers_.push_back(number_in_part);
-    return {number_in_part, true};
-  }
-
-  const std::vector<Point>& points() const { return points_; }
-  void drop_table() { slots_ = {}, numbers_ = {}; }
-
- private:
-  static size_t hash(const Point& point) {
-    uint64_t state = uint64_t{point.corner.position} << 32 | point.corner.texcoord;
+  size_t hash() const {
+    uint64_t state = uint64_t{corner.position} << 32 | corner.texcoord;
     state = (state ^ state >> 33) * 0xff51afd7ed558ccd;
-    state ^= uint64_t{point.corner.normal} << 32 | point.part;
+    state ^= uint64_t{corner.normal} << 32 | part;
     state = (state ^ state >> 33) * 0xc4ceb9fe1a85ec53;
     return static_cast<size_t>(state ^ state >> 29);
   }
-
-  void grow() {
-    slots_.assign(std::bit_ceil(std::max<size_t>(64, 4 * points_.size())), kNone);
-    const size_t mask = slots_.size() - 1;
-    for (uint32_t i = 0; i < points_.size(); ++i) {
-      size_t slot = hash(points_[i]) & mask;
-      while (slots_[slot] != kNone) slot = (slot + 1) & mask;
-      slots_[slot] = i;
-    }
-  }
-
-  std::vector<Point> points_;
-  std::vector<uint32_t> numbers_, slots_;
 };
 
 // The largest index of one kind that a face names, and its line: the vertex may follow later in the file.
@@ -304,9 +270,9 @@ class ObjReader {
       if (!texcoords) corner.texcoord = kNone;
       if (!normals) corner.normal = kNone;
       if (points_.points().size() == kNone - 1) return fail("more points than 32 bits can count");
-      const auto [number, is_new] = points_.find_or_add({part_number, corner}, part->point_count);
-      part->point_count += is_new;
-      numbers_.push_back(number);
+      const auto [index, is_new] = points_.find_or_add({part_number, corner});
+      if (is_new) numbers_in_parts_.push_back(part->point_count++);
+      numbers_.push_back(numbers_in_parts_[index]);
       if (corners.size() > 3) corner_positions_.push_back(positions_[corner.position]);
     }
     polygons_.add(numbers_, corner_positions_, part->faces);
@@ -437,6 +403,7 @@ class ObjReader {
 
   void finish() {
     points_.drop_table();
+    numbers_in_parts_ = {};
     say_losses();
     std::vector<std::vector<uint32_t>> points_of_part(parts_.size());
     for (uint32_t i = 0; i < points_.points().size(); ++i)
@@ -482,7 +449,8 @@ class ObjReader {
   std::vector<Part> parts_;
   std::map<std::tuple<size_t, int64_t, bool, bool>, size_t> part_numbers_;
   size_t last_part_ = 0;
-  PointTable points_;
+  PointTable<Point> points_;
+  std::vector<uint32_t> numbers_in_parts_;  // of these points
   std::vector<Pending> pending_;
   Named named_;
   uint64_t missing_texcoords_ = 0, missing_normals_ = 0, unknown_count_ = 0;

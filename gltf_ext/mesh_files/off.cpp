@@ -159,12 +159,9 @@ class OffReader {
   bool read_vertices() {
     for (uint64_t i = 0; i < vertex_count_; ++i) {
       if (!append(positions_, 3)) return false;
-      for (size_t axis = 0; axis < 3; ++axis) {
-        float value = 0;
-        std::memcpy(&value, positions_.data() + positions_.size() - (axis + 1) * sizeof(value), sizeof(value));
-        if (!std::isfinite(value))
-          return fail("the position of vertex " + std::to_string(i) + " is not finite");
-      }
+      Position position;
+      std::memcpy(position.data(), positions_.data() + positions_.size() - sizeof position, sizeof position);
+      if (!is_finite(position)) return fail("the position of vertex " + std::to_string(i) + " is not finite");
       if (form_.normals && !append(normals_, 3)) return false;
       if (form_.colors && !append_color(colors_, i)) return false;
       if (!form_.colors && form_.texcoords && !append(texcoords_, 2)) return false;
@@ -176,7 +173,7 @@ class OffReader {
     }
     mesh_.point_count = static_cast<uint32_t>(vertex_count_);
     scale_colors();
-    flip_texcoords();
+    flip_v(texcoords_);
     add_attribute("POSITION", 3, positions_);
     add_attribute("NORMAL", 3, normals_);
     add_attribute("COLOR_0", static_cast<uint8_t>(color_count_), colors_);
@@ -193,16 +190,6 @@ class OffReader {
       std::memcpy(&value, colors_.data() + at, sizeof(value));
       value /= 255;
       std::memcpy(colors_.data() + at, &value, sizeof(value));
-    }
-  }
-
-  // OFF counts v from the bottom of the image, glTF from the top.
-  void flip_texcoords() {
-    for (size_t at = sizeof(float); at < texcoords_.size(); at += 2 * sizeof(float)) {
-      float value = 0;
-      std::memcpy(&value, texcoords_.data() + at, sizeof(value));
-      value = 1 - value;
-      std::memcpy(texcoords_.data() + at, &value, sizeof(value));
     }
   }
 

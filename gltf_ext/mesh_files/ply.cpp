@@ -61,17 +61,8 @@ class VertexLayout {
 
   std::vector<Attribute>& attributes() { return attributes_; }
   const std::vector<Target>& targets() const { return targets_; }
-
-  // PLY counts v from the bottom of the image, glTF from the top.
   void flip_texcoords() {
-    if (texcoord_ == kNoAttribute) return;
-    Array<std::byte>& values = attributes_[texcoord_].values;
-    for (size_t at = sizeof(float); at < values.size(); at += 2 * sizeof(float)) {
-      float v = 0;
-      std::memcpy(&v, values.data() + at, sizeof(v));
-      v = 1 - v;
-      std::memcpy(values.data() + at, &v, sizeof(v));
-    }
+    if (texcoord_ != kNoAttribute) flip_v(attributes_[texcoord_].values);
   }
 
  private:
@@ -352,10 +343,6 @@ class PlyReader {
     if (!is_finite(position_at(layout.attributes()[0], static_cast<uint32_t>(i))))
       return values_.fail("the position of vertex " + std::to_string(first + i) + " is not finite");
     return values_.end_element();
-  }
-
-  static bool is_finite(const Position& position) {
-    return std::ranges::all_of(position, [](float value) { return std::isfinite(value); });
   }
 
   bool read_length(const PlyProperty& property, uint64_t& length) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "gltf_ext/mesh_files/mesh_file.h"
-#include "gltf_ext/mesh_files/mesh_sink.h"
 #include "gltf_ext/mesh_files/ply_header.h"
 #include "gltf_ext/mesh_files/scanner.h"
 

@@ -4,11 +4,11 @@
 #include <new>
 #include <stdexcept>
 
-#include "gltf_ext/convert/draco_file.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/image_type.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/uri.h"
+#include "gltf_ext/mesh_files/draco_file.h"
 #include "gltf_ext/mesh_files/obj.h"
 #include "gltf_ext/mesh_files/off.h"
 #include "gltf_ext/mesh_files/ply.h"
@@ -155,6 +155,23 @@ Expected<Asset> read_asset(const fs::path& path, const DescribeStream& describe,
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path, progress);
   if (!stream) return stream.status().at({.file = path == "-" ? "stdin" : path.string()});
   return read(std::move(*stream), path, describe, access);
+}
+
+Expected<SpooledBytes> spool_bytes(Scanner& scanner, const std::filesystem::path& folder) {
+  Expected<UnnamedFile> file = UnnamedFile::create(folder);
+  if (!file) return file.status();
+  uint64_t written = 0;
+  for (std::string_view block = scanner.peek(Scanner::kMostPeeked); !block.empty();
+       block = scanner.peek(Scanner::kMostPeeked)) {
+    Status status = file->write(written, {reinterpret_cast<const uint8_t*>(block.data()), block.size()});
+    if (!status.ok()) return status;
+    written += block.size();
+    scanner.skip(block.size());
+  }
+  if (Status status = scanner.failure(); !status.ok()) return status;
+  Expected<MappedFile> bytes = MappedFile::open(*file);
+  if (!bytes) return bytes.status();
+  return SpooledBytes{std::move(*file), std::move(*bytes)};
 }
 
 }  // namespace psplit

@@ -1,13 +1,17 @@
 // Reads a file of any supported format, recognized by its content.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/files/mapped_file.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "gltf_ext/mesh_files/obj.h"
+#include "gltf_ext/mesh_files/scanner.h"
 #include "src/container/stream_description.h"
 
 namespace psplit {
@@ -26,19 +30,28 @@ struct Asset {
 
 // Reads glTF, GLB, Draco, PLY, OBJ, STL and OFF, each of them plain or packed by gzip; "-" is stdin. The
 // content decides the format. If it does not show one (an OBJ with unusual lines, broken files), the name
-// decides. `describe` describes a Draco stream (gltf_ext/convert/draco_file.h). Mesh files are read through a
-// window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
+// decides. `describe` describes a Draco stream (gltf_ext/mesh_files/draco_file.h). Mesh files are read through
+// a window, so the whole file is never in memory. Materials and textures of an OBJ file are searched beside it.
 // `access` is that of read_document, for glTF. `progress` counts the bytes of a file that is not mapped.
 // Errors: kIo, kInvalidInput, kUnsupported (another format, a point cloud).
 Expected<Asset> read_asset(const std::filesystem::path& path, const DescribeStream& describe,
                            FileAccess access = FileAccess::kRead, const Progress& progress = {});
 
-// The same for a file in memory, such as the content of a pipe (spool_bytes.h). The bytes of a GLB stay there.
+// The same for a file in memory, such as the content of a pipe (spool_bytes). The bytes of a GLB stay there.
 Expected<Asset> read_asset(const MappedFile& file, const std::filesystem::path& source,
                            const DescribeStream& describe);
 
 // The same for a stream that was opened from `source`.
 Expected<Asset> read_asset(std::unique_ptr<ByteStream> stream, const std::filesystem::path& source,
                            const DescribeStream& describe);
+
+// The bytes of a stream that can be read only once, such as a pipe, in a temporary file.
+struct SpooledBytes {
+  UnnamedFile file;
+  MappedFile bytes;
+};
+
+// Reads the rest of the stream, unpacked if it is gzip. Errors: those of the stream and of the file.
+Expected<SpooledBytes> spool_bytes(Scanner& scanner, const std::filesystem::path& folder);
 
 }  // namespace psplit

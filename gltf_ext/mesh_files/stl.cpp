@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <bit>
-#include <cmath>
 #include <cstring>
+
+#include "gltf_ext/mesh_files/point_table.h"
 
 namespace psplit {
 namespace {
@@ -23,19 +24,35 @@ uint32_t facet_count_of(std::string_view header) {
   return count;
 }
 
-bool is_finite(const Facet& facet) {
-  for (const Position& corner : facet.corners)
-    for (const float value : corner)
-      if (!std::isfinite(value)) return false;
-  return true;
-}
+bool has_finite_corners(const Facet& facet) { return std::ranges::all_of(facet.corners, is_finite); }
 
-// Merges points with equal position and normal, found through a hash table with twice as many slots.
+// A position and a normal, compared bit for bit.
+struct SoupPoint {
+  std::array<float, 6> values;
+
+  bool operator==(const SoupPoint& other) const {
+    return std::memcmp(values.data(), other.values.data(), sizeof values) == 0;
+  }
+  size_t hash() const {
+    uint64_t state = 0x9e3779b97f4a7c15;
+    for (const float value : values) {
+      state = (state ^ std::bit_cast<uint32_t>(value)) * 0xff51afd7ed558ccd;
+      state ^= state >> 32;
+    }
+    return static_cast<size_t>(state);
+  }
+};
+
+// Merges points with equal position and normal.
 class SoupBuilder {
  public:
   void add(const Facet& facet) {
     std::array<uint32_t, 3> face;
-    for (size_t i = 0; i < 3; ++i) face[i] = point_of(facet.corners[i], facet.normal);
+    const auto& [nx, ny, nz] = facet.normal;
+    for (size_t i = 0; i < 3; ++i) {
+      const auto& [x, y, z] = facet.corners[i];
+      face[i] = points_.find_or_add({{x, y, z, nx, ny, nz}}).first;
+    }
     faces_.push_back(face);
   }
 
@@ -43,63 +60,25 @@ class SoupBuilder {
 
   Mesh take() {
     Mesh mesh;
-    mesh.point_count = static_cast<uint32_t>(points_.size());
+    const std::vector<SoupPoint>& points = points_.points();
+    mesh.point_count = static_cast<uint32_t>(points.size());
     mesh.faces = std::move(faces_);
     for (const char* semantic : {"POSITION", "NORMAL"}) {
       const bool normal = semantic[0] == 'N';
       Attribute attribute{semantic, ComponentType::kFloat32, 3, false, {}};
-      attribute.values.resize(points_.size() * sizeof(Position));
-      for (size_t i = 0; i < points_.size(); ++i)
-        std::memcpy(attribute.values.data() + i * sizeof(Position), points_[i].data() + (normal ? 3 : 0),
+      attribute.values.resize(points.size() * sizeof(Position));
+      for (size_t i = 0; i < points.size(); ++i)
+        std::memcpy(attribute.values.data() + i * sizeof(Position), points[i].values.data() + (normal ? 3 : 0),
                     sizeof(Position));
       mesh.attributes.push_back(std::move(attribute));
     }
     points_.clear();
-    slots_.clear();
     faces_.clear();
     return mesh;
   }
 
  private:
-  using Point = std::array<float, 6>;
-  static constexpr uint32_t kFree = UINT32_MAX;
-
-  static size_t hash(const Point& point) {
-    uint64_t state = 0x9e3779b97f4a7c15;
-    for (const float value : point) {
-      uint32_t bits;
-      std::memcpy(&bits, &value, sizeof(bits));
-      state = (state ^ bits) * 0xff51afd7ed558ccd;
-      state ^= state >> 32;
-    }
-    return static_cast<size_t>(state);
-  }
-
-  uint32_t point_of(const Position& position, const std::array<float, 3>& normal) {
-    if (slots_.size() < 2 * (points_.size() + 1)) grow();
-    const Point point{position[0], position[1], position[2], normal[0], normal[1], normal[2]};
-    const size_t mask = slots_.size() - 1;
-    size_t slot = hash(point) & mask;
-    for (; slots_[slot] != kFree; slot = (slot + 1) & mask)
-      if (std::memcmp(points_[slots_[slot]].data(), point.data(), sizeof(point)) == 0) return slots_[slot];
-    slots_[slot] = static_cast<uint32_t>(points_.size());
-    points_.push_back(point);
-    return slots_[slot];
-  }
-
-  void grow() {
-    slots_.assign(std::max<size_t>(64, 4 * points_.size()), kFree);
-    slots_.resize(std::bit_ceil(slots_.size()), kFree);
-    const size_t mask = slots_.size() - 1;
-    for (uint32_t i = 0; i < points_.size(); ++i) {
-      size_t slot = hash(points_[i]) & mask;
-      while (slots_[slot] != kFree) slot = (slot + 1) & mask;
-      slots_[slot] = i;
-    }
-  }
-
-  std::vector<Point> points_;
-  std::vector<uint32_t> slots_;
+  PointTable<SoupPoint> points_;
   Array<std::array<uint32_t, 3>> faces_;
 };
 
@@ -207,7 +186,7 @@ class TextReader {
       if (Status status = read_vector(corner); !status.ok()) return status;
     }
     if (Status status = expect({"endloop", "endfacet"}); !status.ok()) return status;
-    return is_finite(facet) ? sink_.add(facet) : error_at_line(line, "a position that is not finite");
+    return has_finite_corners(facet) ? sink_.add(facet) : error_at_line(line, "a position that is not finite");
   }
 
   Scanner& scanner_;
@@ -238,7 +217,7 @@ Status read_binary(Scanner& scanner, FacetSink& sink, Losses& losses) {
     std::memcpy(&facet, bytes.data(), sizeof(facet));
     with_attributes += bytes[48] != 0 || bytes[49] != 0;
     scanner.skip(kFacetBytes);
-    if (!is_finite(facet))
+    if (!has_finite_corners(facet))
       return error_at_byte(offset, "a position of facet " + std::to_string(i) + " is not finite");
     if (Status status = sink.add(facet); !status.ok()) return status;
   }

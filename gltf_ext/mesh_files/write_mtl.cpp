@@ -1,11 +1,10 @@
-#include "gltf_ext/mesh_files/write_mtl.h"
-
 #include <algorithm>
 #include <array>
 #include <charconv>
 
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/mesh_files/mesh_file.h"
+#include "gltf_ext/mesh_files/mtl.h"
 
 namespace psplit {
 namespace {

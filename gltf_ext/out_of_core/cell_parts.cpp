@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
-#include "gltf_ext/convert/read_jobs.h"
 
 namespace psplit {
 namespace {
@@ -76,7 +76,7 @@ class CellParts::Builder {
     uses_.assign(number_count_, 0);
     for (uint32_t cell = 0; cell < counts_.size(); ++cell)
       if (Status status = write_part(cell); !status.ok()) return status;
-    if (result_.places_.empty()) return unsupported(kOnlyDegenerate);
+    if (result_.statistics_.kept_faces == 0) return unsupported("no triangles but degenerate ones");
     count_uses();
     choose_codings();
     return result_.file_.flush();
@@ -173,10 +173,15 @@ class CellParts::Builder {
                     width_);
       }
     }
+    std::vector<uint32_t> own_numbers(options_.keep_duplicates ? count : 0);
+    std::iota(own_numbers.begin(), own_numbers.end(), 0u);
     if (spool_.is_soup()) {
       std::vector<uint8_t> is_counted(count, 0);
+      // Equal corners of facets are one point of the input.
+      const bool is_needed = input_points != nullptr || options_.keep_duplicates;
+      std::vector<uint32_t> lowest = is_needed ? lowest_equal(points, width_) : std::vector<uint32_t>();
+      if (options_.keep_duplicates) own_numbers = lowest;
       if (input_points != nullptr) {
-        const std::vector<uint32_t> lowest = lowest_equal(points, width_);
         for (uint32_t i = 0; i < count; ++i) is_counted[i] = lowest[i] == i;
         *input_points += static_cast<uint64_t>(std::ranges::count(is_counted, 1));
       }
@@ -185,7 +190,8 @@ class CellParts::Builder {
     } else if (input_points != nullptr) {
       *input_points += count;
     }
-    points.lowest = lowest_equal(points, width_);
+    points.lowest = options_.keep_duplicates && !spool_.has_numbered_points() ? std::move(own_numbers)
+                                                                              : lowest_equal(points, width_);
     return points;
   }
 
@@ -260,7 +266,7 @@ class CellParts::Builder {
   Status write_part(uint32_t cell) {
     Array<Face> faces(static_cast<size_t>(faces_->count(cell)));
     const auto [numbers_at, numbered_count] = number_places_[cell];
-    if (faces.empty()) return {};
+    if (faces.empty() && !options_.keep_unused) return {};
     if (Status status = faces_->read(cell, 0, writable_bytes(faces)); !status.ok()) return status;
     const Expected<CellPoints> own = read_points(cell, nullptr, nullptr);
     if (!own) return own.status();
@@ -270,13 +276,15 @@ class CellParts::Builder {
 
     // First the number of each point is that of its own points, followed by foreign ones.
     std::vector<uint32_t> place(own_count + foreign->numbers.size(), kNone);
+    for (uint32_t i = 0; i < own_count && options_.keep_unused; ++i)
+      if (own->lowest[i] == i) place[i] = 0;
     size_t kept = 0;
     for (Face& face : faces) {
       for (uint32_t& point : face) {
         const std::optional<uint32_t> index = own->find(point);
         point = index ? own->lowest[*index] : own_count + foreign->find(point);
       }
-      if (repeats_a_point(face)) continue;
+      if (!options_.keep_degenerate && repeats_a_point(face)) continue;
       for (const uint32_t point : face) place[point] = 0;
       faces[kept++] = face;
     }
@@ -307,7 +315,7 @@ class CellParts::Builder {
       shared.push_back({place[i], number});
       if (uses_[number] < 2) ++uses_[number];
     }
-    if (faces.empty()) return {};
+    if (part.point_count == 0) return {};
     for (Face& face : faces)
       for (uint32_t& point : face) point = place[point];
     part.shared_count = static_cast<uint32_t>(shared.size());

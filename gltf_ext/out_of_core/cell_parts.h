@@ -22,14 +22,17 @@ struct CellStatistics {
   uint64_t merged_points = 0, dropped_faces = 0, dropped_points = 0;
 };
 
-// Each cell with faces is a part. Equal points are merged by the cell that they belong to, before the faces of
-// other cells get them.
+// Each cell with faces, or with points that are kept without, is a part. Equal points are merged by the cell
+// that they belong to, before the faces of other cells get them.
 class CellParts : public MeshParts {
  public:
   struct Options {
     std::filesystem::path folder;  // of the temporary files
     PartCost cost;
     uint64_t buffer_bytes = 0;  // memory for buffers
+    // See EncodeDocumentOptions. Without them, equal points are merged, and parts get neither faces that repeat
+    // a point then nor points that no face uses.
+    bool keep_duplicates = false, keep_degenerate = false, keep_unused = false;
   };
   // Closes the files of `spool`. Errors: those of the files, kUnsupported if the mesh cannot be divided so, or
   // if all faces are degenerate.

@@ -88,17 +88,17 @@ Status BucketFile::read(uint32_t bucket, uint64_t first, std::span<uint8_t> to) 
 }
 
 Status PagedFile::read(const UnnamedFile& file, uint64_t file_bytes, uint64_t offset, std::span<uint8_t> to) {
-  constexpr uint64_t kNone = UINT64_MAX;
+  constexpr uint64_t kNoPage = UINT64_MAX;
   if (pages_.empty()) {
     pages_.resize(kPages * kPage);
-    page_at_.assign(kPages, kNone);
+    page_at_.assign(kPages, kNoPage);
   }
   while (!to.empty()) {
     const uint64_t page = offset / kPage, within = offset % kPage;
     const size_t slot = page % kPages;
     uint8_t* const bytes = pages_.data() + slot * kPage;
     if (page_at_[slot] != page) {
-      page_at_[slot] = kNone;
+      page_at_[slot] = kNoPage;
       const uint64_t count = std::min(kPage, file_bytes - page * kPage);
       if (Status status = file.read(page * kPage, {bytes, static_cast<size_t>(count)}); !status.ok())
         return status;

@@ -61,6 +61,7 @@ Status MeshSpool::begin(std::span<const Attribute> layout, size_t) {
     offsets_.push_back(record_bytes_);
     record_bytes_ += attributes_[i].stride();
     if (attributes_[i].semantic == "POSITION") position_ = i;
+    if (attributes_[i].semantic == kPointNumber) has_numbered_points_ = true;
     if (attributes_[i].semantic == "NORMAL" && options_.repairs) normal_ = i;
   }
   return {};
@@ -147,6 +148,10 @@ Status MeshSpool::look_for_proper_face(std::span<const Face> faces) {
   for (std::vector<uint8_t>& record : records) record.resize(record_bytes_);
   for (const Face& face : faces) {
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) continue;
+    if (options_.keep_duplicates && !has_numbered_points_) {
+      has_proper_face_ = true;
+      return {};
+    }
     for (size_t i = 0; i < 3; ++i)
       if (Status status = read_record(face[i], 0, records[i]); !status.ok()) return status;
     has_proper_face_ = records[0] != records[1] && records[1] != records[2] && records[2] != records[0];
@@ -264,6 +269,7 @@ Status MeshSpool::finish() {
   sums_.resize(zeros_.size());
   read_attributes_ = attributes_;
   read_bytes_ = record_bytes_;
+  if (has_numbered_points_) read_attributes_.pop_back();
   if (has_no_normals()) {
     if (!skips_normals_of_soup()) say_no_normals(losses_);
     read_attributes_.erase(read_attributes_.begin() + static_cast<std::ptrdiff_t>(normal_));

@@ -15,7 +15,6 @@
 #include "encoder/coding/choose_codings.h"
 #include "encoder/coding/position_bits.h"
 #include "gltf_ext/mesh_files/mesh_file.h"
-#include "gltf_ext/mesh_files/mesh_sink.h"
 #include "gltf_ext/mesh_files/stl.h"
 #include "gltf_ext/out_of_core/cell_tree.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
@@ -27,9 +26,11 @@ struct SpoolOptions {
   // A mesh file, whose values are changed to what glTF requires (gltf_ext/mesh_files/repair_values.h).
   bool repairs = true;
   CodingOptions coding;
-  std::set<std::string> skip{};    // semantics that are left out
-  std::set<std::string> exact;     // semantics that stay exact: see choose_codings
-  bool samples_edges = false;      // see MeshSpool::edges
+  std::set<std::string> skip{};  // semantics that are left out
+  std::set<std::string> exact;   // semantics that stay exact: see choose_codings
+  bool samples_edges = false;    // see MeshSpool::edges
+  // Points that are equal stay apart: see has_numbered_points and has_proper_face.
+  bool keep_duplicates = false;
   uint64_t most_zero_normals = 0;  // kept in memory, with about 64 bytes each
 };
 
@@ -56,9 +57,14 @@ class MeshSpool : public MeshSink, public FacetSink {
 
   uint64_t point_count() const { return point_count_; }
   uint64_t face_count() const { return face_count_; }
-  // Whether a face has three different points. Without one, there is nothing to encode.
+  // Whether a face has three different points. Without one, there is nothing to encode, unless such faces are
+  // kept.
   bool has_proper_face() const { return has_proper_face_; }
-  bool is_soup() const { return is_soup_; }          // it came as facets: face i has the points 3i to 3i + 2
+  bool is_soup() const { return is_soup_; }  // it came as facets: face i has the points 3i to 3i + 2
+  // Whether the last attribute that begin() got was kPointNumber: points that are equal with it are one point
+  // of the input. It is a part of the records, but not of attributes().
+  bool has_numbered_points() const { return has_numbered_points_; }
+  static constexpr const char* kPointNumber = "point number";
   const std::string& name() const { return name_; }  // of the solid, if there is only one
   // Those of the records that are read, without values. NORMAL is missing if no normal has a direction.
   const std::vector<Attribute>& attributes() const { return read_attributes_; }
@@ -123,7 +129,7 @@ class MeshSpool : public MeshSink, public FacetSink {
   static constexpr size_t kNone = SIZE_MAX;
   SpoolOptions options_;
   Losses& losses_;
-  bool is_soup_ = false, has_proper_face_ = false;
+  bool is_soup_ = false, has_proper_face_ = false, has_numbered_points_ = false;
   std::string name_;
   size_t solids_ = 0;
   std::vector<Attribute> attributes_, read_attributes_;

@@ -57,8 +57,13 @@ ExpectedSizes ObjSpool::sizes() const {
 // Makes points of corners, block by block.
 class ObjSpool::Writer {
  public:
-  Writer(ObjSpool& spool, MeshSpool& mesh, Losses& losses)
-      : spool_(spool), mesh_(mesh), losses_(losses), polygons_(losses), recent_(kRecent) {}
+  Writer(ObjSpool& spool, MeshSpool& mesh, Losses& losses, bool keeps_duplicates)
+      : spool_(spool),
+        mesh_(mesh),
+        losses_(losses),
+        keeps_duplicates_(keeps_duplicates),
+        polygons_(losses),
+        recent_(kRecent) {}
 
   Status write() {
     for (Column& column : spool_.columns_)
@@ -107,6 +112,7 @@ class ObjSpool::Writer {
       const auto components = static_cast<uint8_t>(spool_.column(kind).components);
       block_.push_back({name, ComponentType::kFloat32, components, false, {}});
     }
+    if (keeps_duplicates_) block_.push_back({MeshSpool::kPointNumber, ComponentType::kUint32, 3, false, {}});
     return mesh_.begin(block_, 0);
   }
 
@@ -160,6 +166,11 @@ class ObjSpool::Writer {
         const auto* const bytes = reinterpret_cast<const std::byte*>(value.data());
         for (size_t k = 0; k < block_[i].stride(); ++k) block_[i].values.push_back(bytes[k]);
       }
+      if (keeps_duplicates_) {
+        const std::array<uint32_t, 3> number = {corner.position, corner.texcoord, corner.normal};
+        const auto bytes = std::as_bytes(std::span(number));
+        block_.back().values.insert(block_.back().values.end(), bytes.begin(), bytes.end());
+      }
     }
     points_.push_back(known.point);
     return {};
@@ -188,6 +199,7 @@ class ObjSpool::Writer {
   ObjSpool& spool_;
   MeshSpool& mesh_;
   Losses& losses_;
+  const bool keeps_duplicates_;
   PolygonReader polygons_;
   PagedFile face_pages_;
   std::vector<Known> recent_;
@@ -203,8 +215,8 @@ class ObjSpool::Writer {
   std::vector<Position> positions_;
 };
 
-Status ObjSpool::write_to(MeshSpool& mesh, Losses& losses) {
-  Status status = Writer(*this, mesh, losses).write();
+Status ObjSpool::write_to(MeshSpool& mesh, Losses& losses, bool keeps_duplicates) {
+  Status status = Writer(*this, mesh, losses, keeps_duplicates).write();
   for (Column& column : columns_) column.file.close();
   faces_.close();
   return status;

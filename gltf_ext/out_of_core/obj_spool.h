@@ -24,8 +24,9 @@ class ObjSpool : public ObjSink {
   // Gives the points and triangles to `mesh`, once everything was added, and the space of the files back. A
   // corner that was seen recently is the same point again; others that are equal become one later, because the
   // parts of a mesh merge equal points. kUnsupported if only some faces have texture coordinates or normals:
-  // they would be several primitives.
-  Status write_to(MeshSpool& mesh, Losses& losses);
+  // they would be several primitives. `keeps_duplicates`: corners with other indices stay apart, so points get
+  // the indices as their MeshSpool::kPointNumber.
+  Status write_to(MeshSpool& mesh, Losses& losses, bool keeps_duplicates);
 
  private:
   struct Column {

@@ -61,7 +61,7 @@ Status read_stl_to(Scanner& scanner, MeshSpool& spool, Losses& losses, const Che
 }
 
 Status read_obj_to(Scanner& scanner, const std::filesystem::path& folder, MeshSpool& spool, Losses& losses,
-                   const CheckSizes& check, ObjSource& obj) {
+                   const CheckSizes& check, bool keeps_duplicates, ObjSource& obj) {
   skip_byte_order_mark(scanner);
   Expected<ObjSpool> values = ObjSpool::create(folder);
   if (!values) return values.status();
@@ -71,7 +71,7 @@ Status read_obj_to(Scanner& scanner, const std::filesystem::path& folder, MeshSp
   obj.head = std::move(*head);
   if (check)
     if (Status status = check(values->sizes(), true); !status.ok()) return status;
-  return values->write_to(spool, losses);
+  return values->write_to(spool, losses, keeps_duplicates);
 }
 
 }  // namespace
@@ -86,10 +86,11 @@ Expected<std::unique_ptr<MeshSpool>> read_spool(Scanner& scanner, AssetFormat fo
   if (!can_be_spooled(format) || (is_obj && obj == nullptr))
     return unsupported("this format is not read part by part");
   const std::filesystem::path folder = options.folder;
+  const bool keeps_duplicates = options.keep_duplicates;
   if (is_obj) options.most_zero_normals = 0;  // faces of a point may be those of several points here
   Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(options), losses);
   if (!spool) return spool;
-  Status status = is_obj                        ? read_obj_to(scanner, folder, **spool, losses, check, *obj)
+  Status status = is_obj ? read_obj_to(scanner, folder, **spool, losses, check, keeps_duplicates, *obj)
                   : format == AssetFormat::kPly ? read_ply_to(scanner, **spool, losses, check)
                                                 : read_stl_to(scanner, **spool, losses, check);
   // A failure of the stream is the reason why the rest of the file is missing.

@@ -8,59 +8,37 @@
 #include <utility>
 #include <vector>
 
-#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/files/operating_system.h"
-#include "gltf_ext/json/json_fields.h"
-#include "gltf_ext/primitive/read_primitives.h"
+#include "gltf_ext/primitive/accessors.h"
 
 namespace psplit {
 namespace {
 
 constexpr uint64_t kWindow = uint64_t{1} << 16;  // elements
 
-const Json* accessor_at(const Document& document, const Json* index) {
-  const auto number = index == nullptr ? std::nullopt : integer_value(*index);
-  return number ? top_level_object(document.json, "accessors", *number) : nullptr;
-}
-
 // The elements of an accessor, tightly packed.
 class AccessorWindow {
  public:
-  static Expected<AccessorWindow> open(const Document& document, const std::string& name, const Json& index) {
-    const Json* accessor = accessor_at(document, &index);
-    if (accessor == nullptr) return invalid_input(name + " has no accessor");
+  static Expected<AccessorWindow> open(const Document& document, const std::string& name, int64_t index) {
     AccessorWindow window;
-    const auto layout = element_layout(*accessor);
-    if (!layout) return layout.status();
-    window.layout_ = *layout;
-    window.normalized_ = bool_field_or(*accessor, "normalized", false);
-    const auto count = integer_field(*accessor, "count"), view = integer_field(*accessor, "bufferView");
-    const auto offset = integer_field_or(*accessor, "byteOffset", 0);
-    if (!count || *count < 0 || !offset || *offset < 0) return invalid_input(name + ": an invalid accessor");
-    if (!view || field(*accessor, "sparse") != nullptr)
+    window.accessor_ = &document.records().accessor(index);
+    if (window.accessor_->sparse || !window.accessor_->has_view())
       return unsupported(name + ": a sparse accessor does not fit into --memory");
-    if (layout->stored_bytes() != layout->packed_bytes())
+    if (window.layout().stored_bytes() != window.layout().packed_bytes())
       return unsupported(name + ": a matrix with padding does not fit into --memory");
-    const Expected<std::span<const uint8_t>> bytes = buffer_view_bytes(document, *view);
-    if (!bytes) return bytes.status();
-    const Json& view_json = *top_level_object(document.json, "bufferViews", *view);
-    const auto stride = integer_field_or(view_json, "byteStride", static_cast<int64_t>(layout->stored_bytes()));
-    window.count_ = static_cast<uint64_t>(*count);
-    if (!stride || *stride <= 0 ||
-        !elements_fit(*layout, static_cast<uint64_t>(*offset), static_cast<uint64_t>(*stride), window.count_,
-                      bytes->size()))
-      return invalid_input(name + ": the accessor exceeds its buffer view");
-    window.stride_ = static_cast<size_t>(*stride);
-    window.bytes_ = bytes->subspan(static_cast<size_t>(*offset));
+    const Expected<ValuesView> values = accessor_view(document, index);
+    if (!values) return values.status();
+    window.stride_ = values->step();
+    window.bytes_ = {reinterpret_cast<const uint8_t*>(values->bytes.data()), values->bytes.size()};
     return window;
   }
 
-  const ElementLayout& layout() const { return layout_; }
-  bool normalized() const { return normalized_; }
-  uint64_t count() const { return count_; }
+  const ElementLayout& layout() const { return accessor_->layout; }
+  bool normalized() const { return accessor_->normalized; }
+  uint64_t count() const { return accessor_->count; }
 
   void read(uint64_t first, size_t count, Array<std::byte>& to) const {
-    const size_t width = layout_.packed_bytes();
+    const size_t width = layout().packed_bytes();
     to.resize(count * width);
     const size_t begin = static_cast<size_t>(first) * stride_;
     for (size_t i = 0; i < count; ++i)
@@ -69,9 +47,7 @@ class AccessorWindow {
   }
 
  private:
-  ElementLayout layout_;
-  bool normalized_ = false;
-  uint64_t count_ = 0;
+  const AccessorRecord* accessor_ = nullptr;
   size_t stride_ = 0;
   std::span<const uint8_t> bytes_;
 };
@@ -87,26 +63,27 @@ Status check_attribute(const Attribute& attribute) {
 }
 
 // In memory, positions that are not finite are stored exactly. They belong to no cell.
-Status check_positions(const Json& attributes, std::span<const Attribute> block, uint64_t first) {
+Status check_positions(int64_t accessor, std::span<const Attribute> block, uint64_t first) {
   const auto position = std::ranges::find(block, "POSITION", &Attribute::semantic);
   if (position == block.end() || position->component_type != ComponentType::kFloat32) return {};
   for (size_t i = 0; i < position->values.size() / sizeof(float); ++i) {
     float value = 0;
     std::memcpy(&value, position->values.data() + i * sizeof(value), sizeof(value));
     if (!std::isfinite(value))
-      return invalid_input("accessor " + attributes["POSITION"].dump() + ": the position of point " +
+      return invalid_input("accessor " + std::to_string(accessor) + ": the position of point " +
                            std::to_string(first + i / position->component_count) + " is not finite");
   }
   return {};
 }
 
-Status stream_points(const Document& document, const Json& primitive, MeshSink& sink, uint64_t& point_count) {
+Status stream_points(const Document& document, const PrimitiveRecord& primitive, MeshSink& sink,
+                     uint64_t& point_count) {
   std::vector<AccessorWindow> windows;
   std::vector<Attribute> block;
-  const Json* attributes = object_field(primitive, "attributes");
-  if (attributes == nullptr || field(*attributes, "POSITION") == nullptr) return unsupported("no POSITION");
-  for (const auto& [semantic, index] : attributes->items()) {
-    Expected<AccessorWindow> window = AccessorWindow::open(document, "attribute " + semantic, index);
+  const int64_t position = primitive.accessor_of("POSITION");
+  if (position < 0) return unsupported("no POSITION");
+  for (const auto& [semantic, accessor] : primitive.attributes) {
+    Expected<AccessorWindow> window = AccessorWindow::open(document, "attribute " + semantic, accessor);
     if (!window) return window.status();
     const ElementLayout& layout = window->layout();
     block.push_back({semantic, layout.component_type, layout.component_count(), window->normalized(), {}});
@@ -121,7 +98,7 @@ Status stream_points(const Document& document, const Json& primitive, MeshSink& 
   for (uint64_t first = 0; first < point_count; first += kWindow) {
     const auto count = static_cast<size_t>(std::min(kWindow, point_count - first));
     for (size_t i = 0; i < block.size(); ++i) windows[i].read(first, count, block[i].values);
-    if (Status status = check_positions(*attributes, block, first); !status.ok()) return status;
+    if (Status status = check_positions(position, block, first); !status.ok()) return status;
     if (Status status = sink.add_points(block, count); !status.ok()) return status;
   }
   return {};
@@ -130,11 +107,12 @@ Status stream_points(const Document& document, const Json& primitive, MeshSink& 
 // Consecutive indices, where the corners of a face never are in two windows.
 class Indices {
  public:
-  static Expected<Indices> open(const Document& document, const Json& primitive, uint64_t point_count) {
+  static Expected<Indices> open(const Document& document, const PrimitiveRecord& primitive,
+                                uint64_t point_count) {
     Indices indices;
     indices.point_count_ = indices.count_ = point_count;
-    if (const Json* index = field(primitive, "indices")) {
-      Expected<AccessorWindow> window = AccessorWindow::open(document, "indices", *index);
+    if (primitive.indices >= 0) {
+      Expected<AccessorWindow> window = AccessorWindow::open(document, "indices", primitive.indices);
       if (!window) return window.status();
       const ComponentType type = window->layout().component_type;
       if (window->layout().component_count() != 1 ||
@@ -182,36 +160,24 @@ class Indices {
 }  // namespace
 
 PrimitiveSize stated_size(const Document& document, PrimitiveId id) {
+  const AssetRecords& records = document.records();
+  const PrimitiveRecord& primitive = records.primitive(id);
   PrimitiveSize size;
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  const auto count_of = [&](const Json* index) {
-    const Json* accessor = accessor_at(document, index);
-    const auto count = accessor == nullptr ? std::nullopt : integer_field(*accessor, "count");
-    return static_cast<uint64_t>(std::max<int64_t>(0, count.value_or(0)));
-  };
-  const Json* attributes = object_field(primitive, "attributes");
-  if (attributes == nullptr) return size;
-  size.points = count_of(field(*attributes, "POSITION"));
-  const Json* indices = field(primitive, "indices");
-  size.faces = (indices == nullptr ? size.points : count_of(indices)) / 3;
-  for (const auto& [semantic, index] : attributes->items()) {
-    const Json* accessor = accessor_at(document, &index);
-    if (accessor == nullptr) continue;
-    if (const auto layout = element_layout(*accessor)) size.record_bytes += layout->packed_bytes();
-  }
+  const auto count_of = [&](int64_t accessor) { return accessor < 0 ? 0 : records.accessor(accessor).count; };
+  size.points = count_of(primitive.accessor_of("POSITION"));
+  size.faces = (primitive.indices < 0 ? size.points : count_of(primitive.indices)) / 3;
+  for (const AttributeRecord& attribute : primitive.attributes)
+    size.record_bytes += records.accessor(attribute.accessor).layout.packed_bytes();
   return size;
 }
 
 Status stream_primitive(const Document& document, PrimitiveId id, MeshSink& sink) {
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-  if (!kind) return kind.status();
-  if (kind->storage != PrimitiveStorage::kPlain)
+  const PrimitiveRecord& primitive = document.records().primitive(id);
+  if (!primitive.status.ok()) return primitive.status;
+  if (primitive.storage() != PrimitiveStorage::kPlain)
     return unsupported("a compressed primitive does not fit into --memory");
-  if (integer_field_or(primitive, "mode", 4) != 4)
-    return unsupported("a triangle strip or fan does not fit into --memory");
-  if (const Json* targets = array_field(primitive, "targets"); targets != nullptr && !targets->empty())
-    return unsupported("morph targets do not fit into --memory");
+  if (primitive.mode != 4) return unsupported("a triangle strip or fan does not fit into --memory");
+  if (!primitive.targets.empty()) return unsupported("morph targets do not fit into --memory");
   uint64_t point_count = 0;
   if (Status status = stream_points(document, primitive, sink, point_count); !status.ok()) return status;
   Expected<Indices> indices = Indices::open(document, primitive, point_count);

@@ -4,8 +4,7 @@
 #include <cstdint>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/primitive_id.h"
-#include "gltf_ext/mesh_files/mesh_sink.h"
+#include "gltf_ext/mesh_files/mesh_file.h"
 
 namespace psplit {
 

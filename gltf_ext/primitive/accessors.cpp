@@ -6,7 +6,6 @@
 #include <cstring>
 #include <limits>
 
-#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
@@ -18,22 +17,16 @@ struct StoredElements {
   uint64_t stride = 0;
 };
 
-Expected<StoredElements> stored_elements(const Document& document, const Json& part,
-                                         const ElementLayout& layout, uint64_t count, bool strided) {
-  const auto view_index = integer_field(part, "bufferView");
-  const auto offset = integer_field_or(part, "byteOffset", 0);
-  if (!view_index || !offset || *offset < 0) return invalid_input("no valid bufferView or byteOffset");
-  const auto bytes = buffer_view_bytes(document, *view_index);
+Expected<StoredElements> stored_elements(const Document& document, const ElementsRecord& elements,
+                                         uint64_t stride) {
+  const auto bytes = buffer_view_bytes(document, elements.view);
   if (!bytes) return bytes.status();
-  const Json* view = top_level_object(document.json, "bufferViews", *view_index);
-  const auto stated = strided ? integer_field_or(*view, "byteStride", 0) : 0;
-  if (!stated || *stated < 0) return invalid_input("an invalid byteStride");
-  const uint64_t stride = *stated == 0 ? layout.stored_bytes() : static_cast<uint64_t>(*stated);
-  if (stride < layout.last_bytes()) return invalid_input("elements are longer than the stride");
-  const auto start = static_cast<uint64_t>(*offset);
-  if (!elements_fit(layout, start, stride, count, bytes->size()))
-    return invalid_input("elements reach past the buffer view");
-  return StoredElements{bytes->subspan(static_cast<size_t>(start)), stride};
+  return StoredElements{bytes->subspan(static_cast<size_t>(elements.offset)), stride};
+}
+
+Expected<StoredElements> stored_elements(const Document& document, const AccessorRecord& accessor) {
+  const uint64_t stated = document.records().view(accessor.elements.view).stride;
+  return stored_elements(document, accessor.elements, stated > 0 ? stated : accessor.layout.stored_bytes());
 }
 
 void copy_element(const StoredElements& from, uint64_t index, const ElementLayout& layout, std::byte* to) {
@@ -49,80 +42,48 @@ uint32_t index_at(const StoredElements& from, uint64_t index, ComponentType type
   return value;
 }
 
-// Elements [first, first + count) of an accessor.
-struct ElementRange {
-  uint64_t first = 0, count = UINT64_MAX;
-};
-
-// `data` holds the elements of `wanted` of an accessor with `whole_count` elements.
-Status apply_sparse(const Document& document, const Json& sparse, const ElementLayout& layout,
-                    uint64_t whole_count, ElementRange wanted, AccessorData& data) {
-  const auto count = integer_field(sparse, "count");
-  const Json* indices = object_field(sparse, "indices");
-  const Json* values = object_field(sparse, "values");
-  if (!count || *count < 0 || static_cast<uint64_t>(*count) > whole_count || indices == nullptr ||
-      values == nullptr)
-    return invalid_input("sparse without a valid count, indices or values");
-  const auto component = integer_field(*indices, "componentType");
-  if (!component || (*component != 5121 && *component != 5123 && *component != 5125))
-    return invalid_input("sparse with an invalid index type");
-  const ElementLayout index_layout{.component_type = static_cast<ComponentType>(*component)};
-  const auto sparse_count = static_cast<uint64_t>(*count);
-  if (sparse_count == 0) return {};
-  const auto from_indices = stored_elements(document, *indices, index_layout, sparse_count, false);
-  if (!from_indices) return from_indices.status();
-  const auto from_values = stored_elements(document, *values, layout, sparse_count, false);
-  if (!from_values) return from_values.status();
-  for (uint64_t i = 0; i < sparse_count; ++i) {
-    const uint32_t index = index_at(*from_indices, i, index_layout.component_type);
-    if (index >= whole_count) return invalid_input("a sparse index past the accessor's end");
-    if (index < wanted.first || index - wanted.first >= data.count) continue;
-    copy_element(*from_values, i, layout, data.values.data() + (index - wanted.first) * layout.packed_bytes());
+// `data` holds the elements of the accessor from `first` on.
+Status apply_sparse(const Document& document, const AccessorRecord& accessor, uint64_t first,
+                    AccessorData& data) {
+  const SparseRecord& sparse = *accessor.sparse;
+  const ElementLayout& layout = accessor.layout;
+  if (sparse.count == 0) return {};
+  const auto indices = stored_elements(document, sparse.indices, component_bytes(sparse.index_type));
+  if (!indices) return indices.status();
+  const auto values = stored_elements(document, sparse.values, layout.stored_bytes());
+  if (!values) return values.status();
+  for (uint64_t i = 0; i < sparse.count; ++i) {
+    const uint32_t index = index_at(*indices, i, sparse.index_type);
+    if (index >= accessor.count) return invalid_input("a sparse index past the accessor's end");
+    if (index < first || index - first >= data.count) continue;
+    copy_element(*values, i, layout, data.values.data() + (index - first) * layout.packed_bytes());
   }
   return {};
 }
 
-Expected<AccessorData> read(const Document& document, const Json& accessor, ElementRange wanted) {
-  const auto layout = element_layout(accessor);
-  if (!layout) return layout.status();
-  const auto count = integer_field(accessor, "count");
-  if (!count || *count < 0 || *count > std::numeric_limits<uint32_t>::max())
-    return invalid_input("no valid count");
-
+Expected<AccessorData> read(const Document& document, const AccessorRecord& accessor, uint32_t first,
+                            uint32_t count) {
+  const ElementLayout& layout = accessor.layout;
   AccessorData data;
-  data.component_type = layout->component_type;
-  data.component_count = layout->component_count();
-  data.normalized = bool_field_or(accessor, "normalized", false);
-  const auto whole_count = static_cast<uint64_t>(*count);
-  data.count = static_cast<uint32_t>(std::min(wanted.count, whole_count - wanted.first));
-  const uint64_t total = uint64_t{data.count} * layout->packed_bytes();
-  if (field(accessor, "bufferView") == nullptr) {
-    if (whole_count * layout->packed_bytes() > kMaxUnbackedBytes)
+  data.component_type = layout.component_type;
+  data.component_count = layout.component_count();
+  data.normalized = accessor.normalized;
+  data.count = std::min(count, accessor.count - first);
+  const auto total = static_cast<size_t>(uint64_t{data.count} * layout.packed_bytes());
+  if (!accessor.has_view()) {
+    if (accessor.packed_bytes() > kMaxUnbackedBytes)
       return invalid_input("more zeros without a buffer view than are allowed");
-    data.values.assign(static_cast<size_t>(total), std::byte{0});
+    data.values.assign(total, std::byte{0});
   } else {
-    const auto elements = stored_elements(document, accessor, *layout, whole_count, true);
+    const auto elements = stored_elements(document, accessor);
     if (!elements) return elements.status();
-    data.values.resize(static_cast<size_t>(total));
+    data.values.resize(total);
     for (uint64_t i = 0; i < data.count; ++i)
-      copy_element(*elements, wanted.first + i, *layout, data.values.data() + i * layout->packed_bytes());
+      copy_element(*elements, first + i, layout, data.values.data() + i * layout.packed_bytes());
   }
-  if (const Json* sparse = field(accessor, "sparse"))
-    if (Status status = apply_sparse(document, *sparse, *layout, whole_count, wanted, data); !status.ok())
-      return status;
+  if (accessor.sparse)
+    if (Status status = apply_sparse(document, accessor, first, data); !status.ok()) return status;
   return data;
-}
-
-const char* type_name(uint8_t component_count) {
-  switch (component_count) {
-    case 1: return "SCALAR";
-    case 2: return "VEC2";
-    case 3: return "VEC3";
-    case 4: return "VEC4";
-    case 9: return "MAT3";
-    case 16: return "MAT4";
-    default: return nullptr;
-  }
 }
 
 template <typename T>
@@ -167,7 +128,6 @@ void set_bounds(Json& accessor, const ValuesView& data) {
 
 // Vertex attributes start on 4-byte boundaries.
 size_t stride_in_view(const ElementLayout& layout, int target) {
-  constexpr int kArrayBuffer = 34962;
   return target == kArrayBuffer ? (layout.stored_bytes() + 3) / 4 * 4 : layout.stored_bytes();
 }
 
@@ -185,7 +145,7 @@ bool is_zero(const ValuesView& data, size_t index, size_t element_bytes) {
 // Makes `accessor` refer to a new view.
 void describe_view(Document& document, Json& accessor, const ElementLayout& layout, int target,
                    int64_t view_index) {
-  Json& view = document.json["bufferViews"][static_cast<size_t>(view_index)];
+  Json& view = document.json()["bufferViews"][static_cast<size_t>(view_index)];
   const size_t stride = stride_in_view(layout, target);
   if (stride != layout.stored_bytes()) view["byteStride"] = stride;
   if (target != 0) view["target"] = target;
@@ -199,51 +159,42 @@ Expected<AccessorData> read_accessor(const Document& document, int64_t index) {
 }
 
 Expected<AccessorData> read_accessor(const Document& document, int64_t index, uint32_t first, uint32_t count) {
-  const std::string name = "accessor " + std::to_string(index);
-  const Json* accessor = top_level_object(document.json, "accessors", index);
-  if (accessor == nullptr) return invalid_input(name + " does not exist");
-  auto data = read(document, *accessor, {first, count});
-  if (!data) return Status(data.status().code(), name + ": " + data.status().message());
+  auto data = read(document, document.records().accessor(index), first, count);
+  if (!data)
+    return Status(data.status().code(), "accessor " + std::to_string(index) + ": " + data.status().message());
   return data;
 }
 
 Expected<ValuesView> accessor_view(const Document& document, int64_t index) {
-  const auto none = read_accessor(document, index, 0, 0);  // checks everything
-  if (!none) return none.status();
-  const Json& accessor = *top_level_object(document.json, "accessors", index);
-  const ElementLayout layout = *element_layout(accessor);
-  if (field(accessor, "sparse") != nullptr || field(accessor, "bufferView") == nullptr ||
-      layout.packed_bytes() != layout.stored_bytes())
+  const AccessorRecord& accessor = document.records().accessor(index);
+  const ElementLayout& layout = accessor.layout;
+  if (accessor.sparse || !accessor.has_view() || layout.packed_bytes() != layout.stored_bytes())
     return unsupported("accessor " + std::to_string(index) + " does not store its values as they are");
-  const auto count = static_cast<uint32_t>(*integer_field(accessor, "count"));
-  const auto elements = stored_elements(document, accessor, layout, count, true);
+  const auto elements = stored_elements(document, accessor);
   if (!elements) return elements.status();
-  return ValuesView{none->component_type,
-                    none->component_count,
-                    none->normalized,
-                    count,
-                    std::as_bytes(elements->bytes),
-                    static_cast<size_t>(elements->stride)};
+  return ValuesView{
+      layout.component_type, layout.component_count(),       accessor.normalized,
+      accessor.count,        std::as_bytes(elements->bytes), static_cast<size_t>(elements->stride)};
 }
 
 Json describe_stored(const ValuesView& data) {
-  const char* type = type_name(data.component_count);
-  if (type == nullptr) return Json::object();
+  const std::optional<ElementLayout> layout = data.layout();
+  if (!layout) return Json::object();
   Json accessor = {{"componentType", static_cast<int>(data.component_type)}, {"count", data.count}};
   if (data.normalized) accessor["normalized"] = true;
-  accessor["type"] = type;
+  accessor["type"] = type_name(*layout);
   return accessor;
 }
 
 void write_values(const ValuesView& data, int target, uint8_t* to) {
-  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  const std::optional<ElementLayout> layout = data.layout();
   if (!layout) return;
   const size_t stride = stride_in_view(*layout, target);
   for (size_t i = 0; i < data.count; ++i) store_element(data, i, *layout, to + i * stride);
 }
 
 void store_values(Document& document, Json& accessor, const ValuesView& data, int target) {
-  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  const std::optional<ElementLayout> layout = data.layout();
   if (!layout) return;  // no glTF type has this number of components
   std::vector<uint8_t> stored(data.count * stride_in_view(*layout, target));
   write_values(data, target, stored.data());
@@ -252,20 +203,20 @@ void store_values(Document& document, Json& accessor, const ValuesView& data, in
 
 void place_values(Document& document, Json& accessor, const ValuesView& data, int target, size_t buffer,
                   uint64_t offset) {
-  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  const std::optional<ElementLayout> layout = data.layout();
   if (!layout) return;
-  Json& views = document.json["bufferViews"];
+  Json& views = document.json()["bufferViews"];
   views.push_back({{"buffer", buffer}, {"byteOffset", offset}, {"byteLength", data.count * data.step()}});
   describe_view(document, accessor, *layout, target, static_cast<int64_t>(views.size() - 1));
 }
 
 size_t stored_stride(const ValuesView& data, int target) {
-  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  const std::optional<ElementLayout> layout = data.layout();
   return layout ? stride_in_view(*layout, target) : 0;
 }
 
 void store_values_sparse(Document& document, Json& accessor, const ValuesView& data, int target) {
-  const Expected<ElementLayout> layout = element_layout(describe_stored(data));
+  const std::optional<ElementLayout> layout = data.layout();
   if (!layout) return;
   std::vector<uint32_t> kept;
   for (uint32_t i = 0; i < data.count; ++i)
@@ -296,7 +247,7 @@ int64_t append_accessor(Document& document, const AccessorData& data, int target
   if (accessor.empty()) return -1;
   store_values(document, accessor, data, target);
   if (with_bounds && data.count > 0) set_bounds(accessor, data);
-  Json& accessors = document.json["accessors"];
+  Json& accessors = document.json()["accessors"];
   if (!accessors.is_array()) accessors = Json::array();
   accessors.push_back(std::move(accessor));
   return static_cast<int64_t>(accessors.size() - 1);

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "gltf_ext/document/document.h"
+#include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/files/operating_system.h"
 #include "src/mesh/mesh.h"
 
@@ -22,6 +22,8 @@ struct ValuesView {
   size_t value_bytes() const { return component_bytes(component_type) * component_count; }
   size_t step() const { return stride == 0 ? value_bytes() : stride; }
   const std::byte* at(size_t index) const { return bytes.data() + index * step(); }
+  // How buffer views store the values; nothing if no glTF type has this number of components.
+  std::optional<ElementLayout> layout() const { return layout_of(component_type, component_count); }
 };
 
 // Calls visit(first, end) for the values in steps of about kReleaseStep bytes, and releases the memory of each
@@ -50,16 +52,21 @@ struct AccessorData {
 // The most bytes of an accessor without a buffer view, which is all zeros except for sparse values.
 inline constexpr uint64_t kMaxUnbackedBytes = uint64_t{1} << 30;
 
+// The values of an accessor that exists. Errors: kInvalidInput if it would have more zeros than that, or if a
+// sparse index is past its end; kUnsupported if its bytes are missing (buffer_view_bytes).
 Expected<AccessorData> read_accessor(const Document& document, int64_t index);
 // Only `count` values from `first` on, which must exist. Errors are those of the whole accessor.
 Expected<AccessorData> read_accessor(const Document& document, int64_t index, uint32_t first, uint32_t count);
 
 // The values where they are, in the document's buffer. kUnsupported if they are not stored as such: a sparse
-// accessor, one without a buffer view, a matrix with padded columns. Other errors are those of read_accessor.
+// accessor, one without a buffer view, a matrix with padded columns; or if their bytes are missing.
 Expected<ValuesView> accessor_view(const Document& document, int64_t index);
 
+// glTF's `target` of a buffer view.
+inline constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+
 // Appends a buffer view and its accessor, with min and max if `with_bounds` is true. Returns the accessor's
-// index, or -1 if no glTF type has this number of components. `target` is 34962, 34963 or 0.
+// index, or -1 if no glTF type has this number of components. `target` may be 0, for none.
 int64_t append_accessor(Document& document, const AccessorData& data, int target, bool with_bounds);
 
 // Appends the values as a buffer view and makes `accessor` refer to it. The caller sets its other members.

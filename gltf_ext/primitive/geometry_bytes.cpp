@@ -4,121 +4,81 @@
 #include <numeric>
 #include <set>
 
-#include "gltf_ext/document/element_layout.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
 
 namespace psplit {
 namespace {
 
-uint64_t positive_field(const Json& object, const char* name) {
-  return static_cast<uint64_t>(std::max<int64_t>(integer_field(object, name).value_or(0), 0));
-}
-
-// The bytes that an accessor stores: none if it has no buffer view, except for sparse values.
-uint64_t accessor_bytes(const Json& accessor) {
-  const auto layout = element_layout(accessor);
-  if (!layout) return 0;
-  uint64_t bytes = 0;
-  if (field(accessor, "bufferView") != nullptr)
-    bytes += positive_field(accessor, "count") * layout->stored_bytes();
-  const Json* sparse = object_field(accessor, "sparse");
-  const Json* indices = sparse == nullptr ? nullptr : object_field(*sparse, "indices");
-  if (indices == nullptr) return bytes;
-  Json index = *indices;
-  index["type"] = "SCALAR";
-  const auto index_layout = element_layout(index);
-  const uint64_t index_bytes = index_layout ? index_layout->stored_bytes() : 0;
-  return bytes + positive_field(*sparse, "count") * (index_bytes + layout->stored_bytes());
+// Calls visit(view) for the buffer views of a primitive's streams.
+template <typename Visit>
+void for_each_stream(const PrimitiveRecord& primitive, Visit&& visit) {
+  for (const auto* draco : {&primitive.patches, &primitive.stock})
+    if (*draco && (*draco)->view >= 0) visit((*draco)->view);
 }
 
 // Counts each accessor and each buffer view once.
 class ByteCounter {
  public:
-  explicit ByteCounter(const Json& json) : json_(json) {}
+  explicit ByteCounter(const AssetRecords& records) : records_(records) {}
 
-  uint64_t primitive(const Json& primitive) {
+  uint64_t primitive(PrimitiveId id) {
+    const PrimitiveRecord& primitive = records_.primitive(id);
     uint64_t bytes = 0;
-    for (const char* name : {kExtensionName, kStockExtensionName})
-      if (const Json* extension = extension_field(primitive, name))
-        if (const auto view = integer_field(*extension, "bufferView"); view && views_.insert(*view).second)
-          if (const Json* found = top_level_object(json_, "bufferViews", *view))
-            bytes += positive_field(*found, "byteLength");
-    if (const Json* attributes = object_field(primitive, "attributes"))
-      for (const Json& index : *attributes) bytes += accessor(integer_value(index));
-    return bytes + accessor(integer_field(primitive, "indices"));
+    for_each_stream(primitive, [&](int64_t view) {
+      if (views_.insert(view).second) bytes += records_.view(view).range.bytes;
+    });
+    for (const AttributeRecord& attribute : primitive.attributes) bytes += accessor(attribute.accessor);
+    return bytes + (primitive.indices < 0 ? 0 : accessor(primitive.indices));
   }
 
  private:
-  uint64_t accessor(std::optional<int64_t> index) {
-    if (!index || !accessors_.insert(*index).second) return 0;
-    const Json* found = top_level_object(json_, "accessors", *index);
-    return found == nullptr ? 0 : accessor_bytes(*found);
+  uint64_t accessor(int64_t index) {
+    return accessors_.insert(index).second ? records_.accessor(index).stored_bytes() : 0;
   }
 
-  const Json& json_;
+  const AssetRecords& records_;
   std::set<int64_t> accessors_, views_;
 };
 
-const Json& primitive_of(const Json& json, PrimitiveId id) {
-  return json["meshes"][id.mesh]["primitives"][id.primitive];
-}
-
 // Calls visit(index) for the accessors of a primitive: attributes, indices and morph targets.
 template <typename Visit>
-void for_each_accessor(const Json& primitive, Visit&& visit) {
-  const auto visit_index = [&](const Json& index) { visit(integer_value(index).value_or(-1)); };
-  for_each_member(primitive, "attributes", visit_index);
-  if (const Json* indices = field(primitive, "indices")) visit_index(*indices);
-  for_each_element(primitive, "targets", [&](const Json& target) {
-    if (!target.is_object()) return;
-    for (const Json& index : target) visit_index(index);
-  });
+void for_each_accessor(const PrimitiveRecord& primitive, Visit&& visit) {
+  for (const AttributeRecord& attribute : primitive.attributes) visit(attribute.accessor);
+  if (primitive.indices >= 0) visit(primitive.indices);
+  for (const AttributeRecords& target : primitive.targets)
+    for (const AttributeRecord& attribute : target) visit(attribute.accessor);
 }
 
-// Calls visit(view) for the buffer views of a primitive's streams.
+// Calls visit(view) for every buffer view that has data of an accessor.
 template <typename Visit>
-void for_each_extension_view(const Json& primitive, Visit&& visit) {
-  for (const char* name : {kExtensionName, kStockExtensionName})
-    if (const Json* extension = extension_field(primitive, name))
-      visit(integer_field(*extension, "bufferView").value_or(-1));
-}
-
-// Calls visit(view) for every buffer view that has data of a primitive.
-template <typename Visit>
-void for_each_view(const Json& json, PrimitiveId id, Visit&& visit) {
-  const Json& primitive = primitive_of(json, id);
-  for_each_extension_view(primitive, visit);
-  for_each_accessor(primitive, [&](int64_t index) {
-    if (const Json* accessor = top_level_object(json, "accessors", index))
-      for_each_buffer_view_member(*accessor,
-                                  [&](const Json& view) { visit(integer_value(view).value_or(-1)); });
-  });
+void for_each_view(const AccessorRecord& accessor, Visit&& visit) {
+  if (accessor.has_view()) visit(accessor.elements.view);
+  if (!accessor.sparse) return;
+  visit(accessor.sparse->indices.view);
+  visit(accessor.sparse->values.view);
 }
 
 }  // namespace
 
 std::map<std::pair<size_t, size_t>, uint64_t> geometry_bytes(const Document& document) {
   std::map<std::pair<size_t, size_t>, uint64_t> bytes;
-  ByteCounter counter(document.json);
-  for (const PrimitiveId id : all_primitives(document))
-    bytes[{id.mesh, id.primitive}] =
-        counter.primitive(document.json["meshes"][id.mesh]["primitives"][id.primitive]);
+  ByteCounter counter(document.records());
+  for (const PrimitiveId id : all_primitives(document)) bytes[{id.mesh, id.primitive}] = counter.primitive(id);
   return bytes;
 }
 
 uint64_t geometry_bytes(const Document& document, std::span<const PrimitiveId> primitives) {
   uint64_t bytes = 0;
-  ByteCounter counter(document.json);
-  for (const PrimitiveId id : primitives)
-    bytes += counter.primitive(document.json["meshes"][id.mesh]["primitives"][id.primitive]);
+  ByteCounter counter(document.records());
+  for (const PrimitiveId id : primitives) bytes += counter.primitive(id);
   return bytes;
 }
 
 GeometryOwners::GeometryOwners(const Document& document) : document_(document) {
-  for_each_accessor_reference(document.json,
+  for_each_accessor_reference(document.json(),
                               [&](const Json& index) { ++accessor_users_[integer_value(index).value_or(-1)]; });
-  for_each_buffer_view_reference(document.json,
+  for_each_buffer_view_reference(document.json(),
                                  [&](const Json& index) { ++view_users_[integer_value(index).value_or(-1)]; });
 }
 
@@ -130,11 +90,16 @@ std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& grou
     return group;
   };
   std::map<int64_t, size_t> first_user;
-  for (size_t i = 0; i < groups.size(); ++i)
-    for_each_view(document_.json, groups[i]->ids.front(), [&](int64_t view) {
+  const AssetRecords& records = document_.records();
+  for (size_t i = 0; i < groups.size(); ++i) {
+    const auto join = [&](int64_t view) {
       const size_t other = root(first_user.try_emplace(view, i).first->second), own = root(i);
       parent[std::max(own, other)] = std::min(own, other);
-    });
+    };
+    const PrimitiveRecord& primitive = records.primitive(groups[i]->ids.front());
+    for_each_stream(primitive, join);
+    for_each_accessor(primitive, [&](int64_t index) { for_each_view(records.accessor(index), join); });
+  }
   std::map<size_t, std::vector<size_t>> sets;
   for (size_t i = 0; i < groups.size(); ++i) sets[root(i)].push_back(i);
   std::vector<std::vector<size_t>> result;
@@ -143,39 +108,33 @@ std::vector<std::vector<size_t>> GeometryOwners::sharing_sets(const Groups& grou
 }
 
 uint64_t GeometryOwners::bytes_of(const Groups& groups) const {
-  const Json& json = document_.json;
+  const AssetRecords& records = document_.records();
   std::map<int64_t, size_t> accessor_uses, view_uses;
   for (const PrimitiveGroup* group : groups) {
-    const Json& primitive = primitive_of(json, group->ids.front());
+    const PrimitiveRecord& primitive = records.primitive(group->ids.front());
     for_each_accessor(primitive, [&](int64_t index) { accessor_uses[index] += group->ids.size(); });
-    for_each_extension_view(primitive, [&](int64_t view) { view_uses[view] += group->ids.size(); });
+    for_each_stream(primitive, [&](int64_t view) { view_uses[view] += group->ids.size(); });
   }
   const auto is_owned = [](const std::map<int64_t, size_t>& users, int64_t index, size_t uses) {
     const auto found = users.find(index);
     return found != users.end() && found->second == uses;
   };
   const std::map<int64_t, size_t> streams = view_uses;
-  std::vector<const Json*> accessors;
+  std::vector<const AccessorRecord*> accessors;
   for (const auto& [index, uses] : accessor_uses) {
-    const Json* accessor = top_level_object(json, "accessors", index);
-    if (accessor == nullptr || !is_owned(accessor_users_, index, uses)) continue;
-    accessors.push_back(accessor);
-    for_each_buffer_view_member(*accessor,
-                                [&](const Json& view) { ++view_uses[integer_value(view).value_or(-1)]; });
+    if (!is_owned(accessor_users_, index, uses)) continue;
+    accessors.push_back(&records.accessor(index));
+    for_each_view(*accessors.back(), [&](int64_t view) { ++view_uses[view]; });
   }
   uint64_t bytes = 0;
-  for (const Json* accessor : accessors) {
+  for (const AccessorRecord* accessor : accessors) {
     bool goes = true;
-    for_each_buffer_view_member(*accessor, [&](const Json& view) {
-      const int64_t index = integer_value(view).value_or(-1);
-      goes = goes && is_owned(view_users_, index, view_uses[index]);
-    });
-    if (goes) bytes += accessor_bytes(*accessor);
+    for_each_view(*accessor,
+                  [&](int64_t view) { goes = goes && is_owned(view_users_, view, view_uses[view]); });
+    if (goes) bytes += accessor->stored_bytes();
   }
   for (const auto& [view, uses] : streams)
-    if (is_owned(view_users_, view, view_uses[view]))
-      if (const Json* found = top_level_object(json, "bufferViews", view))
-        bytes += positive_field(*found, "byteLength");
+    if (is_owned(view_users_, view, view_uses[view])) bytes += records.view(view).range.bytes;
   return bytes;
 }
 

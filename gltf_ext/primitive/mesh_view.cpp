@@ -2,12 +2,10 @@
 
 #include <cstring>
 
-#include "gltf_ext/document/element_layout.h"
+#include "gltf_ext/json/json.h"
 
 namespace psplit {
 namespace {
-
-constexpr int kArrayBuffer = 34962;
 
 ValuesView values_of(const AttributeRequest& request, uint32_t count) {
   return {request.component_type, request.component_count, request.normalized, count, {}, 0};
@@ -43,6 +41,20 @@ AccessorData index_data(const Mesh& mesh) {
   return data;
 }
 
+Json append_primitive(Document& document, Mesh mesh) {
+  Json attributes = Json::object();
+  for (Attribute& attribute : mesh.attributes) {
+    const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
+                            mesh.point_count, std::move(attribute.values)};
+    attributes[attribute.semantic] =
+        append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
+  }
+  const AccessorData indices = index_data(mesh);
+  mesh = {};
+  return {{"attributes", std::move(attributes)},
+          {"indices", append_accessor(document, indices, kElementArrayBuffer, false)}};
+}
+
 LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,
                     uint64_t begin, std::span<uint8_t> memory) {
   LaidOutMesh mesh;
@@ -73,7 +85,7 @@ LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_c
 }
 
 bool is_written_as_stored(const AttributeRequest& request) {
-  const Expected<ElementLayout> layout = element_layout(describe_stored(values_of(request, 0)));
+  const std::optional<ElementLayout> layout = layout_of(request.component_type, request.component_count);
   return layout && layout->packed_bytes() == layout->stored_bytes();
 }
 

@@ -17,11 +17,21 @@ struct MeshView {
   uint32_t point_count = 0;
   std::vector<Values> attributes;
   ValuesView indices;  // unsigned, three for each face
+
+  // Null if the mesh has no such attribute.
+  const ValuesView* find(const std::string& semantic) const {
+    for (const Values& attribute : attributes)
+      if (attribute.semantic == semantic) return &attribute.values;
+    return nullptr;
+  }
 };
 
 MeshView view_of(const Mesh& mesh);
 // The indices with the component type of a new accessor.
 AccessorData index_data(const Mesh& mesh);
+// Appends a mesh to the document's buffer. Returns a primitive with its attributes and indices. Frees each
+// array of the mesh once the document has it.
+Json append_primitive(Document& document, Mesh mesh);
 
 // A mesh laid out as PrimitiveEditor stores it: the attributes, then the indices, each on a 4-byte boundary.
 struct LaidOutMesh {

@@ -4,9 +4,7 @@
 #include <cstring>
 #include <set>
 
-#include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/accessors.h"
-#include "gltf_ext/primitive/read_primitives.h"
 
 namespace psplit {
 
@@ -32,16 +30,13 @@ uint64_t odd_normals_in(const ValuesView& normals) {
 }  // namespace
 
 uint64_t count_odd_normals(const Document& document) {
+  const AssetRecords& records = document.records();
   std::set<int64_t> accessors;
-  for (const auto [mesh, primitive] : all_primitives(document)) {
-    const Json* attributes = object_field(document.json["meshes"][mesh]["primitives"][primitive], "attributes");
-    if (attributes == nullptr) continue;
-    if (const auto index = integer_field(*attributes, "NORMAL")) accessors.insert(*index);
-  }
+  for (const PrimitiveId id : all_primitives(document))
+    if (const int64_t index = records.primitive(id).accessor_of("NORMAL"); index >= 0) accessors.insert(index);
   uint64_t count = 0;
   for (const int64_t index : accessors) {
-    const Json* accessor = top_level_object(document.json, "accessors", index);
-    if (accessor == nullptr || field(*accessor, "bufferView") == nullptr) continue;
+    if (!records.accessor(index).has_view()) continue;
     if (const Expected<ValuesView> view = accessor_view(document, index)) {
       count += odd_normals_in(*view);
     } else if (const Expected<AccessorData> data = read_accessor(document, index)) {

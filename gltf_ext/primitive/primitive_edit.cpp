@@ -1,7 +1,7 @@
 #include "gltf_ext/primitive/primitive_edit.h"
 
 #include <algorithm>
-#include <cstring>
+#include <tuple>
 
 #include "gltf_ext/document/drop_unused.h"
 #include "gltf_ext/document/references.h"
@@ -10,26 +10,32 @@
 namespace psplit {
 namespace {
 
-constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;
+// What two Draco extensions have in common if they store the same data.
+using DracoKey = std::tuple<int64_t, std::vector<std::pair<std::string, uint32_t>>, std::string>;
+
+DracoKey key_of(const std::optional<DracoRecord>& draco) {
+  DracoKey key{-2, {}, ""};
+  if (!draco) return key;
+  auto& [view, ids, message] = key;
+  view = draco->view;
+  message = draco->status.message();
+  for (const AttributeRequest& request : draco->requests) ids.emplace_back(request.semantic, request.unique_id);
+  return key;
+}
 
 }  // namespace
 
 std::vector<PrimitiveGroup> group_equal_primitives(const Document& document,
                                                    const std::vector<PrimitiveId>& ids) {
+  using Geometry =
+      std::tuple<AttributeRecords, std::vector<AttributeRecords>, int64_t, int, DracoKey, DracoKey>;
   std::vector<PrimitiveGroup> groups;
-  std::map<std::string, size_t> group_of;
+  std::map<Geometry, size_t> group_of;
   for (const PrimitiveId id : ids) {
-    const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-    Json geometry = Json::array();
-    for (const char* name : {"attributes", "indices", "mode", "targets"}) {
-      const Json* member = field(primitive, name);
-      geometry.push_back(member == nullptr ? Json() : *member);
-    }
-    for (const char* name : {kExtensionName, kStockExtensionName}) {
-      const Json* extension = extension_field(primitive, name);
-      geometry.push_back(extension == nullptr ? Json() : *extension);
-    }
-    const auto [found, is_new] = group_of.emplace(geometry.dump(), groups.size());
+    const PrimitiveRecord& p = document.records().primitive(id);
+    const auto [found, is_new] = group_of.emplace(
+        Geometry{p.attributes, p.targets, p.indices, p.mode, key_of(p.patches), key_of(p.stock)},
+        groups.size());
     if (is_new) groups.emplace_back();
     groups[found->second].ids.push_back(id);
   }
@@ -37,11 +43,57 @@ std::vector<PrimitiveGroup> group_equal_primitives(const Document& document,
 }
 
 Json& primitive_json(Document& document, PrimitiveId id) {
-  return document.json["meshes"][id.mesh]["primitives"][id.primitive];
+  return document.json()["meshes"][id.mesh]["primitives"][id.primitive];
+}
+const Json& primitive_json(const Document& document, PrimitiveId id) {
+  return document.json()["meshes"][id.mesh]["primitives"][id.primitive];
+}
+
+void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
+                         std::span<const AttributeRequest> requests) {
+  Json attributes = Json::object();
+  for (const AttributeRequest& request : requests) attributes[request.semantic] = request.unique_id;
+  const Json extension{{"bufferView", buffer_view}, {"attributes", attributes}};
+  for (const PrimitiveId id : group.ids) {
+    Json& primitive = primitive_json(document, id);
+    if (Json* extensions = object_field(primitive, "extensions"))
+      for (const char* other : {kExtensionName, kStockExtensionName}) extensions->erase(other);
+    primitive["extensions"][name] = extension;
+  }
+}
+
+std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,
+                                                           std::span<const PrimitiveGroup> groups,
+                                                           std::span<const size_t> counts) {
+  std::map<std::pair<size_t, size_t>, size_t> group_of;
+  std::vector<std::vector<PrimitiveGroup>> repeated(groups.size());
+  for (size_t i = 0; i < groups.size(); ++i) {
+    repeated[i].resize(counts[i]);
+    for (const PrimitiveId id : groups[i].ids) group_of[{id.mesh, id.primitive}] = i;
+  }
+  if (groups.empty()) return repeated;
+  Json& meshes = document.json()["meshes"];
+  for (size_t m = 0; m < meshes.size(); ++m) {
+    Json& primitives = meshes[m]["primitives"];
+    Json all = Json::array();
+    for (size_t p = 0; p < primitives.size(); ++p) {
+      const auto found = group_of.find({m, p});
+      if (found == group_of.end()) {
+        all.push_back(std::move(primitives[p]));
+        continue;
+      }
+      for (PrimitiveGroup& group : repeated[found->second]) {
+        group.ids.push_back({m, all.size()});
+        all.push_back(primitives[p]);
+      }
+    }
+    primitives = std::move(all);
+  }
+  return repeated;
 }
 
 PrimitiveEditor::PrimitiveEditor(Document& document) : document_(document) {
-  for_each_accessor_reference(document.json, [&](const Json& index) {
+  for_each_accessor_reference(document.json(), [&](const Json& index) {
     if (const auto number = integer_value(index)) ++users_[*number];
   });
 }
@@ -51,7 +103,7 @@ PrimitiveEditor::PrimitiveEditor(Document& document) : document_(document) {
 int64_t PrimitiveEditor::accessor_to_edit(const PrimitiveGroup& group, const std::string& role,
                                           const Json* current, size_t uses) {
   const size_t users = group.ids.size() * uses;
-  Json& accessors = document_.json["accessors"];
+  Json& accessors = document_.json()["accessors"];
   if (!accessors.is_array()) accessors = Json::array();
   const auto index = current == nullptr ? std::nullopt : integer_value(*current);
   Json fresh = Json::object();
@@ -73,11 +125,18 @@ int64_t PrimitiveEditor::accessor_to_edit(const PrimitiveGroup& group, const std
 }
 
 void PrimitiveEditor::fill(int64_t index, const ValuesView& data, int target, GeometryData how,
-                           bool with_bounds, const Placed* placed) {
+                           bool with_bounds, const Placed* placed, const Bounds* bounds) {
   const auto slot = static_cast<size_t>(index);
-  with_bounds = with_bounds || field(document_.json["accessors"][slot], "min") != nullptr;
-  Json& accessor = document_.json["accessors"][slot];
-  describe_decoded(accessor, data, with_bounds);
+  with_bounds = with_bounds || field(document_.json()["accessors"][slot], "min") != nullptr;
+  Json& accessor = document_.json()["accessors"][slot];
+  if (bounds != nullptr && with_bounds) {
+    for (const char* name : {"bufferView", "byteOffset", "sparse"}) accessor.erase(name);
+    accessor["count"] = data.count;
+    accessor["min"] = bounds->least;
+    accessor["max"] = bounds->most;
+  } else {
+    describe_decoded(accessor, data, with_bounds && bounds == nullptr);
+  }
   accessor["componentType"] = static_cast<int>(data.component_type);
   if (field(accessor, "type") == nullptr) accessor["type"] = "SCALAR";
   if (placed != nullptr)
@@ -88,19 +147,19 @@ void PrimitiveEditor::fill(int64_t index, const ValuesView& data, int target, Ge
 }
 
 void PrimitiveEditor::set_attribute(const PrimitiveGroup& group, const MeshView::Values& attribute,
-                                    GeometryData data, const Placed* placed) {
+                                    GeometryData data, const Placed* placed, const Bounds* bounds) {
   const std::string& semantic = attribute.semantic;
   const Json& attributes = primitive_json(document_, group.ids.front())["attributes"];
   const int64_t index = accessor_to_edit(group, semantic, field(attributes, semantic.c_str()));
-  fill(index, attribute.values, kArrayBuffer, data, semantic == "POSITION", placed);
+  fill(index, attribute.values, kArrayBuffer, data, semantic == "POSITION", placed, bounds);
   for (const PrimitiveId id : group.ids) primitive_json(document_, id)["attributes"][semantic] = index;
 }
 
 void PrimitiveEditor::set_indices(const PrimitiveGroup& group, const ValuesView& indices, GeometryData data,
-                                  const Placed* placed) {
+                                  const Placed* placed, const Bounds* bounds) {
   const int64_t index =
       accessor_to_edit(group, "indices", field(primitive_json(document_, group.ids.front()), "indices"));
-  fill(index, indices, kElementArrayBuffer, data, false, placed);
+  fill(index, indices, kElementArrayBuffer, data, false, placed, bounds);
   for (const PrimitiveId id : group.ids) {
     Json& primitive = primitive_json(document_, id);
     primitive["indices"] = index;
@@ -125,6 +184,13 @@ void PrimitiveEditor::set_placed_geometry(const PrimitiveGroup& group, const Pla
   }
   const Placed placed{mesh.buffer, mesh.offsets.back()};
   set_indices(group, mesh.view.indices, GeometryData::kInBufferViews, &placed);
+}
+
+void PrimitiveEditor::describe_geometry(const PrimitiveGroup& group, const MeshView& mesh,
+                                        std::span<const Bounds> bounds) {
+  for (size_t i = 0; i < mesh.attributes.size(); ++i)
+    set_attribute(group, mesh.attributes[i], GeometryData::kStoredElsewhere, nullptr, &bounds[i]);
+  set_indices(group, mesh.indices, GeometryData::kStoredElsewhere, nullptr, &bounds.back());
 }
 
 void PrimitiveEditor::set_morphs(const PrimitiveGroup& group, const std::vector<MorphAttribute>& morphs) {

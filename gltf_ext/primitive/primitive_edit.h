@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "gltf_ext/document/extensions.h"
+#include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
 
@@ -19,6 +21,18 @@ std::vector<PrimitiveGroup> group_equal_primitives(const Document& document,
                                                    const std::vector<PrimitiveId>& ids);
 
 Json& primitive_json(Document& document, PrimitiveId id);
+const Json& primitive_json(const Document& document, PrimitiveId id);
+
+// Makes the container or stream in a buffer view the extension `name` of the group's primitives. Replaces any
+// Draco extension that they had.
+void set_draco_extension(Document& document, const PrimitiveGroup& group, const char* name, int64_t buffer_view,
+                         std::span<const AttributeRequest> requests);
+
+// Replaces each primitive of groups[i] by counts[i] copies. Returns for each group the group of the first
+// copies, of the second copies, and so on. `groups` refers to the primitives of the unchanged document.
+std::vector<std::vector<PrimitiveGroup>> repeat_primitives(Document& document,
+                                                           std::span<const PrimitiveGroup> groups,
+                                                           std::span<const size_t> counts);
 
 // Where the values of a geometry are stored.
 enum class GeometryData { kStoredElsewhere, kInBufferViews, kSparse };
@@ -41,6 +55,12 @@ class PrimitiveEditor {
     std::span<const uint64_t> offsets;
   };
   void set_placed_geometry(const PrimitiveGroup& group, const PlacedMesh& mesh);
+  // The same for kStoredElsewhere and a mesh that is not in memory, with the bounds of its attributes, then of
+  // its indices. The bytes of its values are not used. Morph targets stay.
+  struct Bounds {
+    Json least, most;
+  };
+  void describe_geometry(const PrimitiveGroup& group, const MeshView& mesh, std::span<const Bounds> bounds);
 
   // Marks an accessor whose user was removed: finish() drops it if nothing else uses it.
   void release(int64_t accessor) { freed_.push_back(accessor); }
@@ -59,11 +79,11 @@ class PrimitiveEditor {
     uint64_t offset;
   };
   void set_attribute(const PrimitiveGroup& group, const MeshView::Values& attribute, GeometryData data,
-                     const Placed* placed);
+                     const Placed* placed, const Bounds* bounds = nullptr);
   void set_indices(const PrimitiveGroup& group, const ValuesView& indices, GeometryData data,
-                   const Placed* placed);
+                   const Placed* placed, const Bounds* bounds = nullptr);
   void fill(int64_t accessor, const ValuesView& data, int target, GeometryData how, bool with_bounds,
-            const Placed* placed = nullptr);
+            const Placed* placed = nullptr, const Bounds* bounds = nullptr);
 
   Document& document_;
   std::map<int64_t, size_t> users_;

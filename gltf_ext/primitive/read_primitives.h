@@ -3,21 +3,10 @@
 
 #include <functional>
 
-#include "gltf_ext/document/extensions.h"
-#include "gltf_ext/document/primitive_id.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "src/container/decode_backend.h"
 
 namespace psplit {
-
-enum class PrimitiveStorage { kPlain, kPatches, kStockDraco };
-
-// The kind of a primitive, known before any of its data is read.
-struct PrimitiveKind {
-  PrimitiveStorage storage = PrimitiveStorage::kPlain;
-  bool triangles = false;  // mode 4, 5 or 6; strips and fans become lists
-};
-Expected<PrimitiveKind> primitive_kind(const Document& document, PrimitiveId id);
 
 // Reads the attributes and indices of a triangle primitive. `backend` decodes PSPLIT_mesh_draco_patches and
 // KHR_draco_mesh_compression. Primitives without indices get 0, 1, 2 ... Strips and fans become lists. Errors:
@@ -51,13 +40,12 @@ struct MorphAttribute {
 Expected<std::vector<MorphAttribute>> read_morph_targets(const Document& document, PrimitiveId id,
                                                          std::optional<uint32_t> point_count = {});
 
-// The data of a primitive in one of the two Draco extensions. The document owns the bytes. Errors:
-// kInvalidInput.
+// The data of a compressed primitive. The document owns the bytes. Errors: kInvalidInput; kUnsupported if the
+// bytes are missing (buffer_view_bytes).
 struct StoredPrimitive {
   std::span<const uint8_t> bytes;  // a container, or the single stream of stock Draco
   std::vector<AttributeRequest> requests;
 };
-Expected<StoredPrimitive> stored_primitive(const Document& document, PrimitiveId id,
-                                           const char* extension_name);
+Expected<StoredPrimitive> stored_primitive(const Document& document, PrimitiveId id);
 
 }  // namespace psplit

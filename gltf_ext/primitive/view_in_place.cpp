@@ -3,28 +3,21 @@
 #include <algorithm>
 #include <cstring>
 
-#include "gltf_ext/json/json_fields.h"
-#include "gltf_ext/primitive/read_primitives.h"
-
 namespace psplit {
 
 std::optional<MeshView> view_in_place(const Document& document, PrimitiveId id) {
-  const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-  if (!kind || kind->storage != PrimitiveStorage::kPlain) return std::nullopt;
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  const Json* attributes = object_field(primitive, "attributes");
-  const auto indices = integer_field(primitive, "indices");
-  if (attributes == nullptr || field(*attributes, "POSITION") == nullptr || !indices ||
-      integer_field_or(primitive, "mode", 4) != 4)
+  const PrimitiveRecord& primitive = document.records().primitive(id);
+  if (primitive.storage() != PrimitiveStorage::kPlain || primitive.accessor_of("POSITION") < 0 ||
+      primitive.indices < 0 || primitive.mode != 4)
     return std::nullopt;
   MeshView view;
-  for (const auto& [semantic, index] : attributes->items()) {
-    const Expected<ValuesView> values = accessor_view(document, integer_value(index).value_or(-1));
+  for (const auto& [semantic, accessor] : primitive.attributes) {
+    const Expected<ValuesView> values = accessor_view(document, accessor);
     if (!values) return std::nullopt;
     view.point_count = values->count;
     view.attributes.push_back({semantic, *values});
   }
-  const Expected<ValuesView> values = accessor_view(document, *indices);
+  const Expected<ValuesView> values = accessor_view(document, primitive.indices);
   const bool is_same_count = std::ranges::all_of(
       view.attributes, [&](const auto& found) { return found.values.count == view.point_count; });
   if (!values || !is_same_count || values->component_count != 1 || values->count % 3 != 0) return std::nullopt;

@@ -3,8 +3,6 @@
 
 #include <optional>
 
-#include "gltf_ext/document/document.h"
-#include "gltf_ext/document/primitive_id.h"
 #include "gltf_ext/primitive/mesh_view.h"
 
 namespace psplit {

@@ -6,38 +6,38 @@
 #include <vector>
 
 #include "src/condensed/draco_fields.h"
-#include "src/condensed/skeleton.h"
-#include "src/core/octahedral.h"
+#include "src/core/attributes.h"
 #include "src/core/parallelogram.h"
+#include "src/core/prediction_data.h"
 #include "src/core/stitch_codes.h"
 
 namespace psplit {
 
 class DracoCorrections {
  public:
-  // `values` are by vertex of the table, value_stride apart. The attribute allows_creation_order.
-  DracoCorrections(const core::CornerTable<uint32_t>& table, const core::Sequence<uint32_t>& sequence,
-                   core::View<int32_t> values, const SkeletonAttribute& attribute)
-      : zeros_(attribute.components), attribute_(attribute) {
-    on_.table = table;
-    on_.sequence = sequence;
-    on_.values = values;
+  // An attribute that allows_creation_order, when its values are known. `data` has its scheme and transform.
+  DracoCorrections(const core::Group<uint32_t>& group, const core::Attribute<uint32_t>& attribute,
+                   const core::PredictionData& data)
+      : zeros_(attribute.value_components()), attribute_(attribute), data_(data) {
+    on_.table = group.table.table;
+    on_.sequence = group.sequence;
+    on_.values = attribute.values;
     on_.zeros = zeros_.data();
-    on_.component_count = attribute.components;
+    on_.component_count = attribute.value_components();
   }
 
-  // What the symbols are.
-  enum class Symbols : uint8_t { kNone, kCorrections, kValues };
-
-  // Fills the symbols, and the range of the wrap transform. They are values if the attribute is not predicted,
-  // or if no wrap transform has their range. They are none if a normal is outside its grid.
-  Symbols write(AttributeFields& out) const {
+  // Fills the symbols, and the range of the wrap transform. Returns false if the symbols are values: those of
+  // an attribute that is not predicted, or whose range no wrap transform has.
+  bool write(AttributeFields& out) const {
     out.symbols.resize(size_t{on_.sequence.count} * on_.components());
-    const bool is_predicted = attribute_.scheme != core::Scheme::kNone;
-    if (is_predicted && attribute_.is_normal)
-      return correct_normals(out) ? Symbols::kCorrections : Symbols::kNone;
-    if (is_predicted && find_range(out)) return correct_in_range(out), Symbols::kCorrections;
-    return store_values(out), Symbols::kValues;
+    const bool is_predicted = data_.scheme != core::Scheme::kNone;
+    if (is_predicted && attribute_.coding == core::Coding::kNormal)
+      correct_normals(out);
+    else if (is_predicted && find_range(out))
+      correct_in_range(out);
+    else
+      return store_values(out), false;
+    return true;
   }
 
  private:
@@ -51,27 +51,22 @@ class DracoCorrections {
   }
 
   // Each normal is predicted to be the same as the one before it.
-  bool correct_normals(AttributeFields& out) const {
-    const core::OctahedralGrid grid(static_cast<int>(core::floor_log2(attribute_.grid_max)) + 1);
-    const bool canonicalized = attribute_.transform == core::Transform::kOctahedronCanonicalized;
+  void correct_normals(AttributeFields& out) const {
+    const bool canonicalized = data_.transform == core::Transform::kOctahedronCanonicalized;
     for (uint32_t i = 0; i < on_.sequence.count; ++i) {
       const int32_t *const before = on_.before(i), *const normal = value(i);
-      const auto is_outside = [&](int32_t number) {
-        return static_cast<uint32_t>(number) >= attribute_.grid_max;
-      };
-      if (is_outside(normal[0]) || is_outside(normal[1])) return false;
-      const core::Vec2 by = grid.correction({before[0], before[1]}, {normal[0], normal[1]}, canonicalized);
+      const core::Vec2 by =
+          data_.grid.correction({before[0], before[1]}, {normal[0], normal[1]}, canonicalized);
       out.symbols[2 * size_t{i}] = static_cast<uint32_t>(by.s);
       out.symbols[2 * size_t{i} + 1] = static_cast<uint32_t>(by.t);
     }
-    return true;
   }
 
   void correct_in_range(AttributeFields& out) const {
     size_t at = 0;
     for (uint32_t i = 0; i < on_.sequence.count; ++i) {
       core::Parallelogram by{on_.before(i), on_.zeros, on_.zeros};
-      if (attribute_.scheme == core::Scheme::kParallelogram)
+      if (data_.scheme == core::Scheme::kParallelogram)
         core::find_parallelogram(on_, i, on_.sequence.corner[i], by);
       for (uint32_t k = 0; k < on_.components(); ++k) {
         const int32_t predicted = by.predicted<core::Components<1>>(k)[0];
@@ -106,7 +101,8 @@ class DracoCorrections {
 
   std::vector<int32_t> zeros_;
   core::PredictedValues<uint32_t, 0> on_;
-  const SkeletonAttribute& attribute_;
+  const core::Attribute<uint32_t>& attribute_;
+  const core::PredictionData& data_;
 };
 
 }  // namespace psplit

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "src/core/condensed/skeleton.h"
 #include "src/core/edgebreaker_symbols.h"
 #include "src/status.h"
 
@@ -18,6 +19,10 @@ namespace psplit {
 // The fields of one attribute of the stream.
 struct AttributeFields {
   static constexpr uint32_t kCreaseLists = 4;  // core::kMaxParallelograms
+
+  core::SkeletonAttribute skeleton;  // what the skeleton says about it; read_fields alone sets it
+  uint32_t component_bytes = 0;      // of an attribute that is stored raw; read_fields sets it
+  uint32_t grid_size = 0;            // of octahedral corrections: places of a component; read_fields sets it
 
   uint32_t count = 0;       // values
   uint32_t components = 0;  // of each value; two for octahedral normals
@@ -90,8 +95,5 @@ Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields);
 // Fills symbol_lists of a valence traversal from vertex_count, face_count, symbol_count, symbols, split_events
 // and start_faces. Errors: kInvalidInput if they do not form a mesh.
 Status list_symbols(DracoFields& fields);
-
-// Whether write_fields(read_fields(stream)) is the stream. False for streams that have no fields.
-bool is_reproducible(std::span<const uint8_t> stream);
 
 }  // namespace psplit

@@ -1,5 +1,5 @@
-// Expands condensed streams to the Draco streams that they were made from, bit for bit. Specification:
-// "condensed streams" (gltf_ext/PSPLIT_mesh_draco_patches).
+// Expands condensed streams (src/core/condensed/condensed_stream.h) to the Draco streams that they were made
+// from, bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 namespace psplit {
 
 // A condensed stream, and what its row says about it.
-struct CondensedStream {
+struct CondensedPatch {
   std::span<const uint8_t> bytes;
   uint32_t skeleton = 0;  // its number in the head
   uint32_t face_count = 0, point_count = 0;
@@ -22,9 +22,9 @@ struct CondensedStream {
 };
 
 // Where its bytes are. They sum to its size. Errors: those of expand_stream.
-Expected<SectionBytes> measure_stream(const CondensedHead& head, const CondensedStream& stream);
+Expected<SectionBytes> measure_stream(const CondensedHead& head, const CondensedPatch& patch);
 
 // The Draco stream. The bytes and the row may be anything. Errors: kInvalidInput. Thread-safe.
-Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head, const CondensedStream& stream);
+Expected<std::vector<uint8_t>> expand_stream(const CondensedHead& head, const CondensedPatch& patch);
 
 }  // namespace psplit

@@ -6,7 +6,7 @@
 namespace psplit {
 namespace {
 
-CondensedStream condensed_stream(const PatchContainer& container, const BorderValues& borders, uint32_t patch) {
+CondensedPatch condensed_patch(const PatchContainer& container, const BorderValues& borders, uint32_t patch) {
   const StreamEntry& entry = container.entries[patch];
   core::StreamHeader header = container.headers[patch];
   borders.complete(patch, header);
@@ -23,7 +23,7 @@ Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, con
   const std::span<const uint8_t> stream = container.streams[patch];
   if (!container.entries[patch].is_condensed) return std::vector<uint8_t>(stream.begin(), stream.end());
   Expected<std::vector<uint8_t>> expanded =
-      expand_stream(*container.head, condensed_stream(container, borders, patch));
+      expand_stream(*container.head, condensed_patch(container, borders, patch));
   if (!expanded) return expanded.status().at({.patch = patch});
   if (expanded->size() > 0xffffffffu) return unsupported("a stream of more than 4 GiB", {.patch = patch});
   return expanded;
@@ -52,6 +52,7 @@ Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container,
   for (size_t i = 0; i < count; ++i) {
     if (!statuses[i].ok()) return statuses[i];
     entries[i].stream_bytes = static_cast<uint32_t>(streams[i].size());
+    entries[i].is_condensed = false;
     stitch.emplace_back(container.stitch[i].begin(), container.stitch[i].end());
   }
   return write_container(entries, container.has_residue, stitch, streams);
@@ -65,7 +66,7 @@ Expected<SectionBytes> measure_sections(const PatchContainer& container, const T
   pool.for_each(count, [&](size_t i) {
     if (container.entries[i].is_condensed)
       measured[i] =
-          measure_stream(*container.head, condensed_stream(container, *borders, static_cast<uint32_t>(i)));
+          measure_stream(*container.head, condensed_patch(container, *borders, static_cast<uint32_t>(i)));
   });
   SectionBytes sum;
   for (size_t i = 0; i < count; ++i) {

@@ -1,5 +1,4 @@
-// Containers of version 3 as containers of version 2: condensed streams become the Draco streams that they were
-// made from.
+// Condensed streams of a container become the Draco streams that they were made from.
 #pragma once
 
 #include "src/condensed/section_bytes.h"
@@ -12,7 +11,7 @@ namespace psplit {
 // with the patch as their place.
 Expected<std::vector<uint8_t>> expand_patch(const PatchContainer& container, uint32_t patch);
 
-// A container of version 2 with the same mesh, numbering and stitch map. Errors: those of expand_patch.
+// A container of Draco streams with the same mesh, numbering and stitch map. Errors: those of expand_patch.
 Expected<std::vector<uint8_t>> expand_container(const PatchContainer& container, const ThreadPool& pool);
 
 // Where the bytes of all condensed streams are. Attributes have the places that they have in the streams.

@@ -73,6 +73,7 @@ class FieldsReader {
     AttributeFields& attribute = fields_.attributes.emplace_back();
     attribute.count = count;
     attribute.components = description.components;
+    attribute.component_bytes = core::data_type_bytes(description.type);
     const uint64_t bytes = uint64_t{count} * description.stride();
     const uint8_t* const head = literals_.head();
     if (!literals_.skip(bytes)) return fault_status(Fault::kTruncated);
@@ -87,15 +88,25 @@ class FieldsReader {
     AttributeFields& attribute = fields_.attributes.emplace_back();
     attribute.count = count;
     attribute.components = components;
+    attribute.skeleton = {predicted.attribute.coding, predicted.scheme, predicted.transform,
+                          static_cast<uint8_t>(components), 0};
     const uint64_t total = uint64_t{count} * components;
     if (total > 0xffffffffu || !claim(total * sizeof(uint32_t))) return fault_status(Fault::kWorkspace);
     attribute.symbols.resize(static_cast<size_t>(total));
     constexpr uint8_t kRaw = 1;
     const bool is_raw = total > 0 && literals_.remaining() >= 2 && literals_.head()[0] == kRaw;
     const uint32_t symbol_bits = is_raw ? literals_.head()[1] : 0;
-    const Fault fault = read_symbols(count, components, attribute.symbols);
+    Fault fault = read_symbols(count, components, attribute.symbols);
     if (fault == Fault::kNone && is_raw)
       fields_.possible_levels &= possible_symbol_levels(attribute.symbols, symbol_bits);
+    // The grid's numbers follow, because normals on a grid have none of the other fields before them.
+    if (fault == Fault::kNone && attribute.skeleton.has_grid()) {
+      core::PredictionData data;
+      data.transform = predicted.transform;
+      core::ByteReader ahead = literals_;
+      fault = data.read_grid(ahead);
+      attribute.grid_size = data.grid.max_quantized();
+    }
     literals_.leave_out();
     return fault_status(fault);
   }
@@ -243,7 +254,8 @@ class FieldsReader {
       fault = core::decode_connectivity(ListedSymbols(valences, fields_.symbol_lists, out), events, again,
                                         arena_, mesh_);
     } else {
-      fault = core::decode_connectivity(StoredStandardSymbols(symbols, out), events, again, arena_, mesh_);
+      fault = core::decode_connectivity(StoredSymbols(core::StandardSymbols(symbols), out), events, again,
+                                        arena_, mesh_);
     }
     if (fault != Fault::kNone) return fault;
     arena_.release(mark);

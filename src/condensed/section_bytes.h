@@ -42,32 +42,15 @@ struct SectionBytes {
   }
 };
 
-// Measures what is read of a section between two calls.
-class SectionMeter {
- public:
-  explicit SectionMeter(const core::SectionReader& section) : section_(&section) { restart(); }
-
-  // Adds the bytes since the last call: words of the entropy coder, and plain bits.
-  void add(double& coded, double& plain) {
-    const double coded_before = coded_, plain_before = plain_;
-    restart();
-    coded += (coded_ - coded_before) / 8;
-    plain += (plain_ - plain_before) / 8;
-  }
-
- private:
-  // The coder's state holds 16 to 32 bits that belong to the next symbols. Before the first state of 32 bits is
-  // read, it counts as 24.
-  void restart() {
-    constexpr double kNotStarted = 32 - 24;
-    coded_ = section_->state() == 0 ? kNotStarted
-                                    : 8 * static_cast<double>(section_->word_bytes_taken()) -
-                                          std::log2(static_cast<double>(section_->state()));
-    plain_ = static_cast<double>(section_->bits_taken());
-  }
-
-  const core::SectionReader* section_;
-  double coded_ = 0, plain_ = 0;
-};
+// Adds the bytes of a section between two of its places: words of the entropy coder, and plain bits.
+inline void add_section_bytes(const core::SectionReader& from, const core::SectionReader& to, double& coded,
+                              double& plain) {
+  // The coder's state holds 16 to 32 bits that belong to the next symbols.
+  const auto coded_bits = [](const core::SectionReader& at) {
+    return 8 * static_cast<double>(at.word_bytes_taken()) - std::log2(static_cast<double>(at.state()));
+  };
+  coded += (coded_bits(to) - coded_bits(from)) / 8;
+  plain += static_cast<double>(to.bits_taken() - from.bits_taken()) / 8;
+}
 
 }  // namespace psplit

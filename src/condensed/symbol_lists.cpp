@@ -1,9 +1,6 @@
 #include "src/condensed/symbol_lists.h"
 
 #include <algorithm>
-#include <memory>
-
-#include "src/core/edgebreaker.h"
 
 namespace psplit {
 namespace {
@@ -37,7 +34,6 @@ uint32_t component_count(const DracoFields& fields) {
 }
 
 Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields) {
-  using core::Arena;
   const auto s_count =
       static_cast<uint64_t>(std::count(fields.symbols.begin(), fields.symbols.end(), core::kS));
   const uint64_t faces = fields.face_count, limit = fields.vertex_count + s_count;
@@ -47,24 +43,13 @@ Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields) {
                    faces < core::kMaxFaces<uint32_t> && limit <= 3 * faces + s_count && limit < 0xfffffff0u &&
                    are_events(fields.split_events, fields.symbol_count);
   std::vector<uint8_t> lists(fields.symbols.size());
-  core::Connectivity<uint32_t> mesh;
-  mesh.counts = {fields.face_count, static_cast<uint32_t>(limit), fields.symbol_count,
-                 static_cast<uint32_t>(fields.split_events.size())};
+  const core::ConnectivityCounts counts{fields.face_count, static_cast<uint32_t>(limit), fields.symbol_count,
+                                        static_cast<uint32_t>(fields.split_events.size())};
   core::Fault fault = fit ? core::Fault::kNone : core::Fault::kCounts;
-  if (fault == core::Fault::kNone && fields.symbol_count > 0) {
-    const size_t size = core::Connectivity<uint32_t>::bytes(mesh.counts) + Valences::bytes(mesh.counts) +
-                        core::WaitingEdges<uint32_t>::bytes(mesh.counts);
-    const std::unique_ptr<uint8_t[]> memory(new uint8_t[size]);
-    Arena arena(memory.get(), size);
-    Valences valences;
-    core::WaitingEdges<uint32_t> waiting;
-    mesh.allocate(arena);
-    valences.start(mesh.counts, arena);
-    core::fill(mesh.table.opposite, core::kNone<uint32_t>);
-    fault = waiting.start({fields.split_events.data(), fields.split_events.size()}, fields.symbol_count, arena);
-    if (fault == core::Fault::kNone)
-      fault = core::add_faces(NotedLists(valences, fields.symbols.data(), lists.data()), waiting, mesh);
-  }
+  if (fit && fields.symbol_count > 0)
+    fault = add_faces_alone(counts, fields.split_events, [&](const Valences& valences) {
+      return NotedLists(valences, fields.symbols.data(), lists.data());
+    });
   if (fault != core::Fault::kNone) return invalid_input(core::fault_text(fault));
   return lists;
 }

@@ -3,10 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "src/condensed/draco_fields.h"
-#include "src/core/edgebreaker_symbols.h"
+#include "src/core/edgebreaker.h"
 
 namespace psplit {
 
@@ -16,12 +17,13 @@ using SymbolLists = std::array<std::vector<uint8_t>, DracoFields::kSymbolLists>;
 inline constexpr uint8_t kClersOfNumber[5] = {core::kC, core::kS, core::kL, core::kR, core::kE};
 inline constexpr uint8_t kNumberOfClers[8] = {0, 1, 0, 2, 0, 3, 0, 4};
 
-// Symbols of the standard traversal. Each is also stored.
-class StoredStandardSymbols : public core::StandardSymbols {
+// Symbols for core::add_faces. Each is also stored.
+template <typename Symbols>
+class StoredSymbols : public Symbols {
  public:
-  StoredStandardSymbols(core::BitReader bits, uint8_t* out) : StandardSymbols(bits), out_(out) {}
+  StoredSymbols(const Symbols& symbols, uint8_t* out) : Symbols(symbols), out_(out) {}
   uint32_t next(uint32_t to) {
-    const uint32_t symbol = StandardSymbols::next(to);
+    const uint32_t symbol = Symbols::next(to);
     *out_++ = static_cast<uint8_t>(symbol);
     return symbol;
   }
@@ -71,6 +73,27 @@ class NotedLists : public Valences {
   const uint8_t* symbols_;
   uint8_t* lists_;
 };
+
+// Runs core::add_faces for its symbols; the mesh is not kept. make_symbols(valences) returns them; `valences`
+// are started. The counts and the events may be anything that the caller has memory for.
+template <typename MakeSymbols>
+core::Fault add_faces_alone(const core::ConnectivityCounts& counts, const std::vector<core::SplitEvent>& events,
+                            MakeSymbols make_symbols) {
+  const size_t size = core::Connectivity<uint32_t>::bytes(counts) + Valences::bytes(counts) +
+                      core::WaitingEdges<uint32_t>::bytes(counts);
+  const std::unique_ptr<uint8_t[]> memory(new uint8_t[size]);
+  core::Arena arena(memory.get(), size);
+  core::Connectivity<uint32_t> mesh;
+  mesh.counts = counts;
+  Valences valences;
+  core::WaitingEdges<uint32_t> waiting;
+  if (!mesh.allocate(arena)) return core::Fault::kWorkspace;
+  core::fill(mesh.table.opposite, core::kNone<uint32_t>);
+  core::Fault fault = valences.start(counts, arena);
+  if (fault == core::Fault::kNone)
+    fault = waiting.start({events.data(), events.size()}, counts.symbol_count, arena);
+  return fault == core::Fault::kNone ? core::add_faces(make_symbols(valences), waiting, mesh) : fault;
+}
 
 // The components of the mesh: the edges that wait when all symbols are decoded. Each E begins one, and each S
 // ends one, unless it takes an edge that a split event set aside. The splits of the events are symbols.

@@ -161,11 +161,4 @@ class FieldsWriter {
 
 Expected<std::vector<uint8_t>> write_fields(const DracoFields& fields) { return FieldsWriter(fields).write(); }
 
-bool is_reproducible(std::span<const uint8_t> stream) {
-  const Expected<DracoFields> fields = read_fields(stream);
-  if (!fields) return false;
-  const Expected<std::vector<uint8_t>> again = write_fields(*fields);
-  return again.ok() && std::equal(again->begin(), again->end(), stream.begin(), stream.end());
-}
-
 }  // namespace psplit

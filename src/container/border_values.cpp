@@ -81,7 +81,7 @@ Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uin
   if (bytes > core::justified_bytes(container.stream_bytes())) return status_of(Fault::kWorkspace);
   if (first >= end) return BorderValues();
   Expected<BorderValues> some = decode_some(container, first, end);
-  // The first failure of all patches may be another one.
+  // If it failed, decode() of all patches names the first of all failures.
   return some ? std::move(some) : decode(container, pool);
 }
 
@@ -157,7 +157,7 @@ void BorderValues::decode_parts(const PatchContainer& container, size_t begin, s
     // They take the place of the values.
     auto* const symbols = reinterpret_cast<uint32_t*>(walk.values.data() + walk.values.size() - size);
     core::TokenSequence& sequence = tokens[slot - begin];
-    faults[slot - begin] = core::start_border_part(header, walk.is_own, {symbols, size}, sequence);
+    faults[slot - begin] = core::start_border_part(header.condensed, walk.is_own, {symbols, size}, sequence);
     if (faults[slot - begin] == Fault::kNone) started[count++] = &sequence;
   }
   core::step_tokens<core::kInStep>(started, count);

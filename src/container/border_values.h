@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "src/container/patch_container.h"
-#include "src/core/condensed/border_values.h"
+#include "src/core/condensed/border_part.h"
 #include "src/parallel.h"
 
 namespace psplit {
@@ -21,7 +21,7 @@ class BorderValues {
   static Expected<BorderValues> decode(const PatchContainer& container, const ThreadPool& pool);
   // Of one patch. Decodes only its part and those of the patches that own its shared values.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t patch);
-  // Of the patches [first, end), in the same way. Errors are those of all patches, or it has none.
+  // Of the patches [first, end), in the same way. Fails only if all patches together fail, with their error.
   static Expected<BorderValues> decode(const PatchContainer& container, uint32_t first, uint32_t end,
                                        const ThreadPool& pool);
 
@@ -43,7 +43,7 @@ class BorderValues {
   // By slot.
   std::vector<core::WalkValues> walks_;
   std::vector<core::SectionReader> behind_parts_;
-  // What the walks have views of.
+  // The walks are views of these.
   std::unique_ptr<int32_t[]> values_;
   std::unique_ptr<uint8_t[]> is_own_;
 };

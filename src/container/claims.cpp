@@ -51,9 +51,9 @@ Expected<core::StreamHeader> read_condensed_header(const PatchContainer& contain
   const std::vector<uint8_t>& skeleton = container.head->skeletons[entry.skeleton];
   const std::span<const uint8_t> stream = container.streams[patch];
   core::StreamHeader header;
-  const Fault fault =
-      core::read_condensed_header({skeleton.data(), skeleton.size()}, {stream.data(), stream.size()},
-                                  container.head->models(), entry.face_count, entry.point_count, header);
+  const Fault fault = core::read_condensed_header(
+      {skeleton.data(), skeleton.size()}, {stream.data(), stream.size()}, container.head->models(),
+      entry.face_count, entry.point_count, header, header.condensed);
   return justified_header(fault, header, stream.size());
 }
 

@@ -5,8 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "src/core/byte_reader.h"
-#include "src/core/stitch_codes.h"
+#include "src/container/bit_string.h"
 
 namespace psplit {
 namespace {
@@ -16,60 +15,62 @@ using core::kSlots;
 using core::NumberKind;
 using core::SymbolContext;
 
-constexpr uint32_t kMostSkeletons = 255, kMostSkeletonBytes = 4096;
 constexpr uint32_t kMostAttributes = 256, kMostAttributeData = 128;
 constexpr uint32_t kMostHistory = 5;
 
-class HeadReader {
- public:
-  explicit HeadReader(std::span<const uint8_t> bytes) : bytes_(bytes), bits_(bytes.data(), bytes.size()) {}
+Status invalid(const std::string& cause) { return invalid_input("head: " + cause); }
 
-  Expected<CondensedHead> read() {
+// Reads the bits of one section into a head.
+class HeadSectionReader {
+ public:
+  HeadSectionReader(std::span<const uint8_t> bytes, CondensedHead& head) : bits_(bytes), head_(head) {}
+
+  Status read_tables() {
     Status status = read_skeletons();
     if (status.ok()) status = read_contexts();
     if (status.ok()) status = read_attributes();
-    if (status.ok()) status = read_borders();
     if (status.ok()) status = read_seams();
-    if (status.ok()) status = check_end();
-    if (!status.ok()) return status;
-    return std::move(head_);
+    return status.ok() ? check_end() : status;
+  }
+  Status read_borders() {
+    if (head_.skeletons.empty()) return invalid("values at borders without tables");
+    head_.has_borders = true;
+    for (uint16_t& table : head_.border_tables)
+      if (Status status = read_token_table(table); !status.ok()) return status;
+    return check_end();
   }
 
  private:
-  static Status invalid(const std::string& cause) { return invalid_input("head: " + cause); }
-  // All bits that were read are there.
-  bool truncated() const { return broken_ || bits_.bytes_taken() > bytes_.size(); }
-  Status check_truncation() const { return truncated() ? invalid("it ends early") : Status(); }
-
-  uint32_t number(NumberKind& kind) {
-    uint32_t value = 0;
-    broken_ |= !core::read_number(bits_, kind, value);
-    return value;
+  Status check_truncation() const { return bits_.broken() ? invalid("a section ends early") : Status(); }
+  // The unused bits of the last byte are 0.
+  Status check_end() {
+    if (bits_.broken()) return check_truncation();
+    return bits_.ends_here() ? Status() : invalid("a section does not end with its last bit");
   }
-  bool bit() { return bits_.read(1) != 0; }
 
   Status read_skeletons() {
-    const uint64_t count = uint64_t{number(count_)} + 1;
-    if (truncated()) return check_truncation();
+    const uint64_t count = uint64_t{bits_.number(count_)} + 1;
+    if (bits_.broken()) return check_truncation();
     if (count > kMostSkeletons) return invalid("more than 255 skeletons");
     NumberKind length_kind{5};
     for (uint64_t i = 0; i < count; ++i) {
       constexpr uint32_t kMostLevel = 11;
-      const uint32_t level = bits_.read(4), length = number(length_kind);
-      if (truncated()) return check_truncation();
+      const uint32_t level = bits_.bits(4), length = bits_.number(length_kind);
+      if (bits_.broken()) return check_truncation();
       if (length > kMostSkeletonBytes) return invalid("a skeleton of more than 4096 bytes");
       if (level > kMostLevel) return invalid("an unknown level of entropy coding");
       head_.levels.push_back(static_cast<uint8_t>(level));
-      std::vector<uint8_t>& skeleton = head_.skeletons.emplace_back(length);
-      for (uint8_t& byte : skeleton) byte = static_cast<uint8_t>(bits_.read(8));
-      if (truncated()) return check_truncation();
+      std::vector<uint8_t>& skeleton =
+          head_.skeletons.emplace_back(kSkeletonFront.begin(), kSkeletonFront.end());
+      for (uint32_t k = 0; k < length; ++k) skeleton.push_back(static_cast<uint8_t>(bits_.bits(8)));
+      if (bits_.broken()) return check_truncation();
     }
     return {};
   }
 
   Status read_contexts() {
     constexpr uint32_t kValence = 8, kValenceContexts = 30;
-    const uint32_t coding = bits_.read(4);
+    const uint32_t coding = bits_.bits(4);
     if (coding > kMostHistory && coding != kValence) return invalid("unknown contexts of symbols");
     head_.has_valence_contexts = coding == kValence;
     uint32_t count = head_.has_valence_contexts ? kValenceContexts : 1;
@@ -78,8 +79,8 @@ class HeadReader {
     for (uint32_t i = 0; i < count; ++i) {
       std::array<uint32_t, SymbolContext::kCount> frequencies;
       uint64_t sum = 0;
-      for (uint32_t& frequency : frequencies) sum += frequency = number(frequency_kind);
-      if (truncated()) return check_truncation();
+      for (uint32_t& frequency : frequencies) sum += frequency = bits_.number(frequency_kind);
+      if (bits_.broken()) return check_truncation();
       if (sum != 0 && sum != kSlots) return invalid("frequencies of symbols that do not sum to 4096");
       SymbolContext& context =
           head_.contexts.emplace_back(sum == 0 ? unused_context() : context_of(frequencies));
@@ -107,34 +108,34 @@ class HeadReader {
   }
 
   Status read_attributes() {
-    const uint64_t count = uint64_t{number(count_)} + 1;
-    if (truncated()) return check_truncation();
+    const uint64_t count = uint64_t{bits_.number(count_)} + 1;
+    if (bits_.broken()) return check_truncation();
     if (count > kMostAttributes) return invalid("models of more than 256 attributes");
     for (uint64_t i = 0; i < count; ++i) {
       core::AttributeModel& model = head_.attributes.emplace_back();
-      model.by_creation = bit();
+      model.by_creation = bits_.bits(1) != 0;
       if (model.by_creation) {
-        model.backward = bit();
-        model.two = bit();
-        model.mean = bit();
+        model.backward = bits_.bits(1) != 0;
+        model.two = bits_.bits(1) != 0;
+        model.mean = bits_.bits(1) != 0;
         constexpr uint32_t kMostReach = 2;
-        model.reach = static_cast<uint8_t>(bits_.read(2));
-        if (model.reach > kMostReach) return truncated() ? check_truncation() : invalid("an unknown reach");
+        model.reach = static_cast<uint8_t>(bits_.bits(2));
+        if (model.reach > kMostReach) return bits_.broken() ? check_truncation() : invalid("an unknown reach");
       }
       if (Status status = read_table_sets(model); !status.ok()) return status;
-      model.has_flags = bit();
+      model.has_flags = bits_.bits(1) != 0;
       if (!model.has_flags) continue;
       bool is_valid = true;
       for (uint16_t& crease : model.creases) is_valid &= read_probability(crease);
       is_valid &= read_probability(model.orientations);
       is_valid &= read_probability(model.flips);
-      if (!is_valid) return truncated() ? check_truncation() : invalid("a probability of 0");
+      if (!is_valid) return bits_.broken() ? check_truncation() : invalid("a probability of 0");
     }
     return check_truncation();
   }
   Status read_table_sets(core::AttributeModel& model) {
-    const uint64_t count = uint64_t{number(count_)} + 1;
-    if (truncated()) return check_truncation();
+    const uint64_t count = uint64_t{bits_.number(count_)} + 1;
+    if (bits_.broken()) return check_truncation();
     if (count > kMostTableSets) return invalid("more than 8 sets of token tables for an attribute");
     if (head_.table_sets.size() + count > kMostTableSetsOfAll)
       return invalid("more than 256 sets of token tables");
@@ -148,20 +149,20 @@ class HeadReader {
     return {};
   }
   bool read_probability(uint16_t& probability) {
-    probability = static_cast<uint16_t>(bits_.read(kSlotBits));
+    probability = static_cast<uint16_t>(bits_.bits(kSlotBits));
     return probability > 0;
   }
 
   Status read_token_table(uint16_t& number_of_table) {
-    const uint32_t used = number(used_);
-    if (truncated()) return check_truncation();
+    const uint32_t used = bits_.number(used_);
+    if (bits_.broken()) return check_truncation();
     if (used > core::kTokenCount) return invalid("a table of more than 116 tokens");
     if (used == 0) return {};
     NumberKind frequency_kind{4};
     std::array<uint32_t, core::kTokenCount> frequencies{};
     uint64_t sum = 0;
-    for (uint32_t token = 0; token < used; ++token) sum += frequencies[token] = number(frequency_kind);
-    if (truncated()) return check_truncation();
+    for (uint32_t token = 0; token < used; ++token) sum += frequencies[token] = bits_.number(frequency_kind);
+    if (bits_.broken()) return check_truncation();
     if (sum != kSlots) return invalid("frequencies of tokens that do not sum to 4096");
     // Three tables for each of 256 sets, and two for borders.
     number_of_table = static_cast<uint16_t>(head_.token_tables.size());
@@ -175,42 +176,32 @@ class HeadReader {
     return {};
   }
 
-  Status read_borders() {
-    head_.has_borders = bit();
-    for (uint16_t& table : head_.border_tables) {
-      if (!head_.has_borders) break;
-      if (Status status = read_token_table(table); !status.ok()) return status;
-    }
-    return check_truncation();
-  }
-
   Status read_seams() {
-    const uint32_t count = number(count_);
-    if (truncated()) return check_truncation();
+    const uint32_t count = bits_.number(count_);
+    if (bits_.broken()) return check_truncation();
     if (count > kMostAttributeData) return invalid("models of more than 128 attribute data");
     for (uint32_t i = 0; i < count; ++i) {
       core::SeamModel& seam = head_.seams.emplace_back();
       const bool is_valid = read_probability(seam.after[0]) && read_probability(seam.after[1]);
-      if (!is_valid) return truncated() ? check_truncation() : invalid("a probability of 0");
+      if (!is_valid) return bits_.broken() ? check_truncation() : invalid("a probability of 0");
     }
     return {};
   }
 
-  // The unused bits of the last byte are 0.
-  Status check_end() {
-    if (truncated()) return check_truncation();
-    const auto rest = static_cast<int>(bits_.bytes_taken() * 8 - bits_.bits_taken());
-    if (bits_.bytes_taken() != bytes_.size() || bits_.read(rest) != 0)
-      return invalid("it does not end with its last bit");
-    return {};
-  }
-
-  std::span<const uint8_t> bytes_;
-  core::BitReader bits_;
+  BitStringReader bits_;
   NumberKind count_{0}, used_{5};
-  bool broken_ = false;
-  CondensedHead head_;
+  CondensedHead& head_;
 };
+
+Status read_section(uint32_t type, std::span<const uint8_t> bytes, CondensedHead& head) {
+  if (type >= static_cast<uint32_t>(HeadSection::kMayBeSkipped)) return {};
+  switch (static_cast<HeadSection>(type)) {
+    case HeadSection::kTables: return HeadSectionReader(bytes, head).read_tables();
+    case HeadSection::kBorders: return HeadSectionReader(bytes, head).read_borders();
+    default:
+      return unsupported("head: section " + std::to_string(type) + " is not known, and may not be skipped");
+  }
+}
 
 }  // namespace
 
@@ -229,6 +220,31 @@ core::CondensedModels CondensedHead::models() const {
   return models;
 }
 
-Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes) { return HeadReader(bytes).read(); }
+void append_head_section(HeadSection type, std::span<const uint8_t> bytes, std::vector<uint8_t>& head) {
+  head.push_back(static_cast<uint8_t>(type));
+  size_t length = bytes.size();
+  for (; length >= 0x80; length >>= 7) head.push_back(static_cast<uint8_t>(length | 0x80));
+  head.push_back(static_cast<uint8_t>(length));
+  head.insert(head.end(), bytes.begin(), bytes.end());
+}
+
+Expected<CondensedHead> read_condensed_head(std::span<const uint8_t> bytes) {
+  constexpr size_t kMostLengthBytes = 5;
+  CondensedHead head;
+  core::ByteReader reader(bytes.data(), bytes.size());
+  for (int last_type = -1; reader.remaining() > 0;) {
+    const int type = reader.u8();
+    if (type <= last_type) return invalid("its sections do not ascend by type");
+    last_type = type;
+    const size_t length_at = reader.position();
+    const uint64_t length = reader.varint64();
+    if (reader.truncated() || reader.position() - length_at > kMostLengthBytes || length > reader.remaining())
+      return invalid("a section of more bytes than there are");
+    const std::span section(reader.head(), static_cast<size_t>(length));
+    reader.skip(length);
+    if (Status status = read_section(static_cast<uint32_t>(type), section, head); !status.ok()) return status;
+  }
+  return head;
+}
 
 }  // namespace psplit

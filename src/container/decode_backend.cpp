@@ -33,7 +33,7 @@ Expected<PrimitiveBuffers> allocate_mesh(uint32_t point_count, uint32_t face_cou
   mesh.point_count = point_count;
   mesh.faces.resize(face_count);
   mesh.attributes.clear();
-  PrimitiveBuffers buffers{std::as_writable_bytes(std::span(mesh.faces)), sizeof(uint32_t)};
+  PrimitiveBuffers buffers{mesh.faces, sizeof(uint32_t)};
   for (const AttributeRequest& request : requests) {
     mesh.attributes.push_back(
         {request.semantic, request.component_type, request.component_count, request.normalized, {}});

@@ -6,8 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <span>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "src/export.h"
@@ -17,7 +20,9 @@
 
 namespace psplit {
 
-struct PatchContainer;  // an opened container; CompressedPrimitive::container (src/loader/loader.h) gives it
+// Opened bytes, as all decoders take them: checked once, and shared between threads. Opaque: callers only hand
+// on a reference. CompressedPrimitive::container (src/loader/loader.h) gives it, and says how long it lives.
+struct PatchContainer;
 
 // Requests a Draco attribute, by its unique id, as a glTF attribute.
 struct AttributeRequest {
@@ -30,16 +35,27 @@ struct AttributeRequest {
   size_t value_bytes() const { return component_bytes(component_type) * component_count; }
 };
 
+// The caller's memory, as bytes. Spans, vectors and arrays of plain values convert to it.
+class WritableBytes : public std::span<std::byte> {
+ public:
+  WritableBytes() = default;
+  template <typename Values,
+            typename T = std::remove_reference_t<decltype(*std::data(std::declval<Values&>()))>>
+  requires(std::is_trivially_copyable_v<T> && !std::is_const_v<T> &&
+           std::is_convertible_v<Values, std::span<T>>) WritableBytes(Values&& values)
+      : span(std::as_writable_bytes(std::span<T>(values))) {}  // NOLINT: implicit
+};
+
 // Where an attribute goes: one value for each point, `stride` bytes from one value to the next. A stride of 0
 // means tightly packed. Any alignment is allowed. The bytes between two values are not touched.
 struct AttributeBuffer {
-  std::span<std::byte> bytes;
+  WritableBytes bytes;
   size_t stride = 0;
 };
 
 // The caller's memory for one mesh. No two parts of it overlap.
 struct PrimitiveBuffers {
-  std::span<std::byte> indices;               // three for each face, tightly packed, aligned to their size
+  WritableBytes indices;                      // three for each face, tightly packed, aligned to their size
   uint32_t index_bytes = 4;                   // 4, or 2 if there are no more than 65,535 points
   std::vector<AttributeBuffer> attributes{};  // one for each requested attribute
 };

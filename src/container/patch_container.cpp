@@ -6,10 +6,9 @@
 
 #include "src/container/border_values.h"
 #include "src/container/claims.h"
-#include "src/container/column_directory.h"
-#include "src/container/condensed_directory.h"
 #include "src/container/condensed_head.h"
-#include "src/container/little_endian.h"
+#include "src/container/directory.h"
+#include "src/core/byte_reader.h"
 #include "src/core/workspace.h"
 
 namespace psplit {
@@ -17,66 +16,58 @@ namespace {
 
 constexpr std::array<uint8_t, 4> kMagic = {'P', 'S', 'P', 'L'};
 constexpr uint8_t kFlagResidue = 1;
-constexpr size_t kFixedHeaderBytes = 12;
-constexpr size_t kCondensedHeaderBytes = kFixedHeaderBytes + 8;
+constexpr uint16_t kCodecDraco = 0;
+constexpr size_t kHeaderBytes = 20;
 
-// The fixed part of the header, to version, residue flag and stream count.
-Status read_fixed_header(std::span<const uint8_t> bytes, PatchContainer& container) {
-  if (bytes.size() < kCondensedHeaderBytes) return invalid_input("container: shorter than its header");
+// The header, to the lengths of directory and head.
+Status read_header(std::span<const uint8_t> bytes, PatchContainer& container, uint32_t& directory_bytes) {
+  if (bytes.size() < kHeaderBytes) return invalid_input("container: shorter than its header");
   if (!std::equal(kMagic.begin(), kMagic.end(), bytes.begin())) return invalid_input("container: wrong magic");
-  if (bytes[4] == 0 || bytes[4] > kCondensedContainerVersion)
-    return unsupported("container: version " + std::to_string(bytes[4]) + " is not known");
-  if ((bytes[5] & ~kFlagResidue) != 0) return invalid_input("container: unknown flags");
-  if (load_integer(&bytes[6], 2) != 0) return invalid_input("container: reserved bytes are not zero");
-  const uint32_t count = load_integer(&bytes[8], 4);
-  // A stream is never empty, so the bytes bound the count before anything is allocated.
+  core::ByteReader reader(bytes.data(), bytes.size());
+  reader.skip(kMagic.size());
+  const uint32_t version = reader.u8(), flags = reader.u8(), codec = reader.u16(), count = reader.u32();
+  directory_bytes = reader.u32();
+  container.head_bytes = reader.u32();
+  if (version != kContainerVersion)
+    return unsupported("container: version " + std::to_string(version) + " is not known");
+  if ((flags & ~uint32_t{kFlagResidue}) != 0) return unsupported("container: a flag that is not known");
+  if (codec != kCodecDraco)
+    return unsupported("container: codec " + std::to_string(codec) +
+                       " of its streams is not known; only 0 is, Draco 2.2");
   if (count == 0) return invalid_input("container: no streams");
-  if (count > bytes.size() - kCondensedHeaderBytes) return invalid_input("container: more streams than bytes");
+  const uint64_t rest = bytes.size() - kHeaderBytes;
+  if (uint64_t{directory_bytes} + container.head_bytes > rest)
+    return invalid_input("container: ends within the directory or the head");
+  // The bytes bound the count before anything is allocated.
+  if (count * kLeastRowBits > uint64_t{8} * directory_bytes)
+    return invalid_input("container: more streams than rows in the directory");
   container.bytes = bytes;
-  container.version = bytes[4];
-  container.has_residue = (bytes[5] & kFlagResidue) != 0;
+  container.has_residue = (flags & kFlagResidue) != 0;
+  container.header_bytes = kHeaderBytes + uint64_t{directory_bytes} + container.head_bytes;
   container.entries.resize(count);
   return {};
 }
 
-// Versions 1 and 2.
-Status read_columns(PatchContainer& container) {
-  const Expected<size_t> read =
-      read_column_directory(container.bytes.subspan(kFixedHeaderBytes), container.entries);
-  if (!read) return read.status();
-  container.header_bytes = kFixedHeaderBytes + *read;
-  return {};
-}
-
-// Version 3. The rows name skeletons, so the head is read first.
-Status read_head_and_rows(PatchContainer& container) {
-  const std::span<const uint8_t> rest = container.bytes.subspan(kCondensedHeaderBytes);
-  const uint32_t directory_bytes = load_integer(&container.bytes[kFixedHeaderBytes], 4);
-  container.head_bytes = load_integer(&container.bytes[kFixedHeaderBytes + 4], 4);
-  if (directory_bytes > rest.size() || container.head_bytes > rest.size() - directory_bytes)
-    return invalid_input("container: ends within the directory or the head");
-  if (container.entries.size() * kLeastRowBits > uint64_t{8} * directory_bytes)
-    return invalid_input("container: more streams than rows in the directory");
-  container.header_bytes = kCondensedHeaderBytes + directory_bytes + container.head_bytes;
-  if (container.head_bytes > 0) {
-    Expected<CondensedHead> head = read_condensed_head(rest.subspan(directory_bytes, container.head_bytes));
-    if (!head) return head.status();
-    container.head = std::make_shared<const CondensedHead>(std::move(*head));
-  }
-  const auto skeleton_count = static_cast<uint32_t>(container.head ? container.head->skeletons.size() : 0);
-  Status status = read_condensed_directory(rest.first(directory_bytes), skeleton_count, container.entries);
-  if (status.ok() && container.head && container.condensed_count() == 0)
-    status = invalid_input("container: a head, but no condensed stream");
-  return status;
+Status read_rows_and_head(PatchContainer& container, uint32_t directory_bytes) {
+  const std::span<const uint8_t> rest = container.bytes.subspan(kHeaderBytes);
+  const Expected<uint32_t> skeleton_count =
+      read_directory(rest.first(directory_bytes), container.has_residue, container.entries);
+  if (!skeleton_count) return skeleton_count.status();
+  Expected<CondensedHead> head = read_condensed_head(rest.subspan(directory_bytes, container.head_bytes));
+  if (!head) return head.status();
+  if (*skeleton_count > head->skeletons.size())
+    return invalid_input("container: the directory counts more skeletons than the head has");
+  if (head->skeletons.empty()) return {};
+  container.head = std::make_shared<const CondensedHead>(std::move(*head));
+  return container.condensed_count() > 0
+             ? Status()
+             : invalid_input("container: tables of condensed streams, but no condensed stream");
 }
 
 Status check_entry(const StreamEntry& entry, bool is_residue) {
   if (entry.stream_bytes == 0) return invalid_input("directory: an empty stream");
-  if (entry.is_condensed && is_residue) return invalid_input("directory: the residue is condensed");
   if (entry.face_count == 0 && !is_residue) return invalid_input("directory: a patch without faces");
   if (entry.reference_count > entry.point_count) return invalid_input("directory: more references than points");
-  if (entry.reference_count == 0 && entry.stitch_bytes > 0)
-    return invalid_input("directory: a stitch map without references");
   if (!is_residue && entry.point_count > uint64_t{entry.face_count} * 3)
     return invalid_input("directory: more points than corners");
   return {};
@@ -105,12 +96,10 @@ Status sum_entries(PatchContainer& container) {
   return {};
 }
 
-Status read_directory(std::span<const uint8_t> bytes, PatchContainer& container) {
-  Status status = read_fixed_header(bytes, container);
-  if (status.ok()) {
-    const bool has_head = container.version == kCondensedContainerVersion;
-    status = has_head ? read_head_and_rows(container) : read_columns(container);
-  }
+Status read_front(std::span<const uint8_t> bytes, PatchContainer& container) {
+  uint32_t directory_bytes = 0;
+  Status status = read_header(bytes, container, directory_bytes);
+  if (status.ok()) status = read_rows_and_head(container, directory_bytes);
   if (status.ok()) status = sum_entries(container);
   if (status.ok() &&
       bytes.size() - container.header_bytes != container.stitch_bytes() + container.stream_bytes())
@@ -129,7 +118,7 @@ void slice(PatchContainer& container) {
   for (const StreamEntry& entry : container.entries) container.streams.push_back(next(entry.stream_bytes));
 }
 
-Expected<core::StreamHeader> read_header(const PatchContainer& container, uint32_t patch) {
+Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch) {
   const StreamEntry& entry = container.entries[patch];
   Expected<core::StreamHeader> header = entry.is_condensed ? read_condensed_header(container, patch)
                                                            : read_stream_header(container.streams[patch]);
@@ -155,13 +144,8 @@ Expected<core::StreamHeader> read_header(const PatchContainer& container, uint32
   return header;
 }
 
-std::vector<uint8_t> fixed_header(uint8_t version, bool has_residue, size_t stream_count) {
-  std::vector<uint8_t> bytes(kMagic.begin(), kMagic.end());
-  bytes.push_back(version);
-  bytes.push_back(has_residue ? kFlagResidue : 0);
-  append_integer(bytes, 0, 2);
-  append_integer(bytes, static_cast<uint32_t>(stream_count), 4);
-  return bytes;
+void append_integer(std::vector<uint8_t>& bytes, size_t value, size_t width) {
+  for (size_t i = 0; i < width; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
 }
 
 void append_parts(std::span<const std::vector<uint8_t>> parts, std::vector<uint8_t>& bytes) {
@@ -214,7 +198,6 @@ uint32_t PatchContainer::likely_point_count(uint32_t patch) const {
 core::StitchRow PatchContainer::stitch_row(uint32_t patch) const {
   const StreamEntry& entry = entries[patch];
   return {{stitch[patch].data(), stitch[patch].size()},
-          version,
           patch,
           entry.point_count,
           entry.reference_count,
@@ -244,13 +227,13 @@ void PatchContainer::expect_points(uint32_t count) {
 
 Expected<PatchContainer> open_container(std::span<const uint8_t> bytes) {
   PatchContainer container;
-  if (Status status = read_directory(bytes, container); !status.ok()) return status;
+  if (Status status = read_front(bytes, container); !status.ok()) return status;
   slice(container);
   constexpr uint64_t kLeastStreamBytes = 4;  // a section of a condensed stream; Draco streams have more
   container.headers.reserve(
       std::min<uint64_t>(container.entries.size(), container.stream_bytes() / kLeastStreamBytes));
   for (uint32_t i = 0; i < container.entries.size(); ++i) {
-    const Expected<core::StreamHeader> header = read_header(container, i);
+    const Expected<core::StreamHeader> header = header_of_stream(container, i);
     if (!header) return header.status().at({.patch = i});
     container.headers.push_back(*header);
   }
@@ -276,29 +259,20 @@ PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points)
 
 Status check_directory(std::span<const uint8_t> bytes) {
   PatchContainer container;
-  return read_directory(bytes, container);
+  return read_front(bytes, container);
 }
 
 std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool has_residue,
                                      std::span<const std::vector<uint8_t>> stitch,
-                                     std::span<const std::vector<uint8_t>> streams) {
-  std::vector<uint8_t> bytes = fixed_header(kContainerVersion, has_residue, entries.size());
-  append_column_directory(entries, bytes);
-  append_parts(stitch, bytes);
-  append_parts(streams, bytes);
-  return bytes;
-}
-
-std::optional<std::vector<uint8_t>> write_condensed_container(std::span<const StreamEntry> entries,
-                                                              bool has_residue, std::span<const uint8_t> head,
-                                                              std::span<const std::vector<uint8_t>> stitch,
-                                                              std::span<const std::vector<uint8_t>> streams) {
-  const auto directory = write_condensed_directory(entries, count_skeletons(head));
-  if (!directory) return std::nullopt;
-  std::vector<uint8_t> bytes = fixed_header(kCondensedContainerVersion, has_residue, entries.size());
-  append_integer(bytes, static_cast<uint32_t>(directory->size()), 4);
-  append_integer(bytes, static_cast<uint32_t>(head.size()), 4);
-  bytes.insert(bytes.end(), directory->begin(), directory->end());
+                                     std::span<const std::vector<uint8_t>> streams,
+                                     std::span<const uint8_t> head) {
+  const std::vector<uint8_t> directory = write_directory(entries, has_residue);
+  std::vector<uint8_t> bytes(kMagic.begin(), kMagic.end());
+  append_integer(bytes, kContainerVersion, 1);
+  append_integer(bytes, has_residue ? kFlagResidue : 0, 1);
+  append_integer(bytes, kCodecDraco, 2);
+  for (const size_t number : {entries.size(), directory.size(), head.size()}) append_integer(bytes, number, 4);
+  bytes.insert(bytes.end(), directory.begin(), directory.end());
   bytes.insert(bytes.end(), head.begin(), head.end());
   append_parts(stitch, bytes);
   append_parts(streams, bytes);

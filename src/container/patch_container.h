@@ -1,17 +1,14 @@
-// The patch container: the directory, the stitch map and the Draco streams of one primitive in one run of
-// bytes.
+// The patch container: the directory, the stitch map and the streams of one primitive in one run of bytes.
 //
 // Layout, all little-endian (gltf_ext/PSPLIT_mesh_draco_patches/README.md is the specification):
 //
-//   header      magic "PSPL", version, flags, stream count, five column descriptors
-//   columns     per stream: stream bytes, faces, points, references, stitch bytes; each column is stored as
-//               a base and 0, 1, 2 or 4 bytes a value
+//   header      20 bytes: magic "PSPL", version, flags, codec, stream count, directory bytes, head bytes
+//   directory   per stream: faces, points, references, stitch bytes, stream bytes (directory.h)
+//   head        what streams have in common, in sections (condensed_head.h); often empty
 //   stitch map  per stream, concatenated (src/core/stitch_reader.h)
 //   streams     per stream, concatenated: Draco 2.2 meshes
 //
-// Version 3 has the same parts with a smaller directory (condensed_directory.h), and a head before the stitch
-// map (condensed_head.h). Its streams may be condensed: they hold the fields of a Draco stream, coded with the
-// head.
+// If the head has tables, streams may be condensed: they hold the fields of a Draco stream, coded with these.
 //
 // Streams are the patches in order. If kResidue is set, the last stream is the residue: a sequential Draco mesh
 // with the faces and points that Edgebreaker cannot carry.
@@ -21,7 +18,6 @@
 
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -32,10 +28,7 @@
 
 namespace psplit {
 
-// The version that write_container writes. Version 1 can be read as well: its stitch maps have another format.
-inline constexpr uint8_t kContainerVersion = 2;
-// The version that write_condensed_container writes.
-inline constexpr uint8_t kCondensedContainerVersion = 3;
+inline constexpr uint8_t kContainerVersion = 1;
 
 class BorderValues;
 struct CondensedHead;
@@ -45,7 +38,6 @@ struct CondensedHead;
 // it. Safe to share between threads.
 struct PatchContainer {
   std::span<const uint8_t> bytes;
-  uint8_t version = kContainerVersion;
   bool has_residue = false;
   // A Draco stream without a directory: it has no references, and it may be sequential or Edgebreaker.
   bool is_stock = false;
@@ -67,10 +59,9 @@ struct PatchContainer {
   std::vector<uint32_t> face_base;
   // Of a patch alone: the values at its border, if its header refers to them.
   std::shared_ptr<const BorderValues> borders;
-  // What the condensed streams have in common; null if no stream is condensed. The headers of these refer to
-  // it.
+  // What the condensed streams have in common; null if no stream is condensed. Their headers refer to it.
   std::shared_ptr<const CondensedHead> head;
-  uint64_t header_bytes = 0;  // header, directory and head
+  uint64_t header_bytes = 0;  // of header, directory and head
   uint32_t head_bytes = 0;
 
   // Without the residue. Functions that take a patch take the residue as well: it comes after the patches.
@@ -100,7 +91,8 @@ struct PatchContainer {
 
 // Checks every length, sum and header, and that the bytes justify the memory that the counts ask for. Never
 // reads past `bytes`. Allocates in proportion to the stream count, which the bytes must justify. Errors are
-// kInvalidInput, and kUnsupported for unknown versions, with the patch in their place.
+// kInvalidInput, and kUnsupported for unknown versions, flags, codecs and sections that must be understood,
+// with the patch in their place.
 Expected<PatchContainer> open_container(std::span<const uint8_t> bytes);
 
 // A stock Draco mesh stream as a container of one patch. Its row counts no more than `most_points` points; a
@@ -110,16 +102,11 @@ PatchContainer open_stream(std::span<const uint8_t> bytes, uint32_t most_points 
 // The errors of open_container that the header and the directory show, without those of the streams.
 Status check_directory(std::span<const uint8_t> bytes);
 
-// `stitch` and `streams` have one item for each entry, of the lengths that the entry names.
+// `stitch` and `streams` have one item for each entry, of the lengths that the entry names. The entries say
+// which streams are condensed; `head` is then that of condense().
 std::vector<uint8_t> write_container(std::span<const StreamEntry> entries, bool has_residue,
                                      std::span<const std::vector<uint8_t>> stitch,
-                                     std::span<const std::vector<uint8_t>> streams);
-
-// The same as version 3. The entries say which of `streams` are condensed with the head; it is empty if none
-// is. Nothing if the directory of version 3 cannot hold the entries.
-std::optional<std::vector<uint8_t>> write_condensed_container(std::span<const StreamEntry> entries,
-                                                              bool has_residue, std::span<const uint8_t> head,
-                                                              std::span<const std::vector<uint8_t>> stitch,
-                                                              std::span<const std::vector<uint8_t>> streams);
+                                     std::span<const std::vector<uint8_t>> streams,
+                                     std::span<const uint8_t> head = {});
 
 }  // namespace psplit

@@ -41,7 +41,7 @@ class AttributeDecoder {
       return Fault::kWorkspace;
     for (uint32_t i = 0; i < attribute_count; ++i) integers_[i] = {};
     Fault fault = Fault::kNone;
-    if (is_condensed()) fault = condensed_.read(header_, reader, patch_, integers_, arena_);
+    if (is_condensed()) fault = condensed_.read(header_.condensed, reader, patch_, integers_, arena_);
     if (fault == Fault::kNone) fault = header_.edgebreaker ? find_sequences(seam_tables) : list_points();
     return fault != Fault::kNone || is_condensed() ? fault : read(reader);
   }
@@ -78,7 +78,7 @@ class AttributeDecoder {
   }
   PSPLIT_HD View<DepthFirstTraversal<Index>> traversals() const { return traversals_.first(traversal_count_); }
   PSPLIT_HD View<PredictionDegreeTraversal<Index>> degree_walks() const { return degree_walks_; }
-  // Those of a condensed stream, otherwise none.
+  // The attributes of a condensed stream. Empty for a Draco stream.
   PSPLIT_HD View<CondensedAttribute<Index>> condensed() const { return condensed_.attributes(); }
 
   // Finish traversals and sequences after their steps were taken. finish_sequences is collective.
@@ -176,7 +176,8 @@ class AttributeDecoder {
   // The memory of integers and of their symbols.
   PSPLIT_HD static size_t integer_bytes(const StreamHeader& header, size_t stream_bytes,
                                         const ValueCounts& values) {
-    if (header.is_condensed()) return CondensedAttributes<Index>::bytes(header, values);
+    if (header.is_condensed())
+      return CondensedAttributes<Index>::bytes(header.condensed, header.attribute_data_count, values);
     const uint64_t symbols = uint64_t{values.points} * values.components;
     const size_t slots = values.attributes == 1 ? RansTable::slot_bytes_of_one(symbols, stream_bytes)
                                                 : RansTable::slot_bytes(symbols, stream_bytes);

@@ -15,7 +15,7 @@ PSPLIT_HD inline uint64_t bits_at(const uint8_t* data, size_t size, uint64_t at)
   const int shift = static_cast<int>(at % 8);
   if (PSPLIT_LIKELY(byte < size && size - byte >= 8 + kMostBeyond)) return load_words(data + byte) >> shift;
   uint64_t bits = 0;
-  for (uint64_t i = byte; i < size; ++i) bits |= uint64_t{data[i]} << 8 * (i - byte);
+  for (uint64_t i = byte; i < size && i < byte + 8; ++i) bits |= uint64_t{data[i]} << 8 * (i - byte);
   return bits >> shift;
 }
 

@@ -81,19 +81,18 @@ PSPLIT_HD inline uint32_t load_le32(const uint8_t* bytes) {
 
 // load_le64. A device loads aligned words: they begin up to three bytes before the value, and end at most
 // kMostBeyond bytes behind it.
-#if defined(__CUDA_ARCH__)
-inline constexpr uint64_t kMostBeyond = 4;
-#else
-inline constexpr uint64_t kMostBeyond = 0;
-#endif
+inline constexpr uint64_t kMostBeyond = PSPLIT_MOVES_ROWS ? 4 : 0;
 PSPLIT_HD inline uint64_t load_words(const uint8_t* bytes) {
-#if defined(__CUDA_ARCH__)
+  if constexpr (!PSPLIT_MOVES_ROWS) return load_le64(bytes);
   const auto at = reinterpret_cast<uintptr_t>(bytes);
+  const uint32_t before = static_cast<uint32_t>(at) & 3, shift = 8 * before;
+#if defined(__CUDA_ARCH__)
   const auto* const words = reinterpret_cast<const uint32_t*>(at & ~uintptr_t{3});
-  const uint32_t shift = 8 * (static_cast<uint32_t>(at) & 3), middle = words[1];
+  const uint32_t middle = words[1];
   return uint64_t{__funnelshift_r(middle, words[2], shift)} << 32 | __funnelshift_r(words[0], middle, shift);
 #else
-  return load_le64(bytes);
+  const uint64_t low = load_le64(bytes - before) >> shift, high = load_le32(bytes - before + 8);
+  return before == 0 ? low : low | high << (64 - shift);
 #endif
 }
 

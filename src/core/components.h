@@ -63,7 +63,7 @@ class Components {
 };
 
 // Three components in one vector register, if the compiler has vectors. The fourth number means nothing.
-#if defined(__GNUC__) && !defined(__CUDA_ARCH__)
+#if defined(__GNUC__) && !PSPLIT_MOVES_ROWS
 #define PSPLIT_HAS_VECTORS 1
 template <>
 class Components<3> {

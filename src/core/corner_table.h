@@ -73,7 +73,7 @@ class FaceValues {
   PSPLIT_HD T& of_face(uint32_t corner) const { return first_[face_of(as_signed(corner))]; }
   // The same, and the value of kNone.
   PSPLIT_HD T& at(uint32_t corner) const { return at_signed(as_signed(corner)); }
-  // The same in two steps. A corner that is signed when it is loaded saves an instruction.
+  // at() in two steps. To sign a corner when it is loaded saves an instruction.
   PSPLIT_HD static ptrdiff_t as_signed(uint32_t corner) {
     if constexpr (kIsSigned) return static_cast<int16_t>(corner);
     return static_cast<ptrdiff_t>(corner);

@@ -11,14 +11,13 @@
 //     prediction   prediction.h           corrections, order, corner table -> integers by vertex
 //   output         patch.h                integers -> values of the attribute's type, by point (value_writer.h)
 //
-// A condensed stream (condensed/condensed_header.h) goes through the same stages, but reads its data elsewhere:
+// A condensed stream (condensed/condensed_stream.h) goes through the same stages, but reads its data elsewhere:
 //
 //   connectivity   condensed/condensed_connectivity.h  symbols in contexts (context_symbols.h) -> corner table
 //   seams          condensed/seam_steps.h              seam bits
 //   attributes     condensed/condensed_attributes.h    tokens (token_steps.h) -> corrections, as above; or
-//   values in
-//                                                      order of creation, with their own prediction
-//                                                      (creation.h)
+//                                                      values in order of creation, with their own
+//                                                      prediction (creation.h)
 //
 // Most of the time goes into long chains of dependent steps. The decoder stops before each of them, so that a
 // driver may take the steps of several attributes and several patches in turn (schedule.h).
@@ -65,6 +64,10 @@ class PatchDecoder {
   PSPLIT_HD View<ContextSymbolSteps> condensed_symbols() const { return condensed_only(condensed_.steps()); }
   PSPLIT_HD View<CondensedSeamSteps> condensed_seams() const {
     return condensed_only(seams_.condensed_steps());
+  }
+  // At Stop::kSeams, after its steps: a byte for each inner edge.
+  PSPLIT_HD View<const uint8_t> seam_flags(uint32_t attribute_data) const {
+    return seams_.seams_of(attribute_data);
   }
   PSPLIT_HD View<CondensedAttribute<Index>> condensed_attributes() const {
     return condensed_only(attributes_.condensed());
@@ -137,7 +140,9 @@ class PatchDecoder {
   // Ends at the next stop if there are symbols to decode before faces can be added.
   PSPLIT_HD Fault start_edgebreaker() {
     if (header_.attribute_data_count > kMaxAttributeData) return Fault::kAttribute;
-    if (is_condensed()) return stop_at(Stop::kSymbolLists, condensed_.start(header_, arena_, patch_.mesh));
+    if (is_condensed())
+      return stop_at(Stop::kSymbolLists,
+                     condensed_.start(header_.counts, header_.condensed, arena_, patch_.mesh));
     Fault fault = edgebreaker_.start(header_, reader_, arena_, patch_.mesh);
     if (fault == Fault::kNone) fault = seams_.read(reader_, header_.attribute_data_count);
     if (fault != Fault::kNone || !header_.valence) return fault;
@@ -278,12 +283,6 @@ PSPLIT_HD Fault finish_together(L lanes, PatchDecoder<Index, kKinds>& decoder) {
     fault = decoder.resume(lanes);
   }
   return fault;
-}
-// The same from the start.
-template <Lanes L, typename Index>
-PSPLIT_HD Fault decode_together(L lanes, PatchDecoder<Index>& decoder) {
-  const Fault fault = decoder.start(lanes);
-  return fault == Fault::kNone ? finish_together(lanes, decoder) : fault;
 }
 
 // Decodes a stream whose header was read. Index must be wide enough: see StreamHeader::fits_16_bits. The bytes

@@ -93,33 +93,80 @@ PSPLIT_HD void link(View<Index> opposite, uint32_t a, uint32_t b) {
   opposite[b] = static_cast<Index>(a);
 }
 
-// The rows of the last faces, which a device stores when they are complete. The symbol after a face nearly
-// always says what is across from its corner 0, and two rows of vertices are stored at once. The other entries
-// of the tables are stored at once, and those of earlier faces are always stored.
-template <typename Index>
-class UnstoredRows {
- public:
-  PSPLIT_HD UnstoredRows(View<Index> opposite, View<Index> vertex) : opposite_(opposite), vertex_(vertex) {}
+// How add_faces stores the faces. There are two ways to the same mesh: every number at once, or whole rows of
+// the table when they are complete. They differ in what is stored and loaded, not in what is decoded.
+template <typename Index, bool kMovesRows>
+class FaceRows;
 
-  // Links corner 0 of the last face, and stores the face's row.
-  PSPLIT_HD void link_last(uint32_t c0, uint32_t across) {
-    last_.at[0] = static_cast<Index>(across);
-    row_of(opposite_, c0) = last_;
+// Every number at once, also those that the next symbol overwrites: the same stores for C, L and R, without a
+// branch between them.
+template <typename Index>
+class FaceRows<Index, false> {
+ public:
+  static constexpr bool kStoresAll = true;
+
+  PSPLIT_HD explicit FaceRows(const Connectivity<Index>& mesh)
+      : opposite_(mesh.table.opposite), vertex_(mesh.table.vertex), border_(mesh.border) {}
+
+  // The border edge that leaves `to`, for C. `if_c` and `if_r` are masks.
+  PSPLIT_HD BorderEdge<Index> edge_after(uint32_t to, uint32_t) const { return border_[to]; }
+  // C, L or R: links the new face c0 / 4 with the active edge, and if it is C, with edge b.
+  PSPLIT_HD void attach(uint32_t c0, uint32_t active, uint32_t b, uint32_t if_c, uint32_t if_r) {
+    const uint32_t c2 = c0 + 2, unused = c0 + 3;
+    link(opposite_, active, c0 + 1 - if_r);
+    // For L and R in place of b and c2: the unused fourth corner of the face, twice.
+    const uint32_t across = select(if_c, b, unused);
+    opposite_[across] = static_cast<Index>(c2);
+    opposite_[unused + if_c] = static_cast<Index>(across);
   }
-  // Links a border edge of face c0 / 4, which is the last one, or of an earlier face.
-  PSPLIT_HD void link(uint32_t c0, uint32_t corner, uint32_t across) {
-    if (corner - c0 < 4) {
-      if (corner == c0 + 1) last_.at[1] = static_cast<Index>(across);
-      if (corner == c0 + 2) last_.at[2] = static_cast<Index>(across);
-    } else {
-      opposite_[corner] = static_cast<Index>(across);
-    }
+  // S: links the new face with both edges.
+  PSPLIT_HD void join(uint32_t c0, uint32_t active, uint32_t b) {
+    link(opposite_, active, c0 + 1);
+    link(opposite_, b, c0 + 2);
   }
-  // What is across from corners 1 and 2 of the new last face.
-  PSPLIT_HD void begin_face(uint32_t across_1, uint32_t across_2) {
-    last_ = {{kNone<Index>, static_cast<Index>(across_1), static_cast<Index>(across_2), kNone<Index>}};
+  // E: the new face has no neighbours.
+  PSPLIT_HD void begin_component() {}
+  PSPLIT_HD void set_vertices(uint32_t c0, uint32_t v0, uint32_t v1, uint32_t v2) {
+    vertex_[c0] = static_cast<Index>(v0);
+    vertex_[c0 + 1] = static_cast<Index>(v1);
+    vertex_[c0 + 2] = static_cast<Index>(v2);
   }
-  PSPLIT_HD void add_vertices(uint32_t c0, uint32_t v0, uint32_t v1, uint32_t v2) {
+  // The last face, c0 / 4, is looked at otherwise than by the next C, L or R.
+  PSPLIT_HD void store_last(uint32_t) {}
+
+ private:
+  View<Index> opposite_, vertex_;
+  View<BorderEdge<Index>> border_;
+};
+
+// Whole rows, for devices: they store for many threads at once. The symbol after a face nearly always says what
+// is across from its corner 0, and two rows of vertices are stored together. What is across from corners of
+// earlier faces is stored at once.
+template <typename Index>
+class FaceRows<Index, true> {
+ public:
+  static constexpr bool kStoresAll = false;
+
+  PSPLIT_HD explicit FaceRows(const Connectivity<Index>& mesh)
+      : opposite_(mesh.table.opposite), vertex_(mesh.table.vertex), border_(mesh.border) {}
+
+  PSPLIT_HD BorderEdge<Index> edge_after(uint32_t to, uint32_t if_c) const {
+    return if_c != 0 ? border_[to] : BorderEdge<Index>(0, 0);
+  }
+  PSPLIT_HD void attach(uint32_t c0, uint32_t active, uint32_t b, uint32_t if_c, uint32_t if_r) {
+    constexpr uint32_t kNo = kNone<Index>;
+    if (if_c != 0) link_to(active, b, c0 + 2);
+    last_.at[0] = static_cast<Index>(c0 + 1 - if_r);
+    row_of(opposite_, active) = last_;
+    begin_face(select(if_r, kNo, active), if_r != 0 ? active : if_c != 0 ? b : kNo);
+  }
+  PSPLIT_HD void join(uint32_t c0, uint32_t active, uint32_t b) {
+    opposite_[active] = static_cast<Index>(c0 + 1);
+    opposite_[b] = static_cast<Index>(c0 + 2);
+    begin_face(active, b);
+  }
+  PSPLIT_HD void begin_component() { begin_face(kNone<Index>, kNone<Index>); }
+  PSPLIT_HD void set_vertices(uint32_t c0, uint32_t v0, uint32_t v1, uint32_t v2) {
     const FaceRow<Index> row{
         {static_cast<Index>(v0), static_cast<Index>(v1), static_cast<Index>(v2), Index{0}}};
     if (!has_even_) {
@@ -132,8 +179,7 @@ class UnstoredRows {
     reinterpret_cast<RowPair&>(row_of(vertex_, c0 - 4)) = {even_, row};
     has_even_ = false;
   }
-  // Stores everything. The last face is c0 / 4.
-  PSPLIT_HD void store(uint32_t c0) {
+  PSPLIT_HD void store_last(uint32_t c0) {
     row_of(opposite_, c0) = last_;
     if (has_even_) row_of(vertex_, c0) = even_;
     has_even_ = false;
@@ -144,15 +190,31 @@ class UnstoredRows {
     FaceRow<Index> even, odd;
   };
 
+  // Notes what is across from a corner of the last face, c0 / 4, or of an earlier face.
+  PSPLIT_HD void link_to(uint32_t c0, uint32_t corner, uint32_t across) {
+    if (corner - c0 < 4) {
+      if (corner == c0 + 1) last_.at[1] = static_cast<Index>(across);
+      if (corner == c0 + 2) last_.at[2] = static_cast<Index>(across);
+    } else {
+      opposite_[corner] = static_cast<Index>(across);
+    }
+  }
+  // What is across from corners 1 and 2 of the new last face.
+  PSPLIT_HD void begin_face(uint32_t across_1, uint32_t across_2) {
+    last_ = {{kNone<Index>, static_cast<Index>(across_1), static_cast<Index>(across_2), kNone<Index>}};
+  }
+
   View<Index> opposite_, vertex_;
+  View<BorderEdge<Index>> border_;
   FaceRow<Index> last_{}, even_{};
   bool has_even_ = false;
 };
 
-// Adds a face for each symbol. The function is long because its state has to stay in registers. It tells
-// `symbols` about the face (added), and about vertices that S merged. If `symbols` has brought(vertex, corner),
-// it also says at which corner a vertex is new. C brings no vertex, but calls it as well: the symbol that
-// brings that vertex calls it again. If `symbols` has finish(), it is called after the last symbol.
+// Adds a face for each symbol, of which there is at least one. All of its state is in this function, so that it
+// stays in registers. It tells `symbols` about each face (added), and about vertices that S merged. If
+// `symbols` has brought(vertex, corner), it also says at which corner a vertex is new. C brings no vertex, but
+// may call it as well: the symbol that brings that vertex calls it again. If `symbols` has finish(), it is
+// called after the last symbol.
 //
 // The symbols may be anything, and yet loads and stores need no checks. Before symbol i:
 //   - Faces 0 to i - 1 exist. Their vertices are below vertex_count, which does not exceed the limit, and the
@@ -160,67 +222,58 @@ class UnstoredRows {
 //   - The border edges are the corners without an opposite corner. For each vertex v of the border, one of them
 //     enters it, and one leaves it: border[v]. Swinging left from the one that enters to the one that leaves
 //     meets all corners of v.
-//   - The active edge is one of them: border[from] is {active, to}.
+//   - The active edge is one of them: border[from] is {active, to}. It is stored when a symbol may load it: a
+//     device stores it only before E, at the end, and in strings that will be refused.
 // Each row of the table preserves this:
-//   - C takes `to` off the border. Only the active edge entered it. Except on devices, C also writes border[x],
-//     though it has no vertex x; the symbol that brings vertex x overwrites that.
+//   - C takes `to` off the border. Only the active edge entered it. C may also write border[x], though there
+//     is no vertex x yet; the symbol that brings vertex x overwrites that.
 //   - S takes n off the border. It checks that b is a border edge and not the active one, and that p is not n.
 //     Then p is not `from` either, for one border edge leaves each vertex. Only the active edge entered n, so b
 //     does not, and v1 is not n. The corners of n are a chain that ends at the border, so relabelling them
 //     ends. A border edge from n to p becomes a loop from p to p, which is an edge like any other.
-//   - If v1 = v2, the new active edge is a loop. The string is refused. C, L and R still find their border
-//     edges, so the loop over the symbols goes on without a branch for this case, and refuses the string at its
-//     end. But a C here links one edge to two corners, so that the corners of a vertex may no longer be a
-//     chain. Only S follows chains, and refuses the string at once.
+//   - If v1 = v2, the new active edge is a loop: the string is degenerate, and is refused. C, L and R find
+//     their border edges all the same, so the loop over the symbols goes on without a branch for this case, and
+//     refuses the string at its end. But a C here links one edge to two corners, so that the corners of a
+//     vertex may no longer be a chain. Only S follows chains, and refuses the string at once.
 // The stack of waiting edges gets at most one edge for each E after the first, and one at the end: no more than
 // there are symbols.
-template <typename Index, typename Symbols>
+template <bool kMovesRows = PSPLIT_MOVES_ROWS, typename Index, typename Symbols>
 PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connectivity<Index>& mesh) {
+  using Rows = FaceRows<Index, kMovesRows>;
   const ConnectivityCounts counts = mesh.counts;
   const View<Index> opposite = mesh.table.opposite, vertex = mesh.table.vertex;
   const View<BorderEdge<Index>> border = mesh.border;
   uint32_t active = 0, from = 0, to = kNone<Index>, vertex_count = 0;
   bool degenerate = false;
-  // A device stores nothing that is overwritten soon. The entry of the active edge in `border` is: the next
-  // symbol replaces it, unless that is an E.
-  UnstoredRows<Index> rows(opposite, vertex);
+  Rows rows(mesh);
   const auto brought = [&](uint32_t v, uint32_t corner) {
     if constexpr (requires { symbols.brought(v, corner); }) symbols.brought(v, corner);
+  };
+  const auto set_active_aside = [&] {
+    waiting.push(active);
+    if constexpr (!Rows::kStoresAll) rows.store_last(active), border[from] = {active, to};
   };
   for (uint32_t i = 0; i < counts.symbol_count; ++i) {
     const uint32_t symbol = symbols.next(to);
     const uint32_t c0 = 4 * i, c1 = c0 + 1, c2 = c0 + 2, x = vertex_count;
     uint32_t v0, v1, v2;
     if (PSPLIT_LIKELY(is_clr(symbol))) {
-      // Which of the three comes is unpredictable: masks choose between the rows of the table.
+      // A processor cannot predict which of the three comes: masks choose between the rows of the table.
       if (PSPLIT_UNLIKELY(i == 0)) return Fault::kConnectivity;
       const uint32_t if_c = (symbol & 1) - 1, if_r = 0 - (symbol >> 2);
       // The next symbol waits for v1, which waits for this load. All else is chosen before it comes.
-      const BorderEdge<Index> b = !PSPLIT_MOVES_ROWS || if_c != 0 ? border[to] : BorderEdge<Index>(0, 0);
-      const uint32_t v1_of_lr = select(if_r, to, x) & ~if_c;
+      const BorderEdge<Index> b = rows.edge_after(to, if_c);
       v0 = select(if_r, from, to), v2 = select(if_r, x, from);
-      v1 = (b.beyond() & if_c) | v1_of_lr;
-      if constexpr (PSPLIT_MOVES_ROWS) {
-        constexpr uint32_t kNo = kNone<Index>;
-        if (if_c != 0)
-          rows.link(active, b.corner(), c2);
-        else
-          border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
-        rows.link_last(active, c1 - if_r);
-        rows.begin_face(select(if_r, kNo, active), if_r != 0 ? active : if_c != 0 ? b.corner() : kNo);
-      } else {
-        link(opposite, active, c1 - if_r);
-        // For L and R in place of b and c2: the unused fourth corner of the face, twice.
-        const uint32_t unused = c0 + 3, across = select(if_c, b.corner(), unused);
-        opposite[across] = static_cast<Index>(c2);
-        opposite[select(if_c, c2, unused)] = static_cast<Index>(across);
+      v1 = select(if_c, b.beyond(), select(if_r, to, x));
+      if (Rows::kStoresAll || if_c == 0) {
         border[select(if_r, from, x)] = {c2 + if_r, select(if_r, x, to)};
+        brought(x, c1 - if_r);
       }
-      if (!PSPLIT_MOVES_ROWS || if_c == 0) brought(x, c1 - if_r);
+      rows.attach(c0, active, b.corner(), if_c, if_r);
       vertex_count += 1 + if_c;
     } else if (symbol == kS) {
       if (i == 0 || degenerate) return Fault::kConnectivity;
-      if constexpr (PSPLIT_MOVES_ROWS) rows.store(active);
+      rows.store_last(active);
       const uint32_t b = waiting.take(i);
       if (b == kNone<Index> || opposite[b] != kNone<Index>) return Fault::kConnectivity;
       const uint32_t p = vertex[previous(b)], n = to;
@@ -228,15 +281,10 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       v0 = p, v1 = vertex[next(b)], v2 = from;
       symbols.merged(p, n);
       mesh.merge(n, p, next(active));
-      link(opposite, active, c1);
-      link(opposite, b, c2);
-      if constexpr (PSPLIT_MOVES_ROWS) rows.begin_face(active, b);
+      rows.join(c0, active, b);
     } else if (symbol == kE) {
-      if (i > 0) waiting.push(active);
-      if constexpr (PSPLIT_MOVES_ROWS) {
-        if (i > 0) rows.store(active), border[from] = {active, to};
-        rows.begin_face(kNone<Index>, kNone<Index>);
-      }
+      if (i > 0) set_active_aside();
+      rows.begin_component();
       v0 = x, v1 = x + 1, v2 = x + 2;
       brought(v0, c0), brought(v1, c1), brought(v2, c2);
       vertex_count += 3;
@@ -246,16 +294,9 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
       return Fault::kConnectivity;
     }
     if (PSPLIT_UNLIKELY(vertex_count > counts.vertex_limit)) return Fault::kCounts;
-    if constexpr (PSPLIT_MOVES_ROWS) {
-      rows.add_vertices(c0, v0, v1, v2);
-    } else {
-      vertex[c0] = static_cast<Index>(v0);
-      vertex[c1] = static_cast<Index>(v1);
-      vertex[c2] = static_cast<Index>(v2);
-    }
+    rows.set_vertices(c0, v0, v1, v2);
     degenerate |= v1 == v2;
-    // The way of a degenerate string goes on through the entry.
-    if (!PSPLIT_MOVES_ROWS || degenerate) border[v2] = {c0, v1};
+    if (Rows::kStoresAll || degenerate) border[v2] = {c0, v1};
     symbols.added(symbol, v0, v1, v2);
     active = c0, from = v2, to = v1;
     if (PSPLIT_UNLIKELY(waiting.is_source(i))) {
@@ -267,15 +308,14 @@ PSPLIT_HD Fault add_faces(Symbols symbols, WaitingEdges<Index>& waiting, Connect
   if constexpr (requires { symbols.finish(); }) symbols.finish();
   if (waiting.events_left()) return Fault::kSplitEvent;
   if (degenerate) return Fault::kConnectivity;
-  if constexpr (PSPLIT_MOVES_ROWS)
-    if (counts.symbol_count > 0) rows.store(active), border[from] = {active, to};
-  waiting.push(active);
+  set_active_aside();
   mesh.vertex_count = vertex_count;
   return Fault::kNone;
 }
 
-// Every component leaves a border where its encoding began: an open one, or a hole in the shape of one more
-// face. The faces come behind those of symbols; a bit for each edge that waits says whether there is one.
+// An encoder begins each component at a border, or at a face that it leaves out. So when all symbols are
+// decoded, each component has a border that is real, or a hole for that face: the start face. A bit for each
+// waiting edge says which. Start faces come behind the faces of the symbols.
 template <typename Index, typename StartFaces>
 PSPLIT_HD Fault add_start_faces(StartFaces& start_faces, WaitingEdges<Index>& waiting,
                                 Connectivity<Index>& mesh) {
@@ -311,26 +351,26 @@ PSPLIT_HD size_t connectivity_scratch_bytes(const ConnectivityCounts& counts) {
 // Decodes all symbols, which may be anything, and adds the components' start faces. `mesh` has its counts and
 // its memory, `opposite` is kNone everywhere, and `waiting` is started.
 // `start_faces` says for each component whether it has a start face.
-template <typename Index, typename Symbols, typename StartFaces>
+template <bool kMovesRows = PSPLIT_MOVES_ROWS, typename Index, typename Symbols, typename StartFaces>
 PSPLIT_HD Fault add_all_faces(Symbols symbols, WaitingEdges<Index> waiting, StartFaces& start_faces,
                               Connectivity<Index>& mesh) {
   const ConnectivityCounts& counts = mesh.counts;
   if (counts.symbol_count == 0) return counts.face_count == 0 ? Fault::kNone : Fault::kCounts;
-  const Fault fault = add_faces(symbols, waiting, mesh);
+  const Fault fault = add_faces<kMovesRows>(symbols, waiting, mesh);
   return fault == Fault::kNone ? add_start_faces(start_faces, waiting, mesh) : fault;
 }
 
 // The same with all that comes before and after. On success the arena is as before, every corner has its
 // vertex, every pair of opposite corners names each other, and each vertex that is not merged has one fan of
 // faces.
-template <typename Index, typename Symbols, typename StartFaces>
+template <bool kMovesRows = PSPLIT_MOVES_ROWS, typename Index, typename Symbols, typename StartFaces>
 PSPLIT_HD Fault decode_connectivity(Symbols symbols, View<const SplitEvent> events, StartFaces& start_faces,
                                     Arena& arena, Connectivity<Index>& mesh) {
   fill(mesh.table.opposite, kNone<Index>);
   const size_t mark = arena.mark();
   WaitingEdges<Index> waiting;
   Fault fault = waiting.start(events, mesh.counts.symbol_count, arena);
-  if (fault == Fault::kNone) fault = add_all_faces(symbols, waiting, start_faces, mesh);
+  if (fault == Fault::kNone) fault = add_all_faces<kMovesRows>(symbols, waiting, start_faces, mesh);
   if (fault != Fault::kNone) return fault;
   mesh.find_closed_vertices(SerialLanes());
   arena.release(mark);

@@ -2,8 +2,8 @@
 // (edgebreaker.h). Draco bitstream specification 2.2, "edgebreaker decoder".
 #pragma once
 
+#include "src/core/draco_header.h"
 #include "src/core/edgebreaker.h"
-#include "src/core/stream_header.h"
 
 namespace psplit::core {
 
@@ -11,7 +11,7 @@ template <typename Index>
 class EdgebreakerDecoder {
  public:
   // Reads the split events, the symbols of the standard traversal, and the start faces.
-  PSPLIT_HD Fault start(const StreamHeader& header, ByteReader& reader, Arena& arena,
+  PSPLIT_HD Fault start(const DracoHeader& header, ByteReader& reader, Arena& arena,
                         Connectivity<Index>& mesh) {
     is_valence_ = header.valence;
     mesh.counts = header.counts;
@@ -58,10 +58,10 @@ class EdgebreakerDecoder {
 
   // The memory that this takes and keeps, and the memory that it takes and releases; without the slots of
   // symbols' tables.
-  PSPLIT_HD static size_t bytes(const StreamHeader& header) {
+  PSPLIT_HD static size_t bytes(const DracoHeader& header) {
     return Connectivity<Index>::bytes_without_merged(header.counts);
   }
-  PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header) {
+  PSPLIT_HD static size_t scratch_bytes(const DracoHeader& header) {
     using Symbols = ValenceSymbols<Index>;
     const size_t lists = Arena::bytes<SymbolSequence>(Symbols::kLists) + Symbols::bytes(header.counts) +
                          SymbolSequence::bytes(Symbols::kLists, header.counts.symbol_count);

@@ -1,4 +1,4 @@
-// Code for lanes: written once, it runs on one thread alone or on the 32 threads of a warp together.
+// Code for lanes: it runs on one thread alone or on the 32 threads of a warp together.
 //
 // All lanes call the same function with the same arguments; only `lanes` differs. Local variables belong to one
 // lane, and arrays are shared by all lanes. Calls are collective unless their comment says otherwise: all lanes
@@ -11,6 +11,15 @@
 //
 // The kinds of lanes are SerialLanes here, WarpLanes of CUDA (decoder_cuda), and the emulated warp of the
 // tests.
+//
+// Most code is written once. Where one thread has a faster way than lanes have, both are written: twins, whose
+// results are the same. Tests compare them, or both of them with libdraco.
+//
+//   seams.h, SeamDecoder::finish     seam_lanes.h: seams to tables and points, one thread only where seams are
+//   Connectivity::move_up            numbers without gaps
+//   CreationOrder (condensed)        the order of created values
+//   the steps of predictions         the functions for lanes beside them, which compute several values at once:
+//                                    parallelogram.h, multi_parallelogram.h, normals.h, condensed/creation.h
 #pragma once
 
 #include "src/core/view.h"
@@ -98,16 +107,6 @@ template <Lanes L, typename T>
 PSPLIT_HD void fill(L lanes, View<T> view, T value) {
   for_each_lane_item(lanes, static_cast<uint32_t>(view.size()), [&](uint32_t i) { view[i] = value; });
   lanes.sync();
-}
-
-// Returns the greatest word of all lanes, in every lane.
-template <Lanes L, typename Word>
-PSPLIT_HD constexpr Word reduce_max(L lanes, Word word) {
-  for (uint32_t step = 1; step < L::size(); step *= 2) {
-    const Word other = lanes.shuffle(word, lanes.rank() ^ step);
-    word = other > word ? other : word;
-  }
-  return word;
 }
 
 template <typename Word>

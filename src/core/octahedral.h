@@ -83,7 +83,6 @@ class OctahedralGrid {
     out[2] = z * inverse;
   }
 
- private:
   // Each edge of the square is folded onto itself, and its four corners are one place: returns one name for
   // each place.
   PSPLIT_HD Vec2 canonical(Vec2 at) const {
@@ -96,6 +95,7 @@ class OctahedralGrid {
     return at;
   }
 
+ private:
   PSPLIT_HD static int32_t select(uint32_t if_set, int32_t a, int32_t b) {
     return static_cast<int32_t>(core::select(if_set, static_cast<uint32_t>(a), static_cast<uint32_t>(b)));
   }

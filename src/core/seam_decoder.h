@@ -117,6 +117,10 @@ class SeamDecoder {
   }
   // By attribute data.
   PSPLIT_HD View<AttributeTable<Index>> tables() const { return tables_; }
+  // The bits of an attribute data, before `finish`. A condensed stream without any seams has none.
+  PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
+    return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());
+  }
 
   // The memory that `start` and `finish` take.
   PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
@@ -147,10 +151,6 @@ class SeamDecoder {
       return arena.take(seams_, uint64_t{count_} * edge_count) ? Fault::kNone : Fault::kWorkspace;
     });
   }
-  PSPLIT_HD View<uint8_t> seams_of(uint32_t attribute_data) const {
-    return View<uint8_t>(seams_.data() + size_t{attribute_data} * inner_edges_.size(), inner_edges_.size());
-  }
-
   // Makes the table of an attribute data. Collective.
   template <Lanes L>
   PSPLIT_HD Fault cut_table(L lanes, uint32_t attribute_data, const Connectivity<Index>& mesh, Arena& arena,

@@ -1,4 +1,4 @@
-// The codes of numbers in bits: those of a stitch map of version 2, shared by its reader and its writer, and
+// The codes of numbers in bits: those of a stitch map, shared by its reader and its writer, and
 // those of condensed streams. Specification: "numbers" and "stitch map" (gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 

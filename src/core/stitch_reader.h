@@ -1,6 +1,5 @@
 // The reader of one stream's part of a stitch map. Specification: "stitch map"
-// (gltf_ext/PSPLIT_mesh_draco_patches). Numbers take whole bytes in containers of version 1, and bits in
-// containers of version 2.
+// (gltf_ext/PSPLIT_mesh_draco_patches).
 #pragma once
 
 #include "src/core/byte_reader.h"
@@ -12,7 +11,6 @@ namespace psplit::core {
 // What the directory of a container says about one stream.
 struct StitchRow {
   View<const uint8_t> bytes;  // its part of the stitch map
-  uint32_t version = 0;       // the container's
   uint32_t stream = 0;        // its place in the container
   uint32_t point_count = 0, reference_count = 0;
   uint32_t owned_base = 0;       // the mesh's number of the first point that the stream owns
@@ -41,19 +39,17 @@ class StitchReader {
   };
 
   PSPLIT_HD explicit StitchReader(const StitchRow& row)
-      : is_in_bits_(row.version != 1),
-        stream_(row.stream),
-        bytes_(row.bytes.data(), row.bytes.size()),
+      : stream_(row.stream),
         bits_(row.bytes.data(), row.bytes.size()),
+        byte_count_(row.bytes.size()),
         kinds_(row.point_count, row.reference_count),
         left_(row.reference_count) {
     if (row.bytes.empty()) {
       left_ = 0;
       return;
     }
-    runs_left_ = is_in_bits_ ? number(kinds_.count) : varint();
-    // A run takes at least four bytes in version 1, and has at least one reference.
-    broken_ |= runs_left_ > (is_in_bits_ ? left_ : bytes_.remaining() / 4);
+    runs_left_ = number(kinds_.count);
+    broken_ |= runs_left_ > left_;  // each has at least one reference
     if (runs_left_ == 0) begin_pairs();
   }
 
@@ -61,7 +57,7 @@ class StitchReader {
   PSPLIT_HD bool next_run(Run& run) {
     if (broken_ || runs_left_ == 0) return false;
     --runs_left_;
-    run = is_in_bits_ ? run_of_bits() : run_of_bytes();
+    run = take_run();
     next_ = run.begin + run.length;
     broken_ |= run.owner > stream_ || (run.forward ? uint64_t{run.start} + run.length > 0xffffffffu
                                                    : uint64_t{run.start} + 1 < run.length);
@@ -70,8 +66,8 @@ class StitchReader {
   }
   // The same for pairs. To be called after the last run.
   PSPLIT_HD bool next_pair(Pair& pair) {
-    if (broken_ || (is_in_bits_ ? left_ == 0 : bytes_.remaining() == 0)) return false;
-    pair = is_in_bits_ ? pair_of_bits() : pair_of_bytes();
+    if (broken_ || left_ == 0) return false;
+    pair = take_pair();
     broken_ |= pair.owner > stream_;
     return !broken_;
   }
@@ -84,7 +80,7 @@ class StitchReader {
   }
   PSPLIT_HD void begin_pairs() {
     next_ = 0;
-    if (!is_in_bits_ || broken_) return;
+    if (broken_) return;
     // The first stream can refer to no other stream, so all its pairs are repeats.
     const uint32_t pair_count = left_ == 0 || stream_ == 0 ? 0 : number(kinds_.count);
     broken_ |= pair_count > left_;
@@ -94,30 +90,10 @@ class StitchReader {
     if (left_ == 0) end_bits();
   }
 
-  // Version 1.
-  PSPLIT_HD uint32_t varint() {
-    const size_t before = bytes_.position();
-    const uint64_t value = bytes_.varint64();
-    broken_ |= bytes_.truncated() || bytes_.position() - before > 5 || value > 0xffffffffu;
-    return static_cast<uint32_t>(value);
-  }
-  PSPLIT_HD Run run_of_bytes() {
-    const uint64_t begin = next_ + varint();
-    const uint32_t length_and_way = varint(), back = varint(), start = varint();
-    return {begin, (length_and_way >> 1) + 1, owner(back), start, (length_and_way & 1) != 0};
-  }
-  PSPLIT_HD Pair pair_of_bytes() {
-    const uint64_t point = next_ + varint();
-    const uint32_t back = varint(), rank = varint();
-    next_ = point + 1;
-    return {point, owner(back), rank, false};
-  }
-
-  // Version 2.
   PSPLIT_HD bool bit() { return bits_.read(1) != 0; }
   PSPLIT_HD uint32_t number(NumberKind& kind) {
     uint32_t value;
-    broken_ |= !read_number(bits_, kind, value) || bits_.bytes_taken() > bytes_.remaining();
+    broken_ |= !read_number(bits_, kind, value) || bits_.bytes_taken() > byte_count_;
     return value;
   }
   PSPLIT_HD uint32_t checked(int64_t value) {
@@ -127,9 +103,9 @@ class StitchReader {
   // The unused bits of the last byte are 0.
   PSPLIT_HD void end_bits() {
     const int rest = static_cast<int>(bits_.bytes_taken() * 8 - bits_.bits_taken());
-    broken_ |= bits_.bytes_taken() != bytes_.remaining() || bits_.read(rest) != 0;
+    broken_ |= bits_.bytes_taken() != byte_count_ || bits_.read(rest) != 0;
   }
-  PSPLIT_HD Run run_of_bits() {
+  PSPLIT_HD Run take_run() {
     Run run;
     const uint32_t skip = number(kinds_.walk_skip), more = number(kinds_.length);
     broken_ |= more >= left_;
@@ -149,7 +125,7 @@ class StitchReader {
     expected_start_ = ExpectedStart(run.start, run.length, run.forward);
     return run;
   }
-  PSPLIT_HD Pair pair_of_bits() {
+  PSPLIT_HD Pair take_pair() {
     Pair pair;
     pair.point = next_ + number(kinds_.point_skip);
     next_ = pair.point + 1;
@@ -179,12 +155,12 @@ class StitchReader {
 
   static constexpr uint32_t kNoStream = 0xffffffffu;
 
-  bool is_in_bits_ = false, broken_ = false;
+  bool broken_ = false;
   uint32_t stream_ = 0, runs_left_ = 0;
   uint64_t next_ = 0;  // the lowest possible place or point
-  ByteReader bytes_;
 
   BitReader bits_;
+  uint64_t byte_count_ = 0;
   StitchKinds kinds_;
   uint32_t left_ = 0, repeats_left_ = 0;  // counts of references
   uint32_t last_owner_ = kNoStream;

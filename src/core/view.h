@@ -123,11 +123,7 @@ class Arena {
   };
   static constexpr size_t kAlignment = 16;  // what vectors of 128 bits need
   static constexpr uint32_t kMostHoles = 4;
-#if defined(__CUDA_ARCH__)
-  static constexpr bool kReuses = false;  // saves registers
-#else
-  static constexpr bool kReuses = true;
-#endif
+  static constexpr bool kReuses = !PSPLIT_MOVES_ROWS;  // a device saves registers
 
   PSPLIT_HD static constexpr size_t aligned(size_t at) {
     return (at + kAlignment - 1) / kAlignment * kAlignment;

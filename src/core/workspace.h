@@ -38,17 +38,18 @@ PSPLIT_HD size_t workspace_bytes(const StreamHeader& header, size_t stream_bytes
   if (header.edgebreaker) {
     mesh = header.is_condensed() ? CondensedConnectivity<Index>::bytes(header.counts)
                                  : EdgebreakerDecoder<Index>::bytes(header);
-    connectivity = header.is_condensed() ? CondensedConnectivity<Index>::scratch_bytes(header)
-                                         : EdgebreakerDecoder<Index>::scratch_bytes(header);
+    connectivity = header.is_condensed()
+                       ? CondensedConnectivity<Index>::scratch_bytes(header.counts, header.condensed)
+                       : EdgebreakerDecoder<Index>::scratch_bytes(header);
     if (header.valence) connectivity += RansTable::slot_bytes(header.counts.symbol_count, stream_bytes);
     if (header.attribute_data_count > 0) seams = SeamDecoder<Index>::bytes(header, values);
   } else {
     mesh = sequential_bytes<Index>(faces);
     connectivity = sequential_scratch_bytes(faces) + RansTable::slot_bytes(uint64_t{3} * faces, stream_bytes);
   }
-  // Each of two memories whose larger one counts is released before the other is taken.
+  // Of two memories that are never taken at the same time, the larger one counts.
   const auto larger = [](size_t a, size_t b) { return a > b ? a : b; };
-  // Values at borders need the walk before, among the attributes.
+  // A stream with a border part is walked before its attributes are decoded, and that memory stays taken.
   const bool is_walked = header.is_condensed() && header.condensed.models.has_borders;
   const size_t walk = (is_walked ? 0 : border_walk_bytes<Index>(values.points)) + after;
   const size_t after_integers = larger(Attributes::scratch_bytes(header, values), walk);

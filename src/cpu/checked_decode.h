@@ -9,8 +9,8 @@
 
 namespace psplit {
 
-// What the specification forbids in a stream although it can be decoded. The statuses have the patch as their
-// place.
+// Violations of the specification in a stream that can be decoded all the same. The statuses have the patch as
+// their place.
 struct StreamFindings {
   Status types;   // an attribute is stored in another type than its request's
   Status copies;  // the copy of a point has other values than the point; always ok for the residue

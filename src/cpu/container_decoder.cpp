@@ -5,7 +5,7 @@
 #include <string>
 
 #include "src/core/stitch.h"
-#include "src/cpu/decode_patch.h"
+#include "src/cpu/decode_in_scratch.h"
 
 namespace psplit {
 

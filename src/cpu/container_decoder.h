@@ -48,7 +48,7 @@ class ContainerDecoder {
     uint32_t corner;     // of the mesh, three for each face
     uint32_t reference;  // of the patch, in the order of its stitch map
   };
-  // What one stream of the container has become.
+  // What stitching knows of one stream of the container, from the time when its own points are written.
   struct StitchedPatch {
     std::vector<uint32_t> walk;  // the mesh's numbers along the border; kNoPoint for references
     std::vector<Placeholder> placeholders;

@@ -43,7 +43,7 @@ Component load(const uint8_t* in, DataType type) {
     std::memcpy(&bits, in, bytes);
     const uint32_t unused = is_signed(type) ? 64 - 8 * bytes : 0;
     component.integer = static_cast<int64_t>(bits << unused) >> unused;
-    if (type == DataType::kBool) component.integer = component.integer != 0;
+    // A bool that is neither 0 nor 1 is a mistake, but libdraco takes its byte.
   }
   return component;
 }

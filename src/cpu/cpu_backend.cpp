@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "src/cpu/container_decoder.h"
-#include "src/cpu/decode_patch.h"
+#include "src/cpu/decode_in_scratch.h"
 
 namespace psplit {
 namespace {
@@ -138,6 +138,8 @@ Expected<Mesh> decode_draco(std::span<const uint8_t> stream) {
   if (!status.ok()) return status;
   return mesh;
 }
+
+void release_scratch() { scratch_pool().clear(); }
 
 DecodeBackend cpu_backend() { return {"cpu", decode_into}; }
 

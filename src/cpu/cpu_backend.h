@@ -12,6 +12,10 @@ namespace psplit {
 // before each patch whether to stop, and reports progress after each. Thread-safe.
 PSPLIT_EXPORT DecodeBackend cpu_backend();
 
+// Frees the memory that threads keep from one call to the next: for each thread that decoded at the same time,
+// as much as its largest streams took. Threads that are decoding keep theirs. Thread-safe.
+PSPLIT_EXPORT void release_scratch();
+
 // Describes a Draco 2.2 mesh stream. It decodes the stream for that, on the calling thread. Any bytes may be
 // given. Errors are those of the backend. Thread-safe.
 PSPLIT_EXPORT Expected<StreamDescription> describe_stream(std::span<const uint8_t> stream);

@@ -39,7 +39,8 @@ struct Scratch {
   std::vector<uint32_t> numbers;
 };
 
-// One scratch for each thread that decodes at a time. They are kept when threads give them back. Thread-safe.
+// One scratch for each thread that decodes at a time. They are kept when threads give them back, until
+// release_scratch. Thread-safe.
 class ScratchPool {
  public:
   class Lease {
@@ -54,6 +55,12 @@ class ScratchPool {
     ScratchPool& pool_;
     std::unique_ptr<Scratch> scratch_;
   };
+
+  // Frees those that no thread uses.
+  void clear() {
+    const std::lock_guard lock(mutex_);
+    idle_.clear();
+  }
 
  private:
   std::unique_ptr<Scratch> take() {

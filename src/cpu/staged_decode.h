@@ -11,7 +11,7 @@
 
 #include "src/container/border_values.h"
 #include "src/container/patch_container.h"
-#include "src/cpu/decode_patch.h"
+#include "src/cpu/decode_in_scratch.h"
 #include "src/stopwatch.h"
 
 // Keeps a function visible to profilers: bench/count_instructions reads the names of these functions.

@@ -17,8 +17,6 @@ namespace {
 
 constexpr uint32_t kMost16BitPoints = 0xffff;  // glTF keeps the largest index for restarts
 
-Status usage(std::string message) { return {StatusCode::kUsage, std::move(message)}; }
-
 Status check_attributes(std::span<const AttributeRequest> attributes) {
   for (const AttributeRequest& request : attributes) {
     if (component_bytes(request.component_type) == 0)
@@ -50,25 +48,25 @@ Expected<PrimitiveBuffers> check_buffers(std::span<const AttributeRequest> attri
                                          const PrimitiveBuffers& out, uint32_t point_count,
                                          uint32_t face_count) {
   if (out.index_bytes != 2 && out.index_bytes != 4)
-    return usage("indices of " + std::to_string(out.index_bytes) + " bytes");
+    return wrong_usage("indices of " + std::to_string(out.index_bytes) + " bytes");
   if (out.index_bytes == 2 && point_count > kMost16BitPoints)
-    return usage(std::to_string(point_count) + " points are too many for indices of 2 bytes");
+    return wrong_usage(std::to_string(point_count) + " points are too many for indices of 2 bytes");
   if (out.indices.size() / out.index_bytes / 3 < face_count)
-    return usage("the buffer of indices has no room for " + std::to_string(face_count) + " faces");
+    return wrong_usage("the buffer of indices has no room for " + std::to_string(face_count) + " faces");
   if (reinterpret_cast<uintptr_t>(out.indices.data()) % out.index_bytes != 0)
-    return usage("the buffer of indices is not aligned");
+    return wrong_usage("the buffer of indices is not aligned");
   if (out.attributes.size() != attributes.size())
-    return usage(std::to_string(out.attributes.size()) + " buffers for " + std::to_string(attributes.size()) +
-                 " attributes");
+    return wrong_usage(std::to_string(out.attributes.size()) + " buffers for " +
+                       std::to_string(attributes.size()) + " attributes");
   PrimitiveBuffers checked = out;
   for (size_t k = 0; k < attributes.size(); ++k) {
     auto& [bytes, stride] = checked.attributes[k];
     const size_t size = attributes[k].value_bytes(), given = bytes.size();
     if (stride == 0) stride = size;
-    if (stride < size) return usage("the stride of " + attributes[k].semantic + " is less than its size");
+    if (stride < size) return wrong_usage("the stride of " + attributes[k].semantic + " is less than its size");
     if (point_count > 0 && (given < size || (given - size) / stride < point_count - 1))
-      return usage("the buffer of " + attributes[k].semantic + " has no room for " +
-                   std::to_string(point_count) + " points");
+      return wrong_usage("the buffer of " + attributes[k].semantic + " has no room for " +
+                         std::to_string(point_count) + " points");
   }
   return checked;
 }
@@ -106,7 +104,8 @@ std::vector<Status> run(std::span<const DecodeTask> tasks, std::span<const Primi
   };
   const Watch watch{options.progress, options.stop};
   if (watch.stopped()) return std::vector<Status>(tasks.size(), cancelled());
-  return backend.decode_into(tasks, buffers_for, ThreadPool(options.thread_count), watch);
+  if (options.pool != nullptr) return backend.decode_into(tasks, buffers_for, *options.pool, watch);
+  return backend.decode_into(tasks, buffers_for, ThreadPool(), watch);
 }
 
 }  // namespace
@@ -160,7 +159,7 @@ Status CompressedPrimitive::decode(const PrimitiveBuffers& out, const LoadOption
 
 Status CompressedPrimitive::decode_patch(uint32_t number, const PrimitiveBuffers& out,
                                          const LoadOptions& options) const {
-  if (number >= patch_count()) return usage("there is no patch " + std::to_string(number));
+  if (number >= patch_count()) return wrong_usage("there is no patch " + std::to_string(number));
   const PatchContainer alone = container().alone(number);
   const Expected<PrimitiveBuffers> buffers =
       check_buffers(attributes(), out, alone.point_count(), alone.face_count());

@@ -10,8 +10,7 @@
 //   if (!primitive) return primitive.status();  // to_string() says what is wrong and where
 //   std::vector<uint32_t> indices(3 * primitive->face_count());
 //   std::vector<float> positions(3 * primitive->point_count());
-//   Status status = primitive->decode({std::as_writable_bytes(std::span(indices)), 4,
-//                                      {{std::as_writable_bytes(std::span(positions))}}});
+//   Status status = primitive->decode({indices, 4, {{positions}}});
 //
 // A point is a glTF vertex. Any bytes may be given. Memory is taken in proportion to them:
 // CompressedPrimitive::open refuses counts that the bytes do not justify.
@@ -22,11 +21,11 @@
 //   counts     callers take memory according to them: indices of 4 bytes and the values of all attributes are
 //              together at most limit(container)
 //   decode     each thread takes at most limit(stream) for each of the three streams that it decodes at
-//              once, and keeps it for the next call. Streams that an encoder wrote take some dozen bytes for
-//              each of their faces and values. In addition: 12 bytes for each point; 8 for each face corner
-//              that is a reference, and as much again while their number grows; 128 for each byte of the
-//              container. If an accessor declares another type than was encoded, also the patch's values
-//              once more
+//              once, and keeps it for the next call until release_scratch (src/cpu/cpu_backend.h). Streams
+//              that an encoder wrote take some dozen bytes for each of their faces and values. In addition: 12
+//              bytes for each point; 8 for each face corner that is a reference, and as much again while their
+//              number grows; 128 for each byte of the container. If an accessor declares another type than was
+//              encoded, also the patch's values once more
 //
 // libdraco's backend decodes all patches of a container to meshes of their own first. CUDA's needs memory of
 // the device for the results.
@@ -58,12 +57,10 @@ enum class Compression : uint8_t {
 // A compressed primitive as its JSON describes it.
 struct PrimitiveSource {
   std::span<const uint8_t> bytes;  // of the extension's buffer view
-  // The wanted ones of the extension's `attributes`, which have the unique ids. All else comes from the
-  // accessors.
+  // Those of the extension's `attributes` that are wanted, with their ids. Types come from the accessors.
   std::vector<AttributeRequest> attributes{};
-  // `count` of the attributes' accessors and of the indices' accessor. open compares them with the bytes,
-  // except if they are 0. An Edgebreaker stream does not state its number of points: if point_count is 0, open
-  // decodes the stream to count them.
+  // The accessors' `count`; 0: not known. `open` compares them with the bytes. Without point_count, it decodes
+  // an Edgebreaker stream to count its points.
   uint64_t point_count = 0, index_count = 0;
   Compression compression = Compression::kPatches;
 };
@@ -74,7 +71,8 @@ PSPLIT_EXPORT uint64_t most_result_bytes(uint64_t stored_bytes);
 
 struct LoadOptions {
   const DecodeBackend* backend = nullptr;  // null: the CPU
-  int thread_count = 0;                    // 0: one for each processor
+  // Null: a pool for this call, with a thread for each processor. Callers of many calls keep one.
+  const ThreadPool* pool = nullptr;
   // Called from any thread, also from several at once, with the number of finished steps and their total. Steps
   // are patches on the CPU, and primitives with other backends.
   Progress progress{};

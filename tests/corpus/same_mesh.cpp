@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -21,6 +20,7 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "tests/support/compare_meshes.h"
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
@@ -47,11 +47,11 @@ struct Primitive {
 
 // Meshes that have a primitive in common have one grid, because it is stored once.
 std::vector<size_t> joined_meshes(const Document& document) {
-  std::vector<size_t> joined(document.json.value("meshes", Json::array()).size());
+  std::vector<size_t> joined(document.json().value("meshes", Json::array()).size());
   std::iota(joined.begin(), joined.end(), size_t{0});
   std::map<std::string, size_t> mesh_of;
   for (const PrimitiveId id : all_primitives(document)) {
-    Json primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
+    Json primitive = document.json()["meshes"][id.mesh]["primitives"][id.primitive];
     primitive.erase("material");
     const size_t first = mesh_of.emplace(primitive.dump(), id.mesh).first->second;
     const auto [low, high] = std::minmax({joined[first], joined[id.mesh]});
@@ -69,9 +69,9 @@ Expected<std::vector<Primitive>> read_primitives_of(const std::string& path, con
   const Document& document = asset->document;
   const std::vector<size_t> joined = joined_meshes(document);
   for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (!kind) return kind.status();
-    Expected<Mesh> mesh = kind->triangles ? read_with_morphs(document, id, pool) : Mesh{};
+    const PrimitiveRecord& primitive = document.records().primitive(id);
+    if (!primitive.status.ok()) return primitive.status;
+    Expected<Mesh> mesh = primitive.has_triangles() ? read_with_morphs(document, id, pool) : Mesh{};
     if (!mesh && mesh.status().code() != StatusCode::kUnsupported) return mesh.status();
     primitives.push_back({std::move(mesh), joined[id.mesh]});
   }
@@ -80,37 +80,20 @@ Expected<std::vector<Primitive>> read_primitives_of(const std::string& path, con
 
 // Merges points that are equal in all attributes, as `encode` does, with independent code.
 Mesh merge_duplicates(const Mesh& mesh) {
-  Mesh merged;
-  for (const Attribute& attribute : mesh.attributes) {
-    merged.attributes.push_back(attribute);
-    merged.attributes.back().values.clear();
-  }
   std::map<std::string, uint32_t> known;
-  std::vector<uint32_t> new_point(mesh.point_count);
+  std::vector<uint32_t> new_point(mesh.point_count), kept;
   for (uint32_t point = 0; point < mesh.point_count; ++point) {
     std::string key;
     for (const Attribute& attribute : mesh.attributes)
       key.append(reinterpret_cast<const char*>(attribute.values.data()) + point * attribute.stride(),
                  attribute.stride());
-    const auto [found, is_new] = known.emplace(std::move(key), merged.point_count);
+    const auto [found, is_new] = known.emplace(std::move(key), static_cast<uint32_t>(kept.size()));
     new_point[point] = found->second;
-    if (!is_new) continue;
-    ++merged.point_count;
-    for (size_t i = 0; i < mesh.attributes.size(); ++i) {
-      const Attribute& from = mesh.attributes[i];
-      const auto begin = from.values.begin() + static_cast<ptrdiff_t>(point * from.stride());
-      merged.attributes[i].values.insert(merged.attributes[i].values.end(), begin,
-                                         begin + static_cast<ptrdiff_t>(from.stride()));
-    }
+    if (is_new) kept.push_back(point);
   }
+  Mesh merged = take_points(mesh, kept);
   for (const auto& [a, b, c] : mesh.faces) merged.faces.push_back({new_point[a], new_point[b], new_point[c]});
   return merged;
-}
-
-std::vector<float> floats_of(const Attribute& attribute) {
-  std::vector<float> values(attribute.values.size() / sizeof(float));
-  std::memcpy(values.data(), attribute.values.data(), values.size() * sizeof(float));
-  return values;
 }
 
 bool has_unit_length(const float* v) {
@@ -120,21 +103,12 @@ bool has_unit_length(const float* v) {
 
 // The mesh without points that no face uses.
 Mesh drop_unused_points(const Mesh& mesh) {
-  constexpr uint32_t kUnused = 0xffffffffu;
-  std::vector<uint32_t> number(mesh.point_count, kUnused);
-  Mesh kept;
+  std::map<uint32_t, uint32_t> number;
+  std::vector<uint32_t> used;
   for (const auto& face : mesh.faces)
     for (const uint32_t point : face)
-      if (number[point] == kUnused) number[point] = kept.point_count++;
-  for (const Attribute& attribute : mesh.attributes) {
-    kept.attributes.push_back(attribute);
-    Array<std::byte>& values = kept.attributes.back().values;
-    values.resize(kept.point_count * attribute.stride());
-    for (uint32_t point = 0; point < mesh.point_count; ++point)
-      if (number[point] != kUnused)
-        std::memcpy(values.data() + number[point] * attribute.stride(),
-                    attribute.values.data() + point * attribute.stride(), attribute.stride());
-  }
+      if (number.emplace(point, static_cast<uint32_t>(used.size())).second) used.push_back(point);
+  Mesh kept = take_points(mesh, used);
   for (const auto& [a, b, c] : mesh.faces) kept.faces.push_back({number[a], number[b], number[c]});
   return kept;
 }
@@ -142,23 +116,16 @@ Mesh drop_unused_points(const Mesh& mesh) {
 // Gives each face points of its own and leaves out faces that repeat a point. So meshes that draw the same are
 // equal, no matter which points their faces share.
 Mesh drawn_faces(const Mesh& mesh) {
-  Mesh soup;
+  Faces faces;
   std::vector<uint32_t> source;
   for (const auto& [a, b, c] : mesh.faces) {
     if (a == b || b == c || c == a) continue;
     const auto first = static_cast<uint32_t>(source.size());
     source.insert(source.end(), {a, b, c});
-    soup.faces.push_back({first, first + 1, first + 2});
+    faces.push_back({first, first + 1, first + 2});
   }
-  soup.point_count = static_cast<uint32_t>(source.size());
-  for (const Attribute& attribute : mesh.attributes) {
-    soup.attributes.push_back(attribute);
-    const size_t stride = attribute.stride();
-    Array<std::byte>& values = soup.attributes.back().values;
-    values.resize(source.size() * stride);
-    for (size_t i = 0; i < source.size(); ++i)
-      std::memcpy(values.data() + i * stride, attribute.values.data() + source[i] * stride, stride);
-  }
+  Mesh soup = take_points(mesh, source);
+  soup.faces = std::move(faces);
   return soup;
 }
 
@@ -196,7 +163,7 @@ std::map<GridName, Extent> extents_of(const std::vector<Primitive>& primitives) 
     if (!primitive.mesh) continue;
     for (const Attribute& attribute : drawn_faces(merge_duplicates(*primitive.mesh)).attributes) {
       if (attribute.component_type != ComponentType::kFloat32) continue;
-      const std::vector<float> values = floats_of(attribute);
+      const std::vector<float> values = values_of<float>(attribute);
       if (!values.empty() && all_finite(values))
         extents[grid_name(primitive, attribute)].add(values, attribute.component_count);
     }
@@ -215,7 +182,7 @@ Tolerance default_tolerance(const Attribute& attribute, const Extent& extent) {
   const std::string& name = attribute.semantic;
   if (attribute.component_type != ComponentType::kFloat32 || name.starts_with("target "))
     return exact_tolerance();
-  const std::vector<float> values = floats_of(attribute);
+  const std::vector<float> values = values_of<float>(attribute);
   if (name == "NORMAL" && attribute.component_count == 3) {
     for (size_t at = 0; at < values.size(); at += 3)
       if (!has_unit_length(&values[at])) return exact_tolerance();
@@ -239,7 +206,7 @@ Tolerance default_tolerance(const Attribute& attribute, const Extent& extent) {
 }
 
 std::vector<float> sorted_component(const Attribute& attribute, size_t component) {
-  const std::vector<float> values = floats_of(attribute);
+  const std::vector<float> values = values_of<float>(attribute);
   std::vector<float> sorted;
   for (size_t at = component; at < values.size(); at += attribute.component_count) sorted.push_back(values[at]);
   std::ranges::sort(sorted);
@@ -339,7 +306,7 @@ int run(std::span<const std::string_view> arguments) {
   if (lossless || note) arguments = arguments.subspan(1);
   if (arguments.size() != 2) {
     std::cout << "usage: same_mesh [--lossless | --errors] INPUT DECODED\n";
-    return static_cast<int>(StatusCode::kUsage);
+    return 1;
   }
   const ThreadPool pool(1);
   std::array<std::vector<Primitive>, 2> files;
@@ -353,7 +320,7 @@ int run(std::span<const std::string_view> arguments) {
   }
   if (files[0].size() != files[1].size()) {
     std::cout << files[0].size() << " primitives became " << files[1].size() << '\n';
-    return static_cast<int>(StatusCode::kDiffers);
+    return 7;
   }
   std::map<GridName, Extent> extents;
   if (!lossless) extents = extents_of(files[0]);
@@ -361,7 +328,7 @@ int run(std::span<const std::string_view> arguments) {
     const std::string why = difference(files[0][i], files[1][i], lossless, extents, note);
     if (why.empty()) continue;
     std::cout << "primitive " << i << " in order: " << why << '\n';
-    return static_cast<int>(StatusCode::kDiffers);
+    return 7;
   }
   return 0;
 }

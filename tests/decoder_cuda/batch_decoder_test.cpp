@@ -1,8 +1,6 @@
 // The kernel bodies and the batches that launch them, on the emulated warp in several orders, against libdraco.
 #include "decoder_cuda/batch_decoder.h"
 
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <random>
 #include <tuple>
@@ -10,8 +8,8 @@
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/decoder_cuda/device_samples.h"
-#include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/patched_samples.h"
 
 namespace psplit {
 namespace {
@@ -42,10 +40,9 @@ CudaPrimitive primitive_of(const PatchContainer& container, std::span<const Attr
 }
 
 void expect_indices(const Outputs& outputs, const PatchedSample& sample) {
-  const Expected<Mesh> expected =
-      decode_container(cpu_backend(), sample.encoded.container, sample.requests, ThreadPool(1));
-  ASSERT_TRUE(expected);
-  EXPECT_EQ(std::memcmp(outputs.indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
+  const Mesh expected =
+      must(decode_container(cpu_backend(), sample.encoded.container, sample.requests, ThreadPool(1)));
+  EXPECT_EQ(std::memcmp(outputs.indices.data(), expected.faces.data(), 12 * expected.faces.size()), 0);
 }
 
 TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
@@ -59,15 +56,13 @@ TEST(BatchDecoder, TakesManyPrimitivesAtOnce) {
     primitives.push_back(primitive_of(containers[i], samples[i].requests, outputs[i]));
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   ASSERT_TRUE(decoder.start(primitives).ok());
-  const Status status = decoder.finish();
-  ASSERT_TRUE(status.ok()) << status.to_string();
+  must(decoder.finish());
   for (size_t i = 0; i < samples.size(); ++i) {
-    const Expected<Mesh> expected =
-        decode_container(draco_backend(), samples[i].encoded.container, samples[i].requests, pool);
-    ASSERT_TRUE(expected);
-    EXPECT_EQ(std::memcmp(outputs[i].indices.data(), expected->faces.data(), 12 * expected->faces.size()), 0);
+    const Mesh expected =
+        must(decode_container(draco_backend(), samples[i].encoded.container, samples[i].requests, pool));
+    EXPECT_EQ(std::memcmp(outputs[i].indices.data(), expected.faces.data(), 12 * expected.faces.size()), 0);
     for (size_t k = 0; k < samples[i].requests.size(); ++k) {
-      const Array<std::byte>& values = expected->attributes[k].values;
+      const Array<std::byte>& values = expected.attributes[k].values;
       EXPECT_EQ(std::memcmp(outputs[i].values[k].data(), values.data(), values.size()), 0) << samples[i].name;
     }
   }
@@ -133,8 +128,7 @@ TEST_F(NeedyBatch, IsDecodedAgainForThoseThatNeedMore) {
     ASSERT_TRUE(decoder.start(batch).ok());
     launches_at_first = EmulatedDevice::work().launches;
     EmulatedDevice::work() = {};
-    const Status status = decoder.finish();
-    ASSERT_TRUE(status.ok()) << status.to_string();
+    must(decoder.finish());
     expect_indices(needy_outputs, needy);
     expect_indices(modest_outputs, modest);
   }
@@ -162,7 +156,7 @@ TEST(PreparedBatch, DecodesAsOftenAsItIsLaunched) {
   const ThreadPool pool(2);
   EmulatedDevice device({LaneOrder::kShuffled, 3});
   size_t count = 0;
-  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     if (++count % 4 != 0) continue;
     const PatchContainer input = opened(sample.encoded.container);
@@ -260,8 +254,7 @@ TEST(BatchDecoder, DecodesInPartsWhereTheDeviceIsSmall) {
   }
   const ShortMemory memory(before + whole / 2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
-  const Status status = decoder.start({&primitive, 1});
-  EXPECT_TRUE(status.ok()) << status.to_string();
+  must(decoder.start({&primitive, 1}));
   EXPECT_TRUE(decoder.finish().ok());
   expect_indices(outputs, sample);
 }
@@ -307,13 +300,12 @@ TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 6})};
   size_t count = 0;
-  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const PatchContainer input = opened(sample.encoded.container);
     const PatchContainer& container = input;
-    const Expected<Mesh> expected =
-        decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
-    ASSERT_TRUE(expected);
+    const Mesh expected =
+        must(decode_container(draco_backend(), sample.encoded.container, sample.requests, pool));
     const auto streams = static_cast<uint32_t>(container.entries.size());
     const uint32_t first = std::min(2u, streams), end = std::min(5u, streams);
     Outputs outputs;
@@ -321,21 +313,20 @@ TEST(BatchDecoder, DecodesWindowsOfStitchedMeshes) {
     primitive.first = first;
     primitive.end = end;
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
-    const Status status = decoder.finish();
-    ASSERT_TRUE(status.ok()) << status.to_string();
+    must(decoder.finish());
     const uint32_t first_face = container.face_base[first], first_point = container.owned_base[first];
     const uint32_t faces = container.face_base[end] - first_face,
                    points = container.owned_base[end] - first_point;
     count += faces;
-    EXPECT_EQ(std::memcmp(outputs.indices.data(), expected->faces.data() + first_face, size_t{12} * faces), 0);
+    EXPECT_EQ(std::memcmp(outputs.indices.data(), expected.faces.data() + first_face, size_t{12} * faces), 0);
     const auto is_poison = [](const auto* at, const auto* to) {
       return std::all_of(at, to, [](auto value) { return static_cast<uint8_t>(value) == 0xa5; });
     };
     EXPECT_TRUE(
         is_poison(outputs.indices.data() + 3 * faces, outputs.indices.data() + 3 * container.face_count()));
     for (size_t k = 0; k < sample.requests.size(); ++k) {
-      const size_t stride = expected->attributes[k].stride();
-      const auto* const values = reinterpret_cast<const uint8_t*>(expected->attributes[k].values.data());
+      const size_t stride = expected.attributes[k].stride();
+      const auto* const values = reinterpret_cast<const uint8_t*>(expected.attributes[k].values.data());
       EXPECT_EQ(std::memcmp(outputs.values[k].data(), values + first_point * stride, points * stride), 0);
       EXPECT_TRUE(is_poison(outputs.values[k].data() + points * stride,
                             outputs.values[k].data() + container.point_count() * stride));
@@ -349,7 +340,7 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
   const ThreadPool pool(2);
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice({LaneOrder::kShuffled, 5})};
   size_t count = 0;
-  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const PatchContainer input = opened(sample.encoded.container);
     const PatchContainer* const container = &input;
@@ -358,12 +349,11 @@ TEST(BatchDecoder, DecodesSomePatchesWithoutStitching) {
     std::vector<Mesh> expected;
     size_t faces = 0, points = 0;
     for (uint32_t i = kFirst; i < end; ++i) {
-      Expected<Mesh> patch = draco_backend().decode(container->alone(i), sample.requests, pool);
-      ASSERT_TRUE(patch);
-      patch->faces.resize(container->entries[i].face_count);  // a residue may have more
-      faces += patch->faces.size();
-      points += patch->point_count;
-      expected.push_back(std::move(*patch));
+      Mesh patch = must(draco_backend().decode(container->alone(i), sample.requests, pool));
+      patch.faces.resize(container->entries[i].face_count);  // a residue may have more
+      faces += patch.faces.size();
+      points += patch.point_count;
+      expected.push_back(std::move(patch));
     }
     std::vector<uint32_t> indices(3 * faces);
     std::vector<float> bounds(6 * expected.size());
@@ -417,17 +407,16 @@ TEST(BatchDecoder, TakesNoMoreRoomThanThereIs) {
   const ThreadPool pool(2);
   const PatchedSample sample = patched_samples(pool).front();
   const std::span<const uint8_t> stream = open_container(sample.encoded.container)->streams[0];
-  const Expected<Mesh> expected = decode_stream(draco_backend(), stream, sample.requests);
-  ASSERT_TRUE(expected);
+  const Mesh expected = must(decode_stream(draco_backend(), stream, sample.requests));
   BatchDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   for (const uint32_t less : {0u, 1u}) {
-    const PatchContainer input = open_stream(stream, expected->point_count - less);
+    const PatchContainer input = open_stream(stream, expected.point_count - less);
     Outputs outputs;
     CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     EXPECT_EQ(decoder.finish().code(), less == 0 ? StatusCode::kOk : StatusCode::kInvalidInput);
     if (less == 0) {
-      EXPECT_EQ(decoder.point_count(0), expected->point_count);
+      EXPECT_EQ(decoder.point_count(0), expected.point_count);
     }
   }
 }
@@ -440,10 +429,9 @@ TEST(BatchDecoder, BoundsStockStreams) {
   for (const PatchedSample& sample : patched_samples(pool)) {
     const std::span<const uint8_t> stream = open_container(sample.encoded.container)->streams[0];
     const PatchContainer input = open_stream(stream);
-    const Expected<Mesh> expected = decode_stream(draco_backend(), stream, sample.requests);
-    ASSERT_TRUE(expected);
-    if (sample.requests[0].component_type != ComponentType::kFloat32 || expected->point_count == 0) continue;
-    if (input.point_count() > expected->point_count) ++count;
+    const Mesh expected = must(decode_stream(draco_backend(), stream, sample.requests));
+    if (sample.requests[0].component_type != ComponentType::kFloat32 || expected.point_count == 0) continue;
+    if (input.point_count() > expected.point_count) ++count;
     Outputs outputs;
     float bounds[6];
     CudaPrimitive primitive = primitive_of(input, sample.requests, outputs);
@@ -453,9 +441,9 @@ TEST(BatchDecoder, BoundsStockStreams) {
     ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
     ASSERT_TRUE(decoder.finish().ok());
     for (uint32_t k = 0; k < 3; ++k) {
-      std::vector<float> along(expected->point_count);
+      std::vector<float> along(expected.point_count);
       for (size_t i = 0; i < along.size(); ++i)
-        std::memcpy(&along[i], expected->attributes[0].values.data() + 12 * i + 4 * k, sizeof along[i]);
+        std::memcpy(&along[i], expected.attributes[0].values.data() + 12 * i + 4 * k, sizeof along[i]);
       EXPECT_EQ(bounds[k], *std::min_element(along.begin(), along.end())) << sample.name;
       EXPECT_EQ(bounds[3 + k], *std::max_element(along.begin(), along.end())) << sample.name;
     }
@@ -492,14 +480,13 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const PatchContainer input = opened(sample.encoded.container);
-    const Expected<Mesh> expected =
-        decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
-    ASSERT_TRUE(expected);
+    const Mesh expected =
+        must(decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool));
     for (size_t i = 0; i < sample.requests.size(); ++i) {
       const AttributeRequest& request = sample.requests[i];
       if (request.component_type != ComponentType::kFloat32) continue;
-      const uint32_t components = request.component_count, points = expected->point_count;
-      std::vector<uint32_t> indices(3 * expected->faces.size());
+      const uint32_t components = request.component_count, points = expected.point_count;
+      std::vector<uint32_t> indices(3 * expected.faces.size());
       std::vector<uint16_t> places(size_t{components} * points);
       std::vector<float> grid(components + 1);
       CudaPrimitive primitive{.container = &input};
@@ -515,7 +502,7 @@ TEST(BatchDecoder, WritesPlacesOnGrids) {
       ++count;
       for (size_t at = 0; at < places.size(); ++at) {
         float value;
-        std::memcpy(&value, expected->attributes[i].values.data() + 4 * at, sizeof value);
+        std::memcpy(&value, expected.attributes[i].values.data() + 4 * at, sizeof value);
         ASSERT_EQ(static_cast<float>(places[at]) * grid[components] + grid[at % components], value);
       }
     }
@@ -628,9 +615,8 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
     const Expected<PatchContainer> whole = open_container(sample.encoded.container);
     ASSERT_TRUE(whole);
     if (whole->patch_count() < 3) continue;
-    const Expected<Mesh> expected =
-        decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
-    ASSERT_TRUE(expected);
+    const Mesh expected =
+        must(decode_container(draco_backend(), sample.encoded.container, sample.requests, pool));
     const uint32_t broken = static_cast<uint32_t>(random()) % whole->patch_count();
     std::vector<uint8_t> bytes = sample.encoded.container;
     const auto stream_at = static_cast<size_t>(whole->streams[broken].data() - sample.encoded.container.data());
@@ -647,12 +633,12 @@ TEST(BatchDecoder, BrokenPatchesHarmNoOther) {
     ++refused;
     EXPECT_EQ(status.place().patch, broken) << status.to_string();
     for (size_t i = 0; i < size_t{3} * container->face_count(); ++i)
-      ASSERT_LT(outputs.indices.data()[i], expected->point_count);
+      ASSERT_LT(outputs.indices.data()[i], expected.point_count);
     for (uint32_t patch = 0; patch < container->entries.size(); ++patch) {
       if (patch == broken) continue;
       for (size_t k = 0; k < sample.requests.size(); ++k) {
-        const size_t stride = expected->attributes[k].stride(), first = container->owned_base[patch] * stride;
-        EXPECT_EQ(std::memcmp(outputs.values[k].data() + first, expected->attributes[k].values.data() + first,
+        const size_t stride = expected.attributes[k].stride(), first = container->owned_base[patch] * stride;
+        EXPECT_EQ(std::memcmp(outputs.values[k].data() + first, expected.attributes[k].values.data() + first,
                               container->owned_base[patch + 1] * stride - first),
                   0)
             << "patch " << patch;

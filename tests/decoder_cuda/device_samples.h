@@ -7,15 +7,15 @@
 #include "encoder/encode_mesh.h"
 #include "src/container/patch_container.h"
 #include "tests/decoder_cuda/emulated_device.h"
+#include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 
 inline PatchContainer opened(std::span<const uint8_t> bytes) {
-  Expected<PatchContainer> container = open_container(bytes);
-  EXPECT_TRUE(container) << container.status().to_string();
-  return std::move(*container);
+  PatchContainer container = must(open_container(bytes));
+  return container;
 }
 
 // A grid of `side` * `side` quads with `attribute_count` attributes beside POSITION, all on grids of 12 bits.
@@ -30,10 +30,7 @@ inline PatchedSample grid_sample(uint32_t side, uint32_t patch_count, uint32_t a
   }
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) codings.push_back(*fit_grid(attribute, 12));
-  EncodeOptions options;
-  options.patch_count = patch_count;
-  options.encode_speed = speed;
-  options.verify = false;
+  const EncodeOptions options{.patch_count = patch_count, .encode_speed = speed, .verify = false};
   PatchedSample sample{"grid", std::move(*encode_mesh(mesh, codings, options, pool)), {}};
   sample.requests = sample.encoded.requests;
   return sample;

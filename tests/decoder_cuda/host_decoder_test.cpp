@@ -2,8 +2,6 @@
 // against libdraco.
 #include "decoder_cuda/host_decoder.h"
 
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <numeric>
 
@@ -13,8 +11,8 @@
 #include "tests/decoder_cuda/device_samples.h"
 #include "tests/decoder_cuda/mutants.h"
 #include "tests/src/loader/buffers.h"
-#include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/patched_samples.h"
 
 namespace psplit {
 namespace {
@@ -40,14 +38,12 @@ TEST(HostDecoder, EqualsLibdracoInEveryOrderOfThreadsAndLanes) {
   std::vector<HostDecoder<EmulatedDevice>> decoders;
   for (const LaneOrder& order : kLaneOrders) decoders.emplace_back(EmulatedDevice(order));
   size_t count = 0;
-  for (const PatchedSample& sample : samples_of_all_versions(pool)) {
+  for (const PatchedSample& sample : all_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const std::vector<uint8_t>& container = sample.encoded.container;
-    const Expected<Mesh> expected = decode_container(draco_backend(), container, sample.requests, pool);
-    ASSERT_TRUE(expected) << expected.status().to_string();
-    const Expected<Mesh> decoded = decode(decoders[count++ % decoders.size()], container, sample.requests);
-    ASSERT_TRUE(decoded) << decoded.status().to_string();
-    EXPECT_TRUE(same_bits(*decoded, *expected));
+    const Mesh expected = must(decode_container(draco_backend(), container, sample.requests, pool));
+    const Mesh decoded = must(decode(decoders[count++ % decoders.size()], container, sample.requests));
+    EXPECT_TRUE(same_bits(decoded, expected));
   }
 }
 
@@ -63,12 +59,10 @@ TEST(HostDecoder, DecodesCondensedPatchesAlone) {
     for (uint32_t i = 0; i < std::min<size_t>(container.entries.size(), 3); ++i) {
       const PatchContainer alone = container.alone(i);
       with_borders += alone.borders != nullptr;
-      const Expected<Mesh> expected =
-          draco_backend().decode(sample.original.encoded.opened->alone(i), requests, pool);
-      const Expected<Mesh> decoded = backend_of(decoder).decode(alone, requests, pool);
-      ASSERT_TRUE(expected);
-      ASSERT_TRUE(decoded) << decoded.status().to_string();
-      EXPECT_TRUE(same_bits(*decoded, *expected));
+      const Mesh expected =
+          must(draco_backend().decode(opened(sample.original.encoded.container).alone(i), requests, pool));
+      const Mesh decoded = must(backend_of(decoder).decode(alone, requests, pool));
+      EXPECT_TRUE(same_bits(decoded, expected));
     }
   }
   EXPECT_GT(with_borders, 10u);
@@ -105,14 +99,13 @@ TEST(HostDecoder, TakesNoMoreMemoryThanItMay) {
   const ThreadPool pool(2);
   const PatchedSample sample = grid_sample(100, 40, 0, pool);
   const std::vector<uint8_t>& container = sample.encoded.container;
-  const Expected<Mesh> expected = decode_container(cpu_backend(), container, sample.requests, pool);
-  ASSERT_TRUE(expected);
+  const Mesh expected = must(decode_container(cpu_backend(), container, sample.requests, pool));
   const size_t before = EmulatedDevice::bytes_in_use();
   size_t whole = 0;
   {
     HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
     const Expected<Mesh> decoded = decode(decoder, container, sample.requests);
-    ASSERT_TRUE(decoded && same_bits(*decoded, *expected));
+    ASSERT_TRUE(decoded && same_bits(*decoded, expected));
     whole = EmulatedDevice::bytes_in_use() - before;
   }
   // It takes no more than the limit, and no more than is free.
@@ -121,7 +114,7 @@ TEST(HostDecoder, TakesNoMoreMemoryThanItMay) {
   for (const size_t told : {limit, whole}) {
     HostDecoder<EmulatedDevice> decoder{EmulatedDevice(), told};
     const Expected<Mesh> decoded = decode(decoder, container, sample.requests);
-    EXPECT_TRUE(decoded && same_bits(*decoded, *expected)) << decoded.status().to_string();
+    EXPECT_TRUE(decoded && same_bits(*decoded, expected)) << decoded.status().to_string();
   }
 }
 
@@ -192,11 +185,10 @@ TEST(HostDecoder, LaunchesNoMoreThanMostStreamsNeed) {
   const PatchedSample sample = grid_sample(10, 2, 50, pool);
   HostDecoder<EmulatedDevice> decoder{EmulatedDevice()};
   EmulatedDevice::work() = {};
-  const Expected<Mesh> decoded = decode(decoder, sample.encoded.container, sample.requests);
+  const Mesh decoded = must(decode(decoder, sample.encoded.container, sample.requests));
   const Expected<Mesh> expected =
       decode_container(cpu_backend(), sample.encoded.container, sample.requests, pool);
-  ASSERT_TRUE(decoded) << decoded.status().to_string();
-  EXPECT_TRUE(same_bits(*decoded, *expected));
+  EXPECT_TRUE(same_bits(decoded, *expected));
   EXPECT_LE(EmulatedDevice::work().most_items, 2 * LaunchPlan::kMostRuns);
   EXPECT_LE(EmulatedDevice::work().launches, 6 + 2 * LaunchPlan::kMostRounds);
 }
@@ -265,10 +257,8 @@ TEST(HostDecoder, WritesToBuffersOfTheCaller) {
       if (expected->point_count > 0xffff) continue;
       ++count;
       Buffers buffers(sample.requests, expected->point_count, primitive->face_count(), 2, 3);
-      LoadOptions options;
-      options.backend = &backend;
-      const Status status = primitive->decode(buffers.out, options);
-      ASSERT_TRUE(status.ok()) << status.to_string();
+      const LoadOptions options{.backend = &backend};
+      must(primitive->decode(buffers.out, options));
       EXPECT_TRUE(same_bits(buffers.mesh(sample.requests, expected->point_count), *expected));
     }
   }

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "src/cpu/cpu_backend.h"
-#include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/patched_samples.h"
 
 namespace psplit {
 
@@ -17,7 +17,7 @@ namespace psplit {
 template <typename Decode>
 void expect_mutants_as_on_cpu(Decode decode, int count = 3000) {
   const ThreadPool pool(1);
-  const std::vector<PatchedSample> seeds = samples_of_all_versions(pool);
+  const std::vector<PatchedSample> seeds = all_samples(pool);
   std::mt19937 random(2);
   size_t accepted = 0;
   for (int i = 0; i < count; ++i) {

@@ -1,6 +1,5 @@
 // CudaDecoder on the GPU of this machine. Built if there is a CUDA toolkit, skipped if there is no device.
 #include <cuda_runtime_api.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstring>
@@ -34,45 +33,42 @@ TEST(CudaDecoder, DecodesPatchesWithoutStitching) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;
   const ThreadPool pool;
-  Expected<CudaDecoder> decoder = CudaDecoder::create();
-  ASSERT_TRUE(decoder) << decoder.status().to_string();
-  decoder->set_memory_limit(1);
+  CudaDecoder decoder = must(CudaDecoder::create());
+  decoder.set_memory_limit(1);
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const Expected<PatchContainer> container = open_container(sample.encoded.container);
-    ASSERT_TRUE(container);
-    if (sample.requests[0].component_type != ComponentType::kFloat32 || container->has_residue) continue;
-    const uint32_t last = container->patch_count() - 1, points = container->entries[last].point_count;
-    const size_t faces = container->entries[last].face_count;
-    const Expected<Mesh> expected = decode_stream(draco_backend(), container->streams[last], sample.requests);
-    ASSERT_TRUE(expected);
+    const PatchContainer container = must(open_container(sample.encoded.container));
+    if (sample.requests[0].component_type != ComponentType::kFloat32 || container.has_residue) continue;
+    const uint32_t last = container.patch_count() - 1, points = container.entries[last].point_count;
+    const size_t faces = container.entries[last].face_count;
+    const Mesh expected = must(decode_stream(draco_backend(), container.streams[last], sample.requests));
     const Managed<uint16_t> indices(3 * faces);
     const Managed<float> positions(size_t{3} * points), bounds(6);
-    CudaPrimitive primitive;
-    primitive.container = &*container;
-    primitive.attributes = {{sample.requests[0].unique_id, ComponentType::kFloat32, 3, positions.data, 12}};
-    primitive.indices = indices.data;
-    primitive.index_bytes = 2;
-    primitive.is_stitched = false;
-    primitive.first = last;
-    primitive.bounds = bounds.data;
-    const PatchContainer stock = open_stream(container->streams[last], points);
+    CudaPrimitive primitive{
+        .container = &container,
+        .attributes = {{sample.requests[0].unique_id, ComponentType::kFloat32, 3, positions.data, 12}},
+        .indices = indices.data,
+        .index_bytes = 2,
+        .is_stitched = false,
+        .first = last,
+        .bounds = bounds.data};
+    const PatchContainer stock = open_stream(container.streams[last], points);
     for (const bool as_stock : {false, true}) {
       if (as_stock) {
         primitive.container = &stock;
         primitive.first = 0;
       }
-      ASSERT_TRUE(decoder->start({&primitive, 1}).ok());
-      const Status status = decoder->finish();
+      ASSERT_TRUE(decoder.start({&primitive, 1}).ok());
+      const Status status = decoder.finish();
       if (points > 0xffff) {
         EXPECT_EQ(status.code(), StatusCode::kUsage);
         continue;
       }
       ASSERT_TRUE(status.ok()) << status.to_string();
       if (as_stock) {
-        EXPECT_EQ(decoder->point_count(0), points);
+        EXPECT_EQ(decoder.point_count(0), points);
       }
-      for (size_t i = 0; i < 3 * faces; ++i) ASSERT_EQ(indices.data[i], expected->faces[i / 3][i % 3]);
-      EXPECT_EQ(std::memcmp(positions.data, expected->attributes[0].values.data(), size_t{12} * points), 0);
+      for (size_t i = 0; i < 3 * faces; ++i) ASSERT_EQ(indices.data[i], expected.faces[i / 3][i % 3]);
+      EXPECT_EQ(std::memcmp(positions.data, expected.attributes[0].values.data(), size_t{12} * points), 0);
       for (uint32_t k = 0; k < 3; ++k) {
         float low = positions.data[k], high = positions.data[k];
         for (uint32_t point = 1; point < points; ++point) {
@@ -91,52 +87,49 @@ TEST(CudaDecoder, DecodesManyAtOnceFromEitherMemory) {
   std::string why;
   if (!cuda_available(&why)) GTEST_SKIP() << why;
   const ThreadPool pool;
-  Expected<CudaDecoder> decoder = CudaDecoder::create();
-  ASSERT_TRUE(decoder) << decoder.status().to_string();
+  CudaDecoder decoder = must(CudaDecoder::create());
   for (const PatchedSample& sample : patched_samples(pool)) {
     SCOPED_TRACE(sample.name);
     const std::vector<uint8_t>& bytes = sample.encoded.container;
-    const Expected<PatchContainer> container = open_container(bytes);
-    const Expected<Mesh> expected = decode_container(draco_backend(), bytes, sample.requests, pool);
-    ASSERT_TRUE(container && expected);
+    const PatchContainer container = must(open_container(bytes));
+    const Mesh expected = must(decode_container(draco_backend(), bytes, sample.requests, pool));
     if (sample.requests[0].component_type != ComponentType::kFloat32) continue;
     const Managed<uint8_t> on_device(bytes.size());
     std::copy(bytes.begin(), bytes.end(), on_device.data);
-    const uint32_t points = expected->point_count, last = static_cast<uint32_t>(container->entries.size()) - 1;
-    const size_t faces = expected->faces.size();
+    const uint32_t points = expected.point_count, last = static_cast<uint32_t>(container.entries.size()) - 1;
+    const size_t faces = expected.faces.size();
     const Managed<uint32_t> indices(12 * faces);
     const Managed<float> positions(size_t{12} * points);
     std::vector<CudaPrimitive> batch(4);
     for (size_t i = 0; i < batch.size(); ++i) {
-      batch[i].container = &*container;
+      batch[i].container = &container;
       batch[i].indices = indices.data + 3 * faces * i;
       batch[i].attributes = {{sample.requests[0].unique_id, ComponentType::kFloat32, 3,
                               positions.data + size_t{3} * points * i, 12}};
     }
     batch[1].device_bytes = on_device.data;
     std::vector<uint8_t> broken_bytes = bytes;
-    const size_t stream_at = static_cast<size_t>(container->streams[last].data() - bytes.data());
+    const size_t stream_at = static_cast<size_t>(container.streams[last].data() - bytes.data());
     // Not the stream's header, which the host reads.
-    std::fill(broken_bytes.begin() + static_cast<ptrdiff_t>(stream_at + container->streams[last].size() / 3),
+    std::fill(broken_bytes.begin() + static_cast<ptrdiff_t>(stream_at + container.streams[last].size() / 3),
               broken_bytes.end(), uint8_t{0xff});
-    const Expected<PatchContainer> broken = open_container(broken_bytes);
-    ASSERT_TRUE(broken) << broken.status().to_string();
-    batch[2].container = &*broken;
+    const PatchContainer broken = must(open_container(broken_bytes));
+    batch[2].container = &broken;
     batch[3].first = last;
-    ASSERT_TRUE(decoder->start(batch).ok());
+    ASSERT_TRUE(decoder.start(batch).ok());
     // Any bytes are valid values of attributes that are stored raw.
     const bool is_broken = !decode_container(cpu_backend(), broken_bytes, sample.requests, pool);
-    const Status finished = decoder->finish();
+    const Status finished = decoder.finish();
     EXPECT_EQ(finished.ok(), !is_broken);
     if (is_broken) {
       EXPECT_EQ(finished.place().primitive, 2);
     }
-    const auto* const values = reinterpret_cast<const float*>(expected->attributes[0].values.data());
+    const auto* const values = reinterpret_cast<const float*>(expected.attributes[0].values.data());
     for (const size_t i : {0u, 1u, 3u}) {
-      EXPECT_TRUE(decoder->status(i).ok()) << decoder->status(i).to_string();
-      const uint32_t first_face = i == 3 ? container->face_base[last] : 0;
-      const uint32_t first_point = i == 3 ? container->owned_base[last] : 0;
-      EXPECT_EQ(std::memcmp(indices.data + 3 * faces * i, expected->faces.data() + first_face,
+      EXPECT_TRUE(decoder.status(i).ok()) << decoder.status(i).to_string();
+      const uint32_t first_face = i == 3 ? container.face_base[last] : 0;
+      const uint32_t first_point = i == 3 ? container.owned_base[last] : 0;
+      EXPECT_EQ(std::memcmp(indices.data + 3 * faces * i, expected.faces.data() + first_face,
                             12 * (faces - first_face)),
                 0);
       EXPECT_EQ(std::memcmp(positions.data + size_t{3} * points * i, values + size_t{3} * first_point,
@@ -162,9 +155,7 @@ class CudaBatchOnDevice : public testing::Test {
     ASSERT_NE(found, samples.end());
     sample = std::move(*found);
     container = *open_container(sample.encoded.container);
-    Expected<Mesh> mesh = decode_container(draco_backend(), sample.encoded.container, sample.requests, pool);
-    ASSERT_TRUE(mesh);
-    expected = std::move(*mesh);
+    expected = must(decode_container(draco_backend(), sample.encoded.container, sample.requests, pool));
     indices.emplace(3 * expected.faces.size());
     positions.emplace(size_t{3} * expected.point_count);
     primitive.container = &container;
@@ -197,11 +188,10 @@ class CudaBatchOnDevice : public testing::Test {
 TEST_F(CudaBatchOnDevice, DecodesInTheCallersMemoryAsOftenAsItIsEnqueued) {
   ASSERT_TRUE(cuda_warm_up().ok());
   CudaBatch batch = CudaBatch::plan({&primitive, 1});
-  Expected<CudaMemory> memory = CudaMemory::allocate(batch.workspace_bytes());
-  ASSERT_TRUE(memory);
+  CudaMemory memory = must(CudaMemory::allocate(batch.workspace_bytes()));
   EXPECT_EQ(batch.enqueue(stream).code(), StatusCode::kUsage);
-  EXPECT_EQ(batch.prepare(memory->data() + 16).code(), StatusCode::kUsage);
-  ASSERT_TRUE(batch.prepare(memory->data()).ok());
+  EXPECT_EQ(batch.prepare(memory.data() + 16).code(), StatusCode::kUsage);
+  ASSERT_TRUE(batch.prepare(memory.data()).ok());
   EXPECT_EQ(batch.finish().code(), StatusCode::kUsage);
   for (int time = 0; time < 3; ++time) {
     forget();
@@ -234,8 +224,7 @@ TEST_F(CudaBatchOnDevice, IsCapturedInAGraph) {
     forget();
     ASSERT_EQ(cudaGraphLaunch(launched, stream), cudaSuccess);
     ASSERT_EQ(cudaStreamSynchronize(stream), cudaSuccess);
-    const Status status = batch.finish();
-    ASSERT_TRUE(status.ok()) << status.to_string();
+    must(batch.finish());
     expect_mesh();
   }
   (void)cudaGraphExecDestroy(launched);
@@ -254,8 +243,7 @@ TEST_F(CudaBatchOnDevice, UploadsAgainAfterAnUploadInAGraph) {
   (void)cudaGraphDestroy(graph);
   forget();
   ASSERT_TRUE(batch.enqueue(stream).ok());
-  const Status status = batch.finish();
-  ASSERT_TRUE(status.ok()) << status.to_string();
+  must(batch.finish());
   expect_mesh();
 }
 
@@ -268,9 +256,8 @@ TEST_F(CudaBatchOnDevice, IsPreparedAgain) {
   ASSERT_TRUE(batch.enqueue(nullptr).ok());
   ASSERT_TRUE(batch.finish().ok());
   expect_mesh();
-  Expected<CudaMemory> memory = CudaMemory::allocate(batch.workspace_bytes());
-  ASSERT_TRUE(memory);
-  ASSERT_TRUE(batch.prepare(memory->data()).ok());
+  CudaMemory memory = must(CudaMemory::allocate(batch.workspace_bytes()));
+  ASSERT_TRUE(batch.prepare(memory.data()).ok());
   EXPECT_EQ(batch.finish().code(), StatusCode::kUsage);
   forget();
   ASSERT_TRUE(batch.enqueue(stream).ok());
@@ -300,8 +287,7 @@ TEST_F(CudaBatchOnDevice, DecodesContainersOnTheDeviceInLittleMemory) {
   ASSERT_TRUE(parts.prepare().ok());
   forget();
   ASSERT_TRUE(parts.enqueue(stream).ok());
-  const Status status = parts.finish();
-  ASSERT_TRUE(status.ok()) << status.to_string();
+  must(parts.finish());
   expect_mesh();
 }
 

@@ -13,7 +13,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       psplit::parse_document({data, size}, "/nowhere/at/all/asset.gltf");
   if (!document) return 0;
   for (const psplit::PrimitiveId id : psplit::all_primitives(*document)) {
-    (void)primitive_kind(*document, id);
     (void)read_primitive(*document, id, backend, pool);
     (void)read_morph_targets(*document, id);
   }

@@ -1,5 +1,5 @@
-// Opens any bytes as a container of version 3 with one attribute, and expands its condensed streams. What can
-// be expanded must decode to the same mesh in both forms.
+// Opens any bytes as a container of condensed streams with one attribute, and expands its condensed streams.
+// What can be expanded must decode to the same mesh in both forms.
 #include "src/condensed/expand_container.h"
 #include "src/cpu/cpu_backend.h"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 
 #include "encoder/condensing/condense.h"
 #include "src/condensed/expand.h"
@@ -252,8 +251,8 @@ const char* check_condensed(const Bytes& stream, const RawMesh& expected) {
   const Bytes& skeleton = head->skeletons[condensed.skeleton[0]];
   core::StreamHeader header;
   if (core::read_condensed_header({skeleton.data(), skeleton.size()}, {bytes.data(), bytes.size()},
-                                  head->models(), face_count, expected.point_count,
-                                  header) != core::Fault::kNone)
+                                  head->models(), face_count, expected.point_count, header,
+                                  header.condensed) != core::Fault::kNone)
     return "the condensed stream's header";
   return decodes(header, bytes.size(), expected) ? nullptr : "the mesh from the condensed stream";
 }

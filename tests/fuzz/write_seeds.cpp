@@ -10,12 +10,13 @@
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/document/write_document.h"
+#include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/accessors.h"
-#include "tests/support/condensed_samples.h"
+#include "src/container/patch_container.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/mesh_file_seeds.h"
+#include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
-#include "tests/support/version_1.h"
 
 namespace {
 
@@ -37,8 +38,8 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
     // Patches of the smallest mesh would not get smaller.
     psplit::Document document = psplit::document_from_mesh(form == 4 ? psplit::make_grid(12, 12) : mesh);
     if (form == 1)
-      (void)psplit::encode_document(document, {.patches = 2, .always_patches = true}, psplit::draco_backend(),
-                                    pool);
+      (void)psplit::encode_document(document, {.patches = {.count = 2, .always = true}},
+                                    psplit::draco_backend(), pool);
     if (form == 2) (void)psplit::encode_document_stock(document, {}, pool);
     if (form == 3) {
       psplit::AccessorData data{psplit::ComponentType::kFloat32, 3, false, mesh.point_count,
@@ -46,16 +47,16 @@ void write_documents(const fs::path& folder, const psplit::ThreadPool& pool) {
       std::fill(data.values.begin() + 12, data.values.end(), std::byte{0});
       Json accessor = psplit::describe_stored(data);
       psplit::store_values_sparse(document, accessor, data, 34962);
-      document.json["accessors"].push_back(accessor);
-      document.json["meshes"][0]["primitives"][0]["targets"] =
-          Json::array({{{"POSITION", document.json["accessors"].size() - 1}}});
+      document.json()["accessors"].push_back(accessor);
+      document.json()["meshes"][0]["primitives"][0]["targets"] =
+          Json::array({{{"POSITION", document.json()["accessors"].size() - 1}}});
     }
     if (form == 4)
-      (void)psplit::encode_document(document, {.patches = 3, .always_patches = true, .condense = true},
+      (void)psplit::encode_document(document, {.patches = {.count = 3, .always = true}, .condense = true},
                                     psplit::draco_backend(), pool);
     (void)psplit::write_document(document, folder / (std::to_string(form) + ".glb"));
     // A .gltf whose bytes are in a data URI without base64.
-    Json json = document.json;
+    Json json = document.json();
     constexpr const char* kHex = "0123456789abcdef";
     std::string uri = "data:,";
     for (const uint8_t byte : document.buffers[0].bytes()) {
@@ -106,10 +107,9 @@ int main(int argc, char** argv) {
     const auto encoded = psplit::encode_mesh(named.mesh, codings, options, pool);
     if (!encoded) continue;
     write(container, number++, encoded->container);
-    const std::vector<uint8_t> condensed = psplit::as_version_3(*encoded->opened, number % 2 == 0, pool);
+    const std::vector<uint8_t> condensed =
+        psplit::condensed_container(*psplit::open_container(encoded->container), number % 2 == 0, pool);
     write(container, number++, condensed);
     write(expand, number++, condensed);
   }
-  for (const psplit::Version1Container& old : psplit::version_1_containers())
-    write(container, number++, old.bytes);
 }

@@ -9,8 +9,11 @@
 #include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/decode_document.h"
 #include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/convert/validate.h"
+#include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "tests/support/compare_meshes.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -21,13 +24,13 @@ inline const ThreadPool& test_pool() {
 }
 
 inline Json& primitive_of(Document& document, size_t mesh = 0, size_t primitive = 0) {
-  return document.json["meshes"][mesh]["primitives"][primitive];
+  return document.json()["meshes"][mesh]["primitives"][primitive];
 }
 
 inline Json& accessor_of(Document& document, const char* semantic, size_t mesh = 0, size_t primitive = 0) {
   const Json& holder = primitive_of(document, mesh, primitive);
   const Json& index = holder.contains(semantic) ? holder[semantic] : holder["attributes"][semantic];
-  return document.json["accessors"][index.get<size_t>()];
+  return document.json()["accessors"][index.get<size_t>()];
 }
 
 inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t primitive = 0) {
@@ -36,25 +39,26 @@ inline Expected<Mesh> read(const Document& document, size_t mesh = 0, size_t pri
 
 // Options that split every primitive, however small.
 inline Expected<std::vector<PrimitiveReport>> encode(Document& document, EncodeDocumentOptions options = {}) {
-  options.always_patches = true;
+  options.patches.always = true;
   return encode_document(document, options, draco_backend(), test_pool());
+}
+
+// The validator's findings, a line each.
+inline std::string findings_of(const Document& document, const DecodeBackend& backend) {
+  std::string text;
+  for (const Finding& finding : validate_document(document, backend, test_pool()))
+    text += finding.rule + ": " + finding.message + "\n";
+  return text;
 }
 
 inline Status decode(Document& document) { return decode_document(document, draco_backend(), test_pool()); }
 
 // How often `text` occurs in the JSON.
 inline size_t count_in(const Document& document, const std::string& text) {
-  const std::string json = document.json.dump();
+  const std::string json = document.json().dump();
   size_t count = 0;
   for (size_t at = json.find(text); at != std::string::npos; at = json.find(text, at + 1)) ++count;
   return count;
-}
-
-template <typename T>
-std::vector<T> values_of(const Attribute& attribute) {
-  std::vector<T> values(attribute.values.size() / sizeof(T));
-  std::memcpy(values.data(), attribute.values.data(), attribute.values.size());
-  return values;
 }
 
 template <typename T>

@@ -129,6 +129,21 @@ def user_flags(folder):
     return f"-DCMAKE_CXX_FLAGS=-I{folder / 'project'} -Wall -Wextra -Wconversion -Wshadow -Werror"
 
 
+def check_headers(prefix):
+    """Each installed header compiles alone, and its comments name installed headers only. psplit.h says which need no C++20."""
+    include = prefix / "include"
+    headers = {path.relative_to(include / "psplit").as_posix(): path.read_text() for path in sorted(include.rglob("*.h"))}
+    for name, text in headers.items():
+        standard = "c++17" if name in ("status.h", "parallel.h", "mesh/mesh.h") else "c++20"
+        run(options.compiler, f"-std={standard}", "-fsyntax-only", "-Wall", "-Wextra", f"-I{include}", "-include", f"psplit/{name}",
+            "-x", "c++", "/dev/null")
+        for word in re.findall(r"//.*?([\w/]+\.h)\b", text):
+            wanted = "/" + re.sub("^(src|psplit)/", "", word)
+            if word != "tiny_gltf.h" and not any(f"/{header}".endswith(wanted) for header in headers):
+                sys.exit(f"{name} names {word}, which is not installed")
+    print(f"{len(headers)} headers")
+
+
 def check_reasons(prefix, folder):
     """A component that is not there says what it lacks."""
     def said_without(package, components):
@@ -238,5 +253,6 @@ with tempfile.TemporaryDirectory(prefix="psplit-package-") as name:
         if shared == "ON":
             check_exports(folder / kind)
         else:
+            check_headers(folder / kind)
             check_reasons(folder / kind, folder / "reasons")
     check_sources(folder / "sources", assets)

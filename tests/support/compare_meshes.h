@@ -2,7 +2,6 @@
 // numberings.
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>

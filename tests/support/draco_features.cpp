@@ -8,9 +8,7 @@
 #include <draco/mesh/mesh.h>
 #include <draco/metadata/metadata_decoder.h>
 
-#include <algorithm>
 #include <array>
-#include <memory>
 
 namespace psplit {
 namespace {

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numeric>
 #include <string_view>
 #include <utility>
 
+#include "encoder/draco/draco_types.h"
 #include "tests/support/draco_subject.h"
 #include "tests/support/procedural_meshes.h"
 
@@ -27,24 +27,12 @@ Role role_of(const std::string& semantic) {
   return Role::GENERIC;
 }
 
-draco::DataType type_of(ComponentType type) {
-  switch (type) {
-    case ComponentType::kInt8: return draco::DT_INT8;
-    case ComponentType::kUint8: return draco::DT_UINT8;
-    case ComponentType::kInt16: return draco::DT_INT16;
-    case ComponentType::kUint16: return draco::DT_UINT16;
-    case ComponentType::kUint32: return draco::DT_UINT32;
-    case ComponentType::kFloat32: return draco::DT_FLOAT32;
-  }
-  return draco::DT_INVALID;
-}
-
 Subject subject_of(const std::string& name, const Mesh& mesh) {
   Subject subject{
       .name = name, .point_count = mesh.point_count, .faces = {mesh.faces.begin(), mesh.faces.end()}};
   for (const Attribute& attribute : mesh.attributes) {
     const auto* bytes = reinterpret_cast<const uint8_t*>(attribute.values.data());
-    subject.attributes.push_back({role_of(attribute.semantic), type_of(attribute.component_type),
+    subject.attributes.push_back({role_of(attribute.semantic), draco_type(attribute.component_type),
                                   attribute.component_count, attribute.normalized,
                                   std::vector<uint8_t>(bytes, bytes + attribute.values.size())});
   }
@@ -125,8 +113,7 @@ class Generator {
  public:
   Generator(const std::function<void(const DracoStream&)>& visit, StreamSet set)
       : visit_(visit), all_(set == StreamSet::kAll) {
-    for (auto list : {procedural_meshes(), nasty_meshes()})
-      for (NamedMesh& mesh : list) meshes_.push_back(subject_of(mesh.name, mesh.mesh));
+    for (const NamedMesh& mesh : all_meshes()) meshes_.push_back(subject_of(mesh.name, mesh.mesh));
   }
 
   void run() {

@@ -1,7 +1,8 @@
 #include "tests/support/mesh_in_parts.h"
 
 #include <algorithm>
-#include <cstring>
+
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
@@ -34,8 +35,10 @@ MeshInParts::MeshInParts(const Mesh& mesh, std::span<const uint32_t> part_of_fac
       points.insert(points.end(), mesh.faces[face].begin(), mesh.faces[face].end());
     std::sort(points.begin(), points.end());
     points.erase(std::unique(points.begin(), points.end()), points.end());
-    for (const uint32_t point : points) {
-      number[point] = part.mesh.point_count++;
+    part.mesh = take_points(mesh, points);
+    for (uint32_t i = 0; i < points.size(); ++i) {
+      const uint32_t point = points[i];
+      number[point] = i;
       if (shared[point] == kNone) continue;
       part.shared_points.push_back(number[point]);
       part.shared_numbers.push_back(shared[point]);
@@ -43,15 +46,6 @@ MeshInParts::MeshInParts(const Mesh& mesh, std::span<const uint32_t> part_of_fac
     for (const uint32_t face : faces) {
       const auto& [a, b, c] = mesh.faces[face];
       part.mesh.faces.push_back({number[a], number[b], number[c]});
-    }
-    for (const Attribute& attribute : mesh.attributes) {
-      part.mesh.attributes.push_back(
-          {attribute.semantic, attribute.component_type, attribute.component_count, attribute.normalized, {}});
-      Array<std::byte>& values = part.mesh.attributes.back().values;
-      const size_t stride = attribute.stride();
-      values.resize(points.size() * stride);
-      for (size_t i = 0; i < points.size(); ++i)
-        std::memcpy(&values[i * stride], &attribute.values[points[i] * stride], stride);
     }
   }
 }

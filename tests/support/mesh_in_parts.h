@@ -1,7 +1,6 @@
 // A mesh in memory, cut into parts, for tests of what works part by part.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>

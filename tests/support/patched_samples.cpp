@@ -4,9 +4,9 @@
 #include <cstdlib>
 
 #include "encoder/coding/quantization.h"
+#include "encoder/condensing/condense_container.h"
 #include "src/container/patch_container.h"
 #include "tests/support/procedural_meshes.h"
-#include "tests/support/version_1.h"
 
 namespace psplit {
 
@@ -24,9 +24,8 @@ PatchedSample encode_sample(std::string name, const Mesh& mesh, std::span<const 
   return sample;
 }
 
-std::vector<PatchedSample> encode_samples(bool condense, const ThreadPool& pool) {
-  std::vector<NamedMesh> meshes = procedural_meshes();
-  for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
+std::vector<PatchedSample> encode_samples(const ThreadPool& pool) {
+  std::vector<NamedMesh> meshes = all_meshes();
   meshes.push_back({"floats of every kind", floats_of_every_kind()});
   std::vector<PatchedSample> made;
   for (const NamedMesh& mesh : meshes)
@@ -39,45 +38,26 @@ std::vector<PatchedSample> encode_samples(bool condense, const ThreadPool& pool)
           if (const Expected<AttributeCoding> grid = fit_grid(attribute, 12)) coding = *grid;
         codings.push_back(std::move(coding));
       }
-      EncodeOptions options;
-      options.patch_count = 7;
-      options.encode_speed = static_cast<int>(made.size() % 11);
-      options.verify = false;
-      const std::string name = mesh.name + (lossless ? ", lossless" : "");
-      options.condense = condense;
-      options.condense_smallest = lossless;
-      made.push_back(encode_sample(name, mesh.mesh, codings, options, pool));
+      const int speed = static_cast<int>(made.size() % 11);
+      made.push_back(encode_sample(mesh.name + (lossless ? ", lossless" : ""), mesh.mesh, codings,
+                                   {.patch_count = 7, .encode_speed = speed, .verify = false}, pool));
     }
   const Mesh fine = long_edges();
   for (const int bits : {17, 21, 22}) {
-    EncodeOptions options;
-    options.patch_count = 3;
-    options.encode_speed = bits % 4;  // all predict from positions
-    options.verify = false;
-    options.condense = condense;
+    const int speed = bits % 4;  // all predict from positions
     made.push_back(encode_sample("long edges, " + std::to_string(bits) + " bits", fine,
-                                 fine_codings(fine, bits), options, pool));
-  }
-  return made;
-}
-
-std::vector<PatchedSample> make_patched_samples(const ThreadPool& pool) {
-  std::vector<PatchedSample> made = encode_samples(false, pool);
-  for (Version1Container& old : version_1_containers()) {
-    PatchedSample sample{old.name + ", version 1", {}, {}};
-    sample.encoded.container = std::move(old.bytes);
-    sample.requests = std::move(old.requests);
-    made.push_back(std::move(sample));
+                                 fine_codings(fine, bits),
+                                 {.patch_count = 3, .encode_speed = speed, .verify = false}, pool));
   }
   return made;
 }
 
 std::vector<PatchedSample> make_all_samples(const ThreadPool& pool) {
   std::vector<PatchedSample> all = patched_samples(pool);
-  for (PatchedSample& sample : encode_samples(true, pool)) {
-    if (sample.encoded.opened->condensed_count() == 0) continue;
-    sample.name += ", condensed";
-    all.push_back(std::move(sample));
+  for (CondensedSample& sample : condensed_samples(pool)) {
+    PatchedSample& added = all.emplace_back(std::move(sample.original));
+    added.name += ", condensed";
+    added.encoded.container = std::move(sample.container);
   }
   return all;
 }
@@ -93,8 +73,27 @@ std::vector<AttributeCoding> fine_codings(const Mesh& mesh, int bits) {
 }
 
 std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
-  static const std::vector<PatchedSample> made = make_patched_samples(pool);
+  static const std::vector<PatchedSample> made = encode_samples(pool);
   return made;
+}
+
+std::vector<uint8_t> condensed_container(const PatchContainer& container, bool smallest,
+                                         const ThreadPool& pool) {
+  std::vector<uint8_t> written = condense_container(container, smallest, pool);
+  return open_container(written)->condensed_count() > 0 ? std::move(written) : std::vector<uint8_t>();
+}
+
+std::vector<CondensedSample> condensed_samples(const ThreadPool& pool) {
+  std::vector<CondensedSample> samples;
+  bool smallest = false;
+  for (PatchedSample& original : patched_samples(pool)) {
+    std::vector<uint8_t> container =
+        condensed_container(*open_container(original.encoded.container), smallest, pool);
+    if (container.empty()) continue;
+    samples.push_back({std::move(original), std::move(container)});
+    smallest = !smallest;
+  }
+  return samples;
 }
 
 std::vector<PatchedSample> all_samples(const ThreadPool& pool) {

@@ -15,20 +15,18 @@
 
 namespace psplit {
 
-template <typename T>
-Attribute make_attribute(std::string semantic, ComponentType type, uint8_t component_count, bool normalized,
-                         const std::vector<T>& values) {
-  Attribute attribute{std::move(semantic), type, component_count, normalized, {}};
-  attribute.values.resize(values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(attribute.values.data(), values.data(), attribute.values.size());
-  return attribute;
+Mesh take_points(const Mesh& mesh, const std::vector<uint32_t>& points) {
+  Mesh taken;
+  taken.point_count = static_cast<uint32_t>(points.size());
+  for (const Attribute& attribute : mesh.attributes) {
+    Attribute& to = taken.attributes.emplace_back(attribute);
+    const size_t stride = attribute.stride();
+    to.values.resize(points.size() * stride);
+    for (size_t i = 0; i < points.size(); ++i)
+      std::memcpy(to.values.data() + i * stride, attribute.values.data() + points[i] * stride, stride);
+  }
+  return taken;
 }
-template Attribute make_attribute(std::string, ComponentType, uint8_t, bool, const std::vector<int8_t>&);
-template Attribute make_attribute(std::string, ComponentType, uint8_t, bool, const std::vector<uint8_t>&);
-template Attribute make_attribute(std::string, ComponentType, uint8_t, bool, const std::vector<int16_t>&);
-template Attribute make_attribute(std::string, ComponentType, uint8_t, bool, const std::vector<uint16_t>&);
-template Attribute make_attribute(std::string, ComponentType, uint8_t, bool, const std::vector<uint32_t>&);
-template Attribute make_attribute(std::string, ComponentType, uint8_t, bool, const std::vector<float>&);
 
 Mesh make_mesh(const std::vector<float>& positions, Faces faces) {
   Mesh mesh;
@@ -75,11 +73,7 @@ void add_float(Mesh& mesh, const std::string& semantic, uint8_t component_count,
   mesh.attributes.push_back(make_attribute(semantic, ComponentType::kFloat32, component_count, false, values));
 }
 
-std::vector<float> positions_of(const Mesh& mesh) {
-  std::vector<float> positions(size_t{3} * mesh.point_count);
-  std::memcpy(positions.data(), mesh.find("POSITION")->values.data(), positions.size() * sizeof(float));
-  return positions;
-}
+std::vector<float> positions_of(const Mesh& mesh) { return values_of<float>(*mesh.find("POSITION")); }
 
 // A grid in which each corner has a value that depends on its face. There is a point for each pair (vertex,
 // value).
@@ -604,6 +598,12 @@ std::vector<NamedMesh> procedural_meshes() {
       meshes.push_back({shapes->size() == 1 ? sample.name : sample.name + (" " + std::to_string(i)),
                         std::move((*shapes)[i])});
   }
+  return meshes;
+}
+
+std::vector<NamedMesh> all_meshes() {
+  std::vector<NamedMesh> meshes = procedural_meshes();
+  for (NamedMesh& nasty : nasty_meshes()) meshes.push_back(std::move(nasty));
   return meshes;
 }
 

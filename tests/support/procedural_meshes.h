@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ std::vector<NamedMesh> nasty_meshes();
 // Every built-in shape with some thousand faces, with and without normals and texture coordinates.
 std::vector<NamedMesh> procedural_meshes();
 
+// procedural_meshes, then nasty_meshes.
+std::vector<NamedMesh> all_meshes();
+
 // A sheet whose points are all at different places, with floats of every kind: zeros of both signs, subnormals,
 // the largest and the smallest, and arbitrary bits. All attributes except POSITION also have infinities and
 // NaNs. Only lossless coding supports it.
@@ -37,7 +41,23 @@ using Faces = Array<std::array<uint32_t, 3>>;
 
 template <typename T>
 Attribute make_attribute(std::string semantic, ComponentType type, uint8_t component_count, bool normalized,
-                         const std::vector<T>& values);
+                         const std::vector<T>& values) {
+  Attribute attribute{std::move(semantic), type, component_count, normalized, {}};
+  attribute.values.resize(values.size() * sizeof(T));
+  if (!values.empty()) std::memcpy(attribute.values.data(), values.data(), attribute.values.size());
+  return attribute;
+}
+
+// The values of an attribute whose components are of the type T.
+template <typename T>
+std::vector<T> values_of(const Attribute& attribute) {
+  std::vector<T> values(attribute.values.size() / sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), attribute.values.data(), attribute.values.size());
+  return values;
+}
+
+// The points `points` of a mesh, in this order, without faces.
+Mesh take_points(const Mesh& mesh, const std::vector<uint32_t>& points);
 
 // A mesh whose POSITION has three floats for each point.
 Mesh make_mesh(const std::vector<float>& positions, Faces faces);

@@ -66,12 +66,6 @@ Mesh quantized(const Mesh& mesh, const Tolerance& grid, size_t nudge) {
   return other;
 }
 
-std::vector<NamedMesh> all_meshes() {
-  std::vector<NamedMesh> meshes = nasty_meshes();
-  for (NamedMesh& named : procedural_meshes()) meshes.push_back(std::move(named));
-  return meshes;
-}
-
 Mesh sample() {
   for (NamedMesh& named : procedural_meshes())
     if (named.name == "terrain") return std::move(named.mesh);

@@ -1,15 +1,13 @@
 #include "tests/support/draco_streams.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cstring>
 #include <iomanip>
 #include <iostream>
 #include <map>
 #include <set>
 
 #include "tests/support/draco_features.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -160,24 +158,22 @@ TEST(DracoStreams, OracleDecodesWholeMeshes) {
   for_each_draco_stream(
       [](const DracoStream& stream) {
         SCOPED_TRACE(stream.name);
-        const auto applied = decode_with_libdraco(stream.bytes);
-        const auto skipped = decode_with_libdraco(stream.bytes, AttributeTransforms::kSkip);
-        ASSERT_TRUE(applied && skipped);
-        EXPECT_EQ(applied->faces, skipped->faces);
-        EXPECT_EQ(applied->point_count, skipped->point_count);
-        ASSERT_EQ(applied->attributes.size(), skipped->attributes.size());
-        for (const auto& face : applied->faces)
-          for (const uint32_t point : face) ASSERT_LT(point, applied->point_count);
-        const auto found = read_features(stream.bytes);
-        ASSERT_TRUE(found);
-        for (size_t i = 0; i < applied->attributes.size(); ++i) {
-          const RawAttribute &a = applied->attributes[i], &b = skipped->attributes[i];
+        const auto applied = must(decode_with_libdraco(stream.bytes));
+        const auto skipped = must(decode_with_libdraco(stream.bytes, AttributeTransforms::kSkip));
+        EXPECT_EQ(applied.faces, skipped.faces);
+        EXPECT_EQ(applied.point_count, skipped.point_count);
+        ASSERT_EQ(applied.attributes.size(), skipped.attributes.size());
+        for (const auto& face : applied.faces)
+          for (const uint32_t point : face) ASSERT_LT(point, applied.point_count);
+        const auto found = must(read_features(stream.bytes));
+        for (size_t i = 0; i < applied.attributes.size(); ++i) {
+          const RawAttribute &a = applied.attributes[i], &b = skipped.attributes[i];
           EXPECT_EQ(a.unique_id, b.unique_id);
-          EXPECT_EQ(a.unique_id, found->attributes[i].unique_id);
-          EXPECT_EQ(a.component_count, found->attributes[i].component_count);
-          const bool octahedral = found->attributes[i].coder == 3;
+          EXPECT_EQ(a.unique_id, found.attributes[i].unique_id);
+          EXPECT_EQ(a.component_count, found.attributes[i].component_count);
+          const bool octahedral = found.attributes[i].coder == 3;
           EXPECT_EQ(b.component_count, octahedral ? 2 : a.component_count);
-          EXPECT_TRUE(found->attributes[i].coder != 0 || a == b);
+          EXPECT_TRUE(found.attributes[i].coder != 0 || a == b);
         }
       },
       StreamSet::kSmall);

@@ -6,12 +6,14 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
-#include "tools/gltf_psplit/commands/command_line.h"
+#include "tools/gltf_psplit/commands/commands.h"
 
 namespace psplit {
 
@@ -42,10 +44,6 @@ inline CommandOutcome run_command_on(const std::string& input, std::vector<std::
   return outcome;
 }
 
-inline bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
-
 inline std::string read_bytes(const std::filesystem::path& path) {
   std::ostringstream bytes;
   bytes << std::ifstream(path, std::ios::binary).rdbuf();
@@ -70,6 +68,29 @@ class CommandTest : public testing::Test {
     out_ = std::move(outcome.out);
     err_ = std::move(outcome.err);
     return outcome.code;
+  }
+  // The command must succeed. Returns what it wrote to stdout.
+  std::string must_run(std::vector<std::string> words, const char* file = __builtin_FILE(),
+                       int line = __builtin_LINE()) {
+    const std::string verb = words.front();
+    must(run(std::move(words)) == 0 ? Status() : runtime_failure(verb + ": " + out_ + err_), file, line);
+    return out_;
+  }
+  // The command fails with this exit code, and says this on stderr.
+  void fails(int code, std::vector<std::string> words, const std::string& what,
+             const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+    const testing::ScopedTrace trace(file, line, words.front());
+    EXPECT_EQ(run(std::move(words)), code) << err_;
+    EXPECT_TRUE(contains(err_, what));
+  }
+  // What the command, which must succeed, wrote to stdout.
+  nlohmann::json json_of(std::vector<std::string> words, const char* file = __builtin_FILE(),
+                         int line = __builtin_LINE()) {
+    return nlohmann::json::parse(must_run(std::move(words), file, line));
+  }
+  // A JSON file of the test's folder.
+  nlohmann::json read_json(const std::string& name) const {
+    return nlohmann::json::parse(read_bytes(path(name)));
   }
 
   TestFolder folder_;

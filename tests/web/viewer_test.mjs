@@ -104,7 +104,7 @@ test('dropped files', { skip, timeout: 120000 }, () => with_viewer('#scene.draco
   assert.deepEqual([seams.state, seams.facts.Triangles, seams.facts.Points], ['measured', '592', '396']);
   assert.match(seams.compared, /^draco3d decodes each patch as a mesh of its own/);
   assert.ok((await picture(page, 'seams')).covered > 0.1);
-  await drop(page, ['fallback.8214219937124e68.bin', 'fallback.gltf', 'fallback.96bccec7e0ab550e.bin']);
+  await drop(page, ['fallback.3017754ff5302130.bin', 'fallback.gltf', 'fallback.96bccec7e0ab550e.bin']);
   const fallback = await state();
   assert.deepEqual([fallback.state, fallback.facts.Triangles], ['measured', '304']);
   await drop(page, ['condensed.glb']);

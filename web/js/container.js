@@ -15,11 +15,11 @@ export class Container {
   constructor(instance, bytes) {
     this.#instance = instance;
     this.#handle = instance.open('open_container', bytes);
-    const [version, stream_count, has_residue, faces_at, points_at] =
+    const [stream_count, has_residue, is_condensed, faces_at, points_at] =
       instance.view(Uint32Array, instance.exports.container_counts(this.#handle), 5);
-    this.version = version;
     this.stream_count = stream_count;
     this.has_residue = has_residue !== 0;
+    this.is_condensed = is_condensed !== 0;
     // A number for each stream, and the count of the mesh.
     this.first_faces = instance.view(Uint32Array, faces_at, stream_count + 1).slice();
     this.first_points = instance.view(Uint32Array, points_at, stream_count + 1).slice();

@@ -47,12 +47,12 @@ export interface DecodedMesh {
 export interface ContainerCounts {
   faceCount: number;
   pointCount: number;
-  /** Of the container: 1, 2 or 3. */
-  version: number;
   /** Without the residue. */
   patchCount: number;
   /** Whether a residue follows the patches: faces and points that no patch can carry. It counts as one more patch below. */
   hasResidue: boolean;
+  /** Whether patches share tables; otherwise each is a Draco stream. */
+  isCondensed: boolean;
 }
 
 export interface DecodedContainer extends DecodedMesh, ContainerCounts {

@@ -29,9 +29,10 @@ export interface PsplitPluginOptions {
 export interface PatchFacts {
   /** Of the container. */
   bytes: number;
-  version: number;
   patchCount: number;
   hasResidue: boolean;
+  /** Whether patches share tables; otherwise each is a Draco stream. */
+  isCondensed: boolean;
   faceCount: number;
   pointCount: number;
   /** Stream i (a patch, or the residue at the end) has the faces from `firstFaces[i]` to before `firstFaces[i + 1]`. */

@@ -21,14 +21,14 @@ PSPLIT_WEB_EXPORT(open_container) DecodedContainer* open_container_bytes(uint8_t
 }
 PSPLIT_WEB_EXPORT(free_container) void free_container(DecodedContainer* container) { delete container; }
 
-// version, streams, residue, and the addresses of the streams' first faces and first points: a number for each
-// stream, and the mesh's count
+// streams, residue, whether streams are condensed, and the addresses of the streams' first faces and first
+// points: a number for each stream, and the mesh's count
 PSPLIT_WEB_EXPORT(container_counts) const uint32_t* container_counts(const DecodedContainer* handle) {
   static uint32_t words[5];
   const PatchContainer& container = handle->container();
-  words[0] = container.version;
-  words[1] = static_cast<uint32_t>(container.entries.size());
-  words[2] = container.has_residue;
+  words[0] = static_cast<uint32_t>(container.entries.size());
+  words[1] = container.has_residue;
+  words[2] = container.condensed_count() > 0;
   words[3] = reinterpret_cast<uint32_t>(container.face_base.data());
   words[4] = reinterpret_cast<uint32_t>(container.owned_base.data());
   return words;

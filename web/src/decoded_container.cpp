@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "src/container/claims.h"
-#include "src/cpu/decode_patch.h"
+#include "src/cpu/decode_in_scratch.h"
 
 namespace psplit::web {
 namespace {

@@ -23,7 +23,7 @@ class DecodedContainer {
   // stream.
   enum class Stage : uint32_t { kNone, kStreams, kReferences };
 
-  // Opens a container of any version. Any bytes may be given. Errors are those of open_container.
+  // Opens a container. Any bytes may be given. Errors are those of open_container.
   static Expected<std::unique_ptr<DecodedContainer>> open(std::unique_ptr<uint8_t[]> bytes, size_t size);
 
   const PatchContainer& container() const { return container_; }

@@ -8,7 +8,6 @@
 #include "src/core/condensed/token_steps.h"
 #include "src/core/integer_decoder.h"
 #include "src/core/patch.h"
-#include "src/core/stream_header.h"
 
 namespace psplit::core {
 
@@ -29,10 +28,10 @@ class CondensedAttributes {
  public:
   // Reads what follows the descriptions of attributes, and the numbers of all attributes. `integers` are by
   // attribute.
-  PSPLIT_HD Fault read(const StreamHeader& header, ByteReader& reader, Patch<Index>& patch,
+  PSPLIT_HD Fault read(const CondensedStream& stream, ByteReader& reader, Patch<Index>& patch,
                        View<IntegerDecoder<Index>> integers, Arena& arena) {
-    const CondensedModels& models = header.condensed.models;
-    if (patch.attributes.size() != header.condensed.attribute_count) return Fault::kAttribute;
+    const CondensedModels& models = stream.models;
+    if (patch.attributes.size() != stream.attribute_count) return Fault::kAttribute;
     if (!arena.take(attributes_, patch.attributes.size()) || !arena.take(orders_, 2 * patch.groups.size() + 1))
       return Fault::kWorkspace;
     for (size_t i = 0; i < orders_.size(); ++i) orders_[i] = {};
@@ -48,7 +47,7 @@ class CondensedAttributes {
         if (const Fault fault = read_transform(reader, patch.attributes[i]); fault != Fault::kNone)
           return fault;
     }
-    return read_numbers(header, patch, integers);
+    return read_numbers(stream, patch, integers);
   }
 
   // Whether values of the group are in the order of Draco's stream.
@@ -102,26 +101,30 @@ class CondensedAttributes {
   }
 
   // Checks created values after all of their steps. Draco's octahedral transforms have no values beyond the
-  // grid.
+  // grid, and one name for each place on its edge.
   PSPLIT_HD Fault finish_created(const Patch<Index>& patch, View<IntegerDecoder<Index>> integers) const {
     for (uint32_t i = 0; i < attributes_.size(); ++i) {
       const Attribute<Index>& description = patch.attributes[i];
       PredictionData& data = integers[i].data();
       if (!attributes_[i].by_creation || description.coding != Coding::kNormal || data.scheme == Scheme::kNone)
         continue;
-      uint32_t outside = 0;
-      for (size_t k = 0; k < description.values.size(); ++k)
-        outside |= mask(static_cast<uint32_t>(description.values[k]) >= data.grid.max_quantized());
-      if (outside != 0) return Fault::kPrediction;
+      const OctahedralGrid grid = data.grid;
+      const View<int32_t> values = description.values;
+      for (size_t k = 0; k < values.size(); k += 2) {
+        const auto s = static_cast<uint32_t>(values[k]), t = static_cast<uint32_t>(values[k + 1]);
+        if (s >= grid.max_quantized() || t >= grid.max_quantized()) return Fault::kPrediction;
+        const Vec2 normal = grid.canonical({values[k], values[k + 1]});
+        values[k] = normal.s, values[k + 1] = normal.t;
+      }
     }
     return Fault::kNone;
   }
 
   // The memory that all of them take and keep. An attribute whose values are not created has integers, which
   // take less than created values with two predictors.
-  PSPLIT_HD static size_t bytes(const StreamHeader& header, const ValueCounts& values) {
-    const CondensedStream& stream = header.condensed;
-    const uint64_t orders = 2 * (uint64_t{header.attribute_data_count} + 1) + 1;
+  PSPLIT_HD static size_t bytes(const CondensedStream& stream, uint32_t attribute_data_count,
+                                const ValueCounts& values) {
+    const uint64_t orders = 2 * (uint64_t{attribute_data_count} + 1) + 1;
     const uint64_t used_orders = orders < stream.attribute_count ? orders : stream.attribute_count;
     bool has_two = stream.traversed_count > 0;
     for (uint32_t i = 0; i < stream.attribute_count; ++i)
@@ -129,7 +132,7 @@ class CondensedAttributes {
     return Arena::bytes<CondensedAttribute<Index>>(values.attributes) + Arena::bytes<Sequence<Index>>(orders) +
            used_orders * Sequence<Index>::bytes(values.points) +
            CreatedValues<Index>::bytes(values.points, values.attributes, values.components, has_two ? 2 : 1) +
-           (header.condensed.models.has_borders ? border_walk_bytes<Index>(values.points) : 0) +
+           (stream.models.has_borders ? border_walk_bytes<Index>(values.points) : 0) +
            values.attributes * Arena::bytes<uint8_t>(values.points);
   }
 
@@ -156,14 +159,15 @@ class CondensedAttributes {
     if (static_cast<uint8_t>(data.scheme) != scheme) return Fault::kMethod;
     if (reader.u8() == 0) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
     attribute.by_creation =
-        SkeletonAttribute{description.coding, data.scheme, data.transform, 0}.is_by_creation(*attribute.model);
+        SkeletonAttribute{description.coding, data.scheme, data.transform, 0, 0}.is_by_creation(
+            *attribute.model);
     const bool has_grid = data.scheme != Scheme::kNone && data.transform != Transform::kWrap;
     return has_grid ? data.read_grid(reader) : Fault::kNone;
   }
 
-  PSPLIT_HD Fault read_numbers(const StreamHeader& header, const Patch<Index>& patch,
+  PSPLIT_HD Fault read_numbers(const CondensedStream& stream, const Patch<Index>& patch,
                                View<IntegerDecoder<Index>> integers) {
-    CondensedNumbers numbers(header.condensed.numbers(header.condensed.lengths_at));
+    CondensedNumbers numbers(stream.numbers(stream.lengths_at));
     CondensedKinds kinds;
     for (uint32_t i = 1; i < attributes_.size(); ++i)
       attributes_[i].section_bytes = numbers.number(kinds.bytes);
@@ -192,7 +196,7 @@ class CondensedAttributes {
       }
       if (has_flags && !attributes_[i].model->has_flags) return Fault::kAttribute;
     }
-    return read_sets(header.condensed.models, numbers);
+    return read_sets(stream.models, numbers);
   }
 
   PSPLIT_HD Fault read_sets(const CondensedModels& models, CondensedNumbers& numbers) {
@@ -408,8 +412,8 @@ class CondensedAttributes {
   }
 
   View<CondensedAttribute<Index>> attributes_;
-  // Of creation, by group: forward and backward, and empty until they are needed. The last one is that of the
-  // first attribute if values at borders are known.
+  // The orders of creation, by group: forward and backward. Each is empty until it is needed. The last one is
+  // that of the first attribute, if values at borders are known.
   View<Sequence<Index>> orders_;
 };
 

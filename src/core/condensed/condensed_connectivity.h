@@ -6,7 +6,6 @@
 #include "src/core/condensed/context_symbols.h"
 #include "src/core/condensed/creation.h"
 #include "src/core/edgebreaker.h"
-#include "src/core/stream_header.h"
 
 namespace psplit::core {
 
@@ -29,24 +28,45 @@ class CondensedStartFaces {
   uint32_t count_ = 0;
 };
 
+// Reads as many split events as there are in `events`.
+PSPLIT_HD inline Fault read_split_events(const CondensedStream& stream, uint32_t symbol_count,
+                                         View<SplitEvent> events) {
+  CondensedNumbers numbers(stream.numbers(stream.events_at));
+  CondensedKinds kinds;
+  uint64_t source = 0;
+  for (size_t i = 0; i < events.size(); ++i) {
+    const CondensedNumbers::SplitEventNumbers event = numbers.split_event(kinds.event);
+    source += event.source_delta;
+    if (!set_split_event(symbol_count, source, event.back, events[i])) return Fault::kSplitEvent;
+    events[i].right_edge = event.right_edge;
+  }
+  return Fault::kNone;
+}
+
+// Sets `section` to the first section where Edgebreaker's symbols begin, behind the border part.
+PSPLIT_HD inline Fault start_symbols(const CondensedStream& stream, SectionReader& section) {
+  section = stream.models.has_borders ? stream.behind_border : stream.numbers(stream.numbers_end);
+  if (!stream.models.has_borders) return section.start_words(stream.first_section);
+  return section.empty() ? Fault::kCounts : Fault::kNone;
+}
+
 template <typename Index>
 class CondensedConnectivity {
  public:
   // Reads the split events, and makes the steps of symbols ready, if their contexts do not need the mesh.
-  PSPLIT_HD Fault start(const StreamHeader& header, Arena& arena, Connectivity<Index>& mesh) {
-    const CondensedStream& stream = header.condensed;
-    mesh.counts = header.counts;
-    if (!arena.take(corners_.corner, corner_room(header.counts)) || !mesh.allocate(arena))
-      return Fault::kWorkspace;
+  PSPLIT_HD Fault start(const ConnectivityCounts& counts, const CondensedStream& stream, Arena& arena,
+                        Connectivity<Index>& mesh) {
+    mesh.counts = counts;
+    if (!arena.take(corners_.corner, corner_room(counts)) || !mesh.allocate(arena)) return Fault::kWorkspace;
     for (size_t i = 0; i < stream.models.attributes.size(); ++i)
       corners_.are_last |= stream.models.attributes[i].by_creation && stream.models.attributes[i].backward;
     mark_ = arena.mark();
-    if (!arena.take(events_, header.counts.split_count)) return Fault::kWorkspace;
-    if (const Fault fault = read_events(stream, header.counts.symbol_count); fault != Fault::kNone)
-      return fault;
-    if (const Fault fault = start_section(stream); fault != Fault::kNone) return fault;
-    if (stream.models.has_valence_contexts) return valences_.start(header.counts, arena);
-    if (!arena.take(symbols_, header.counts.symbol_count) || !arena.take(steps_, 1)) return Fault::kWorkspace;
+    if (!arena.take(events_, counts.split_count)) return Fault::kWorkspace;
+    Fault fault = read_split_events(stream, counts.symbol_count, events_);
+    if (fault == Fault::kNone) fault = start_symbols(stream, section_);
+    if (fault != Fault::kNone) return fault;
+    if (stream.models.has_valence_contexts) return valences_.start(counts, arena);
+    if (!arena.take(symbols_, counts.symbol_count) || !arena.take(steps_, 1)) return Fault::kWorkspace;
     steps_[0] = ContextSymbolSteps(section_, stream.models, symbols_);
     return Fault::kNone;
   }
@@ -87,25 +107,17 @@ class CondensedConnectivity {
   PSPLIT_HD static size_t bytes(const ConnectivityCounts& counts) {
     return Connectivity<Index>::bytes_without_merged(counts) + Arena::bytes<Index>(corner_room(counts));
   }
-  PSPLIT_HD static size_t scratch_bytes(const StreamHeader& header) {
-    const ConnectivityCounts& counts = header.counts;
+  PSPLIT_HD static size_t scratch_bytes(const ConnectivityCounts& counts, const CondensedStream& stream) {
     const size_t symbols = Arena::bytes<uint8_t>(counts.symbol_count) + Arena::bytes<ContextSymbolSteps>(1);
     return Connectivity<Index>::merged_bytes(counts) + Arena::bytes<SplitEvent>(counts.split_count) +
            connectivity_scratch_bytes<Index>(counts) +
-           (header.condensed.models.has_valence_contexts ? Valences<Index>::bytes(counts) : symbols);
+           (stream.models.has_valence_contexts ? Valences<Index>::bytes(counts) : symbols);
   }
 
  private:
   // The last symbol may bring three vertices more than the limit before the excess is found.
   PSPLIT_HD static size_t corner_room(const ConnectivityCounts& counts) {
     return size_t{counts.vertex_limit} + 3;
-  }
-
-  // At the symbols, behind the border part.
-  PSPLIT_HD Fault start_section(const CondensedStream& stream) {
-    section_ = stream.models.has_borders ? stream.behind_border : stream.numbers(stream.numbers_end);
-    if (!stream.models.has_borders) return section_.start_words(stream.first_section);
-    return section_.empty() ? Fault::kCounts : Fault::kNone;
   }
 
   template <bool kLast>
@@ -126,19 +138,6 @@ class CondensedConnectivity {
       for (const uint32_t k : kOrder)
         corners_.corner[mesh.table.vertex[4 * face + k]] = static_cast<Index>(4 * face + k);
     for (uint32_t i = 0; i < mesh.merged_count; ++i) corners_.corner[mesh.merged[i]] = kNone<Index>;
-  }
-
-  PSPLIT_HD Fault read_events(const CondensedStream& stream, uint32_t symbol_count) {
-    CondensedNumbers numbers(stream.numbers(stream.events_at));
-    CondensedKinds kinds;
-    uint64_t source = 0;
-    for (size_t i = 0; i < events_.size(); ++i) {
-      const CondensedNumbers::SplitEventNumbers event = numbers.split_event(kinds.event);
-      source += event.source_delta;
-      if (!set_split_event(symbol_count, source, event.back, events_[i])) return Fault::kSplitEvent;
-      events_[i].right_edge = event.right_edge;
-    }
-    return Fault::kNone;
   }
 
   size_t mark_ = 0;

@@ -4,7 +4,7 @@
 
 #include "src/core/condensed/condensed_numbers.h"
 #include "src/core/condensed/skeleton.h"
-#include "src/core/stream_header.h"
+#include "src/core/draco_header.h"
 
 namespace psplit::core {
 
@@ -34,8 +34,7 @@ PSPLIT_HD inline Fault read_attribute_numbers(View<const SkeletonAttribute> attr
 
 // Reads the numbers, and notes where they are.
 PSPLIT_HD inline Fault read_condensed_counts(View<const SkeletonAttribute> attributes, uint32_t point_count,
-                                             StreamHeader& header) {
-  CondensedStream& stream = header.condensed;
+                                             DracoHeader& header, CondensedStream& stream) {
   CondensedNumbers numbers(stream.numbers(0));
   CondensedKinds kinds;
   ConnectivityCounts& counts = header.counts;
@@ -65,14 +64,14 @@ PSPLIT_HD inline Fault read_condensed_counts(View<const SkeletonAttribute> attri
   return finish_edgebreaker_counts(static_cast<uint32_t>(vertices), stream.split_symbol_count, counts);
 }
 
-// Reads the header of a condensed stream: a PatchDecoder with it decodes the stream like a Draco stream. The
-// counts are those of the directory's row. All bytes and models must outlive the header, and all of them may be
-// anything. `attributes` is memory for the attributes of the skeleton: kMaxAttributes are enough for any. It is
-// used here only.
+// Reads the header of a condensed stream: what the header of its Draco stream says, and `out`. The counts are
+// those of the directory's row. All bytes and models must outlive the header, and all of them may be anything.
+// `attributes` is memory for the attributes of the skeleton: kMaxAttributes are enough for any. It is used here
+// only.
 PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<const uint8_t> stream,
                                              const CondensedModels& models, uint32_t face_count,
                                              uint32_t point_count, View<SkeletonAttribute> attributes,
-                                             StreamHeader& header) {
+                                             DracoHeader& header, CondensedStream& out) {
   if (const Fault fault = read_kind(skeleton.data(), skeleton.size(), header); fault != Fault::kNone)
     return fault;
   if (!header.edgebreaker) return Fault::kMethod;
@@ -80,27 +79,27 @@ PSPLIT_HD inline Fault read_condensed_header(View<const uint8_t> skeleton, View<
   if (const Fault fault = read_traversal(header); fault != Fault::kNone) return fault;
   header.attribute_data_count = header.body.u8();
   header.counts.face_count = face_count;
-  header.condensed.bytes = stream;
-  header.condensed.models = models;
-  uint32_t& count = header.condensed.attribute_count;
+  out.bytes = stream;
+  out.models = models;
+  uint32_t& count = out.attribute_count;
   if (const Fault fault = read_skeleton(header.body, attributes, count); fault != Fault::kNone) return fault;
   // The head has models for all attributes and all seams.
   if (stream.empty() || count > models.attributes.size() || header.attribute_data_count > models.seams.size() ||
       models.contexts.empty())
     return Fault::kAttribute;
-  // Values at borders are predicted from none, so they are in order of creation.
+  // Values at borders are known before all others, which only values in order of creation can be.
   if (models.has_borders && (count == 0 || !attributes[0].is_by_creation(models.attributes[0])))
     return Fault::kAttribute;
-  header.condensed.border_components = count > 0 ? attributes[0].components : 0;
-  return read_condensed_counts(attributes.first(count), point_count, header);
+  out.border_components = count > 0 ? attributes[0].components : 0;
+  return read_condensed_counts(attributes.first(count), point_count, header, out);
 }
 // The same on the host, whose stack has room for all attributes.
 inline Fault read_condensed_header(View<const uint8_t> skeleton, View<const uint8_t> stream,
                                    const CondensedModels& models, uint32_t face_count, uint32_t point_count,
-                                   StreamHeader& header) {
+                                   DracoHeader& header, CondensedStream& out) {
   SkeletonAttribute attributes[kMaxAttributes];
   return read_condensed_header(skeleton, stream, models, face_count, point_count, {attributes, kMaxAttributes},
-                               header);
+                               header, out);
 }
 
 }  // namespace psplit::core

@@ -1,4 +1,30 @@
-// What a stream's header knows of a condensed stream.
+// A condensed stream, in the order of its bytes. Begin to read here. Specification: "condensed streams"
+// (gltf_ext/PSPLIT_mesh_draco_patches).
+//
+// It says the same as a Draco stream, in fewer bytes: what the streams of a container have in common is in the
+// container's head. There are skeletons, the literal bytes of Draco streams without counts, symbols and values
+// (skeleton.h), and models, the probabilities of symbols (models.h). The stream has the rest, in sections:
+//
+//   byte 0                                                                                     the last byte
+//   | attribute 1          | attribute 2          | ... | first section                                    |
+//   | words ->    <- bits  | words ->    <- bits  |     | words ->                                 <- bits |
+//
+// A section has 16-bit words of an entropy coder from its front, and plain bits from its back (section.h). The
+// first section comes last, so that its bits begin at the end of the stream, which is known. In it are, in the
+// order in which they are read:
+//
+//   numbers         plain bits    counts, split events, which attributes have seams, the lengths of the other
+//                                 sections, ranges of values (condensed_header.h, condensed_numbers.h)
+//   border part     words, bits   the values of attribute 0 that this stream owns at its border (border_part.h)
+//   symbols         words         Edgebreaker's C, S, L, R, E in contexts (context_symbols.h)
+//   seams           words         a bit for each inner edge and attribute with seams (seam_steps.h)
+//   attribute 0     words, bits   tokens, the high bits of corrections in words, and their low bits
+//                                 (token_steps.h); then flags of its prediction (condensed_attributes.h)
+//
+// Each other attribute has a section of its own, which is like the part of attribute 0. A decoder so reads all
+// attributes at once. Corrections are those of the Draco stream in its order, or those of values in order of
+// creation (creation.h). src/condensed/expand.h makes the Draco stream again; encoder/condensing/condense.h
+// makes condensed streams.
 #pragma once
 
 #include "src/core/condensed/section.h"
@@ -23,7 +49,7 @@ struct CondensedStream {
   size_t first_section = 0;     // where the first section begins, behind all others
 
   // With models.has_borders: the stream's border part has values of the first attribute at places of its border
-  // walk that no other stream owns. A driver decodes the parts of all streams first (border_values.h), and then
+  // walk that no other stream owns. A driver decodes the parts of all streams first (border_part.h), and then
   // sets the values at all places of this stream's walk, and its coder behind the part.
   uint32_t border_count = 0, border_components = 0;
   View<const int32_t> known;    // by place, border_components numbers each

@@ -12,7 +12,7 @@ namespace psplit::core {
 PSPLIT_HD PSPLIT_INLINE uint32_t next_symbol(SectionReader& section, const SymbolContext& context,
                                              uint32_t& clers) {
   const uint32_t slot = section.slot();
-  // Which symbol comes is unpredictable. This compiles to additions of carries.
+  // A processor cannot predict which symbol comes. This compiles to additions of carries.
   uint32_t symbol = 0;
   PSPLIT_UNROLL
   for (uint32_t s = 1; s < SymbolContext::kCount; ++s) symbol += slot >= context.shares[s].first ? 1 : 0;

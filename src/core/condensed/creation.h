@@ -264,6 +264,8 @@ class CreatedValues {
   // Bit n: some value is predicted by n of them.
   PSPLIT_HD uint32_t used_tables() const { return used_tables_; }
   PSPLIT_HD View<uint32_t> symbols() const { return symbols_.first(size_t{count_} * components_); }
+  // One for each value, or two unless the mode is kOne.
+  PSPLIT_HD View<const Predictors<Index>> predictors() const { return predictors_; }
 
   PSPLIT_HD CreationMode mode() const { return mode_; }
   PSPLIT_HD uint32_t components() const { return components_; }
@@ -408,8 +410,8 @@ class CreatedValues {
   // the previous corner. The one on the left is across the edge of b and a vertex beside it, the one on the
   // right across the edge of a vertex beside a, and a. Stores the first two that count, or one twice.
   //
-  // Which of them count is unpredictable. So this computes all of them, with some corner for one that does not
-  // exist. A condition holds if its number is negative.
+  // A processor cannot predict which of them count. So this computes all of them, with any corner in place of
+  // one that does not exist. A condition holds if its number is negative.
   PSPLIT_HD PSPLIT_INLINE uint32_t find_two(const Search& search, uint32_t i, Index corner, bool two,
                                             Predictors<Index>* stored) const {
     const View<const Index> opposite = search.opposite, vertex = search.vertex;

@@ -8,23 +8,35 @@
 
 namespace psplit::core {
 
+// An attribute as a skeleton describes it.
 struct SkeletonAttribute {
   Coding coding = Coding::kRaw;
   Scheme scheme = Scheme::kNone;
   Transform transform = Transform::kWrap;
   uint8_t components = 0;  // in the stream; two for octahedral normals
+  uint16_t scheme_at = 0;  // the place of the scheme's byte in the skeleton, unless values are raw
 
-  // Whether values are in order of creation, if the model of this attribute has it.
-  PSPLIT_HD bool is_by_creation(const AttributeModel& model) const {
-    return model.by_creation && coding != Coding::kRaw &&
+  bool operator==(const SkeletonAttribute&) const = default;
+
+  PSPLIT_HD bool is_raw() const { return coding == Coding::kRaw; }
+  // Whether values may be in order of creation.
+  PSPLIT_HD bool allows_creation_order() const {
+    return !is_raw() &&
            (scheme == Scheme::kNone || scheme == Scheme::kDifference || scheme == Scheme::kParallelogram);
+  }
+  PSPLIT_HD bool is_by_creation(const AttributeModel& model) const {
+    return model.by_creation && allows_creation_order();
   }
   // What is stored, unless values are in order of creation.
   PSPLIT_HD bool has_wrap_range() const {
-    return coding != Coding::kRaw && scheme != Scheme::kNone && transform == Transform::kWrap;
+    return !is_raw() && scheme != Scheme::kNone && transform == Transform::kWrap;
+  }
+  // Whether corrections are on an octahedral grid.
+  PSPLIT_HD bool has_grid() const {
+    return !is_raw() && scheme != Scheme::kNone && transform != Transform::kWrap;
   }
   PSPLIT_HD uint32_t flag_lists() const {
-    if (coding == Coding::kRaw) return 0;
+    if (is_raw()) return 0;
     return scheme == Scheme::kConstrainedMultiParallelogram ? AttributeModel::kCreaseContexts
            : scheme == Scheme::kTexCoords                   ? 1
                                                             : 0;
@@ -58,12 +70,12 @@ PSPLIT_HD inline Fault read_skeleton(ByteReader reader, View<SkeletonAttribute> 
     const uint32_t first = i;
     for (; i < group_ends[group]; ++i) {
       SkeletonAttribute& attribute = attributes[i];
-      if (attribute.coding == Coding::kRaw) continue;
+      if (attribute.is_raw()) continue;
+      attribute.scheme_at = static_cast<uint16_t>(reader.position());
       attribute.scheme = static_cast<Scheme>(reader.u8());
       if (attribute.scheme != Scheme::kNone) attribute.transform = static_cast<Transform>(reader.u8());
       reader.skip(1);
-      if (attribute.scheme != Scheme::kNone && attribute.transform != Transform::kWrap)
-        reader.skip(attribute.transform == Transform::kOctahedronCanonicalized ? 8 : 4);
+      if (attribute.has_grid()) reader.skip(attribute.transform == Transform::kOctahedronCanonicalized ? 8 : 4);
     }
     for (uint32_t k = first; k < i; ++k) {
       SkeletonAttribute& attribute = attributes[k];

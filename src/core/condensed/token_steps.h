@@ -7,7 +7,7 @@
 
 namespace psplit::core {
 
-// A symbol is `base` plus the number in `bit_count` plain bits, of which `mask` selects as many.
+// A symbol is `base` plus the number in `bit_count` plain bits. `mask` has as many ones.
 struct alignas(16) TokenBits {
   uint32_t base, bit_count, mask;
 };
@@ -27,7 +27,7 @@ struct TokenBitsTable {
 inline constexpr TokenBitsTable kTokenBits;
 
 PSPLIT_HD inline TokenBits bits_of_token(uint32_t token) {
-#if defined(__CUDA_ARCH__)
+#if PSPLIT_MOVES_ROWS
   return token_bits(token);
 #else
   return kTokenBits.of[token];

@@ -1,8 +1,6 @@
 // Bits of positions, from edges and from a bound on the error.
 #include "encoder/coding/position_bits.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,6 +8,7 @@
 
 #include "encoder/coding/quantization.h"
 #include "encoder/encode_mesh.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
@@ -111,7 +110,7 @@ TEST(PositionBitsForError, RefuseWhatFloatsCannotHold) {
   const Expected<int> bits = position_bits_for_error(grid(100, 500000), 0.001);
   ASSERT_FALSE(bits.ok());
   EXPECT_EQ(bits.status().code(), StatusCode::kUsage);
-  EXPECT_NE(bits.status().message().find("--lossless"), std::string::npos) << bits.status().message();
+  EXPECT_TRUE(contains(bits.status().message(), "--lossless"));
   EXPECT_TRUE(position_bits_for_error(grid(100, 500000), 0.1).ok());
 }
 
@@ -137,12 +136,10 @@ TEST(DistanceBound, HoldsForDecodedPositions) {
 
 TEST(DistanceBound, IsNotMeasuredWithoutVerification) {
   const Mesh mesh = make_grid(4, 4);
-  EncodeOptions options;
-  options.verify = false;
-  const auto encoded = encode_mesh(mesh, std::vector<AttributeCoding>{*fit_grid(mesh.attributes[0], 14)},
-                                   options, ThreadPool(1));
-  ASSERT_TRUE(encoded.ok());
-  EXPECT_FALSE(encoded->statistics.position_error.has_value());
+  const EncodeOptions options{.verify = false};
+  const auto encoded = must(encode_mesh(mesh, std::vector<AttributeCoding>{*fit_grid(mesh.attributes[0], 14)},
+                                        options, ThreadPool(1)));
+  EXPECT_FALSE(encoded.statistics.position_error.has_value());
 }
 
 }  // namespace

@@ -2,16 +2,14 @@
 // stored.
 #include "encoder/condensing/condense.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <random>
 
 #include "encoder/draco/draco_backend.h"
 #include "src/condensed/draco_fields.h"
 #include "src/condensed/expand.h"
-#include "src/condensed/skeleton.h"
 #include "tests/support/draco_streams.h"
+#include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
@@ -21,9 +19,8 @@ using Bytes = std::vector<uint8_t>;
 std::vector<DecodedCounts> counts_of(std::span<const Bytes> streams) {
   std::vector<DecodedCounts> counts;
   for (const Bytes& stream : streams) {
-    const Expected<StreamCounts> of_stream = stream_counts(stream);
-    EXPECT_TRUE(of_stream.ok());
-    counts.push_back({of_stream->face_count, of_stream->point_count});
+    const StreamDescription of_stream = must(describe_draco_stream(stream));
+    counts.push_back({of_stream.face_count, of_stream.point_count});
   }
   return counts;
 }
@@ -59,10 +56,8 @@ CondensedStreams condense_and_expand(std::span<const Bytes> streams, bool smalle
 bool has_rules_of_condensed_streams(const Bytes& stream) {
   const Expected<DracoFields> fields = read_fields(stream);
   if (!fields || fields->possible_levels == 0) return false;
-  const Expected<Skeleton> skeleton = read_skeleton(fields->skeleton);
-  return skeleton.ok() && std::ranges::none_of(skeleton->attributes, [](const SkeletonAttribute& attribute) {
-           return attribute.is_raw && attribute.component_bytes > 4;
-         });
+  return std::ranges::none_of(fields->attributes,
+                              [](const AttributeFields& attribute) { return attribute.component_bytes > 4; });
 }
 
 // Counts condensed streams by feature. It shows that the tests meet all features.
@@ -73,12 +68,11 @@ struct Features {
 
   void count(const Bytes& stream) {
     const Expected<DracoFields> fields = read_fields(stream);
-    const Expected<Skeleton> skeleton = read_skeleton(fields->skeleton);
     const auto any = [](const Bytes& flags) { return std::ranges::count(flags, 1) > 0; };
     const bool is_mixed = any(fields->start_faces) && std::ranges::count(fields->start_faces, 0) > 0;
     ++streams;
     handles += !fields->split_events.empty();
-    valence += skeleton->is_valence;
+    valence += std::ranges::any_of(fields->symbol_lists, [](const Bytes& list) { return !list.empty(); });
     components += fields->start_faces.size() > 1;
     interior += any(fields->start_faces);
     mixed_interior += is_mixed;
@@ -90,8 +84,8 @@ struct Features {
       creases += std::ranges::any_of(attribute.creases, any);
       orientations += any(attribute.same_orientations);
       flips += any(attribute.flips);
-      const auto scheme = static_cast<uint32_t>(static_cast<int>(skeleton->attributes[i].scheme) + 2);
-      (skeleton->attributes[i].is_normal ? normal_schemes : schemes) |= 1u << scheme;
+      const auto scheme = static_cast<uint32_t>(static_cast<int>(attribute.skeleton.scheme) + 2);
+      (attribute.skeleton.coding == core::Coding::kNormal ? normal_schemes : schemes) |= 1u << scheme;
     }
   }
 };
@@ -182,8 +176,7 @@ TEST(Condense, AStreamThatDoesNotComeBackIsStored) {
       [&](const DracoStream& candidate) {
         Expected<DracoFields> read = read_fields(candidate.bytes);
         if (!stream.empty() || !read || read->attributes.size() != 1 || read->vertex_count < 100) return;
-        const Expected<Skeleton> skeleton = read_skeleton(read->skeleton);
-        if (skeleton->attributes[0].scheme != core::Scheme::kParallelogram) return;
+        if (read->attributes[0].skeleton.scheme != core::Scheme::kParallelogram) return;
         stream = candidate.bytes;
         fields = std::move(*read);
       },
@@ -209,16 +202,20 @@ TEST(Condense, AStreamWhoseCountsDifferFromItsRowIsStored) {
 }
 
 TEST(Condense, NothingIsCondensedIfTheHeadTakesMoreThanIsSaved) {
-  Bytes smallest(1000);
+  size_t stored = 0, condensed = 0;
   for_each_draco_stream(
       [&](const DracoStream& stream) {
-        if (has_rules_of_condensed_streams(stream.bytes) && stream.bytes.size() < smallest.size())
-          smallest = stream.bytes;
+        if (!has_rules_of_condensed_streams(stream.bytes) || stream.bytes.size() > 300) return;
+        const CondensedStreams result = condense_and_expand(std::span(&stream.bytes, 1));
+        EXPECT_EQ(result.is_condensed[0] == 0, result.head.empty());
+        ++(result.head.empty() ? stored : condensed);
+        if (!result.head.empty()) {
+          EXPECT_LT(result.head.size() + result.bytes[0].size(), stream.bytes.size());
+        }
       },
       StreamSet::kSmall);
-  const CondensedStreams result = condense_and_expand(std::span(&smallest, 1));
-  EXPECT_TRUE(result.head.empty());
-  EXPECT_EQ(result.is_condensed[0], 0);
+  EXPECT_GT(stored, 0u);
+  EXPECT_GT(condensed, 0u);
   EXPECT_TRUE(condense({}, {}, false, ThreadPool(1)).bytes.empty());
 }
 
@@ -241,8 +238,7 @@ TEST(Expand, MutantsAreRefusedOrExpanded) {
   const std::vector<Bytes> streams = some_streams(60);
   const std::vector<DecodedCounts> counts = counts_of(streams);
   const CondensedStreams condensed = condense(streams, counts, false, ThreadPool(1));
-  const Expected<CondensedHead> head = read_condensed_head(condensed.head);
-  ASSERT_TRUE(head.ok());
+  const CondensedHead head = must(read_condensed_head(condensed.head));
   std::mt19937 random(1);
   const auto below = [&](size_t end) { return static_cast<size_t>(random() % end); };
   size_t refused = 0, expanded = 0;
@@ -258,9 +254,9 @@ TEST(Expand, MutantsAreRefusedOrExpanded) {
           bytes[bytes.size() - 1 - below(std::min<size_t>(bytes.size(), 12))] = static_cast<uint8_t>(random());
           break;
         case 3: (round % 2 == 0 ? faces : points) = static_cast<uint32_t>(random()) >> below(32); break;
-        default: skeleton = static_cast<uint32_t>(below(head->skeletons.size() + 1)); break;
+        default: skeleton = static_cast<uint32_t>(below(head.skeletons.size() + 1)); break;
       }
-      const Expected<Bytes> result = expand_stream(*head, {bytes, skeleton, faces, points});
+      const Expected<Bytes> result = expand_stream(head, {bytes, skeleton, faces, points});
       EXPECT_TRUE(result.ok() || !result.status().message().empty());
       ++(result.ok() ? expanded : refused);
     }

@@ -5,7 +5,6 @@
 
 #include <random>
 
-#include "encoder/condensing/token.h"
 #include "src/core/condensed/section.h"
 
 namespace psplit {

@@ -1,12 +1,11 @@
 // What libdraco's encoder cannot predict, and what it would need too much memory for.
-#include "encoder/draco/patch_steps.h"
-
-#include <gtest/gtest.h>
 
 #include "encoder/coding/quantization.h"
+#include "encoder/draco/patch_stream.h"
 #include "encoder/draco/stock_stream.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/welding/weld.h"
+#include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 
@@ -75,15 +74,11 @@ TEST(TexturePrediction, FailsForNoGrid) {
         std::vector<AttributeCoding> codings = fine_codings(mesh, 12);
         codings[kPositions] = bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[kPositions], bits);
         codings[2] = texture_bits == 0 ? AttributeCoding() : *fit_grid(mesh.attributes[2], texture_bits);
-        EncodeOptions options;
-        options.patch_count = 2;
-        options.encode_speed = speed;
-        const auto encoded = encode_mesh(mesh, codings, options, pool);
-        EXPECT_TRUE(encoded.ok()) << encoded.status().to_string();
-        const auto stock = encode_stock_stream(mesh, codings, speed);
-        ASSERT_TRUE(stock.ok()) << stock.status().to_string();
+        const EncodeOptions options{.patch_count = 2, .encode_speed = speed};
+        const auto encoded = must(encode_mesh(mesh, codings, options, pool));
+        const auto stock = must(encode_stock_stream(mesh, codings, speed));
         constexpr size_t kMethodAt = 8;
-        EXPECT_EQ(stock->bytes[kMethodAt], 1);  // Edgebreaker: it did not fall back to a sequential stream
+        EXPECT_EQ(stock.bytes[kMethodAt], 1);  // Edgebreaker: it did not fall back to a sequential stream
       }
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "encoder/partition/cells.h"
+#include "encoder/partition/partition_steps.h"
 
 namespace psplit {
 namespace {

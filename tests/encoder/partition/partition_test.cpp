@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <numeric>
 #include <set>
@@ -45,11 +44,8 @@ PartitionOptions unrefined(PartitionOptions options = {}) {
   return options;
 }
 
-PartitionOptions paper(PathDistance distance, uint32_t samples_per_patch = 16) {
-  PartitionOptions options;
-  options.method = PartitionMethod::kPaper;
-  options.distance = distance;
-  options.samples_per_patch = samples_per_patch;
+PartitionOptions paper(PathDistance distance) {
+  const PartitionOptions options{.method = PartitionMethod::kPaper, .distance = distance};
   return options;
 }
 
@@ -136,24 +132,11 @@ TEST(Partition, OfThePaperIsBalancedConnectedAndCompactOnALargeSheet) {
     }
 }
 
-TEST(Partition, OfThePapersSingleLevelIsConnectedAndNearlyBalanced) {
-  const Faces faces = sheet(120, 100, true);
-  for (const PathDistance distance : kDistances)
-    for (const PartitionOptions& options : {paper(distance, 1), unrefined(paper(distance, 1))}) {
-      const Partition partition = cut(faces, 20, 2, options);
-      EXPECT_EQ(partition.patch_count, 20u);
-      EXPECT_LE(balance(partition), options.refine ? 1.05 : 2.0);
-      EXPECT_EQ(piece_count(faces, partition), 20u);
-    }
-}
-
 TEST(Partition, OfThePaperNeedsNoRefinementToBeNearlyBalanced) {
   const Faces faces = sheet(260, 200, true);
   for (const PathDistance distance : kDistances)
-    for (const uint32_t samples_per_patch : {2u, 4u, 16u})
-      for (const uint32_t count : {20u, 85u, 230u})
-        EXPECT_LE(balance(cut(faces, count, 2, unrefined(paper(distance, samples_per_patch)))), 1.6)
-            << samples_per_patch << " samples, " << count << " patches";
+    for (const uint32_t count : {20u, 85u, 230u})
+      EXPECT_LE(balance(cut(faces, count, 2, unrefined(paper(distance)))), 1.6) << count << " patches";
 }
 
 TEST(Partition, RefinementLowersReplication) {
@@ -185,7 +168,7 @@ TEST(Partition, TakesAnyCount) {
   EXPECT_EQ(cut(faces, 4000000000u).patch_count, 40u);
   for (uint32_t count = 2; count < 40; ++count)
     for (const PartitionOptions& options :
-         {PartitionOptions{}, paper(PathDistance::kDijkstra), paper(PathDistance::kGeodesic, 2)})
+         {PartitionOptions{}, paper(PathDistance::kDijkstra), paper(PathDistance::kGeodesic)})
       for (const size_t size : sizes(cut(faces, count, 2, options))) EXPECT_GT(size, 0u) << count;
 }
 
@@ -202,9 +185,7 @@ TEST(Partition, TakesAnyTopology) {
     hanging.push_back({face[0] + last, face[1] + last, face[2] + last});
   hanging.push_back({last, 900, 901});
   std::vector<PartitionOptions> all{{}};
-  for (const PathDistance distance : kDistances)
-    for (const uint32_t samples_per_patch : {0u, 1u, 5u, 4000000000u})
-      all.push_back(paper(distance, samples_per_patch));
+  for (const PathDistance distance : kDistances) all.push_back(paper(distance));
   for (const PartitionOptions& options : all) {
     for (const Faces& faces : {book, loose, repeated, degenerate, hanging})
       for (const uint32_t count : {1u, 2u, 3u, 7u}) {

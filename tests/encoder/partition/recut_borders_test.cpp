@@ -1,12 +1,10 @@
-#include "encoder/partition/recut_borders.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
 #include "encoder/partition/band_cut.h"
-#include "encoder/partition/halve_sets.h"
+#include "encoder/partition/partition_steps.h"
 
 namespace psplit {
 namespace {

@@ -1,12 +1,8 @@
 #include "encoder/stitching/stitch_map.h"
 
-#include <gtest/gtest.h>
-
 #include <random>
 
-#include "encoder/stitching/border_walk.h"
-#include "encoder/stitching/number_points.h"
-#include "tests/support/version_1.h"
+#include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
@@ -49,9 +45,8 @@ TEST(BorderWalk, HubOfManySpokesIsFast) {
 //   0 --- 2  0 --- 2        numbers   0 --- 2 --- 5
 //   |  /  |  |  /  |                  |  /  |  /  |
 //   1 --- 3  1 --- 3                  1 --- 3 --- 4
-PatchContainer two_quads(const std::vector<uint8_t>& stitch, uint8_t version = kContainerVersion) {
+PatchContainer two_quads(const std::vector<uint8_t>& stitch) {
   PatchContainer container;
-  container.version = version;
   container.entries = {{1, 2, 4, 0, 0}, {1, 2, 4, 2, static_cast<uint32_t>(stitch.size())}};
   container.stitch = {{}, stitch};
   container.streams.resize(2);
@@ -60,46 +55,39 @@ PatchContainer two_quads(const std::vector<uint8_t>& stitch, uint8_t version = k
   return container;
 }
 
-Expected<std::vector<std::vector<uint32_t>>> numbers_with(const std::vector<uint8_t>& stitch, uint8_t version) {
-  const PatchContainer container = two_quads(stitch, version);
+Expected<std::vector<std::vector<uint32_t>>> numbers_with(const StitchMap& map) {
+  const std::vector<uint8_t> stitch = write_stitch_map(map, 1, 4);
+  const PatchContainer container = two_quads(stitch);
   const std::vector<std::span<const Face>> faces = {kQuad, kQuad};
   return number_points(container, faces, ThreadPool(1));
-}
-Expected<std::vector<std::vector<uint32_t>>> numbers_with(const StitchMap& map) {
-  return numbers_with(write_stitch_map(map, 1, 4), 2);
 }
 
 TEST(NumberPoints, FollowsARunBackwards) {
   // Walk of patch 1: 0 1 3 2; of patch 0: 0 1 3 2. Patch 1's points 0 and 1 are patch 0's 2 and 3, at places
   // 3, 2.
-  const auto numbers = numbers_with({{{0, 2, 0, 3, false}}, {}, {}});
-  ASSERT_TRUE(numbers.ok()) << numbers.status().to_string();
-  EXPECT_EQ((*numbers)[0], (std::vector<uint32_t>{0, 1, 2, 3}));
-  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{2, 3, 4, 5}));
+  const auto numbers = must(numbers_with({{{0, 2, 0, 3, false}}, {}, {}}));
+  EXPECT_EQ(numbers[0], (std::vector<uint32_t>{0, 1, 2, 3}));
+  EXPECT_EQ(numbers[1], (std::vector<uint32_t>{2, 3, 4, 5}));
 }
 
 TEST(NumberPoints, FollowsARunForwards) {
-  const auto numbers = numbers_with({{{0, 2, 0, 1, true}}, {}, {}});
-  ASSERT_TRUE(numbers.ok());
-  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{1, 3, 4, 5}));
+  const auto numbers = must(numbers_with({{{0, 2, 0, 1, true}}, {}, {}}));
+  EXPECT_EQ(numbers[1], (std::vector<uint32_t>{1, 3, 4, 5}));
 }
 
 TEST(NumberPoints, FollowsPairs) {
-  const auto numbers = numbers_with({{}, {}, {{1, 0, 0}, {3, 0, 2}}});
-  ASSERT_TRUE(numbers.ok());
-  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{4, 0, 5, 2}));
+  const auto numbers = must(numbers_with({{}, {}, {{1, 0, 0}, {3, 0, 2}}}));
+  EXPECT_EQ(numbers[1], (std::vector<uint32_t>{4, 0, 5, 2}));
 }
 
 TEST(NumberPoints, FollowsRepeats) {
-  const auto numbers = numbers_with({{}, {{2, 0}, {3, 1}}, {}});
-  ASSERT_TRUE(numbers.ok()) << numbers.status().to_string();
-  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{4, 5, 4, 5}));
+  const auto numbers = must(numbers_with({{}, {{2, 0}, {3, 1}}, {}}));
+  EXPECT_EQ(numbers[1], (std::vector<uint32_t>{4, 5, 4, 5}));
 }
 
 TEST(NumberPoints, FollowsAllKindsTogether) {
-  const auto numbers = numbers_with({{}, {{3, 2}}, {{1, 0, 3}}});
-  ASSERT_TRUE(numbers.ok()) << numbers.status().to_string();
-  EXPECT_EQ((*numbers)[1], (std::vector<uint32_t>{4, 3, 5, 5}));
+  const auto numbers = must(numbers_with({{}, {{3, 2}}, {{1, 0, 3}}}));
+  EXPECT_EQ(numbers[1], (std::vector<uint32_t>{4, 3, 5, 5}));
 }
 
 TEST(NumberPoints, RefusesWhatContradictsTheDirectory) {
@@ -114,35 +102,20 @@ TEST(NumberPoints, RefusesWhatContradictsTheDirectory) {
   EXPECT_FALSE(numbers_with({{{0, 2, 1, 1, false}}, {}, {}}).ok()) << "refers to a reference";
 }
 
-TEST(NumberPoints, ReadsVersion1) {
-  const auto numbers = [](const StitchMap& map) {
-    auto found = numbers_with(write_stitch_map_1(map, 1), 1);
-    return found ? std::move((*found)[1]) : std::vector<uint32_t>();
-  };
-  EXPECT_EQ(numbers({{{0, 2, 0, 3, false}}, {}, {}}), (std::vector<uint32_t>{2, 3, 4, 5}));
-  EXPECT_EQ(numbers({{{0, 2, 0, 1, true}}, {}, {}}), (std::vector<uint32_t>{1, 3, 4, 5}));
-  EXPECT_EQ(numbers({{}, {}, {{1, 0, 0}, {3, 0, 2}}}), (std::vector<uint32_t>{4, 0, 5, 2}));
-  EXPECT_EQ(numbers({{}, {}, {{2, 1, 0}, {3, 0, 1}}}), (std::vector<uint32_t>{4, 5, 4, 1}))
-      << "a pair of its own";
-  EXPECT_TRUE(numbers({{}, {}, {{0, 0, 4}, {1, 0, 0}}}).empty()) << "rank that the owner does not own";
-}
-
 TEST(StitchMap, RefusesEveryTruncationAndEveryExtension) {
   const std::vector<StitchMap> maps = {{{{0, 1, 0, 3, false}}, {}, {{1, 0, 3}}}, {{}, {{1, 0}, {3, 2}}, {}}};
-  for (const StitchMap& map : maps)
-    for (const uint8_t version : {uint8_t{1}, uint8_t{2}}) {
-      if (version == 1 && !map.repeats.empty()) continue;
-      std::vector<uint8_t> bytes = version == 1 ? write_stitch_map_1(map, 1) : write_stitch_map(map, 1, 4);
-      ASSERT_TRUE(parse_stitch_map(two_quads(bytes, version), 1).ok());
-      for (size_t length = 0; length < bytes.size(); ++length) {
-        const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
-        const Expected<StitchMap> parsed = parse_stitch_map(two_quads(part, version), 1);
-        ASSERT_FALSE(parsed.ok()) << length;
-        EXPECT_EQ(parsed.status().place().patch, 1);
-      }
-      bytes.push_back(0);
-      EXPECT_FALSE(parse_stitch_map(two_quads(bytes, version), 1).ok());
+  for (const StitchMap& map : maps) {
+    std::vector<uint8_t> bytes = write_stitch_map(map, 1, 4);
+    ASSERT_TRUE(parse_stitch_map(two_quads(bytes), 1).ok());
+    for (size_t length = 0; length < bytes.size(); ++length) {
+      const std::vector<uint8_t> part(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
+      const Expected<StitchMap> parsed = parse_stitch_map(two_quads(part), 1);
+      ASSERT_FALSE(parsed.ok()) << length;
+      EXPECT_EQ(parsed.status().place().patch, 1);
     }
+    bytes.push_back(0);
+    EXPECT_FALSE(parse_stitch_map(two_quads(bytes), 1).ok());
+  }
 }
 
 TEST(StitchMap, RefusesBitsBehindTheLast) {
@@ -201,11 +174,10 @@ TEST(StitchMap, GivesBackWhatWasWritten) {
     container.stitch[patch] = bytes;
     // Everybody owns as many points as there are. Their sum wraps around, which nobody looks at here.
     for (uint32_t p = 0; p <= patch + 1; ++p) container.owned_base.push_back(p * point_count);
-    const Expected<StitchMap> parsed = parse_stitch_map(container, patch);
-    ASSERT_TRUE(parsed.ok()) << parsed.status().to_string();
-    EXPECT_EQ(parsed->runs, map.runs);
-    EXPECT_EQ(parsed->repeats, map.repeats);
-    EXPECT_EQ(parsed->pairs, map.pairs);
+    const StitchMap parsed = must(parse_stitch_map(container, patch));
+    EXPECT_EQ(parsed.runs, map.runs);
+    EXPECT_EQ(parsed.repeats, map.repeats);
+    EXPECT_EQ(parsed.pairs, map.pairs);
   }
 }
 

@@ -1,51 +1,60 @@
-// "Version 3" of the specification: the directory, the head, and condensed streams with their fields.
+// "Head" and "Condensed streams" of the specification, with their fields.
 import { bit_reader, demand, kinds_of, unfold } from './bits.mjs';
 import { attribute_table, decode_connectivity, inner_edges, kE, next, previous, swing_left, swing_right }
   from './corner_table.mjs';
 import { draco_order, kCanonicalized, kGeometricNormal, kMultiParallelogram, kNone, kNormals, kRaw, kTexCoords, kWrap,
   write_draco_stream } from './write_draco_stream.mjs';
 
-// "Directory".
-export function directory_rows(part, count, skeleton_count) {
-  const { bits, number, signed, end } = bit_reader(part, 'directory');
-  const kinds = kinds_of({ skeleton: 0, faces: 6, points: 3, references: 3, stitch: 2, bytes: 6 });
-  const mean = {};
-  // Numbers of any size, as products may have more than 53 bits.
-  const near_sum = (column, base) => {
-    const step = signed(kinds[column]);
-    const value = base + Math.floor((mean[column] ?? 0) / 16) + step;
-    mean[column] = mean[column] === undefined ? 16 * step : mean[column] + step;
-    return value;
-  };
-  const near_ratio = (column, known) => {
-    const scale = BigInt(Math.max(known, 1)), last = mean[column];
-    const value = (((last ?? 0n) * scale) >> 10n) + BigInt(signed(kinds[column]));
-    demand(value >= 0n && value < 2n ** 32n, 'a value of a row is too large');
-    const ratio = (64n * value) / scale;
-    mean[column] = last === undefined ? 16n * ratio : last + ratio - (last >> 4n);
-    return Number(value);
-  };
-  const rows = [];
-  while (rows.length < count) {
-    const condensed = bits(1) === 1;
-    const skeleton = condensed && skeleton_count > 1 ? number(kinds.skeleton) : 0;
-    demand(!condensed || skeleton < skeleton_count, 'a skeleton that does not exist');
-    const faces = near_sum('faces', 0);
-    const points = near_sum('points', Math.floor(faces / 2));
-    const references = near_sum('references', 0);
-    for (const value of [faces, points, references])
-      demand(value >= 0 && value < 2 ** 32, 'a value of a row is too large');
-    const stitch_bytes = references > 0 ? near_ratio('stitch', references) : 0;
-    const stream_bytes = near_ratio('bytes', points);
-    rows.push({ condensed, skeleton, faces, points, references, stitch_bytes, stream_bytes });
+// "Head": its sections by type.
+function head_sections(part) {
+  const sections = new Map();
+  for (let at = 0, last = -1; at < part.length;) {
+    const type = part[at++];
+    let length = 0;
+    for (let i = 0; ; ++i) {
+      demand(at < part.length && i < 5, 'a section without a length');
+      const byte = part[at++];
+      length += (byte & 0x7f) * 2 ** (7 * i);
+      if (byte < 0x80) break;
+    }
+    demand(type > last, 'sections that do not ascend by type');
+    demand(length <= part.length - at, 'a section of more bytes than there are');
+    demand(type === 1 || type === 2 || type >= 128, 'a section that is not known');
+    sections.set(last = type, part.subarray(at, at + length));
+    at += length;
   }
-  end();
-  return rows;
+  return sections;
 }
 
-// "Head".
+const sum = (frequencies) => frequencies.reduce((a, b) => a + b, 0);
+function token_table(number, used_kind) {
+  const used = number(used_kind);
+  demand(used <= 116, 'too many tokens');
+  const { frequency } = kinds_of({ frequency: 4 });
+  const frequencies = Array.from({ length: used }, () => number(frequency));
+  demand(used === 0 || sum(frequencies) === 4096, 'frequencies with another sum');
+  return frequencies;
+}
+
+// What the sections have that this decoder knows; null if they have no tables.
 export function parse_head(part) {
-  const { bits, number, end } = bit_reader(part, 'head');
+  const sections = head_sections(part);
+  demand(sections.has(1) || !sections.has(2), 'values at borders without tables');
+  if (!sections.has(1)) return null;
+  const head = parse_tables(sections.get(1));
+  head.border_tables = sections.has(2) ? parse_borders(sections.get(2)) : null;
+  return head;
+}
+
+function parse_borders(part) {
+  const { number, end } = bit_reader(part, 'section of borders'), { used } = kinds_of({ used: 5 });
+  const tables = [token_table(number, used), token_table(number, used)];
+  end();
+  return tables;
+}
+
+function parse_tables(part) {
+  const { bits, number, end } = bit_reader(part, 'section of tables');
   const kinds = kinds_of({ count: 0, length: 5, used: 5 });
   const times = (count, read) => Array.from({ length: count }, read);
   const probability = () => {
@@ -53,31 +62,22 @@ export function parse_head(part) {
     demand(value > 0, 'a probability of 0');
     return value;
   };
-  const sum = (frequencies) => frequencies.reduce((a, b) => a + b, 0);
 
   const skeleton_count = number(kinds.count) + 1;
   demand(skeleton_count <= 255, 'too many skeletons');
   const skeletons = times(skeleton_count, () => {
     const level = bits(4), length = number(kinds.length);
     demand(level <= 11, 'an impossible level of compression');
-    demand(length >= 1 && length <= 4096, 'a skeleton of an impossible length');
-    return Uint8Array.from(times(length, () => bits(8)));
+    demand(length <= 4096, 'a skeleton of an impossible length');
+    return Uint8Array.from([...kSkeletonFront, ...times(length, () => bits(8))]);
   });
 
   const symbol_contexts = bits(4);
   demand(symbol_contexts <= 5 || symbol_contexts === 8, 'impossible contexts of symbols');
-  let { frequency } = kinds_of({ frequency: 4 });
+  const { frequency } = kinds_of({ frequency: 4 });
   const contexts = times(symbol_contexts === 8 ? 30 : 5 ** symbol_contexts, () => times(5, () => number(frequency)));
   demand(contexts.every((context) => [0, 4096].includes(sum(context))), 'frequencies with another sum');
 
-  const token_table = () => {
-    const used = number(kinds.used);
-    demand(used <= 116, 'too many tokens');
-    ({ frequency } = kinds_of({ frequency: 4 }));
-    const frequencies = times(used, () => number(frequency));
-    demand(used === 0 || sum(frequencies) === 4096, 'frequencies with another sum');
-    return frequencies;
-  };
   const attribute_count = number(kinds.count) + 1;
   demand(attribute_count <= 256, 'too many attributes');
   let all_sets = 0;
@@ -88,19 +88,20 @@ export function parse_head(part) {
     demand(reach <= 2, 'an impossible reach');
     const set_count = number(kinds.count) + 1;
     demand(set_count <= 8 && (all_sets += set_count) <= 256, 'too many sets of tables');
-    const sets = times(set_count, () => times(by_creation ? 3 : 2, token_table));
+    const sets = times(set_count, () => times(by_creation ? 3 : 2, () => token_table(number, kinds.used)));
     const flags = bits(1) === 1
       ? { creases: times(4, probability), orientations: probability(), flips: probability() } : null;
     return { by_creation, backward, two, mean, reach, sets, flags };
   });
-  const border_tables = bits(1) === 1 ? times(2, token_table) : null;
   const data_count = number(kinds.count);
   demand(data_count <= 128, 'too many attribute data');
   const seams = times(data_count, () => times(2, probability));
   end();
-  return { skeletons, symbol_contexts, contexts, attributes, border_tables, seams };
+  return { skeletons, symbol_contexts, contexts, attributes, seams };
 }
 
+// DRACO, bitstream 2.2, a mesh, Edgebreaker.
+const kSkeletonFront = [0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1];
 
 // The literal bytes of a skeleton, and what they say of the attributes.
 function parse_skeleton(bytes) {
@@ -131,10 +132,7 @@ function parse_skeleton(bytes) {
     }
   };
 
-  skip(9);
-  demand([0x44, 0x52, 0x41, 0x43, 0x4f, 2, 2, 1, 1].every((byte, i) => bytes[i] === byte),
-    'a skeleton is not Edgebreaker 2.2');
-  skip(1);
+  skip(kSkeletonFront.length + 1);
   if ((u8() & 0x80) !== 0) {
     for (let attributes = varint(); attributes > 0; --attributes) {
       varint();
@@ -266,6 +264,15 @@ function values_by_creation(coder, attribute, { two, mean, reach }, uses) {
 }
 
 // The symbols of a value.
+// The one name of a place on the octahedral grid, whose numbers are at most m.
+function canonical([s, t], m) {
+  const on_side = (x) => x === 0 || x === m;
+  if (on_side(s) && on_side(t)) return [m, m];
+  if ((s === 0 && t > m / 2) || (s === m && t < m / 2)) return [s, m - t];
+  if ((t === m && s < m / 2) || (t === 0 && s > m / 2)) return [m - s, t];
+  return [s, t];
+}
+
 const width_of = ({ type, components }) => (type === kNormals ? 2 : components);
 
 // A condensed attribute in Draco's order: what its Draco stream has for it.
@@ -436,6 +443,8 @@ function read_attributes({ fields, attributes, coders, main }, known, head, uses
       Object.assign(attribute, read_in_draco_order(coder, attribute, count, entry));
     demand(!attribute.values || attribute.transform <= kWrap ||
       attribute.values.flat().every((value) => value >= 0 && value < attribute.greatest), 'a normal beyond its grid');
+    if (attribute.by_creation && attribute.transform > kWrap)
+      attribute.values = attribute.values.map((value) => canonical(value, attribute.greatest - 1));
     if (place > 0) coder.end();
     count_use(uses, 'backward', Number(attribute.by_creation && entry.backward));
     count_use(uses, 'means', Number(attribute.by_creation && entry.mean));

@@ -88,10 +88,10 @@ for (const name of Object.keys(expected)) compare(path.join(samples, name), expe
   const from_hex = (text) => Buffer.from(text.replace(/[^0-9a-f]/g, ''), 'hex');
   const quoted = (cell, digits) => [...cell.matchAll(new RegExp(`\`(${digits}+)\``, 'g'))].map(([, text]) => text);
   const to_bits = (bytes) => [...bytes].map((byte) => byte.toString(2).padStart(8, '0').split('').reverse().join('')).join('');
-  const examples = page.slice(page.indexOf('### Example\n')).split('### Example of version 3\n');
+  const examples = page.slice(page.indexOf('### Example\n')).split('### Example with condensed streams\n');
   const dumps = examples.map((text) =>
     from_hex([...text.matchAll(/^[0-9a-f]{2}  ((?:[0-9a-f]{2} ?)+)$/gm)].map((line) => line[1]).join('')));
-  [73 + 79, 20 + 7 + 5 + 5 + 10].forEach((wanted, i) => {
+  [20 + 7 + 5 + 79, 20 + 7 + 2 + 5 + 5 + 10].forEach((wanted, i) => {
     const dump = dumps[i], what = `example ${i + 1}`;
     const mesh = decode_container(draco, new Uint8Array(dump), [{ id: 0, componentType: 5126, components: 3 }]);
     check(mesh.points === 6 && mesh.indices.join(' ') === '0 1 2 1 3 2 4 0 2 3 5 4', `${what} decodes to another mesh`);
@@ -107,9 +107,10 @@ for (const name of Object.keys(expected)) compare(path.join(samples, name), expe
     }
     check(explained === wanted, `${explained} bytes of ${what} are explained`);
   });
-  // The tables of bits: a part of the stitch map; the directory, the head, and the last byte of a stream.
+  // The tables of bits: the directory and a part of the stitch map; the directory, the tables, and the last byte of a stream.
   const [first, second] = dumps;
-  const parts = [[first.subarray(0x44, 0x49)], [second.subarray(0x14, 0x1b), second.subarray(0x1b, 0x65), second.subarray(0x6e, 0x6f)]];
+  const parts = [[first.subarray(0x14, 0x1b), first.subarray(0x1b, 0x20)],
+    [second.subarray(0x14, 0x1b), second.subarray(0x1d, 0x5d), second.subarray(0x66, 0x67)]];
   parts.forEach((wanted, i) => {
     const tables = examples[i].split(/^\| bits \|.*$/m).slice(1).map((table) => table.trimStart().split('\n\n')[0]);
     wanted.forEach((bytes, t) => {
@@ -137,13 +138,13 @@ ways.forEach((way, i) => {
   compare(encoded);
 });
 // Every feature of the format must occur, or else it is not tested.
-for (const use of ['version_1', 'residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'own_points',
-  'fallbacks', 'condensed', 'stored', 'valence_contexts', 'history_contexts', 'other_skeletons', 'other_sets', 'border_values',
+for (const use of ['residues', 'dropped_faces', 'runs', 'forward_runs', 'repeats', 'pairs', 'fallbacks',
+  'condensed', 'stored', 'valence_contexts', 'history_contexts', 'other_skeletons', 'other_sets', 'border_values',
   'split_events', 'seams', 'raw_values', 'creases', 'orientations', 'flips', 'backward', 'means', 'values_by_0_parallelograms',
   'values_by_1_parallelograms', 'values_by_2_parallelograms'])
   check(uses[use] > 0, `no asset has ${use}`);
 
-// Containers with one or two bytes changed, in versions 1 and 2 before the first stream: both decoders must agree on them.
+// Containers with one or two bytes changed, before the first stream if that is Draco's: both decoders must agree on them.
 let random_state = 1;
 const random = (below) => {
   random_state = (Math.imul(random_state, 1664525) + 1013904223) >>> 0;
@@ -180,13 +181,13 @@ function change_bytes(name, mutants) {
   const asset = load(path.join(samples, name));
   const view = asset.json.bufferViews[primitives_of(asset)[0].extensions.PSPLIT_mesh_draco_patches.bufferView];
   const container = asset.buffers[0].byteOffset + (view.byteOffset ?? 0);
-  const streams = asset_bytes[container + 4] === 3 ? view.byteLength
-    : Buffer.from(asset_bytes.buffer).indexOf('DRACO', container) - container;
+  const first = Buffer.from(asset_bytes.buffer).indexOf('DRACO', container);
+  const streams = first < 0 ? view.byteLength : first - container;
   check(streams > 100, `${name}: no stitch map to change`);
   for (let mutant = 0; mutant < mutants; ++mutant) {
     const bytes = asset_bytes.slice();
     for (let edit = mutant % 2; edit >= 0; --edit) {
-      // Most bytes of the directory, and of version 1's stitch map, are small numbers, so small changes are tried as well.
+      // Small changes are tried as well.
       const at = container + random(streams);
       bytes[at] = random(2) === 0 ? random(256) : bytes[at] + 1 - 2 * random(2);
     }
@@ -194,7 +195,6 @@ function change_bytes(name, mutants) {
   }
 }
 change_bytes('residue.glb', 400);
-change_bytes('version-1.glb', 200);
 change_bytes('condensed.glb', 200);
 change_bytes('condensed-speed-0.glb', 100);
 change_bytes('condensed-borders.glb', 300);
@@ -203,7 +203,7 @@ run('generate', '-q', in_scratch('small.glb'), '--faces', 300);
 run('encode', '-q', '--patches', 1, '--always-patches', in_scratch('small.glb'), in_scratch('one.glb'));
 for (const file of [path.join(samples, 'residue.glb'), in_scratch('one.glb')]) {
   const bytes = new Uint8Array(readFileSync(file));
-  bytes[Buffer.from(bytes.buffer).indexOf('PSPL\x02') + 5] ^= 1;
+  bytes[Buffer.from(bytes.buffer).indexOf('PSPL\x01') + 5] ^= 1;
   const what = `${path.basename(file)} with the other flag`;
   check(both_say_the_same(bytes, what) === 'invalid', `${what} is valid`);
 }

@@ -1,11 +1,11 @@
 // A decoder of PSPLIT_mesh_draco_patches, written from its specification alone on top of a stock Draco decoder. It is an
 // example, and it tests that the specification's page is complete. It must not use anything else of the project.
 //
-// Names in the comments ("Columns", "Border walk" ...) are sections of the page.
+// Names in the comments ("Directory", "Border walk" ...) are sections of the page.
 
-// condensed_streams.mjs has what only containers of version 3 have.
+// condensed_streams.mjs has what only condensed streams need.
 import { bit_reader, demand, kinds_of } from './bits.mjs';
-import { directory_rows, expand_streams, parse_head } from './condensed_streams.mjs';
+import { expand_streams, parse_head } from './condensed_streams.mjs';
 
 export { Invalid } from './bits.mjs';
 
@@ -99,60 +99,65 @@ function decode_stream(draco, stream, requests) {
 
 // --- the container -------------------------------------------------------------------------------------------
 
-// "Header" and "Columns": the rows, and where they end.
-function column_rows(bytes, view, count) {
-  demand(bytes.length >= 52, 'shorter than its header');
-  let at = 52;
-  const columns = [];
-  for (let c = 0; c < 5; ++c) {
-    const descriptor = 12 + 8 * c;
-    const base = view.getUint32(descriptor, true), width = bytes[descriptor + 4];
-    demand([0, 1, 2, 4].includes(width), 'an impossible width');
-    demand([5, 6, 7].every((i) => bytes[descriptor + i] === 0), 'a descriptor is not padded with zeros');
-    const end = at + count * width, padded_end = Math.ceil(end / 4) * 4;
-    demand(padded_end <= bytes.length, 'ends within a column');
-    const read = { 0: () => 0, 1: (i) => view.getUint8(i), 2: (i) => view.getUint16(i, true),
-      4: (i) => view.getUint32(i, true) }[width];
-    columns.push(Array.from({ length: count }, (_, row) => base + read(at + row * width)));
-    demand(bytes.subarray(end, padded_end).every((byte) => byte === 0), 'a column is not padded with zeros');
-    at = padded_end;
+// "Directory". All numbers and products are below 2^53, so they are exact.
+function directory_rows(part, count, has_residue) {
+  const { bits, number, signed, end } = bit_reader(part, 'directory');
+  const kinds = kinds_of({ count: 0, skeleton: 0, faces: 6, points: 3, references: 3, stitch: 2, bytes: 6 });
+  const mean = {};
+  const modulo = (value) => ((value % 2 ** 32) + 2 ** 32) % 2 ** 32;
+  const near_sum = (column, base) => {
+    const expected = base + Math.floor((mean[column] ?? 0) / 16);
+    const value = modulo(expected + signed(kinds[column]));
+    mean[column] = mean[column] === undefined ? 16 * (value - expected) : mean[column] + value - expected;
+    return value;
+  };
+  const near_ratio = (column, known) => {
+    const scale = Math.max(known, 1), last = mean[column];
+    const value = modulo(Math.floor(((last ?? 0) * scale) / 1024) + signed(kinds[column]));
+    const ratio = Math.min(Math.floor((64 * value) / scale), 2 ** 17 - 1);
+    mean[column] = last === undefined ? 16 * ratio : last + ratio - Math.floor(last / 16);
+    return value;
+  };
+  const skeleton_count = number(kinds.count);
+  demand(skeleton_count <= 255, 'too many skeletons');
+  const mixed = skeleton_count > 0 && bits(1) === 1;
+  const rows = [];
+  while (rows.length < count) {
+    const is_residue = has_residue && rows.length === count - 1;
+    const condensed = skeleton_count > 0 && !is_residue && (!mixed || bits(1) === 1);
+    const skeleton = condensed && skeleton_count > 1 ? number(kinds.skeleton) : 0;
+    demand(!condensed || skeleton < skeleton_count, 'a skeleton that does not exist');
+    const faces = near_sum('faces', 0);
+    const points = near_sum('points', Math.floor(faces / 2));
+    const references = near_sum('references', 0);
+    const stitch_bytes = references > 0 ? near_ratio('stitch', references) : 0;
+    const stream_bytes = near_ratio('bytes', points);
+    rows.push({ is_residue, condensed, skeleton, faces, points, references, stitch_bytes, stream_bytes });
   }
-  const rows = columns[0].map((stream_bytes, i) => ({ stream_bytes, faces: columns[1][i], points: columns[2][i],
-    references: columns[3][i], stitch_bytes: columns[4][i], condensed: false }));
-  return { rows, at };
-}
-
-// "Version 3": the rows, the head, and where they end.
-function condensed_rows(bytes, view, count) {
-  demand(bytes.length >= 20, 'shorter than its header');
-  const directory_end = 20 + view.getUint32(12, true), at = directory_end + view.getUint32(16, true);
-  demand(at <= bytes.length, 'ends within its directory or head');
-  const head = at > directory_end ? parse_head(bytes.subarray(directory_end, at)) : null;
-  const rows = directory_rows(bytes.subarray(20, directory_end), count, head?.skeletons.length ?? 0);
-  demand(rows.some(({ condensed }) => condensed) === (head !== null), 'a head without condensed streams, or no head');
-  return { rows, at, head };
+  end();
+  return { rows, skeleton_count };
 }
 
 // "Parts". All sums are below 2^53, so they are exact.
 export function parse_container(bytes) {
-  demand(bytes.length >= 12, 'shorter than its header');
+  demand(bytes.length >= 20, 'shorter than its header');
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
   demand([0x50, 0x53, 0x50, 0x4c].every((letter, i) => bytes[i] === letter), 'wrong magic');
-  const version = bytes[4];
-  demand(version >= 1 && version <= 3, 'another version');
+  demand(bytes[4] === 1, 'another version');
   demand((bytes[5] & 0xfe) === 0, 'unknown flags');
-  demand(view.getUint16(6, true) === 0, 'bytes 6 and 7 are not 0');
+  demand(view.getUint16(6, true) === 0, 'another codec');
   const count = view.getUint32(8, true);
-  demand(count >= 1 && count <= bytes.length, 'an impossible number of streams');
-  const parts = version === 3 ? condensed_rows(bytes, view, count) : column_rows(bytes, view, count);
-  const { rows, head } = parts;
-  rows.forEach((row, i) => { row.is_residue = bytes[5] === 1 && i === count - 1; });
+  const directory_end = 20 + view.getUint32(12, true), head_end = directory_end + view.getUint32(16, true);
+  demand(head_end <= bytes.length, 'ends within its directory or head');
+  demand(count >= 1 && count <= 2 * (directory_end - 20), 'an impossible number of streams');
+  const { rows, skeleton_count } = directory_rows(bytes.subarray(20, directory_end), count, bytes[5] === 1);
+  const head = parse_head(bytes.subarray(directory_end, head_end));
+  demand(skeleton_count <= (head?.skeletons.length ?? 0), 'more skeletons than the head has');
+  demand(head === null || rows.some(({ condensed }) => condensed), 'tables without condensed streams');
   let points = 0, faces = 0;
   for (const row of rows) {
-    for (const column of ['stream_bytes', 'faces', 'points', 'references', 'stitch_bytes'])
-      demand(row[column] >= 0 && row[column] < 2 ** 32, 'a value of a row is too large');
     demand(row.stream_bytes >= 1, 'an empty stream');
-    demand(row.is_residue ? !row.condensed : row.faces >= 1 && row.points <= 3 * row.faces, 'an impossible patch');
+    demand(row.is_residue || (row.faces >= 1 && row.points <= 3 * row.faces), 'an impossible patch');
     demand(row.references <= row.points, 'more references than points');
     demand((row.stitch_bytes === 0) === (row.references === 0), 'references and stitch map contradict each other');
     row.base = points;
@@ -161,7 +166,7 @@ export function parse_container(bytes) {
     faces += row.faces;
   }
   demand(points <= 2 ** 32 - 2 && 3 * faces <= 2 ** 32 - 1, 'more than glTF can index');
-  let { at } = parts;
+  let at = head_end;
   const total = rows.reduce((sum, row) => sum + row.stitch_bytes + row.stream_bytes, at);
   demand(total === bytes.length, 'the length is not the sum of the parts');
   for (const [part, length] of [['stitch', 'stitch_bytes'], ['stream', 'stream_bytes']])
@@ -169,7 +174,7 @@ export function parse_container(bytes) {
       row[part] = bytes.subarray(at, at + row[length]);
       at += row[length];
     }
-  return { version, rows, points, faces, head };
+  return { rows, points, faces, head };
 }
 
 // "Border walk".
@@ -266,54 +271,19 @@ function parse_stitch(row, p) {
   return { runs, repeats, pairs };
 }
 
-// "Version 1": runs and pairs in the part of stream p.
-function parse_stitch_1(part, p) {
-  let at = 0;
-  const varint = () => {
-    let value = 0;
-    for (let i = 0; ; ++i) {
-      demand(at < part.length, 'the stitch map ends within a number');
-      const byte = part[at++];
-      demand(i < 4 || byte <= 15, 'a number of more than 32 bits');
-      value += (byte & 0x7f) * 2 ** (7 * i);
-      if (byte < 0x80) return value;
-    }
-  };
-  const owner = () => {
-    const back = varint();
-    demand(back <= p, 'an owner before stream 0');
-    return p - back;
-  };
-  const runs = [], pairs = [];
-  if (part.length === 0) return { runs, repeats: [], pairs };
-  const run_count = varint();
-  for (let next = 0; runs.length < run_count; ) {
-    const begin = next + varint(), length_way = varint();
-    const length = Math.floor(length_way / 2) + 1;
-    runs.push({ begin, length, step: length_way % 2 === 1 ? 1 : -1, owner: owner(), start: varint() });
-    next = begin + length;
-  }
-  for (let next = 0; at < part.length; ) {
-    const point = next + varint();
-    pairs.push({ point, owner: owner(), rank: varint() });
-    next = point + 1;
-  }
-  return { runs, repeats: [], pairs };
-}
-
 // The mesh of a container: indices, the tightly packed values of every request, and which features of the format it uses.
 export function decode_container(draco, bytes, requests) {
-  const { version, rows, points, faces, head } = parse_container(bytes);
-  const uses = { version_1: version === 1, streams: rows.length, residues: 0, dropped_faces: 0, runs: 0,
-    forward_runs: 0, repeats: 0, pairs: 0, own_points: 0, condensed: 0, stored: 0 };
+  const { rows, points, faces, head } = parse_container(bytes);
+  const uses = { streams: rows.length, residues: 0, dropped_faces: 0, runs: 0, forward_runs: 0, repeats: 0, pairs: 0,
+    condensed: 0, stored: 0 };
   const decode = (stream, wanted) => decode_stream(draco, stream, wanted);
 
-  rows.forEach((row, p) => Object.assign(row, version === 1 ? parse_stitch_1(row.stitch, p) : parse_stitch(row, p)));
+  rows.forEach((row, p) => Object.assign(row, parse_stitch(row, p)));
   if (head) expand_streams(rows, head, decode, border_walk, uses);
 
   // "Streams".
   rows.forEach((row) => {
-    if (version === 3) uses[row.condensed ? 'condensed' : 'stored'] += 1;
+    if (head) uses[row.condensed ? 'condensed' : 'stored'] += 1;
     const decoded = decode(row.stream, requests);
     demand(decoded.sequential === row.is_residue, 'only the residue is sequential');
     demand(decoded.points === row.points, 'other points than the row says');
@@ -355,7 +325,6 @@ export function decode_container(draco, bytes, requests) {
       demand(pair.rank < owner.owned, 'a pair names a point that its owner does not own');
       refer(pair.point, { owner, rank: pair.rank });
       uses.pairs += 1;
-      uses.own_points += owner === row ? 1 : 0;
     }
     demand(row.target.size === row.references, 'other references than the row says');
   }

@@ -1,5 +1,4 @@
 // A document that may not be decoded in memory becomes the same file as one that may.
-#include <fstream>
 
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/stated_bytes.h"
@@ -20,9 +19,7 @@ class DecodeToFile : public testing::Test {
     ASSERT_TRUE(decode_document(whole, cpu_backend(), test_pool()).ok());
     for (const uint64_t memory : {uint64_t{1}, uint64_t{20000}, uint64_t{1} << 40}) {
       Document windows = document;
-      const Status status =
-          decode_document(windows, cpu_backend(), test_pool(), {}, MemoryLimit{memory, folder_});
-      ASSERT_TRUE(status.ok()) << status.to_string();
+      must(decode_document(windows, cpu_backend(), test_pool(), {}, MemoryLimit{memory, folder_}));
       EXPECT_EQ(windows.buffers.back().is_mapped(), memory < uint64_t{1} << 40);
       for (const std::string name : {"out.glb", "out.gltf"}) {
         ASSERT_TRUE(write_document(whole, folder_ / name).ok());
@@ -49,11 +46,10 @@ TEST_F(DecodeToFile, GivesTheSameOutput) {
     Document document = document_from_mesh(rich_mesh(40, 30));
     if (filler > 0) {
       append_buffer_view(document, std::vector<uint8_t>(filler, 7));
-      document.json["images"] = Json::array({{{"mimeType", "image/png"}, {"bufferView", 0}}});
-      document.json["images"][0]["bufferView"] = document.json["bufferViews"].size() - 1;
+      document.json()["images"] = Json::array({{{"mimeType", "image/png"}, {"bufferView", 0}}});
+      document.json()["images"][0]["bufferView"] = document.json()["bufferViews"].size() - 1;
     }
-    EncodeDocumentOptions options;
-    options.patches = 9;
+    const EncodeDocumentOptions options{.patches = {.count = 9}};
     ASSERT_TRUE(encode(document, options).ok());
     expect_same_output(document);
   }
@@ -62,18 +58,16 @@ TEST_F(DecodeToFile, GivesTheSameOutput) {
 TEST_F(DecodeToFile, GivesTheSameOutputForManyPrimitivesInAllForms) {
   Document document = document_from_mesh(rich_mesh(30, 20));
   const Json primitive = primitive_of(document);
-  document.json["meshes"] = Json::array();
+  document.json()["meshes"] = Json::array();
   for (int i = 0; i < 4; ++i)
-    document.json["meshes"].push_back({{"primitives", Json::array({primitive, primitive})}});
+    document.json()["meshes"].push_back({{"primitives", Json::array({primitive, primitive})}});
   Json other = primitive;  // the same positions without the other attributes
   other["attributes"] = {{"POSITION", primitive["attributes"]["POSITION"]}};
-  document.json["meshes"][1]["primitives"][0] = other;
+  document.json()["meshes"][1]["primitives"][0] = other;
   Json points = primitive;
   points["mode"] = 0;
-  document.json["meshes"][2]["primitives"][1] = points;
-  EncodeDocumentOptions options;
-  options.patches = 5;
-  options.condense = true;
+  document.json()["meshes"][2]["primitives"][1] = points;
+  const EncodeDocumentOptions options{.patches = {.count = 5}, .condense = true};
   ASSERT_TRUE(encode(document, options).ok());
   expect_same_output(document);
 }
@@ -81,30 +75,29 @@ TEST_F(DecodeToFile, GivesTheSameOutputForManyPrimitivesInAllForms) {
 // They are decoded one after the other, between containers that are decoded window by window.
 TEST_F(DecodeToFile, GivesTheSameOutputForStockDraco) {
   Document document = document_from_mesh(rich_mesh(20, 10));
-  Json meshes = document.json["meshes"];
+  Json meshes = document.json()["meshes"];
   for (const uint32_t columns : {25u, 30u, 35u}) {
     const Document other = document_from_mesh(rich_mesh(columns, 10));
-    Json& json = document.json;
+    Json& json = document.json();
     const size_t views = json["bufferViews"].size(), accessors = json["accessors"].size();
     const size_t buffer = document.buffers.size();
-    json["buffers"].push_back(other.json["buffers"][0]);
+    json["buffers"].push_back(other.json()["buffers"][0]);
     document.buffers.push_back(other.buffers[0]);
-    for (Json view : other.json["bufferViews"]) {
+    for (Json view : other.json()["bufferViews"]) {
       view["buffer"] = buffer;
       json["bufferViews"].push_back(std::move(view));
     }
-    for (Json accessor : other.json["accessors"]) {
+    for (Json accessor : other.json()["accessors"]) {
       accessor["bufferView"] = accessor["bufferView"].get<size_t>() + views;
       json["accessors"].push_back(std::move(accessor));
     }
-    Json mesh = other.json["meshes"][0];
+    Json mesh = other.json()["meshes"][0];
     for (auto& [semantic, index] : mesh["primitives"][0]["attributes"].items())
       index = index.get<size_t>() + accessors;
     mesh["primitives"][0]["indices"] = mesh["primitives"][0]["indices"].get<size_t>() + accessors;
     json["meshes"].push_back(std::move(mesh));
   }
-  EncodeDocumentOptions options;
-  options.patch_faces = 500;
+  EncodeDocumentOptions options{.patches = {.faces = 500}};
   options.compat = Compat::kKhr;  // all of them become stock Draco
   ASSERT_TRUE(encode_document(document, options, draco_backend(), test_pool()).ok());
   expect_same_output(document);
@@ -113,9 +106,8 @@ TEST_F(DecodeToFile, GivesTheSameOutputForStockDraco) {
 TEST_F(DecodeToFile, TheDocumentStatesTheBytes) {
   for (const bool in_patches : {true, false}) {
     Document document = document_from_mesh(rich_mesh(40, 30));
-    EncodeDocumentOptions options;
-    options.patches = in_patches ? 4 : 1;
-    options.compat = in_patches ? Compat::kNone : Compat::kKhr;
+    const EncodeDocumentOptions options{.patches = {.count = in_patches ? 4u : 1u},
+                                        .compat = in_patches ? Compat::kNone : Compat::kKhr};
     ASSERT_TRUE(encode(document, options).ok());
     const StatedBytes stated = stated_bytes(document);
     EXPECT_GT(stated.stored, 1000u);
@@ -131,10 +123,21 @@ TEST_F(DecodeToFile, TheDocumentStatesTheBytes) {
   EXPECT_EQ(stated_bytes(document).decoded, 0u);
 }
 
+TEST_F(DecodeToFile, ABufferKeepsItsName) {
+  for (const uint64_t memory : {uint64_t{0}, uint64_t{1}}) {
+    Document document = document_from_mesh(rich_mesh());
+    document.json()["buffers"][0]["name"] = "geometry";
+    ASSERT_TRUE(encode(document, {.patches = {.count = 4}}).ok());
+    ASSERT_TRUE(decode_document(document, cpu_backend(), test_pool(), {}, MemoryLimit{memory, folder_}).ok());
+    const Json& buffers = std::as_const(document).json()["buffers"];
+    ASSERT_EQ(buffers.size(), 1u);
+    EXPECT_EQ(buffers[0].value("name", ""), "geometry");
+  }
+}
+
 TEST_F(DecodeToFile, GivesTheSameErrors) {
   Document document = document_from_mesh(rich_mesh());
-  EncodeDocumentOptions options;
-  options.patches = 4;
+  const EncodeDocumentOptions options{.patches = {.count = 4}};
   ASSERT_TRUE(encode(document, options).ok());
   document.source = "asset.glb";
   // Whether the document is refused.

@@ -42,13 +42,10 @@ TEST(Lossless, FloatsOfEveryKindComeBackAsTheSameBits) {
     for (const uint64_t patches : {1u, 2u, 9u}) {
       SCOPED_TRACE("speed " + std::to_string(speed) + ", patches " + std::to_string(patches));
       Document document = document_from_mesh(mesh);
-      EncodeDocumentOptions options;
-      options.lossless = true;
-      options.encode_speed = speed;
-      options.patches = patches;
-      const auto reports = encode(document, options);
-      ASSERT_TRUE(reports.ok()) << reports.status().to_string();
-      EXPECT_EQ(reports->front().statistics.patch_count, patches);
+      const EncodeDocumentOptions options{
+          .patches = {.count = patches}, .encode_speed = speed, .lossless = true};
+      const auto reports = must(encode(document, options));
+      EXPECT_EQ(reports.front().statistics.patch_count, patches);
       for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
         const Expected<Mesh> decoded = read_primitive(document, {0, 0}, backend, test_pool());
         ASSERT_TRUE(decoded.ok()) << backend.name << ": " << decoded.status().to_string();
@@ -62,10 +59,9 @@ TEST(Lossless, FloatsOfEveryKindComeBackAsTheSameBits) {
 TEST(Lossless, OneStockStreamIsTheSameBitsToo) {
   const Mesh mesh = labelled(floats_of_every_kind());
   const std::vector<AttributeCoding> codings(mesh.attributes.size());
-  const auto stock = encode_stock_stream(mesh, codings, 5);
-  ASSERT_TRUE(stock.ok()) << stock.status().to_string();
+  const auto stock = must(encode_stock_stream(mesh, codings, 5));
   for (const DecodeBackend& backend : {cpu_backend(), draco_backend()}) {
-    const Expected<Mesh> decoded = decode_stream(backend, stock->bytes, stock->requests);
+    const Expected<Mesh> decoded = decode_stream(backend, stock.bytes, stock.requests);
     ASSERT_TRUE(decoded.ok()) << backend.name << ": " << decoded.status().to_string();
     EXPECT_EQ(changed_components(mesh, *decoded), 0u) << backend.name;
   }
@@ -78,10 +74,8 @@ TEST(Lossless, DocumentsOfFloatsOfEveryKindAreValid) {
     return attribute.semantic != "POSITION" && attribute.semantic != "_FEATURE_ID_0";
   });
   Document document = document_from_mesh(mesh);
-  EncodeDocumentOptions options;
-  options.lossless = true;
-  options.patches = 5;
-  options.fallback = Fallback::kUncompressed;
+  const EncodeDocumentOptions options{
+      .patches = {.count = 5}, .lossless = true, .fallback = Fallback::kUncompressed};
   ASSERT_TRUE(encode(document, options).ok());
   for (const DecodeBackend& backend : {cpu_backend(), draco_backend()})
     for (const Finding& finding : validate_document(document, backend, test_pool()))

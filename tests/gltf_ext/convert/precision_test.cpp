@@ -124,11 +124,11 @@ Json primitive_of_sheet(Document& document, const Sheet& sheet) {
 // A document with the sheets as primitives; the first `in_first_mesh` of them in mesh 0, the others in mesh 1.
 Document document_of(const std::vector<Sheet>& sheets, size_t in_first_mesh) {
   Document document = document_from_mesh(make_grid(1, 1));
-  document.json["meshes"] = Json::array();
+  document.json()["meshes"] = Json::array();
   for (size_t i = 0; i < sheets.size(); ++i) {
-    if (i == 0 || i == in_first_mesh) document.json["meshes"].push_back({{"primitives", Json::array()}});
+    if (i == 0 || i == in_first_mesh) document.json()["meshes"].push_back({{"primitives", Json::array()}});
     Json primitive = primitive_of_sheet(document, sheets[i]);
-    document.json["meshes"].back()["primitives"].push_back(std::move(primitive));
+    document.json()["meshes"].back()["primitives"].push_back(std::move(primitive));
   }
   return document;
 }
@@ -214,11 +214,10 @@ TEST(Precision, IsHalfAStepOfTheGridThatStoredValuesCallFor) {
     std::vector<Sheet> sheets;
     for (uint32_t count = 1 + random.below(4); count > 0; --count) sheets.push_back(random.sheet());
     const size_t in_first_mesh = 1 + random.below(static_cast<uint32_t>(sheets.size()));
-    EncodeDocumentOptions options;
-    options.position_bits = 5 + static_cast<int>(random.below(12));
-    options.texcoord_bits = 5 + static_cast<int>(random.below(12));
-    options.color_bits = 4 + static_cast<int>(random.below(8));
-    options.generic_bits = 1 + static_cast<int>(random.below(16));
+    EncodeDocumentOptions options{.position_bits = 5 + static_cast<int>(random.below(12)),
+                                  .texcoord_bits = 5 + static_cast<int>(random.below(12)),
+                                  .color_bits = 4 + static_cast<int>(random.below(8)),
+                                  .generic_bits = 1 + static_cast<int>(random.below(16))};
     options.volume = std::array{QuantizationVolume::kMesh, QuantizationVolume::kMesh,
                                 QuantizationVolume::kPrimitive, QuantizationVolume::kScene}[random.below(4)];
     const auto group = [&](size_t i) {
@@ -230,13 +229,11 @@ TEST(Precision, IsHalfAStepOfTheGridThatStoredValuesCallFor) {
     for (size_t i = 0; i < sheets.size(); ++i)
       for (size_t k = 0; k < sheets[i].attributes.size(); ++k) ranges.add(group(i), sheets[i], k);
     Document document = document_of(sheets, in_first_mesh);
-    const auto reports = encode(document, options);
-    ASSERT_TRUE(reports.ok()) << reports.status().to_string();
+    const auto reports = must(encode(document, options));
     for (size_t i = 0; i < sheets.size(); ++i) {
       const size_t mesh = i >= in_first_mesh ? 1 : 0;
-      const Expected<Mesh> decoded = read(document, mesh, i - mesh * in_first_mesh);
-      ASSERT_TRUE(decoded.ok()) << decoded.status().to_string();
-      expect_precise(sheets[i], *decoded, group(i), ranges, options);
+      const Mesh decoded = must(read(document, mesh, i - mesh * in_first_mesh));
+      expect_precise(sheets[i], decoded, group(i), ranges, options);
     }
   }
 }
@@ -253,7 +250,7 @@ TEST(Precision, OfPartsIsThatOfTheBoxOfAllValues) {
   Json primitive = primitive_of(document);
   primitive["attributes"]["POSITION"] = append_accessor(
       document, make_data<float>(ComponentType::kFloat32, 3, {0, 90, 0, 1, 90, 0, 0, 91, 0}), 34962, true);
-  document.json["meshes"][0]["primitives"].push_back(primitive);
+  document.json()["meshes"][0]["primitives"].push_back(primitive);
   EXPECT_EQ(largest_range_of(encode(document)), 100);
 }
 
@@ -283,14 +280,12 @@ TEST(Precision, IsNotThatOfPointsThatAreDropped) {
 TEST(Precision, OfStockDracoIsNotThatOfUnusedPoints) {
   const Mesh mesh = make_mesh({0, 0, 0, 1, 0, 0, 0.3f, 1, 0, 1000, 0, 0}, {{0, 1, 2}, {1, 1, 3}});
   Document document = document_from_mesh(mesh);
-  const auto reports = encode_document_stock(document, {}, test_pool());
-  ASSERT_TRUE(reports.ok()) << reports.status().to_string();
-  EXPECT_EQ(reports->front().statistics.dropped_faces, 1u);
-  EXPECT_EQ(reports->front().statistics.dropped_points, 1u);
-  const Expected<Mesh> decoded = read(document);
-  ASSERT_TRUE(decoded.ok());
-  EXPECT_EQ(decoded->point_count, 3u);
-  const std::vector<float> x = sorted_column(values_of<float>(*decoded->find("POSITION")), 0, 3);
+  const auto reports = must(encode_document_stock(document, {}, test_pool()));
+  EXPECT_EQ(reports.front().statistics.dropped_faces, 1u);
+  EXPECT_EQ(reports.front().statistics.dropped_points, 1u);
+  const Mesh decoded = must(read(document));
+  EXPECT_EQ(decoded.point_count, 3u);
+  const std::vector<float> x = sorted_column(values_of<float>(*decoded.find("POSITION")), 0, 3);
   EXPECT_NEAR(x[1], 0.3, 0.5 / 16383 + 1e-6);
 }
 
@@ -301,9 +296,8 @@ TEST(Precision, HasGridsBesideUnusedPointsThatAreNotFinite) {
                                            std::vector<float>{0, 0.1f, 0, 1, 0.7f, 0.37f, INFINITY, NAN}));
   Document document = document_from_mesh(mesh);
   ASSERT_TRUE(encode(document).ok());
-  const Expected<Mesh> decoded = read(document);
-  ASSERT_TRUE(decoded.ok());
-  std::vector<float> values = values_of<float>(*decoded->find("TEXCOORD_0"));
+  const Mesh decoded = must(read(document));
+  std::vector<float> values = values_of<float>(*decoded.find("TEXCOORD_0"));
   EXPECT_EQ(std::ranges::count(values, 0.37f), 0) << "it was kept exactly";
 }
 

@@ -7,10 +7,10 @@
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/convert/document_from_mesh.h"
-#include "gltf_ext/convert/draco_file.h"
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/patch_counts.h"
 #include "gltf_ext/convert/validate.h"
+#include "gltf_ext/mesh_files/draco_file.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/gltf_ext/asset.h"
 
@@ -32,15 +32,8 @@ Document small_and_large() {
   std::vector<uint32_t> indices;
   for (const auto& face : large->faces) indices.insert(indices.end(), face.begin(), face.end());
   primitive["indices"] = append_accessor(document, make_data(ComponentType::kUint32, 1, indices), 34963, false);
-  document.json["meshes"][0]["primitives"].push_back(primitive);
+  document.json()["meshes"][0]["primitives"].push_back(primitive);
   return document;
-}
-
-std::string findings_of(const Document& document) {
-  std::string text;
-  for (const Finding& finding : validate_document(document, draco_backend(), test_pool()))
-    text += finding.rule + ": " + finding.message + "\n";
-  return text;
 }
 
 TEST(StorageChoice, DefaultPatchCountsKeepThreadsBusy) {
@@ -57,8 +50,7 @@ TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
   Mesh mesh = make_grid(40, 40);
   mesh.faces.push_back({0, 0, 1});
   Document document = document_from_mesh(mesh);
-  EncodeDocumentOptions options;
-  options.patches = 5;
+  const EncodeDocumentOptions options{.patches = {.count = 5}};
   std::mutex mutex;
   std::vector<size_t> done;
   const auto reports =
@@ -78,40 +70,34 @@ TEST(StorageChoice, ProgressCountsTheFacesOfPatches) {
 // A .drc file states no bounds, but glTF requires those of positions.
 TEST(StorageChoice, ADracoFileThatStaysAsItIsGetsItsBounds) {
   const Mesh mesh = make_grid(30, 20);
-  Expected<AttributeCoding> grid = fit_grid(mesh.attributes[0], 14);
-  ASSERT_TRUE(grid);
+  AttributeCoding grid = must(fit_grid(mesh.attributes[0], 14));
   std::vector<AttributeCoding> codings(mesh.attributes.size());
-  codings[0] = *grid;
-  const Expected<StockStream> stream = encode_stock_stream(mesh, codings, 0);
-  ASSERT_TRUE(stream) << stream.status().to_string();
-  Expected<Document> document = document_from_draco(stream->bytes, describe_stream);
-  ASSERT_TRUE(document) << document.status().to_string();
-  const auto reports = encode_by_default(*document);
-  ASSERT_TRUE(reports) << reports.status().to_string();
-  ASSERT_NE((*reports)[0].skipped, "");
-  const Json accessor = accessor_of(*document, "POSITION");
+  codings[0] = grid;
+  const StockStream stream = must(encode_stock_stream(mesh, codings, 0));
+  Document document = must(document_from_draco(stream.bytes, describe_stream));
+  const auto reports = must(encode_by_default(document));
+  ASSERT_NE(reports[0].skipped, "");
+  const Json accessor = accessor_of(document, "POSITION");
   ASSERT_TRUE(accessor.contains("min") && accessor.contains("max")) << accessor;
-  EXPECT_EQ(findings_of(*document), "");
-  ASSERT_TRUE(decode(*document).ok());
-  EXPECT_EQ(accessor_of(*document, "POSITION")["min"], accessor["min"]);
-  EXPECT_EQ(accessor_of(*document, "POSITION")["max"], accessor["max"]);
+  EXPECT_EQ(findings_of(document, draco_backend()), "");
+  ASSERT_TRUE(decode(document).ok());
+  EXPECT_EQ(accessor_of(document, "POSITION")["min"], accessor["min"]);
+  EXPECT_EQ(accessor_of(document, "POSITION")["max"], accessor["max"]);
 }
 
 TEST(StorageChoice, WholePrimitivesAreStockDracoOfNoMoreBytes) {
   const Mesh mesh = rich_mesh(30, 20);
   Document document = document_from_mesh(mesh), stock = document;
-  const auto reports = encode_by_default(document);
-  ASSERT_TRUE(reports) << reports.status().to_string();
-  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
-  EXPECT_EQ((*reports)[0].streams.size(), 1u);
-  EXPECT_GT((*reports)[0].input_bytes, (*reports)[0].bytes);
-  EXPECT_EQ(document.json["extensionsUsed"], Json::array({kStockExtensionName}));
-  EXPECT_EQ(document.json["extensionsRequired"], Json::array({kStockExtensionName}));
+  const auto reports = must(encode_by_default(document));
+  EXPECT_EQ(reports[0].stored_as, StoredAs::kDraco);
+  EXPECT_EQ(reports[0].streams.size(), 1u);
+  EXPECT_GT(reports[0].input_bytes, reports[0].bytes);
+  EXPECT_EQ(document.json()["extensionsUsed"], Json::array({kStockExtensionName}));
+  EXPECT_EQ(document.json()["extensionsRequired"], Json::array({kStockExtensionName}));
   EXPECT_EQ(count_in(document, kExtensionName), 0u);
-  EXPECT_EQ(document.json["bufferViews"].size(), 1u);
-  const auto by_draco = encode_document_stock(stock, {}, test_pool());
-  ASSERT_TRUE(by_draco);
-  EXPECT_EQ((*reports)[0].bytes, (*by_draco)[0].bytes);
+  EXPECT_EQ(document.json()["bufferViews"].size(), 1u);
+  const auto by_draco = must(encode_document_stock(stock, {}, test_pool()));
+  EXPECT_EQ(reports[0].bytes, by_draco[0].bytes);
   EXPECT_EQ(compare_meshes(*read(stock), *read(document)), "");
   ASSERT_TRUE(decode(document).ok());
   EXPECT_EQ(compare_meshes(*read(stock), *read(document)), "");
@@ -121,22 +107,18 @@ TEST(StorageChoice, OneAssetMayHoldBothExtensions) {
   for (const Fallback fallback : {Fallback::kNone, Fallback::kUncompressed}) {
     Document document = small_and_large();
     const Expected<Mesh> small = read(document), large = read(document, 0, 1);
-    EncodeDocumentOptions options;
-    options.patch_faces = 1000;
-    options.fallback = fallback;
-    options.lossless = true;
-    const auto reports = encode_by_default(document, options);
-    ASSERT_TRUE(reports) << reports.status().to_string();
-    EXPECT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
-    EXPECT_EQ((*reports)[1].stored_as, StoredAs::kPatches);
-    EXPECT_EQ((*reports)[1].statistics.patch_count, 5u);
+    const EncodeDocumentOptions options{.patches = {.faces = 1000}, .lossless = true, .fallback = fallback};
+    const auto reports = must(encode_by_default(document, options));
+    EXPECT_EQ(reports[0].stored_as, StoredAs::kDraco);
+    EXPECT_EQ(reports[1].stored_as, StoredAs::kPatches);
+    EXPECT_EQ(reports[1].statistics.patch_count, 5u);
     const Json both = Json::array({kStockExtensionName, kExtensionName});
-    EXPECT_EQ(document.json["extensionsUsed"], both);
-    EXPECT_EQ(document.json.contains("extensionsRequired"), fallback == Fallback::kNone);
+    EXPECT_EQ(document.json()["extensionsUsed"], both);
+    EXPECT_EQ(document.json().contains("extensionsRequired"), fallback == Fallback::kNone);
     if (fallback == Fallback::kNone) {
-      EXPECT_EQ(document.json["extensionsRequired"], both);
+      EXPECT_EQ(document.json()["extensionsRequired"], both);
     }
-    EXPECT_EQ(findings_of(document), "");
+    EXPECT_EQ(findings_of(document, draco_backend()), "");
     EXPECT_EQ(compare_meshes(*small, *read(document)), "");
     EXPECT_EQ(compare_meshes(*large, *read(document, 0, 1)), "");
     Document loader = document;  // a loader that knows neither extension
@@ -152,16 +134,16 @@ TEST(StorageChoice, OneAssetMayHoldBothExtensions) {
 TEST(StorageChoice, MinFacesAndAlwaysPatches) {
   const auto stored = [](EncodeDocumentOptions options) {
     Document document = small_and_large();
-    const auto reports = encode_by_default(document, options);
-    EXPECT_TRUE(reports) << reports.status().to_string();
-    return std::array{(*reports)[0].stored_as, (*reports)[1].stored_as};
+    const auto reports = must(encode_by_default(document, options));
+    return std::array{reports[0].stored_as, reports[1].stored_as};
   };
   using enum StoredAs;
   EXPECT_EQ(stored({}), (std::array{kDraco, kDraco}));
-  EXPECT_EQ(stored({.min_faces = 4000}), (std::array{kDraco, kPatches}));
-  EXPECT_EQ(stored({.always_patches = true}), (std::array{kPatches, kPatches}));
-  EXPECT_EQ(stored({.patch_faces = 1000, .min_faces = 5000}), (std::array{kDraco, kDraco}));
-  EXPECT_EQ(stored({.min_faces = 4000, .compat = Compat::kKhr}), (std::array{kDraco, kPatchPrimitives}));
+  EXPECT_EQ(stored({.patches = {.min_faces = 4000}}), (std::array{kDraco, kPatches}));
+  EXPECT_EQ(stored({.patches = {.always = true}}), (std::array{kPatches, kPatches}));
+  EXPECT_EQ(stored({.patches = {.faces = 1000, .min_faces = 5000}}), (std::array{kDraco, kDraco}));
+  EXPECT_EQ(stored({.patches = {.min_faces = 4000}, .compat = Compat::kKhr}),
+            (std::array{kDraco, kPatchPrimitives}));
 }
 
 // A stock stream has points that Edgebreaker splits twice. Morph targets follow both copies.
@@ -173,11 +155,9 @@ TEST(StorageChoice, MorphTargetsFollowTheOneStream) {
       {{{"POSITION",
          append_accessor(document, make_data(ComponentType::kFloat32, 3, values_of<float>(mesh.attributes[0])),
                          34962, true)}}});
-  EncodeDocumentOptions options;
-  options.lossless = true;
-  const auto reports = encode_by_default(document, options);
-  ASSERT_TRUE(reports) << reports.status().to_string();
-  ASSERT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
+  const EncodeDocumentOptions options{.lossless = true};
+  const auto reports = must(encode_by_default(document, options));
+  ASSERT_EQ(reports[0].stored_as, StoredAs::kDraco);
   const auto morphs = read_morph_targets(document, {0, 0});
   ASSERT_TRUE(morphs && morphs->size() == 1);
   EXPECT_EQ((*morphs)[0].data.values, read(document)->find("POSITION")->values);
@@ -185,8 +165,7 @@ TEST(StorageChoice, MorphTargetsFollowTheOneStream) {
 
 TEST(StorageChoice, StockDracoThatWouldGrowStays) {
   Document document = document_from_mesh(make_grid(60, 40));
-  EncodeDocumentOptions coarse;
-  coarse.position_bits = 8;
+  EncodeDocumentOptions coarse{.position_bits = 8};
   ASSERT_TRUE(encode_by_default(document, coarse));
   const Document stock = document;
   auto reports = encode_by_default(document);
@@ -194,9 +173,9 @@ TEST(StorageChoice, StockDracoThatWouldGrowStays) {
   EXPECT_EQ((*reports)[0].stored_as, StoredAs::kAsItWas);
   EXPECT_TRUE((*reports)[0].skipped.starts_with("stock Draco that would take ")) << (*reports)[0].skipped;
   EXPECT_EQ((*reports)[0].bytes, (*reports)[0].input_bytes);
-  EXPECT_EQ(document.json, stock.json);
+  EXPECT_EQ(document.json(), stock.json());
   // If the user asks for patches, they are written, with a warning.
-  reports = encode_by_default(document, {.patches = 4});
+  reports = encode_by_default(document, {.patches = {.count = 4}});
   ASSERT_TRUE(reports) << reports.status().to_string();
   EXPECT_EQ((*reports)[0].stored_as, StoredAs::kPatches);
   ASSERT_EQ((*reports)[0].warnings.size(), 1u);
@@ -214,24 +193,22 @@ TEST(StorageChoice, StockDracoThatWouldGrowStays) {
 TEST(StorageChoice, AGeometrySmallerThanItsStreamStays) {
   const Document triangle = document_from_mesh(make_mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{0, 1, 2}}));
   Document document = triangle;
-  const auto reports = encode_by_default(document);
-  ASSERT_TRUE(reports) << reports.status().to_string();
-  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kAsItWas);
-  EXPECT_TRUE((*reports)[0].skipped.starts_with("Draco would take ")) << (*reports)[0].skipped;
-  EXPECT_EQ((*reports)[0].input_bytes, 42u);
-  EXPECT_EQ(document.json, triangle.json);
+  const auto reports = must(encode_by_default(document));
+  EXPECT_EQ(reports[0].stored_as, StoredAs::kAsItWas);
+  EXPECT_TRUE(reports[0].skipped.starts_with("Draco would take ")) << reports[0].skipped;
+  EXPECT_EQ(reports[0].input_bytes, 42u);
+  EXPECT_EQ(document.json(), triangle.json());
   // If other objects use a part of its data, these bytes stay.
   Document shared = triangle;
   Json points = primitive_of(shared);
   points["mode"] = 0;
   points.erase("indices");
-  shared.json["meshes"][0]["primitives"].push_back(points);
-  const Json before = shared.json;
-  const auto of_shared = encode_by_default(shared);
-  ASSERT_TRUE(of_shared);
-  EXPECT_TRUE((*of_shared)[0].skipped.ends_with("instead of 6; what other objects use would stay"))
-      << (*of_shared)[0].skipped;
-  EXPECT_EQ(shared.json, before);
+  shared.json()["meshes"][0]["primitives"].push_back(points);
+  const Json before = shared.json();
+  const auto of_shared = must(encode_by_default(shared));
+  EXPECT_TRUE(of_shared[0].skipped.ends_with("instead of 6; what other objects use would stay"))
+      << of_shared[0].skipped;
+  EXPECT_EQ(shared.json(), before);
 }
 
 // Two primitives have the same points. What they share goes only if both are encoded.
@@ -241,22 +218,21 @@ TEST(StorageChoice, PrimitivesThatShareDataDoNotGrow) {
     Json second = primitive_of(document);
     second["indices"] = append_accessor(
         document, make_data(ComponentType::kUint16, 1, std::vector<uint16_t>{0, 1, 2}), 34963, false);
-    document.json["meshes"][0]["primitives"].push_back(second);
+    document.json()["meshes"][0]["primitives"].push_back(second);
     return document;
   };
   for (const uint32_t columns : {2u, 40u}) {
     Document document = shared_by_two(columns);
     const Document before = document;
-    const auto reports = encode_by_default(document);
-    ASSERT_TRUE(reports) << reports.status().to_string();
+    const auto reports = must(encode_by_default(document));
     const size_t size = document.buffers[0].size(), size_before = before.buffers[0].size();
-    EXPECT_EQ((*reports)[0].stored_as, columns == 2 ? StoredAs::kAsItWas : StoredAs::kDraco);
-    EXPECT_EQ((*reports)[1].stored_as, (*reports)[0].stored_as);
+    EXPECT_EQ(reports[0].stored_as, columns == 2 ? StoredAs::kAsItWas : StoredAs::kDraco);
+    EXPECT_EQ(reports[1].stored_as, reports[0].stored_as);
     EXPECT_LE(size, size_before);
     if (columns != 2) continue;
-    EXPECT_EQ(document.json, before.json);
-    EXPECT_TRUE((*reports)[0].skipped.ends_with("together with the primitives that share its data"))
-        << (*reports)[0].skipped;
+    EXPECT_EQ(document.json(), before.json());
+    EXPECT_TRUE(reports[0].skipped.ends_with("together with the primitives that share its data"))
+        << reports[0].skipped;
   }
   // The points of a primitive that is not encoded stay, and so do its morph targets.
   Document document = document_from_mesh(make_grid(3, 3));
@@ -267,10 +243,10 @@ TEST(StorageChoice, PrimitivesThatShareDataDoNotGrow) {
   Json points = primitive_of(document);
   points["mode"] = 0;
   points.erase("indices");
-  document.json["meshes"][0]["primitives"].push_back(points);
-  const Json before = document.json;
+  document.json()["meshes"][0]["primitives"].push_back(points);
+  const Json before = document.json();
   ASSERT_TRUE(encode_by_default(document));
-  EXPECT_EQ(document.json, before);
+  EXPECT_EQ(document.json(), before);
 }
 
 // Parallel decoding is worth 3 % more bytes.
@@ -282,19 +258,19 @@ TEST(StorageChoice, LargeStockDracoIsSplitLikePlainGeometry) {
   Document stock = document_from_mesh(make_mesh(positions, flat.faces));
   ASSERT_TRUE(encode_document_stock(stock, {}, test_pool()));
   Document document = stock;
-  auto reports = encode_by_default(document, {.min_faces = 10000});
+  auto reports = encode_by_default(document, {.patches = {.min_faces = 10000}});
   ASSERT_TRUE(reports) << reports.status().to_string();
   EXPECT_EQ((*reports)[0].stored_as, StoredAs::kPatches) << (*reports)[0].skipped;
   EXPECT_GT((*reports)[0].bytes, (*reports)[0].input_bytes);
   EXPECT_LE((*reports)[0].bytes * 100, (*reports)[0].input_bytes * 103);
   // Patches of few faces take more.
   document = stock;
-  reports = encode_by_default(document, {.most_patches = 16, .min_faces = 10000, .position_bits = 20});
+  reports = encode_by_default(document, {.patches = {.most = 16, .min_faces = 10000}, .position_bits = 20});
   ASSERT_TRUE(reports);
   EXPECT_EQ((*reports)[0].stored_as, StoredAs::kAsItWas);
   EXPECT_TRUE((*reports)[0].skipped.ends_with("in patches; --patches and --patch-faces split it all the same"))
       << (*reports)[0].skipped;
-  EXPECT_EQ(document.json, stock.json);
+  EXPECT_EQ(document.json(), stock.json());
 }
 
 TEST(StorageChoice, PartsThatTouchStayClosed) {
@@ -313,10 +289,8 @@ TEST(StorageChoice, PartsThatTouchStayClosed) {
   Json primitive = primitive_of(document);
   primitive["attributes"]["POSITION"] = append_accessor(
       document, make_data(ComponentType::kFloat32, 3, values_of<float>(right.attributes[0])), 34962, true);
-  document.json["meshes"][0]["primitives"].push_back(primitive);
-  EncodeDocumentOptions options;
-  options.patch_faces = 300;
-  options.min_faces = 1;
+  document.json()["meshes"][0]["primitives"].push_back(primitive);
+  const EncodeDocumentOptions options{.patches = {.faces = 300, .min_faces = 1}};
   ASSERT_TRUE(encode_by_default(document, options));
   const auto border = [&](size_t p, bool high) {
     const std::vector<float> values = values_of<float>(*read(document, 0, p)->find("POSITION"));
@@ -340,28 +314,25 @@ TEST(StorageChoice, WhatDrawsNothingGoesAndIsCounted) {
   mesh.faces.push_back({0, mesh.point_count + 1, 5});  // repeats a point when equal points are merged
   mesh = make_mesh(positions, mesh.faces);
   Document document = document_from_mesh(mesh);
-  const auto reports = encode_by_default(document);
-  ASSERT_TRUE(reports) << reports.status().to_string();
-  EXPECT_EQ((*reports)[0].stored_as, StoredAs::kDraco);
-  EXPECT_EQ((*reports)[0].statistics.dropped_faces, 2u);
-  EXPECT_EQ((*reports)[0].statistics.dropped_points, 1u);
-  EXPECT_EQ((*reports)[0].statistics.merged_points, 1u);
+  const auto reports = must(encode_by_default(document));
+  EXPECT_EQ(reports[0].stored_as, StoredAs::kDraco);
+  EXPECT_EQ(reports[0].statistics.dropped_faces, 2u);
+  EXPECT_EQ(reports[0].statistics.dropped_points, 1u);
+  EXPECT_EQ(reports[0].statistics.merged_points, 1u);
   Document kept = document_from_mesh(mesh);
-  const auto of_kept = encode_by_default(kept, {.keep_degenerate = true, .keep_unused = true});
-  ASSERT_TRUE(of_kept) << of_kept.status().to_string();
-  EXPECT_EQ((*of_kept)[0].stored_as, StoredAs::kPatches);  // Edgebreaker cannot code them
-  EXPECT_EQ((*of_kept)[0].statistics.residue_faces, 2u);
-  EXPECT_EQ((*of_kept)[0].statistics.residue_points, 1u);
-  EXPECT_EQ(findings_of(kept), "");
+  const auto of_kept = must(encode_by_default(kept, {.keep_degenerate = true, .keep_unused = true}));
+  EXPECT_EQ(of_kept[0].stored_as, StoredAs::kPatches);  // Edgebreaker cannot code them
+  EXPECT_EQ(of_kept[0].statistics.residue_faces, 2u);
+  EXPECT_EQ(of_kept[0].statistics.residue_points, 1u);
+  EXPECT_EQ(findings_of(kept, draco_backend()), "");
 }
 
 TEST(StorageChoice, APrimitiveOfFacesThatEqualPointsMakeDegenerateStays) {
   const Document before = document_from_mesh(make_mesh({0, 0, 0, 0, 0, 0, 0, 1, 0}, {{0, 1, 2}}));
   Document document = before;
-  const auto reports = encode_by_default(document);
-  ASSERT_TRUE(reports) << reports.status().to_string();
-  EXPECT_EQ((*reports)[0].skipped, "no triangles but degenerate ones");
-  EXPECT_EQ(document.json, before.json);
+  const auto reports = must(encode_by_default(document));
+  EXPECT_EQ(reports[0].skipped, "no triangles but degenerate ones");
+  EXPECT_EQ(document.json(), before.json());
 }
 
 // Two points at the same position are moved apart by a morph target: then their faces are drawn.
@@ -381,19 +352,15 @@ TEST(StorageChoice, FacesThatAMorphTargetOpensAreKept) {
     primitive_of(document)["targets"] =
         Json::array({{{"POSITION", append_accessor(document, make_data(ComponentType::kFloat32, 3, deltas),
                                                    34962, true)}}});
-    EncodeDocumentOptions options;
-    options.lossless = true;
-    options.patches = whole ? 1 : 3;
-    const auto reports = encode_by_default(document, options);
-    ASSERT_TRUE(reports) << reports.status().to_string();
-    EXPECT_EQ((*reports)[0].stored_as, whole ? StoredAs::kDraco : StoredAs::kPatches);
-    EXPECT_EQ((*reports)[0].statistics.dropped_faces, 0u);
-    EXPECT_FALSE((*reports)[0].has_residue);
+    const EncodeDocumentOptions options{.patches = {.count = whole ? 1u : 3u}, .lossless = true};
+    const auto reports = must(encode_by_default(document, options));
+    EXPECT_EQ(reports[0].stored_as, whole ? StoredAs::kDraco : StoredAs::kPatches);
+    EXPECT_EQ(reports[0].statistics.dropped_faces, 0u);
+    EXPECT_FALSE(reports[0].has_residue);
     EXPECT_EQ(read(document)->faces.size(), mesh.faces.size());
-    const auto morphs = read_morph_targets(document, {0, 0});
-    ASSERT_TRUE(morphs);
+    const auto morphs = must(read_morph_targets(document, {0, 0}));
     const std::vector<float> moved =
-        values_of<float>(Attribute{"target", ComponentType::kFloat32, 3, false, (*morphs)[0].data.values});
+        values_of<float>(Attribute{"target", ComponentType::kFloat32, 3, false, morphs[0].data.values});
     EXPECT_GE(std::count(moved.begin(), moved.end(), 1.0f), 3);
   }
 }

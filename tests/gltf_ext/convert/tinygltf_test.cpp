@@ -1,5 +1,4 @@
 // Another loader, tinygltf, reads the output of psplit.
-#include <gtest/gtest.h>
 #include <tiny_gltf.h>
 
 #include "encoder/draco/draco_backend.h"
@@ -8,6 +7,7 @@
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/test_folder.h"
 
@@ -47,34 +47,29 @@ TEST_F(TinyGltfTest, LoadsDecodedAssetsAndFindsTheSameBytes) {
   for (const NamedMesh& sample : procedural_meshes()) {
     SCOPED_TRACE(sample.name);
     Document document = document_from_mesh(sample.mesh);
-    EncodeDocumentOptions options;
-    options.patches = 4;
-    options.always_patches = true;
+    const EncodeDocumentOptions options{.patches = {.count = 4, .always = true}};
     ASSERT_TRUE(encode_document(document, options, draco_backend(), pool_));
     ASSERT_TRUE(decode_document(document, draco_backend(), pool_).ok());
     ASSERT_TRUE(write_document(document, path_).ok());
-    const Expected<Mesh> mesh = read_primitive(document, {0, 0}, draco_backend(), pool_);
-    ASSERT_TRUE(mesh) << mesh.status().to_string();
+    const Mesh mesh = must(read_primitive(document, {0, 0}, draco_backend(), pool_));
 
     const tinygltf::Model model = load(path_);
     ASSERT_EQ(model.meshes.size(), 1u);
     const tinygltf::Primitive& primitive = model.meshes[0].primitives.at(0);
-    ASSERT_EQ(primitive.attributes.size(), mesh->attributes.size());
-    for (const Attribute& attribute : mesh->attributes) {
+    ASSERT_EQ(primitive.attributes.size(), mesh.attributes.size());
+    for (const Attribute& attribute : mesh.attributes) {
       const auto bytes = packed_bytes(model, primitive.attributes.at(attribute.semantic));
       ASSERT_EQ(bytes.size(), attribute.values.size());
       EXPECT_EQ(std::memcmp(bytes.data(), attribute.values.data(), bytes.size()), 0) << attribute.semantic;
     }
-    EXPECT_EQ(model.accessors.at(static_cast<size_t>(primitive.indices)).count, mesh->faces.size() * 3);
+    EXPECT_EQ(model.accessors.at(static_cast<size_t>(primitive.indices)).count, mesh.faces.size() * 3);
   }
 }
 
 // Without a fallback, tinygltf refuses indices without a buffer view, even if an extension supplies them.
 TEST_F(TinyGltfTest, OpensTheFallbackOfAnEncodedAsset) {
   Document document = document_from_mesh(make_grid(20, 20));
-  EncodeDocumentOptions options;
-  options.fallback = Fallback::kUncompressed;
-  options.always_patches = true;
+  const EncodeDocumentOptions options{.patches = {.always = true}, .fallback = Fallback::kUncompressed};
   ASSERT_TRUE(encode_document(document, options, draco_backend(), pool_));
   ASSERT_TRUE(write_document(document, path_).ok());
   const tinygltf::Model model = load(path_);

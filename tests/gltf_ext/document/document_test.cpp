@@ -1,7 +1,5 @@
 #include "gltf_ext/document/document.h"
 
-#include <gtest/gtest.h>
-
 #include <fstream>
 
 #include "gltf_ext/document/drop_unused.h"
@@ -11,6 +9,7 @@
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/accessors.h"
+#include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -44,10 +43,9 @@ constexpr const char* kOneView =
     R"("accessors":[{"bufferView":0,"componentType":5121,"type":"VEC4","count":2}])";
 
 TEST_F(DocumentTest, ReadsGlb) {
-  const auto document = read(glb(asset(kOneView), "abcdefgh"));
-  ASSERT_TRUE(document) << document.status().to_string();
-  EXPECT_TRUE(document->from_glb);
-  EXPECT_EQ(text_of(*buffer_view_bytes(*document, 0)), "abcdefgh");
+  const auto document = must(read(glb(asset(kOneView), "abcdefgh")));
+  EXPECT_TRUE(document.from_glb);
+  EXPECT_EQ(text_of(*buffer_view_bytes(document, 0)), "abcdefgh");
 }
 
 TEST_F(DocumentTest, RefusesEveryTruncationOfAGlb) {
@@ -63,7 +61,7 @@ TEST_F(DocumentTest, SurvivesEveryByteOfAGlbChanged) {
       std::string changed = whole;
       changed[i] = static_cast<char>(changed[i] ^ bits);
       const auto document = read(changed);
-      if (!document) continue;
+      if (!document || document->records().accessors.empty()) continue;
       const auto data = read_accessor(*document, 0);
       if (data) {
         EXPECT_LE(data->values.size(), 8u * 16);
@@ -229,13 +227,11 @@ TEST_F(DocumentTest, WhatANewerMeshoptimizerCompressedPassesThrough) {
             R"({"byteLength":64,"extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
             R"("bufferViews":[{"buffer":1,"byteLength":64,"extensions":{"EXT_meshopt_compression":)"
             R"({"buffer":0,"byteLength":4,"byteStride":4,"count":16,"mode":"ATTRIBUTES"}}}])");
-  const auto document = read(text);
-  ASSERT_TRUE(document) << document.status().to_string();
-  EXPECT_EQ(buffer_view_bytes(*document, 0).status().code(), StatusCode::kUnsupported);
-  ASSERT_TRUE(write_document(*document, folder_ / "out.glb").ok());
-  const auto again = read_document(folder_ / "out.glb");
-  ASSERT_TRUE(again) << again.status().to_string();
-  EXPECT_EQ(again->json, document->json);
+  const auto document = must(read(text));
+  EXPECT_EQ(buffer_view_bytes(document, 0).status().code(), StatusCode::kUnsupported);
+  ASSERT_TRUE(write_document(document, folder_ / "out.glb").ok());
+  const auto again = must(read_document(folder_ / "out.glb"));
+  EXPECT_EQ(again.json(), document.json());
 }
 
 // A mapped input is read, edited and written like one in memory, also onto itself.
@@ -245,13 +241,13 @@ TEST_F(DocumentTest, AMappedFileIsLikeOneThatIsRead) {
   for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(i * i >> 7);
   for (const size_t size : {size_t{10}, bytes.size(), size_t{20}})
     append_buffer_view(large, std::span(bytes).first(size));
-  large.json["images"] = Json::array({Json{{"bufferView", 2}}, Json{{"bufferView", 1}}});
+  large.json()["images"] = Json::array({Json{{"bufferView", 2}}, Json{{"bufferView", 1}}});
   for (const std::string name : {"large.glb", "large.gltf"}) {
     ASSERT_TRUE(write_document(large, folder_ / name).ok());
     Document read = *read_document(folder_ / name), mapped = *read_document(folder_ / name, FileAccess::kMap);
     EXPECT_FALSE(read.buffers[0].is_mapped());
     EXPECT_TRUE(mapped.buffers[0].is_mapped());
-    EXPECT_EQ(mapped.json, read.json);
+    EXPECT_EQ(mapped.json(), read.json());
     const auto expect_same_files = [&] {
       ASSERT_TRUE(write_document(read, folder_ / "read.glb").ok());
       ASSERT_TRUE(write_document(mapped, folder_ / name).ok());
@@ -265,16 +261,15 @@ TEST_F(DocumentTest, AMappedFileIsLikeOneThatIsRead) {
     mapped = *read_document(folder_ / name, FileAccess::kMap);
     EXPECT_TRUE(mapped.buffers[0].is_mapped());
     for (Document* document : {&read, &mapped})
-      document->json["images"][0]["bufferView"] = append_buffer_view(*document, std::span(bytes).first(30));
+      document->json()["images"][0]["bufferView"] = append_buffer_view(*document, std::span(bytes).first(30));
     expect_same_files();
   }
 }
 
 TEST_F(DocumentTest, BufferWithoutUriLoadsWithoutBytes) {
-  const auto document = read(asset(kOneView));
-  ASSERT_TRUE(document) << document.status().to_string();
-  EXPECT_EQ(buffer_view_bytes(*document, 0).status().code(), StatusCode::kUnsupported);
-  EXPECT_EQ(read_accessor(*document, 0).status().code(), StatusCode::kUnsupported);
+  const auto document = must(read(asset(kOneView)));
+  EXPECT_EQ(buffer_view_bytes(document, 0).status().code(), StatusCode::kUnsupported);
+  EXPECT_EQ(read_accessor(document, 0).status().code(), StatusCode::kUnsupported);
 }
 
 TEST_F(DocumentTest, MergesBuffersOnWriting) {
@@ -282,21 +277,19 @@ TEST_F(DocumentTest, MergesBuffersOnWriting) {
       asset(R"("buffers":[{"byteLength":3,"uri":"data:,abc"},{"byteLength":3,"uri":"data:,def"}],)"
             R"("bufferViews":[{"buffer":1,"byteOffset":1,"byteLength":2},{"buffer":0,"byteLength":3}],)"
             R"("extras":{"z":[0.1,1e-300,3.4028234663852886e38,-0.0],"a":"\u00e9"})");
-  const auto document = read(text);
-  ASSERT_TRUE(document) << document.status().to_string();
+  const auto document = must(read(text));
   for (const char* name : {"out.glb", "out.gltf"}) {
-    ASSERT_TRUE(write_document(*document, folder_ / name).ok());
-    const auto again = read_document(folder_ / name);
-    ASSERT_TRUE(again) << again.status().to_string();
-    EXPECT_EQ(again->buffers.size(), 1u);
-    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 0)), "ef");
-    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 1)), "abc");
-    EXPECT_EQ(again->json["extras"].dump(), document->json["extras"].dump());
+    ASSERT_TRUE(write_document(document, folder_ / name).ok());
+    const auto again = must(read_document(folder_ / name));
+    EXPECT_EQ(again.buffers.size(), 1u);
+    EXPECT_EQ(text_of(*buffer_view_bytes(again, 0)), "ef");
+    EXPECT_EQ(text_of(*buffer_view_bytes(again, 1)), "abc");
+    EXPECT_EQ(again.json()["extras"].dump(), document.json()["extras"].dump());
   }
   // The outputs are the only files: asset.gltf, out.glb, out.gltf and its .bin.
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 4);
-  EXPECT_EQ(write_document(*document, folder_ / "out.obj").code(), StatusCode::kUsage);
-  EXPECT_EQ(write_document(*document, folder_ / "none" / "out.glb").code(), StatusCode::kIo);
+  EXPECT_EQ(write_document(document, folder_ / "out.obj").code(), StatusCode::kUsage);
+  EXPECT_EQ(write_document(document, folder_ / "none" / "out.glb").code(), StatusCode::kIo);
 }
 
 // The files of a folder with this extension.
@@ -324,9 +317,8 @@ TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
   fs::remove(path);
   fs::create_directory(path);
   EXPECT_EQ(write_document(with_bytes("bbbb"), path).code(), StatusCode::kIo);
-  const auto still = read_document(folder_ / "copy.gltf");
-  ASSERT_TRUE(still) << still.status().to_string();
-  EXPECT_EQ(text_of(*buffer_view_bytes(*still, 0)), "aaaa");
+  const auto still = must(read_document(folder_ / "copy.gltf"));
+  EXPECT_EQ(text_of(*buffer_view_bytes(still, 0)), "aaaa");
   // When it is replaced, its old bytes are removed. Files that are not ours and files that a copy shares stay.
   fs::remove(path);
   fs::copy_file(folder_ / "copy.gltf", path);
@@ -344,43 +336,38 @@ TEST_F(DocumentTest, AGltfAndItsBinaryChangeTogether) {
 }
 
 TEST_F(DocumentTest, WhatALinkLeadsToIsWrittenWithItsBinaryBesideIt) {
-  const auto document = read(asset(R"("buffers":[{"byteLength":4,"uri":"data:,abcd"}],)"
-                                   R"("bufferViews":[{"buffer":0,"byteLength":4}])"));
-  ASSERT_TRUE(document);
+  const auto document = must(read(asset(R"("buffers":[{"byteLength":4,"uri":"data:,abcd"}],)"
+                                        R"("bufferViews":[{"buffer":0,"byteLength":4}])")));
   fs::create_directories(folder_ / "there");
-  ASSERT_TRUE(write_document(*document, folder_ / "there" / "whole.gltf").ok());
+  ASSERT_TRUE(write_document(document, folder_ / "there" / "whole.gltf").ok());
   fs::create_symlink("there/whole.gltf", folder_ / "link.gltf");
-  ASSERT_TRUE(write_document(*document, folder_ / "link.gltf").ok());
+  ASSERT_TRUE(write_document(document, folder_ / "link.gltf").ok());
   EXPECT_TRUE(fs::is_symlink(folder_ / "link.gltf"));
   EXPECT_TRUE(files_ending(folder_, ".bin").empty());
-  const auto written = read_document(folder_ / "there" / "whole.gltf");
-  ASSERT_TRUE(written) << written.status().to_string();
-  EXPECT_EQ(text_of(*buffer_view_bytes(*written, 0)), "abcd");
+  const auto written = must(read_document(folder_ / "there" / "whole.gltf"));
+  EXPECT_EQ(text_of(*buffer_view_bytes(written, 0)), "abcd");
 }
 
 TEST_F(DocumentTest, TheBinaryOfAnotherToolStays) {
   write("asset.bin", "dddd");
-  const auto document = read(asset(R"("buffers":[{"byteLength":4,"uri":"asset.bin"}],)"
-                                   R"("bufferViews":[{"buffer":0,"byteLength":4}])"));
-  ASSERT_TRUE(document);
-  ASSERT_TRUE(write_document(*document, folder_ / "asset.gltf").ok());
+  const auto document = must(read(asset(R"("buffers":[{"byteLength":4,"uri":"asset.bin"}],)"
+                                        R"("bufferViews":[{"buffer":0,"byteLength":4}])")));
+  ASSERT_TRUE(write_document(document, folder_ / "asset.gltf").ok());
   EXPECT_TRUE(fs::exists(folder_ / "asset.bin"));
   EXPECT_EQ(text_of(*buffer_view_bytes(*read_document(folder_ / "asset.gltf"), 0)), "dddd");
 }
 
 TEST_F(DocumentTest, FallbackBuffersWithBytesBecomeOrdinary) {
   write("fallback.bin", "abcd");
-  auto document = read(asset(R"("buffers":[{"uri":"fallback.bin","byteLength":4,)"
-                             R"("extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
-                             R"("bufferViews":[{"buffer":0,"byteLength":4}])"));
-  ASSERT_TRUE(document) << document.status().to_string();
-  append_buffer_view(*document, std::vector<uint8_t>{'e', 'f'});
+  auto document = must(read(asset(R"("buffers":[{"uri":"fallback.bin","byteLength":4,)"
+                                  R"("extensions":{"EXT_meshopt_compression":{"fallback":true}}}],)"
+                                  R"("bufferViews":[{"buffer":0,"byteLength":4}])")));
+  append_buffer_view(document, std::vector<uint8_t>{'e', 'f'});
   for (const char* name : {"out.glb", "out.gltf"}) {
-    ASSERT_TRUE(write_document(*document, folder_ / name).ok());
-    const auto again = read_document(folder_ / name);
-    ASSERT_TRUE(again) << again.status().to_string();
-    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 0)), "abcd");
-    EXPECT_EQ(text_of(*buffer_view_bytes(*again, 1)), "ef");
+    ASSERT_TRUE(write_document(document, folder_ / name).ok());
+    const auto again = must(read_document(folder_ / name));
+    EXPECT_EQ(text_of(*buffer_view_bytes(again, 0)), "abcd");
+    EXPECT_EQ(text_of(*buffer_view_bytes(again, 1)), "ef");
   }
 }
 
@@ -389,13 +376,12 @@ TEST_F(DocumentTest, CopiesImagesToAnotherFolder) {
   fs::create_directories(folder_ / "out");
   write("tex/a b.png", "image");
   write("script.sh", "no image");
-  const auto document = read(asset(
-      R"("images":[{"uri":"tex/a%20b.png"},{"uri":"script.sh"},{"uri":"../x.png"},{"uri":"missing.png"}])"));
-  ASSERT_TRUE(document);
-  ASSERT_TRUE(write_document(*document, folder_ / "out" / "asset.gltf").ok());
+  const auto document = must(read(asset(
+      R"("images":[{"uri":"tex/a%20b.png"},{"uri":"script.sh"},{"uri":"../x.png"},{"uri":"missing.png"}])")));
+  ASSERT_TRUE(write_document(document, folder_ / "out" / "asset.gltf").ok());
   EXPECT_TRUE(fs::exists(folder_ / "out" / "tex" / "a b.png"));
   EXPECT_FALSE(fs::exists(folder_ / "out" / "script.sh"));
-  EXPECT_EQ(read_document(folder_ / "out" / "asset.gltf")->json, document->json);
+  EXPECT_EQ(read_document(folder_ / "out" / "asset.gltf")->json(), document.json());
 }
 
 TEST(Glb, RefusesMoreThanFourGigabytes) {
@@ -423,8 +409,8 @@ Document three_views() {
   append_accessor(document, data, 0, false);
   append_accessor(document, other, 0, false);
   const int64_t view = append_buffer_view(document, std::vector<uint8_t>{1, 2, 3});
-  document.json["images"] = Json::array({Json{{"bufferView", view}}});
-  document.json["meshes"][0]["primitives"][0]["attributes"]["_A"] = 1;
+  document.json()["images"] = Json::array({Json{{"bufferView", view}}});
+  document.json()["meshes"][0]["primitives"][0]["attributes"]["_A"] = 1;
   return document;
 }
 
@@ -432,9 +418,9 @@ TEST(DropUnused, RenumbersWhatStays) {
   Document document = three_views();
   const size_t before = document.buffers[0].size();
   drop_unused(document, {0});
-  EXPECT_EQ(document.json["accessors"].size(), 1u);
-  EXPECT_EQ(document.json["meshes"][0]["primitives"][0]["attributes"]["_A"], 0);
-  EXPECT_EQ(document.json["images"][0]["bufferView"], 1);
+  EXPECT_EQ(document.json()["accessors"].size(), 1u);
+  EXPECT_EQ(document.json()["meshes"][0]["primitives"][0]["attributes"]["_A"], 0);
+  EXPECT_EQ(document.json()["images"][0]["bufferView"], 1);
   EXPECT_EQ(read_accessor(document, 0)->values, Array<std::byte>(8, std::byte{9}));
   EXPECT_EQ((*buffer_view_bytes(document, 1))[2], 3);
   EXPECT_EQ(document.buffers[0].size(), before - 8);
@@ -442,33 +428,33 @@ TEST(DropUnused, RenumbersWhatStays) {
 
 TEST(DropUnused, KeepsAFreedAccessorThatIsStillUsed) {
   Document document = three_views();
-  const Json before = document.json;
+  const Json before = document.json();
   drop_unused(document, {1});
-  EXPECT_EQ(document.json, before);
+  EXPECT_EQ(document.json(), before);
 }
 
 TEST(DropUnused, UnknownExtensionsFixNumbersAndKeepWhatTheyMayMean) {
   Document document = three_views();
-  document.json["extensions"]["NEVER_heard_of"]["thing"] = 1;
+  document.json()["extensions"]["NEVER_heard_of"]["thing"] = 1;
   drop_unused(document, {0});
-  EXPECT_EQ(document.json["accessors"].size(), 2u);
-  EXPECT_FALSE(document.json["accessors"][0].contains("bufferView"));
-  EXPECT_EQ(document.json["images"][0]["bufferView"], 2);
+  EXPECT_EQ(document.json()["accessors"].size(), 2u);
+  EXPECT_FALSE(document.json()["accessors"][0].contains("bufferView"));
+  EXPECT_EQ(document.json()["images"][0]["bufferView"], 2);
   EXPECT_EQ(read_accessor(document, 1)->values, Array<std::byte>(8, std::byte{9}));
   EXPECT_EQ((*buffer_view_bytes(document, 2))[2], 3);
 
   Document suspicious = three_views();
-  suspicious.json["extensions"]["NEVER_heard_of"]["thing"] = 0;
+  suspicious.json()["extensions"]["NEVER_heard_of"]["thing"] = 0;
   drop_unused(suspicious, {0});
   EXPECT_EQ(read_accessor(suspicious, 0)->values, Array<std::byte>(8, std::byte{7}));
 }
 
 TEST(DropUnused, EmptyArraysDisappear) {
   Document document = three_views();
-  document.json["meshes"][0]["primitives"][0]["attributes"].erase("_A");
-  document.json.erase("images");
+  document.json()["meshes"][0]["primitives"][0]["attributes"].erase("_A");
+  document.json().erase("images");
   drop_unused(document, {0, 1, 1, -1, 99});
-  for (const char* name : {"accessors", "bufferViews", "buffers"}) EXPECT_FALSE(document.json.contains(name));
+  for (const char* name : {"accessors", "bufferViews", "buffers"}) EXPECT_FALSE(document.json().contains(name));
   EXPECT_TRUE(document.buffers.empty());
 }
 

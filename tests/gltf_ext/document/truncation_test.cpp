@@ -22,7 +22,7 @@ std::vector<uint8_t> glb_of(const Document& document) {
 
 // A .gltf whose bytes are in a data URI.
 std::vector<uint8_t> gltf_of(const Document& document) {
-  Json json = document.json;
+  Json json = document.json();
   std::string uri = "data:,";
   constexpr std::string_view kHex = "0123456789ABCDEF";
   for (const uint8_t byte : document.buffers[0].bytes()) {
@@ -45,8 +45,7 @@ void expect_refused(std::span<const uint8_t> bytes, const std::string& name) {
 
 TEST(Truncation, EveryOneOfASmallAssetIsRefusedByName) {
   Document document = document_from_mesh(make_grid(3, 3));
-  EncodeDocumentOptions options;
-  options.patches = 2;
+  const EncodeDocumentOptions options{.patches = {.count = 2}};
   ASSERT_TRUE(encode(document, options));
   const std::vector<uint8_t> glb = glb_of(document), gltf = gltf_of(document);
   ASSERT_TRUE(parse_document(glb, "a.glb"));
@@ -65,13 +64,12 @@ TEST(Truncation, SamplesOfALargerAssetAreRefusedByName) {
 TEST(Truncation, EveryOneOfAContainerNamesItsPrimitive) {
   Document whole = document_from_mesh(make_grid(6, 6));
   whole.source = "asset.glb";
-  EncodeDocumentOptions options;
-  options.patches = 3;
+  const EncodeDocumentOptions options{.patches = {.count = 3}};
   ASSERT_TRUE(encode(whole, options));
   const size_t bytes = buffer_view_bytes(whole, 0)->size();
   for (size_t length = 0; length < bytes; ++length) {
     Document document = whole;
-    document.json["bufferViews"][0]["byteLength"] = length;
+    document.json()["bufferViews"][0]["byteLength"] = length;
     const Status status = decode(document);
     EXPECT_EQ(status.code(), StatusCode::kInvalidInput) << length;
     EXPECT_TRUE(status.to_string().starts_with("asset.glb: mesh 0, primitive 0")) << status.to_string();
@@ -81,15 +79,13 @@ TEST(Truncation, EveryOneOfAContainerNamesItsPrimitive) {
 TEST(Truncation, AStreamThatIsNoneNamesItsPatch) {
   Document whole = document_from_mesh(make_grid(12, 12));
   whole.source = "asset.glb";
-  EncodeDocumentOptions options;
-  options.patches = 4;
+  const EncodeDocumentOptions options{.patches = {.count = 4}};
   ASSERT_TRUE(encode(whole, options));
-  const Expected<PatchContainer> container = open_container(*buffer_view_bytes(whole, 0));
-  ASSERT_TRUE(container);
-  ASSERT_EQ(container->streams.size(), 4u);
+  const PatchContainer container = must(open_container(*buffer_view_bytes(whole, 0)));
+  ASSERT_EQ(container.streams.size(), 4u);
   for (size_t patch = 0; patch < 4; ++patch) {
     Document document = whole;
-    const auto at = static_cast<size_t>(container->streams[patch].data() - whole.buffers[0].bytes().data());
+    const auto at = static_cast<size_t>(container.streams[patch].data() - whole.buffers[0].bytes().data());
     document.buffers[0].own()[at] ^= 0xff;
     const Status status = decode(document);
     EXPECT_EQ(status.code(), StatusCode::kInvalidInput);

@@ -1,9 +1,8 @@
 #include "gltf_ext/files/files.h"
 
-#include <gtest/gtest.h>
-
 #include <string>
 
+#include "tests/support/expect.h"
 #include "tests/support/test_folder.h"
 
 namespace psplit {
@@ -75,7 +74,7 @@ TEST_F(Files, KeepTheirPermissions) {
   fs::permissions(folder_ / "a", fs::perms{0444});
   const Status refused = write_file(folder_ / "a", {abc_});
   EXPECT_EQ(refused.code(), StatusCode::kIo);
-  EXPECT_NE(refused.message().find("read-only"), std::string::npos) << refused.message();
+  EXPECT_TRUE(contains(refused.message(), "read-only"));
   EXPECT_EQ(text("a"), "de");
   ASSERT_TRUE(write_file(folder_ / "a", {abc_}, IfReadOnly::kReplace).ok());
   EXPECT_EQ(text("a"), "abc");

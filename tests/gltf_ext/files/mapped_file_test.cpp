@@ -1,6 +1,5 @@
 #include "gltf_ext/files/mapped_file.h"
 
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,6 +12,7 @@
 
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/operating_system.h"
+#include "tests/support/expect.h"
 #include "tests/support/sanitizers.h"
 #include "tests/support/test_folder.h"
 
@@ -64,10 +64,9 @@ class MappedFiles : public testing::Test {
 };
 
 TEST_F(MappedFiles, HaveTheBytesOfTheFile) {
-  const Expected<MappedFile> file = MappedFile::open(path_);
-  ASSERT_TRUE(file);
-  EXPECT_TRUE(is_same(file->bytes()));
-  const MappedFile part = file->range(5000, 77);
+  const MappedFile file = must(MappedFile::open(path_));
+  EXPECT_TRUE(is_same(file.bytes()));
+  const MappedFile part = file.range(5000, 77);
   EXPECT_TRUE(std::ranges::equal(part.bytes(), std::span(bytes_).subspan(5000, 77)));
   EXPECT_EQ(MappedFile::open(path_, 333)->bytes().size(), 333u);
 }
@@ -86,7 +85,7 @@ TEST_F(MappedFiles, KeepTheirContentWhenTheFileIsReplaced) {
   const Expected<MappedFile> file = MappedFile::open(path_);
   const std::vector<uint8_t> other(1000, 1);
   ASSERT_TRUE(write_file(path_, {other}).ok());
-  file->release(0, file->bytes().size());
+  release_mapped(file->bytes());
   EXPECT_TRUE(is_same(file->bytes()));
   EXPECT_EQ(fs::file_size(path_), 1000u);
 }
@@ -94,8 +93,8 @@ TEST_F(MappedFiles, KeepTheirContentWhenTheFileIsReplaced) {
 TEST_F(MappedFiles, CanBeReadAgainAfterARelease) {
   const Expected<MappedFile> file = MappedFile::open(path_);
   ASSERT_TRUE(is_same(file->bytes()));
-  file->release(1, 100000);
-  file->release(199999, 1);
+  release_mapped(file->bytes().subspan(1, 100000));
+  release_mapped(file->bytes().subspan(199999, 1));
   EXPECT_TRUE(is_same(file->bytes()));
   size_t visited = 0;
   EXPECT_TRUE(visit_and_release(file->bytes(), [&](std::span<const uint8_t> step) {
@@ -114,9 +113,8 @@ TEST_F(MappedFiles, ReleasingOtherMemoryDoesNothing) {
 
 TEST_F(MappedFiles, AFileThatCannotBeMappedIsRead) {
   ASSERT_TRUE(write_file(folder_ / "empty", {}).ok());
-  const Expected<MappedFile> empty = MappedFile::open(folder_ / "empty");
-  ASSERT_TRUE(empty);
-  EXPECT_TRUE(empty->bytes().empty());
+  const MappedFile empty = must(MappedFile::open(folder_ / "empty"));
+  EXPECT_TRUE(empty.bytes().empty());
   EXPECT_EQ(MappedFile::open(folder_ / "missing").status().code(), StatusCode::kIo);
   EXPECT_EQ(MappedFile::open(folder_.path()).status().code(), StatusCode::kIo);
   // More files than can be mapped at once.
@@ -132,7 +130,7 @@ TEST_F(MappedFiles, AFileThatIsCutEndsTheProcessWithItsName) {
     fs::resize_file(path_, 10);
     std::fprintf(stderr, "%d", file->bytes()[190000]);
   });
-  EXPECT_EQ(ending.code, static_cast<int>(StatusCode::kIo));
+  EXPECT_EQ(ending.code, kExitIo);
   EXPECT_EQ(ending.text, "gltf-psplit: error: " + path_.string() +
                              ": the file became shorter, or its device failed, while it was read\n");
 }

@@ -1,6 +1,5 @@
 #include "gltf_ext/files/temporary_file.h"
 
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -74,7 +73,7 @@ TEST_F(Temporaries, ASignalRemovesThem) {
       std::raise(signal);
       return 3;
     });
-    EXPECT_EQ(code, static_cast<int>(kMayPass));
+    EXPECT_EQ(code, kExitMayPass);
     EXPECT_EQ(file_count(), 1);
     EXPECT_TRUE(fs::remove(folder_ / "z.glb"));
   }

@@ -10,6 +10,8 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/primitive/read_primitives.h"
 #include "src/cpu/cpu_backend.h"
+#include "tests/support/expect.h"
+#include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 
@@ -25,9 +27,7 @@ inline Expected<Asset> read_text(const std::string& text, const std::string& nam
 inline Mesh mesh_of(const Expected<Asset>& asset, PrimitiveId id = {0, 0}) {
   EXPECT_TRUE(asset.ok()) << asset.status().to_string();
   if (!asset) return {};
-  Expected<Mesh> mesh = read_primitive(asset->document, id, cpu_backend(), ThreadPool(1));
-  EXPECT_TRUE(mesh.ok()) << mesh.status().to_string();
-  return mesh ? std::move(*mesh) : Mesh{};
+  return must(read_primitive(asset->document, id, cpu_backend(), ThreadPool(1)));
 }
 
 inline std::string message_of(const std::string& text, const std::string& name = "test",
@@ -40,9 +40,7 @@ inline std::string message_of(const std::string& text, const std::string& name =
 inline std::vector<float> floats_of(const Mesh& mesh, const std::string& semantic) {
   const Attribute* attribute = mesh.find(semantic);
   if (attribute == nullptr || attribute->component_type != ComponentType::kFloat32) return {};
-  std::vector<float> values(attribute->values.size() / sizeof(float));
-  std::memcpy(values.data(), attribute->values.data(), attribute->values.size());
-  return values;
+  return values_of<float>(*attribute);
 }
 
 inline std::string warnings_of(const Expected<Asset>& asset) {

@@ -2,7 +2,6 @@
 // mesh or refused. None may crash (sanitizers check this) or take more memory than its bytes justify.
 #include <filesystem>
 #include <fstream>
-#include <new>
 
 #include "tests/gltf_ext/mesh_files/mesh_text.h"
 #include "tests/support/mesh_file_seeds.h"

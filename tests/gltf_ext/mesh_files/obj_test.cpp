@@ -73,9 +73,8 @@ TEST(Obj, ObjectsAreMeshesAndMaterialsPrimitives) {
       << "mtllib the colours.mtl\n" + kSquare +
              "o front\nusemtl red\nf 1 2 3\nusemtl green\nf 1 3 4\nusemtl red\nf 2 3 4\n"
              "o back\nf 3 2 1\nvt 0 0\nvn 0 0 1\nf 3/1 2/1 1/1\nusemtl nowhere\nf 3 2 1\n";
-  const Expected<Asset> asset = read_asset(folder / "asset.obj", describe_stream);
-  ASSERT_TRUE(asset.ok()) << asset.status().to_string();
-  const Json& json = asset->document.json;
+  const Asset asset = must(read_asset(folder / "asset.obj", describe_stream));
+  const Json& json = asset.document.json();
   ASSERT_EQ(json["meshes"].size(), 2u);
   EXPECT_EQ(json["meshes"][0]["name"], "front");
   EXPECT_EQ(json["nodes"][1]["name"], "back");
@@ -104,13 +103,13 @@ TEST(Obj, ObjectsAreMeshesAndMaterialsPrimitives) {
   EXPECT_EQ(green["normalTexture"]["index"], 1);
   EXPECT_EQ(json["images"], Json::array({Json{{"uri", "images/a%20b.png"}}, Json{{"uri", "bumps.png"}}}));
   EXPECT_EQ(json["textures"], Json::array({Json{{"source", 0}}, Json{{"source", 1}}}));
-  EXPECT_EQ(asset->document.source, folder / "asset.obj");
-  EXPECT_EQ(asset->document.files,
+  EXPECT_EQ(asset.document.source, folder / "asset.obj");
+  EXPECT_EQ(asset.document.files,
             (std::vector<std::filesystem::path>{folder / "the colours.mtl", folder / "asset.obj"}));
   const std::string warnings = warnings_of(asset);
   for (const char* said : {"the texture \"/etc/passwd.png\" is left out",
                            "1 line of the materials is not understood", "1 material is in no library"})
-    EXPECT_NE(warnings.find(said), std::string::npos) << said << "\n" << warnings;
+    EXPECT_TRUE(contains(warnings, said)) << said << "\n" << warnings;
 }
 
 TEST(Obj, TexturesArePlacedAndBumpMapsAreNormals) {
@@ -126,9 +125,8 @@ TEST(Obj, TexturesArePlacedAndBumpMapsAreNormals) {
          "newmtl c\nnorm colour.png\nmap_bump grey.png\nrefl sky.png\n";
   std::ofstream(folder / "a.obj") << "mtllib a.mtl\n" + kSquare +
                                          "usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\nusemtl c\nf 1 2 3\n";
-  const Expected<Asset> asset = read_asset(folder / "a.obj", describe_stream);
-  ASSERT_TRUE(asset.ok()) << asset.status().to_string();
-  const Json& json = asset->document.json;
+  const Asset asset = must(read_asset(folder / "a.obj", describe_stream));
+  const Json& json = asset.document.json();
   const Json& a = json["materials"][0];
   // MTL: (u, v) -> (2 u + 0.25, 4 v + 0.5), with v from the bottom.
   EXPECT_EQ(a["pbrMetallicRoughness"]["baseColorTexture"]["extensions"]["KHR_texture_transform"],
@@ -152,12 +150,11 @@ TEST(Obj, LibrariesStayBesideTheFile) {
   for (const char* library : {"none.mtl", "../outer.mtl", "/etc/passwd", "a.mtl b.mtl"}) {
     std::ofstream(folder / "inner" / "asset.obj")
         << "mtllib " << library << "\nusemtl m\n" + kSquare + "f 1 2 3\n";
-    const Expected<Asset> asset = read_asset(folder / "inner" / "asset.obj", describe_stream);
-    ASSERT_TRUE(asset.ok());
+    const Asset asset = must(read_asset(folder / "inner" / "asset.obj", describe_stream));
     EXPECT_EQ(warnings_of(asset),
               "the library of materials \"" + std::string(library) +
                   "\" cannot be read\n1 material is in no library: it gets only its name\n");
-    EXPECT_EQ(asset->document.json["materials"][0]["name"], "m");
+    EXPECT_EQ(asset.document.json()["materials"][0]["name"], "m");
   }
 }
 
@@ -211,11 +208,10 @@ TEST(Obj, MoreObjectsThanTheBytesJustifyAreRefused) {
 }
 
 TEST(Obj, NamesInAnyEncodingBecomeUtf8) {
-  const Expected<Asset> asset = read_text(kSquare + "o gr\xfcn\nusemtl \xff\nf 1 2 3\no gr\xc3\xbcn2\nf 1 2 3");
-  ASSERT_TRUE(asset.ok());
-  EXPECT_EQ(asset->document.json["meshes"][0]["name"], "gr\xc3\xbcn");
-  EXPECT_EQ(asset->document.json["meshes"][1]["name"], "gr\xc3\xbcn2");
-  EXPECT_EQ(asset->document.json["materials"][0]["name"], "\xc3\xbf");
+  const Asset asset = must(read_text(kSquare + "o gr\xfcn\nusemtl \xff\nf 1 2 3\no gr\xc3\xbcn2\nf 1 2 3"));
+  EXPECT_EQ(asset.document.json()["meshes"][0]["name"], "gr\xc3\xbcn");
+  EXPECT_EQ(asset.document.json()["meshes"][1]["name"], "gr\xc3\xbcn2");
+  EXPECT_EQ(asset.document.json()["materials"][0]["name"], "\xc3\xbf");
 }
 
 TEST(Mtl, PathsBecomeUris) {

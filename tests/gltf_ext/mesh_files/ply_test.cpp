@@ -1,7 +1,5 @@
 #include "gltf_ext/mesh_files/ply.h"
 
-#include <bit>
-
 #include "tests/gltf_ext/mesh_files/mesh_text.h"
 
 namespace psplit {
@@ -232,7 +230,7 @@ TEST(Ply, TextureFilesBecomeMaterials) {
   file.insert(file.find("element"), "comment TextureFile the image.png\n");
   const Expected<Asset> asset = read_text(file);
   EXPECT_EQ(warnings_of(asset), "");
-  const Json& json = asset->document.json;
+  const Json& json = asset->document.json();
   EXPECT_EQ(json["meshes"][0]["primitives"][0]["material"], 0);
   EXPECT_EQ(json["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["index"], 0);
   EXPECT_EQ(json["images"][0]["uri"], "the%20image.png");
@@ -245,7 +243,7 @@ TEST(Ply, TextureFilesBecomeMaterials) {
   bare.insert(bare.find("element"), "comment TextureFile a.png\n");
   const Expected<Asset> without = read_text(bare);
   EXPECT_EQ(warnings_of(without), "textures are left out: there are no texture coordinates\n");
-  EXPECT_FALSE(without->document.json.contains("materials"));
+  EXPECT_FALSE(without->document.json().contains("materials"));
 }
 
 // A square of two triangles and a quad; the second triangle has other coordinates on the shared edge.
@@ -290,10 +288,10 @@ TEST(Ply, TexcoordsOfFacesBecomeSeams) {
     std::vector<float> v;
     for (size_t i = 1; i < 8; i += 2) v.push_back(floats_of(second, "TEXCOORD_0")[i]);
     EXPECT_EQ(v, (std::vector<float>{0.75f, 0, 1, 1}));
-    const Json& primitives = asset->document.json["meshes"][0]["primitives"];
+    const Json& primitives = asset->document.json()["meshes"][0]["primitives"];
     EXPECT_EQ(primitives[0]["material"], 0);
     EXPECT_EQ(primitives[1]["material"], 1);
-    EXPECT_EQ(asset->document.json["images"][1]["uri"], "b.jpg");
+    EXPECT_EQ(asset->document.json()["images"][1]["uri"], "b.jpg");
   }
 }
 
@@ -305,7 +303,7 @@ TEST(Ply, FacesWithoutTexcoordsAreAPartOfTheirOwn) {
   EXPECT_EQ(mesh_of(asset, {0, 0}).find("TEXCOORD_0"), nullptr);
   EXPECT_EQ(mesh_of(asset, {0, 0}).faces.size(), 2u);
   EXPECT_NE(mesh_of(asset, {0, 1}).find("TEXCOORD_0"), nullptr);
-  EXPECT_FALSE(asset->document.json.contains("materials"));
+  EXPECT_FALSE(asset->document.json().contains("materials"));
 }
 
 TEST(Ply, CommentsOfBlenderMayLackTheirKeyword) {

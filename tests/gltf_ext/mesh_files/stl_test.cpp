@@ -1,6 +1,5 @@
 #include "gltf_ext/mesh_files/stl.h"
 
-#include <algorithm>
 #include <cctype>
 
 #include "tests/gltf_ext/mesh_files/mesh_text.h"
@@ -59,9 +58,8 @@ TEST(Stl, TextAndBinaryAreToldApartByContent) {
 }
 
 TEST(Stl, SolidsAreObjects) {
-  const Expected<Asset> asset = read_text(text("one") + text("two") + "solid none\nendsolid\n" + text(""));
-  ASSERT_TRUE(asset.ok()) << asset.status().to_string();
-  const Json& meshes = asset->document.json["meshes"];
+  const Asset asset = must(read_text(text("one") + text("two") + "solid none\nendsolid\n" + text("")));
+  const Json& meshes = asset.document.json()["meshes"];
   ASSERT_EQ(meshes.size(), 3u);
   EXPECT_EQ(meshes[0]["name"], "one");
   EXPECT_EQ(meshes[1]["name"], "two");

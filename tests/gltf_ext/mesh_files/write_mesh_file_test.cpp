@@ -56,12 +56,9 @@ class WrittenMeshFile : public testing::Test {
  protected:
   template <typename Read>
   MeshFile written(AssetFormat format, const std::vector<PlacedPart>& parts, const Read& read) {
-    const Status status = write_mesh_file(folder_ / "file", format, parts);
-    EXPECT_TRUE(status.ok()) << status.to_string();
+    must(write_mesh_file(folder_ / "file", format, parts));
     Expected<Scanner> scanner = open_scanner(std::move(*open_byte_stream(folder_ / "file")));
-    Expected<MeshFile> file = read(*scanner);
-    EXPECT_TRUE(file.ok()) << file.status().to_string();
-    return file ? std::move(*file) : MeshFile();
+    return must(read(*scanner));
   }
   MeshFile ply(const std::vector<PlacedPart>& parts) {
     return written(AssetFormat::kPly, parts, [](Scanner& scanner) { return read_ply(scanner); });

@@ -1,7 +1,5 @@
 #include "gltf_ext/out_of_core/cell_parts.h"
 
-#include <gtest/gtest.h>
-
 #include <cstring>
 #include <optional>
 
@@ -124,10 +122,8 @@ void expect_as_reduced(CellParts& parts, const Mesh& mesh) {
 }
 
 Mesh shape(uint64_t faces, bool rich) {
-  ShapeOptions options;
-  options.shape = rich ? Shape::kGyroid : Shape::kBlob;
-  options.faces = faces;
-  options.normals = options.texcoords = rich;
+  const ShapeOptions options{
+      .shape = rich ? Shape::kGyroid : Shape::kBlob, .faces = faces, .normals = rich, .texcoords = rich};
   return std::move(generate_shape(options, test_pool())->front());
 }
 
@@ -235,9 +231,8 @@ void expect_facets_as_read(const std::vector<Facet>& facets) {
   const TestFolder folder;
   const std::vector<uint8_t> bytes = binary_stl(facets);
   Scanner whole(memory_stream(bytes));
-  Expected<MeshFile> file = read_stl(whole);
-  ASSERT_TRUE(file.ok());
-  repair_values(*file);
+  MeshFile file = must(read_stl(whole));
+  repair_values(file);
 
   std::unique_ptr<Parts> started = begin(folder);
   Scanner scanner(memory_stream(bytes));
@@ -245,7 +240,7 @@ void expect_facets_as_read(const std::vector<Facet>& facets) {
   Parts parts = parts_of(std::move(started), folder, 700);
   ASSERT_TRUE(parts.parts.ok()) << parts.parts.status().to_string();
   EXPECT_GT((*parts.parts)->part_count(), 1u);
-  expect_as_reduced(**parts.parts, file->objects[0].parts[0].mesh);
+  expect_as_reduced(**parts.parts, file.objects[0].parts[0].mesh);
 }
 
 TEST(CellParts, FacetsAreWeldedAsTheReaderOfStlDoes) {
@@ -332,7 +327,7 @@ TEST(CellParts, TooManyNormalsWithoutADirectionAreAnError) {
   ASSERT_TRUE(result->spool->begin(layout, 0).ok());
   const Status status = result->spool->add_points(layout, mesh.point_count);
   EXPECT_EQ(status.code(), StatusCode::kUnsupported);
-  EXPECT_NE(status.message().find("no direction"), std::string::npos) << status.message();
+  EXPECT_TRUE(contains(status.message(), "no direction"));
 }
 
 TEST(CellParts, EqualPositionsInMassesAreAnError) {

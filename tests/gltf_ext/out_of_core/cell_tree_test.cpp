@@ -1,9 +1,9 @@
 #include "gltf_ext/out_of_core/cell_tree.h"
 
-#include <gtest/gtest.h>
-
 #include <limits>
 #include <random>
+
+#include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
@@ -29,8 +29,7 @@ PositionScan scan_of(const std::vector<Position>& positions, int* scans = nullpt
 // Divides, and checks that each cell has the points that it claims, and at most `most`.
 void expect_divided(const std::vector<Position>& positions, uint64_t most, uint32_t most_cells) {
   CellTree tree(box_of(positions), positions.size());
-  const Status status = tree.divide(std::vector<uint64_t>{most}, scan_of(positions));
-  ASSERT_TRUE(status.ok()) << status.to_string();
+  must(tree.divide(std::vector<uint64_t>{most}, scan_of(positions)));
   std::vector<uint64_t> counts(tree.cell_count());
   for (const Position& position : positions) ++counts[tree.cell_of(position)];
   for (uint32_t cell = 0; cell < tree.cell_count(); ++cell) {
@@ -74,7 +73,7 @@ TEST(CellTree, MassesOfEqualPositionsAreAnError) {
   CellTree tree(box_of(positions), positions.size());
   const Status status = tree.divide(std::vector<uint64_t>{1000}, scan_of(positions));
   EXPECT_EQ(status.code(), StatusCode::kUnsupported);
-  EXPECT_NE(status.message().find("nearly the same position"), std::string::npos) << status.message();
+  EXPECT_TRUE(contains(status.message(), "nearly the same position"));
 }
 
 TEST(CellTree, DividesSingleCellsFurther) {

@@ -31,11 +31,7 @@ Document six_points(int mode, const std::vector<uint32_t>& indices,
   return document;
 }
 
-Triangles faces_of(const Document& document) {
-  const Expected<Mesh> mesh = read(document);
-  EXPECT_TRUE(mesh.ok()) << mesh.status().to_string();
-  return mesh ? mesh->faces : Triangles{};
-}
+Triangles faces_of(const Document& document) { return must(read(document)).faces; }
 
 Status status_of(const Document& document) { return read(document).status(); }
 
@@ -60,7 +56,7 @@ TEST(ReadPrimitive, MakesListsOfStripsAndFans) {
 TEST(ReadPrimitive, PointsAndLinesHaveNoTriangles) {
   for (const int mode : {0, 1, 2, 3}) {
     const Document document = six_points(mode, {});
-    EXPECT_FALSE(primitive_kind(document, {0, 0})->triangles);
+    EXPECT_FALSE(document.records().primitive({0, 0}).has_triangles());
     EXPECT_EQ(status_of(document).code(), StatusCode::kUnsupported);
   }
 }
@@ -76,32 +72,29 @@ TEST(ReadPrimitive, TakesInterleavedAndSparseAccessors) {
     std::memcpy(bytes.data() + i * 16 + 12, uv.data(), 4);
   }
   append_buffer_view(document, bytes);
-  document.json["bufferViews"][0]["byteStride"] = 16;
+  document.json()["bufferViews"][0]["byteStride"] = 16;
   const std::array<float, 3> moved = {9, 8, 7};
   std::vector<uint8_t> sparse(16);
   sparse[0] = 3;
   std::memcpy(sparse.data() + 4, moved.data(), 12);
   append_buffer_view(document, sparse);
-  document.json["accessors"] = Json::parse(R"([
+  document.json()["accessors"] = Json::parse(R"([
     {"bufferView":0,"componentType":5126,"type":"VEC3","count":4,"sparse":{"count":1,
      "indices":{"bufferView":1,"componentType":5121},"values":{"bufferView":1,"byteOffset":4}}},
     {"bufferView":0,"byteOffset":12,"componentType":5123,"normalized":true,"type":"VEC2","count":4}])");
-  document.json["meshes"] =
+  document.json()["meshes"] =
       Json::parse(R"([{"primitives":[{"mode":5,"attributes":{"POSITION":0,"TEXCOORD_0":1}}]}])");
-  const Expected<Mesh> mesh = read(document);
-  ASSERT_TRUE(mesh.ok()) << mesh.status().to_string();
-  EXPECT_EQ(values_of<float>(*mesh->find("POSITION")),
-            (std::vector<float>{0, 0, 7, 1, 0, 7, 0, 1, 7, 9, 8, 7}));
-  EXPECT_EQ(values_of<uint16_t>(*mesh->find("TEXCOORD_0")),
+  const Mesh mesh = must(read(document));
+  EXPECT_EQ(values_of<float>(*mesh.find("POSITION")), (std::vector<float>{0, 0, 7, 1, 0, 7, 0, 1, 7, 9, 8, 7}));
+  EXPECT_EQ(values_of<uint16_t>(*mesh.find("TEXCOORD_0")),
             (std::vector<uint16_t>{0, 65535, 1000, 65535, 2000, 65535, 3000, 65535}));
-  EXPECT_TRUE(mesh->find("TEXCOORD_0")->normalized);
+  EXPECT_TRUE(mesh.find("TEXCOORD_0")->normalized);
 }
 
 TEST(ReadPrimitive, KeepsEveryKindOfAttribute) {
   const Mesh mesh = rich_mesh();
-  const Expected<Mesh> again = read(document_from_mesh(mesh));
-  ASSERT_TRUE(again.ok()) << again.status().to_string();
-  EXPECT_EQ(compare_meshes(mesh, *again), "");
+  const Mesh again = must(read(document_from_mesh(mesh)));
+  EXPECT_EQ(compare_meshes(mesh, again), "");
 }
 
 TEST(ReadPrimitive, SaysWhereAndWhatIsWrong) {
@@ -132,8 +125,6 @@ TEST(ReadPrimitive, SaysWhereAndWhatIsWrong) {
   const std::string floats =
       with([](Document&, Json& primitive) { primitive["indices"] = primitive["attributes"]["POSITION"]; });
   EXPECT_TRUE(names(floats, "indices are not unsigned scalars")) << floats;
-  const std::string text = with([](Document&, Json& primitive) { primitive["indices"] = "0"; });
-  EXPECT_TRUE(names(text, "indices is not an accessor")) << text;
   const std::string shorter = with([](Document& document, Json& primitive) {
     primitive["attributes"]["_A"] =
         append_accessor(document, make_data<float>(ComponentType::kFloat32, 1, {1, 2}), 34962, false);
@@ -154,18 +145,17 @@ TEST(ReadMorphTargets, ListsThemInOrder) {
   const AccessorData data = make_data<float>(ComponentType::kFloat32, 3, std::vector<float>(18, 0.5f));
   const int64_t index = append_accessor(document, data, 34962, false);
   primitive_of(document)["targets"] = Json::array({{{"POSITION", index}}, {{"NORMAL", index}, {"_A", index}}});
-  const auto morphs = read_morph_targets(document, {0, 0});
-  ASSERT_TRUE(morphs.ok());
-  ASSERT_EQ(morphs->size(), 3u);
-  EXPECT_EQ((*morphs)[0].target, 0u);
-  EXPECT_EQ((*morphs)[1].target, 1u);
-  EXPECT_EQ((*morphs)[2].semantic, "_A");
-  EXPECT_EQ((*morphs)[2].data.values, data.values);
+  const auto morphs = must(read_morph_targets(document, {0, 0}));
+  ASSERT_EQ(morphs.size(), 3u);
+  EXPECT_EQ(morphs[0].target, 0u);
+  EXPECT_EQ(morphs[1].target, 1u);
+  EXPECT_EQ(morphs[2].semantic, "_A");
+  EXPECT_EQ(morphs[2].data.values, data.values);
 }
 
 TEST(GroupEqualPrimitives, JoinsWhatDiffersInMaterialsOnly) {
   Document document = six_points(4, {0, 1, 2});
-  Json& primitives = document.json["meshes"][0]["primitives"];
+  Json& primitives = document.json()["meshes"][0]["primitives"];
   for (int i = 0; i < 3; ++i) primitives.push_back(Json(primitives[0]));
   primitives[1]["material"] = 3;
   primitives[2]["mode"] = 6;

@@ -1,8 +1,6 @@
 // Values that patches share at their borders: known before any patch is decoded, for all patches or for one.
 #include "src/container/border_values.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 
 #include "encoder/coding/quantization.h"
@@ -12,18 +10,18 @@
 #include "src/cpu/checked_decode.h"
 #include "src/cpu/cpu_backend.h"
 #include "tests/src/core/decode_mesh.h"
-#include "tests/support/condensed_samples.h"
 #include "tests/support/decode_bytes.h"
+#include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 
 namespace psplit {
 namespace {
 
-// A container whose values at borders are stored once, and the one of version 2 that it was made from.
+// A container whose values at borders are stored once, and the one of Draco streams that it was made from.
 struct Shared {
   CondensedSample sample;
   PatchContainer container;
-  const PatchContainer& original() const { return *sample.original.encoded.opened; }
+  PatchContainer original() const { return *open_container(sample.original.encoded.container); }
 };
 
 CondensedSample blob_with_residue() {
@@ -32,13 +30,12 @@ CondensedSample blob_with_residue() {
   for (uint32_t i = 0; i < 5; ++i) mesh.faces.push_back({i, i, 3 * i + 1});
   std::vector<AttributeCoding> codings;
   for (const Attribute& attribute : mesh.attributes) codings.push_back(*fit_grid(attribute, 12));
-  EncodeOptions options;
-  options.patch_count = 5;
+  const EncodeOptions options{.patch_count = 5};
   const ThreadPool pool(1);
   Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, pool);
   CondensedSample sample{{"bare blob with residue", std::move(*encoded), {}}, {}};
   sample.original.requests = sample.original.encoded.requests;
-  sample.container = as_version_3(*sample.original.encoded.opened, true, pool);
+  sample.container = condensed_container(*open_container(sample.original.encoded.container), true, pool);
   return sample;
 }
 
@@ -74,13 +71,11 @@ TEST(BorderValues, AreTheSameForAllPatchesAndForEachAlone) {
     SCOPED_TRACE(shared.sample.original.name);
     const PatchContainer& container = shared.container;
     with_residue += container.has_residue;
-    const Expected<BorderValues> all = BorderValues::decode(container, ThreadPool(3));
-    ASSERT_TRUE(all) << all.status().to_string();
+    const BorderValues all = must(BorderValues::decode(container, ThreadPool(3)));
     for (uint32_t i = 0; i < container.entries.size(); ++i) {
-      const Expected<BorderValues> one = BorderValues::decode(container, i);
-      ASSERT_TRUE(one) << one.status().to_string();
-      const core::StreamHeader header = completed(container, *all, i);
-      EXPECT_EQ(known_values(header), known_values(completed(container, *one, i)));
+      const BorderValues one = must(BorderValues::decode(container, i));
+      const core::StreamHeader header = completed(container, all, i);
+      EXPECT_EQ(known_values(header), known_values(completed(container, one, i)));
       EXPECT_EQ(known_values(header), known_values(container.alone(i).headers[0]));
       values += header.condensed.known.size();
       own_values += size_t{header.condensed.border_count} * header.condensed.border_components;
@@ -96,24 +91,22 @@ TEST(BorderValues, PatchesWithThemDecodeAsTheirDracoStreams) {
   constexpr LaneOrder kOrder = kLaneOrders[0];
   for (const Shared& shared : shared_samples()) {
     SCOPED_TRACE(shared.sample.original.name);
-    const Expected<BorderValues> borders = BorderValues::decode(shared.container, ThreadPool(1));
-    ASSERT_TRUE(borders);
+    const BorderValues borders = must(BorderValues::decode(shared.container, ThreadPool(1)));
     for (uint32_t i = 0; i < shared.container.patch_count(); ++i) {
       const std::span<const uint8_t> draco = shared.original().streams[i];
-      const auto expected = decode_with_libdraco({draco.begin(), draco.end()});
-      ASSERT_TRUE(expected);
-      const core::StreamHeader header = completed(shared.container, *borders, i);
+      const auto expected = must(decode_with_libdraco({draco.begin(), draco.end()}));
+      const core::StreamHeader header = completed(shared.container, borders, i);
       const size_t bytes = shared.container.streams[i].size();
       RawMesh decoded;
-      ASSERT_EQ(core::decode_in_workspace<uint32_t>(header, bytes, *expected, decoded), core::Fault::kNone);
-      EXPECT_TRUE(decoded == *expected);
+      ASSERT_EQ(core::decode_in_workspace<uint32_t>(header, bytes, expected, decoded), core::Fault::kNone);
+      EXPECT_TRUE(decoded == expected);
       ASSERT_EQ(core::decode_by_warp<uint32_t>(header, kOrder, decoded), core::Fault::kNone);
-      EXPECT_TRUE(decoded == *expected);
+      EXPECT_TRUE(decoded == expected);
       if (!header.fits_16_bits()) continue;
-      ASSERT_EQ(core::decode_in_workspace<uint16_t>(header, bytes, *expected, decoded), core::Fault::kNone);
-      EXPECT_TRUE(decoded == *expected);
+      ASSERT_EQ(core::decode_in_workspace<uint16_t>(header, bytes, expected, decoded), core::Fault::kNone);
+      EXPECT_TRUE(decoded == expected);
       ASSERT_EQ(core::decode_by_warp<uint16_t>(header, kOrder, decoded), core::Fault::kNone);
-      EXPECT_TRUE(decoded == *expected);
+      EXPECT_TRUE(decoded == expected);
       // Values for another number of places are refused, and so are none.
       core::StreamHeader wrong = header;
       if (header.condensed.known.empty()) continue;
@@ -128,11 +121,10 @@ TEST(BorderValues, PatchesWithThemDecodeAsTheirDracoStreams) {
 TEST(BorderValues, AnyLanesCopyTheSameValues) {
   for (const Shared& shared : shared_samples()) {
     const PatchContainer& container = shared.container;
-    const Expected<BorderValues> borders = BorderValues::decode(container, ThreadPool(1));
-    ASSERT_TRUE(borders);
+    const BorderValues borders = must(BorderValues::decode(container, ThreadPool(1)));
     for (uint32_t i = 0; i < container.patch_count(); ++i) {
       const core::StitchRow row = container.stitch_row(i);
-      const core::StreamHeader header = completed(container, *borders, i);
+      const core::StreamHeader header = completed(container, borders, i);
       std::vector<int32_t> values = known_values(header);
       const size_t components = header.condensed.border_components;
       core::StitchReader reader(row);
@@ -143,7 +135,7 @@ TEST(BorderValues, AnyLanesCopyTheSameValues) {
       std::vector<std::vector<int32_t>> of_owner;
       std::vector<uint8_t> is_own(1 << 12, 1);
       for (uint32_t owner = 0; owner <= i; ++owner)
-        of_owner.push_back(known_values(completed(container, *borders, owner)));
+        of_owner.push_back(known_values(completed(container, borders, owner)));
       const auto walk_of = [&](uint32_t owner) {
         std::vector<int32_t>& walk = of_owner[owner];
         return core::WalkValues{{walk.data(), walk.size()},
@@ -161,31 +153,13 @@ TEST(BorderValues, AnyLanesCopyTheSameValues) {
   }
 }
 
-std::vector<uint8_t> rewritten(const PatchContainer& container, std::vector<StreamEntry> entries,
-                               std::vector<std::vector<uint8_t>> stitch,
-                               std::vector<std::vector<uint8_t>> streams) {
-  for (size_t i = 0; i < entries.size(); ++i) {
-    entries[i].stream_bytes = static_cast<uint32_t>(streams[i].size());
-    entries[i].stitch_bytes = static_cast<uint32_t>(stitch[i].size());
-  }
-  const size_t head_at = container.header_bytes - container.head_bytes;
-  return *write_condensed_container(entries, container.has_residue,
-                                    container.bytes.subspan(head_at, container.head_bytes), stitch, streams);
-}
-std::vector<std::vector<uint8_t>> copies(std::span<const std::span<const uint8_t>> parts) {
-  std::vector<std::vector<uint8_t>> result;
-  for (const std::span<const uint8_t> part : parts) result.emplace_back(part.begin(), part.end());
-  return result;
-}
-
 TEST(BorderValues, AreNotSharedWithStoredPatches) {
   const Shared& shared = shared_samples().front();
   ASSERT_GT(shared.container.patch_count(), 1u);
-  std::vector<std::vector<uint8_t>> streams = copies(shared.container.streams);
-  std::vector<StreamEntry> entries = shared.container.entries;
-  streams[1].assign(shared.original().streams[1].begin(), shared.original().streams[1].end());
-  entries[1].is_condensed = false;
-  const auto bytes = rewritten(shared.container, entries, copies(shared.container.stitch), streams);
+  ContainerParts parts(shared.container);
+  parts.streams[1] = ContainerParts(shared.original()).streams[1];
+  parts.entries[1].is_condensed = false;
+  const auto bytes = parts.write();
   const Status status = open_container(bytes).status();
   EXPECT_EQ(status.to_string(), "patch 1: it is stored, but values at borders are shared");
 }
@@ -195,26 +169,24 @@ TEST(BorderValues, OfAnotherNumberThanPlacesAreRefused) {
   const ThreadPool pool(1);
   size_t refused = 0;
   for (const Shared& shared : shared_samples()) {
-    std::vector<std::vector<uint8_t>> stitch = copies(shared.container.stitch);
-    std::vector<StreamEntry> entries = shared.container.entries;
+    ContainerParts parts(shared.container);
     const core::CondensedStream& last = shared.container.headers[shared.container.patch_count() - 1].condensed;
     const uint32_t patch = shared.container.patch_count() - 1;
     const Expected<BorderValues> borders = BorderValues::decode(shared.container, patch);
     const size_t places = completed(shared.container, *borders, patch).condensed.known.size();
     if (places == size_t{last.border_count} * last.border_components) continue;
-    stitch[patch] = {};
-    entries[patch].reference_count = 0;
-    const auto bytes = rewritten(shared.container, entries, stitch, copies(shared.container.streams));
+    parts.stitch[patch] = {};
+    parts.entries[patch].reference_count = 0;
+    const auto bytes = parts.write();
     const auto& requests = shared.sample.original.requests;
     const Expected<Mesh> decoded = decode_container(cpu_backend(), bytes, requests, pool);
     EXPECT_EQ(decoded.status().to_string(),
               "patch " + std::to_string(patch) + ": Draco stream: " + core::fault_text(core::Fault::kCounts));
-    const Expected<PatchContainer> container = open_container(bytes);
-    ASSERT_TRUE(container);
-    EXPECT_FALSE(expand_container(*container, pool));
-    EXPECT_FALSE(expand_patch(*container, patch));
-    EXPECT_FALSE(decode_checked(*container, requests, pool));
-    EXPECT_TRUE(expand_patch(*container, 0));
+    const PatchContainer container = must(open_container(bytes));
+    EXPECT_FALSE(expand_container(container, pool));
+    EXPECT_FALSE(expand_patch(container, patch));
+    EXPECT_FALSE(decode_checked(container, requests, pool));
+    EXPECT_TRUE(expand_patch(container, 0));
     ++refused;
   }
   EXPECT_GT(refused, 5u);
@@ -229,26 +201,24 @@ TEST(BorderValues, PatchesAloneNeedOnlyTheirOwners) {
   for (const Shared& shared : shared_samples()) {
     constexpr uint32_t kBroken = 1;
     if (shared.container.patch_count() < 3 || shared.container.entries[kBroken].reference_count == 0) continue;
-    std::vector<std::vector<uint8_t>> stitch = copies(shared.container.stitch);
-    stitch[kBroken].assign(8, 0);
-    const auto bytes =
-        rewritten(shared.container, shared.container.entries, stitch, copies(shared.container.streams));
-    const Expected<PatchContainer> container = open_container(bytes);
-    ASSERT_TRUE(container) << container.status().to_string();
+    ContainerParts parts(shared.container);
+    parts.stitch[kBroken].assign(8, 0);
+    const auto bytes = parts.write();
+    const PatchContainer container = must(open_container(bytes));
     const std::string refusal = std::string("patch 1: ") + core::fault_text(core::Fault::kStitchMap);
-    EXPECT_EQ(BorderValues::decode(*container, pool).status().to_string(), refusal);
-    for (uint32_t i = 0; i < container->patch_count(); ++i) {
+    EXPECT_EQ(BorderValues::decode(container, pool).status().to_string(), refusal);
+    for (uint32_t i = 0; i < container.patch_count(); ++i) {
       bool needs_broken = i == kBroken;
-      core::StitchReader reader(container->stitch_row(i));
+      core::StitchReader reader(container.stitch_row(i));
       for (core::StitchReader::Run run; reader.next_run(run);) needs_broken |= run.owner == kBroken;
-      const PatchContainer alone = container->alone(i);
+      const PatchContainer alone = container.alone(i);
       const DecodeTask task{&alone, shared.sample.original.requests};
       const Expected<Mesh> mesh = std::move(backend.decode({&task, 1}, pool).front());
       if (needs_broken)
         EXPECT_EQ(mesh.status().to_string(), refusal);
       else
         EXPECT_TRUE(mesh) << mesh.status().to_string();
-      EXPECT_EQ(expand_patch(*container, i).ok(), !needs_broken);
+      EXPECT_EQ(expand_patch(container, i).ok(), !needs_broken);
       ++(needs_broken ? refused : decoded);
     }
   }
@@ -276,7 +246,6 @@ TEST(BorderValues, AreNotThoseOfOtherReferences) {
     const std::vector<uint8_t> bytes = bits.take();
     core::StitchRow row;
     row.bytes = {bytes.data(), bytes.size()};
-    row.version = kCondensedContainerVersion;
     row.stream = 1;
     row.point_count = 2;
     row.reference_count = 1;

@@ -1,8 +1,6 @@
 // A stream that libdraco's encoder wrote comes back from its fields bit for bit.
 #include "src/condensed/draco_fields.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +10,7 @@
 #include "encoder/encode_mesh.h"
 #include "src/container/patch_container.h"
 #include "tests/support/draco_streams.h"
+#include "tests/support/expect.h"
 #include "tests/support/patched_samples.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/reproducible_meshes.h"
@@ -91,13 +90,9 @@ EncodedMesh encode_sheet(const Mesh& mesh, uint32_t patch_count, int speed) {
     codings.push_back(attribute.semantic == "NORMAL"                        ? AttributeCoding{10, true, {}, 0}
                       : attribute.component_type == ComponentType::kFloat32 ? *fit_grid(attribute, 12)
                                                                             : AttributeCoding{});
-  EncodeOptions options;
-  options.patch_count = patch_count;
-  options.encode_speed = speed;
-  options.verify = false;
-  Expected<EncodedMesh> encoded = encode_mesh(mesh, codings, options, ThreadPool(1));
-  EXPECT_TRUE(encoded.ok()) << encoded.status().to_string();
-  return std::move(*encoded);
+  const EncodeOptions options{.patch_count = patch_count, .encode_speed = speed, .verify = false};
+  EncodedMesh encoded = must(encode_mesh(mesh, codings, options, ThreadPool(1)));
+  return encoded;
 }
 
 // Patches of all sizes down to a face. All patches of a mesh have the level of its speed.
@@ -106,12 +101,12 @@ TEST(DracoFields, EveryPatchAtEverySpeedComesBack) {
   for (int speed = 0; speed <= 10; ++speed)
     for (const uint32_t patch_count : {1u, 2u, 7u, 60u, 960u}) {
       const EncodedMesh encoded = encode_sheet(sheet, patch_count, speed);
-      for (const std::span<const uint8_t> stream : encoded.opened->streams) {
-        const Expected<DracoFields> fields = read_fields(stream);
-        ASSERT_TRUE(fields.ok()) << fields.status().to_string();
-        EXPECT_EQ(difference(stream, *fields), "") << patch_count << " patches, speed " << speed;
-        EXPECT_NE(fields->possible_levels >> (10 - speed) & 1, 0u) << "speed " << speed;
-        DracoFields same = *fields;
+      const PatchContainer container = *open_container(encoded.container);
+      for (const std::span<const uint8_t> stream : container.streams) {
+        const DracoFields fields = must(read_fields(stream));
+        EXPECT_EQ(difference(stream, fields), "") << patch_count << " patches, speed " << speed;
+        EXPECT_NE(fields.possible_levels >> (10 - speed) & 1, 0u) << "speed " << speed;
+        DracoFields same = fields;
         same.symbol_level = 10 - speed;
         EXPECT_EQ(difference(stream, same), "") << patch_count << " patches, speed " << speed;
       }
@@ -221,7 +216,7 @@ TEST(DracoFields, MutantsDoNotCrash) {
 // Fields that were changed are written or refused.
 TEST(DracoFields, ContradictionsAreRefused) {
   const EncodedMesh encoded = encode_sheet(make_sheet(6, 5), 1, 0);
-  const DracoFields good = *read_fields(encoded.opened->streams[0]);
+  const DracoFields good = *read_fields(open_container(encoded.container)->streams[0]);
   const auto refused = [&](auto change) {
     DracoFields fields = good;
     change(fields);
@@ -249,7 +244,7 @@ TEST(DracoFields, ContradictionsAreRefused) {
 
 TEST(DracoFields, SymbolsThatFormNoMeshHaveNoLists) {
   const EncodedMesh encoded = encode_sheet(make_sheet(6, 5), 1, 0);
-  const DracoFields good = *read_fields(encoded.opened->streams[0]);
+  const DracoFields good = *read_fields(open_container(encoded.container)->streams[0]);
   const auto refused = [&](auto change) {
     DracoFields fields = good;
     change(fields);

@@ -12,7 +12,7 @@ namespace {
 
 // A head that a test may change before it is written.
 struct HeadFields {
-  std::vector<std::vector<uint8_t>> skeletons = {{'D', 'R', 'A', 'C', 'O'}, {1, 2, 3}};
+  std::vector<std::vector<uint8_t>> skeletons = {{0, 0, 7}, {}};  // behind kSkeletonFront
   uint32_t level = 5, contexts = 1;
   std::vector<std::array<uint32_t, 5>> symbols = {{4096, 0, 0, 0, 0},
                                                   {0, 0, 0, 0, 0},
@@ -63,15 +63,17 @@ std::vector<uint8_t> write(const HeadFields& head) {
   table(head.tokens);
   out.bits(1, 1);
   for (int i = 0; i < 6; ++i) out.bits(head.flag_probability, 12);
-  out.bits(head.has_borders, 1);
-  if (head.has_borders) {
-    table({4096});
-    table({});
-  }
   out.number(count, 1);
   out.bits(7, 12);
   out.bits(head.seam_probability, 12);
-  return out.take();
+  std::vector<uint8_t> bytes;
+  append_head_section(HeadSection::kTables, out.take(), bytes);
+  if (!head.has_borders) return bytes;
+  used = core::NumberKind{5};
+  table({4096});
+  table({});
+  append_head_section(HeadSection::kBorders, out.take(), bytes);
+  return bytes;
 }
 
 std::string error_of(const HeadFields& head) {
@@ -83,7 +85,8 @@ TEST(CondensedHead, IsReadAsItWasWritten) {
   const HeadFields fields;
   const Expected<CondensedHead> head = read_condensed_head(write(fields));
   ASSERT_TRUE(head) << head.status().message();
-  EXPECT_EQ(head->skeletons, fields.skeletons);
+  EXPECT_EQ(head->skeletons[0], (std::vector<uint8_t>{'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1, 0, 0, 7}));
+  EXPECT_EQ(head->skeletons[1], std::vector<uint8_t>(kSkeletonFront.begin(), kSkeletonFront.end()));
   EXPECT_EQ(head->levels, (std::vector<uint8_t>{5, 5}));
   const core::CondensedModels models = head->models();
   EXPECT_FALSE(models.has_valence_contexts);
@@ -150,14 +153,44 @@ TEST(CondensedHead, SaysWhatIsWrong) {
 }
 
 TEST(CondensedHead, HasNoMoreAndNoFewerBits) {
-  const std::vector<uint8_t> bytes = write(HeadFields());
+  const std::vector<uint8_t> bytes = write(HeadFields()), tables = write({.has_borders = false});
   for (size_t length = 0; length < bytes.size(); ++length) {
     const std::vector<uint8_t> cut(bytes.begin(), bytes.begin() + static_cast<ptrdiff_t>(length));
-    EXPECT_FALSE(read_condensed_head(cut)) << length;
+    EXPECT_EQ(read_condensed_head(cut).ok(), length == 0 || length == tables.size()) << length;
   }
-  std::vector<uint8_t> longer = bytes;
+  // A section that has one more byte.
+  std::vector<uint8_t> longer;
+  append_head_section(HeadSection::kTables, std::vector<uint8_t>(tables.begin() + 2, tables.end()), longer);
+  ASSERT_EQ(longer, tables);
+  longer.back() = 0;
+  ++longer[1];
   longer.push_back(0);
   EXPECT_FALSE(read_condensed_head(longer));
+}
+
+// Sections that a reader does not know, and sections out of order.
+TEST(CondensedHead, SkipsSectionsThatMayBeSkipped) {
+  const std::vector<uint8_t> tables = write({.has_borders = false});
+  const std::vector<uint8_t> data(300, uint8_t{7});
+  const auto with = [&](std::vector<uint8_t> head, std::initializer_list<int> types) {
+    for (const int type : types) append_head_section(static_cast<HeadSection>(type), data, head);
+    const Expected<CondensedHead> read = read_condensed_head(head);
+    return read ? std::to_string(read->skeletons.size()) + " skeletons" : read.status().to_string();
+  };
+  EXPECT_EQ(with({}, {}), "0 skeletons");
+  EXPECT_EQ(with({}, {128, 255}), "0 skeletons");
+  EXPECT_EQ(with(tables, {128, 200}), "2 skeletons");
+  EXPECT_NE(with(tables, {3}).find("head: section 3 is not known, and may not be skipped"), std::string::npos);
+  EXPECT_NE(with({}, {127}).find("head: section 127 is not known"), std::string::npos);
+  std::vector<uint8_t> head;
+  append_head_section(static_cast<HeadSection>(3), data, head);
+  EXPECT_EQ(read_condensed_head(head).status().code(), StatusCode::kUnsupported);
+  for (const int again : {0, 1})
+    EXPECT_NE(with(tables, {again}).find("head: its sections do not ascend by type"), std::string::npos);
+  EXPECT_NE(with({}, {2}).find("head: values at borders without tables"), std::string::npos);
+  for (const std::vector<uint8_t>& broken :
+       {std::vector<uint8_t>{128}, {128, 1}, {128, 0x80}, {128, 0x80, 0x80, 0x80, 0x80, 0x80, 0}})
+    EXPECT_EQ(read_condensed_head(broken).status().message(), "head: a section of more bytes than there are");
 }
 
 // Mutants are refused or read; sanitizers watch.

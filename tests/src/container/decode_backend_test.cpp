@@ -2,13 +2,13 @@
 // decoded as often as a caller likes.
 #include "src/container/decode_backend.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <atomic>
 
+#include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
-#include "tests/support/version_1.h"
+#include "tests/support/expect.h"
+#include "tests/support/sample_containers.h"
 
 namespace psplit {
 namespace {
@@ -23,7 +23,7 @@ bool equal(const Mesh& a, const Mesh& b) {
 class OpenedOnce : public testing::Test {
  protected:
   void SetUp() override {
-    for (const Version1Container& each : files) {
+    for (const SampleContainer& each : files) {
       const Expected<PatchContainer> container = open_container(each.bytes);
       ASSERT_TRUE(container) << each.name << ": " << container.status().to_string();
       containers.push_back(*container);
@@ -33,7 +33,7 @@ class OpenedOnce : public testing::Test {
     for (size_t i = 0; i < containers.size(); ++i) tasks.push_back({&containers[i], files[i / 3].requests});
   }
 
-  const std::vector<Version1Container> files = version_1_containers();
+  const std::vector<SampleContainer> files = sample_containers();
   std::vector<PatchContainer> containers;
   std::vector<DecodeTask> tasks;
   const ThreadPool pool{2};
@@ -64,9 +64,8 @@ TEST_F(OpenedOnce, DecodesAsOftenAsItIsAskedTo) {
   for (size_t i = 0; i < tasks.size(); ++i) {
     ASSERT_TRUE(first[i] && second[i]);
     EXPECT_TRUE(equal(*first[i], *second[i]));
-    const Expected<Mesh> single = cpu_backend().decode(containers[i], tasks[i].requests, pool);
-    ASSERT_TRUE(single);
-    EXPECT_TRUE(equal(*first[i], *single));
+    const Mesh single = must(cpu_backend().decode(containers[i], tasks[i].requests, pool));
+    EXPECT_TRUE(equal(*first[i], single));
   }
 }
 
@@ -116,11 +115,10 @@ TEST(AllocateMesh, RefusesCountsThatTheBytesDoNotJustify) {
   Mesh mesh;
   EXPECT_EQ(allocate_mesh(100'000'000, 1, requests, 1000, mesh).status().code(), StatusCode::kInvalidInput);
   EXPECT_EQ(allocate_mesh(1, 100'000'000, requests, 1000, mesh).status().code(), StatusCode::kInvalidInput);
-  const Expected<PrimitiveBuffers> buffers = allocate_mesh(7, 5, requests, 1000, mesh);
-  ASSERT_TRUE(buffers);
-  EXPECT_EQ(buffers->indices.size(), 60u);
-  EXPECT_EQ(buffers->attributes[0].bytes.size(), 84u);
-  EXPECT_EQ(buffers->attributes[0].stride, 12u);
+  const PrimitiveBuffers buffers = must(allocate_mesh(7, 5, requests, 1000, mesh));
+  EXPECT_EQ(buffers.indices.size(), 60u);
+  EXPECT_EQ(buffers.attributes[0].bytes.size(), 84u);
+  EXPECT_EQ(buffers.attributes[0].stride, 12u);
   EXPECT_EQ(mesh.attributes[0].semantic, "POSITION");
 }
 

@@ -1,7 +1,7 @@
 // The glTF attributes that Draco attributes become.
 #include "src/container/stream_description.h"
 
-#include <gtest/gtest.h>
+#include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
@@ -47,9 +47,8 @@ TEST(GltfAttributes, BecomeFloatsWhereGltfHasNoSuchType) {
        {DataType::kInt32, DataType::kUint32, DataType::kInt64, DataType::kUint64, DataType::kFloat64})
     EXPECT_EQ(named(attribute(7, DracoSemantic::kGeneric, type, 16, true)), "_GENERIC_0 5126x16");
   const StreamAttribute doubles[] = {attribute(3, DracoSemantic::kPosition, DataType::kFloat64, 3)};
-  const auto requests = gltf_attributes(doubles);
-  ASSERT_TRUE(requests) << requests.status().to_string();
-  EXPECT_EQ(requests->front().semantic, "POSITION");
+  const auto requests = must(gltf_attributes(doubles));
+  EXPECT_EQ(requests.front().semantic, "POSITION");
 }
 
 TEST(GltfAttributes, HaveUniqueSemantics) {
@@ -61,10 +60,9 @@ TEST(GltfAttributes, HaveUniqueSemantics) {
   for (int i = 0; i < 2; ++i)
     attributes.push_back(
         attribute(static_cast<uint32_t>(attributes.size()), DracoSemantic::kTexCoord, DataType::kFloat32, 2));
-  const auto requests = gltf_attributes(attributes);
-  ASSERT_TRUE(requests) << requests.status().to_string();
+  const auto requests = must(gltf_attributes(attributes));
   std::vector<std::string> names;
-  for (const AttributeRequest& request : *requests) names.push_back(request.semantic);
+  for (const AttributeRequest& request : requests) names.push_back(request.semantic);
   EXPECT_EQ(names, (std::vector<std::string>{"_GENERIC_0", "POSITION", "_GENERIC_1", "NORMAL", "_GENERIC_2",
                                              "TEXCOORD_0", "TEXCOORD_1"}));
 }
@@ -73,9 +71,8 @@ TEST(GltfAttributes, OfWhichThereAreManyTakeNoTimeToName) {
   std::vector<StreamAttribute> attributes = {kPositions};
   for (uint32_t i = 1; i < 50'000; ++i)
     attributes.push_back(attribute(i, DracoSemantic::kGeneric, DataType::kFloat32, 1));
-  const auto requests = gltf_attributes(attributes);
-  ASSERT_TRUE(requests) << requests.status().to_string();
-  EXPECT_EQ(requests->back().semantic, "_GENERIC_49998");
+  const auto requests = must(gltf_attributes(attributes));
+  EXPECT_EQ(requests.back().semantic, "_GENERIC_49998");
 }
 
 TEST(GltfAttributes, RefuseWhatNoGltfAssetHolds) {

@@ -39,16 +39,21 @@ inline RansBits same_bits(bool bit) {
 struct ClersMesh {
   // `holes` are faces that no symbol adds. If there are any, every border that waits is said to be a hole. The
   // memory is exactly what the stage says that it takes.
+  // With moves_rows it is decoded as by a device.
   explicit ClersMesh(const std::string& letters, const std::vector<SplitEvent>& events = {}, uint32_t holes = 0,
-                     uint32_t vertex_limit = 100) {
+                     uint32_t vertex_limit = 100, bool moves_rows = PSPLIT_MOVES_ROWS) {
     const auto count = static_cast<uint32_t>(letters.size());
     mesh.counts = {count + holes, vertex_limit, count, static_cast<uint32_t>(events.size())};
     memory_.resize(mesh.bytes(mesh.counts) + connectivity_scratch_bytes<uint16_t>(mesh.counts));
     Arena arena(memory_.data(), memory_.size());
     if (!mesh.allocate(arena)) __builtin_trap();
     RansBits start_faces = same_bits(holes > 0);
-    fault = decode_connectivity(Letters{letters.c_str()}, View<const SplitEvent>(events.data(), events.size()),
-                                start_faces, arena, mesh);
+    const auto decode = [&]<bool kMovesRows>() {
+      return decode_connectivity<kMovesRows>(Letters{letters.c_str()},
+                                             View<const SplitEvent>(events.data(), events.size()), start_faces,
+                                             arena, mesh);
+    };
+    fault = moves_rows ? decode.operator()<true>() : decode.operator()<false>();
   }
   ClersMesh(const ClersMesh&) = delete;
 

@@ -1,6 +1,5 @@
 // Condensed streams decode to what libdraco decodes from the Draco streams that they were made from: the same
 // faces, points and bytes of every attribute.
-#include <gtest/gtest.h>
 
 #include <memory>
 #include <optional>
@@ -32,7 +31,8 @@ struct Batch {
   Fault read_header(const Stream& stream, std::span<const uint8_t> bytes, StreamHeader& header) const {
     const std::vector<uint8_t>& skeleton = head.skeletons[stream.skeleton];
     return read_condensed_header({skeleton.data(), skeleton.size()}, {bytes.data(), bytes.size()},
-                                 head.models(), stream.face_count(), stream.expected.point_count, header);
+                                 head.models(), stream.face_count(), stream.expected.point_count, header,
+                                 header.condensed);
   }
 };
 

@@ -7,7 +7,7 @@
 
 #include "encoder/condensing/section_writer.h"
 #include "src/container/condensed_head.h"
-#include "src/core/condensed/border_values.h"
+#include "src/core/condensed/border_part.h"
 #include "src/core/condensed/condensed_numbers.h"
 #include "src/core/condensed/context_symbols.h"
 #include "src/core/condensed/section.h"
@@ -50,9 +50,11 @@ CondensedHead head_of(uint32_t coding, const std::vector<std::vector<uint16_t>>&
   frequency = NumberKind(4);
   for (const uint16_t f : tokens) out.number(frequency, f);
   out.number(used, 0);
-  out.bits(0, 2);  // neither flags nor borders
+  out.bits(0, 1);  // no flags
   out.number(count, 0);
-  Expected<CondensedHead> head = read_condensed_head(out.take());
+  std::vector<uint8_t> bytes;
+  append_head_section(HeadSection::kTables, out.take(), bytes);
+  Expected<CondensedHead> head = read_condensed_head(bytes);
   EXPECT_TRUE(head) << head.status().message();
   return head ? std::move(*head) : CondensedHead();
 }
@@ -192,8 +194,7 @@ TEST(BorderPart, DecodesAlone) {
   Bytes bytes = {9, 9, 9, 9, 9, 9};  // another section
   const size_t first_section = bytes.size();
   writer.append_to(bytes);
-  StreamHeader header;
-  CondensedStream& stream = header.condensed;
+  CondensedStream stream;
   stream.bytes = {bytes.data(), bytes.size()};
   stream.models = head.models();
   stream.models.has_borders = true;
@@ -207,18 +208,17 @@ TEST(BorderPart, DecodesAlone) {
   const View<uint32_t> symbols(reinterpret_cast<uint32_t*>(decoded.data()), decoded.size());
   WalkValues walk{{decoded.data(), decoded.size()}, {is_own.data(), is_own.size()}};
   TokenSequence tokens;
-  ASSERT_EQ(start_border_part(header, walk.is_own, symbols, tokens), Fault::kNone);
+  ASSERT_EQ(start_border_part(stream, walk.is_own, symbols, tokens), Fault::kNone);
   TokenSequence* const one = &tokens;
   step_tokens<1>(&one, 1);
   EXPECT_TRUE(tokens.section().is_at_end());
   StitchRow row;  // without runs
-  row.version = 3;
   ASSERT_EQ(place_own_values(row, stream, walk), Fault::kNone);
   EXPECT_EQ(walk.length, kCount);
   EXPECT_EQ(decoded, values);
   EXPECT_EQ(is_own, std::vector<uint8_t>(kCount, 1));
   stream.models.border_tables[1] = kNoTable;
-  EXPECT_EQ(start_border_part(header, walk.is_own, symbols, tokens), Fault::kEntropy);
+  EXPECT_EQ(start_border_part(stream, walk.is_own, symbols, tokens), Fault::kEntropy);
 }
 
 TEST(ContextSymbols, DependOnTheLastSymbols) {

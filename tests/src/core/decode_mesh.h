@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "encoder/stitching/border_walk.h"
+#include "encoder/stitching/stitch_map.h"
 #include "src/core/workspace.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/emulated_warp.h"
@@ -75,7 +75,10 @@ Fault decode_by_warp(const StreamHeader& header, LaneOrder order, RawMesh& out) 
   const auto decode_with = [&](Arena& arena, Patch<Index>& patch) {
     PatchDecoder<Index> decoder(header, arena, patch);
     Fault faults[EmulatedLanes::size()];
-    run([&](auto lanes) { faults[lanes.rank()] = decode_together(lanes, decoder); });
+    run([&](auto lanes) {
+      const Fault fault = decoder.start(lanes);
+      faults[lanes.rank()] = fault == Fault::kNone ? finish_together(lanes, decoder) : fault;
+    });
     for (const Fault fault : faults) EXPECT_EQ(fault_text(fault), fault_text(faults[0])) << "lanes disagree";
     return faults[0];
   };

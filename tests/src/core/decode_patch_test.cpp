@@ -2,8 +2,6 @@
 // points and every attribute's bytes must be the same.
 #include "src/core/decode_patch.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <filesystem>

@@ -1,6 +1,4 @@
 // Seams on a fan of four faces around vertex 1, and on random meshes against sets of corners.
-#include "src/core/seams.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +7,9 @@
 #include <random>
 #include <set>
 
+#include "src/core/seam_lanes.h"
 #include "tests/src/core/clers_mesh.h"
+#include "tests/support/emulated_warp.h"
 
 namespace psplit::core {
 namespace {
@@ -141,6 +141,64 @@ struct CornerSets {
   std::vector<uint32_t> parent;
 };
 
+// The twins of seams.h give the same numbers in any order of the lanes.
+void expect_same_by_lanes(SeamedMesh& made, const std::vector<std::vector<uint8_t>>& seams, LaneOrder order) {
+  const Connectivity<uint16_t>& mesh = made.decoded.mesh;
+  const uint32_t point_count = made.split();
+  std::vector<uint16_t> edges(made.edges.size() + 3 * mesh.counts.face_count), scratch(mesh.vertex_count),
+      point_at(mesh.table.vertex.size()), corner_of_point(point_count);
+  const auto on_seam = std::make_unique<bool[]>(mesh.vertex_count);
+  std::vector<std::vector<uint8_t>> memory;
+  std::vector<AttributeTable<uint16_t>> attributes;
+  for (const std::vector<uint8_t>& bits : seams) {
+    attributes.push_back(
+        {mesh.table, mesh.closed, mesh.vertex_count, std::count(bits.begin(), bits.end(), 1) > 0});
+    memory.emplace_back(AttributeTable<uint16_t>::bytes(mesh.counts.face_count));
+    Arena arena(memory.back().data(), memory.back().size());
+    if (attributes.back().has_seams) {
+      ASSERT_TRUE(attributes.back().allocate(mesh.counts.face_count, arena));
+    }
+  }
+  uint32_t edge_count = 0, points = 0;
+  run_warp(
+      [&](EmulatedLanes lanes) {
+        const View<bool> ends(on_seam.get(), mesh.vertex_count);
+        const uint32_t count = list_inner_edges(lanes, mesh.table, view(edges));
+        if (lanes.rank() == 0) edge_count = count;
+        for (size_t i = 0; i < seams.size(); ++i) {
+          AttributeTable<uint16_t>& table = attributes[i];
+          if (!table.has_seams) continue;
+          cut_seams(lanes, mesh.table.opposite, view(edges),
+                    View<const uint8_t>(seams[i].data(), seams[i].size()), table.table.opposite);
+          const uint32_t values = number_attribute_vertices(lanes, mesh, table, view(scratch), ends);
+          if (lanes.rank() == 0) table.vertex_count = values;
+          lanes.sync();
+        }
+        const PointSplit<uint16_t> split(mesh, view(attributes), ends, view(scratch));
+        const uint32_t split_count = split.count(lanes);
+        if (lanes.rank() == 0) points = split_count;
+        split.store(lanes, view(point_at), view(corner_of_point));
+      },
+      order);
+  edges.resize(edge_count);
+  ASSERT_EQ(edges, made.edges);
+  ASSERT_EQ(points, point_count);
+  for (uint32_t c = 0; c < point_at.size(); ++c) {
+    if (c % 4 == 3) continue;
+    ASSERT_EQ(point_at[c], made.points[c]);
+    for (size_t i = 0; i < seams.size(); ++i) {
+      ASSERT_EQ(attributes[i].table.opposite[c], made.attributes[i].table.opposite[c]);
+      ASSERT_EQ(attributes[i].table.vertex[c], made.attributes[i].table.vertex[c]);
+    }
+  }
+  for (uint32_t point = 0; point < points; ++point) ASSERT_EQ(point_at[corner_of_point[point]], point);
+  for (size_t i = 0; i < seams.size(); ++i) {
+    ASSERT_EQ(attributes[i].vertex_count, made.attributes[i].vertex_count);
+    for (uint32_t value = 0; value < attributes[i].vertex_count; ++value)
+      ASSERT_EQ(attributes[i].closed[value], made.attributes[i].closed[value]);
+  }
+}
+
 TEST(Seams, NumberValuesAndPointsOfRandomMeshes) {
   std::mt19937 random(1);
   size_t seamed = 0;
@@ -150,10 +208,12 @@ TEST(Seams, NumberValuesAndPointsOfRandomMeshes) {
     if (ClersMesh(letters).fault != Fault::kNone) continue;
     SeamedMesh made(letters);
     const CornerTable<uint16_t>& table = made.decoded.mesh.table;
+    std::vector<std::vector<uint8_t>> all_seams;
     for (int i = 0; i < 2; ++i) {
       std::vector<uint8_t> seams;
       while (seams.size() < made.edges.size()) seams.push_back(random() % 3 == 0);
       made.add_attribute(seams);
+      all_seams.push_back(seams);
       // Two corners at the end of an inner edge have the same value if the edge is not a seam.
       CornerSets values(table.opposite.size());
       for (size_t e = 0; e < seams.size(); ++e) {
@@ -177,6 +237,7 @@ TEST(Seams, NumberValuesAndPointsOfRandomMeshes) {
       join_if_same(previous(c), next(table.opposite[c]));
     }
     points.expect_equal(made.points, made.split());
+    expect_same_by_lanes(made, all_seams, kLaneOrders[seamed % kLaneOrders.size()]);
     if (HasFatalFailure()) FAIL() << letters;
   }
   EXPECT_GT(seamed, 1000u);

@@ -6,11 +6,8 @@
 
 #include <random>
 
-#include "encoder/stitching/border_walk.h"
-#include "encoder/stitching/number_points.h"
 #include "encoder/stitching/stitch_map.h"
 #include "tests/support/emulated_warp.h"
-#include "tests/support/version_1.h"
 
 namespace psplit {
 namespace {
@@ -60,12 +57,11 @@ StitchMap random_map(std::mt19937& random, uint32_t stream, bool has_repeats) {
 Stitched random_container(std::mt19937& random) {
   Stitched made;
   PatchContainer& container = made.container;
-  container.version = random() % 3 == 0 ? 1 : 2;
   container.owned_base = {0};
+  const bool has_repeats = random() % 3 != 0;
   for (uint32_t stream = 0; stream < kStreams; ++stream) {
-    const StitchMap map = random_map(random, stream, container.version == 2);
-    std::vector<uint8_t> part =
-        container.version == 1 ? write_stitch_map_1(map, stream) : write_stitch_map(map, stream, kPoints);
+    const StitchMap map = random_map(random, stream, has_repeats);
+    std::vector<uint8_t> part = write_stitch_map(map, stream, kPoints);
     if (!part.empty() && random() % 4 == 0)
       part[random() % part.size()] ^= static_cast<uint8_t>(1 << random() % 8);
     size_t references = map.repeats.size() + map.pairs.size();

@@ -1,8 +1,6 @@
 // A checked decode returns the mesh of an ordinary one, and a finding for each stream that breaks a rule.
 #include "src/cpu/checked_decode.h"
 
-#include <gtest/gtest.h>
-
 #include "src/cpu/cpu_backend.h"
 #include "tests/support/decode_bytes.h"
 #include "tests/support/patched_samples.h"
@@ -14,16 +12,13 @@ TEST(CheckedDecode, GivesTheSameMeshAndNoFindingsForValidContainers) {
   const ThreadPool one(1), seven(7);
   for (const PatchedSample& sample : all_samples(seven)) {
     SCOPED_TRACE(sample.name);
-    const Expected<PatchContainer> container = open_container(sample.encoded.container);
-    ASSERT_TRUE(container) << container.status().to_string();
-    const Expected<Mesh> expected = cpu_backend().decode(*container, sample.requests, one);
-    ASSERT_TRUE(expected) << expected.status().to_string();
+    const PatchContainer container = must(open_container(sample.encoded.container));
+    const Mesh expected = must(cpu_backend().decode(container, sample.requests, one));
     for (const ThreadPool* pool : {&one, &seven}) {
-      const Expected<CheckedMesh> checked = decode_checked(*container, sample.requests, *pool);
-      ASSERT_TRUE(checked) << checked.status().to_string();
-      EXPECT_TRUE(same_bits(checked->mesh, *expected));
-      ASSERT_EQ(checked->streams.size(), container->entries.size());
-      for (const StreamFindings& stream : checked->streams) {
+      const CheckedMesh checked = must(decode_checked(container, sample.requests, *pool));
+      EXPECT_TRUE(same_bits(checked.mesh, expected));
+      ASSERT_EQ(checked.streams.size(), container.entries.size());
+      for (const StreamFindings& stream : checked.streams) {
         EXPECT_TRUE(stream.types.ok()) << stream.types.to_string();
         EXPECT_TRUE(stream.copies.ok()) << stream.copies.to_string();
       }
@@ -38,9 +33,8 @@ TEST(CheckedDecode, FindsAttributesOfAnotherTypeInEachStream) {
     AttributeRequest& position = sample.requests.front();
     if (position.component_type != ComponentType::kFloat32) continue;
     position.component_type = ComponentType::kInt16;
-    const Expected<PatchContainer> container = open_container(sample.encoded.container);
-    ASSERT_TRUE(container) << container.status().to_string();
-    const Expected<CheckedMesh> checked = decode_checked(*container, sample.requests, pool);
+    const PatchContainer container = must(open_container(sample.encoded.container));
+    const Expected<CheckedMesh> checked = decode_checked(container, sample.requests, pool);
     if (!checked) continue;  // a value does not fit
     for (size_t i = 0; i < checked->streams.size(); ++i) {
       EXPECT_EQ(checked->streams[i].types.place().patch, static_cast<int64_t>(i));

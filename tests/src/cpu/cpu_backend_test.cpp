@@ -1,8 +1,6 @@
 // The CPU backend against libdraco's, over whole containers and stock streams.
 #include "src/cpu/cpu_backend.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cstring>
 #include <random>
@@ -23,14 +21,12 @@ TEST(CpuBackend, EqualsLibdracoForAnyNumberOfThreads) {
   const ThreadPool one(1), seven(7);
   for (const PatchedSample& sample : all_samples(seven)) {
     SCOPED_TRACE(sample.name);
-    const Expected<Mesh> expected =
-        decode_container(draco_backend(), sample.encoded.container, sample.requests, one);
-    ASSERT_TRUE(expected) << expected.status().to_string();
+    const Mesh expected =
+        must(decode_container(draco_backend(), sample.encoded.container, sample.requests, one));
     for (const ThreadPool* pool : {&one, &seven}) {
-      const Expected<Mesh> decoded =
-          decode_container(cpu_backend(), sample.encoded.container, sample.requests, *pool);
-      ASSERT_TRUE(decoded) << decoded.status().to_string();
-      EXPECT_TRUE(same_bits(*decoded, *expected));
+      const Mesh decoded =
+          must(decode_container(cpu_backend(), sample.encoded.container, sample.requests, *pool));
+      EXPECT_TRUE(same_bits(decoded, expected));
     }
   }
 }
@@ -40,9 +36,8 @@ TEST(CpuBackend, DecodesStockStreamsAsLibdracoDoes) {
   for_each_draco_stream(
       [&](const DracoStream& stream) {
         SCOPED_TRACE(stream.name);
-        const auto description = describe_stream(stream.bytes);
-        ASSERT_TRUE(description) << description.status().to_string();
-        const auto requests = gltf_attributes(description->attributes);
+        const auto description = must(describe_stream(stream.bytes));
+        const auto requests = gltf_attributes(description.attributes);
         if (!requests) return;  // no glTF asset can hold it
         const auto expected = decode_stream(draco_backend(), stream.bytes, *requests);
         const auto decoded = decode_stream(cpu_backend(), stream.bytes, *requests);
@@ -51,7 +46,7 @@ TEST(CpuBackend, DecodesStockStreamsAsLibdracoDoes) {
         if (!decoded) return;
         EXPECT_TRUE(same_bits(*decoded, *expected));
         ++equal;
-        for (const StreamAttribute& attribute : description->attributes)
+        for (const StreamAttribute& attribute : description.attributes)
           converted += attribute.type == core::DataType::kInt32 || attribute.type == core::DataType::kFloat64;
       },
       StreamSet::kSmall);
@@ -69,17 +64,13 @@ TEST(CpuBackend, DecodesFineGridsAsLibdracoDoes) {
       if (bits > 22 && speed < 5) continue;  // libdraco counts symbols in tables of 2^bits entries
       SCOPED_TRACE(std::to_string(bits) + " bits, speed " + std::to_string(speed));
       for (const bool condense : {false, true}) {
-        EncodeOptions options;
-        options.patch_count = 3;
-        options.encode_speed = speed;
-        options.condense = condense;
-        options.verify = false;
-        const Expected<EncodedMesh> encoded = encode_mesh(mesh, fine_codings(mesh, bits), options, pool);
-        ASSERT_TRUE(encoded.ok()) << encoded.status().to_string();
-        const auto expected = decode_container(draco_backend(), encoded->container, encoded->requests, pool);
-        const auto decoded = decode_container(cpu_backend(), encoded->container, encoded->requests, pool);
-        ASSERT_TRUE(expected.ok() && decoded.ok()) << decoded.status().to_string();
-        EXPECT_TRUE(same_bits(*decoded, *expected));
+        const EncodeOptions options{
+            .patch_count = 3, .encode_speed = speed, .condense = condense, .verify = false};
+        const EncodedMesh encoded = must(encode_mesh(mesh, fine_codings(mesh, bits), options, pool));
+        const auto expected =
+            must(decode_container(draco_backend(), encoded.container, encoded.requests, pool));
+        const auto decoded = must(decode_container(cpu_backend(), encoded.container, encoded.requests, pool));
+        EXPECT_TRUE(same_bits(decoded, expected));
       }
     }
 }
@@ -125,20 +116,16 @@ TEST(CpuBackend, RefusesBrokenContainersAsLibdracoDoesOrBefore) {
 TEST(CpuBackend, RefusesClaimsBeforeItAllocates) {
   const ThreadPool pool(1);
   const PatchedSample sample = patched_samples(pool).front();
-  const Expected<PatchContainer> container = open_container(sample.encoded.container);
-  ASSERT_TRUE(container);
-  std::vector<std::vector<uint8_t>> stitch, streams;
-  for (const auto& bytes : container->stitch) stitch.emplace_back(bytes.begin(), bytes.end());
-  for (const auto& bytes : container->streams) streams.emplace_back(bytes.begin(), bytes.end());
-  std::vector<StreamEntry> entries = container->entries;
-  entries[0].face_count = 0x50000000;
-  std::vector<uint8_t> bytes = write_container(entries, container->has_residue, stitch, streams);
+  const PatchContainer container = must(open_container(sample.encoded.container));
+  ContainerParts parts(container);
+  parts.entries[0].face_count = 0x50000000;
+  std::vector<uint8_t> bytes = parts.write();
   const Status status = open_container(bytes).status();
   EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
   EXPECT_EQ(status.place().patch, 0);
-  entries = container->entries;
-  entries[0].point_count = 0x50000000;
-  bytes = write_container(entries, container->has_residue, stitch, streams);
+  parts.entries[0] = container.entries[0];
+  parts.entries[0].point_count = 0x50000000;
+  bytes = parts.write();
   EXPECT_EQ(open_container(bytes).status().code(), StatusCode::kInvalidInput);
 }
 
@@ -147,21 +134,17 @@ TEST(CpuBackend, RefusesResiduesThatClaimOtherPoints) {
   const ThreadPool pool(1);
   size_t count = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const Expected<PatchContainer> container = open_container(sample.encoded.container);
-    ASSERT_TRUE(container);
-    if (!container->has_residue) continue;
+    const PatchContainer container = must(open_container(sample.encoded.container));
+    if (!container.has_residue) continue;
     ++count;
-    std::vector<std::vector<uint8_t>> stitch, streams;
-    for (const auto& bytes : container->stitch) stitch.emplace_back(bytes.begin(), bytes.end());
-    for (const auto& bytes : container->streams) streams.emplace_back(bytes.begin(), bytes.end());
-    std::vector<StreamEntry> entries = container->entries;
-    entries.back().point_count += 0x70000000;
-    entries.back().reference_count += 0x70000000;
-    const std::vector<uint8_t> bytes = write_container(entries, true, stitch, streams);
+    ContainerParts parts(container);
+    parts.entries.back().point_count += 0x70000000;
+    parts.entries.back().reference_count += 0x70000000;
+    const std::vector<uint8_t> bytes = parts.write();
     EXPECT_TRUE(check_directory(bytes).ok());
     const Status status = open_container(bytes).status();
     EXPECT_EQ(status.code(), StatusCode::kInvalidInput);
-    EXPECT_EQ(status.place().patch, static_cast<int64_t>(entries.size()) - 1);
+    EXPECT_EQ(status.place().patch, static_cast<int64_t>(parts.entries.size()) - 1);
   }
   EXPECT_GT(count, 0u);
 }
@@ -171,17 +154,16 @@ TEST(PatchContainer, RefusesAFlagOfTheResidueThatIsWrong) {
   const ThreadPool pool(1);
   size_t residues = 0, patches = 0;
   for (const PatchedSample& sample : patched_samples(pool)) {
-    const Expected<PatchContainer> container = open_container(sample.encoded.container);
-    ASSERT_TRUE(container);
+    const PatchContainer container = must(open_container(sample.encoded.container));
     std::vector<uint8_t> bytes = sample.encoded.container;
     bytes[5] ^= 1;
     if (!check_directory(bytes).ok()) continue;
     const Status status = open_container(bytes).status();
     EXPECT_EQ(status.code(), StatusCode::kInvalidInput) << sample.name;
-    EXPECT_EQ(status.place().patch, static_cast<int64_t>(container->entries.size()) - 1);
-    EXPECT_EQ(status.message(), container->has_residue ? "a patch is not an Edgebreaker mesh"
-                                                       : "the residue is not a sequential mesh");
-    ++(container->has_residue ? residues : patches);
+    EXPECT_EQ(status.place().patch, static_cast<int64_t>(container.entries.size()) - 1);
+    EXPECT_EQ(status.message(), container.has_residue ? "a patch is not an Edgebreaker mesh"
+                                                      : "the residue is not a sequential mesh");
+    ++(container.has_residue ? residues : patches);
   }
   EXPECT_GT(residues, 0u);
   EXPECT_GT(patches, 0u);

@@ -1,5 +1,4 @@
 // Decoding in windows of streams gives the mesh, or the error, that decoding all at once gives.
-#include <gtest/gtest.h>
 
 #include "src/cpu/container_decoder.h"
 #include "tests/support/decode_bytes.h"
@@ -43,16 +42,15 @@ TEST(DecodeInWindows, GivesTheSameMeshAndFindings) {
   const ThreadPool one(1), seven(7);
   for (const PatchedSample& sample : all_samples(seven)) {
     SCOPED_TRACE(sample.name);
-    const Expected<PatchContainer> container = open_container(sample.encoded.container);
-    ASSERT_TRUE(container) << container.status().to_string();
-    const Decoded whole = decode(*container, sample.requests, one, 0);
+    const PatchContainer container = must(open_container(sample.encoded.container));
+    const Decoded whole = decode(container, sample.requests, one, 0);
     ASSERT_TRUE(whole.status.ok());
-    const uint64_t faces = container->face_count();
+    const uint64_t faces = container.face_count();
     for (const uint64_t most_faces : {uint64_t{1}, faces / 5 + 1, faces / 2 + 1, faces}) {
-      const Decoded windows = decode(*container, sample.requests, seven, most_faces);
+      const Decoded windows = decode(container, sample.requests, seven, most_faces);
       ASSERT_TRUE(windows.status.ok()) << windows.status.to_string();
       EXPECT_TRUE(same_bits(windows.mesh, whole.mesh));
-      EXPECT_EQ(windows.end, container->entries.size());
+      EXPECT_EQ(windows.end, container.entries.size());
       for (const StreamFindings& stream : windows.findings)
         EXPECT_TRUE(stream.types.ok() && stream.copies.ok());
     }

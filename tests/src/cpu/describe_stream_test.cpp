@@ -1,5 +1,4 @@
 // The core's descriptions of streams, against libdraco's and against the sections of the streams.
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <set>
@@ -19,27 +18,24 @@ TEST(DescribeStream, EqualsWhatLibdracoSaysOfEveryKindOfStream) {
   for_each_draco_stream(
       [&](const DracoStream& stream) {
         SCOPED_TRACE(stream.name);
-        const auto described = describe_stream(stream.bytes);
-        ASSERT_TRUE(described) << described.status().to_string();
-        const auto expected = describe_draco_stream(stream.bytes);
-        ASSERT_TRUE(expected) << expected.status().to_string();
-        EXPECT_TRUE(*described == *expected);
+        const auto described = must(describe_stream(stream.bytes));
+        const auto expected = must(describe_draco_stream(stream.bytes));
+        EXPECT_TRUE(described == expected);
 
-        const auto features = read_features(stream.bytes);
-        ASSERT_TRUE(features);
-        EXPECT_EQ(described->coding, !features->edgebreaker        ? StreamCoding::kSequential
-                                     : features->connectivity == 2 ? StreamCoding::kEdgebreakerValence
-                                                                   : StreamCoding::kEdgebreaker);
-        ASSERT_EQ(described->attributes.size(), features->attributes.size());
-        for (size_t i = 0; i < features->attributes.size(); ++i) {
-          EXPECT_EQ(described->attributes[i].unique_id, features->attributes[i].unique_id);
-          EXPECT_EQ(static_cast<int>(described->attributes[i].semantic), features->attributes[i].type);
-          EXPECT_EQ(static_cast<int>(described->attributes[i].type), features->attributes[i].data_type);
-          EXPECT_EQ(described->attributes[i].components, features->attributes[i].component_count);
-          EXPECT_EQ(described->attributes[i].bits, std::max(features->attributes[i].bits, 0));
-          ++(described->attributes[i].bits > 0 ? quantized : exact);
+        const auto features = must(read_features(stream.bytes));
+        EXPECT_EQ(described.coding, !features.edgebreaker        ? StreamCoding::kSequential
+                                    : features.connectivity == 2 ? StreamCoding::kEdgebreakerValence
+                                                                 : StreamCoding::kEdgebreaker);
+        ASSERT_EQ(described.attributes.size(), features.attributes.size());
+        for (size_t i = 0; i < features.attributes.size(); ++i) {
+          EXPECT_EQ(described.attributes[i].unique_id, features.attributes[i].unique_id);
+          EXPECT_EQ(static_cast<int>(described.attributes[i].semantic), features.attributes[i].type);
+          EXPECT_EQ(static_cast<int>(described.attributes[i].type), features.attributes[i].data_type);
+          EXPECT_EQ(described.attributes[i].components, features.attributes[i].component_count);
+          EXPECT_EQ(described.attributes[i].bits, std::max(features.attributes[i].bits, 0));
+          ++(described.attributes[i].bits > 0 ? quantized : exact);
         }
-        codings.insert(described->coding);
+        codings.insert(described.coding);
       },
       StreamSet::kSmall);
   EXPECT_EQ(codings.size(), 3u);
@@ -72,9 +68,8 @@ TEST(DescribeStream, RefusesWhatTheBackendRefuses) {
     const std::vector<uint8_t> whole = smallest_stream(is_sequential);
     for (const auto& [describe, backend] : decoders) {
       SCOPED_TRACE(backend.name + (is_sequential ? ", sequential" : ", Edgebreaker"));
-      const auto description = describe(whole);
-      ASSERT_TRUE(description) << description.status().to_string();
-      const auto usual = gltf_attributes(description->attributes);
+      const auto description = must(describe(whole));
+      const auto usual = gltf_attributes(description.attributes);
       for (size_t at = 0; at < whole.size(); ++at) {
         SCOPED_TRACE(at);
         const std::vector<uint8_t> part(whole.begin(), whole.begin() + static_cast<ptrdiff_t>(at));

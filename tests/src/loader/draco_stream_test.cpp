@@ -1,5 +1,4 @@
 // Stock Draco streams by the loader, against libdraco.
-#include <gtest/gtest.h>
 
 #include "encoder/draco/draco_backend.h"
 #include "src/cpu/cpu_backend.h"
@@ -30,15 +29,14 @@ const std::vector<Sample>& samples() {
     std::vector<Sample> found;
     for_each_draco_stream(
         [&](const DracoStream& stream) {
-          const Expected<StreamDescription> description = describe_draco_stream(stream.bytes);
-          ASSERT_TRUE(description) << description.status().to_string();
-          const auto requests = gltf_attributes(description->attributes);
+          const StreamDescription description = must(describe_draco_stream(stream.bytes));
+          const auto requests = gltf_attributes(description.attributes);
           if (!requests) return;
           Expected<Mesh> mesh = decode_stream(draco_backend(), stream.bytes, *requests);
           // Some streams hold numbers that no glTF type can hold.
           if (!mesh || mesh->faces.empty()) return;
           found.push_back({stream.name, stream.bytes, *requests, std::move(*mesh),
-                           description->coding == StreamCoding::kSequential});
+                           description.coding == StreamCoding::kSequential});
         },
         StreamSet::kSmall);
     return found;
@@ -58,8 +56,7 @@ const Sample& smallest(bool is_sequential) {
 
 Mesh decoded(const Sample& sample, const CompressedPrimitive& primitive, uint32_t index_bytes = 4) {
   Buffers buffers(sample.requests, primitive.point_count(), primitive.face_count(), index_bytes, 3);
-  const Status status = primitive.decode(buffers.out);
-  EXPECT_TRUE(status.ok()) << status.to_string();
+  must(primitive.decode(buffers.out));
   return buffers.mesh(sample.requests, primitive.point_count());
 }
 
@@ -88,17 +85,16 @@ TEST(LoaderOfDracoStreams, DecodesIntoBuffersWhatLibdracoDecodes) {
 
 TEST(LoaderOfDracoStreams, IsOnePatch) {
   const Sample& sample = smallest(false);
-  const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(sample.exact_source());
-  ASSERT_TRUE(primitive);
-  ASSERT_EQ(primitive->patch_count(), 1u);
-  EXPECT_FALSE(primitive->has_residue());
-  const PatchSizes sizes = primitive->patch(0);
+  const CompressedPrimitive primitive = must(CompressedPrimitive::open(sample.exact_source()));
+  ASSERT_EQ(primitive.patch_count(), 1u);
+  EXPECT_FALSE(primitive.has_residue());
+  const PatchSizes sizes = primitive.patch(0);
   EXPECT_EQ(sizes.face_count, sample.expected.faces.size());
   EXPECT_EQ(sizes.point_count, sample.expected.point_count);
   EXPECT_EQ(sizes.owned_point_count, sample.expected.point_count);
   EXPECT_EQ(sizes.stream_bytes, sample.bytes.size());
   Buffers buffers(sample.requests, sizes.point_count, sizes.face_count);
-  ASSERT_TRUE(primitive->decode_patch(0, buffers.out).ok());
+  ASSERT_TRUE(primitive.decode_patch(0, buffers.out).ok());
   EXPECT_TRUE(same_bits(buffers.mesh(sample.requests, sizes.point_count), sample.expected));
 }
 
@@ -112,10 +108,9 @@ TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   std::vector<std::pair<const std::vector<AttributeRequest>*, Mesh>> expected;
   const auto add = [&](const PrimitiveSource& source, const std::vector<AttributeRequest>& requests,
                        const Mesh& mesh) {
-    const Expected<CompressedPrimitive> primitive = CompressedPrimitive::open(source);
-    ASSERT_TRUE(primitive) << primitive.status().to_string();
-    buffers.push_back(std::make_unique<Buffers>(requests, primitive->point_count(), primitive->face_count()));
-    loads.push_back({*primitive, buffers.back()->out});
+    const CompressedPrimitive primitive = must(CompressedPrimitive::open(source));
+    buffers.push_back(std::make_unique<Buffers>(requests, primitive.point_count(), primitive.face_count()));
+    loads.push_back({primitive, buffers.back()->out});
     expected.emplace_back(&requests, mesh);
   };
   std::vector<uint8_t> broken = smallest(false).bytes;
@@ -125,14 +120,13 @@ TEST(LoaderOfDracoStreams, DecodesManyBesideContainers) {
   for (size_t i = 0; i < 60 && i < samples().size(); ++i) {
     add(samples()[i].exact_source(), samples()[i].requests, samples()[i].expected);
     const PatchedSample& sample = patched[i % patched.size()];
-    const Expected<Mesh> mesh = decode_container(draco, sample.encoded.container, sample.requests, pool);
-    ASSERT_TRUE(mesh);
-    add({sample.encoded.container, sample.requests}, sample.requests, *mesh);
+    const Mesh mesh = must(decode_container(draco, sample.encoded.container, sample.requests, pool));
+    add({sample.encoded.container, sample.requests}, sample.requests, mesh);
   }
   for (const DecodeBackend* backend : {static_cast<const DecodeBackend*>(nullptr), &draco}) {
-    LoadOptions options;
-    options.backend = backend;
-    options.thread_count = 3;
+    LoadOptions options{.backend = backend};
+    const ThreadPool threads(3);
+    options.pool = &threads;
     const std::vector<Status> statuses = decode_primitives(loads, options);
     ASSERT_EQ(statuses.size(), loads.size());
     EXPECT_EQ(statuses[0].code(), StatusCode::kInvalidInput);
@@ -207,12 +201,11 @@ TEST(LoaderOfDracoStreams, RefusesEveryTruncationAndContainersInTheirPlace) {
 TEST(DecodeDraco, IsTheWholeStreamWithNamesThatGltfHas) {
   for (const Sample& sample : samples()) {
     SCOPED_TRACE(sample.name);
-    const Expected<Mesh> mesh = decode_draco(sample.bytes);
-    ASSERT_TRUE(mesh) << mesh.status().to_string();
-    EXPECT_TRUE(same_bits(*mesh, sample.expected));
-    ASSERT_EQ(mesh->attributes.size(), sample.requests.size());
+    const Mesh mesh = must(decode_draco(sample.bytes));
+    EXPECT_TRUE(same_bits(mesh, sample.expected));
+    ASSERT_EQ(mesh.attributes.size(), sample.requests.size());
     for (size_t k = 0; k < sample.requests.size(); ++k)
-      EXPECT_EQ(mesh->attributes[k].semantic, sample.requests[k].semantic);
+      EXPECT_EQ(mesh.attributes[k].semantic, sample.requests[k].semantic);
   }
 }
 

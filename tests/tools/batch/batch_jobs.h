@@ -27,8 +27,8 @@ class BatchJobs : public CommandTest {
     std::filesystem::create_directories((folder_ / name).parent_path());
     ASSERT_EQ(run({"generate", path(name), "--shape", "terrain", "--faces", faces, "--seed", seed, "-q"}), 0);
   }
-  void generate_many(int count) {
-    for (int i = 0; i < count; ++i) generate("in/" + std::to_string(i) + ".glb", "500", std::to_string(i));
+  void generate_many(int count, const std::string& faces = "500") {
+    for (int i = 0; i < count; ++i) generate("in/" + std::to_string(i) + ".glb", faces, std::to_string(i));
   }
 
   // Starts a shell in the test's folder. It knows the command as $P.

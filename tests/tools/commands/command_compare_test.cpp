@@ -8,10 +8,8 @@ class CompareCommand : public CommandOnSamples {};
 
 TEST_F(CompareCommand, ComparesInOneTable) {
   const std::string input = sample("gyroid", "4000");
-  const CommandOutcome outcome =
-      run_command({"compare", "--patches", "2,8", input, "--repeat", "2", "-j", "3", "--format", "json"});
-  ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
+  const auto json =
+      json_of({"compare", "--patches", "2,8", input, "--repeat", "2", "-j", "3", "--format", "json"});
   EXPECT_GT(json.at("faces").get<int>(), 3000);
   EXPECT_GT(json.at("points").get<int>(), 1000);
   for (const char* key : {"bytes", "encode_ms", "decode_ms"})
@@ -49,23 +47,19 @@ TEST_F(CompareCommand, ComparesInOneTable) {
                                                 std::filesystem::path(input).filename().string() +
                                                 " --repeat 2 -j 3 --format json");
 
-  const CommandOutcome text =
-      run_command({"compare", input, "--repeat", "1", "--stock-speeds", "7", "-o", path("table.txt")});
-  EXPECT_EQ(text.code, 0);
-  EXPECT_EQ(text.out, "");
+  must_run({"compare", input, "--repeat", "1", "--stock-speeds", "7", "-o", path("table.txt")});
+  EXPECT_EQ(out_, "");
   const std::string table = read_bytes(path("table.txt"));
   for (const char* word : {"stock Draco, speed 5", "stock Draco, speed 7", "meshopt ", " + zstd", "psplit"})
-    EXPECT_TRUE(contains(table, word)) << table;
+    EXPECT_TRUE(contains(table, word));
   EXPECT_FALSE(contains(table, "speed 10"));
-  EXPECT_EQ(run_command({"compare", input, "--repeat", "1", "-o", path("no/such/folder.txt")}).code, 2);
+  EXPECT_EQ(run({"compare", input, "--repeat", "1", "-o", path("no/such/folder.txt")}), 2);
 }
 
 TEST_F(CompareCommand, QuotesItsCommandLineForAShell) {
   const std::string input = path("it's a mesh.glb");
   std::filesystem::copy(sample("terrain", "300"), input);
-  const CommandOutcome outcome = run_command({"compare", input, "--repeat", "1", "--format", "json"});
-  ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
+  const auto json = json_of({"compare", input, "--repeat", "1", "--format", "json"});
   EXPECT_EQ(json.at("environment").at("command_line"),
             "gltf-psplit compare 'it'\\''s a mesh.glb' --repeat 1 --format json");
 }
@@ -74,9 +68,7 @@ TEST_F(CompareCommand, ReportsStateTheGainAndNameNoFolder) {
   const std::string input = sample("gyroid", "4000"), folder = std::filesystem::path(input).parent_path();
   for (const std::string format : {"text", "json", "html"}) {
     const std::string report = path("report." + format);
-    const CommandOutcome outcome = run_command(
-        {"compare", input, "--patches", "2,4", "--repeat", "1", "--format", format, "--output=" + report});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
+    must_run({"compare", input, "--patches", "2,4", "--repeat", "1", "--format", format, "--output=" + report});
     const std::string text = read_bytes(report);
     EXPECT_FALSE(contains(text, folder)) << format;
     EXPECT_TRUE(contains(text, std::filesystem::path(input).filename())) << format;
@@ -101,9 +93,7 @@ TEST_F(CompareCommand, ReportsStateTheGainAndNameNoFolder) {
 
 TEST_F(CompareCommand, ComparesFromOnePatchAPrimitiveOnByDefault) {
   const std::string input = sample("scene", "12000");
-  const CommandOutcome outcome = run_command({"compare", input, "--repeat", "1", "--format", "json"});
-  ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const auto splits = nlohmann::json::parse(outcome.out).at("splits");
+  const auto splits = json_of({"compare", input, "--repeat", "1", "--format", "json"}).at("splits");
   ASSERT_GE(splits.size(), 2u);
   EXPECT_EQ(splits.front().at("patches"), 6);  // the number of primitives
   EXPECT_EQ(splits.front().at("replication"), 0);
@@ -115,9 +105,7 @@ TEST_F(CompareCommand, ComparesLosslessAndWithoutRefinement) {
   const std::string input = sample("gyroid", "4000");
   const auto compared = [&](std::vector<std::string> options) {
     options.insert(options.begin(), {"compare", input, "--patches", "9", "--repeat", "1", "--format", "json"});
-    const CommandOutcome outcome = run_command(options);
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return nlohmann::json::parse(outcome.out);
+    return json_of(options);
   };
   const auto plain = compared({}), lossless = compared({"--lossless"}), jagged = compared({"--no-refine"});
   // Every point takes at least three floats.
@@ -130,20 +118,17 @@ TEST_F(CompareCommand, ComparesLosslessAndWithoutRefinement) {
   EXPECT_NE(replication(compared({"--distance", "dijkstra"})), replication(plain));
   const CommandOutcome text =
       run_command({"compare", input, "--repeat", "1", "--patches", "2", "--lossless", "--no-refine"});
-  EXPECT_TRUE(contains(text.out, "lossless, borders not refined")) << text.out;
+  EXPECT_TRUE(contains(text.out, "lossless, borders not refined"));
 }
 
-TEST_F(CompareCommand, ComparesOnlyUncompressedAssets) {
-  EXPECT_EQ(run_command({"compare", split_sample()}).code, 5);
-}
+TEST_F(CompareCommand, ComparesOnlyUncompressedAssets) { EXPECT_EQ(run({"compare", split_sample()}), 5); }
 
 TEST_F(CompareCommand, MeasuresCondensedPatchesBesideTheOthers) {
   const std::string input = sample("gyroid", "12000");
   const auto compare = [&](const std::string& format) {
-    const CommandOutcome outcome = run_command({"compare", input, "--patches", "6", "--condense", "--repeat",
-                                                "1", "--backend", "cpu", "--format", format, "-q"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return outcome.out;
+    must_run({"compare", input, "--patches", "6", "--condense", "--repeat", "1", "--backend", "cpu", "--format",
+              format, "-q"});
+    return out_;
   };
   const auto splits = nlohmann::json::parse(compare("json")).at("splits");
   ASSERT_EQ(splits.size(), 2u);
@@ -156,8 +141,8 @@ TEST_F(CompareCommand, MeasuresCondensedPatchesBesideTheOthers) {
   }
   EXPECT_LT(splits.at(1).at("bytes"), splits.at(0).at("bytes"));
   const std::string text = compare("text");
-  EXPECT_TRUE(contains(text, "psplit, condensed")) << text;
-  EXPECT_TRUE(contains(text, "6 condensed patches (--patches 6 --condense)")) << text;
+  EXPECT_TRUE(contains(text, "psplit, condensed"));
+  EXPECT_TRUE(contains(text, "6 condensed patches (--patches 6 --condense)"));
   const std::string page = compare("html");
   for (const char* words : {">6 condensed patches<", "psplit condensed, cpu, 1 thread", "directory and head"})
     EXPECT_TRUE(contains(page, words)) << words;

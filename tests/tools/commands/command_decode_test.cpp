@@ -9,50 +9,41 @@ class DecodeCommand : public CommandOnSamples {};
 
 TEST_F(DecodeCommand, DecodesToPlainAndToStockDraco) {
   const std::string input = split_sample();
-  const CommandOutcome plain = run_command({"decode", input, path("plain.gltf"), "-j", "2"});
-  ASSERT_EQ(plain.code, 0) << plain.err;
-  const auto plain_json = nlohmann::json::parse(read_bytes(path("plain.gltf")));
+  must_run({"decode", input, path("plain.gltf"), "-j", "2"});
+  const auto plain_json = read_json("plain.gltf");
   EXPECT_FALSE(plain_json.contains("extensionsUsed"));
   EXPECT_TRUE(std::filesystem::exists(path(binary_of("plain.gltf"))));
 
-  const CommandOutcome draco =
-      run_command({"decode", input, path("draco.gltf"), "--to", "draco", "--backend", "draco"});
-  ASSERT_EQ(draco.code, 0) << draco.err;
-  const auto draco_json = nlohmann::json::parse(read_bytes(path("draco.gltf")));
+  must_run({"decode", input, path("draco.gltf"), "--to", "draco", "--backend", "draco"});
+  const auto draco_json = read_json("draco.gltf");
   EXPECT_EQ(draco_json.at("extensionsUsed"), nlohmann::json::array({"KHR_draco_mesh_compression"}));
-  EXPECT_TRUE(draco_json.at("meshes")
-                  .at(0)
-                  .at("primitives")
-                  .at(0)
-                  .at("extensions")
-                  .contains("KHR_draco_mesh_compression"));
+  const auto& primitive = draco_json.at("meshes").at(0).at("primitives").at(0);
+  EXPECT_TRUE(primitive.at("extensions").contains("KHR_draco_mesh_compression"));
 }
 
 TEST_F(DecodeCommand, SaysWhatStockDracoCannotHold) {
   write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\nf 1 1 2\n");
-  ASSERT_EQ(run({"decode", path("mesh.obj"), path("plain.gltf"), "-q"}), 0) << err_;
-  ASSERT_EQ(run({"decode", path("plain.gltf"), path("draco.glb"), "--to", "draco", "--report", "-"}), 0)
-      << err_;
-  EXPECT_EQ(nlohmann::json::parse(out_).at("dropped_faces"), 1);
-  EXPECT_TRUE(contains(err_, "dropped 1 degenerate face")) << err_;
+  must_run({"decode", path("mesh.obj"), path("plain.gltf"), "-q"});
+  const auto report =
+      json_of({"decode", path("plain.gltf"), path("draco.glb"), "--to", "draco", "--report", "-"});
+  EXPECT_EQ(report.at("dropped_faces"), 1);
+  EXPECT_TRUE(contains(err_, "dropped 1 degenerate face"));
 }
 
 TEST_F(DecodeCommand, EveryBackendDecodesToTheSameBytes) {
   const std::string split = split_sample();
-  EXPECT_EQ(run_command({"decode", split, path("cpu.glb"), "--backend", "cpu"}).code, 0);
-  EXPECT_EQ(run_command({"decode", split, path("draco.glb"), "--backend", "draco"}).code, 0);
-  EXPECT_EQ(run_command({"decode", split, path("auto.glb")}).code, 0);
-  EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("draco.glb")), true);
-  EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("auto.glb")), true);
-  EXPECT_EQ(run_command({"decode", split, path("bound.glb"), "--gpu-memory", "2MB"}).code, 0);
-  EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("bound.glb")), true);
-  const CommandOutcome cuda = run_command({"decode", split, path("cuda.glb"), "--backend", "cuda"});
+  const auto decoded = [&](const char* option, const char* value) {
+    must_run({"decode", split, path("out.glb"), option, value});
+    return read_bytes(path("out.glb"));
+  };
+  const std::string cpu = decoded("--backend", "cpu");
+  EXPECT_TRUE(decoded("--backend", "draco") == cpu);
+  EXPECT_TRUE(decoded("--backend", "auto") == cpu);
+  EXPECT_TRUE(decoded("--gpu-memory", "2MB") == cpu);
   if (cuda_available(nullptr)) {
-    EXPECT_EQ(cuda.code, 0) << cuda.err;
-    EXPECT_EQ(read_bytes(path("cpu.glb")) == read_bytes(path("cuda.glb")), true);
+    EXPECT_TRUE(decoded("--backend", "cuda") == cpu);
   } else {
-    EXPECT_EQ(cuda.code, 5);
-    EXPECT_TRUE(contains(cuda.err, "no CUDA device to decode on: ")) << cuda.err;
+    fails(5, {"decode", split, path("a.glb"), "--backend", "cuda"}, "no CUDA device to decode on: ");
   }
 }
 
@@ -60,9 +51,7 @@ TEST_F(DecodeCommand, EveryBackendDecodesStockDracoToTheSameBytes) {
   const std::string drc = draco_sample(), stock = path("stock.gltf");
   for (const std::string& input : {drc, stock}) {
     const auto decoded = [&](const char* backend) {
-      const CommandOutcome outcome =
-          run_command({"decode", input, path("out.glb"), "--backend", backend, "-q"});
-      EXPECT_EQ(outcome.code, 0) << outcome.err;
+      must_run({"decode", input, path("out.glb"), "--backend", backend, "-q"});
       return read_bytes(path("out.glb"));
     };
     const std::string cpu = decoded("cpu");
@@ -72,8 +61,8 @@ TEST_F(DecodeCommand, EveryBackendDecodesStockDracoToTheSameBytes) {
     EXPECT_TRUE(cpu == decoded("auto")) << input;
   }
   // The output has one node and one mesh, and nothing else.
-  ASSERT_EQ(run_command({"decode", drc, path("out.gltf"), "-q"}).code, 0);
-  const auto json = nlohmann::json::parse(read_bytes(path("out.gltf")));
+  must_run({"decode", drc, path("out.gltf"), "-q"});
+  const auto json = read_json("out.gltf");
   EXPECT_EQ(json.at("nodes"), nlohmann::json::parse(R"([{"mesh":0}])"));
   EXPECT_EQ(json.at("meshes").at(0).at("primitives").size(), 1u);
   EXPECT_EQ(json.at("accessors").size(), 2u);
@@ -83,24 +72,22 @@ TEST_F(DecodeCommand, EveryBackendDecodesStockDracoToTheSameBytes) {
 
 TEST_F(DecodeCommand, DracoFilesAreReadByNameAndByContent) {
   const std::string drc = draco_sample();
-  ASSERT_EQ(run_command({"decode", drc, path("named.glb"), "-q"}).code, 0);
+  must_run({"decode", drc, path("named.glb"), "-q"});
   const CommandOutcome piped = run_command_on(drc, {"decode", "-", "-", "-q"});
   EXPECT_EQ(piped.code, 0) << piped.err;
   EXPECT_TRUE(piped.out == read_bytes(path("named.glb")));
   std::filesystem::copy(drc, path("stream.bin"));
-  ASSERT_EQ(run_command({"decode", path("stream.bin"), path("by_content.glb"), "-q"}).code, 0);
+  must_run({"decode", path("stream.bin"), path("by_content.glb"), "-q"});
   EXPECT_TRUE(read_bytes(path("by_content.glb")) == read_bytes(path("named.glb")));
-  EXPECT_EQ(run_command({"decode", drc, path("again.glb"), "--to", "draco", "-q"}).code, 0);
+  must_run({"decode", drc, path("again.glb"), "--to", "draco", "-q"});
   // All subcommands that read meshes accept the file.
-  const CommandOutcome encoded =
-      run_command({"encode", drc, path("split.glb"), "--patches", "3", "--report", "-", "-q"});
-  ASSERT_EQ(encoded.code, 0) << encoded.err;
-  EXPECT_EQ(nlohmann::json::parse(encoded.out).at("total").at("patches"), 3);
+  const auto report = json_of({"encode", drc, path("split.glb"), "--patches", "3", "--report", "-", "-q"});
+  EXPECT_EQ(report.at("total").at("patches"), 3);
   EXPECT_FALSE(contains(read_bytes(path("split.glb")), "KHR_draco_mesh_compression"));
-  EXPECT_EQ(run_command({"validate", path("split.glb")}).code, 0);
-  EXPECT_EQ(run_command({"compare", drc, "--repeat", "1", "--patches", "2"}).code, 0);
+  must_run({"validate", path("split.glb")});
+  must_run({"compare", drc, "--repeat", "1", "--patches", "2"});
   // `compare` refuses compressed assets: compared with these, patches would look better than they are.
-  EXPECT_EQ(run_command({"compare", path("stock.gltf"), "--repeat", "1"}).code, 5);
+  EXPECT_EQ(run({"compare", path("stock.gltf"), "--repeat", "1"}), 5);
 }
 
 TEST_F(DecodeCommand, DracoFilesThatHoldNoMeshSayWhy) {
@@ -108,28 +95,21 @@ TEST_F(DecodeCommand, DracoFilesThatHoldNoMeshSayWhy) {
   write("empty.drc", "");
   write("version.drc", std::string("DRACO\x02\x01\x01\x01\x00\x00", 11));
   std::filesystem::create_directories(path("folder.drc"));
-  const auto fails = [&](const char* command, const char* name, int code, const std::string& why) {
+  const auto refuses = [&](const char* command, const char* name, int code, const std::string& why) {
     std::vector<std::string> words = {command, path(name)};
     if (command == std::string("decode")) words.push_back(path("out.glb"));
-    const CommandOutcome outcome = run_command(words);
-    EXPECT_EQ(outcome.code, code) << command << " " << name;
-    EXPECT_TRUE(contains(outcome.err, name + (": " + why))) << outcome.err;
+    fails(code, words, name + (": " + why));
     EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
   };
   for (const char* command : {"decode", "inspect"}) {
-    fails(command, "text.drc", 3, "Draco stream: not a Draco mesh");
-    fails(command, "empty.drc", 3, "the file is empty");
-    fails(command, "folder.drc", 2, "");
-    fails(command, "version.drc", 3, "Draco stream: ");
+    refuses(command, "text.drc", 3, "Draco stream: not a Draco mesh");
+    refuses(command, "empty.drc", 3, "the file is empty");
+    refuses(command, "folder.drc", 2, "");
+    refuses(command, "version.drc", 3, "Draco stream: ");
   }
-  const std::vector<std::vector<std::string>> with_our_own = {
-      {"decode", path("version.drc"), path("out.glb"), "--backend", "cpu"},
-      {"inspect", path("version.drc"), "--backend", "cpu"}};
-  for (const std::vector<std::string>& words : with_our_own) {
-    const CommandOutcome older = run_command(words);
-    EXPECT_EQ(older.code, 5);
-    EXPECT_TRUE(contains(older.err, "version.drc: Draco stream: of bitstream ")) << older.err;
-  }
+  const std::string version = path("version.drc"), reason = "version.drc: Draco stream: of bitstream ";
+  fails(5, {"decode", version, path("out.glb"), "--backend", "cpu"}, reason);
+  fails(5, {"inspect", version, "--backend", "cpu"}, reason);
 }
 
 }  // namespace

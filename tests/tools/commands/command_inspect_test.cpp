@@ -9,15 +9,12 @@ class InspectCommand : public CommandOnSamples {};
 
 TEST_F(InspectCommand, JsonHasTheDocumentedKeys) {
   const std::string input = split_sample();
-  const CommandOutcome outcome = run_command({"inspect", input, "--format", "json"});
-  ASSERT_EQ(outcome.code, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
+  const auto json = json_of({"inspect", input, "--format", "json"});
   ASSERT_EQ(json.at("primitives").size(), 1u);
   const auto& primitive = json.at("primitives").at(0);
   EXPECT_EQ(primitive.at("mesh"), 0);
   EXPECT_EQ(primitive.at("primitive"), 0);
   EXPECT_EQ(primitive.at("patches"), 4);
-  EXPECT_EQ(primitive.at("container_version"), 2);
   const double points = primitive.at("points").get<double>();
   EXPECT_NEAR(primitive.at("replication").get<double>(), primitive.at("references").get<double>() / points,
               1e-12);
@@ -33,15 +30,12 @@ TEST_F(InspectCommand, JsonHasTheDocumentedKeys) {
   EXPECT_EQ(position.at("componentType"), 5126);
   EXPECT_EQ(position.at("bits"), 14);
 
-  const CommandOutcome text = run_command({"inspect", input});
-  EXPECT_EQ(text.code, 0);
-  EXPECT_TRUE(contains(text.out, "POSITION 14 bits")) << text.out;
+  must_run({"inspect", input});
+  EXPECT_TRUE(contains(out_, "POSITION 14 bits"));
 }
 
 TEST_F(InspectCommand, APlainAssetHasNoPatches) {
-  const CommandOutcome outcome = run_command({"inspect", sample(), "--format", "json", "-q"});
-  EXPECT_EQ(outcome.code, 0);
-  const auto json = nlohmann::json::parse(outcome.out);
+  const auto json = json_of({"inspect", sample(), "--format", "json", "-q"});
   EXPECT_TRUE(json.at("primitives").empty());
   const auto& plain = json.at("others").at(0);
   EXPECT_EQ(plain.at("storage"), "plain");
@@ -49,7 +43,7 @@ TEST_F(InspectCommand, APlainAssetHasNoPatches) {
   for (const char* key : {"faces", "points"})
     EXPECT_EQ(plain.at(key), split.at("primitives").at(0).at(key)) << key;
   const CommandOutcome text = run_command({"inspect", sample()});
-  EXPECT_TRUE(contains(text.out, "mesh 0, primitive 0: plain, 3,004 faces, 1,585 points\n")) << text.out;
+  EXPECT_TRUE(contains(text.out, "mesh 0, primitive 0: plain, 3,004 faces, 1,585 points\n"));
   write("strip.gltf",
         R"({"asset":{"version":"2.0"},"accessors":[{"componentType":5126,"type":"VEC3","count":9}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0},"mode":5},{"attributes":{"POSITION":0},"mode":1},
@@ -66,7 +60,7 @@ TEST_F(InspectCommand, DrawsAPreviewBesideItsTable) {
         run_command({"inspect", input, "--preview", path("a.png"), "--preview-size", size, "-j", threads});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
     EXPECT_EQ(outcome.out, run_command({"inspect", input}).out);
-    EXPECT_TRUE(contains(outcome.err, "a.png: ")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "a.png: "));
     const std::string png = read_bytes(path("a.png"));
     EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
     return png;
@@ -82,37 +76,31 @@ TEST_F(InspectCommand, DrawsAPreviewBesideItsTable) {
 
 TEST_F(InspectCommand, PreviewsThatCannotBeDrawnOrWrittenSayWhy) {
   const std::string input = split_sample();
-  const CommandOutcome unwritable = run_command({"inspect", input, "--preview", path("no/such/folder/a.png")});
-  EXPECT_EQ(unwritable.code, 2);
-  EXPECT_TRUE(contains(unwritable.err, "no/such/folder/a.png")) << unwritable.err;
-  EXPECT_EQ(unwritable.out, "");
+  fails(2, {"inspect", input, "--preview", path("no/such/folder/a.png")}, "no/such/folder/a.png");
+  EXPECT_EQ(out_, "");
   write("empty.gltf", R"({"asset": {"version": "2.0"}})");
-  const CommandOutcome empty = run_command({"inspect", path("empty.gltf"), "--preview", path("a.png")});
-  EXPECT_EQ(empty.code, 5);
-  EXPECT_TRUE(contains(empty.err, "empty.gltf: nothing to draw: ")) << empty.err;
+  fails(5, {"inspect", path("empty.gltf"), "--preview", path("a.png")}, "empty.gltf: nothing to draw: ");
   std::string bytes = read_bytes(input);
   bytes[bytes.rfind("DRACO")] = 'X';
   write("damaged.glb", bytes);
-  const CommandOutcome damaged = run_command({"inspect", path("damaged.glb"), "--preview", path("a.png")});
-  EXPECT_EQ(damaged.code, 3);
-  EXPECT_TRUE(contains(damaged.err, "damaged.glb: mesh 0, primitive 0, patch 3: ")) << damaged.err;
+  fails(3, {"inspect", path("damaged.glb"), "--preview", path("a.png")},
+        "damaged.glb: mesh 0, primitive 0, patch 3: ");
   EXPECT_FALSE(std::filesystem::exists(path("a.png")));
 }
 
 TEST_F(InspectCommand, ShowsAStockDracoStreamAsOnePatch) {
   const std::string drc = draco_sample(), stock = path("stock.gltf");
-  ASSERT_EQ(run_command({"decode", drc, path("plain.gltf"), "-q"}).code, 0);
-  const auto plain = nlohmann::json::parse(read_bytes(path("plain.gltf")));
+  must_run({"decode", drc, path("plain.gltf"), "-q"});
+  const auto plain = read_json("plain.gltf");
   const auto& accessors = plain.at("accessors");
   const auto& geometry = plain.at("meshes").at(0).at("primitives").at(0);
   const auto count_of = [&](const nlohmann::json& accessor) {
     return accessors.at(accessor.get<size_t>()).at("count").get<int>();
   };
   for (const std::string& input : {drc, stock}) {
-    const CommandOutcome outcome = run_command({"inspect", input, "--format", "json"});
-    ASSERT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_FALSE(contains(outcome.err, "warning")) << outcome.err;
-    const auto json = nlohmann::json::parse(outcome.out);
+    must_run({"inspect", input, "--format", "json"});
+    EXPECT_FALSE(contains(err_, "warning"));
+    const auto json = nlohmann::json::parse(out_);
     EXPECT_TRUE(json.at("others").empty());
     ASSERT_EQ(json.at("primitives").size(), 1u);
     const auto& primitive = json.at("primitives").at(0);
@@ -134,10 +122,9 @@ TEST_F(InspectCommand, ShowsAStockDracoStreamAsOnePatch) {
     ASSERT_EQ(primitive.at("attributes").size(), 1u);
     EXPECT_EQ(primitive.at("attributes").at(0),
               nlohmann::json({{"semantic", "POSITION"}, {"componentType", 5126}, {"bits", 14}}));
-    const CommandOutcome text = run_command({"inspect", input});
-    EXPECT_EQ(text.code, 0);
-    EXPECT_TRUE(contains(text.out, "POSITION 14 bits")) << text.out;
-    EXPECT_TRUE(contains(text.out, "edgebreaker")) << text.out;
+    must_run({"inspect", input});
+    EXPECT_TRUE(contains(out_, "POSITION 14 bits"));
+    EXPECT_TRUE(contains(out_, "edgebreaker"));
   }
   EXPECT_EQ(run_command_on(drc, {"inspect", "-"}).out, run_command({"inspect", drc}).out);
   for (const std::string& input : {drc, stock, split_sample()})
@@ -147,42 +134,34 @@ TEST_F(InspectCommand, ShowsAStockDracoStreamAsOnePatch) {
 
 TEST_F(InspectCommand, TellsCodingsAndStoragesApart) {
   const auto first_of = [&](const std::string& input) {
-    const CommandOutcome outcome = run_command({"inspect", input, "--format", "json"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return nlohmann::json::parse(outcome.out).at("primitives").at(0);
+    return json_of({"inspect", input, "--format", "json"}).at("primitives").at(0);
   };
   const auto split = first_of(split_sample());
   EXPECT_EQ(split.at("storage"), "patches");
   EXPECT_EQ(split.at("coding"), "edgebreaker");
   const std::string out = path("valence.glb");
-  ASSERT_EQ(
-      run_command({"decode", path("terrain.glb"), out, "--to", "draco", "--encode-speed", "0", "-q"}).code, 0);
+  must_run({"decode", path("terrain.glb"), out, "--to", "draco", "--encode-speed", "0", "-q"});
   EXPECT_EQ(first_of(out).at("coding"), "edgebreaker-valence");
   // All faces are degenerate, which Edgebreaker cannot encode.
   Mesh flat;
   flat.point_count = 2;
   flat.faces = {{0, 0, 1}, {1, 1, 0}};
   flat.attributes.push_back({"POSITION", ComponentType::kFloat32, 3, false, Array<std::byte>(24)});
-  const Expected<StockStream> stream = encode_stock_stream(flat, std::vector<AttributeCoding>(1), 5);
-  ASSERT_TRUE(stream.ok()) << stream.status().to_string();
-  write("flat.drc", std::string(stream->bytes.begin(), stream->bytes.end()));
+  const StockStream stream = must(encode_stock_stream(flat, std::vector<AttributeCoding>(1), 5));
+  write("flat.drc", std::string(stream.bytes.begin(), stream.bytes.end()));
   EXPECT_EQ(first_of(path("flat.drc")).at("coding"), "sequential");
 }
 
 TEST_F(InspectCommand, NamesTheBrokenStream) {
   std::string bytes = read_bytes(draco_sample());
   write("short.drc", bytes.substr(0, bytes.size() - 20));
-  const CommandOutcome shortened = run_command({"inspect", path("short.drc")});
-  EXPECT_EQ(shortened.code, 3);
-  EXPECT_EQ(shortened.out, "");
-  EXPECT_TRUE(contains(shortened.err, "short.drc: Draco stream: ")) << shortened.err;
+  EXPECT_EQ(run({"inspect", path("short.drc")}), 3) << err_;
+  EXPECT_EQ(out_, "");
+  EXPECT_TRUE(contains(err_, "short.drc: Draco stream: "));
   std::string binary = read_bytes(path(binary_of("stock.gltf")));
   binary[binary.find("DRACO")] = 'X';
   write(binary_of("stock.gltf"), binary);
-  const CommandOutcome broken = run_command({"inspect", path("stock.gltf")});
-  EXPECT_EQ(broken.code, 3);
-  EXPECT_TRUE(contains(broken.err, "stock.gltf: mesh 0, primitive 0: Draco stream: not a Draco mesh"))
-      << broken.err;
+  fails(3, {"inspect", path("stock.gltf")}, "stock.gltf: mesh 0, primitive 0: Draco stream: not a Draco mesh");
 }
 
 }  // namespace

@@ -11,23 +11,15 @@ const std::string kImage = "\x89PNG\r\n\x1a\n an image";
 
 class DecodeToMeshFile : public CommandOnSamples {
  protected:
-  nlohmann::json read_json(const std::string& name) const {
-    return nlohmann::json::parse(read_bytes(path(name)));
-  }
-
   // The positions at the corners of all faces of all primitives, in their order.
   std::vector<float> corners_of(const std::string& name) const {
     std::vector<float> corners;
-    const Expected<Asset> asset = read_asset(path(name), describe_stream);
-    EXPECT_TRUE(asset.ok()) << asset.status().to_string();
-    if (!asset) return corners;
-    for (const PrimitiveId id : all_primitives(asset->document)) {
-      const Expected<Mesh> mesh = read_primitive(asset->document, id, cpu_backend(), ThreadPool(1));
-      EXPECT_TRUE(mesh.ok()) << mesh.status().to_string();
-      if (!mesh) return corners;
-      std::vector<float> positions(3 * mesh->point_count);
-      std::memcpy(positions.data(), mesh->find("POSITION")->values.data(), positions.size() * sizeof(float));
-      for (const auto& face : mesh->faces)
+    const Asset asset = must(read_asset(path(name), describe_stream));
+    for (const PrimitiveId id : all_primitives(asset.document)) {
+      const Mesh mesh = must(read_primitive(asset.document, id, cpu_backend(), ThreadPool(1)));
+      std::vector<float> positions(3 * mesh.point_count);
+      std::memcpy(positions.data(), mesh.find("POSITION")->values.data(), positions.size() * sizeof(float));
+      for (const auto& face : mesh.faces)
         for (const uint32_t point : face)
           corners.insert(corners.end(), positions.begin() + 3 * point, positions.begin() + 3 * point + 3);
     }
@@ -65,22 +57,22 @@ class DecodeToMeshFile : public CommandOnSamples {
 
 TEST_F(DecodeToMeshFile, EveryFormatHoldsTheDecodedBits) {
   const std::string split = split_sample();
-  ASSERT_EQ(run({"decode", split, path("plain.glb"), "-q"}), 0) << err_;
+  must_run({"decode", split, path("plain.glb"), "-q"});
   const std::vector<float> plain = corners_of("plain.glb");
   for (const std::string name : {"a.obj", "a.ply", "a.stl", "b.OBJ"}) {
-    ASSERT_EQ(run({"decode", split, path(name), "-q", "--report", path("report.json")}), 0) << err_;
+    must_run({"decode", split, path(name), "-q", "--report", path("report.json")});
     EXPECT_TRUE(corners_of(name) == plain) << name;
     EXPECT_EQ(read_json("report.json").at("files").at("output").at("bytes"),
               std::filesystem::file_size(path(name)));
     if (name == "a.stl") continue;  // it has normals of facets
-    EXPECT_EQ(run({"compare", split, path(name), "--tolerance", "0"}), 0) << name << out_ << err_;
+    must_run({"compare", split, path(name), "--tolerance", "0"});
   }
-  ASSERT_EQ(run({"decode", split, path("a.drc"), "--quantize-position", "16"}), 0) << err_;
+  must_run({"decode", split, path("a.drc"), "--quantize-position", "16"});
   EXPECT_EQ(read_bytes(path("a.drc")).substr(0, 5), "DRACO");
-  EXPECT_EQ(run({"compare", split, path("a.drc")}), 0) << out_ << err_;
-  ASSERT_EQ(run({"decode", path("a.drc"), path("back.glb"), "--backend", "draco", "-q"}), 0) << err_;
+  must_run({"compare", split, path("a.drc")});
+  must_run({"decode", path("a.drc"), path("back.glb"), "--backend", "draco", "-q"});
   // The stream is the one that a .gltf of stock Draco has.
-  ASSERT_EQ(run({"decode", split, path("stock.gltf"), "--to", "draco", "--quantize-position", "16", "-q"}), 0);
+  must_run({"decode", split, path("stock.gltf"), "--to", "draco", "--quantize-position", "16", "-q"});
   EXPECT_TRUE(contains(read_bytes(path(binary_of("stock.gltf"))), read_bytes(path("a.drc"))));
 }
 
@@ -94,17 +86,17 @@ TEST_F(DecodeToMeshFile, FullDisksMayPass) {
 
 TEST_F(DecodeToMeshFile, LargeMeshesTakeLittleMemory) {
   const std::string split = split_sample();
-  ASSERT_EQ(run({"decode", split, path("plain.glb"), "-q"}), 0) << err_;
-  ASSERT_EQ(run({"decode", split, path("a.ply"), "--memory", "1GB", "-q"}), 0) << err_;
+  must_run({"decode", split, path("plain.glb"), "-q"});
+  must_run({"decode", split, path("a.ply"), "--memory", "1GB", "-q"});
   EXPECT_TRUE(corners_of("a.ply") == corners_of("plain.glb"));
   EXPECT_EQ(run({"decode", split, path("a.drc"), "--memory", "1GB"}), 1);
 }
 
 TEST_F(DecodeToMeshFile, NodesPlaceTheMeshes) {
   const std::string input = scene_sample();
-  ASSERT_EQ(run({"decode", input, path("a.stl"), "--accept-loss"}), 0) << err_;
-  EXPECT_TRUE(contains(err_, "nodes move 1 object: positions are those of the scene")) << err_;
-  EXPECT_TRUE(contains(err_, "3 primitives become one mesh")) << err_;
+  must_run({"decode", input, path("a.stl"), "--accept-loss"});
+  EXPECT_TRUE(contains(err_, "nodes move 1 object: positions are those of the scene"));
+  EXPECT_TRUE(contains(err_, "3 primitives become one mesh"));
   const std::vector<float> corners = corners_of("a.stl");
   const std::vector<float> flag = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   ASSERT_EQ(corners.size(), 27u);
@@ -113,7 +105,7 @@ TEST_F(DecodeToMeshFile, NodesPlaceTheMeshes) {
   EXPECT_EQ(z.count(5), 3u);
   EXPECT_EQ(z.count(0), 6u);
   for (const char* name : {"a.ply", "a.obj"}) {
-    ASSERT_EQ(run({"decode", input, path(name), "--accept-loss", "-q"}), 0) << err_;
+    must_run({"decode", input, path(name), "--accept-loss", "-q"});
     std::vector<float> all = corners_of(name);
     ASSERT_EQ(all.size(), 27u) << name;
     // The mirror image turns round, so that its normal stays.
@@ -127,10 +119,10 @@ TEST_F(DecodeToMeshFile, ObjHasObjectsMaterialsAndImages) {
   ASSERT_EQ(run({"decode", scene_sample(), path("out/a b.obj")}), 2);  // no folder
   std::filesystem::create_directory(path("out"));
   write("out/a b.mtl", "not ours");
-  ASSERT_EQ(run({"decode", path("two.gltf"), path("out/a b.obj"), "--report", path("report.json")}), 0) << err_;
+  must_run({"decode", path("two.gltf"), path("out/a b.obj"), "--report", path("report.json")});
   EXPECT_EQ(read_bytes(path("out/a b.mtl")), "not ours");
   EXPECT_EQ(read_bytes(path("out/a b_image0.png")), kImage);
-  ASSERT_EQ(run({"decode", path("out/a b.obj"), path("back.gltf"), "-q"}), 0) << err_;
+  must_run({"decode", path("out/a b.obj"), path("back.gltf"), "-q"});
   const nlohmann::json json = read_json("back.gltf");
   ASSERT_EQ(json.at("meshes").size(), 3u);
   EXPECT_EQ(json["meshes"][0]["name"], "flag");
@@ -150,7 +142,7 @@ TEST_F(DecodeToMeshFile, ObjHasObjectsMaterialsAndImages) {
   for (const auto& file : std::filesystem::directory_iterator(path("out"))) bytes += file.file_size();
   EXPECT_EQ(read_json("report.json").at("files").at("output").at("bytes"), bytes - 8);
   // A second run writes no other files.
-  ASSERT_EQ(run({"decode", path("two.gltf"), path("out/a b.obj"), "-q"}), 0) << err_;
+  must_run({"decode", path("two.gltf"), path("out/a b.obj"), "-q"});
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path("out")), {}), 4);
 }
 
@@ -163,25 +155,22 @@ TEST_F(DecodeToMeshFile, NothingIsDroppedUnlessItIsAccepted) {
   text.replace(text.find("\"scene\":0"), 9, "\"scene\":0,\"cameras\":[{}]");
   write("rich.gltf", text);
   const auto loses = [&](const char* name, const std::string& what) {
-    EXPECT_EQ(run({"decode", path("rich.gltf"), path(name)}), 5) << name;
-    EXPECT_TRUE(contains(err_, std::string(name) + ": a " + std::string(name).substr(1) +
-                                   " cannot hold all of the asset: with --accept-loss it is written without " +
-                                   what))
-        << err_;
+    fails(5, {"decode", path("rich.gltf"), path(name)},
+          std::string(name) + ": a " + std::string(name).substr(1) +
+              " cannot hold all of the asset: with --accept-loss it is written without " + what);
     EXPECT_FALSE(std::filesystem::exists(path(name)));
-    EXPECT_EQ(run({"decode", path("rich.gltf"), path(name), "--accept-loss"}), 0) << err_;
-    EXPECT_TRUE(contains(err_, "warning: " + path(name) + ": is written without " + what)) << err_;
+    must_run({"decode", path("rich.gltf"), path(name), "--accept-loss"});
+    EXPECT_TRUE(contains(err_, "warning: " + path(name) + ": is written without " + what));
     EXPECT_TRUE(std::filesystem::exists(path(name)));
   };
   loses("a.stl", "TEXCOORD_0, materials, cameras, EXT_unknown\n");
   loses("a.ply", "TEXCOORD_0, materials, cameras, EXT_unknown\n");
   loses("a.obj", "materials' doubleSided, materials' occlusionTexture, cameras, EXT_unknown\n");
-  EXPECT_EQ(run({"decode", input, path("a.drc"), "--accept-loss"}), 5);
-  EXPECT_TRUE(contains(err_, "a .drc holds one primitive, but the scene shows 3")) << err_;
+  fails(5, {"decode", input, path("a.drc"), "--accept-loss"},
+        "a .drc holds one primitive, but the scene shows 3");
   EXPECT_EQ(run({"decode", input, path("b.obj"), "--images", "embed"}), 1);
   EXPECT_EQ(run({"decode", input, path("b.obj"), "--to", "draco"}), 1);
-  EXPECT_EQ(run({"decode", input, path("b.off")}), 1);
-  EXPECT_TRUE(contains(err_, "the output must end in .glb, .obj, .ply, .stl, .drc or .gltf")) << err_;
+  fails(1, {"decode", input, path("b.off")}, "the output must end in .glb, .obj, .ply, .stl, .drc or .gltf");
   EXPECT_EQ(run({"encode", input, path("b.obj")}), 1);
 }
 
@@ -193,10 +182,9 @@ TEST_F(DecodeToMeshFile, DracoFilesHoldIntegersAsFloats) {
     "buffers":[{"byteLength":24,"uri":"data:application/octet-stream;base64,AAAAAAAAAAABAAAAAAAAAAAAAQAAAAAA"}],
     "bufferViews":[{"buffer":0,"byteLength":24,"byteStride":8}],
     "accessors":[{"bufferView":0,"componentType":5123,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}]})");
-  EXPECT_EQ(run({"decode", path("integers.gltf"), path("a.drc"), "-q"}), 5);
-  EXPECT_TRUE(contains(err_, "scenes beside the default one")) << err_;
-  ASSERT_EQ(run({"decode", path("integers.gltf"), path("a.drc"), "-q", "--accept-loss"}), 0) << err_;
-  ASSERT_EQ(run({"decode", path("a.drc"), path("a.obj"), "-q"}), 0) << err_;
+  fails(5, {"decode", path("integers.gltf"), path("a.drc"), "-q"}, "scenes beside the default one");
+  must_run({"decode", path("integers.gltf"), path("a.drc"), "-q", "--accept-loss"});
+  must_run({"decode", path("a.drc"), path("a.obj"), "-q"});
   EXPECT_EQ(corners_of("a.obj"), (std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}));
 }
 

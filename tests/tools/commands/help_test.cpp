@@ -1,12 +1,7 @@
 // Help, version, and options before or after the subcommand.
-#include <gtest/gtest.h>
-
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
 
 #include "gltf_ext/files/io_error.h"
-#include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
 #include "tools/gltf_psplit/report/exit_codes.h"
 
@@ -16,20 +11,21 @@ namespace {
 const char* const kVerbs[] = {"encode",  "batch",    "decode",     "expand", "inspect", "validate",
                               "compare", "generate", "completion", "help",   "version"};
 
-TEST(Help, FitsEightyColumns) {
+class Help : public CommandTest {};
+
+TEST_F(Help, FitsEightyColumns) {
   std::vector<std::vector<std::string>> commands = {{"--help"}};
   for (const char* verb : kVerbs) commands.push_back({verb, "--help"});
   for (const char* part : {"plan", "merge"}) commands.push_back({"batch", part, "--help"});
   for (const auto& words : commands) {
-    const CommandOutcome outcome = run_command(words);
-    EXPECT_EQ(outcome.code, 0);
-    std::istringstream lines(outcome.out);
+    std::istringstream lines(must_run(words));
     for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+    EXPECT_EQ(err_, "");
   }
 }
 
 // Only names of options, usage lines and examples of command lines may be longer.
-TEST(Help, FitsNarrowTerminals) {
+TEST_F(Help, FitsNarrowTerminals) {
   for (const char* columns : {"40", "60"}) {
     setenv("COLUMNS", columns, 1);
     for (const char* verb : kVerbs) {
@@ -53,86 +49,77 @@ TEST(Help, FitsNarrowTerminals) {
   unsetenv("COLUMNS");
 }
 
-TEST(Help, EndsWithExamplesAndExitCodes) {
+TEST_F(Help, EndsWithExamplesAndExitCodes) {
   for (const char* verb : kVerbs) {
     if (verb == std::string("version")) continue;
-    const std::string help = run_command({verb, "--help"}).out;
-    EXPECT_TRUE(contains(help, "Examples:\n  gltf-psplit ")) << help;
-    for (const ExitCode& exit : exit_codes()) EXPECT_TRUE(contains(help, exit.meaning)) << verb;
+    must_run({verb, "--help"});
+    EXPECT_TRUE(contains(out_, "Examples:\n  gltf-psplit "));
+    for (const ExitCode& exit : exit_codes()) EXPECT_TRUE(contains(out_, exit.meaning));
+    if (verb == std::string("help") || verb == std::string("completion")) continue;
+    for (const char* option : {"--help", "--quiet", "--verbose", "--threads"})
+      EXPECT_TRUE(contains(out_, option)) << verb;
   }
 }
 
-TEST(Help, IsAVerbToo) {
-  EXPECT_EQ(run_command({"help"}).out, run_command({"--help"}).out);
-  EXPECT_EQ(run_command({"help", "encode"}).out, run_command({"encode", "--help"}).out);
-  for (const char* verb : kVerbs) EXPECT_TRUE(contains(run_command({"help"}).out, verb)) << verb;
+TEST_F(Help, IsAVerbToo) {
+  EXPECT_EQ(must_run({"help", "encode"}), must_run({"encode", "--help"}));
+  EXPECT_EQ(must_run({"help"}), must_run({"--help"}));
+  for (const char* verb : kVerbs) EXPECT_TRUE(contains(out_, verb));
+  for (const ExitCode& exit : exit_codes()) EXPECT_TRUE(contains(out_, exit.meaning));
 }
 
-TEST(Help, VersionIsAVerbAndAFlag) {
+TEST_F(Help, VersionIsAVerbAndAFlag) {
   for (const char* word : {"version", "--version", "-V"}) {
-    const CommandOutcome outcome = run_command({word});
-    EXPECT_EQ(outcome.code, 0) << word;
-    EXPECT_EQ(outcome.out, "gltf-psplit 1.2.3\n") << word;
-    EXPECT_EQ(outcome.err, "") << word;
+    EXPECT_EQ(must_run({word}), "gltf-psplit 1.2.3\n");
+    EXPECT_EQ(err_, "") << word;
   }
 }
 
-TEST(Help, CommonOptionsStandBeforeTheVerbOrAfterIt) {
-  const TestFolder folder;
-  const std::string out = (folder / "a.glb").string();
+TEST_F(Help, CommonOptionsStandBeforeTheVerbOrAfterIt) {
+  const std::string out = path("a.glb");
   for (const std::vector<std::string>& words : {std::vector<std::string>{"-q", "generate", out},
                                                 {"generate", "-q", out},
                                                 {"generate", out, "--quiet"}}) {
-    const CommandOutcome outcome = run_command(words);
-    EXPECT_EQ(outcome.code, 0);
-    EXPECT_EQ(outcome.err, "");
+    must_run(words);
+    EXPECT_EQ(err_, "");
   }
-  const CommandOutcome threads = run_command({"-j", "3", "encode", out, out, "--report", "-", "-q", "--force"});
-  EXPECT_TRUE(contains(threads.out, "\"threads\": 3")) << threads.out;
-  const CommandOutcome both = run_command({"-v", "generate", out, "-q"});
-  EXPECT_EQ(both.code, 1);
-  EXPECT_TRUE(contains(both.err, "--quiet excludes --verbose")) << both.err;
+  EXPECT_EQ(json_of({"-j", "3", "encode", out, out, "--report", "-", "-q", "--force"}).at("threads"), 3);
+  fails(1, {"-v", "generate", out, "-q"}, "--quiet excludes --verbose");
 }
 
-TEST(Help, OutputIsAWordOrAnOption) {
-  const TestFolder folder;
-  const std::string a = (folder / "a.glb").string(), b = (folder / "b.glb").string();
-  EXPECT_EQ(run_command({"generate", "-o", a, "--faces", "1k", "-q"}).code, 0);
-  EXPECT_EQ(run_command({"encode", "-o", b, a, "-q"}).code, 0);
-  EXPECT_EQ(run_command({"encode", a, "--output", b, "-q"}).code, 0);
-  EXPECT_EQ(run_command({"decode", b, "-o", a, "-q"}).code, 0);
+TEST_F(Help, OutputIsAWordOrAnOption) {
+  const std::string a = path("a.glb"), b = path("b.glb");
+  must_run({"generate", "-o", a, "--faces", "1k", "-q"});
+  must_run({"encode", "-o", b, a, "-q"});
+  must_run({"encode", a, "--output", b, "-q"});
+  must_run({"decode", b, "-o", a, "-q"});
   for (const char* verb : {"inspect", "validate"}) {
-    const std::string text = (folder / verb).string();
-    const CommandOutcome outcome = run_command({verb, b, "-o", text});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    std::ostringstream written;
-    written << std::ifstream(text).rdbuf();
-    EXPECT_EQ(written.str(), run_command({verb, b}).out);
+    EXPECT_EQ(must_run({verb, b, "-o", path(verb)}), "");
+    EXPECT_EQ(read_bytes(path(verb)), must_run({verb, b}));
   }
   // The output must be named once, not twice and not never.
-  EXPECT_EQ(run_command({"encode", a, b, "-o", b}).code, 1);
-  EXPECT_EQ(run_command({"encode", a}).code, 1);
+  EXPECT_EQ(run({"encode", a, b, "-o", b}), 1);
+  EXPECT_EQ(run({"encode", a}), 1);
 }
 
-TEST(Help, ExitCodesAreThoseOfStatusCodeAndOfTheReadme) {
-  // All exit codes, in the order of the enum. kCancelled is not among them: only callers of functions get it.
-  // kMayPass is not in the enum: only commands return it.
-  std::vector<StatusCode> codes = {StatusCode::kOk,
-                                   StatusCode::kUsage,
-                                   StatusCode::kIo,
-                                   StatusCode::kInvalidInput,
-                                   StatusCode::kRuntimeFailure,
-                                   StatusCode::kUnsupported,
-                                   StatusCode::kDiffers,
-                                   kMayPass};
+TEST_F(Help, ExitCodesAreThoseOfTheManual) {
+  // All in the order of the enum. kCancelled is not among them: only callers of functions get it.
+  std::vector<StatusCode> codes = {
+      StatusCode::kOk,           StatusCode::kUsage,          StatusCode::kIo,
+      StatusCode::kInvalidInput, StatusCode::kRuntimeFailure, StatusCode::kUnsupported,
+      StatusCode::kDiffers,      StatusCode::kMayPass};
   std::vector<StatusCode> listed;
-  for (const ExitCode& exit : exit_codes()) listed.push_back(exit.code);
+  std::vector<int> expected;
+  for (const ExitCode& exit : exit_codes()) {
+    listed.push_back(exit.code);
+    expected.push_back(exit.number);
+    EXPECT_EQ(exit_code(exit.code), exit.number);
+    EXPECT_EQ(status_code(exit.number), exit.code);
+  }
   EXPECT_EQ(listed, codes);
-  // The numbers in the README's sentence "exit codes are 0 ok, 1 usage, ...".
-  std::ostringstream readme;
-  readme << std::ifstream(PSPLIT_README).rdbuf();
-  const std::string text = readme.str();
+  EXPECT_EQ(status_code(6), StatusCode::kRuntimeFailure);
+  // The numbers in the sentence of docs/manual.md: "exit codes are 0 ok, 1 usage, ...".
+  const std::string text = read_bytes(PSPLIT_MANUAL);
   const size_t begin = text.find("exit codes are ");
   ASSERT_NE(begin, std::string::npos);
   std::vector<int> numbers;
@@ -141,8 +128,6 @@ TEST(Help, ExitCodesAreThoseOfStatusCodeAndOfTheReadme) {
     numbers.push_back(std::stoi(text.substr(at, end - at)));
     at = text.find_first_of("0123456789", end);
   }
-  std::vector<int> expected;
-  for (const StatusCode code : codes) expected.push_back(static_cast<int>(code));
   EXPECT_EQ(numbers, expected);
 }
 

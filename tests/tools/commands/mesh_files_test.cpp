@@ -38,14 +38,14 @@ TEST_F(MeshFiles, EveryFormatIsReadFromFilesPipesAndGzip) {
           run_command({"encode", path(name), path("out.glb"), "--always-patches", "--report", "-", "-q"});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
       EXPECT_EQ(nlohmann::json::parse(outcome.out).at("total").at("faces"), 2);
-      EXPECT_EQ(run_command({"validate", path("out.glb"), "-q"}).code, 0);
-      EXPECT_EQ(run_command({"compare", path(name), path("out.glb"), "-q"}).code, 0);
+      must_run({"validate", path("out.glb"), "-q"});
+      must_run({"compare", path(name), path("out.glb"), "-q"});
       outcome = run_command({"inspect", path(name)});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
-      EXPECT_TRUE(contains(outcome.out, "mesh 0, primitive 0: plain")) << outcome.out;
+      EXPECT_TRUE(contains(outcome.out, "mesh 0, primitive 0: plain"));
       outcome = run_command_on(path(name), {"encode", "-", path("piped.glb"), "-q"});
       EXPECT_EQ(outcome.code, 0) << outcome.err;
-      EXPECT_EQ(run_command({"compare", path("piped.glb"), path("out.glb"), "-q", "--tolerance", "0"}).code, 0);
+      must_run({"compare", path("piped.glb"), path("out.glb"), "-q", "--tolerance", "0"});
     }
   }
 }
@@ -56,9 +56,7 @@ TEST_F(MeshFiles, BatchTakesEveryName) {
   write_gzip("in/c.ply.gz", kPly);
   write_gzip("in/d.STL.GZ", kStl);
   write("in/notes.gz", "no asset");
-  const CommandOutcome outcome =
-      run_command({"batch", path("in/*"), "--out-dir", path("out"), "--report", path("report.json"), "-q"});
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  must_run({"batch", path("in/*"), "--out-dir", path("out"), "--report", path("report.json"), "-q"});
   for (const char* name : {"out/a.glb", "out/b.glb", "out/c.glb", "out/d.glb"})
     EXPECT_TRUE(std::filesystem::exists(folder_ / name)) << name;
 }
@@ -72,9 +70,8 @@ TEST_F(MeshFiles, WhatIsLostIsSaidByEveryCommand) {
         {"inspect", path("loss.obj")},
         {"compare", path("loss.obj"), path("a.glb")},
         {"batch", path("loss.obj"), "--out-dir", path("out"), "--report", path("report.json")}}) {
-    const CommandOutcome outcome = run_command(words);
-    EXPECT_EQ(outcome.code, 0) << words[0] << outcome.err;
-    EXPECT_TRUE(contains(outcome.err, said)) << words[0] << ": " << outcome.err;
+    must_run(words);
+    EXPECT_TRUE(contains(err_, said)) << words[0] << ": " << err_;
   }
 }
 
@@ -86,9 +83,8 @@ TEST_F(MeshFiles, BrokenFilesAreNamedOnceAndLeaveNothing) {
        {std::pair{"cut.ply", "line 15: the file ends inside its element \"face\""},
         {"far.obj", "line 7: a face names vertex 9, but there are 4"},
         {"empty.stl", "the file is empty"}}) {
-    const CommandOutcome outcome = run_command({"encode", path(name), path("out.glb")});
-    EXPECT_EQ(outcome.code, 3);
-    EXPECT_EQ(outcome.err, "gltf-psplit: error: " + path(name) + ": " + message + "\n");
+    EXPECT_EQ(run({"encode", path(name), path("out.glb")}), 3);
+    EXPECT_EQ(err_, "gltf-psplit: error: " + path(name) + ": " + message + "\n");
     EXPECT_FALSE(std::filesystem::exists(path("out.glb")));
   }
 }

@@ -1,8 +1,6 @@
 // Small assets for the tests of the subcommands.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include "tests/tools/run_command.h"
 
 namespace psplit {
@@ -11,27 +9,24 @@ namespace psplit {
 class CommandOnSamples : public CommandTest {
  protected:
   // <shape>.glb: a plain asset.
-  std::string sample(const std::string& shape = "terrain", const std::string& faces = "3000") const {
-    const CommandOutcome outcome =
-        run_command({"generate", path(shape + ".glb"), "--shape", shape, "--faces", faces, "--seed", "7"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
+  std::string sample(const std::string& shape = "terrain", const std::string& faces = "3000") {
+    must_run({"generate", path(shape + ".glb"), "--shape", shape, "--faces", faces, "--seed", "7"});
     return path(shape + ".glb");
   }
   // split.glb: a terrain in four patches.
-  std::string split_sample() const {
-    const CommandOutcome outcome = run_command({"encode", sample(), path("split.glb"), "--patches", "4", "-q"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
+  std::string split_sample() {
+    must_run({"encode", sample(), path("split.glb"), "--patches", "4", "-q"});
     return path("split.glb");
   }
   // stock.gltf: the same terrain as stock Draco.
-  std::string stock_sample() const {
-    const CommandOutcome outcome = run_command({"decode", sample(), path("stock.gltf"), "--to", "draco", "-q"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
+  std::string stock_sample() {
+    must_run({"decode", sample(), path("stock.gltf"), "--to", "draco", "-q"});
     return path("stock.gltf");
   }
   // mesh.drc: the stream of stock.gltf.
-  std::string draco_sample() const {
-    const auto json = nlohmann::json::parse(read_bytes(stock_sample()));
+  std::string draco_sample() {
+    stock_sample();
+    const auto json = read_json("stock.gltf");
     const auto& extension = json.at("meshes").at(0).at("primitives").at(0).at("extensions");
     const auto& view =
         json.at("bufferViews").at(extension.at("KHR_draco_mesh_compression").at("bufferView").get<size_t>());
@@ -45,8 +40,7 @@ class CommandOnSamples : public CommandTest {
 
   // The name of the .bin that a .gltf refers to.
   std::string binary_of(const std::string& gltf) const {
-    const auto json = nlohmann::json::parse(read_bytes(path(gltf)));
-    return json.at("buffers").at(0).at("uri").get<std::string>();
+    return read_json(gltf).at("buffers").at(0).at("uri").get<std::string>();
   }
 };
 

@@ -10,6 +10,7 @@
 
 #include "gltf_ext/files/io_error.h"
 #include "tests/tools/run_command.h"
+#include "tools/gltf_psplit/report/exit_codes.h"
 
 namespace psplit {
 namespace {
@@ -55,10 +56,10 @@ TEST_F(Signals, EndEveryVerbWithTheCodeOfWhatMayPass) {
   };
   for (const std::vector<std::string>& words : commands)
     for (const int signal : {SIGTERM, SIGINT}) {
-      EXPECT_EQ(stopped(words, signal, false), static_cast<int>(kMayPass)) << words.front();
+      EXPECT_EQ(stopped(words, signal, false), exit_code(StatusCode::kMayPass)) << words.front();
       EXPECT_TRUE(contains(read_bytes(path("err.txt")), "error: stopped by a signal\n")) << words.front();
     }
-  EXPECT_EQ(stopped({"generate", pipe, "--faces", "20k"}, SIGTERM, true), static_cast<int>(kMayPass));
+  EXPECT_EQ(stopped({"generate", pipe, "--faces", "20k"}, SIGTERM, true), exit_code(StatusCode::kMayPass));
   EXPECT_EQ(file_count(), 3u) << "the pipe, the empty file and the messages";
 }
 

@@ -1,11 +1,11 @@
 #include "tools/gltf_psplit/compare/comparison.h"
 
-#include <gtest/gtest.h>
-
 #include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/read_jobs.h"
+#include "gltf_ext/json/json.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 #include "tests/support/reproducible_meshes.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
@@ -17,17 +17,17 @@ Document document_of(std::span<const Mesh> meshes) {
   Document document = document_from_mesh(meshes.front());
   for (const Mesh& mesh : meshes.subspan(1)) {
     Document other = document_from_mesh(mesh);
-    Json primitive = other.json["meshes"][0]["primitives"][0];
+    Json primitive = other.json()["meshes"][0]["primitives"][0];
     const auto move_accessor = [&](Json& index) {
-      const Json accessor = other.json["accessors"][index.get<size_t>()];
+      const Json accessor = other.json()["accessors"][index.get<size_t>()];
       const auto bytes = buffer_view_bytes(other, accessor["bufferView"].get<int64_t>());
-      index = document.json["accessors"].size();
-      document.json["accessors"].push_back(accessor);
-      document.json["accessors"].back()["bufferView"] = append_buffer_view(document, *bytes);
+      index = document.json()["accessors"].size();
+      document.json()["accessors"].push_back(accessor);
+      document.json()["accessors"].back()["bufferView"] = append_buffer_view(document, *bytes);
     };
     for (Json& index : primitive["attributes"]) move_accessor(index);
     move_accessor(primitive["indices"]);
-    document.json["meshes"].push_back({{"primitives", Json::array({primitive})}});
+    document.json()["meshes"].push_back({{"primitives", Json::array({primitive})}});
   }
   return document;
 }
@@ -58,11 +58,10 @@ std::vector<Mesh> every_kind_of_mesh() {
 
 // The bytes that `encode --always-patches` writes of all primitives together, and their patches.
 std::pair<uint64_t, uint64_t> encoded_bytes(Document document, EncodeDocumentOptions options) {
-  options.always_patches = true;
-  const auto reports = encode_document(document, options, draco_backend(), ThreadPool(2));
-  EXPECT_TRUE(reports.ok()) << reports.status().to_string();
+  options.patches.always = true;
+  const auto reports = must(encode_document(document, options, draco_backend(), ThreadPool(2)));
   std::pair<uint64_t, uint64_t> sums;
-  for (const PrimitiveReport& report : *reports) {
+  for (const PrimitiveReport& report : reports) {
     EXPECT_EQ(report.skipped, "");
     if (report.repeated) continue;
     sums.first += report.bytes;
@@ -88,25 +87,23 @@ TEST(Comparison, MeasuresTheBytesThatEncodeWrites) {
     options.stock_speeds = {};
     options.repeat = 1;
     const std::vector<DecodeBackend> backends{draco_backend()};
-    const auto comparison = compare_codecs(read_all(document, coding), options, backends, ThreadPool(2));
-    ASSERT_TRUE(comparison.ok()) << comparison.status().to_string();
+    const auto comparison = must(compare_codecs(read_all(document, coding), options, backends, ThreadPool(2)));
     for (size_t i = 0; i < options.rules.size(); ++i) {
-      const PatchSummary& summary = comparison->splits[i].summary;
+      const PatchSummary& summary = comparison.splits[i].summary;
       const auto [bytes, patches] = encoded_bytes(document, apply_rule(coding, options.rules[i]));
       EXPECT_EQ(summary.total_bytes, bytes) << i;
       EXPECT_EQ(summary.patches, patches) << i;
-      EXPECT_EQ(summary.faces, comparison->faces) << i;
-      EXPECT_EQ(summary.points, comparison->points) << i;
+      EXPECT_EQ(summary.faces, comparison.faces) << i;
+      EXPECT_EQ(summary.points, comparison.points) << i;
     }
   }
 }
 
 TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
   const ThreadPool pool(2);
-  const auto meshes = generate_shape({Shape::kScene, 12000, 1, true, true}, pool);
-  ASSERT_TRUE(meshes.ok()) << meshes.status().to_string();
+  const auto meshes = must(generate_shape({Shape::kScene, 12000, 1, true, true}, pool));
   uint64_t faces = 0, points = 0;
-  for (const Mesh& mesh : *meshes) {
+  for (const Mesh& mesh : meshes) {
     faces += mesh.faces.size();
     points += mesh.point_count;
   }
@@ -118,7 +115,7 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
   const std::vector<DecodeBackend> backends{draco_backend()};
   size_t done = 0, total = 0;
   const auto comparison =
-      compare_codecs(read_all(document_of(*meshes), {}), options, backends, pool, [&](size_t now, size_t all) {
+      compare_codecs(read_all(document_of(meshes), {}), options, backends, pool, [&](size_t now, size_t all) {
         EXPECT_EQ(now, ++done);
         total = all;
       });
@@ -164,8 +161,7 @@ TEST(Comparison, SumsOverMeshesAndTimesEveryDecoder) {
 
 TEST(Comparison, ReportsADecoderThatLosesFaces) {
   const ThreadPool pool(1);
-  const auto meshes = generate_shape({Shape::kBlob, 2000, 1, false, false}, pool);
-  ASSERT_TRUE(meshes.ok());
+  const auto meshes = must(generate_shape({Shape::kBlob, 2000, 1, false, false}, pool));
   ComparisonOptions options;
   options.rules = {{.patches = 2}};
   options.thread_counts = {1};
@@ -175,7 +171,7 @@ TEST(Comparison, ReportsADecoderThatLosesFaces) {
     const PatchContainer& container = *tasks.front().container;
     return std::vector<Status>{buffers_for(0, container.point_count(), container.face_count() - 1).status()};
   };
-  const auto comparison = compare_codecs(read_all(document_of(*meshes), {}), options, std::vector{lossy}, pool);
+  const auto comparison = compare_codecs(read_all(document_of(meshes), {}), options, std::vector{lossy}, pool);
   ASSERT_FALSE(comparison.ok());
   EXPECT_EQ(comparison.status().code(), StatusCode::kDiffers);
 }

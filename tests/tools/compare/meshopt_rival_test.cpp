@@ -1,7 +1,5 @@
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <map>
 
 #include "encoder/coding/choose_codings.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
 #include "tools/gltf_psplit/shapes/shapes.h"
 
@@ -32,26 +31,22 @@ std::vector<GridPoint> grid_points(const Mesh& mesh, const AttributeCoding& codi
 
 TEST(MeshoptRival, GivesBackTheSameTrianglesWithTheBitsOfItsRivals) {
   const ThreadPool pool(2);
-  const auto meshes = generate_shape({Shape::kBlob, 5000, 1, true, true}, pool);
-  ASSERT_TRUE(meshes.ok()) << meshes.status().to_string();
-  Mesh mesh = meshes->front();
+  const auto meshes = must(generate_shape({Shape::kBlob, 5000, 1, true, true}, pool));
+  Mesh mesh = meshes.front();
   for (const int normal_bits : {6, 10, 12}) {
     CodingOptions options;
     options.normal_bits = normal_bits;
     const std::vector<AttributeCoding> codings = choose_codings(mesh, options, {});
-    const auto encoded = encode_meshopt(mesh, codings);
-    ASSERT_TRUE(encoded.ok());
-    const auto decoded = decode_meshopt(*encoded);
-    ASSERT_TRUE(decoded.ok());
-    const auto plain = decode_meshopt(*encoded, MeshoptForm::kPlain);
-    ASSERT_TRUE(plain.ok());
-    EXPECT_TRUE(plain->indices == decoded->indices && plain->streams == decoded->streams);
-    ASSERT_EQ(decoded->indices.size(), mesh.faces.size() * 3);
-    ASSERT_EQ(decoded->streams.size(), 3u);
-    EXPECT_EQ(encoded->streams[0].stride, 8u);  // 14 bits
-    EXPECT_EQ(encoded->streams[1].stride, normal_bits <= 8 ? 4u : 8u);
-    EXPECT_EQ(encoded->streams[2].stride, 4u);  // 12 bits
-    EXPECT_LT(encoded->compressed.size(), mesh.faces.size() * 7);
+    const auto encoded = must(encode_meshopt(mesh, codings));
+    const auto decoded = must(decode_meshopt(encoded));
+    const auto plain = must(decode_meshopt(encoded, MeshoptForm::kPlain));
+    EXPECT_TRUE(plain.indices == decoded.indices && plain.streams == decoded.streams);
+    ASSERT_EQ(decoded.indices.size(), mesh.faces.size() * 3);
+    ASSERT_EQ(decoded.streams.size(), 3u);
+    EXPECT_EQ(encoded.streams[0].stride, 8u);  // 14 bits
+    EXPECT_EQ(encoded.streams[1].stride, normal_bits <= 8 ? 4u : 8u);
+    EXPECT_EQ(encoded.streams[2].stride, 4u);  // 12 bits
+    EXPECT_LT(encoded.compressed.size(), mesh.faces.size() * 7);
 
     // Normals by positions, which are on the same grid to the bit.
     std::map<GridPoint, std::vector<std::array<float, 3>>> normals;
@@ -62,17 +57,17 @@ TEST(MeshoptRival, GivesBackTheSameTrianglesWithTheBitsOfItsRivals) {
       normals[points[i]].push_back(normal);
     }
     double worst = 0;
-    for (size_t i = 0; i < encoded->point_count; ++i) {
+    for (size_t i = 0; i < encoded.point_count; ++i) {
       GridPoint point{};
-      std::memcpy(point.data(), decoded->streams[0].data() + i * 8, sizeof point);
+      std::memcpy(point.data(), decoded.streams[0].data() + i * 8, sizeof point);
       ASSERT_TRUE(normals.contains(point));
       std::array<double, 3> normal{};
       for (size_t k = 0; k < 3; ++k)
         if (normal_bits <= 8) {
-          normal[k] = static_cast<int8_t>(decoded->streams[1][i * 4 + k]) / 127.0;
+          normal[k] = static_cast<int8_t>(decoded.streams[1][i * 4 + k]) / 127.0;
         } else {
           int16_t value = 0;
-          std::memcpy(&value, decoded->streams[1].data() + i * 8 + k * 2, sizeof value);
+          std::memcpy(&value, decoded.streams[1].data() + i * 8 + k * 2, sizeof value);
           normal[k] = value / 32767.0;
         }
       double nearest = HUGE_VAL;
@@ -116,16 +111,14 @@ TEST(MeshoptRival, QuantizesWhatItsRivalsQuantizeAndNothingElse) {
 
 TEST(MeshoptRival, RefusesDamagedBytes) {
   const ThreadPool pool(1);
-  const auto meshes = generate_shape({Shape::kTerrain, 2000, 1, false, false}, pool);
-  ASSERT_TRUE(meshes.ok());
-  Mesh mesh = meshes->front();
-  auto encoded = encode_meshopt(mesh, choose_codings(mesh, {}, {}));
-  ASSERT_TRUE(encoded.ok());
-  encoded->compressed.resize(encoded->compressed.size() / 2);
-  EXPECT_FALSE(decode_meshopt(*encoded).ok());
-  EXPECT_TRUE(decode_meshopt(*encoded, MeshoptForm::kPlain).ok());
-  encoded->packed.resize(encoded->packed.size() / 2);
-  EXPECT_FALSE(decode_meshopt(*encoded, MeshoptForm::kPlain).ok());
+  const auto meshes = must(generate_shape({Shape::kTerrain, 2000, 1, false, false}, pool));
+  Mesh mesh = meshes.front();
+  auto encoded = must(encode_meshopt(mesh, choose_codings(mesh, {}, {})));
+  encoded.compressed.resize(encoded.compressed.size() / 2);
+  EXPECT_FALSE(decode_meshopt(encoded).ok());
+  EXPECT_TRUE(decode_meshopt(encoded, MeshoptForm::kPlain).ok());
+  encoded.packed.resize(encoded.packed.size() / 2);
+  EXPECT_FALSE(decode_meshopt(encoded, MeshoptForm::kPlain).ok());
 }
 
 }  // namespace

@@ -21,21 +21,19 @@ class ManyFiles : public CommandTest {
 };
 
 TEST_F(ManyFiles, ValidateSaysALineAFile) {
-  const CommandOutcome outcome = run_command({"validate", path("plain.glb"), path("split.glb")});
-  EXPECT_EQ(outcome.code, 0) << outcome.err;
-  EXPECT_EQ(outcome.out, path("plain.glb") + ": valid\n" + path("split.glb") + ": valid\n");
-  EXPECT_EQ(outcome.err, "");
+  must_run({"validate", path("plain.glb"), path("split.glb")});
+  EXPECT_EQ(out_, path("plain.glb") + ": valid\n" + path("split.glb") + ": valid\n");
+  EXPECT_EQ(err_, "");
 }
 
 TEST_F(ManyFiles, ValidateGoesOnAfterFailures) {
-  const CommandOutcome outcome =
-      run_command({"validate", path("broken.gltf"), path("none.glb"), path("split.glb")});
-  EXPECT_EQ(outcome.code, 3);  // the code of the first failure
-  EXPECT_TRUE(contains(outcome.out, path("broken.gltf") + ": invalid, 1 error\n")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, path("split.glb") + ": valid\n")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.err, "none.glb")) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "2 of 3 files failed")) << outcome.err;
-  EXPECT_EQ(run_command({"validate", path("none.glb"), path("broken.gltf")}).code, 2);
+  EXPECT_EQ(run({"validate", path("broken.gltf"), path("none.glb"), path("split.glb")}),
+            3);  // the code of the first failure
+  EXPECT_TRUE(contains(out_, path("broken.gltf") + ": invalid, 1 error\n"));
+  EXPECT_TRUE(contains(out_, path("split.glb") + ": valid\n"));
+  EXPECT_TRUE(contains(err_, "none.glb"));
+  EXPECT_TRUE(contains(err_, "2 of 3 files failed"));
+  EXPECT_EQ(run({"validate", path("none.glb"), path("broken.gltf")}), 2);
 }
 
 TEST_F(ManyFiles, JsonIsAnArrayWhereThereAreSeveral) {
@@ -46,11 +44,9 @@ TEST_F(ManyFiles, JsonIsAnArrayWhereThereAreSeveral) {
   EXPECT_EQ(object.at("valid"), true);
 
   for (const char* verb : {"validate", "inspect"}) {
-    const CommandOutcome several =
-        run_command({verb, path("split.glb"), path("none.glb"), path("plain.glb"), "--format", "json", "-q"});
-    EXPECT_EQ(several.code, 2);
-    const auto array = nlohmann::json::parse(several.out);
-    ASSERT_EQ(array.size(), 3u) << several.out;
+    EXPECT_EQ(run({verb, path("split.glb"), path("none.glb"), path("plain.glb"), "--format", "json", "-q"}), 2);
+    const auto array = nlohmann::json::parse(out_);
+    ASSERT_EQ(array.size(), 3u) << out_;
     EXPECT_EQ(array.at(0).at("file"), path("split.glb"));
     EXPECT_EQ(array.at(1).at("error").at("code"), 2);
     EXPECT_TRUE(contains(array.at(1).at("error").at("message"), "none.glb"));
@@ -59,13 +55,11 @@ TEST_F(ManyFiles, JsonIsAnArrayWhereThereAreSeveral) {
 }
 
 TEST_F(ManyFiles, InspectHasARowAFile) {
-  const CommandOutcome outcome =
-      run_command({"inspect", path("split.glb"), path("broken.gltf"), path("plain.glb"), "-q"});
-  EXPECT_EQ(outcome.code, 3);
-  std::istringstream lines(outcome.out);
+  EXPECT_EQ(run({"inspect", path("split.glb"), path("broken.gltf"), path("plain.glb"), "-q"}), 3);
+  std::istringstream lines(out_);
   std::vector<std::string> rows;
   for (std::string line; std::getline(lines, line);) rows.push_back(line);
-  ASSERT_EQ(rows.size(), 3u) << outcome.out;
+  ASSERT_EQ(rows.size(), 3u) << out_;
   EXPECT_TRUE(rows[0].ends_with("  file")) << rows[0];
   EXPECT_TRUE(rows[1].ends_with("  " + path("split.glb"))) << rows[1];
   EXPECT_TRUE(rows[2].ends_with("  " + path("plain.glb"))) << rows[2];
@@ -74,12 +68,10 @@ TEST_F(ManyFiles, InspectHasARowAFile) {
 }
 
 TEST_F(ManyFiles, SomeThingsAreForOneFile) {
-  EXPECT_EQ(run_command({"validate", "-", "-"}).code, 1);
-  EXPECT_EQ(run_command({"inspect", "-", path("split.glb"), "-"}).code, 1);
-  const CommandOutcome preview =
-      run_command({"inspect", path("split.glb"), path("plain.glb"), "--preview", path("a.png")});
-  EXPECT_EQ(preview.code, 1);
-  EXPECT_TRUE(contains(preview.err, "--preview draws one asset, and there are 2 files")) << preview.err;
+  EXPECT_EQ(run({"validate", "-", "-"}), 1);
+  EXPECT_EQ(run({"inspect", "-", path("split.glb"), "-"}), 1);
+  fails(1, {"inspect", path("split.glb"), path("plain.glb"), "--preview", path("a.png")},
+        "--preview draws one asset, and there are 2 files");
 }
 
 // Tables have at most 100 columns without --wide.
@@ -91,10 +83,10 @@ TEST_F(ManyFiles, TablesFit) {
     std::string line;
     std::getline(lines, line);  // the first line has the name of the file
     while (std::getline(lines, line)) EXPECT_LE(line.size(), kTableWidth) << line;
-    EXPECT_FALSE(contains(narrow, "balance")) << narrow;
+    EXPECT_FALSE(contains(narrow, "balance"));
     words.push_back("--wide");
     const std::string wide = run_command(words).out;
-    EXPECT_TRUE(contains(wide, "balance")) << wide;
+    EXPECT_TRUE(contains(wide, "balance"));
   }
 }
 

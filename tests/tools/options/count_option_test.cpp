@@ -1,14 +1,13 @@
 #include "tools/gltf_psplit/options/count_option.h"
 
-#include <nlohmann/json.hpp>
-
-#include "tests/support/test_folder.h"
 #include "tests/tools/run_command.h"
 
 namespace psplit {
 namespace {
 
-TEST(CountOption, ReadsCountsAsPeopleWriteThem) {
+class CountOption : public CommandTest {};
+
+TEST_F(CountOption, ReadsCountsAsPeopleWriteThem) {
   EXPECT_EQ(parse_count("0"), 0u);
   EXPECT_EQ(parse_count("1000000"), 1000000u);
   EXPECT_EQ(parse_count("1_000_000"), 1000000u);
@@ -24,7 +23,7 @@ TEST(CountOption, ReadsCountsAsPeopleWriteThem) {
   EXPECT_EQ(parse_count("18446744073709551615"), UINT64_MAX);
 }
 
-TEST(CountOption, RefusesWhatIsNoCount) {
+TEST_F(CountOption, RefusesWhatIsNoCount) {
   for (const char* text : {"",     "k",    "-1",   "-1k",  "+1",  "1.5",   "1e-3",
                            "1e6x", "1kk",  "many", "inf",  "nan", "1e300", "_1",
                            "1_",   "1__0", "1,",   "0x10", " 1",  "1 ",    "18446744073709551616",
@@ -32,7 +31,7 @@ TEST(CountOption, RefusesWhatIsNoCount) {
     EXPECT_EQ(parse_count(text), std::nullopt) << text;
 }
 
-TEST(CountOption, ReadsSizesAsPeopleWriteThem) {
+TEST_F(CountOption, ReadsSizesAsPeopleWriteThem) {
   constexpr uint64_t kGigabyte = uint64_t{1} << 30;
   for (const char* text :
        {"1GB", "1gb", "1G", "1GiB", "1 GB", "1024MB", "1048576k", "1073741824", "1073741824B"})
@@ -43,7 +42,7 @@ TEST(CountOption, ReadsSizesAsPeopleWriteThem) {
   EXPECT_EQ(parse_size("0"), 0u);
 }
 
-TEST(CountOption, RefusesWhatIsNoSize) {
+TEST_F(CountOption, RefusesWhatIsNoSize) {
   for (const char* text : {"", "-1", "-1GB", "+1", "99999999999999999999", "9223372036854775808", "1e400", "GB",
                            "1XB", "1BB", "1kkB", "1.2.3", "1G B", "inf", "nan", "0x10", "many", "9999999TB"})
     EXPECT_EQ(parse_size(text), std::nullopt) << text;
@@ -55,30 +54,22 @@ TEST(CountOption, RefusesWhatIsNoSize) {
                                                     {"batch", "a.glb", "--out-dir", "out"}}) {
       std::vector<std::string> words = command;
       words.push_back("--memory=" + std::string(text));
-      const CommandOutcome outcome = run_command(words);
-      EXPECT_EQ(outcome.code, 1) << command[0] << " " << text;
-      EXPECT_TRUE(contains(outcome.err, std::string("--memory: ") + text +
-                                            " is not a size below 2^63 bytes, such as 512MB or 1.5GB"))
-          << outcome.err;
+      fails(1, words,
+            std::string("--memory: ") + text + " is not a size below 2^63 bytes, such as 512MB or 1.5GB");
     }
 }
 
-TEST(CountOption, StandsInTheCommand) {
-  const TestFolder folder;
-  const std::string mesh = (folder / "a.glb").string(), out = (folder / "b.glb").string();
-  ASSERT_EQ(run_command({"generate", mesh, "--faces", "3e3", "-q"}).code, 0);
+TEST_F(CountOption, StandsInTheCommand) {
+  const std::string mesh = path("a.glb");
+  must_run({"generate", mesh, "--faces", "3e3", "-q"});
   const auto patches = [&](const std::string& option, const std::string& count) {
-    const CommandOutcome outcome = run_command({"encode", mesh, out, option, count, "--report", "-", "-q"});
-    EXPECT_EQ(outcome.code, 0) << outcome.err;
-    return nlohmann::json::parse(outcome.out).at("total").at("patches").get<int>();
+    const auto report = json_of({"encode", mesh, path("b.glb"), option, count, "--report", "-", "-q"});
+    return report.at("total").at("patches").get<int>();
   };
   EXPECT_EQ(patches("--patch-faces", "1k"), 3);
   EXPECT_EQ(patches("--patches", "0.5e1"), 5);
-  const CommandOutcome wrong = run_command({"generate", mesh, "--faces", "lots"});
-  EXPECT_EQ(wrong.code, 1);
-  EXPECT_TRUE(
-      contains(wrong.err, "--faces: lots is not a count from 1 to 4294967295, such as 250000, 250k or 2.5e5"))
-      << wrong.err;
+  fails(1, {"generate", mesh, "--faces", "lots"},
+        "--faces: lots is not a count from 1 to 4294967295, such as 250000, 250k or 2.5e5");
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-#include "tools/gltf_psplit/options/gpus.h"
 
-#include <gtest/gtest.h>
+#include "tests/support/expect.h"
+#include "tools/gltf_psplit/options/encode_options.h"
 
 namespace psplit {
 namespace {
@@ -12,7 +12,7 @@ TEST(Gpus, AreKnownByNameOrBySize) {
   EXPECT_EQ(multiprocessors("60"), 60u);
   for (const char* unknown : {"", "0", "-1", "4097", "Voodoo", "H100x", "12a"})
     EXPECT_FALSE(multiprocessors(unknown)) << unknown;
-  EXPECT_NE(known_gpus().find("H200, H100"), std::string::npos);
+  EXPECT_TRUE(contains(known_gpus(), "H200, H100"));
 }
 
 TEST(Gpus, TakePatchesInMultiplesOf512) {

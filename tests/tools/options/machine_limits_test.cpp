@@ -1,7 +1,5 @@
 #include "tools/gltf_psplit/options/machine_limits.h"
 
-#include <gtest/gtest.h>
-
 #include <fstream>
 #include <string>
 #include <thread>

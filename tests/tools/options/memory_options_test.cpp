@@ -53,9 +53,9 @@ TEST(MemoryOptions, TemporaryFilesAreNotInMemory) {
 
 TEST(MemoryOptions, EveryCommandNamesTheFolder) {
   for (const std::string command : {"encode", "decode", "validate", "compare"}) {
-    const CommandOutcome help = run_command({command, "--help"});
-    EXPECT_TRUE(contains(help.out, "--temporary FOLDER")) << command;
-    EXPECT_TRUE(contains(help.out, "/var/tmp")) << command;
+    const std::string help = run_command({command, "--help"}).out;
+    EXPECT_TRUE(contains(help, "--temporary FOLDER")) << command;
+    EXPECT_TRUE(contains(help, "/var/tmp")) << command;
   }
 }
 

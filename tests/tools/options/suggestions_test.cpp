@@ -1,13 +1,13 @@
-#include "tools/gltf_psplit/options/suggestions.h"
-
-#include <gtest/gtest.h>
 
 #include "tests/tools/run_command.h"
+#include "tools/gltf_psplit/options/help_text.h"
 
 namespace psplit {
 namespace {
 
-TEST(Suggestions, DistanceCountsLettersAndSwaps) {
+class Suggestions : public CommandTest {};
+
+TEST_F(Suggestions, DistanceCountsLettersAndSwaps) {
   EXPECT_EQ(edit_distance("", ""), 0u);
   EXPECT_EQ(edit_distance("", "abc"), 3u);
   EXPECT_EQ(edit_distance("encode", "encode"), 0u);
@@ -18,7 +18,7 @@ TEST(Suggestions, DistanceCountsLettersAndSwaps) {
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3u);
 }
 
-TEST(Suggestions, OnlyWhatIsNearIsSuggested) {
+TEST_F(Suggestions, OnlyWhatIsNearIsSuggested) {
   const std::vector<std::string> words = {"encode", "decode", "validate", "version"};
   EXPECT_EQ(nearest_word("encod", words), "encode");
   EXPECT_EQ(nearest_word("deocde", words), "decode");
@@ -30,12 +30,10 @@ TEST(Suggestions, OnlyWhatIsNearIsSuggested) {
   EXPECT_EQ(suggestion("teapot", words), "");
 }
 
-TEST(Suggestions, ComeWithUnknownVerbsAndOptions) {
-  const auto says = [](const std::vector<std::string>& words, const std::string& what) {
-    const CommandOutcome outcome = run_command(words);
-    EXPECT_EQ(outcome.code, 1) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_TRUE(contains(outcome.err, what)) << outcome.err;
+TEST_F(Suggestions, ComeWithUnknownVerbsAndOptions) {
+  const auto says = [&](const std::vector<std::string>& words, const std::string& what) {
+    fails(1, words, what);
+    EXPECT_EQ(out_, "");
   };
   says({"encod", "a.glb", "b.glb"}, "unknown subcommand: encod; did you mean encode?");
   says({"teapot"}, "unknown subcommand: teapot\n");

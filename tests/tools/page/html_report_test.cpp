@@ -1,12 +1,11 @@
 #include "tools/gltf_psplit/page/html_report.h"
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
+#include "tests/support/expect.h"
 #include "tools/gltf_psplit/compare/comparison_summary.h"
 #include "tools/gltf_psplit/page/html_text.h"
 #include "tools/gltf_psplit/page/svg_chart.h"
@@ -129,7 +128,7 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
       EXPECT_TRUE(has_cell(codecs, with_decimals(decode.speedup, 2)));
     }
     for (const StageRow& stage : row.stages)
-      EXPECT_NE(stages.find(">" + with_decimals(stage.timing.median_ms, 2) + " ("), std::string::npos);
+      EXPECT_TRUE(contains(stages, ">" + with_decimals(stage.timing.median_ms, 2) + " ("));
   }
 
   // The chart of size against speed leaves out libdraco on patches. Each chart is drawn twice.
@@ -147,7 +146,7 @@ TEST(HtmlReport, ShowsEveryRowInTablesAndCharts) {
       const std::string svg = part_of(chart, drawing, "</svg>");
       EXPECT_EQ(count_of(svg, "class=\"mark"), count) << id;
       EXPECT_EQ(count_of(svg, "<title>"), count) << id;
-      EXPECT_NE(svg.find("aria-label=\""), std::string::npos) << id;
+      EXPECT_TRUE(contains(svg, "aria-label=\"")) << id;
     }
   }
 }
@@ -159,17 +158,17 @@ TEST(HtmlReport, SaysWhatWasMeasuredAndWhere) {
        {"<h1>dragon.ply:", "Some CPU, 12 threads", "Some GPU", "9.8.7", "1.2.3", "0.99", "4.5.6", "cc 3",
         "gltf-psplit compare dragon.ply", "2026-01-02 03:04 UTC", "100,000 triangles", "50,000 points",
         "positions 14", "7, after one untimed round", "in 40 patches"})
-    EXPECT_NE(page.find(what), std::string::npos) << what;
-  EXPECT_NE(page.find("src=\"data:image/png;base64,UE5H\""), std::string::npos);
-  EXPECT_NE(page.find("it includes copying to the GPU and back."), std::string::npos);
+    EXPECT_TRUE(contains(page, what)) << what;
+  EXPECT_TRUE(contains(page, "src=\"data:image/png;base64,UE5H\""));
+  EXPECT_TRUE(contains(page, "it includes copying to the GPU and back."));
   report.picture = {};
   report.environment.gpu.clear();
   for (SplitRow& row : report.comparison.splits)
     std::erase_if(row.decode, [](const DecodeRow& decode) { return decode.backend == "cuda"; });
   const std::string without = to_html(report);
-  EXPECT_EQ(without.find("<img"), std::string::npos);
-  EXPECT_NE(without.find("none that this build can use"), std::string::npos);
-  EXPECT_EQ(without.find("cuda"), std::string::npos);
+  EXPECT_FALSE(contains(without, "<img"));
+  EXPECT_TRUE(contains(without, "none that this build can use"));
+  EXPECT_FALSE(contains(without, "cuda"));
 }
 
 TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
@@ -177,53 +176,52 @@ TEST(HtmlReport, BeginsWithWhatIsGainedAndWhatToTake) {
   for (SplitRow& row : report.comparison.splits)  // all but the first become slower
     std::erase_if(row.decode, [](const DecodeRow& decode) { return decode.threads > 1; });
   const ComparisonSummary summary = summarize(report);
-  EXPECT_NE(summary.headline.find("meshoptimizer 0.99 with zstd decodes"), std::string::npos)
-      << summary.headline;
+  EXPECT_TRUE(contains(summary.headline, "meshoptimizer 0.99 with zstd decodes"));
   const std::string result = part_of(to_html(report), "<section id=\"result\">", "</section>");
   for (const std::string& sentence : {summary.headline, summary.recommendation, summary.rule})
-    EXPECT_NE(result.find(">" + escape_html(sentence) + "</p>"), std::string::npos) << sentence;
-  EXPECT_EQ(result.find("class=\"noise\""), std::string::npos);
+    EXPECT_TRUE(contains(result, ">" + escape_html(sentence) + "</p>")) << sentence;
+  EXPECT_FALSE(contains(result, "class=\"noise\""));
   report.options.repeat = 1;
   const std::string noisy = part_of(to_html(report), "<section id=\"result\">", "</section>");
-  EXPECT_NE(noisy.find("The times are not certain"), std::string::npos);
-  EXPECT_NE(noisy.find("only once"), std::string::npos);
+  EXPECT_TRUE(contains(noisy, "The times are not certain"));
+  EXPECT_TRUE(contains(noisy, "only once"));
 }
 
 TEST(HtmlReport, ShowsTheWholeAssetWithItsTextures) {
   ComparisonReport report = sample_report();
   // A compressed input has no such section.
-  EXPECT_EQ(to_html(report).find("The whole asset"), std::string::npos);
+  EXPECT_FALSE(contains(to_html(report), "The whole asset"));
   report.asset = AssetParts{.meshes = 1'800'000, .textures = 2'000'000, .rest = 3000, .missing_images = 0};
   const std::string page = to_html(report), table = part_of(page, "<table id=\"asset\"", "</table>");
   for (const char* cell : {"1,800,000", "200,002", "3,803,000", "2,203,002", "57.9 %"})
-    EXPECT_NE(table.find(">" + std::string(cell) + "</td>"), std::string::npos) << cell;
+    EXPECT_TRUE(contains(table, ">" + std::string(cell) + "</td>")) << cell;
   EXPECT_EQ(count_of(table, ">2,000,000</td>"), 3u);
-  EXPECT_EQ(page.find("not found"), std::string::npos);
+  EXPECT_FALSE(contains(page, "not found"));
   report.asset->missing_images = 2;
-  EXPECT_NE(to_html(report).find("2 images are not found, and not counted"), std::string::npos);
+  EXPECT_TRUE(contains(to_html(report), "2 images are not found, and not counted"));
 }
 
 TEST(HtmlReport, NamesMeshoptimizersVersionInItsRows) {
   const std::string codecs = part_of(to_html(sample_report()), "<table id=\"codecs\"", "</table>");
-  EXPECT_NE(codecs.find(">meshoptimizer 0.99<"), std::string::npos);
-  EXPECT_NE(codecs.find(">meshoptimizer 0.99 and zstd<"), std::string::npos);
+  EXPECT_TRUE(contains(codecs, ">meshoptimizer 0.99<"));
+  EXPECT_TRUE(contains(codecs, ">meshoptimizer 0.99 and zstd<"));
   // An old codec makes larger files than a current one, so the page says that it is old.
   ComparisonReport report = sample_report();
-  EXPECT_NE(to_html(report).find("the newest of release 0.99, which this build found. Releases from 0.23 on"),
-            std::string::npos);
+  EXPECT_TRUE(
+      contains(to_html(report), "the newest of release 0.99, which this build found. Releases from 0.23 on"));
   report.environment.meshopt_codec = 1;
-  EXPECT_EQ(to_html(report).find("the newest of release"), std::string::npos);
+  EXPECT_FALSE(contains(to_html(report), "the newest of release"));
 }
 
 TEST(HtmlReport, NeedsNoNetworkAndRunsNothing) {
   const std::string page = to_html(sample_report());
   EXPECT_EQ(page.find("://"), std::string::npos);
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-  EXPECT_EQ(page.find("url("), std::string::npos);
-  EXPECT_EQ(page.find("@import"), std::string::npos);
+  EXPECT_FALSE(contains(page, "<script"));
+  EXPECT_FALSE(contains(page, "url("));
+  EXPECT_FALSE(contains(page, "@import"));
   EXPECT_EQ(count_of(page, "src="), 1u);   // the picture
   EXPECT_EQ(count_of(page, "href="), 2u);  // within the page, and an empty icon, which browsers would request
-  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+  EXPECT_TRUE(contains(page, "default-src 'none'"));
 }
 
 TEST(HtmlReport, EscapesWhatFilesAndMachinesSay) {
@@ -238,8 +236,8 @@ TEST(HtmlReport, EscapesWhatFilesAndMachinesSay) {
   report.comparison.splits[0].decode[0].backend = evil;
   report.comparison.splits[0].stages[0].name = evil;
   const std::string page = to_html(report);
-  EXPECT_EQ(page.find("<script"), std::string::npos);
-  EXPECT_EQ(page.find("' onload"), std::string::npos);
+  EXPECT_FALSE(contains(page, "<script"));
+  EXPECT_FALSE(contains(page, "' onload"));
   EXPECT_GE(
       count_of(page, "&lt;script&gt;alert(&quot;1&quot;)&lt;script&gt;&#39; onload=&#39;x&#39; &amp;amp;"),
       13u);
@@ -254,7 +252,7 @@ TEST(HtmlReport, DrawsEveryMarkOfNumbersThatNoAxisHas) {
     for (StageRow& stage : row.stages) stage.timing = {};
   }
   const std::string page = to_html(report);
-  EXPECT_EQ(page.find("nan"), std::string::npos);
+  EXPECT_FALSE(contains(page, "nan"));
   EXPECT_EQ(page.find("\"-\""), std::string::npos);  // with_decimals of a number that is not finite
   EXPECT_EQ(count_of(part_of(page, "id=\"speed-up\"", "</figure>"), "class=\"mark"), 2 * 24u);
 
@@ -448,9 +446,9 @@ TEST(SvgChart, DrawsTheBorderOfWhatIsBeaten) {
     EXPECT_NEAR(drawn.front[corner].first, drawn.marks[mark].first, 1);
     EXPECT_EQ(drawn.front[corner].second, drawn.marks[mark].second);
   }
-  EXPECT_NE(svg.find("</svg>front</li>"), std::string::npos);
+  EXPECT_TRUE(contains(svg, "</svg>front</li>"));
   chart.front.clear();
-  EXPECT_EQ(draw_chart(chart).find("class=\"front\""), std::string::npos);
+  EXPECT_FALSE(contains(draw_chart(chart), "class=\"front\""));
 }
 
 // The colours of the page as red, green and blue, linear; one list for each scheme.
@@ -525,7 +523,7 @@ TEST(HtmlReport, MarksNoisyTimes) {
   ComparisonReport report = scan_report();
   const std::string still = to_html(report);
   for (const char* sign : {"class=\"ring\"", " noisy\"", ">about ", ">~"})
-    EXPECT_EQ(still.find(sign), std::string::npos) << sign;
+    EXPECT_FALSE(contains(still, sign)) << sign;
   SplitRow& row = report.comparison.splits[1];
   row.decode[1].timing = {12.8, 9, 30, 11, 15};
   for (StageRow& stage : row.stages) stage.timing = {4, 3, 9, 3.5, 4.5};
@@ -533,13 +531,13 @@ TEST(HtmlReport, MarksNoisyTimes) {
   for (const char* id : {"size-speed", "speed-up"}) {
     const std::string chart = part_of(page, "id=\"" + std::string(id) + "\"", "</figure>");
     EXPECT_EQ(count_of(chart, "class=\"ring\""), 3u) << id;  // in two drawings and in the legend
-    EXPECT_NE(chart.find("half of the rounds differ by over 20 %</li>"), std::string::npos) << id;
+    EXPECT_TRUE(contains(chart, "half of the rounds differ by over 20 %</li>")) << id;
   }
   const std::string stages = part_of(page, "id=\"stages\"", "</figure>");
   EXPECT_EQ(count_of(stages, " noisy\""), 2 * 5u);
   EXPECT_EQ(count_of(stages, ">about 20.00 ms<"), 2u);
-  EXPECT_NE(page.find(">~12.80</td>"), std::string::npos);
-  EXPECT_NE(page.find("about 4.6 times (3.8 to 5.4) as fast"), std::string::npos);
+  EXPECT_TRUE(contains(page, ">~12.80</td>"));
+  EXPECT_TRUE(contains(page, "about 4.6 times (3.8 to 5.4) as fast"));
 }
 
 TEST(HtmlReport, BeginsWithResultsAndEndsWithWords) {
@@ -554,7 +552,7 @@ TEST(HtmlReport, BeginsWithResultsAndEndsWithWords) {
     EXPECT_GT(at, last) << part;
     last = at;
   }
-  EXPECT_NE(page.find("href=\"#words\""), std::string::npos);
+  EXPECT_TRUE(contains(page, "href=\"#words\""));
 }
 
 TEST(SvgChart, NamesTheLineThatItRefersTo) {
@@ -562,7 +560,7 @@ TEST(SvgChart, NamesTheLineThatItRefersTo) {
   for (const char* id : {"speed-up", "patch-size", "size"}) {
     const std::string chart = part_of(page, "id=\"" + std::string(id) + "\"", "</figure>");
     EXPECT_EQ(count_of(chart, "class=\"reference\""), 3u) << id;  // in two drawings and in the legend
-    EXPECT_NE(chart.find("</svg>stock Draco, speed 5</li>"), std::string::npos) << id;
+    EXPECT_TRUE(contains(chart, "</svg>stock Draco, speed 5</li>")) << id;
   }
 }
 
@@ -590,7 +588,7 @@ TEST(SvgChart, ScalesBothAxes) {
   EXPECT_LT(x1, x2);
   EXPECT_GT(y1, y2);
   for (const char* tick : {">1<", ">2<", ">5<", ">10<", ">20<", ">50<", ">100<", ">0<", ">4<", ">8<"})
-    EXPECT_NE(svg.find(tick), std::string::npos) << tick;
+    EXPECT_TRUE(contains(svg, tick)) << tick;
 }
 
 }  // namespace

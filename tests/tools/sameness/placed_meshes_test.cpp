@@ -1,8 +1,5 @@
 // Meshes at the places where their nodes put them are the same, no matter how mesh and node divide the
 // transformation.
-#include "tools/gltf_psplit/sameness/placed_meshes.h"
-
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
@@ -10,11 +7,21 @@
 #include "gltf_ext/compare/compare_assets.h"
 #include "gltf_ext/compare/elements.h"
 #include "gltf_ext/convert/document_from_mesh.h"
+#include "gltf_ext/json/json.h"
 #include "src/cpu/cpu_backend.h"
+#include "tests/support/expect.h"
 #include "tests/support/procedural_meshes.h"
+#include "tools/gltf_psplit/sameness/compared_asset.h"
 
 namespace psplit {
 namespace {
+
+double number_at(const Attribute& attribute, size_t point, size_t component) {
+  return psplit::number_at(
+      {attribute.component_type, attribute.component_count, attribute.normalized,
+       static_cast<uint32_t>(attribute.values.size() / attribute.stride()), attribute.values},
+      point, component);
+}
 
 // A bent grid with normals.
 Mesh bent_grid() {
@@ -35,17 +42,15 @@ Mesh bent_grid() {
 
 AssetMeshes placed(const Document& document) {
   const ThreadPool pool(1);
-  const Expected<AssetMeshes> meshes = read_asset_meshes(document, cpu_backend(), describe_stream, pool);
-  EXPECT_TRUE(meshes);
-  Expected<AssetMeshes> placed = place_meshes(document, *meshes);
-  EXPECT_TRUE(placed) << placed.status().to_string();
-  return *placed;
+  const AssetMeshes meshes = must(read_asset_meshes(document, cpu_backend(), describe_stream, pool));
+  AssetMeshes placed = must(place_meshes(document, meshes));
+  return placed;
 }
 
 AssetComparison compare(const Document& a, const Document& b) {
-  const Expected<AssetComparison> comparison = compare_assets(placed(a), placed(b), {});
-  EXPECT_TRUE(comparison);
-  return *comparison;
+  const ThreadPool pool(1);
+  const AssetComparison comparison = must(compare_assets(placed(a), placed(b), {}, {pool}));
+  return comparison;
 }
 
 // Positions as multiples of `step`, which the node scales back.
@@ -62,8 +67,8 @@ Document as_integers(const Mesh& mesh, double step) {
   integers.attributes = {make_attribute("POSITION", ComponentType::kUint16, 3, false, places),
                          make_attribute("NORMAL", ComponentType::kInt8, 3, true, normals)};
   Document document = document_from_mesh(integers);
-  document.json["nodes"][0]["scale"] = {step, step, step};
-  document.json["nodes"][0]["translation"] = {-2, -2, -2};
+  document.json()["nodes"][0]["scale"] = {step, step, step};
+  document.json()["nodes"][0]["translation"] = {-2, -2, -2};
   return document;
 }
 
@@ -76,7 +81,7 @@ TEST(PlacedMeshes, NodesUndoWhatQuantizingToolsDo) {
   EXPECT_NEAR(comparison.values[1].tolerance, 0.001, 1e-4);
   EXPECT_GT(comparison.values[1].largest, 0.0005);
   Document moved = integers;
-  moved.json["nodes"][0]["translation"] = {-2, -2, -1.997};
+  moved.json()["nodes"][0]["translation"] = {-2, -2, -1.997};
   EXPECT_FALSE(compare(plain, moved).same());
 }
 
@@ -89,7 +94,7 @@ TEST(PlacedMeshes, MirrorsTurnTrianglesAndNormals) {
       std::memcpy(attribute.values.data() + i * attribute.stride(), &x, sizeof x);
     }
   Document node = document_from_mesh(mesh);
-  node.json["nodes"][0]["scale"] = {-1, 1, 1};
+  node.json()["nodes"][0]["scale"] = {-1, 1, 1};
   EXPECT_FALSE(compare(document_from_mesh(mirrored), node).same());  // its triangles face the other way
   for (auto& face : mirrored.faces) std::swap(face[0], face[2]);
   EXPECT_TRUE(compare(document_from_mesh(mirrored), node).same());
@@ -98,8 +103,8 @@ TEST(PlacedMeshes, MirrorsTurnTrianglesAndNormals) {
 TEST(PlacedMeshes, RotatedAndStretchedNodesEqualWhatTheyDo) {
   const Mesh mesh = bent_grid();
   Document node = document_from_mesh(mesh);
-  node.json["nodes"][0]["rotation"] = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // x to y
-  node.json["nodes"][0]["scale"] = {3, 1, 1};
+  node.json()["nodes"][0]["rotation"] = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // x to y
+  node.json()["nodes"][0]["scale"] = {3, 1, 1};
   Mesh baked = mesh;
   for (uint32_t i = 0; i < mesh.point_count; ++i)
     for (Attribute& attribute : baked.attributes) {
@@ -119,8 +124,8 @@ TEST(PlacedMeshes, RotatedAndStretchedNodesEqualWhatTheyDo) {
 TEST(PlacedMeshes, RepeatedMeshesEqualOneThatHoldsAll) {
   const Mesh mesh = bent_grid();
   Document twice = document_from_mesh(mesh);
-  twice.json["nodes"].push_back({{"mesh", 0}, {"translation", {0, 0, 5}}});
-  twice.json["scenes"][0]["nodes"] = {0, 1};
+  twice.json()["nodes"].push_back({{"mesh", 0}, {"translation", {0, 0, 5}}});
+  twice.json()["scenes"][0]["nodes"] = {0, 1};
   Mesh all = mesh;
   for (Attribute& attribute : all.attributes) {
     attribute.values.insert(attribute.values.end(), attribute.values.begin(), attribute.values.end());
@@ -136,14 +141,11 @@ TEST(PlacedMeshes, RepeatedMeshesEqualOneThatHoldsAll) {
   EXPECT_FALSE(compare(document_from_mesh(mesh), document_from_mesh(all)).same());
 
   // A scene that needs far more memory than its file is refused.
-  for (int i = 0; i < 60'000; ++i) twice.json["scenes"][0]["nodes"].push_back(0);
+  for (int i = 0; i < 60'000; ++i) twice.json()["scenes"][0]["nodes"].push_back(0);
   const ThreadPool pool(1);
-  const Expected<AssetMeshes> meshes = read_asset_meshes(twice, cpu_backend(), describe_stream, pool);
-  ASSERT_TRUE(meshes);
-  AssetMeshes large = *meshes;
-  large.primitives[0].mesh.point_count = 1000;
-  for (Attribute& attribute : large.primitives[0].mesh.attributes)
-    attribute.values.resize(1000 * attribute.stride());
+  const AssetMeshes meshes = must(read_asset_meshes(twice, cpu_backend(), describe_stream, pool));
+  AssetMeshes large = meshes;
+  large.primitives[0].view.point_count = 1000;
   const Expected<AssetMeshes> refused = place_meshes(twice, large);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.status().code(), StatusCode::kUnsupported);

@@ -1,13 +1,11 @@
 #include "tools/gltf_psplit/shapes/shapes.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <map>
 #include <set>
-#include <tuple>
+
+#include "tests/support/expect.h"
 
 namespace psplit {
 namespace {
@@ -15,10 +13,7 @@ namespace {
 using Vector = std::array<double, 3>;
 
 std::vector<Mesh> generate(Shape shape, uint64_t faces, uint64_t seed, bool attributes, int threads = 2) {
-  const ThreadPool pool(threads);
-  Expected<std::vector<Mesh>> meshes = generate_shape({shape, faces, seed, attributes, attributes}, pool);
-  EXPECT_TRUE(meshes.ok()) << meshes.status().to_string();
-  return meshes ? std::move(*meshes) : std::vector<Mesh>();
+  return must(generate_shape({shape, faces, seed, attributes, attributes}, ThreadPool(threads)));
 }
 
 size_t total_faces(const std::vector<Mesh>& meshes) {
@@ -247,12 +242,11 @@ TEST(Shapes, StreamsAreTheWholeMesh) {
   for (const Shape shape : {Shape::kTerrain, Shape::kBlob, Shape::kGyroid})
     for (const uint64_t faces : {300u, 70'000u}) {
       const ShapeOptions options{shape, faces, 9, true, false};
-      const Expected<std::vector<Mesh>> whole = generate_shape(options, pool);
-      const Expected<ShapeStream> stream = ShapeStream::open(options, pool);
-      ASSERT_TRUE(whole.ok() && stream.ok());
-      const Mesh& mesh = whole->front();
-      EXPECT_EQ(stream->point_count(), mesh.point_count);
-      EXPECT_EQ(stream->face_count(), mesh.faces.size());
+      const std::vector<Mesh> whole = must(generate_shape(options, pool));
+      const ShapeStream stream = must(ShapeStream::open(options, pool));
+      const Mesh& mesh = whole.front();
+      EXPECT_EQ(stream.point_count(), mesh.point_count);
+      EXPECT_EQ(stream.face_count(), mesh.faces.size());
       ShapePiece all;
       size_t pieces = 0;
       const auto take = [&](ShapePiece&& piece) -> Status {
@@ -262,7 +256,7 @@ TEST(Shapes, StreamsAreTheWholeMesh) {
         all.faces.insert(all.faces.end(), piece.faces.begin(), piece.faces.end());
         return {};
       };
-      ASSERT_TRUE(stream->read(pool, take).ok());
+      ASSERT_TRUE(stream.read(pool, take).ok());
       EXPECT_GE(pieces, faces > 1000 ? 3u : 1u);
       EXPECT_EQ(all.faces, mesh.faces);
       ASSERT_EQ(all.positions.size(), mesh.point_count);
@@ -276,11 +270,10 @@ TEST(Shapes, StreamsAreTheWholeMesh) {
 
 TEST(Shapes, StreamsEndWithTheErrorOfTheirReader) {
   const ThreadPool pool(2);
-  const Expected<ShapeStream> stream = ShapeStream::open({Shape::kBlob, 20'000, 1, false, false}, pool);
-  ASSERT_TRUE(stream.ok());
+  const ShapeStream stream = must(ShapeStream::open({Shape::kBlob, 20'000, 1, false, false}, pool));
   int calls = 0;
   const Status status =
-      stream->read(pool, [&](ShapePiece&&) { return ++calls == 2 ? runtime_failure("enough") : Status(); });
+      stream.read(pool, [&](ShapePiece&&) { return ++calls == 2 ? runtime_failure("enough") : Status(); });
   EXPECT_EQ(status.message(), "enough");
   EXPECT_EQ(calls, 2);
 }

@@ -17,6 +17,7 @@
 #include "tools/gltf_psplit/batch/worker.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
@@ -89,7 +90,7 @@ class Items {
     if (!repeats_name(item)) return PlannedItem{std::move(item)};
     const std::string name = item.name;
     return PlannedItem{std::move(item),
-                       {StatusCode::kUsage, "another asset of the manifest has the same name, " + name}};
+                       wrong_usage("another asset of the manifest has the same name, " + name)};
   }
 
   // Whether an earlier item of this shard has the same name. `batch plan` excludes that, so that only other
@@ -172,17 +173,17 @@ class Batch {
   Status check_report() const {
     if (!writes_report_file()) return {};
     if (!arguments_.manifest.empty() && is_asset_name(arguments_.report))
-      return {StatusCode::kUsage, "--report " + arguments_.report + " has the name of an asset"};
+      return wrong_usage("--report " + arguments_.report + " has the name of an asset");
     std::error_code error;
     const fs::path report = fs::weakly_canonical(arguments_.report, error);
     for (const std::string& word : arguments_.request.words)
       if (word.starts_with('@') && fs::weakly_canonical(word.substr(1), error) == report)
-        return {StatusCode::kUsage, "--report would replace the list " + word.substr(1)};
+        return wrong_usage("--report would replace the list " + word.substr(1));
     for (const BatchItem& item : items_.planned())
       for (const fs::path& path : {arguments_.request.folder / item.name, fs::path(item.input)})
         if (fs::weakly_canonical(path, error) == report)
-          return {StatusCode::kUsage,
-                  "--report would replace " + arguments_.report + ", which is an input or an output"};
+          return wrong_usage("--report would replace " + arguments_.report +
+                             ", which is an input or an output");
     return {};
   }
 
@@ -253,7 +254,7 @@ class Batch {
     json["id"] = ++last_id_;
     // Its time begins when the worker does: the worker first loads the record.
     // If this fails, the worker has ended, and `receive` will say so.
-    static_cast<void>(worker_->send(line_of(json)));
+    static_cast<void>(worker_->send(json_line(json)));
     running_.emplace(last_id_, std::move(running));
   }
 
@@ -275,7 +276,7 @@ class Batch {
     if (!json) return;
     if (const Json* failed = object_field(*json, "failed")) {
       const std::string* message = string_field(*failed, "message");
-      failure_ = Status(static_cast<StatusCode>(integer_field(*failed, "code").value_or(4)),
+      failure_ = Status(status_code(integer_field(*failed, "code").value_or(-1)),
                         message == nullptr ? "the worker failed" : *message);
     }
     const auto found = running_.find(static_cast<uint64_t>(integer_field(*json, "id").value_or(0)));
@@ -364,9 +365,9 @@ class Batch {
     if (Status status = rows_.add(row); !status.ok() && failure_.ok()) failure_ = std::move(status);
     if (const Json* error = object_field(row, "error"))
       if (const std::string* message = string_field(*error, "message"))
-        session_.log.error({static_cast<StatusCode>(integer_field(*error, "code").value_or(4)), *message});
+        session_.log.error({status_code(integer_field(*error, "code").value_or(-1)), *message});
     if (arguments_.progress_as_json)
-      if (Status status = write_text("-", line_of(row) + "\n"); !status.ok() && failure_.ok())
+      if (Status status = write_text("-", json_line(row) + "\n"); !status.ok() && failure_.ok())
         failure_ = std::move(status);
     bytes_done_ += item.bytes.value_or(0);
     bar_->show({.done = tally_.assets(),

@@ -15,8 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Status usage(std::string message) { return {StatusCode::kUsage, std::move(message)}; }
-
 fs::path whole_path(const fs::path& path) {
   fs::path whole = fs::absolute(path).lexically_normal();
   return whole.has_filename() ? whole : whole.parent_path();  // without a trailing slash
@@ -76,14 +74,14 @@ class Planner {
       Status status = word.starts_with('@') ? add_list(word.substr(1)) : add_word(word);
       if (!status.ok()) return status;
     }
-    if (inputs_.empty()) return usage("there is no input");
+    if (inputs_.empty()) return wrong_usage("there is no input");
     std::ranges::stable_sort(inputs_, std::less<>(), &Input::whole);
     const auto is_same = [](const Input& a, const Input& b) { return a.whole == b.whole; };
     inputs_.erase(std::unique(inputs_.begin(), inputs_.end(), is_same), inputs_.end());
     if (!request_.base.empty()) base_ = whole_path(request_.base);
     std::vector<BatchItem> items;
     for (const Input& input : inputs_) {
-      if (!is_below(input.whole, base_)) return usage(input.word + " is not below " + base_.string());
+      if (!is_below(input.whole, base_)) return wrong_usage(input.word + " is not below " + base_.string());
       fs::path relative = without_asset_extensions(fs::path(input.whole).lexically_relative(base_));
       relative += request_.extension;
       std::error_code error;
@@ -116,13 +114,13 @@ class Planner {
     std::sort(files.begin(), files.end());
     for (size_t i = 1; i < names.size(); ++i)
       if (names[i - 1].first == names[i].first)
-        return usage(items[names[i - 1].second].input + " and " + items[names[i].second].input +
-                     " would both become " + (request_.folder / items[names[i].second].name).string());
+        return wrong_usage(items[names[i - 1].second].input + " and " + items[names[i].second].input +
+                           " would both become " + (request_.folder / items[names[i].second].name).string());
     for (const BatchItem& item : items) {
       const Hash128 output = hash_of(fs::weakly_canonical(folder_ / item.name, error).string());
       const auto found = std::lower_bound(files.begin(), files.end(), std::pair(output, size_t{0}));
       if (found != files.end() && found->first == output)
-        return usage(item.input + " would replace the input " + items[found->second].input);
+        return wrong_usage(item.input + " would replace the input " + items[found->second].input);
     }
     return {};
   }
@@ -142,7 +140,7 @@ class Planner {
     std::error_code error;
     if (fs::is_directory(word, error))
       return add_matches(fs::path(word), fs::path("**") / "*", "no asset is in the folder " + word);
-    if (word == "-") return usage("stdin (-) cannot be one of many inputs");
+    if (word == "-") return wrong_usage("stdin (-) cannot be one of many inputs");
     if (!fs::exists(word, error) && is_pattern(word)) return add_pattern(word);
     add(word, fs::path(word).parent_path());
     return {};
@@ -170,9 +168,9 @@ class Planner {
       (is_output ? any_output : any) = true;
     }
     if (any) return {};
-    return usage(any_output ? none + " outside " + request_.folder.string() +
-                                  ", which is for the outputs: choose another folder for them"
-                            : none);
+    return wrong_usage(any_output ? none + " outside " + request_.folder.string() +
+                                        ", which is for the outputs: choose another folder for them"
+                                  : none);
   }
 
   void add(const std::string& input, const fs::path& start) {

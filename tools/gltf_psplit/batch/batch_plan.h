@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "src/status.h"
-#include "tools/gltf_psplit/batch/batch_item.h"
+#include "tools/gltf_psplit/batch/manifest.h"
 
 namespace psplit {
 
@@ -17,17 +17,16 @@ struct BatchRequest {
   std::string extension;           // of the outputs: ".glb" or ".gltf"
 };
 
-// A word is a file, a folder, a pattern, or "@list": a file with one of these on each line, or a comment after
-// #. A pattern may contain *, ?, [] and, for any number of folders, **. It matches only files whose names
-// `encode` reads, also links whose target is missing, and nothing in the output folder. A folder means
-// FOLDER/**/*. The common folder contains all files, and the part of each pattern before its first wildcard. A
-// file that is named twice is read once. Errors: kUsage for a pattern or a folder without an asset, an input
-// outside `base`, two inputs with the same output, or an output that is an input; kIo for a list that cannot be
-// read. A missing file is not an error here. The largest files come first, so that none of them begins at the
-// end, when the other threads have nothing left to do.
-// Whether a word has wildcards. A file may have such a name, too.
+// Whether `text` has wildcards. A file may have such a name, too.
 bool is_pattern(std::string_view text);
 
+// The files that the words mean, the largest first, so that none begins when the other threads have nothing
+// left to do. A word is a file, a folder (FOLDER/**/*), a pattern, or "@list": a file with one of these on each
+// line, or a comment after #. A pattern with *, ?, [] and, for any number of folders, ** matches what `encode`
+// reads, also links whose target is missing, but nothing in the output folder. The common folder contains all
+// files, and the part of each pattern before its first wildcard. A file named twice is read once; a missing one
+// is no error here. Errors: kUsage for a pattern or a folder without an asset, an input outside `base`, two
+// inputs with the same output, or an output that is an input; kIo for a list that cannot be read.
 Expected<std::vector<BatchItem>> plan_batch(const BatchRequest& request);
 
 }  // namespace psplit

@@ -18,8 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFolder = ".gltf-psplit-batch";
-// The record of versions that had no shards.
-constexpr const char* kOldFile = ".gltf-psplit-batch.jsonl";
 constexpr std::string_view kLineBegin = "{\"name\":\"";
 constexpr std::string_view kWithdrawn = "withdrawn", kRemoved = "removed";
 
@@ -47,7 +45,6 @@ bool is_of_sibling(const std::string& file, const Shard& shard) {
 std::vector<fs::path> record_files(const fs::path& folder) {
   std::vector<fs::path> files;
   std::error_code error;
-  if (fs::is_regular_file(folder / kOldFile, error)) files.push_back(folder / kOldFile);
   for (fs::directory_iterator entry(record_folder(folder), error), end; !error && entry != end;
        entry.increment(error)) {
     const std::string name = entry->path().filename().string();
@@ -61,7 +58,7 @@ std::vector<fs::path> record_files(const fs::path& folder) {
 
 std::string hash_asset(const Document& document) {
   ContentHash hash;
-  hash.add_framed(document.json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  hash.add_framed(json_line(document.json()));
   for (const auto& buffer : document.buffers) hash.add_framed(buffer);
   for (const LinkedFile& link : linked_files(document)) {
     const Expected<std::vector<uint8_t>> bytes =

@@ -9,6 +9,7 @@
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/json/json_text.h"
 #include "tools/gltf_psplit/files/asset_output.h"
+#include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
@@ -28,11 +29,7 @@ AssetBytes bytes_of(const Json& sizes, const char* side) {
                           : AssetBytes{count_in(*bytes, "bytes"), count_in(*bytes, "texture_bytes")};
 }
 
-bool writes(BatchVerb verb) { return verb == BatchVerb::kEncode || verb == BatchVerb::kDecode; }
-
 }  // namespace
-
-std::string line_of(const Json& row) { return row.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 const char* done_word(BatchVerb verb) {
   switch (verb) {
@@ -63,8 +60,7 @@ Json to_json(const BatchOutcome& outcome, BatchVerb verb) {
                     : outcome.planned    ? "planned"
                                          : done_word(verb);
   if (!outcome.status.ok())
-    asset["error"] = {{"code", static_cast<int>(outcome.status.code())},
-                      {"message", outcome.status.to_string()}};
+    asset["error"] = {{"code", exit_code(outcome.status.code())}, {"message", outcome.status.to_string()}};
   if (is_done) {
     asset.update(figures_of(outcome, verb));
     if (outcome.sizes.output.files > 0) append_written(asset, outcome.written);
@@ -89,10 +85,11 @@ void BatchTally::add(const Json& row) {
   if (word == "failed") {
     ++failed_;
     const Json* error = object_field(row, "error");
-    const auto code = static_cast<StatusCode>(error == nullptr ? 0 : count_in(*error, "code"));
-    if (code == kMayPass) ++may_pass_;
+    const StatusCode code =
+        error == nullptr ? StatusCode::kOk : status_code(integer_field(*error, "code").value_or(-1));
+    if (code == StatusCode::kMayPass) ++may_pass_;
     const std::string name = input == nullptr ? "" : *input;
-    if (code != kMayPass && (first_ == StatusCode::kOk || name < first_input_)) {
+    if (code != StatusCode::kMayPass && (first_ == StatusCode::kOk || name < first_input_)) {
       first_ = code;
       first_input_ = name;
     }
@@ -106,7 +103,6 @@ void BatchTally::add(const Json& row) {
   if (files != nullptr) sizes_ += {bytes_of(*files, "input"), bytes_of(*files, "output")};
   if (is_up_to_date) {
     ++up_to_date_;
-    if (writes(verb_) && files == nullptr) ++unknown_;
     return;
   }
   ++done_;
@@ -126,8 +122,7 @@ std::string BatchTally::counts_text(const std::string& what, double wall_ms) con
 std::string BatchTally::totals_text() const {
   const std::string sizes = sizes_text(sizes_);
   if (sizes.empty() || planned_ > 0) return "";
-  return sizes + (verb_ == BatchVerb::kEncode ? "; " + counted(total_.summary.patches, "patch") : "") +
-         (unknown_ > 0 ? "; without " + counted(unknown_, "asset") + " of an older record" : "");
+  return sizes + (verb_ == BatchVerb::kEncode ? "; " + counted(total_.summary.patches, "patch") : "");
 }
 
 std::string BatchTally::line(const std::string& what, double wall_ms) const {
@@ -156,7 +151,6 @@ Json BatchTally::to_json() const {
             {"may_pass", may_pass_},
             {"files", sizes_json(sizes_)}};
   if (planned_ > 0) json["planned"] = planned_;
-  if (unknown_ > 0) json["without_figures"] = unknown_;
   if (verb_ == BatchVerb::kEncode) append_row(json["total"], total_);
   return json;
 }
@@ -184,7 +178,7 @@ Status BatchRows::open(const std::filesystem::path& path) {
 }
 
 Status BatchRows::add(const Json& row) {
-  const std::string line = line_of(row) + "\n";
+  const std::string line = json_line(row) + "\n";
   if (std::fwrite(line.data(), 1, line.size(), file_.get()) == line.size() && std::fflush(file_.get()) == 0)
     return {};
   return io_error("cannot write", errno, {.file = name_});

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "gltf_ext/document/write_report.h"
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/files/files.h"
 #include "src/status.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
@@ -39,9 +39,6 @@ struct BatchOutcome {
   uint64_t memory = 0;       // the estimate that admitted it
   uint64_t peak_memory = 0;  // of the process, with all that it did before
 };
-
-// JSON on one line. Bytes that are not UTF-8 are replaced.
-std::string line_of(const Json& row);
 
 // What totals are made of: "files", "geometry" and "total"; empty if the verb writes nothing.
 Json figures_of(const BatchOutcome& outcome, BatchVerb verb);
@@ -74,7 +71,6 @@ class BatchTally {
 
   BatchVerb verb_;
   size_t assets_ = 0, done_ = 0, up_to_date_ = 0, planned_ = 0;
-  size_t unknown_ = 0;                // those that are up to date, and whose figures are not known
   size_t failed_ = 0, may_pass_ = 0;  // `may_pass_` counts those of `failed_` that may succeed in another run
   // The code of the first that may not, in the order of names: threads end in any order.
   StatusCode first_ = StatusCode::kOk;

@@ -10,8 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/files/files.h"
-#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "gltf_ext/mesh_files/ply_header.h"
@@ -27,50 +28,24 @@ struct Counts {
   uint64_t bytes = 0;   // that are in memory as they are in the file
 };
 
-// A count may be wrong. This one is enough for any memory, and products of it do not overflow.
-constexpr uint64_t kMostCounted = uint64_t{1} << 40;
-
 // A Draco stream of a whole mesh takes more for each face than arrays do, until it is decoded.
 constexpr uint64_t faces_of_draco(uint64_t faces) { return faces + faces / 2; }
 
-uint64_t components(const std::string& type) {
-  if (type == "SCALAR") return 1;
-  return type.starts_with("VEC") && type.size() == 4 ? static_cast<uint64_t>(type[3] - '0') : 16;
-}
-
 // Each pair of positions and indices counts once, however many primitives share it.
-Counts counts_of_gltf(const Json& json) {
-  const auto accessor = [&](const Json& index) {
-    const std::optional<int64_t> number = integer_value(index);
-    return number ? top_level_object(json, "accessors", *number) : nullptr;
-  };
-  const auto count_of = [&](const Json* found) -> uint64_t {
-    const std::optional<int64_t> count = found == nullptr ? std::nullopt : integer_field(*found, "count");
-    return count && *count > 0 ? std::min(static_cast<uint64_t>(*count), kMostCounted) : 0;
-  };
+Counts counts_of_gltf(const AssetRecords& records) {
+  const auto count_of = [&](int64_t index) { return index < 0 ? 0 : records.accessor(index).count; };
   Counts counts;
-  std::set<std::pair<const Json*, const Json*>> seen;
-  const auto add = [&](const Json& primitive) {
-    const Json* const attributes = object_field(primitive, "attributes");
-    const Json* const indices = field(primitive, "indices");
-    const Json* const position = attributes == nullptr ? nullptr : field(*attributes, "POSITION");
-    if (position == nullptr) return;
-    const Json* const index_accessor = indices == nullptr ? nullptr : accessor(*indices);
-    const uint64_t points = count_of(accessor(*position));
-    if (!seen.emplace(accessor(*position), index_accessor).second) return;
-    const uint64_t faces = (indices == nullptr ? points : count_of(index_accessor)) / 3;
-    const bool is_draco = extension_field(primitive, "KHR_draco_mesh_compression") != nullptr;
-    counts.faces += is_draco ? faces_of_draco(faces) : faces;
-    for (const Json& attribute : *attributes) {
-      const Json* const found = accessor(attribute);
-      const std::string* const type = found == nullptr ? nullptr : string_field(*found, "type");
-      counts.values += points * 4 * (type == nullptr ? 4 : components(*type));
+  std::set<std::pair<int64_t, int64_t>> seen;
+  for (const std::vector<PrimitiveRecord>& mesh : records.meshes)
+    for (const PrimitiveRecord& primitive : mesh) {
+      const int64_t position = primitive.accessor_of("POSITION");
+      if (position < 0 || !seen.emplace(position, primitive.indices).second) continue;
+      const uint64_t points = count_of(position);
+      const uint64_t faces = (primitive.indices < 0 ? points : count_of(primitive.indices)) / 3;
+      counts.faces += primitive.stock ? faces_of_draco(faces) : faces;
+      for (const AttributeRecord& attribute : primitive.attributes)
+        counts.values += points * 4 * records.accessor(attribute.accessor).layout.component_count();
     }
-  };
-  if (const Json* meshes = array_field(json, "meshes"))
-    for (const Json& mesh : *meshes)
-      if (const Json* primitives = array_field(mesh, "primitives"))
-        for (const Json& primitive : *primitives) add(primitive);
   return counts;
 }
 
@@ -295,7 +270,12 @@ uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::str
                                                          : Factors{2, 65, 7};
   const uint64_t bytes = bytes_on_disk(path).files;
   const Expected<Json> json = read_asset_json(path);
-  Counts counts = json ? counts_of_gltf(*json) : counts_of_mesh_file(path, name.empty() ? path : name, bytes);
+  const Expected<AssetRecords> records = json ? read_records(*json) : json.status();
+  Counts counts;
+  if (records)
+    counts = counts_of_gltf(*records);
+  else if (!json)
+    counts = counts_of_mesh_file(path, name.empty() ? path : name, bytes);
   if (json) counts.bytes = bytes;
   constexpr uint64_t kLeast = uint64_t{1} << 20;
   return kLeast +

@@ -123,7 +123,7 @@ Status plan_into_file(const BatchArguments& arguments, const std::vector<std::st
   Expected<std::vector<BatchItem>> items = plan_batch(arguments.request);
   if (!items) return items.status();
   if (path != "-" && is_asset_name(path))
-    return {StatusCode::kUsage, path + " has the name of an asset; a plan is a .jsonl file"};
+    return wrong_usage(path + " has the name of an asset; a plan is a .jsonl file");
   for (BatchItem& item : *items) {
     const std::string input[] = {item.input};
     if (Status status = check_not_an_input(path, "--output", input); !status.ok()) return status;

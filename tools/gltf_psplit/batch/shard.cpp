@@ -10,8 +10,6 @@
 namespace psplit {
 namespace {
 
-Status usage(std::string message) { return {StatusCode::kUsage, std::move(message)}; }
-
 std::optional<uint32_t> number(std::string_view text) {
   uint32_t value = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -32,33 +30,33 @@ struct Found {
   uint32_t index;
 };
 
-Expected<Found> find_engine(const Environment& environment) {
+Expected<Found> find_engine(const GetVariable& environment) {
   std::vector<Found> found;
   for (const Engine& engine : kEngines) {
     const char* const text = environment(engine.index);
     if (text == nullptr) continue;
     const std::optional<uint32_t> index = number(text);
-    if (!index) return usage(std::string(engine.index) + " is not a number: " + text);
+    if (!index) return wrong_usage(std::string(engine.index) + " is not a number: " + text);
     found.push_back({&engine, *index});
   }
   if (found.empty())
-    return usage(
+    return wrong_usage(
         "--shard auto finds no array: neither SLURM_ARRAY_TASK_ID nor AWS_BATCH_JOB_ARRAY_INDEX nor "
         "JOB_COMPLETION_INDEX is set; write --shard INDEX/COUNT");
   if (found.size() > 1)
-    return usage("--shard auto finds two arrays: " + std::string(found[0].engine->index) + " and " +
-                 found[1].engine->index + " are set; write --shard INDEX/COUNT");
+    return wrong_usage("--shard auto finds two arrays: " + std::string(found[0].engine->index) + " and " +
+                       found[1].engine->index + " are set; write --shard INDEX/COUNT");
   return found[0];
 }
 
 // The array's count. A Slurm array counts from any number in any steps, and the index is made to count from 0.
-Expected<uint32_t> count_of_array(Found& found, const Environment& environment) {
+Expected<uint32_t> count_of_array(Found& found, const GetVariable& environment) {
   const Engine& engine = *found.engine;
   const char* const text = engine.count == nullptr ? nullptr : environment(engine.count);
   const std::optional<uint32_t> count = text == nullptr ? std::nullopt : number(text);
   if (!count)
-    return usage(std::string("--shard auto: ") + engine.name +
-                 " does not tell how many tasks there are; write --shard auto/COUNT");
+    return wrong_usage(std::string("--shard auto: ") + engine.name +
+                       " does not tell how many tasks there are; write --shard auto/COUNT");
   const char* const first = environment("SLURM_ARRAY_TASK_MIN");
   const char* const last = environment("SLURM_ARRAY_TASK_MAX");
   const char* const stated_step = environment("SLURM_ARRAY_TASK_STEP");
@@ -67,7 +65,7 @@ Expected<uint32_t> count_of_array(Found& found, const Environment& environment) 
   const uint32_t step = std::max(1u, number(stated_step == nullptr ? "1" : stated_step).value_or(1));
   if (most < least || (most - least) / step + 1 != *count || found.index < least ||
       (found.index - least) % step != 0)
-    return usage(
+    return wrong_usage(
         "--shard auto: the tasks of this Slurm array do not follow each other; write --shard auto/COUNT");
   found.index = (found.index - least) / step;
   return *count;
@@ -79,7 +77,7 @@ bool Shard::owns(std::string_view name) const { return count == 1 || hash_of(nam
 std::string Shard::text() const { return std::to_string(index) + "/" + std::to_string(count); }
 std::string Shard::file_name() const { return std::to_string(index) + "-of-" + std::to_string(count); }
 
-Expected<Shard> parse_shard(const std::string& text, const Environment& environment) {
+Expected<Shard> parse_shard(const std::string& text, const GetVariable& environment) {
   const size_t slash = text.find('/');
   const std::string index_text = text.substr(0, slash);
   std::optional<uint32_t> index = number(index_text), count;
@@ -95,13 +93,13 @@ Expected<Shard> parse_shard(const std::string& text, const Environment& environm
     index = found->index;
   }
   if (!index || !count)
-    return usage("--shard " + text + " is neither INDEX/COUNT, such as 3/128, nor auto, nor auto/COUNT");
+    return wrong_usage("--shard " + text + " is neither INDEX/COUNT, such as 3/128, nor auto, nor auto/COUNT");
   constexpr uint32_t kMost = 1000000;
   if (*count > kMost)
-    return usage("--shard " + text + ": there may be at most " + std::to_string(kMost) + " shards");
+    return wrong_usage("--shard " + text + ": there may be at most " + std::to_string(kMost) + " shards");
   if (*index >= *count)
-    return usage("--shard " + text + ": the index " + std::to_string(*index) + " is not below the count " +
-                 std::to_string(*count) + "; indices begin with 0");
+    return wrong_usage("--shard " + text + ": the index " + std::to_string(*index) +
+                       " is not below the count " + std::to_string(*count) + "; indices begin with 0");
   return Shard{*index, *count};
 }
 

@@ -21,11 +21,11 @@ struct Shard {
 };
 
 // The value of an environment variable, or null.
-using Environment = std::function<const char*(const char*)>;
+using GetVariable = std::function<const char*(const char*)>;
 
 // "3/128": shard 3 of the shards 0 to 127. "auto": index and count come from the environment of a Slurm array
 // or of an AWS Batch array. "auto/128": only the index does, and it counts from 0; that also works for an
 // Indexed Job of Kubernetes, which does not know its count, and for a part of a Slurm array. Errors: kUsage.
-Expected<Shard> parse_shard(const std::string& text, const Environment& environment);
+Expected<Shard> parse_shard(const std::string& text, const GetVariable& environment);
 
 }  // namespace psplit

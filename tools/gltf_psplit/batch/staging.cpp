@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kFolder = "gltf-psplit-staged-", kLock = ".lock";
+constexpr std::string_view kStaged = "gltf-psplit-staged-", kLock = ".lock";
 
 // A command that outlived its process may still write into such a folder, so that no name is used twice.
 std::string random_digits() {
@@ -36,7 +36,7 @@ void remove_dead_folders(const fs::path& place) {
   std::vector<fs::path> locks;
   for (fs::directory_iterator entry(place, error), end; !error && entry != end; entry.increment(error)) {
     const std::string name = entry->path().filename().string();
-    if (name.starts_with(kFolder) && name.ends_with(kLock)) locks.push_back(entry->path());
+    if (name.starts_with(kStaged) && name.ends_with(kLock)) locks.push_back(entry->path());
   }
   for (const fs::path& lock : locks) {
     fs::path folder = lock;
@@ -62,7 +62,7 @@ Status run(const std::string& option, const std::string& command, const std::vec
                               (end->last_lines.empty() ? "" : ": " + end->last_lines);
   if (end->by_signal) return may_pass(message);
   // 126 and 127: the shell found no such command.
-  if (end->number == 126 || end->number == 127) return {StatusCode::kUsage, message};
+  if (end->number == 126 || end->number == 127) return wrong_usage(message);
   return end->number == kNoInput || end->number == kNoPermission ? io_failure(message) : may_pass(message);
 }
 
@@ -103,7 +103,7 @@ Status StagingFolder::open(const fs::path& place) {
   if (error) return io_error("cannot make the folder " + place.string(), error.value());
   remove_dead_folders(place);
   do {
-    path_ = place / (std::string(kFolder) + random_digits());
+    path_ = place / (std::string(kStaged) + random_digits());
     lock_ = create_locked(path_.string() + std::string(kLock));
   } while (lock_ == nullptr && errno == EEXIST);
   return lock_ == nullptr ? io_error("cannot write", errno, {.file = path_.string() + std::string(kLock)})

@@ -7,7 +7,7 @@
 
 #include "gltf_ext/document/document.h"
 #include "src/status.h"
-#include "tools/gltf_psplit/batch/batch_item.h"
+#include "tools/gltf_psplit/batch/manifest.h"
 
 namespace psplit {
 

@@ -10,6 +10,7 @@
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/encode_options.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
 
@@ -21,7 +22,7 @@ const std::map<std::string, BatchVerb> kVerbs{{"encode", BatchVerb::kEncode},
                                               {"validate", BatchVerb::kValidate},
                                               {"compare", BatchVerb::kCompare}};
 
-struct Arguments {
+struct BatchCommandArguments {
   BatchArguments batch;
   std::string form = "glb", verb = "encode", shard, progress = "bar", plan;
   bool with_hashes = false;
@@ -37,30 +38,23 @@ void add_inputs(CLI::App& command, BatchArguments& batch) {
 }
 
 void add_output_folder(CLI::App& command, const std::string& names, BatchArguments& batch) {
-  command
-      .add_option(names, batch.folder, "Folder for the outputs, which keep the relative paths of the inputs")
-      ->type_name("DIR");
+  add_word_option(command, names, batch.folder, "DIR",
+                  "Folder for the outputs, which keep the relative paths of the inputs");
 }
 
 void add_base(CLI::App& command, BatchArguments& batch) {
-  command
-      .add_option("--base", batch.request.base,
+  add_word_option(command, "--base", batch.request.base, "DIR",
                   "Folder that the paths of the inputs are relative to. Default: the deepest folder that holds "
-                  "all inputs")
-      ->type_name("DIR");
+                  "all inputs");
 }
 
 // The options that all shards must agree on.
-void add_planned_options(CLI::App& command, Arguments& arguments) {
+void add_planned_options(CLI::App& command, BatchCommandArguments& arguments) {
   const std::vector<CLI::Option*> before = command.get_options();
-  command
-      .add_option(
-          "--command", arguments.verb,
-          "What to do with each asset: encode, decode to plain glTF, validate, or compare the input with "
-          "its output in --out-dir, as `compare IN OUT` does")
-      ->check(CLI::IsMember({"encode", "decode", "validate", "compare"}))
-      ->capture_default_str()
-      ->type_name("VERB");
+  add_choice_option(
+      command, "--command", arguments.verb, {"encode", "decode", "validate", "compare"},
+      "What to do with each asset: encode, decode to plain glTF, validate, or compare the input with "
+      "its output in --out-dir, as `compare IN OUT` does");
   add_form_option(command, arguments.form);
   arguments.resolve = add_encode_options(command, arguments.batch.encode);
   add_images_option(command, arguments.batch.write);
@@ -69,7 +63,7 @@ void add_planned_options(CLI::App& command, Arguments& arguments) {
 }
 
 // The words of the command line that set options of the plan.
-std::vector<std::string> planned_words(const Arguments& arguments) {
+std::vector<std::string> planned_words(const BatchCommandArguments& arguments) {
   std::vector<std::string> words;
   for (const CLI::Option* option : arguments.planned) {
     const std::string name = "--" + option->get_lnames().front();
@@ -81,30 +75,28 @@ std::vector<std::string> planned_words(const Arguments& arguments) {
 }
 
 // Takes the options out of a plan's head. `batch plan` wrote it, or the user did.
-Status apply_plan(Arguments& arguments, const Session& session) {
+Status apply_plan(BatchCommandArguments& arguments, const Session& session) {
   const Expected<Manifest> manifest = Manifest::open(arguments.batch.manifest);
   if (!manifest) return manifest.status();
   if (!manifest->head()) return {};
   const Place place{.file = arguments.batch.manifest};
   if (manifest->head()->version != session.version)
-    return {StatusCode::kUsage,
-            "was planned by gltf-psplit " + manifest->head()->version + ", and this is " + session.version +
-                ": outputs may differ, so plan again",
-            place};
+    return wrong_usage("was planned by gltf-psplit " + manifest->head()->version + ", and this is " +
+                           session.version + ": outputs may differ, so plan again",
+                       place);
   if (const std::vector<std::string> words = planned_words(arguments); !words.empty())
-    return {StatusCode::kUsage,
-            words.front().substr(0, words.front().find('=')) +
-                " must be given to `batch plan`, because all shards share it",
-            place};
+    return wrong_usage(words.front().substr(0, words.front().find('=')) +
+                           " must be given to `batch plan`, because all shards share it",
+                       place);
   CLI::App app;
-  Arguments planned;
+  BatchCommandArguments planned;
   add_planned_options(app, planned);
   try {
     std::vector<std::string> words = manifest->head()->options;
     std::reverse(words.begin(), words.end());  // as CLI11 takes them
     app.parse(words);
   } catch (const CLI::ParseError& error) {
-    return {StatusCode::kUsage, std::string("has invalid options: ") + error.what(), place};
+    return wrong_usage(std::string("has invalid options: ") + error.what(), place);
   }
   planned.resolve();
   arguments.verb = planned.verb;
@@ -113,18 +105,16 @@ Status apply_plan(Arguments& arguments, const Session& session) {
   return {};
 }
 
-void add_job_options(CLI::App& command, Arguments& arguments) {
+void add_job_options(CLI::App& command, BatchCommandArguments& arguments) {
   BatchArguments& batch = arguments.batch;
   const std::string group = "Jobs";
-  command.add_option("--manifest", batch.manifest, "Take the assets from FILE, which `batch plan` wrote")
-      ->type_name("FILE")
+  add_word_option(command, "--manifest", batch.manifest, "FILE",
+                  "Take the assets from FILE, which `batch plan` wrote")
       ->group(group);
-  command
-      .add_option(
-          "--shard", arguments.shard,
-          "Work on one of N shards: I/N, with I from 0 to N - 1. auto: I and N of the Slurm array or the "
-          "AWS Batch array that this runs in; auto/N: only I, also in an Indexed Job of Kubernetes")
-      ->type_name("I/N")
+  add_word_option(
+      command, "--shard", arguments.shard, "I/N",
+      "Work on one of N shards: I/N, with I from 0 to N - 1. auto: I and N of the Slurm array or the "
+      "AWS Batch array that this runs in; auto/N: only I, also in an Indexed Job of Kubernetes")
       ->group(group);
   command.add_flag("--dry-run", batch.dry_run, "Only tell what would be done")->group(group);
   command.add_flag("--force", batch.force, "Also do what is up to date, and replace read-only outputs")
@@ -152,78 +142,63 @@ void add_job_options(CLI::App& command, Arguments& arguments) {
                   "Begin assets only while they are expected to fit into SIZE together, such as 8GB; a larger "
                   "one runs alone. Default: nine tenths of what the container or the machine has")
       ->group(group);
-  command
-      .add_option(
-          "--progress", arguments.progress,
-          "bar: a progress bar if stderr is a terminal. json: a line of JSON on stdout for each asset that "
-          "ended, at once")
-      ->check(CLI::IsMember({"bar", "json"}))
-      ->capture_default_str()
-      ->type_name("FORM")
+  add_choice_option(
+      command, "--progress", arguments.progress, {"bar", "json"},
+      "bar: a progress bar if stderr is a terminal. json: a line of JSON on stdout for each asset that "
+      "ended, at once")
       ->group(group);
 }
 
 void add_staging_options(CLI::App& command, StagingCommands& staging) {
   const std::string group = "Object storage";
-  command
-      .add_option("--fetch", staging.fetch,
+  add_word_option(command, "--fetch", staging.fetch, "CMD",
                   "Shell command that brings input $1 to file $2, and also the files below its folder that it "
                   "refers to: buffers, materials, textures. It is not tried again if it exits with 66 (no "
                   "such input) or 77 (no permission)")
-      ->type_name("CMD")
       ->group(group);
-  command
-      .add_option("--store", staging.store,
+  add_word_option(command, "--store", staging.store, "CMD",
                   "Shell command that takes file $1 away as output $2. The same exit codes")
-      ->type_name("CMD")
       ->group(group);
-  command
-      .add_option(
-          "--fetch-output", staging.fetch_output,
-          "Shell command that brings output $1 back to file $2. Each output is then checked after --store, "
-          "and in the next run")
-      ->type_name("CMD")
+  add_word_option(
+      command, "--fetch-output", staging.fetch_output, "CMD",
+      "Shell command that brings output $1 back to file $2. Each output is then checked after --store, "
+      "and in the next run")
       ->group(group);
-  command
-      .add_option("--stage", staging.folder,
+  add_word_option(command, "--stage", staging.folder, "DIR",
                   "Local folder for the files of these commands. Default: a folder below --out-dir")
-      ->type_name("DIR")
       ->group(group);
 }
 
-void add_report_option(CLI::App& command, BatchArguments& batch) {
-  command
-      .add_option(
-          "--report", batch.report,
-          "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal, a "
-          "shard is chosen, or progress is JSON")
-      ->type_name("FILE");
+void add_batch_report_option(CLI::App& command, BatchArguments& batch) {
+  add_word_option(
+      command, "--report", batch.report, "FILE",
+      "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal, a "
+      "shard is chosen, or progress is JSON");
 }
-
-Status usage(std::string message) { return {StatusCode::kUsage, std::move(message)}; }
 
 // What the options say together.
-Status check_batch(const Arguments& arguments) {
+Status check_batch(const BatchCommandArguments& arguments) {
   const BatchArguments& batch = arguments.batch;
-  if (batch.folder.empty()) return usage("--out-dir is required");
+  if (batch.folder.empty()) return wrong_usage("--out-dir is required");
   if (batch.manifest.empty() == batch.request.words.empty())
-    return usage(batch.manifest.empty() ? "there is no input: name files, or --manifest FILE"
-                                        : "--manifest excludes other inputs");
-  if (batch.manifest.empty() && !batch.staging.fetch.empty()) return usage("--fetch needs --manifest");
+    return wrong_usage(batch.manifest.empty() ? "there is no input: name files, or --manifest FILE"
+                                              : "--manifest excludes other inputs");
+  if (batch.manifest.empty() && !batch.staging.fetch.empty()) return wrong_usage("--fetch needs --manifest");
   if (batch.progress_as_json && batch.report == "-")
-    return usage("--progress json and --report - cannot both write to stdout");
+    return wrong_usage("--progress json and --report - cannot both write to stdout");
   if (!batch.staging.fetch_output.empty() && batch.staging.store.empty() && batch.verb != BatchVerb::kCompare)
-    return usage("--fetch-output needs --store");
+    return wrong_usage("--fetch-output needs --store");
   if (batch.prune && (!batch.manifest.empty() || batch.shard || batch.staging.any() || !batch.report.empty()))
-    return usage("--prune takes files and patterns, and no --manifest, --shard, --report, --fetch or --store");
+    return wrong_usage(
+        "--prune takes files and patterns, and no --manifest, --shard, --report, --fetch or --store");
   const bool writes_images = batch.write.images && *batch.write.images != ImagePlacement::kEmbed;
-  if (!batch.staging.store.empty() && writes_images) return usage("--store needs --images embed");
+  if (!batch.staging.store.empty() && writes_images) return wrong_usage("--store needs --images embed");
   return {};
 }
 
-Status run(Arguments& arguments, const Session& session) {
+Status run(BatchCommandArguments& arguments, const Session& session) {
   BatchArguments& batch = arguments.batch;
-  if (batch.manifest == "-") return usage("--manifest must be a file, because all shards read it");
+  if (batch.manifest == "-") return wrong_usage("--manifest must be a file, because all shards read it");
   if (!batch.manifest.empty())
     if (Status status = apply_plan(arguments, session); !status.ok()) return status;
   batch.verb = kVerbs.at(arguments.verb);
@@ -238,7 +213,7 @@ Status run(Arguments& arguments, const Session& session) {
   return batch.prune ? prune_outputs(batch, session) : run_batch(batch, session);
 }
 
-void complete(Arguments& arguments) {
+void complete(BatchCommandArguments& arguments) {
   BatchArguments& batch = arguments.batch;
   batch.request.folder = batch.folder;
   batch.request.extension = "." + arguments.form;
@@ -246,16 +221,14 @@ void complete(Arguments& arguments) {
 }
 
 void add_plan_command(CLI::App& batch, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BatchCommandArguments>();
   CLI::App& command = *batch.add_subcommand(
       "plan", "Write a manifest: a line of JSON for each asset, and the options that all shards share");
   add_inputs(command, arguments->batch);
   command.get_option("IN")->required();
   add_output_folder(command, "--out-dir", arguments->batch);
   command.get_option("--out-dir")->required();
-  command.add_option("-o,--output", arguments->plan, "The manifest; - is stdout")
-      ->required()
-      ->type_name("FILE");
+  add_word_option(command, "-o,--output", arguments->plan, "FILE", "The manifest; - is stdout")->required();
   add_base(command, arguments->batch);
   command.add_flag("--hash", arguments->with_hashes,
                    "Add a hash of each input, which --fetch then checks. This reads all inputs");
@@ -274,14 +247,13 @@ void add_plan_command(CLI::App& batch, Action& action) {
 }
 
 void add_merge_command(CLI::App& batch, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BatchCommandArguments>();
   CLI::App& command = *batch.add_subcommand(
       "merge", "Join the records and the reports of all shards; while they run, tell how far they are");
   command.add_option("DIR", arguments->batch.folder, "The --out-dir of the shards")->required();
-  command
-      .add_option("--report", arguments->batch.report,
-                  "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal")
-      ->type_name("FILE");
+  add_word_option(
+      command, "--report", arguments->batch.report, "FILE",
+      "Write a report of all assets as JSON; - is stdout. Default: stdout, unless it is a terminal");
   command
       .add_option("--max-failures", arguments->batch.max_failures,
                   "Succeed even if up to N assets failed for a cause that will not pass")
@@ -297,14 +269,14 @@ void add_merge_command(CLI::App& batch, Action& action) {
 }  // namespace
 
 void add_batch_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<BatchCommandArguments>();
   CLI::App& command =
       *app.add_subcommand("batch", "Split many assets; a second run repeats only those that changed");
   add_inputs(command, arguments->batch);
   add_output_folder(command, "-o,--out-dir", arguments->batch);
   add_base(command, arguments->batch);
   add_planned_options(command, *arguments);
-  add_report_option(command, arguments->batch);
+  add_batch_report_option(command, arguments->batch);
   add_job_options(command, *arguments);
   add_staging_options(command, arguments->batch.staging);
   group_encode_options(command);

@@ -15,8 +15,8 @@
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
-#include "tools/gltf_psplit/options/coding_options.h"
 #include "tools/gltf_psplit/options/encode_options.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/page/html_report.h"
@@ -24,13 +24,13 @@
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
 #include "tools/gltf_psplit/report/progress.h"
-#include "tools/gltf_psplit/sameness/large_asset.h"
+#include "tools/gltf_psplit/sameness/compared_asset.h"
 #include "tools/gltf_psplit/sameness/sameness.h"
 
 namespace psplit {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::string input, output = "-", format = "text";
   BackendChoice backend;
   std::vector<uint64_t> patch_counts;
@@ -45,10 +45,10 @@ constexpr uint64_t kGpuPatchFaces = 1200;
 // A .drc file is accepted, as its original may not exist.
 Status check_uncompressed(const Document& document) {
   for (const PrimitiveId id : all_primitives(document)) {
-    const Place place{.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)};
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (!kind) return kind.status().at(place);
-    if (kind->storage != PrimitiveStorage::kPlain && !document.from_draco)
+    const Place place = place_of(id);
+    const PrimitiveRecord& primitive = document.records().primitive(id);
+    if (!primitive.status.ok()) return primitive.status;
+    if (primitive.storage() != PrimitiveStorage::kPlain && !document.from_draco)
       return unsupported(
           "is compressed already; compare from the original, or decode it first if there is none", place);
   }
@@ -96,7 +96,7 @@ PatchRule pictured_rule(std::span<const EncodeJob> jobs, const ComparisonOptions
 
 // Draws the asset in patches, cut as for the measurements.
 Expected<PatchPicture> draw_patches(Document& document, EncodeDocumentOptions coding, const Session& session) {
-  coding.always_patches = true;
+  coding.patches.always = true;
   coding.verify = false;
   const auto reports = encode_document(document, coding, find_backend({}), session.pool);
   if (!reports) return reports.status();
@@ -124,7 +124,7 @@ void add_condensed_rules(std::vector<PatchRule>& rules) {
 
 // Reads the input, fills in what of the report and of the options depends on it, and returns the jobs to
 // measure.
-Expected<std::vector<EncodeJob>> read_compared(const Arguments& arguments, const Session& session,
+Expected<std::vector<EncodeJob>> read_compared(const CompareArguments& arguments, const Session& session,
                                                ComparisonOptions& options, ComparisonReport& report) {
   const ProgressBar bar("reading", session.log);
   Expected<Document> document = read_input(arguments.input, session.log);
@@ -150,7 +150,7 @@ Expected<std::vector<EncodeJob>> read_compared(const Arguments& arguments, const
   return jobs;
 }
 
-Status run_compare(Arguments arguments, const Session& session) {
+Status run_compare(CompareArguments arguments, const Session& session) {
   ComparisonReport report;
   ComparisonOptions& options = arguments.options;
   const Expected<std::vector<EncodeJob>> jobs = read_compared(arguments, session, options, report);
@@ -209,7 +209,7 @@ void add_measuring_options(CLI::App& command, std::vector<uint64_t>& patch_count
 }
 
 // The rivals need whole meshes.
-Status check_memory(const Arguments& arguments) {
+Status check_memory(const CompareArguments& arguments) {
   if (arguments.sameness.memory.bytes == 0) return {};
   const MemoryLimit limit = memory_limit(arguments.sameness.memory);
   if (limit.allows(estimate_mesh_bytes(arguments.input, limit))) return {};
@@ -220,7 +220,7 @@ Status check_memory(const Arguments& arguments) {
 }  // namespace
 
 void add_compare_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   CLI::App& command = *app.add_subcommand(
       "compare",
       "Measure patches, stock Draco and meshoptimizer on the same meshes; or, with two assets, "
@@ -238,8 +238,7 @@ void add_compare_command(CLI::App& app, Action& action) {
   command.get_option("--format")
       ->description("Format of the result. html is a page with charts, for one file only");
   add_text_output_option(command, arguments->output);
-  command.add_flag("--wide", arguments->wide,
-                   "Show all columns of tables, which may be wider than 100 characters");
+  add_wide_option(command, arguments->wide);
   add_backend_options(command, arguments->backend);
   add_coding_options(command, arguments->options.coding, false);
   add_partition_options(command, arguments->options.coding);

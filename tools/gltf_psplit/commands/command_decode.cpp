@@ -6,16 +6,15 @@
 #include "gltf_ext/convert/encode_document_stock.h"
 #include "gltf_ext/convert/stated_bytes.h"
 #include "gltf_ext/json/glb.h"
+#include "gltf_ext/json/json.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
 #include "tools/gltf_psplit/files/mesh_output.h"
 #include "tools/gltf_psplit/files/output_checks.h"
-#include "tools/gltf_psplit/files/read_input.h"
-#include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
-#include "tools/gltf_psplit/options/coding_options.h"
 #include "tools/gltf_psplit/options/encode_options.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -27,7 +26,7 @@
 namespace psplit {
 namespace {
 
-struct Arguments {
+struct DecodeArguments {
   std::string input, output, report, target = "gltf";
   BackendChoice backend;
   MemoryChoice memory;
@@ -54,17 +53,16 @@ std::string decode_summary(const Decoded& counts) {
 }
 
 // Stock Draco is encoded from whole meshes.
-MemoryLimit limit_of(const Arguments& arguments) {
+MemoryLimit limit_of(const DecodeArguments& arguments) {
   return arguments.target == "draco" ? MemoryLimit() : memory_limit(arguments.memory, arguments.output);
 }
 
-Expected<Decoded> convert(Document& document, const Arguments& arguments, const Session& session,
+Expected<Decoded> convert(Document& document, const DecodeArguments& arguments, const Session& session,
                           bool to_mesh_file) {
   Decoded counts;
   for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
     ++counts.primitives;
-    if (kind && kind->storage != PrimitiveStorage::kPlain) ++counts.decoded;
+    if (document.records().primitive(id).storage() != PrimitiveStorage::kPlain) ++counts.decoded;
   }
   {
     ProgressBar bar("decoding", session.log);
@@ -85,12 +83,12 @@ Expected<Decoded> convert(Document& document, const Arguments& arguments, const 
   return counts;
 }
 
-Status check_form(const Arguments& arguments, std::optional<AssetFormat> mesh_format) {
+Status check_form(const DecodeArguments& arguments, std::optional<AssetFormat> mesh_format) {
   const bool to_draco = arguments.target == "draco";
   if (to_draco && mesh_format && mesh_format != AssetFormat::kDraco)
-    return {StatusCode::kUsage, "--to draco writes a .glb, .gltf or .drc file"};
+    return wrong_usage("--to draco writes a .glb, .gltf or .drc file");
   if ((to_draco || mesh_format == AssetFormat::kDraco) && arguments.memory.bytes != 0)
-    return {StatusCode::kUsage, "--memory cannot be kept with --to draco: stock Draco needs whole meshes"};
+    return wrong_usage("--memory cannot be kept with --to draco: stock Draco needs whole meshes");
   return {};
 }
 
@@ -101,7 +99,7 @@ AssetBytes bytes_of(const WriteReport& written) {
   return bytes;
 }
 
-Status run_decode(const Arguments& arguments, const Session& session) {
+Status run_decode(const DecodeArguments& arguments, const Session& session) {
   const std::optional<AssetFormat> mesh_format = mesh_format_of_output(arguments.output);
   if (Status status = check_form(arguments, mesh_format); !status.ok()) return status;
   const Stopwatch watch;
@@ -150,23 +148,19 @@ Status run_decode(const Arguments& arguments, const Session& session) {
 }  // namespace
 
 void add_decode_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<DecodeArguments>();
   CLI::App& command = *app.add_subcommand(
       "decode", "Decode patches and stock Draco into plain or stock Draco glTF, or a mesh file");
   add_input_option(command, arguments->input);
   add_output_option(command, arguments->output, OutputForms::kGltfAndMeshFiles);
-  command
-      .add_option("--to", arguments->target,
-                  "gltf: plain accessors. draco: KHR_draco_mesh_compression, one stream for each primitive, "
-                  "encoded with the options below. A .drc file is such a stream")
-      ->check(CLI::IsMember({"gltf", "draco"}))
-      ->capture_default_str()
-      ->type_name("FORM");
+  add_choice_option(command, "--to", arguments->target, {"gltf", "draco"},
+                    "gltf: plain accessors. draco: KHR_draco_mesh_compression, one stream for each primitive, "
+                    "encoded with the options below. A .drc file is such a stream");
   add_images_option(command, arguments->write);
   command.add_flag("--accept-loss", arguments->accept_loss,
                    "Write an .obj, .ply, .stl or .drc file although it cannot hold all of the asset. A warning "
                    "names what is left out; without this option it is an error (exit code 5)");
-  command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
+  add_report_option(command, arguments->report);
   add_backend_options(command, arguments->backend);
   add_memory_options(command, arguments->memory,
                      "Larger meshes are decoded by the CPU into a temporary file of their size. Not with "

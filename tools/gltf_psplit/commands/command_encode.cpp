@@ -6,12 +6,10 @@
 #include <new>
 
 #include "gltf_ext/convert/encode_document.h"
+#include "gltf_ext/convert/encode_mesh_file.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/read_asset.h"
-#include "gltf_ext/mesh_files/spool_bytes.h"
-#include "gltf_ext/out_of_core/encode_large_primitives.h"
-#include "gltf_ext/out_of_core/encode_out_of_core.h"
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/batch/batch.h"
@@ -25,6 +23,7 @@
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/count_option.h"
 #include "tools/gltf_psplit/options/encode_options.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -36,7 +35,7 @@
 namespace psplit {
 namespace {
 
-struct Arguments {
+struct EncodeCommandArguments {
   std::vector<std::string> inputs;  // as the user wrote them
   std::string input, output, report, form = "glb";
   bool dry_run = false;
@@ -53,8 +52,9 @@ struct Encoded {
   Json dropped_extensions = Json::object();
 };
 
-Json report_json(const Arguments& arguments, const EncodeResult& result, const Json& dropped_extensions,
-                 const AssetSizes& sizes, double wall_ms, const Session& session) {
+Json report_json(const EncodeCommandArguments& arguments, const EncodeResult& result,
+                 const Json& dropped_extensions, const AssetSizes& sizes, double wall_ms,
+                 const Session& session) {
   Json total;
   append_row(total, result.total);
   total["wall_ms"] = wall_ms;
@@ -72,7 +72,7 @@ Json report_json(const Arguments& arguments, const EncodeResult& result, const J
 
 // The least that the output can take: its images, if they are in it, and a part of the rest that no mesh stays
 // below. A full disk then ends the work before it begins.
-Status check_least_space(const Arguments& arguments, const AssetBytes& input) {
+Status check_least_space(const EncodeCommandArguments& arguments, const AssetBytes& input) {
   constexpr uint64_t kMostRatio = 256;
   const ImagePlacement images = arguments.write.images.value_or(
       is_glb_output(arguments.output) ? ImagePlacement::kEmbed : ImagePlacement::kCopy);
@@ -80,32 +80,7 @@ Status check_least_space(const Arguments& arguments, const AssetBytes& input) {
                           input.files / kMostRatio + (images == ImagePlacement::kEmbed ? input.textures : 0));
 }
 
-Expected<Encoded> encode_in_memory(Document document, const Arguments& arguments, const Session& session) {
-  const AssetBytes input_bytes = bytes_on_disk(document);
-  Encoded encoded{std::move(document), {}, input_bytes};
-  if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
-  encoded.dropped_extensions =
-      drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
-  ProgressBar bar("encoding", session.log);
-  Expected<std::vector<PrimitiveReport>> reports = encode_document(
-      encoded.document, arguments.encode.options, find_backend({}), session.pool, bar.callback("face"));
-  if (!reports) return reports.status().at({.file = arguments.input});
-  encoded.reports = std::move(*reports);
-  return encoded;
-}
-
-Expected<Encoded> encode_whole(const Arguments& arguments, const Session& session, WriteReport& written) {
-  // Large arrays are allocated and freed all the time. If freed memory went back to the system, the next array
-  // would fault in page by page, each cleared first. For meshes of millions of faces, this costs a tenth of the
-  // time.
-  keep_freed_memory();
-  Expected<Document> document =
-      read_for_output(arguments.input, arguments.output, arguments.report, session, written);
-  if (!document) return document.status();
-  return encode_in_memory(std::move(*document), arguments, session);
-}
-
-OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
+OutOfCoreOptions limits_of(const EncodeCommandArguments& arguments, const Session& session) {
   OutOfCoreOptions limits;
   limits.memory = arguments.memory;
   limits.temporary = temporary_folder(arguments.temporary, arguments.output);
@@ -114,8 +89,25 @@ OutOfCoreOptions limits_of(const Arguments& arguments, const Session& session) {
   return limits;
 }
 
+Expected<Encoded> encode_asset(Document document, const EncodeCommandArguments& arguments,
+                               const Session& session, bool fits = false) {
+  const AssetBytes input_bytes = bytes_on_disk(document);
+  Encoded encoded{std::move(document), {}, input_bytes};
+  if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
+  encoded.dropped_extensions =
+      drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
+  ProgressBar bar("encoding", session.log);
+  OutOfCoreOptions limits = limits_of(arguments, session);
+  if (fits) limits.memory = 0;
+  Expected<std::vector<PrimitiveReport>> reports = encode_document(
+      encoded.document, arguments.encode.options, find_backend({}), session.pool, bar.callback("face"), limits);
+  if (!reports) return reports.status().at({.file = arguments.input});
+  encoded.reports = std::move(*reports);
+  return encoded;
+}
+
 // What read_for_output checks.
-Status check_files(const Arguments& arguments, const Session& session, WriteReport& written) {
+Status check_files(const EncodeCommandArguments& arguments, const Session& session, WriteReport& written) {
   if (Status status = check_output_paths(arguments.output, arguments.report, session.force); !status.ok())
     return status;
   if (Status status = check_not_in_place(arguments.output, arguments.input, nullptr, session.force);
@@ -127,35 +119,16 @@ Status check_files(const Arguments& arguments, const Session& session, WriteRepo
   return check_not_an_output(arguments.report, "--report", written);
 }
 
-// A glTF asset in bounded memory.
-Expected<Encoded> encode_large_asset(Document document, const Arguments& arguments, const Session& session) {
-  if (Status status = check_not_an_input(arguments.report, "--report", document); !status.ok()) return status;
-  if (Status status = check_not_in_place(arguments.output, arguments.input, &document, session.force);
-      !status.ok())
-    return status;
-  const AssetBytes input_bytes = bytes_on_disk(document);
-  Encoded encoded{std::move(document), {}, input_bytes};
-  if (Status status = check_least_space(arguments, encoded.input_bytes); !status.ok()) return status;
-  encoded.dropped_extensions =
-      drop_extensions(encoded.document, arguments.encode.drop_extensions, arguments.input, session.log);
-  ProgressBar bar("encoding", session.log);
-  Expected<std::vector<PrimitiveReport>> reports =
-      encode_large_primitives(encoded.document, arguments.encode.options, limits_of(arguments, session),
-                              find_backend({}), session.pool, bar.callback("face"));
-  if (!reports) return reports.status().at({.file = arguments.input});
-  encoded.reports = std::move(*reports);
-  return encoded;
-}
-
 // A PLY, an STL or an OBJ in bounded memory.
-Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format, const Arguments& arguments,
-                                    const Session& session, ProgressBar& bar) {
+Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format,
+                                    const EncodeCommandArguments& arguments, const Session& session,
+                                    ProgressBar& bar) {
   Expected<OutOfCoreResult> result =
       encode_out_of_core(scanner, format, arguments.input, arguments.encode.options,
                          limits_of(arguments, session), session.pool, bar.callback("face", "encoding"));
   if (!result) return result.status();
   for (const std::string& warning : result->warnings) session.log.warning(arguments.input + ": " + warning);
-  return Encoded{std::move(result->document), std::move(result->reports), bytes_on_disk(arguments.input)};
+  return Encoded{std::move(result->document), {std::move(result->report)}, bytes_on_disk(arguments.input)};
 }
 
 Status too_large(uint64_t estimate) {
@@ -165,7 +138,7 @@ Status too_large(uint64_t estimate) {
 }
 
 // The content of a pipe or of a packed file, which is in a temporary file now.
-Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& arguments,
+Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const EncodeCommandArguments& arguments,
                                  const Session& session, std::unique_ptr<ProgressBar> bar) {
   Expected<Scanner> scanner = open_scanner(memory_stream(spooled.bytes.bytes()));
   if (!scanner) return scanner.status();
@@ -187,14 +160,13 @@ Expected<Encoded> encode_spooled(const SpooledBytes& spooled, const Arguments& a
   Expected<Asset> asset = read_asset(spooled.bytes, arguments.input, find_describer("auto"));
   if (!asset) return asset.status();
   for (const std::string& warning : asset->warnings) session.log.warning(arguments.input + ": " + warning);
-  return is_gltf ? encode_large_asset(std::move(asset->document), arguments, session)
-                 : encode_in_memory(std::move(asset->document), arguments, session);
+  return encode_asset(std::move(asset->document), arguments, session, !is_gltf);
 }
 
 // A mesh file that may not fit, or the content of a pipe. Pipes can be read only once, and do not tell their
 // size: PLY and STL are read as a stream, all else is put into a temporary file first: an OBJ that fits may
 // have several objects and materials.
-Expected<Encoded> encode_stream(const Arguments& arguments, const Session& session, bool is_file) {
+Expected<Encoded> encode_stream(const EncodeCommandArguments& arguments, const Session& session, bool is_file) {
   auto bar = std::make_unique<ProgressBar>("reading", session.log);
   Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(arguments.input, bar->callback("byte"));
   if (!stream) return stream.status();
@@ -210,27 +182,31 @@ Expected<Encoded> encode_stream(const Arguments& arguments, const Session& sessi
   return encode_spooled(*spooled, arguments, session, std::move(bar));
 }
 
-Expected<Encoded> encode_input(const Arguments& arguments, const Session& session, WriteReport& written) {
-  if (arguments.memory == 0) return encode_whole(arguments, session, written);
+Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Session& session,
+                               WriteReport& written) {
   std::error_code error;
   const bool is_file = arguments.input != "-" && std::filesystem::is_regular_file(arguments.input, error);
-  if (is_file && kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory)
-    return encode_whole(arguments, session, written);
-  if (Status status = check_files(arguments, session, written); !status.ok()) return status;
-  if (is_file && read_asset_json(arguments.input).ok()) {
-    Expected<Document> document = read_input(arguments.input, session.log);
+  const bool fits =
+      arguments.memory == 0 ||
+      (is_file && kProcessMemory + estimate_memory(arguments.input, BatchVerb::kEncode) <= arguments.memory);
+  if (fits || (is_file && read_asset_json(arguments.input).ok())) {
+    // Large arrays are allocated and freed all the time. If freed memory went back to the system, the next
+    // array would fault in page by page, each cleared first. For meshes of millions of faces, this costs a
+    // tenth of the time.
+    if (fits) keep_freed_memory();
+    Expected<Document> document =
+        read_for_output(arguments.input, arguments.output, arguments.report, session, written);
     if (!document) return document.status();
-    return encode_large_asset(std::move(*document), arguments, session);
+    return encode_asset(std::move(*document), arguments, session, fits);
   }
+  if (Status status = check_files(arguments, session, written); !status.ok()) return status;
   Expected<Encoded> encoded = encode_stream(arguments, session, is_file);
   if (!encoded) return encoded.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
   return encoded;
 }
 
-Status run_encode(const Arguments& arguments, const Session& session) {
+Status run_encode(const EncodeCommandArguments& arguments, const Session& session) {
   const EncodeDocumentOptions& options = arguments.encode.options;
-  if (arguments.memory > 0)
-    if (Status status = check_out_of_core(options); !status.ok()) return status;
   const Stopwatch watch;
   WriteReport written;
   Expected<Encoded> encoded = encode_input(arguments, session, written);
@@ -260,10 +236,8 @@ Status run_encode(const Arguments& arguments, const Session& session) {
 }
 
 // Checks what can be checked before the work, and says what would be written.
-Status run_dry(const Arguments& arguments, const Session& session) {
+Status run_dry(const EncodeCommandArguments& arguments, const Session& session) {
   WriteReport written;
-  if (arguments.memory > 0)
-    if (Status status = check_out_of_core(arguments.encode.options); !status.ok()) return status;
   Status status =
       arguments.memory > 0
           ? check_files(arguments, session, written)
@@ -276,7 +250,7 @@ Status run_dry(const Arguments& arguments, const Session& session) {
 }
 
 // Whether the outputs go to a folder, as those of a batch do.
-bool writes_into_folder(const Arguments& arguments) {
+bool writes_into_folder(const EncodeCommandArguments& arguments) {
   std::error_code error;
   const std::string& first = arguments.inputs.front();
   const bool may_be_many =
@@ -286,17 +260,16 @@ bool writes_into_folder(const Arguments& arguments) {
          arguments.output.ends_with('/');
 }
 
-Status run_into_folder(const Arguments& arguments, const Session& session) {
-  const auto usage = [](const char* message) { return Status(StatusCode::kUsage, message); };
+Status run_into_folder(const EncodeCommandArguments& arguments, const Session& session) {
   std::error_code error;
   if (!std::filesystem::is_directory(arguments.output, error) &&
       (arguments.output == "-" || is_asset_name(arguments.output))) {
-    if (arguments.inputs.size() > 1) return usage("several inputs need a folder for the outputs: -o DIR");
+    if (arguments.inputs.size() > 1) return wrong_usage("several inputs need a folder for the outputs: -o DIR");
     return io_failure("may be several assets: they need a folder for the outputs, -o DIR",
                       {.file = arguments.input});
   }
   if (arguments.memory > 0)
-    return usage(
+    return wrong_usage(
         "--memory takes one input and one output. batch --memory bounds the memory that assets take at once");
   BatchArguments batch;
   batch.request = {arguments.inputs, arguments.output, "", "." + arguments.form};
@@ -311,7 +284,7 @@ Status run_into_folder(const Arguments& arguments, const Session& session) {
 }
 
 // An error that says what helps against a lack of memory.
-Status run_within_memory(const Arguments& arguments, const Session& session) {
+Status run_within_memory(const EncodeCommandArguments& arguments, const Session& session) {
   constexpr const char* kOutOfMemory = "out of memory";
   Status status;
   try {
@@ -319,7 +292,7 @@ Status run_within_memory(const Arguments& arguments, const Session& session) {
   } catch (const std::bad_alloc&) {
     status = may_pass(kOutOfMemory, {.file = arguments.input});
   }
-  if (status.code() != kMayPass || status.message() != kOutOfMemory) return status;
+  if (status.code() != StatusCode::kMayPass || status.message() != kOutOfMemory) return status;
   std::string advice;
   if (arguments.memory == 0) advice += "; --memory SIZE encodes large meshes part by part";
   const EncodeDocumentOptions& options = arguments.encode.options;
@@ -330,7 +303,7 @@ Status run_within_memory(const Arguments& arguments, const Session& session) {
   return may_pass(kOutOfMemory + advice, status.place());
 }
 
-void add_inputs(CLI::App& command, Arguments& arguments) {
+void add_inputs(CLI::App& command, EncodeCommandArguments& arguments) {
   command
       .add_option("IN", arguments.inputs,
                   std::string(kInputText) +
@@ -344,7 +317,7 @@ void add_inputs(CLI::App& command, Arguments& arguments) {
 }
 
 // All words are inputs. Without -o, the last of two is the output.
-void settle_output(Arguments& arguments, bool is_named) {
+void settle_output(EncodeCommandArguments& arguments, bool is_named) {
   if (is_named && arguments.output.empty())
     throw CLI::ValidationError("--output", "names no file and no folder");
   if (arguments.output.empty() && arguments.inputs.size() > 2)
@@ -357,7 +330,7 @@ void settle_output(Arguments& arguments, bool is_named) {
   arguments.input = arguments.inputs.front();
 }
 
-void add_memory_options(CLI::App& command, Arguments& arguments) {
+void add_memory_options(CLI::App& command, EncodeCommandArguments& arguments) {
   constexpr const char* kGroup = "Memory";
   CLI::Option* memory =
       add_size_option(command, "--memory", arguments.memory,
@@ -372,13 +345,13 @@ void add_memory_options(CLI::App& command, Arguments& arguments) {
 }  // namespace
 
 void add_encode_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EncodeCommandArguments>();
   CLI::App& command = *app.add_subcommand("encode", "Split the meshes of an asset into Draco patches");
   add_inputs(command, *arguments);
   const auto resolve = add_encode_options(command, arguments->encode);
   add_images_option(command, arguments->write);
   add_memory_options(command, *arguments);
-  command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
+  add_report_option(command, arguments->report);
   command.add_flag("--dry-run", arguments->dry_run,
                    "Only check the input and say what would be written, replaced or left");
   add_form_option(command, arguments->form);

@@ -3,11 +3,11 @@
 #include <memory>
 
 #include "gltf_ext/convert/expand_document.h"
+#include "gltf_ext/json/json.h"
 #include "src/stopwatch.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/asset_output.h"
-#include "tools/gltf_psplit/files/read_input.h"
-#include "tools/gltf_psplit/files/text_output.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
@@ -16,7 +16,7 @@
 namespace psplit {
 namespace {
 
-struct Arguments {
+struct ExpandArguments {
   std::string input, output, report;
   WriteOptions write;
 };
@@ -30,7 +30,7 @@ std::string expand_summary(const ExpandReport& counts) {
   return text;
 }
 
-Json report_json(const Arguments& arguments, const ExpandReport& counts, const AssetSizes& sizes,
+Json report_json(const ExpandArguments& arguments, const ExpandReport& counts, const AssetSizes& sizes,
                  double wall_ms, const Session& session) {
   return {{"input", arguments.input},
           {"output", arguments.output},
@@ -43,7 +43,7 @@ Json report_json(const Arguments& arguments, const ExpandReport& counts, const A
           {"wall_ms", wall_ms}};
 }
 
-Status run_expand(const Arguments& arguments, const Session& session) {
+Status run_expand(const ExpandArguments& arguments, const Session& session) {
   const Stopwatch watch;
   WriteReport written;
   Expected<Document> document =
@@ -70,13 +70,13 @@ Status run_expand(const Arguments& arguments, const Session& session) {
 }  // namespace
 
 void add_expand_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExpandArguments>();
   CLI::App& command =
       *app.add_subcommand("expand", "Restore the Draco streams of condensed patches, bit for bit");
   add_input_option(command, arguments->input);
   add_output_option(command, arguments->output);
   add_images_option(command, arguments->write);
-  command.add_option("--report", arguments->report, "Write a report as JSON; - is stdout")->type_name("FILE");
+  add_report_option(command, arguments->report);
   add_examples(command, {{"gltf-psplit expand small.glb dragon.glb",
                           "Draco patches, for loaders without condensed ones: the file that encode "
                           "--no-condense would have given, "

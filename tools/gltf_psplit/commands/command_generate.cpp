@@ -1,17 +1,24 @@
 // gltf-psplit generate: writes one of the built-in sample meshes.
 #include <CLI/CLI.hpp>
+#include <bit>
+#include <cstdio>
 #include <cstring>
 #include <map>
 #include <memory>
+#include <string>
 
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/document/write_document.h"
 #include "gltf_ext/files/files.h"
-#include "gltf_ext/primitive/accessors.h"
+#include "gltf_ext/json/json.h"
+#include "gltf_ext/mesh_files/write_mesh_file.h"
+#include "gltf_ext/primitive/mesh_view.h"
+#include "src/parallel.h"
+#include "src/status.h"
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/output_checks.h"
-#include "tools/gltf_psplit/files/ply_output.h"
 #include "tools/gltf_psplit/options/count_option.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
@@ -22,7 +29,7 @@
 namespace psplit {
 namespace {
 
-struct Arguments {
+struct GenerateArguments {
   std::string output, shape = "terrain";
   ShapeOptions options;
 };
@@ -30,54 +37,103 @@ struct Arguments {
 const std::map<std::string, Shape> kShapes{
     {"terrain", Shape::kTerrain}, {"blob", Shape::kBlob}, {"gyroid", Shape::kGyroid}, {"scene", Shape::kScene}};
 
-constexpr int kArrayBuffer = 34962;
-constexpr int kElementArrayBuffer = 34963;
 constexpr double kSpacing = 2.5;  // shapes are about two units wide
-
-AccessorData index_data(const Mesh& mesh) {
-  AccessorData data;
-  data.count = static_cast<uint32_t>(mesh.faces.size() * 3);
-  // Short indices must not be 65535, which is glTF's primitive restart value.
-  data.component_type = mesh.point_count <= 65535 ? ComponentType::kUint16 : ComponentType::kUint32;
-  data.values.resize(data.count * component_bytes(data.component_type));
-  size_t offset = 0;
-  for (const auto& face : mesh.faces)
-    for (const uint32_t point : face) {
-      const auto short_point = static_cast<uint16_t>(point);
-      const size_t size = component_bytes(data.component_type);
-      std::memcpy(data.values.data() + offset, size == 2 ? static_cast<const void*>(&short_point) : &point,
-                  size);
-      offset += size;
-    }
-  return data;
-}
 
 // Adds a mesh on a node of its own, to the right of the meshes before it.
 void append_mesh(Document& document, const Mesh& mesh) {
-  Json attributes = Json::object();
-  for (const Attribute& attribute : mesh.attributes) {
-    const AccessorData data{attribute.component_type, attribute.component_count, attribute.normalized,
-                            mesh.point_count, attribute.values};
-    attributes[attribute.semantic] =
-        append_accessor(document, data, kArrayBuffer, attribute.semantic == "POSITION");
-  }
-  const int64_t indices = append_accessor(document, index_data(mesh), kElementArrayBuffer, false);
-  Json& json = document.json;
+  Json& json = document.json();
   const size_t number = json["meshes"].size();
-  json["meshes"].push_back({{"primitives", Json::array({{{"attributes", attributes}, {"indices", indices}}})}});
+  json["meshes"].push_back({{"primitives", Json::array({append_primitive(document, mesh)})}});
   json["scenes"][0]["nodes"].push_back(json["nodes"].size());
   json["nodes"].push_back(
       {{"mesh", number}, {"translation", Json::array({kSpacing * static_cast<double>(number), 0.0, 0.0})}});
 }
 
-void log_generated(const Arguments& arguments, uint64_t faces, uint64_t points, const Log& log) {
+void log_generated(const GenerateArguments& arguments, uint64_t faces, uint64_t points, const Log& log) {
   const std::string bytes = sizes_text({{}, bytes_on_disk(arguments.output)});
   log.note((arguments.output == "-" ? "stdout" : arguments.output) + ": " + bytes +
            (bytes.empty() ? "" : ", ") + arguments.shape + ", " + counted(faces, "face") + ", " +
            counted(points, "point"));
 }
 
-Status generate_ply(const Arguments& arguments, const Session& session) {
+static_assert(std::endian::native == std::endian::little);
+
+constexpr size_t kFaceBytes = 1 + 3 * sizeof(int32_t);
+
+std::string header_text(const ShapeStream& shape, bool normals) {
+  std::string properties;
+  for (const char* name : {"x", "y", "z", "nx", "ny", "nz"})
+    if (normals || name[0] != 'n') properties += std::string("property float ") + name + "\n";
+  return ply_header_text(shape.point_count(), properties, shape.face_count());
+}
+
+// Two regions of the file that grow: the points, and the faces behind all points.
+class PlyWriter {
+ public:
+  PlyWriter(std::FILE* file, uint64_t points_at, uint64_t faces_at)
+      : file_(file), points_at_(points_at), faces_at_(faces_at) {}
+
+  bool append(const ShapePiece& piece) { return append_points(piece) && append_faces(piece); }
+
+ private:
+  bool append_points(const ShapePiece& piece) {
+    constexpr size_t kVector = 3 * sizeof(float);
+    if (piece.normals.empty())
+      return write(points_at_, piece.positions.data(), piece.positions.size() * kVector);
+    bytes_.resize(piece.positions.size() * 2 * kVector);
+    uint8_t* to = bytes_.data();
+    for (size_t i = 0; i < piece.positions.size(); ++i, to += 2 * kVector) {
+      std::memcpy(to, piece.positions[i].data(), kVector);
+      std::memcpy(to + kVector, piece.normals[i].data(), kVector);
+    }
+    return write(points_at_, bytes_.data(), bytes_.size());
+  }
+
+  bool append_faces(const ShapePiece& piece) {
+    bytes_.resize(piece.faces.size() * kFaceBytes);
+    uint8_t* to = bytes_.data();
+    for (const auto& face : piece.faces) {
+      *to = 3;
+      std::memcpy(to + 1, face.data(), kFaceBytes - 1);
+      to += kFaceBytes;
+    }
+    return write(faces_at_, bytes_.data(), bytes_.size());
+  }
+
+  bool write(uint64_t& at, const void* bytes, size_t size) {
+    if (std::fseek(file_, static_cast<long>(at), SEEK_SET) != 0) return false;
+    at += size;
+    return std::fwrite(bytes, 1, size, file_) == size;
+  }
+
+  std::FILE* file_;
+  uint64_t points_at_, faces_at_;
+  Array<uint8_t> bytes_;
+};
+
+// Writes little-endian PLY: x y z and, if the shape has normals, nx ny nz as floats; faces as a uchar 3 and
+// three ints. The file appears whole or not at all (gltf_ext/files/files.h). It must be a regular file, because
+// points and faces are written to two places alternately. `progress` counts faces. Errors: those of write_file.
+Status write_ply(const std::string& path, const ShapeStream& shape, bool normals, const ThreadPool& pool,
+                 const Progress& progress, IfReadOnly if_read_only) {
+  const std::string header = header_text(shape, normals);
+  const uint64_t point_bytes = (normals ? 6 : 3) * sizeof(float);
+  const auto write = [&](std::FILE* file) {
+    if (std::fwrite(header.data(), 1, header.size(), file) != header.size()) return false;
+    PlyWriter writer(file, header.size(), header.size() + shape.point_count() * point_bytes);
+    uint64_t done = 0;
+    const auto take = [&](ShapePiece&& piece) {
+      if (!writer.append(piece)) return io_failure("cannot write");
+      done += piece.faces.size();
+      if (progress) progress(done, shape.face_count());
+      return Status();
+    };
+    return shape.read(pool, take).ok();
+  };
+  return write_file(path, write, if_read_only);
+}
+
+Status generate_ply(const GenerateArguments& arguments, const Session& session) {
   if (Status status = check_output_place(arguments.output, session.force); !status.ok()) return status;
   Expected<ShapeStream> shape = [&] {
     const ProgressBar bar("measuring", session.log);
@@ -96,7 +152,7 @@ Status generate_ply(const Arguments& arguments, const Session& session) {
   return {};
 }
 
-Status run_generate(Arguments arguments, const Session& session) {
+Status run_generate(GenerateArguments arguments, const Session& session) {
   arguments.options.shape = kShapes.at(arguments.shape);
   if (lower_extension(arguments.output) == ".ply") return generate_ply(arguments, session);
   if (Status status = check_output_path(arguments.output, session.force, ".ply"); !status.ok()) return status;
@@ -110,7 +166,7 @@ Status run_generate(Arguments arguments, const Session& session) {
   for (size_t i = 1; i < meshes->size(); ++i) append_mesh(document, (*meshes)[i]);
   uint64_t faces = 0, points = 0;
   for (size_t i = 0; i < meshes->size(); ++i) {
-    document.json["meshes"][i]["name"] =
+    document.json()["meshes"][i]["name"] =
         meshes->size() == 1 ? arguments.shape : arguments.shape + " " + std::to_string(i + 1);
     faces += (*meshes)[i].faces.size();
     points += (*meshes)[i].point_count;
@@ -126,26 +182,20 @@ Status run_generate(Arguments arguments, const Session& session) {
 }  // namespace
 
 void add_generate_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<GenerateArguments>();
   arguments->options.faces = 100000;
   arguments->options.seed = 1;
   CLI::App& command =
       *app.add_subcommand("generate", "Make a sample mesh. The same options always make the same mesh");
-  command
-      .add_option(
-          "-o,--output,OUT", arguments->output,
-          "The output: a .glb or .gltf file, or a binary .ply file, whose mesh may be larger than memory; - "
-          "writes a GLB to stdout")
-      ->required()
-      ->type_name("FILE");
-  command
-      .add_option(
-          "--shape", arguments->shape,
-          "terrain: an open sheet; blob: a bumpy ball; gyroid: a solid of high genus; scene: six objects "
-          "of different sizes")
-      ->check(CLI::IsMember({"terrain", "blob", "gyroid", "scene"}))
-      ->capture_default_str()
-      ->type_name("NAME");
+  add_word_option(
+      command, "-o,--output,OUT", arguments->output, "FILE",
+      "The output: a .glb or .gltf file, or a binary .ply file, whose mesh may be larger than memory; - "
+      "writes a GLB to stdout")
+      ->required();
+  add_choice_option(
+      command, "--shape", arguments->shape, {"terrain", "blob", "gyroid", "scene"},
+      "terrain: an open sheet; blob: a bumpy ball; gyroid: a solid of high genus; scene: six objects "
+      "of different sizes");
   add_count_option(command, "--faces", arguments->options.faces,
                    "About how many faces, for example 250000, 250k, 1.5M or 1e6");
   command

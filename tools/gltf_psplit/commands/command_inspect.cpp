@@ -17,6 +17,7 @@
 #include "tools/gltf_psplit/inspect/inspect_report.h"
 #include "tools/gltf_psplit/inspect/inspected_asset.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/preview/preview.h"
@@ -27,7 +28,7 @@
 namespace psplit {
 namespace {
 
-struct Arguments {
+struct InspectArguments {
   std::vector<std::string> inputs;
   std::string output = "-", format = "text", preview, preview_size = "1200x900";
   bool wide = false;
@@ -35,7 +36,7 @@ struct Arguments {
 };
 
 // Reads "WxH", or one number for both. Nothing if the text is neither, or the size is out of range.
-std::optional<ImageSize> parse_size(const std::string& text) {
+std::optional<ImageSize> parse_image_size(const std::string& text) {
   constexpr int kLeast = 16, kMost = 4096;
   const char* const end = text.data() + text.size();
   ImageSize size;
@@ -48,12 +49,12 @@ std::optional<ImageSize> parse_size(const std::string& text) {
   return least >= kLeast && most <= kMost ? std::optional(size) : std::nullopt;
 }
 
-Status write_preview(const Document& document, const std::string& input, const Arguments& arguments,
+Status write_preview(const Document& document, const std::string& input, const InspectArguments& arguments,
                      const Session& session) {
   const Stopwatch watch;
   const Expected<Image> image = [&] {
     ProgressBar bar("drawing", session.log);
-    return draw_preview(document, *parse_size(arguments.preview_size), find_backend(arguments.backend),
+    return draw_preview(document, *parse_image_size(arguments.preview_size), find_backend(arguments.backend),
                         session.pool, bar.callback());
   }();
   if (!image) return image.status().at({.file = input});
@@ -66,7 +67,7 @@ Status write_preview(const Document& document, const std::string& input, const A
   return {};
 }
 
-Expected<InspectedAsset> inspect_asset(const std::string& input, const Arguments& arguments,
+Expected<InspectedAsset> inspect_asset(const std::string& input, const InspectArguments& arguments,
                                        const Session& session) {
   const Expected<Document> document = read_input(input, session.log, arguments.backend.name);
   if (!document) return document.status();
@@ -97,11 +98,11 @@ Expected<InspectedAsset> inspect_asset(const std::string& input, const Arguments
   return asset;
 }
 
-Status run_inspect(const Arguments& arguments, const Session& session) {
+Status run_inspect(const InspectArguments& arguments, const Session& session) {
   const size_t file_count = arguments.inputs.size();
   if (Status status = check_inputs(arguments.inputs); !status.ok()) return status;
   if (file_count > 1 && !arguments.preview.empty())
-    return {StatusCode::kUsage, "--preview draws one asset, and there are " + counted(file_count, "file")};
+    return wrong_usage("--preview draws one asset, and there are " + counted(file_count, "file"));
   if (Status status = check_not_an_input(arguments.output, "--output", arguments.inputs); !status.ok())
     return status;
   for (const std::string& path : {arguments.output, arguments.preview})
@@ -135,7 +136,7 @@ Status run_inspect(const Arguments& arguments, const Session& session) {
 }  // namespace
 
 void add_inspect_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<InspectArguments>();
   CLI::App& command =
       *app.add_subcommand("inspect", "List the patches and Draco streams of assets, with their sizes");
   command
@@ -145,8 +146,7 @@ void add_inspect_command(CLI::App& app, Action& action) {
       ->required();
   add_format_option(command, arguments->format);
   add_text_output_option(command, arguments->output);
-  command.add_flag("--wide", arguments->wide,
-                   "Show all columns of tables, which may be wider than 100 characters");
+  add_wide_option(command, arguments->wide);
   CLI::Option* preview =
       command
           .add_option("--preview", arguments->preview,
@@ -159,8 +159,9 @@ void add_inspect_command(CLI::App& app, Action& action) {
       .add_option("--preview-size", arguments->preview_size,
                   "Width and height of the picture in pixels, or one number for both (16 to 4096)")
       ->check([](const std::string& text) {
-        return std::string(
-            parse_size(text) ? "" : text + " is not a size such as 640x480 or 640, from 16 to 4096 pixels");
+        return std::string(parse_image_size(text)
+                               ? ""
+                               : text + " is not a size such as 640x480 or 640, from 16 to 4096 pixels");
       })
       ->needs(preview)
       ->capture_default_str()

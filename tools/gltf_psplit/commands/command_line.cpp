@@ -1,5 +1,3 @@
-#include "tools/gltf_psplit/commands/command_line.h"
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iostream>
@@ -13,11 +11,11 @@
 #include "tools/gltf_psplit/commands/commands.h"
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/text_output.h"
-#include "tools/gltf_psplit/options/completion.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/machine_limits.h"
 #include "tools/gltf_psplit/options/session.h"
-#include "tools/gltf_psplit/options/suggestions.h"
+#include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/log.h"
 
 namespace psplit {
@@ -147,7 +145,7 @@ void add_help_command(CLI::App& app, Action& action) {
       if (verb->empty())
         return write_text("-",
                           app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
-      if (std::ranges::find(verbs, *verb) == verbs.end()) return {StatusCode::kUsage, no_such_verb(app, *verb)};
+      if (std::ranges::find(verbs, *verb) == verbs.end()) return wrong_usage(no_such_verb(app, *verb));
       return write_text("-", app.get_subcommand(*verb)->help(app.get_name()));
     };
   });
@@ -164,7 +162,7 @@ void add_completion_command(CLI::App& app, Action& action) {
   command.add_option("SHELL", arguments->shell, "bash, zsh or fish")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish"}));
-  command.add_option("-o,--output", arguments->output, "Write to FILE instead of stdout")->type_name("FILE");
+  add_word_option(command, "-o,--output", arguments->output, "FILE", "Write to FILE instead of stdout");
   add_examples(command,
                {{"gltf-psplit completion bash > gltf-psplit.bash",
                  "write the script; `. ./gltf-psplit.bash` loads it. An installation has it already"}});
@@ -229,12 +227,12 @@ int run(int argc, char** argv, const char* version) {
     // CLI11.
     if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);
     const Log log(Verbosity::kNormal);
-    log.error({StatusCode::kUsage, usage_message(app, error)});
+    log.error(wrong_usage(usage_message(app, error)));
     std::string words;
     for (const CLI::App* command = &parsed_command(app); command != &app; command = command->get_parent())
       words = " " + command->get_name() + words;
     log.note("`gltf-psplit" + words + " --help` lists what is possible");
-    return static_cast<int>(StatusCode::kUsage);
+    return exit_code(StatusCode::kUsage);
   }
 
   const Verbosity verbosity = common.quiet     ? Verbosity::kQuiet
@@ -246,7 +244,7 @@ int run(int argc, char** argv, const char* version) {
   session.force = common.force;
   const Status status = action(session);
   if (!status.ok()) session.log.error(status);
-  return static_cast<int>(status.code());
+  return exit_code(status.code());
 }
 
 }  // namespace
@@ -259,11 +257,11 @@ int run_command_line(int argc, char** argv, const char* version) {
     return run(argc, argv, version);
   } catch (const std::bad_alloc&) {
     log.error(may_pass("out of memory"));
-    return static_cast<int>(kMayPass);
+    return exit_code(StatusCode::kMayPass);
   } catch (const std::exception& error) {
     log.error(runtime_failure(error.what()));
   }
-  return static_cast<int>(StatusCode::kRuntimeFailure);
+  return exit_code(StatusCode::kRuntimeFailure);
 }
 
 }  // namespace psplit

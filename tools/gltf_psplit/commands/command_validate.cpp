@@ -9,6 +9,7 @@
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/file_options.h"
 #include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -18,7 +19,7 @@
 namespace psplit {
 namespace {
 
-struct Arguments {
+struct ValidateArguments {
   std::vector<std::string> inputs;
   std::string output = "-", format = "text";
   BackendChoice backend;
@@ -26,7 +27,7 @@ struct Arguments {
 };
 
 // An asset that cannot be parsed breaks the first rule. Other failures, such as a missing file, are errors.
-Expected<std::vector<Finding>> find_all(const std::string& input, const Arguments& arguments,
+Expected<std::vector<Finding>> find_all(const std::string& input, const ValidateArguments& arguments,
                                         const Session& session) {
   Expected<std::optional<MappedFile>> spooled = std::optional<MappedFile>();
   if (arguments.memory.bytes != 0) spooled = spool_input(input, spool_folder(arguments.memory));
@@ -48,7 +49,7 @@ Expected<std::vector<Finding>> find_all(const std::string& input, const Argument
   return std::vector<Finding>{{"asset", status.message(), status.place(), true}};
 }
 
-Status run_validate(const Arguments& arguments, const Session& session) {
+Status run_validate(const ValidateArguments& arguments, const Session& session) {
   if (Status status = check_inputs(arguments.inputs); !status.ok()) return status;
   if (Status status = check_not_an_input(arguments.output, "--output", arguments.inputs); !status.ok())
     return status;
@@ -85,7 +86,7 @@ Status run_validate(const Arguments& arguments, const Session& session) {
 }  // namespace
 
 void add_validate_command(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ValidateArguments>();
   CLI::App& command = *app.add_subcommand("validate", "Check assets against every rule of the extension");
   command.add_option("IN", arguments->inputs, "The inputs: .gltf or .glb files; - reads a GLB from stdin")
       ->required();

@@ -12,6 +12,10 @@ class App;
 
 namespace psplit {
 
+// Parses the command line and runs its subcommand. Results go to stdout, everything else to stderr. Returns the
+// exit code, which is a StatusCode. Does not throw.
+int run_command_line(int argc, char** argv, const char* version = "unknown");
+
 using Action = std::function<Status(const Session&)>;
 
 // Each function adds one subcommand. A command line that names the subcommand sets `action` while it is parsed.

@@ -3,21 +3,19 @@
 #include <algorithm>
 
 #include "gltf_ext/document/image_bytes.h"
-#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/json/json.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
 
 namespace psplit {
 AssetParts measure_parts(const Document& document, std::span<const PrimitiveId> primitives) {
-  const ImageBytes images = image_bytes(document.json, document.source.parent_path());
+  const ImageBytes images = image_bytes(document.json(), document.source.parent_path());
   AssetParts parts;
   parts.meshes = geometry_bytes(document, primitives);
   parts.textures = images.total();
   parts.missing_images = images.missing;
-  const std::string json = document.json.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string json = document.json().dump(-1, ' ', false, Json::error_handler_t::replace);
   uint64_t all = json.size() + images.in_files;
-  if (const Json* buffers = array_field(document.json, "buffers"))
-    for (const Json& buffer : *buffers)
-      all += static_cast<uint64_t>(std::max<int64_t>(0, integer_field(buffer, "byteLength").value_or(0)));
+  for (const BufferRecord& buffer : document.records().buffers) all += buffer.bytes;
   // Accessors may overlap.
   parts.rest = all - std::min(all, parts.meshes + parts.textures);
   return parts;

@@ -36,6 +36,7 @@ Status encode_rivals(const Mesh& mesh, std::span<const AttributeCoding> codings,
     Expected<StockStream> stock = Status();
     row.encode_ms += elapsed_ms([&] { stock = encode_stock_stream(mesh, codings, row.speed); });
     if (!stock) return stock.status();
+    stock->decoded = {};
     row.bytes += stock->bytes.size();
     encoded.stock[i].push_back(std::move(*stock));
   }
@@ -56,11 +57,12 @@ Status encode_split(std::span<const EncodeJob> jobs, const PatchRule& rule, cons
     EncodeOptions encode_options = jobs[i].options;
     encode_options.patch_count = counts[i];
     encode_options.condense = rule.condense;
+    encode_options.alone = Alone::kNone;
     encode_options.verify = false;
     Expected<EncodedMesh> mesh = encode_job(jobs[i], encode_options, pool);
     if (!mesh) return mesh.status();
-    row.summary += summarize_streams(mesh->opened->entries, mesh->opened->has_residue, mesh->opened->head_bytes,
-                                     mesh->container.size());
+    const bool has_residue = mesh->statistics.patch_count < mesh->entries.size();
+    row.summary += summarize_streams(mesh->entries, has_residue, mesh->head_bytes, mesh->container.size());
     row.partition_ms += mesh->statistics.partition_ms;
     row.encode_ms += mesh->statistics.encode_ms;
     split.push_back(std::move(*mesh));
@@ -107,7 +109,9 @@ Status decode_split(const std::vector<EncodedMesh>& split, const PatchSummary& s
 
 Status decode_stages(std::span<const EncodedMesh> split, StageTimes& times) {
   for (const EncodedMesh& mesh : split) {
-    StagedInput input(*mesh.opened, mesh.requests);
+    Expected<PatchContainer> container = open_container(mesh.container);
+    if (!container) return container.status();
+    StagedInput input(std::move(*container), mesh.requests);
     const Status status = decode_with_core(input, /*in_step=*/true, times);
     if (!status.ok()) return runtime_failure(status.message());
   }
@@ -213,8 +217,8 @@ void fill_timings(std::span<const Timing> timings, const ComparisonOptions& opti
 }  // namespace
 
 EncodeDocumentOptions apply_rule(EncodeDocumentOptions coding, const PatchRule& rule) {
-  coding.patches = rule.patches;
-  coding.patch_faces = rule.patch_faces;
+  coding.patches.count = rule.patches;
+  coding.patches.faces = rule.patch_faces;
   coding.condense = rule.condense;
   return coding;
 }

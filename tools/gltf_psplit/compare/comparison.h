@@ -84,8 +84,9 @@ uint64_t count_patches(std::span<const EncodeJob> jobs, const EncodeDocumentOpti
                        const PatchRule& rule);
 
 // Measures what read_jobs read with options.coding. The containers are those that encode_document writes with
-// `always_patches`; stock Draco and meshoptimizer get the same codings and the mesh that is left once duplicate
-// points, degenerate faces and unused points are dropped. EncodeJobs of which no face is left are skipped.
+// PatchTarget::always; stock Draco and meshoptimizer get the same codings and the mesh that is left once
+// duplicate points, degenerate faces and unused points are dropped. EncodeJobs of which no face is left are
+// skipped.
 //
 // Encodes once, with `pool`, and times decoding with measure_interleaved. kDiffers if the decoded faces and
 // points of a container are not those that its directory states.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "gltf_ext/json/json.h"
 #include "tools/gltf_psplit/compare/comparison_figures.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/text_layout.h"

@@ -20,9 +20,9 @@ std::string patches_text(const SplitRow& row) {
 // One decoder's time divided by another's.
 struct TimeRatio {
   double value = 1;
-  double low = 1, high = 1;  // if both times are at the quartiles of their rounds
-  bool is_noisy = false;     // so that low and high matter
-  bool is_rough = false;     // noisy, or of so few rounds that nobody can tell
+  double low = 1, high = 1;  // the ratio for times at the quartiles of their rounds
+  bool is_noisy = false;     // then low and high are shown
+  bool is_rough = false;     // noisy, or of too few rounds to know
 };
 
 TimeRatio time_ratio(const Timing& slow, const Timing& fast, int repeat) {
@@ -49,7 +49,7 @@ std::string speed_text(const TimeRatio& ratio) {
 // "for 2.0 % more bytes"
 std::string bytes_text(double overhead) {
   const std::string share = as_share(std::abs(overhead));
-  if (share == as_share(0)) return "for as many bytes";
+  if (share == as_share(0)) return "at the same size";
   return "for " + share + (overhead > 0 ? " more bytes" : " fewer bytes");
 }
 
@@ -68,9 +68,9 @@ const DecodeRow* on_one_thread(const SplitRow& row, const DecodeRow& like) {
   return nullptr;
 }
 
-// Among the splits with at most `most_overhead`, and among those about as fast as the fastest of them, the
-// index of the split with the fewest patches, and of two with as many the smaller one. splits.size() if there
-// is none.
+// Looks at the splits with at most `most_overhead`, and of these at the ones about as fast as the fastest.
+// Returns the index of the one with the fewest patches; of two with the same number, of the smaller one.
+// splits.size() if no split has so little overhead.
 size_t find_fast(const std::vector<SplitRow>& splits, double most_overhead) {
   double fastest_ms = HUGE_VAL;
   for (const SplitRow& row : splits)
@@ -122,8 +122,8 @@ std::string headline_text(const SplitRow& row, const Comparison& comparison, con
   return text + "; on one thread it is " + speed.substr(0, speed.rfind(" as")) + ".";
 }
 
-// How `encode` is told to cut as in that row. A number of patches in the report may differ from that of
-// --patches, for example if the asset has more primitives.
+// The options with which `encode` cuts as in this row. The number of patches may differ from that of --patches,
+// for example if the asset has more primitives.
 std::string option_text(const PatchRule& rule) {
   const std::string condense = rule.condense ? "--condense" : "";
   const std::string more = rule.condense ? " " + condense : "";

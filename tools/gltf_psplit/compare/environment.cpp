@@ -1,5 +1,3 @@
-#include "tools/gltf_psplit/compare/environment.h"
-
 #include <array>
 #include <ctime>
 #include <fstream>
@@ -7,6 +5,7 @@
 
 #include "decoder_cuda/psplit_cuda.h"
 #include "encoder/draco/draco_backend.h"
+#include "tools/gltf_psplit/compare/comparison_report.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 
 namespace psplit {

@@ -1,52 +1,10 @@
 #include "tools/gltf_psplit/files/asset_output.h"
 
-#include <CLI/CLI.hpp>
-#include <map>
-
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/report/progress.h"
 
 namespace psplit {
-namespace {
-
-const std::map<std::string, ImagePlacement> kPlacements{{"embed", ImagePlacement::kEmbed},
-                                                        {"copy", ImagePlacement::kCopy},
-                                                        {"reference", ImagePlacement::kReference}};
-
-}  // namespace
-
-void add_output_option(CLI::App& command, std::string& path, OutputForms forms) {
-  const std::string names =
-      forms == OutputForms::kGltf ? ".glb or .gltf file" : ".glb, .gltf, .obj, .ply, .stl or .drc file";
-  command.add_option("-o,--output,OUT", path, "The output: a " + names + "; - writes a GLB to stdout")
-      ->required()
-      ->type_name("FILE");
-}
-
-void add_form_option(CLI::App& command, std::string& form) {
-  command.add_option("--as", form, "Format of outputs in a folder")
-      ->check(CLI::IsMember({"glb", "gltf"}))
-      ->capture_default_str()
-      ->type_name("FORM");
-}
-
-void add_images_option(CLI::App& command, WriteOptions& options) {
-  command
-      .add_option_function<std::string>(
-          "--images", [&options](const std::string& name) { options.images = kPlacements.at(name); },
-          "What to do with image files: embed them, copy them to the output's folder, or refer to them where "
-          "they are. Default: a .glb embeds, a .gltf copies")
-      ->check(CLI::IsMember({"embed", "copy", "reference"}))
-      ->type_name("HOW");
-}
-
-std::string describe_images(const WriteOptions& options) {
-  for (const auto& [name, placement] : kPlacements)
-    if (options.images == placement) return name;
-  return "default";
-}
-
 void log_written(const WriteReport& report, const Log& log, const std::string& prefix) {
   for (const std::string& note : report.notes) log.note(prefix + note);
   for (const std::string& warning : report.warnings) log.warning(prefix + warning);

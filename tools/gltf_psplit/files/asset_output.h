@@ -9,22 +9,7 @@
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/log.h"
 
-namespace CLI {
-class App;
-}
-
 namespace psplit {
-
-// The output's path: the word after the input, or -o. Add the input's option first. `path` must outlive the
-// parse.
-void add_output_option(CLI::App& command, std::string& path, OutputForms forms = OutputForms::kGltf);
-
-// --as: glb or gltf. `form` must outlive the parse.
-void add_form_option(CLI::App& command, std::string& form);
-// --images. `options` must outlive the parse.
-void add_images_option(CLI::App& command, WriteOptions& options);
-// The value of --images that `options` came from, or "default".
-std::string describe_images(const WriteOptions& options);
 
 // Logs which files are missing, and which were renamed. Each line begins with `prefix`.
 void log_written(const WriteReport& report, const Log& log, const std::string& prefix = "");

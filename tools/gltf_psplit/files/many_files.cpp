@@ -2,12 +2,14 @@
 
 #include <algorithm>
 
+#include "gltf_ext/json/json.h"
+#include "tools/gltf_psplit/report/exit_codes.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
 
 Status check_inputs(std::span<const std::string> files) {
-  if (std::ranges::count(files, "-") > 1) return {StatusCode::kUsage, "stdin (-) can be named only once"};
+  if (std::ranges::count(files, "-") > 1) return wrong_usage("stdin (-) can be named only once");
   return {};
 }
 
@@ -34,8 +36,7 @@ Json results_json(std::vector<Json> results, size_t file_count) {
 }
 
 Json failure_json(const std::string& file, const Status& status) {
-  return {{"file", file},
-          {"error", {{"code", static_cast<int>(status.code())}, {"message", status.to_string()}}}};
+  return {{"file", file}, {"error", {{"code", exit_code(status.code())}, {"message", status.to_string()}}}};
 }
 
 }  // namespace psplit

@@ -12,8 +12,8 @@
 #include "gltf_ext/files/image_type.h"
 #include "gltf_ext/files/uri.h"
 #include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/mesh_files/mtl.h"
 #include "gltf_ext/mesh_files/write_mesh_file.h"
-#include "gltf_ext/mesh_files/write_mtl.h"
 #include "gltf_ext/primitive/view_in_place.h"
 #include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/preview/scene.h"
@@ -91,7 +91,7 @@ class SceneParts {
         return unsupported("the scene repeats its meshes too often to be written");
     }
     if (parts.empty()) return unsupported("the scene shows no triangles");
-    name_losses(array_size(document_.json, "meshes") - shown.size());
+    name_losses(document_.records().meshes.size() - shown.size());
     return {};
   }
 
@@ -102,8 +102,7 @@ class SceneParts {
 
  private:
   Status add(const MeshInstance& instance, bool only_one) {
-    const Json& mesh = document_.json["meshes"][instance.mesh];
-    const std::string* const name = string_field(mesh, "name");
+    const std::string* const name = string_field(document_.json()["meshes"][instance.mesh], "name");
     const bool is_named = name != nullptr && !name->empty();
     std::string object;
     if (is_named || !only_one) object = names_.add(is_named ? *name : "mesh_" + std::to_string(instance.mesh));
@@ -111,20 +110,17 @@ class SceneParts {
     const bool moves = !is_identity(transform);
     const bool mirrored = dot(cross(transform.x, transform.y), transform.z) < 0;
     moved_count += moves;
-    for (size_t i = 0; i < array_size(mesh, "primitives"); ++i) {
-      const PrimitiveId id{instance.mesh, i};
-      const Expected<PrimitiveKind> kind = primitive_kind(document_, id);
-      if (!kind) return kind.status();
-      if (!kind->triangles) {
+    const std::vector<PrimitiveRecord>& primitives = document_.records().meshes[instance.mesh];
+    for (size_t i = 0; i < primitives.size(); ++i) {
+      if (!primitives[i].status.ok()) return primitives[i].status;
+      if (!primitives[i].has_triangles()) {
         ++other_primitives_;
         continue;
       }
-      const Json& primitive = mesh["primitives"][i];
-      has_morphs_ = has_morphs_ || array_size(primitive, "targets") > 0;
-      const Expected<MeshView> view = view_of_primitive(id);
+      has_morphs_ = has_morphs_ || !primitives[i].targets.empty();
+      const Expected<MeshView> view = view_of_primitive({instance.mesh, i});
       if (!view) return view.status();
-      PlacedPart part{
-          object, material_name(integer_field(primitive, "material").value_or(-1)), *view, {}, mirrored};
+      PlacedPart part{object, material_name(primitives[i].material), *view, {}, mirrored};
       if (moves)
         part.place = [transform, sign = mirrored ? -1.0 : 1.0](std::string_view semantic,
                                                                std::span<float> value) {
@@ -150,7 +146,7 @@ class SceneParts {
   }
 
   std::string material_name(int64_t material) {
-    const Json* const json = top_level_object(document_.json, "materials", material);
+    const Json* const json = top_level_object(document_.json(), "materials", material);
     if (json == nullptr) return "";
     const auto [found, is_new] = materials.try_emplace(material);
     const std::string* const name = string_field(*json, "name");
@@ -160,7 +156,7 @@ class SceneParts {
   }
 
   void name_losses(size_t unseen_meshes) {
-    const Json& json = document_.json;
+    const Json& json = document_.json();
     if (unseen_meshes > 0) losses.push_back(counted(unseen_meshes, "object") + " that the scene does not show");
     if (other_primitives_ > 0)
       losses.push_back(counted(other_primitives_, "primitive") + " of points or lines");
@@ -202,7 +198,7 @@ class MaterialFiles {
 
   // Returns the name of the MTL file.
   Expected<std::string> write(const std::map<int64_t, std::string>& materials) {
-    PackedDocument packed{document_.json, {}, {}, Json::object(), Json::array(), {}};
+    PackedDocument packed{document_.json(), {}, {}, Json::object(), Json::array(), {}};
     if (Status status =
             place_images(document_, output_, placement_.value_or(ImagePlacement::kCopy), packed, written_);
         !status.ok())
@@ -231,14 +227,14 @@ class MaterialFiles {
                       std::set<std::string>& left_out) const {
     std::string text = "# made by gltf-psplit\n";
     for (const auto& [material, name] : materials)
-      text += "\n" + mtl_text(document_.json, material, name, path_of_image, left_out);
+      text += "\n" + mtl_text(document_.json(), material, name, path_of_image, left_out);
     return text;
   }
 
   // The extension of an image that MTL can name; empty for one on the web, of an unknown kind, or with a name
   // that a line cannot hold.
   std::string extension_of(size_t image) const {
-    const std::string* const uri = string_field(document_.json["images"][image], "uri");
+    const std::string* const uri = string_field(document_.json()["images"][image], "uri");
     if (uri != nullptr && !is_data_uri(*uri)) {
       if (kind_of_uri(*uri) != UriKind::kRelative) return "";
       const fs::path file = path_of_uri(*uri, document_.source.parent_path());
@@ -250,7 +246,7 @@ class MaterialFiles {
   }
 
   Expected<std::vector<uint8_t>> embedded_bytes(size_t image) const {
-    const Json& json = document_.json["images"][image];
+    const Json& json = document_.json()["images"][image];
     if (const std::string* const uri = string_field(json, "uri")) return decode_data_uri(*uri);
     const Expected<std::span<const uint8_t>> bytes =
         buffer_view_bytes(document_, integer_field(json, "bufferView").value_or(-1));
@@ -320,7 +316,7 @@ Status write_draco(const std::string& path, const PlacedPart& part, const Encode
     lost.dropped_points += report.statistics.dropped_points;
     for (const std::string& warning : report.warnings) session.log.warning(path + ": " + warning);
   }
-  const Expected<StoredPrimitive> stored = stored_primitive(document, {0, 0}, kStockExtensionName);
+  const Expected<StoredPrimitive> stored = stored_primitive(document, {0, 0});
   return stored ? write_file(path, {stored->bytes}, session.if_read_only()) : stored.status();
 }
 
@@ -350,7 +346,7 @@ Status write_mesh_output(const Document& document, const std::string& path, Asse
                          const MeshOutputOptions& options, const Session& session, WriteReport& written,
                          EncodeStatistics& lost) {
   if (format == AssetFormat::kObj && options.images == ImagePlacement::kEmbed)
-    return {StatusCode::kUsage, "an OBJ cannot embed images: use --images copy or reference"};
+    return wrong_usage("an OBJ cannot embed images: use --images copy or reference");
   SceneParts scene(document, session.pool);
   if (Status status = scene.read(); !status.ok())
     return std::move(status).at({.file = document.source.string()});

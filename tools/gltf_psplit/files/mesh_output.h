@@ -7,8 +7,7 @@
 #include "encoder/encode_mesh.h"
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/image_placement.h"
-#include "gltf_ext/document/write_report.h"
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "tools/gltf_psplit/options/session.h"
 

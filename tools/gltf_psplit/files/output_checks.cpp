@@ -6,6 +6,7 @@
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/json/json.h"
 #include "tools/gltf_psplit/report/number_text.h"
 
 namespace psplit {
@@ -61,10 +62,9 @@ Status check_free_space(const std::string& output, uint64_t bytes) {
 Status check_output_path(const std::string& path, bool force, const std::string& others) {
   const std::string extension = lower_extension(path);
   if (path != "-" && extension != ".glb" && extension != ".gltf")
-    return {StatusCode::kUsage,
-            "the output must end in .glb" + (others.empty() ? "" : ", " + others) +
-                " or .gltf, or be - for a GLB on stdout",
-            {.file = path}};
+    return wrong_usage("the output must end in .glb" + (others.empty() ? "" : ", " + others) +
+                           " or .gltf, or be - for a GLB on stdout",
+                       {.file = path});
   return check_output_place(path, force);
 }
 
@@ -91,14 +91,14 @@ Status check_output_paths(const std::string& output, const std::string& report, 
                       ? check_output_place(output, force)
                       : check_output_path(output, force, mesh_files ? ".obj, .ply, .stl, .drc" : "");
   if (!status.ok()) return status;
-  if (report == output) return {StatusCode::kUsage, "--report and the output name the same file: " + output};
+  if (report == output) return wrong_usage("--report and the output name the same file: " + output);
   return report.empty() ? Status() : check_output_place(report, force);
 }
 
 Status check_not_an_input(const std::string& path, const std::string& option, const Document& document) {
   if (path.empty() || path == "-") return {};
   const auto refuse = [&](const fs::path& file) {
-    return Status(StatusCode::kUsage, option + " would replace " + file.string() + ", a file of an asset");
+    return wrong_usage(option + " would replace " + file.string() + ", a file of an asset");
   };
   for (const fs::path& file : document.files)
     if (is_same_file(path, file)) return refuse(file);
@@ -110,7 +110,7 @@ Status check_not_an_input(const std::string& path, const std::string& option, co
 Status check_not_an_input(const std::string& path, const std::string& option,
                           std::span<const std::string> inputs) {
   Document named;
-  named.json = Json::object();
+  named.json() = Json::object();
   for (const std::string& input : inputs)
     if (input != "-") named.files.emplace_back(input);
   return check_not_an_input(path, option, named);
@@ -129,7 +129,7 @@ Status check_not_an_output(const std::string& path, const std::string& option, c
   if (path.empty() || path == "-") return {};
   for (const fs::path& file : written.files)
     if (file != "-" && is_same_file(path, file))
-      return {StatusCode::kUsage, option + " and the output cannot share " + file.string()};
+      return wrong_usage(option + " and the output cannot share " + file.string());
   return {};
 }
 

@@ -6,9 +6,10 @@
 #include <string>
 
 #include "gltf_ext/document/document.h"
-#include "gltf_ext/document/write_report.h"
+#include "gltf_ext/document/write_document.h"
 #include "gltf_ext/mesh_files/asset_format.h"
 #include "src/status.h"
+#include "tools/gltf_psplit/options/file_options.h"
 
 namespace psplit {
 
@@ -22,9 +23,6 @@ Status check_free_space(const std::string& output, uint64_t bytes);
 // The same as check_output_place, and kUsage if write_document does not support the name: it must end in .glb
 // or .gltf, or be "-". The message lists those and `others`, endings that the caller supports and has excluded.
 Status check_output_path(const std::string& path, bool force, const std::string& others = "");
-
-// The outputs that a command writes: glTF alone, or .obj, .ply, .stl and .drc as well.
-enum class OutputForms { kGltf, kGltfAndMeshFiles };
 
 // The same for a command that writes an asset and, if `report` is not empty, a report. kUsage if both have the
 // same name.

@@ -1,16 +1,9 @@
 #include "tools/gltf_psplit/files/read_input.h"
 
-#include <CLI/CLI.hpp>
-
 #include "gltf_ext/mesh_files/read_asset.h"
-#include "gltf_ext/mesh_files/spool_bytes.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 
 namespace psplit {
-
-void add_input_option(CLI::App& command, std::string& path) {
-  command.add_option("IN", path, kInputText)->required();
-}
 
 Expected<Document> read_input(const std::string& path, const Log& log, const std::string& backend,
                               FileAccess access, const std::filesystem::path& spool, const Progress& progress) {

@@ -9,17 +9,7 @@
 #include "gltf_ext/mesh_files/byte_stream.h"
 #include "tools/gltf_psplit/report/log.h"
 
-namespace CLI {
-class App;
-}
-
 namespace psplit {
-
-inline constexpr const char* kInputText =
-    "The input: a .gltf, .glb, .drc, .ply, .obj, .stl or .off file, optionally gzipped; - reads stdin";
-
-// IN: the input's path. `path` must outlive the parse.
-void add_input_option(CLI::App& command, std::string& path);
 
 // Reads any file that read_asset supports (gltf_ext/mesh_files/read_asset.h); "-" is stdin. Its warnings go to
 // the log. Large glTF files are mapped, unless `access` says otherwise. The document of a Draco file holds the

@@ -1,25 +1,10 @@
 #include "tools/gltf_psplit/files/text_output.h"
 
-#include <CLI/CLI.hpp>
-
 #include "gltf_ext/files/files.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {
-
-void add_text_output_option(CLI::App& command, std::string& path) {
-  command.add_option("-o,--output", path, "File for the result; - is stdout")
-      ->capture_default_str()
-      ->type_name("FILE");
-}
-
-void add_format_option(CLI::App& command, std::string& name, const std::vector<std::string>& forms) {
-  command.add_option("--format", name, "Format of the result")
-      ->check(CLI::IsMember(forms))
-      ->capture_default_str()
-      ->type_name("FORM");
-}
 
 Status write_text(const std::string& path, const std::string& text, IfReadOnly if_read_only) {
   if (path == "-" && stdout_is_terminal()) {

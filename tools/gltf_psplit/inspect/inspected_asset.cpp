@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "gltf_ext/json/json_fields.h"
 #include "src/condensed/expand_container.h"
 
 namespace psplit {
@@ -30,13 +29,12 @@ std::string name_of(const StreamAttribute& attribute, const InspectedPrimitive& 
 
 Status inspect_patches(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                        InspectedPrimitive& out) {
-  const Expected<StoredPrimitive> patched = stored_primitive(document, out.id, kExtensionName);
+  const Expected<StoredPrimitive> patched = stored_primitive(document, out.id);
   if (!patched) return patched.status();
   const Expected<PatchContainer> container = open_container(patched->bytes);
   if (!container) return container.status();
   out.summary = summarize_streams(container->entries, container->has_residue, container->head_bytes,
                                   patched->bytes.size());
-  out.container_version = container->version;
   out.attributes = patched->requests;
   out.bits.assign(out.attributes.size(), 0);
   // All streams of a container are coded alike, except the last if it holds the residue.
@@ -53,7 +51,7 @@ Status inspect_patches(const Document& document, const DescribeStream& describe,
 }
 
 Status inspect_stock(const Document& document, const DescribeStream& describe, InspectedPrimitive& out) {
-  const Expected<StoredPrimitive> stock = stored_primitive(document, out.id, kStockExtensionName);
+  const Expected<StoredPrimitive> stock = stored_primitive(document, out.id);
   if (!stock) return stock.status();
   const Expected<StreamDescription> stream = describe(stock->bytes);
   if (!stream) return stream.status();
@@ -65,29 +63,23 @@ Status inspect_stock(const Document& document, const DescribeStream& describe, I
 // The faces and points of a plain primitive, as its accessors state them: a strip or a fan has a face for each
 // point after the second.
 void count_plain(const Document& document, InspectedPrimitive& out) {
-  const Json& primitive = document.json["meshes"][out.id.mesh]["primitives"][out.id.primitive];
-  const auto count_of = [&](const Json* holder, const char* name) -> uint64_t {
-    const auto index = holder == nullptr ? std::nullopt : integer_field(*holder, name);
-    const Json* accessor = index ? top_level_object(document.json, "accessors", *index) : nullptr;
-    return accessor == nullptr
-               ? 0
-               : static_cast<uint64_t>(std::max<int64_t>(0, integer_field(*accessor, "count").value_or(0)));
-  };
-  out.summary.points = count_of(object_field(primitive, "attributes"), "POSITION");
-  const bool is_indexed = field(primitive, "indices") != nullptr;
-  const uint64_t corners = is_indexed ? count_of(&primitive, "indices") : out.summary.points;
-  const int64_t mode = integer_field(primitive, "mode").value_or(4);
-  const bool is_strip_or_fan = mode == 5 || mode == 6;
-  out.summary.faces = mode == 4 ? corners / 3 : is_strip_or_fan && corners > 2 ? corners - 2 : 0;
+  const AssetRecords& records = document.records();
+  const PrimitiveRecord& primitive = records.primitive(out.id);
+  const int64_t position = primitive.accessor_of("POSITION");
+  out.summary.points = position < 0 ? 0 : records.accessor(position).count;
+  const uint64_t corners =
+      primitive.indices < 0 ? out.summary.points : records.accessor(primitive.indices).count;
+  const bool is_strip_or_fan = primitive.mode == 5 || primitive.mode == 6;
+  out.summary.faces = primitive.mode == 4 ? corners / 3 : is_strip_or_fan && corners > 2 ? corners - 2 : 0;
 }
 
 // Of a plain primitive only the storage and the counts are set.
 Status inspect_primitive(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                          InspectedPrimitive& out) {
-  const Expected<PrimitiveKind> kind = primitive_kind(document, out.id);
-  if (!kind) return kind.status();
-  out.storage = kind->storage;
-  switch (kind->storage) {
+  const PrimitiveRecord& primitive = document.records().primitive(out.id);
+  if (!primitive.status.ok()) return primitive.status;
+  out.storage = primitive.storage();
+  switch (out.storage) {
     case PrimitiveStorage::kPatches: return inspect_patches(document, describe, pool, out);
     case PrimitiveStorage::kStockDraco: return inspect_stock(document, describe, out);
     case PrimitiveStorage::kPlain: count_plain(document, out); break;

@@ -17,9 +17,8 @@ namespace psplit {
 struct InspectedPrimitive {
   PrimitiveId id;
   PrimitiveStorage storage = PrimitiveStorage::kPlain;
-  PatchSummary summary;                       // of a plain primitive only faces and points
-  std::optional<uint32_t> container_version;  // only for patches
-  std::optional<StreamCoding> coding;         // of the first stream; nothing for a plain primitive
+  PatchSummary summary;                // of a plain primitive only faces and points
+  std::optional<StreamCoding> coding;  // of the first stream; nothing for a plain primitive
   std::vector<AttributeRequest> attributes;
   std::vector<int> bits;                        // one for each attribute; 0 if it is stored exactly
   SectionBytes sections;                        // of the condensed streams

@@ -1,6 +1,5 @@
 #include "tools/gltf_psplit/options/backend_choice.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <mutex>
@@ -11,6 +10,7 @@
 #include "src/container/patch_container.h"
 #include "src/cpu/cpu_backend.h"
 #include "tools/gltf_psplit/options/count_option.h"
+#include "tools/gltf_psplit/options/file_options.h"
 
 namespace psplit {
 namespace {
@@ -87,12 +87,8 @@ bool is_worth_a_gpu(std::span<const DecodeTask> tasks, size_t thread_count, bool
 }
 
 void add_backend_options(CLI::App& command, BackendChoice& choice) {
-  command
-      .add_option("--backend", choice.name,
-                  "Decoder. auto: the fastest that is available; draco: stock libdraco")
-      ->check(CLI::IsMember({"auto", "cuda", "cpu", "draco"}))
-      ->capture_default_str()
-      ->type_name("NAME");
+  add_choice_option(command, "--backend", choice.name, {"auto", "cuda", "cpu", "draco"},
+                    "Decoder. auto: the fastest that is available; draco: stock libdraco");
   add_size_option(
       command, "--gpu-memory", choice.gpu_memory,
       "Most memory that the CUDA decoder may use on its device, such as 512MB or 4GB. What needs more is "

@@ -1,8 +1,7 @@
-#include "tools/gltf_psplit/options/completion.h"
-
 #include <CLI/CLI.hpp>
 #include <vector>
 
+#include "tools/gltf_psplit/options/help_text.h"
 #include "tools/gltf_psplit/report/text_layout.h"
 
 namespace psplit {

@@ -1,14 +1,19 @@
 #include "tools/gltf_psplit/options/encode_options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <optional>
 #include <string_view>
+#include <utility>
 
-#include "gltf_ext/document/extensions.h"
+#include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
-#include "tools/gltf_psplit/options/coding_options.h"
 #include "tools/gltf_psplit/options/count_option.h"
-#include "tools/gltf_psplit/options/gpus.h"
+#include "tools/gltf_psplit/options/file_options.h"
 
 namespace psplit {
 namespace {
@@ -20,29 +25,25 @@ constexpr uint64_t kLeastPatchFaces = 440;
 
 // A profile does not depend on the machine: the same command writes the same bytes everywhere.
 void apply_profile(EncodeArguments& arguments) {
-  EncodeDocumentOptions& options = arguments.options;
-  if (arguments.profile == "size") options.most_patches = kMostPatchesForSize;
+  PatchTarget& target = arguments.options.patches;
+  if (arguments.profile == "size") target.most = kMostPatchesForSize;
   if (arguments.profile != "speed") return;
   if (arguments.gpu.empty()) {
-    options.patch_faces = kSpeedPatchFaces;
+    target.faces = kSpeedPatchFaces;
     return;
   }
-  options.patches = patches_in_flight(*multiprocessors(arguments.gpu));
-  options.least_patch_faces = kLeastPatchFaces;
+  target.count = patches_in_flight(*multiprocessors(arguments.gpu));
+  target.least_faces = kLeastPatchFaces;
 }
 
 void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
-  CLI::Option* profile =
-      command
-          .add_option(
-              "--profile", arguments.profile,
-              "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
-              "30000 faces for larger primitives. size: at most 4 patches of a primitive, and with --condense "
-              "the smallest coding. speed: patches of "
-              "4800 faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
-              "override the profile")
-          ->check(CLI::IsMember({"speed", "balanced", "size"}))
-          ->type_name("NAME");
+  CLI::Option* profile = add_choice_option(
+      command, "--profile", arguments.profile, {"speed", "balanced", "size"},
+      "balanced, the default: about 2 % larger than one Draco stream; 2 to 16 patches, and patches of "
+      "30000 faces for larger primitives. size: at most 4 patches of a primitive, and with --condense "
+      "the smallest coding. speed: patches of "
+      "4800 faces, or as many as the GPU of --gpu decodes at once. --patches and --patch-faces "
+      "override the profile");
   command
       .add_option("--gpu", arguments.gpu,
                   "With --profile speed: the GPU to cut for, by name or by its number of multiprocessors")
@@ -56,13 +57,9 @@ void add_profile_options(CLI::App& command, EncodeArguments& arguments) {
 }
 
 void add_volume_option(CLI::App& command, EncodeArguments& arguments) {
-  command
-      .add_option(
-          "--quantization-volume", arguments.volume,
-          "Which primitives share a quantization grid: none (primitive), those of a mesh, or all of the scene")
-      ->check(CLI::IsMember({"primitive", "mesh", "scene"}))
-      ->capture_default_str()
-      ->type_name("WHAT");
+  add_choice_option(
+      command, "--quantization-volume", arguments.volume, {"primitive", "mesh", "scene"},
+      "Which primitives share a quantization grid: none (primitive), those of a mesh, or all of the scene");
   command.get_option("--lossless")->excludes("--quantization-volume");
 }
 
@@ -101,21 +98,14 @@ void add_drop_option(CLI::App& command, std::vector<std::string>& names) {
 }
 
 void add_storage_options(CLI::App& command, EncodeArguments& arguments) {
-  command
-      .add_option(
-          "--fallback", arguments.fallback,
-          "What loaders without the extension find: nothing, or uncompressed geometry beside the patches")
-      ->check(CLI::IsMember({"none", "uncompressed"}))
-      ->capture_default_str()
-      ->type_name("KIND");
-  command
-      .add_option("--compat", arguments.compat,
-                  "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common "
-                  "loaders open. Points on borders are stored once for each patch, and decoding does not join "
-                  "them. At most 8 patches of a primitive by default, because each is a draw call")
-      ->check(CLI::IsMember({"none", "khr"}))
-      ->capture_default_str()
-      ->type_name("KIND");
+  add_choice_option(
+      command, "--fallback", arguments.fallback, {"none", "uncompressed"},
+      "What loaders without the extension find: nothing, or uncompressed geometry beside the patches");
+  add_choice_option(
+      command, "--compat", arguments.compat, {"none", "khr"},
+      "khr: each patch becomes a primitive of its own in KHR_draco_mesh_compression, which common "
+      "loaders open. Points on borders are stored once for each patch, and decoding does not join "
+      "them. At most 8 patches of a primitive by default, because each is a draw call");
 }
 
 void add_condense_options(CLI::App& command, EncodeArguments& arguments) {
@@ -143,19 +133,138 @@ std::string options_of_patches(const CLI::App& command, const EncodeDocumentOpti
   return given;
 }
 
+struct Gpu {
+  std::string_view name;
+  uint32_t multiprocessors;
+};
+
+// From NVIDIA's data sheets. If a GPU has several variants, the one with the most multiprocessors.
+constexpr Gpu kGpus[] = {{"B200", 148},    {"H200", 132},    {"H100", 132},     {"A100", 108},
+                         {"V100", 80},     {"L40S", 142},    {"L40", 142},      {"L4", 58},
+                         {"A10", 72},      {"T4", 40},       {"RTX 5090", 170}, {"RTX 4090", 128},
+                         {"RTX 4080", 76}, {"RTX 4070", 46}, {"RTX 4060", 24},  {"RTX 3090", 82},
+                         {"RTX 3080", 68}, {"RTX 3070", 46}, {"RTX 3060", 28},  {"RTX 2080", 46}};
+
+// The letters and digits of a name, in lower case.
+std::string plain(std::string_view name) {
+  std::string text;
+  for (const char c : name)
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      text += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// Metres, from a number with a unit. Nothing if the text is not a length greater than 0.
+std::optional<double> parse_length(std::string_view text) {
+  double length = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), length);
+  if (read.ec != std::errc() || !(length > 0) || !std::isfinite(length)) return std::nullopt;
+  const std::string_view unit = text.substr(static_cast<size_t>(read.ptr - text.data()));
+  for (const auto& [name, metres] : {std::pair<std::string_view, double>{"", 1},
+                                     {"m", 1},
+                                     {"cm", 1e2},
+                                     {"mm", 1e3},
+                                     {"um", 1e6},
+                                     {"\u00b5m", 1e6}})
+    if (unit == name) return length / metres;
+  return std::nullopt;
+}
+
+void add_position_options(CLI::App& command, EncodeDocumentOptions& options) {
+  const auto is_bits = [](const std::string& text) {
+    int bits = 0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), bits);
+    const bool is_number = read.ec == std::errc() && read.ptr == text.data() + text.size();
+    return text == "auto" || (is_number && bits >= 1 && bits <= kMostPositionBits)
+               ? std::string()
+               : text + " is neither auto nor a number from 1 to " + std::to_string(kMostPositionBits);
+  };
+  const auto set_bits = [&options](const std::string& text) {
+    options.position_bits_by_edges = text == "auto";
+    if (text != "auto") options.position_bits = std::stoi(text);
+  };
+  CLI::Option* bits = command.add_option_function<std::string>(
+      "--quantize-position", set_bits,
+      "Bits for each component of positions. auto: the fewest, from " + std::to_string(kLeastBitsForEdges) +
+          " on, whose step is at most 1/20 of the length that 95 % of the edges exceed. Dense meshes get more "
+          "than " +
+          std::to_string(options.position_bits) + ", and grow; the summary says by how much");
+  bits->check(is_bits)->default_str(std::to_string(options.position_bits))->type_name("BITS");
+  command
+      .add_option_function<std::string>(
+          "--max-error",
+          [&options](const std::string& text) { options.max_position_error = *parse_length(text); },
+          "Bits for positions that guarantee that each is at most this far off, whatever they cost: 0.5mm, "
+          "20um, 1cm, 0.1m, or a "
+          "number in the units of the input, which are metres in glTF. It counts in the mesh's own "
+          "coordinates, "
+          "before the transforms of nodes")
+      ->check([](const std::string& text) {
+        return parse_length(text) ? std::string() : text + " is not a length, such as 0.5mm, 20um or 0.001";
+      })
+      ->excludes(bits)
+      ->type_name("LENGTH");
+}
+
 }  // namespace
+
+void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool fits_mesh) {
+  const auto add_bits = [&](const char* name, int& bits, int least, const char* what) {
+    command.add_option(name, bits, std::string("Bits for each component of ") + what)
+        ->check(CLI::Range(least, 30))
+        ->capture_default_str()
+        ->type_name("BITS");
+  };
+  if (fits_mesh)
+    add_position_options(command, options);
+  else
+    add_bits("--quantize-position", options.position_bits, 1, "positions");
+  add_bits("--quantize-normal", options.normal_bits, 2, "normals (octahedral)");
+  add_bits("--quantize-texcoord", options.texcoord_bits, 1, "texture coordinates");
+  add_bits("--quantize-color", options.color_bits, 1, "colours stored as floats");
+  add_bits("--quantize-generic", options.generic_bits, 1, "all other float attributes");
+  CLI::Option* lossless =
+      command.add_flag("--lossless", options.lossless, "Keep every float exactly, without quantization");
+  for (const char* name : {"--quantize-position", "--quantize-normal", "--quantize-texcoord",
+                           "--quantize-color", "--quantize-generic"})
+    lossless->excludes(command.get_option(name));
+  if (fits_mesh) lossless->excludes("--max-error");
+  command
+      .add_option("--encode-speed", options.encode_speed,
+                  "Draco's speed: 0 makes the smallest files, 10 is fastest")
+      ->check(CLI::Range(0, 10))
+      ->capture_default_str()
+      ->type_name("SPEED");
+}
+
+void add_partition_options(CLI::App& command, EncodeDocumentOptions& options) {
+  const auto cut_as_the_paper = [&options](const std::string& distance) {
+    options.method = PartitionMethod::kPaper;
+    options.distance = distance == "geodesic" ? PathDistance::kGeodesic : PathDistance::kDijkstra;
+  };
+  command
+      .add_option_function<std::string>(
+          "--distance", cut_as_the_paper,
+          "Cut with the paper's method, which clusters faces around farthest points. Distances are measured "
+          "along edges (dijkstra) or across faces (geodesic). The default method cuts in levels and is faster")
+      ->check(CLI::IsMember({"dijkstra", "geodesic"}))
+      ->type_name("NAME");
+  command.add_flag_callback(
+      "--no-refine", [&options] { options.refine = false; },
+      "Do not smooth the borders between patches: shows what refinement gains");
+}
 
 std::function<void()> add_encode_options(CLI::App& command, EncodeArguments& arguments) {
   EncodeDocumentOptions& options = arguments.options;
-  CLI::Option* patches = add_count_option(command, "--patches", options.patches,
+  CLI::Option* patches = add_count_option(command, "--patches", options.patches.count,
                                           "Number of patches, over all primitives together");
   CLI::Option* patch_faces =
-      add_count_option(command, "--patch-faces", options.patch_faces, "Cut patches of about N faces each")
+      add_count_option(command, "--patch-faces", options.patches.faces, "Cut patches of about N faces each")
           ->excludes(patches);
-  add_count_option(command, "--min-faces", options.min_faces,
+  add_count_option(command, "--min-faces", options.patches.min_faces,
                    "Do not split primitives of fewer faces. Default: " + std::to_string(kMinFaces) +
                        "; with --patches or --patch-faces, split primitives of any size");
-  command.add_flag("--always-patches", options.always_patches,
+  command.add_flag("--always-patches", options.patches.always,
                    "Use PSPLIT_mesh_draco_patches also for primitives that are not split, instead of "
                    "KHR_draco_mesh_compression");
   add_profile_options(command, arguments);
@@ -203,12 +312,12 @@ void group_encode_options(CLI::App& command) {
 std::string describe_options(const EncodeDocumentOptions& options) {
   const EncodeDocumentOptions& o = options;
   Json described{{"format", kContainerVersion},
-                 {"patches", o.patches},
-                 {"least_patch_faces", o.least_patch_faces},
-                 {"patch_faces", o.patch_faces},
-                 {"most_patches", o.most_patches},
-                 {"min_faces", o.min_faces},
-                 {"always_patches", o.always_patches},
+                 {"patches", o.patches.count},
+                 {"least_patch_faces", o.patches.least_faces},
+                 {"patch_faces", o.patches.faces},
+                 {"most_patches", o.patches.most},
+                 {"min_faces", o.patches.min_faces},
+                 {"always_patches", o.patches.always},
                  {"bits", {o.position_bits, o.normal_bits, o.texcoord_bits, o.color_bits, o.generic_bits}},
                  {"volume", static_cast<int>(o.volume)},
                  {"refine", o.refine},
@@ -225,8 +334,30 @@ std::string describe_options(const EncodeDocumentOptions& options) {
   if (!o.skip.empty()) described["skip"] = o.skip;
   if (o.position_bits_by_edges) described["position_bits_by_edges"] = kLeastBitsForEdges;
   if (o.max_position_error > 0) described["max_position_error"] = o.max_position_error;
-  if (o.condense) described["condense"] = {kCondensedContainerVersion, o.condense_smallest};
+  if (o.condense) described["condense"] = o.condense_smallest ? "smallest" : "fast";
   return described.dump();
+}
+
+std::optional<uint32_t> multiprocessors(const std::string& gpu) {
+  constexpr uint32_t kMost = 4096;
+  uint32_t number = 0;
+  const auto read = std::from_chars(gpu.data(), gpu.data() + gpu.size(), number);
+  if (read.ec == std::errc() && read.ptr == gpu.data() + gpu.size())
+    return number > 0 && number <= kMost ? std::optional(number) : std::nullopt;
+  for (const Gpu& known : kGpus)
+    if (plain(known.name) == plain(gpu)) return known.multiprocessors;
+  return std::nullopt;
+}
+
+std::string known_gpus() {
+  std::string names;
+  for (const Gpu& known : kGpus) names += (names.empty() ? "" : ", ") + std::string(known.name);
+  return names;
+}
+
+uint32_t patches_in_flight(uint32_t multiprocessors) {
+  constexpr uint32_t kEach = 4 * 32, kMultiple = 512;
+  return std::max(1u, (multiprocessors * kEach + kMultiple / 2) / kMultiple) * kMultiple;
 }
 
 }  // namespace psplit

@@ -1,7 +1,10 @@
-// The options of `encode` and `batch`: how an asset is split and written.
+// How an asset is split and written: the options of `encode` and `batch`. `compare` and `decode --to draco`
+// have some of them.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,5 +37,21 @@ void group_encode_options(CLI::App& command);
 
 // All options that the bytes of an output depend on, as text.
 std::string describe_options(const EncodeDocumentOptions& options);
+
+// The number of multiprocessors of a GPU, from a name like "H100" or "rtx 4090", or from the number itself (1
+// to 4096). Nothing if the name is unknown.
+std::optional<uint32_t> multiprocessors(const std::string& gpu);
+// The names that `multiprocessors` knows, separated by commas.
+std::string known_gpus();
+
+// The number of patches that keep `multiprocessors` multiprocessors busy: a warp of patches for each of the
+// four schedulers of each, rounded to a multiple of 512 (the paper's section 4.3).
+uint32_t patches_in_flight(uint32_t multiprocessors);
+
+// The options for precision and Draco's speed. With `fits_mesh` also --quantize-position auto and --max-error,
+// which choose the bits of positions for each mesh. `options` must outlive the parse.
+void add_coding_options(CLI::App& command, EncodeDocumentOptions& options, bool fits_mesh);
+// --distance, --no-refine. `options` must outlive the parse.
+void add_partition_options(CLI::App& command, EncodeDocumentOptions& options);
 
 }  // namespace psplit

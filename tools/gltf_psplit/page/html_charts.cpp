@@ -1,8 +1,7 @@
-#include "tools/gltf_psplit/page/html_charts.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "tools/gltf_psplit/page/html_report.h"
 #include "tools/gltf_psplit/page/svg_chart.h"
 #include "tools/gltf_psplit/report/number_text.h"
 

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "tools/gltf_psplit/page/html_charts.h"
 #include "tools/gltf_psplit/page/html_style.h"
-#include "tools/gltf_psplit/page/html_tables.h"
 #include "tools/gltf_psplit/page/html_text.h"
 #include "tools/gltf_psplit/report/number_text.h"
 

@@ -1,8 +1,7 @@
-#include "tools/gltf_psplit/page/html_tables.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "tools/gltf_psplit/page/html_report.h"
 #include "tools/gltf_psplit/page/html_text.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
@@ -11,6 +10,27 @@ namespace psplit {
 namespace {
 
 constexpr size_t kWideColumns = 6;  // of tables that tablets do not show as a whole
+
+// A table whose first `left_columns` columns are text. The first cell of each row is its header. In a window
+// that is too narrow, the table scrolls sideways.
+std::string html_table(const std::string& id, const std::string& caption,
+                       const std::vector<std::string>& header,
+                       const std::vector<std::vector<std::string>>& rows, size_t left_columns = 1) {
+  const auto alignment = [&](size_t column) { return column < left_columns ? "left" : ""; };
+  std::string html = "<table id=\"" + id + "\" aria-label=\"" + escape_html(caption) + "\"><thead><tr>";
+  for (size_t i = 0; i < header.size(); ++i)
+    html += html_element("th", header[i], "scope=\"col\" class=\"" + std::string(alignment(i)) + "\"");
+  html += "</tr></thead>\n<tbody>\n";
+  for (const std::vector<std::string>& row : rows) {
+    html += "<tr>";
+    for (size_t i = 0; i < row.size(); ++i)
+      html += i == 0 ? html_element("th", row[i], "scope=\"row\"")
+                     : html_element("td", row[i], "class=\"" + std::string(alignment(i)) + "\"");
+    html += "</tr>\n";
+  }
+  return "<div class=\"tabled\">" + html_element("p", caption, "class=\"caption\"") +
+         scrolling_region(caption, header.size() >= kWideColumns, html + "</tbody></table>") + "</div>\n";
+}
 
 std::string codec_table(const ComparisonFigures& figures) {
   std::vector<std::vector<std::string>> rows;
@@ -82,25 +102,6 @@ std::string stage_table(const ComparisonFigures& figures) {
 }
 
 }  // namespace
-
-std::string html_table(const std::string& id, const std::string& caption,
-                       const std::vector<std::string>& header,
-                       const std::vector<std::vector<std::string>>& rows, size_t left_columns) {
-  const auto alignment = [&](size_t column) { return column < left_columns ? "left" : ""; };
-  std::string html = "<table id=\"" + id + "\" aria-label=\"" + escape_html(caption) + "\"><thead><tr>";
-  for (size_t i = 0; i < header.size(); ++i)
-    html += html_element("th", header[i], "scope=\"col\" class=\"" + std::string(alignment(i)) + "\"");
-  html += "</tr></thead>\n<tbody>\n";
-  for (const std::vector<std::string>& row : rows) {
-    html += "<tr>";
-    for (size_t i = 0; i < row.size(); ++i)
-      html += i == 0 ? html_element("th", row[i], "scope=\"row\"")
-                     : html_element("td", row[i], "class=\"" + std::string(alignment(i)) + "\"");
-    html += "</tr>\n";
-  }
-  return "<div class=\"tabled\">" + html_element("p", caption, "class=\"caption\"") +
-         scrolling_region(caption, header.size() >= kWideColumns, html + "</tbody></table>") + "</div>\n";
-}
 
 std::string asset_table(const AssetParts& parts, const ComparisonFigures& figures,
                         const ComparisonSummary& summary) {

@@ -15,7 +15,7 @@ constexpr double kNone = std::numeric_limits<double>::lowest();
 
 }  // namespace
 
-Framing::Framing(ImageSize size) : size_(size), low_z_(-kNone), high_z_(kNone) {
+Framing::Framing(ImageSize size) : low_z_(-kNone), high_z_(kNone) {
   axes_.right = {std::cos(kFromTheRight), 0, -std::sin(kFromTheRight)};
   axes_.back = Vec3{std::sin(kFromTheRight), 0, std::cos(kFromTheRight)} * std::cos(kFromAbove) +
                Vec3{0, std::sin(kFromAbove), 0};

@@ -45,7 +45,6 @@ class Framing {
   // The camera looks along -z of its own axes. It sees a point p if |p.x - eye.x| <= slope_x (eye.z - p.z), and
   // likewise for y. These are four half-spaces; the points push each of them outwards.
   Camera axes_;
-  ImageSize size_;
   double slope_x_, slope_y_;  // half the width and height of the field of view at distance 1, without margin
   std::array<double, 4> reach_;
   double low_z_, high_z_;

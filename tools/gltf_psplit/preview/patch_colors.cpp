@@ -1,10 +1,10 @@
 // Successive hues are a golden section of the circle apart. So they never repeat, and any few successive hues
 // are well spread. Colours are mixed in OKLab (Björn Ottosson, "A perceptual color space for image processing",
 // 2020), where hues of one lightness look equally light.
-#include "tools/gltf_psplit/preview/patch_colors.h"
-
 #include <algorithm>
 #include <numbers>
+
+#include "tools/gltf_psplit/preview/picture.h"
 
 namespace psplit {
 namespace {

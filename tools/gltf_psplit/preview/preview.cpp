@@ -1,6 +1,5 @@
 #include "tools/gltf_psplit/preview/preview.h"
 
-#include "gltf_ext/json/json_fields.h"
 #include "src/container/patch_container.h"
 #include "src/container/stream_description.h"
 #include "src/cpu/convert.h"
@@ -9,21 +8,17 @@
 namespace psplit {
 namespace {
 
-bool has_positions(const Document& document, PrimitiveId id) {
-  const Json& primitive = document.json["meshes"][id.mesh]["primitives"][id.primitive];
-  return field(primitive["attributes"], "POSITION") != nullptr;
-}
-
 // The triangle primitives that the scene contains.
 Expected<std::vector<PrimitiveId>> drawn_primitives(const Document& document,
                                                     std::span<const MeshInstance> instances) {
-  std::vector<bool> is_drawn(array_size(document.json, "meshes"));
+  std::vector<bool> is_drawn(document.records().meshes.size());
   for (const MeshInstance& instance : instances) is_drawn[instance.mesh] = true;
   std::vector<PrimitiveId> drawn;
   for (const PrimitiveId id : all_primitives(document)) {
-    const Expected<PrimitiveKind> kind = primitive_kind(document, id);
-    if (!kind) return kind.status();
-    if (is_drawn[id.mesh] && kind->triangles && has_positions(document, id)) drawn.push_back(id);
+    const PrimitiveRecord& primitive = document.records().primitive(id);
+    if (!primitive.status.ok()) return primitive.status;
+    if (is_drawn[id.mesh] && primitive.has_triangles() && primitive.accessor_of("POSITION") >= 0)
+      drawn.push_back(id);
   }
   return drawn;
 }
@@ -67,11 +62,9 @@ Vectors normals_of(const Mesh& mesh, const Vectors& positions) {
 
 // Where the faces of each patch begin in the decoded mesh, and where those of the last patch end.
 Expected<std::vector<uint32_t>> face_base_of(const Document& document, PrimitiveId id, const Mesh& mesh) {
-  const auto kind = primitive_kind(document, id);
-  if (!kind) return kind.status();
-  if (kind->storage != PrimitiveStorage::kPatches)
+  if (document.records().primitive(id).storage() != PrimitiveStorage::kPatches)
     return std::vector<uint32_t>{0, static_cast<uint32_t>(mesh.faces.size())};
-  const auto stored = stored_primitive(document, id, kExtensionName);
+  const auto stored = stored_primitive(document, id);
   if (!stored) return stored.status();
   const auto container = open_container(stored->bytes);
   if (!container) return container.status();
@@ -110,14 +103,13 @@ Expected<Image> draw_preview(const Document& document, ImageSize size, const Dec
   const auto ids = drawn_primitives(document, *instances);
   if (!ids) return ids.status();
   std::vector<Expected<Mesh>> meshes = read_primitives(document, *ids, backend, pool, progress);
-  std::vector<PictureMesh> pictured(array_size(document.json, "meshes"));
+  std::vector<PictureMesh> pictured(document.records().meshes.size());
   size_t color_count = 0;
   for (size_t i = 0; i < meshes.size(); ++i) {
     if (!meshes[i]) return meshes[i].status();
     const PrimitiveId id = (*ids)[i];
     if (Status status = append(document, id, *meshes[i], color_count, pictured[id.mesh]); !status.ok())
-      return std::move(status).at(
-          {.mesh = static_cast<int64_t>(id.mesh), .primitive = static_cast<int64_t>(id.primitive)});
+      return std::move(status).at(place_of(id));
     meshes[i] = Mesh();  // frees its memory
   }
   return draw_picture(pictured, *instances, size, pool);

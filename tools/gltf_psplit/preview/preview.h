@@ -2,7 +2,7 @@
 #pragma once
 
 #include "gltf_ext/primitive/read_primitives.h"
-#include "tools/gltf_psplit/preview/png.h"
+#include "tools/gltf_psplit/preview/picture.h"
 
 namespace psplit {
 

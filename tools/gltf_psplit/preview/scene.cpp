@@ -50,7 +50,7 @@ Transform operator*(const Transform& outer, const Transform& inner) {
 }
 
 Expected<std::vector<MeshInstance>> scene_instances(const Document& document) {
-  const Json& json = document.json;
+  const Json& json = document.json();
   const size_t mesh_count = array_size(json, "meshes");
   std::vector<MeshInstance> instances;
   if (array_size(json, "scenes") == 0) {

@@ -19,8 +19,6 @@ class VisibilityBuffer {
   explicit VisibilityBuffer(ImageSize size)
       : size_(size), samples_(static_cast<size_t>(size.width) * static_cast<size_t>(size.height)) {}
 
-  ImageSize size() const { return size_; }
-
   // A triangle covers the samples whose centres are inside. If a centre is on an edge that two triangles share,
   // exactly one of them covers it. The nearest face is visible; if two are equally near, the one with the lower
   // number. Triangles may face either way and may extend beyond the picture.

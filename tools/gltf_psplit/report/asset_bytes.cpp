@@ -75,7 +75,7 @@ AssetBytes bytes_on_disk(const Document& document) {
   AssetBytes bytes;
   for (const fs::path& file : std::set<fs::path>(document.files.begin(), document.files.end()))
     if (const uintmax_t size = fs::file_size(file, error); !error) bytes.files += size;
-  const ImageBytes images = image_bytes(document.json, document.source.parent_path());
+  const ImageBytes images = image_bytes(document.json(), document.source.parent_path());
   bytes.files += images.in_files;
   bytes.textures = images.total();
   return bytes;

@@ -137,7 +137,6 @@ EncodeResult collect_rows(std::span<const PrimitiveReport> reports, std::span<co
     if (report.stored_as == StoredAs::kAsItWas) {
       object["skipped"] = report.skipped;
       object["input"] = {{"faces", report.faces}, {"points", report.points}, {"bytes", report.input_bytes}};
-      ++result.unchanged_count;
     } else {
       const EncodeRow row{
           report.position_coding,

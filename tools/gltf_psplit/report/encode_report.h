@@ -7,6 +7,7 @@
 
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/primitive_report.h"
+#include "gltf_ext/json/json.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/patch_summary.h"
@@ -59,7 +60,6 @@ struct EncodeResult {
   Json primitives = Json::array();
   size_t split_count = 0;        // in several patches, or in the extension
   size_t draco_count = 0;        // in one stream of KHR_draco_mesh_compression
-  size_t unchanged_count = 0;    // as they were
   size_t recoded_count = 0;      // those whose streams are the input's, condensed
   uint64_t unsplit_streams = 0;  // those of draco_count whose geometry no earlier primitive has
   // Attributes that the user skips, and the number of primitives that had each.

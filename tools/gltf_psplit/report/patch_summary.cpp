@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "gltf_ext/json/json.h"
+
 namespace psplit {
 
 PatchSummary& PatchSummary::operator+=(const PatchSummary& other) {

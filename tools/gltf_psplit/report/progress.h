@@ -40,7 +40,6 @@ class ProgressBar {
   Progress callback(const std::string& noun = "step", const std::string& label = "");
   // Shows what the callback cannot: a stage, an amount. Thread-safe.
   void show(const WorkDone& work);
-  bool is_drawn() const { return painter_ != nullptr; }
 
  private:
   struct Painter;

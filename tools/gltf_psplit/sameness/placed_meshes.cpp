@@ -1,11 +1,10 @@
-#include "tools/gltf_psplit/sameness/placed_meshes.h"
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <memory>
 
 #include "gltf_ext/compare/elements.h"
 #include "tools/gltf_psplit/preview/scene.h"
+#include "tools/gltf_psplit/sameness/compared_asset.h"
 
 namespace psplit {
 namespace {
@@ -30,28 +29,28 @@ double stretch(const Transform& t) {
 }
 
 // The largest rounding error of values that were converted to this type.
-double rounding_of(const Attribute& attribute) {
-  if (attribute.component_type == ComponentType::kFloat32) return 0;
-  const size_t bits = 8 * component_bytes(attribute.component_type);
+double rounding_of(const ValuesView& values) {
+  if (values.component_type == ComponentType::kFloat32) return 0;
+  const size_t bits = 8 * component_bytes(values.component_type);
   const bool is_signed =
-      attribute.component_type == ComponentType::kInt8 || attribute.component_type == ComponentType::kInt16;
-  return attribute.normalized ? 0.5 / (std::ldexp(1.0, static_cast<int>(bits) - (is_signed ? 1 : 0)) - 1) : 0.5;
+      values.component_type == ComponentType::kInt8 || values.component_type == ComponentType::kInt16;
+  return values.normalized ? 0.5 / (std::ldexp(1.0, static_cast<int>(bits) - (is_signed ? 1 : 0)) - 1) : 0.5;
 }
 
 // Maps the first three components of each value. A fourth component is multiplied by `last`.
 template <typename Map>
-Attribute mapped(const Attribute& attribute, uint32_t point_count, const Map& map, double last) {
-  Attribute result{attribute.semantic, ComponentType::kFloat32, attribute.component_count, false, {}};
-  result.values.resize(point_count * result.stride());
-  for (uint32_t point = 0; point < point_count; ++point) {
+ValuesView mapped(const ValuesView& values, const Map& map, double last, AssetPrimitive& owner) {
+  const auto results = std::make_shared<std::vector<float>>();
+  results->reserve(size_t{values.count} * values.component_count);
+  for (uint32_t point = 0; point < values.count; ++point) {
     const Vec3 to =
-        map({number_at(attribute, point, 0), number_at(attribute, point, 1), number_at(attribute, point, 2)});
-    std::array<float, 4> values{static_cast<float>(to.x), static_cast<float>(to.y), static_cast<float>(to.z),
-                                0};
-    if (attribute.component_count == 4) values[3] = static_cast<float>(number_at(attribute, point, 3) * last);
-    std::memcpy(result.values.data() + point * result.stride(), values.data(), result.stride());
+        map({number_at(values, point, 0), number_at(values, point, 1), number_at(values, point, 2)});
+    for (const double value : {to.x, to.y, to.z}) results->push_back(static_cast<float>(value));
+    if (values.component_count == 4) results->push_back(static_cast<float>(number_at(values, point, 3) * last));
   }
-  return result;
+  owner.owned.push_back(results);
+  return {ComponentType::kFloat32, values.component_count, false, values.count,
+          std::as_bytes(std::span<const float>(*results))};
 }
 
 Vec3 unit(Vec3 v) {
@@ -63,42 +62,48 @@ void place(AssetPrimitive& primitive, const Transform& transform) {
   const bool mirrors = determinant(transform) < 0;
   const double sign = mirrors ? -1 : 1;
   const auto [shortest, longest] = axes(transform);
-  std::erase_if(primitive.mesh.attributes,
-                [](const Attribute& attribute) { return attribute.semantic.starts_with("target "); });
-  for (Attribute& attribute : primitive.mesh.attributes) {
-    const std::string& name = attribute.semantic;
-    if ((name != "POSITION" && name != "NORMAL" && name != "TANGENT") || attribute.component_count < 3)
-      continue;
-    DeclaredGrid grid = primitive.grids.contains(name) ? primitive.grids[name]
-                                                       : DeclaredGrid{rounding_of(attribute), false, ""};
+  std::erase_if(primitive.view.attributes,
+                [](const MeshView::Values& attribute) { return attribute.semantic.starts_with("target "); });
+  for (auto& [name, values] : primitive.view.attributes) {
+    if ((name != "POSITION" && name != "NORMAL" && name != "TANGENT") || values.component_count < 3) continue;
+    DeclaredGrid grid =
+        primitive.grids.contains(name) ? primitive.grids[name] : DeclaredGrid{rounding_of(values)};
     grid.identity.clear();
     if (name == "POSITION") {
       double farthest = 0;
-      attribute = mapped(
-          attribute, primitive.mesh.point_count,
+      values = mapped(
+          values,
           [&](Vec3 p) {
             const Vec3 to = transform.point(p);
             farthest = std::max({farthest, std::fabs(to.x), std::fabs(to.y), std::fabs(to.z)});
             return to;
           },
-          1);
+          1, primitive);
       grid.within = grid.within * stretch(transform) + kRounding * farthest;
     } else {
       const bool is_normal = name == "NORMAL";
-      attribute = mapped(
-          attribute, primitive.mesh.point_count,
-          [&](Vec3 d) { return unit(is_normal ? transform.normal(d) * sign : transform.direction(d)); }, sign);
+      values = mapped(
+          values, [&](Vec3 d) { return unit(is_normal ? transform.normal(d) * sign : transform.direction(d)); },
+          sign, primitive);
       // The corner of a cube is farther from its centre than its sides are. A stretched direction turns by a
       // larger angle.
-      grid.within =
-          grid.within * (grid.direction ? 1 : std::sqrt(3.0)) * (shortest > 0 ? longest / shortest : 1) +
-          kRounding;
-      grid.direction = true;
+      grid.within = grid.within * (grid.coding.octahedral ? 1 : std::sqrt(3.0)) *
+                        (shortest > 0 ? longest / shortest : 1) +
+                    kRounding;
+      grid.coding.octahedral = true;
     }
     primitive.grids[name] = grid;
   }
-  if (mirrors && primitive.corner_count == 3)
-    for (auto& face : primitive.mesh.faces) std::swap(face[1], face[2]);
+  if (!mirrors || primitive.corner_count != 3) return;
+  ElementBag bag(3);
+  bag.add({primitive.view.indices, {}, {}});
+  const auto faces = std::make_shared<std::vector<std::array<uint32_t, 3>>>();
+  for (uint32_t i = 0; i < bag.size(); ++i) {
+    const auto [a, b, c] = bag.locate(i).points;
+    faces->push_back({a, c, b});
+  }
+  primitive.owned.push_back(faces);
+  primitive.view.indices = {ComponentType::kUint32, 1, false, 3 * bag.size(), std::as_bytes(std::span(*faces))};
 }
 
 }  // namespace
@@ -112,7 +117,7 @@ Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& 
   placed.whole_count = 1;
   placed.material_count = asset.material_count;
   const auto size_of = [](const AssetPrimitive& primitive) {
-    return primitive.mesh.point_count + primitive.mesh.faces.size();
+    return uint64_t{primitive.view.point_count} + primitive.element_count();
   };
   uint64_t own = 0, points = 0;
   for (const AssetPrimitive& primitive : asset.primitives) own += size_of(primitive);

@@ -6,16 +6,13 @@
 
 #include "gltf_ext/compare/compare_assets.h"
 #include "tools/gltf_psplit/files/output_checks.h"
-#include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/session.h"
 #include "tools/gltf_psplit/report/log.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/progress.h"
-#include "tools/gltf_psplit/sameness/large_sameness_report.h"
-#include "tools/gltf_psplit/sameness/placed_meshes.h"
-#include "tools/gltf_psplit/sameness/sameness_report.h"
+#include "tools/gltf_psplit/sameness/compared_asset.h"
 
 namespace psplit {
 namespace {
@@ -36,19 +33,6 @@ std::optional<StatedTolerance> parse_tolerance(const std::string& text) {
   return valid && equals != 0 ? std::optional(tolerance) : std::nullopt;
 }
 
-// kUsage if `output` is the asset or a file that it refers to.
-Expected<AssetMeshes> read_meshes(const std::string& path, const std::string& output, bool scene,
-                                  const BackendChoice& backend, const Session& session) {
-  ProgressBar bar("reading", session.log);
-  const Expected<Document> document = read_input(path, session.log, backend.name);
-  if (!document) return document.status();
-  if (Status status = check_not_an_input(output, "--output", *document); !status.ok()) return status;
-  Expected<AssetMeshes> meshes = read_asset_meshes(*document, find_backend(backend),
-                                                   find_describer(backend.name), session.pool, bar.callback());
-  if (meshes && scene) meshes = place_meshes(*document, *meshes);
-  return meshes ? std::move(meshes) : meshes.status().at({.file = path});
-}
-
 void log_what_is_not_compared(const AssetComparison& comparison, const std::string& first,
                               const std::string& second, const Log& log) {
   const auto note = [&](const AssetComparison::Counts& counts, const std::string& file) {
@@ -67,37 +51,6 @@ void log_what_is_not_compared(const AssetComparison& comparison, const std::stri
   if (comparison.recut_meshes > 0)
     log.note(counted(comparison.recut_meshes, "mesh") +
              " divided into other primitives, and compared as wholes");
-}
-
-// With little memory.
-Status run_large_sameness(const std::string& first, const SamenessOptions& options, const MemoryLimit& limit,
-                          const std::string& format, const std::string& output, const BackendChoice& backend,
-                          const Session& session) {
-  if (options.scene || !options.tolerances.empty())
-    return {StatusCode::kUsage,
-            "--scene and --tolerance need both assets in memory, which is more than --memory allows"};
-  const std::string inputs[] = {first, options.second};
-  if (Status status = check_not_an_input(output, "--output", inputs); !status.ok()) return status;
-  const Expected<LargeAsset> a = read_large_asset(first, backend, limit, session);
-  if (!a) return a.status();
-  const Expected<LargeAsset> b = read_large_asset(options.second, backend, limit, session);
-  if (!b) return b.status();
-  for (const LargeAsset* asset : {&*a, &*b})
-    if (Status status = check_not_an_input(output, "--output", asset->document); !status.ok()) return status;
-  const Expected<LargeComparison> comparison =
-      compare_large(*a, *b, options.attributes, limit.folder, session.pool);
-  if (!comparison) return comparison.status();
-  const std::string text =
-      format == "json" ? report_text(to_json(*comparison)) : to_text(*comparison, first, options.second);
-  if (Status status = write_text(output, text, session.if_read_only()); !status.ok()) return status;
-  if (comparison->verdict() == LargeVerdict::kSame) return {};
-  if (comparison->verdict() == LargeVerdict::kDiffers)
-    return {StatusCode::kDiffers, first + " and " + options.second + " do not hold the same meshes"};
-  std::string names;
-  for (const std::string& name : comparison->sum().undecided) names += (names.empty() ? "" : ", ") + name;
-  return unsupported(first + " and " + options.second +
-                     " are not known to be the same: types or grids differ, and sums cannot compare " + names +
-                     "; raise --memory, or name the other attributes with --attributes");
 }
 
 }  // namespace
@@ -134,9 +87,7 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options) {
       ->needs(second);
   add_memory_options(
       command, options.memory,
-      "Two assets that need more are compared by sums of hashes of their triangles, in temporary "
-      "files of their size: exactly, or after rounding to the other asset's grid. If types or grids differ, "
-      "that does not tell whether they are the same: exit code 5.");
+      "Two assets that need more are in temporary files of their size, and are compared part by part.");
 }
 
 Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
@@ -145,20 +96,30 @@ Status run_sameness(const std::string& first, const SamenessOptions& options, co
   rules.attributes = options.attributes;
   for (const std::string& text : options.tolerances)
     if (const auto tolerance = parse_tolerance(text)) rules.tolerances[tolerance->attribute] = tolerance->share;
-  if (format == "html")
-    return {StatusCode::kUsage, "html is for one file; two files are compared as text or json"};
-  if (first == "-" && options.second == "-")
-    return {StatusCode::kUsage, "stdin (-) can be only one of the two files"};
+  if (format == "html") return wrong_usage("html is for one file; two files are compared as text or json");
+  if (first == "-" && options.second == "-") return wrong_usage("stdin (-) can be only one of the two files");
   const MemoryLimit limit = memory_limit(options.memory);
-  if (!limit.allows(estimate_mesh_bytes(first, limit) + estimate_mesh_bytes(options.second, limit)))
-    return run_large_sameness(first, options, limit, format, output, backend, session);
-  const Expected<AssetMeshes> a = read_meshes(first, output, options.scene, backend, session);
-  if (!a) return a.status();
-  const Expected<AssetMeshes> b = read_meshes(options.second, output, options.scene, backend, session);
-  if (!b) return b.status();
+  const bool fits =
+      limit.allows(estimate_mesh_bytes(first, limit) + estimate_mesh_bytes(options.second, limit));
+  if (!fits && options.scene)
+    return wrong_usage("--scene needs both assets in memory, which is more than --memory allows");
+  const std::string inputs[] = {first, options.second};
+  if (Status status = check_not_an_input(output, "--output", inputs); !status.ok()) return status;
+  AssetMeshes meshes[2];
+  Document documents[2];  // the meshes refer to them
+  for (const size_t side : {0u, 1u}) {
+    Expected<ComparedAsset> asset = read_compared(inputs[side], backend, fits ? nullptr : &limit, session);
+    if (!asset) return asset.status();
+    documents[side] = std::move(asset->document);
+    if (Status status = check_not_an_input(output, "--output", documents[side]); !status.ok()) return status;
+    const Expected<AssetMeshes> placed =
+        options.scene ? place_meshes(documents[side], asset->meshes) : std::move(asset->meshes);
+    if (!placed) return placed.status().at({.file = inputs[side]});
+    meshes[side] = *placed;
+  }
   const Expected<AssetComparison> comparison = [&] {
     const ProgressBar bar("comparing", session.log);
-    return compare_assets(*a, *b, rules);
+    return compare_assets(meshes[0], meshes[1], rules, {session.pool, fits ? 0 : limit.bytes});
   }();
   if (!comparison) return comparison.status();
   const std::string text =

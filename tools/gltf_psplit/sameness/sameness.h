@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "gltf_ext/compare/compare_assets.h"
+#include "gltf_ext/json/json.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/memory_options.h"
 #include "tools/gltf_psplit/options/session.h"
@@ -29,5 +31,9 @@ void add_sameness_options(CLI::App& command, SamenessOptions& options);
 // that they concern.
 Status run_sameness(const std::string& first, const SamenessOptions& options, const std::string& format,
                     const std::string& output, const BackendChoice& backend, const Session& session);
+
+// The result for people and for programs. `first` and `second` are the names of the two assets.
+std::string to_text(const AssetComparison& comparison, const std::string& first, const std::string& second);
+Json to_json(const AssetComparison& comparison);
 
 }  // namespace psplit

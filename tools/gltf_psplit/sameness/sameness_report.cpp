@@ -1,8 +1,7 @@
-#include "tools/gltf_psplit/sameness/sameness_report.h"
-
 #include <cstdio>
 
 #include "tools/gltf_psplit/report/number_text.h"
+#include "tools/gltf_psplit/sameness/sameness.h"
 
 namespace psplit {
 namespace {

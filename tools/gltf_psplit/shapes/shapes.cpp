@@ -1,14 +1,17 @@
 #include "tools/gltf_psplit/shapes/shapes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <functional>
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
-#include "tools/gltf_psplit/shapes/charts.h"
 #include "tools/gltf_psplit/shapes/fields.h"
 #include "tools/gltf_psplit/shapes/isosurface.h"
 
@@ -67,6 +70,99 @@ Expected<double> find_cell(uint64_t faces, const std::function<Expected<uint64_t
   if (best == 0) return runtime_failure("the shape has no faces");
   return best;
 }
+
+// ---- Texture coordinates in several charts, with seams between them.
+
+// The vertex of the surface and the texture coordinates of each point. Points 0 ... vertices - 1 are the
+// vertices themselves. A vertex on a seam has another point at the end for each further chart.
+struct ChartedPoints {
+  std::vector<uint32_t> vertex;
+  std::vector<std::array<float, 2>> texcoords;
+};
+
+constexpr uint8_t kNoChart = 255;
+
+struct Projection {
+  bool closed;
+  Vec3 low, high;  // bounds of the surface, which may extend a little beyond the field's box
+
+  Projection(const Surface& surface, const Field& field)
+      : closed(field.closed), low(field.high), high(field.low) {
+    for (const auto& [x, y, z] : surface.positions) {
+      low = {std::min<double>(low.x, x), std::min<double>(low.y, y), std::min<double>(low.z, z)};
+      high = {std::max<double>(high.x, x), std::max<double>(high.y, y), std::max<double>(high.z, z)};
+    }
+  }
+
+  uint8_t chart(Vec3 p) const {
+    const Vec3 d = p - (low + high) * 0.5;
+    if (!closed) {
+      const double third = (high.x - low.x) / 6;
+      const uint8_t column = d.x < -third ? 0 : d.x < third ? 1 : 2;
+      return static_cast<uint8_t>(column + (d.z < 0 ? 0 : 3));
+    }
+    const double x = std::fabs(d.x), y = std::fabs(d.y), z = std::fabs(d.z);
+    if (x >= y && x >= z) return d.x < 0 ? 0 : 1;
+    if (y >= z) return d.y < 0 ? 2 : 3;
+    return d.z < 0 ? 4 : 5;
+  }
+
+  // Each chart is one side of the box, shrunk a little, in one cell of a 3 x 2 atlas.
+  std::array<float, 2> texcoord(uint8_t chart_index, const std::array<float, 3>& p) const {
+    const auto part = [](double value, double from, double to) {
+      return 0.02 + 0.96 * (value - from) / (to - from);
+    };
+    const double x = part(p[0], low.x, high.x);
+    const double y = part(p[1], low.y, high.y);
+    const double z = part(p[2], low.z, high.z);
+    const int side = closed ? chart_index / 2 : 1;
+    const double u = side == 0 ? z : x;
+    const double v = side == 1 ? z : y;
+    return {static_cast<float>((chart_index % 3 + u) / 3), static_cast<float>((chart_index / 3 + v) / 2)};
+  }
+};
+
+// A closed surface gets six charts, one for each side of a box; a face belongs to the side that its centre is
+// nearest to in direction. An open surface gets 3 x 2 tiles. Rewrites the surface's faces from vertices to
+// points.
+ChartedPoints unfold(Surface& surface, const Field& field) {
+  const Projection projection(surface, field);
+  const auto vertex_count = static_cast<uint32_t>(surface.positions.size());
+  std::vector<uint8_t> first_chart(vertex_count, kNoChart);
+  std::unordered_map<uint64_t, uint32_t> seam_points;
+  ChartedPoints points;
+  points.vertex.resize(vertex_count);
+  points.texcoords.resize(vertex_count);
+  for (std::array<uint32_t, 3>& face : surface.faces) {
+    Vec3 sum;
+    for (const uint32_t vertex : face) {
+      const std::array<float, 3>& p = surface.positions[vertex];
+      sum = sum + Vec3{p[0], p[1], p[2]};
+    }
+    const uint8_t chart = projection.chart(sum * (1.0 / 3));
+    for (uint32_t& corner : face) {
+      const uint32_t vertex = corner;
+      if (first_chart[vertex] == chart) continue;
+      const std::array<float, 2> texcoord = projection.texcoord(chart, surface.positions[vertex]);
+      if (first_chart[vertex] == kNoChart) {
+        first_chart[vertex] = chart;
+        points.vertex[vertex] = vertex;
+        points.texcoords[vertex] = texcoord;
+        continue;
+      }
+      const auto next = static_cast<uint32_t>(points.vertex.size());
+      const auto [entry, is_new] = seam_points.try_emplace(uint64_t{vertex} * 8 + chart, next);
+      if (is_new) {
+        points.vertex.push_back(vertex);
+        points.texcoords.push_back(texcoord);
+      }
+      corner = entry->second;
+    }
+  }
+  return points;
+}
+
+// ---- Surfaces of a wanted size, and their meshes.
 
 struct SizedSurface {
   double cell = 0;
@@ -171,7 +267,7 @@ Expected<Mesh> make_mesh(const Part& part, uint64_t seed, uint64_t faces, const 
 
 Status check_face_count(uint64_t faces) {
   if (faces >= kMinFaces && faces <= kMaxFaces) return {};
-  return {StatusCode::kUsage, "the number of faces must be from 8 to 1,000,000,000"};
+  return wrong_usage("the number of faces must be from 8 to 1,000,000,000");
 }
 
 // Not for kScene.
@@ -203,9 +299,8 @@ ShapeStream::~ShapeStream() = default;
 
 Expected<ShapeStream> ShapeStream::open(const ShapeOptions& options, const ThreadPool& pool) {
   if (Status status = check_face_count(options.faces); !status.ok()) return status;
-  if (options.shape == Shape::kScene) return Status(StatusCode::kUsage, "a scene has several meshes");
-  if (options.texcoords)
-    return Status(StatusCode::kUsage, "charts of texture coordinates need the whole mesh in memory");
+  if (options.shape == Shape::kScene) return wrong_usage("a scene has several meshes");
+  if (options.texcoords) return wrong_usage("charts of texture coordinates need the whole mesh in memory");
   ShapeStream stream;
   stream.options_ = options;
   stream.field_ = make_field(field_kind(options.shape), options.seed);

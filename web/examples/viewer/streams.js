@@ -36,22 +36,49 @@ export function streams_of_glb(buffer) {
 }
 
 /**
- * The streams of a container of version 2, which are ordinary Draco streams. Null for other versions. The specification has
- * the layout: a header of 52 bytes with five columns, the columns' values, the stitch map, and the streams.
+ * The streams of a container without a head, which are ordinary Draco streams. Null for others. "Directory" of the specification
+ * has the rows: numbers in bits, each a distance from what the rows before let expect.
  */
 export function patches_of({ bytes, attributes }) {
   const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
-  if (bytes.length < 52 || view.getUint8(4) !== 2) return null;
-  const count = view.getUint32(8, true);
-  let at = 52;
-  const columns = [12, 20, 28, 36, 44].map((header) => {
-    const least = view.getUint32(header, true), width = view.getUint8(header + 4), first = at;
-    at += 4 * Math.ceil((count * width) / 4);
-    const read = { 0: () => 0, 1: (i) => view.getUint8(first + i), 2: (i) => view.getUint16(first + 2 * i, true),
-      4: (i) => view.getUint32(first + 4 * i, true) }[width];
-    return Array.from({ length: count }, (_, i) => least + read(i));
+  const [codec, count, directory_bytes, head_bytes] = bytes.length < 20 ? [1]
+    : [view.getUint16(6, true), view.getUint32(8, true), view.getUint32(12, true), view.getUint32(16, true)];
+  if (codec !== 0 || view.getUint8(4) !== 1 || head_bytes !== 0) return null;
+  const rows = directory_rows(bytes.subarray(20, 20 + directory_bytes), count);
+  let at = 20 + directory_bytes + rows.reduce((sum, { stitch_bytes }) => sum + stitch_bytes, 0);
+  return rows.map(({ stream_bytes }) => ({ kind: 'draco', bytes: bytes.slice(at, (at += stream_bytes)), attributes }));
+}
+
+function directory_rows(directory, count) {
+  let at = 0;
+  const bits = (length) => {
+    let value = 0;
+    for (let i = 0; i < length; ++i, ++at) value += ((directory[at >> 3] >> (at & 7)) & 1) * 2 ** i;
+    return value;
+  };
+  const column = (order, expected_of, follow) => {
+    let state = 16 * order, mean = null;
+    return (known) => {
+      let zeros = 0;
+      while (at < 8 * directory.length && bits(1) === 0) ++zeros;
+      const low = Math.floor(state / 16), folded = (2 ** zeros - 1 + bits(zeros)) * 2 ** low + bits(low);
+      state = Math.floor((3 * state + 16 * Math.floor(Math.log2(Math.max(1, folded)))) / 4);
+      const expected = expected_of(mean ?? 0, known), step = folded % 2 === 0 ? folded / 2 : -(folded + 1) / 2;
+      const value = (((expected + step) % 2 ** 32) + 2 ** 32) % 2 ** 32;
+      mean = follow(mean, known, value, expected);
+      return value;
+    };
+  };
+  const sum = (order) => column(order, (mean, base) => base + Math.floor(mean / 16),
+    (mean, base, value, expected) => (mean === null ? 16 * (value - base) : mean + value - expected));
+  const ratio = (order) => column(order, (mean, scale) => Math.floor((mean * Math.max(scale, 1)) / 1024), (mean, scale, value) => {
+    const now = Math.min(Math.floor((64 * value) / Math.max(scale, 1)), 2 ** 17 - 1);
+    return mean === null ? 16 * now : mean + now - Math.floor(mean / 16);
   });
-  const [stream_bytes, , , , stitch_bytes] = columns;
-  at += stitch_bytes.reduce((sum, value) => sum + value, 0);
-  return stream_bytes.map((length) => ({ kind: 'draco', bytes: bytes.slice(at, (at += length)), attributes }));
+  const faces_of = sum(6), points_of = sum(3), references_of = sum(3), stitch_of = ratio(2), bytes_of = ratio(6);
+  bits(1);  // no skeletons
+  return Array.from({ length: count }, () => {
+    const points = points_of(Math.floor(faces_of(0) / 2)), references = references_of(0);
+    return { stitch_bytes: references > 0 ? stitch_of(references) : 0, stream_bytes: bytes_of(points) };
+  });
 }

@@ -127,12 +127,12 @@ function show_facts({ psplit }, { asset, streams, first_ms, whole_ms, workers })
     ++containers;
   }
   const stored = streams.reduce((sum, { bytes }) => sum + bytes.length, 0), stock = streams.filter(({ kind }) => kind === 'draco').length;
-  const versions = new Set([...geometries.values()].filter((facts) => facts !== null).map(({ version }) => version));
+  const is_condensed = [...geometries.values()].some((facts) => facts?.isCondensed);
   const rows = [
     ['Triangles', number(triangles)],
     ['Points', number(points)],
     ['Meshes', number(geometries.size)],
-    containers > 0 && ['Patches', `${number(patches)}${versions.has(3) ? ', condensed' : ''}`],
+    containers > 0 && ['Patches', `${number(patches)}${is_condensed ? ', condensed' : ''}`],
     stock > 0 && ['Draco streams', number(stock)],
     ['File', size(asset.file_bytes)],
     stored > 0 && ['Compressed', `${size(stored)}${triangles > 0 ? `, ${number((8 * stored) / triangles, 1)} bits per triangle` : ''}`],

@@ -147,8 +147,8 @@ export class PsplitPlugin {
       const mesh = await (growing === undefined ? this.#pool.decodeContainer(bytes, options)
         : this.#pool.decodePatches(bytes, { ...options, onPart: (part, counts) => this.#add(container, growing, part, counts) }));
       container.check(mesh);
-      const { faceCount, pointCount, version, patchCount, hasResidue, firstFaces } = mesh;
-      container.patches = { bytes: bytes.byteLength, faceCount, pointCount, version, patchCount, hasResidue, firstFaces };
+      const { faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces } = mesh;
+      container.patches = { bytes: bytes.byteLength, faceCount, pointCount, patchCount, hasResidue, isCondensed, firstFaces };
       return [mesh.indices, ...mesh.attributes.map(({ array }) => array)];
     } catch (error) {
       if (!may_fall_back(error) || !container.has_fallback || growing?.has_begun === true) throw error;

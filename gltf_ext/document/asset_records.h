@@ -1,0 +1,151 @@
+// What the JSON of a document says about its geometry, read and checked once. Every index in the records names
+// a record that exists, or is -1 where the JSON has none; every range lies within what it is a range of.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gltf_ext/document/document.h"
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+inline constexpr const char* kExtensionName = "PSPLIT_mesh_draco_patches";
+inline constexpr const char* kStockExtensionName = "KHR_draco_mesh_compression";
+
+struct BufferRange {
+  int64_t buffer = 0;
+  uint64_t offset = 0, bytes = 0;
+};
+
+struct BufferRecord {
+  uint64_t bytes = 0;        // as stated; a buffer in memory has them all, or none
+  bool is_fallback = false;  // a placeholder for the data that meshoptimizer decodes: it may have no bytes
+};
+
+// The compressed bytes of a buffer view (EXT_meshopt_compression, KHR_meshopt_compression).
+struct MeshoptRecord {
+  BufferRange range;
+  std::string mode, filter;
+  size_t stride = 0, count = 0;
+
+  size_t decoded_bytes() const { return stride * count; }
+};
+
+struct ViewRecord {
+  BufferRange range;
+  uint32_t stride = 0;  // 0: none is stated
+  std::optional<MeshoptRecord> meshopt{};
+};
+
+// How one element of an accessor is stored. Columns of a matrix start on 4-byte boundaries.
+struct ElementLayout {
+  ComponentType component_type = ComponentType::kFloat32;
+  uint8_t rows = 1;
+  uint8_t columns = 1;
+
+  uint8_t component_count() const { return static_cast<uint8_t>(rows * columns); }
+  size_t column_bytes() const { return rows * component_bytes(component_type); }
+  size_t column_stride() const { return columns == 1 ? column_bytes() : (column_bytes() + 3) / 4 * 4; }
+  size_t packed_bytes() const { return column_bytes() * columns; }   // without padding
+  size_t stored_bytes() const { return column_stride() * columns; }  // the stride if none is stated
+  // The bytes of the last element: nothing pads its last column.
+  size_t last_bytes() const { return column_stride() * (columns - 1u) + column_bytes(); }
+};
+
+// The name that glTF has for the type: "VEC3".
+PSPLIT_EXPORT const char* type_name(const ElementLayout& layout);
+// The layout of values with that many components; nothing if glTF has no such type.
+PSPLIT_EXPORT std::optional<ElementLayout> layout_of(ComponentType component_type, uint8_t component_count);
+
+// Elements of a buffer view, from an offset on.
+struct ElementsRecord {
+  int64_t view = -1;
+  uint64_t offset = 0;
+};
+
+struct SparseRecord {
+  uint64_t count = 0;
+  ComponentType index_type = ComponentType::kUint8;  // unsigned
+  ElementsRecord indices{}, values{};
+
+  uint64_t stored_bytes(const ElementLayout& layout) const {
+    return count * (component_bytes(index_type) + layout.stored_bytes());
+  }
+};
+
+struct AccessorRecord {
+  ElementLayout layout;
+  bool normalized = false;
+  uint32_t count = 0;
+  ElementsRecord elements{};  // without a view, all elements are zero
+  std::optional<SparseRecord> sparse{};
+
+  bool has_view() const { return elements.view >= 0; }
+  uint64_t packed_bytes() const { return uint64_t{count} * layout.packed_bytes(); }
+  // The bytes that buffer views have for it, without gaps between elements.
+  uint64_t stored_bytes() const {
+    return (has_view() ? count * layout.stored_bytes() : 0) + (sparse ? sparse->stored_bytes(layout) : 0);
+  }
+};
+
+struct AttributeRecord {
+  std::string semantic;
+  int64_t accessor = -1;
+
+  auto operator<=>(const AttributeRecord&) const = default;
+};
+using AttributeRecords = std::vector<AttributeRecord>;  // in the order of the JSON
+
+// One of the two Draco extensions of a primitive.
+struct PSPLIT_EXPORT DracoRecord {
+  int64_t view = -1;
+  std::vector<AttributeRequest> requests{};  // the stored attributes, with the types of their accessors
+  Status status{};                           // what is wrong with the extension
+
+  bool stores(const std::string& semantic) const;
+};
+
+enum class PrimitiveStorage { kPlain, kPatches, kStockDraco };
+
+struct PSPLIT_EXPORT PrimitiveRecord {
+  int mode = 4;  // -1 if it is none of glTF's
+  AttributeRecords attributes{};
+  int64_t indices = -1;
+  int64_t material = -1;
+  std::vector<AttributeRecords> targets{};
+  std::optional<DracoRecord> patches{}, stock{};
+  Status status{};  // an unknown mode, or an extension that is not an object: no data can be read
+
+  bool has_triangles() const { return mode >= 4; }  // strips and fans become lists
+  PrimitiveStorage storage() const {
+    return patches ? PrimitiveStorage::kPatches
+           : stock ? PrimitiveStorage::kStockDraco
+                   : PrimitiveStorage::kPlain;
+  }
+  // The extension that counts; null if the primitive is plain.
+  const DracoRecord* draco() const { return patches ? &*patches : stock ? &*stock : nullptr; }
+  // The accessor of an attribute, or -1.
+  int64_t accessor_of(const std::string& semantic) const;
+};
+
+struct PSPLIT_EXPORT AssetRecords {
+  std::vector<BufferRecord> buffers{};
+  std::vector<ViewRecord> views{};
+  std::vector<AccessorRecord> accessors{};
+  std::vector<std::vector<PrimitiveRecord>> meshes{};  // the primitives of each mesh
+
+  const ViewRecord& view(int64_t index) const { return views[static_cast<size_t>(index)]; }
+  const AccessorRecord& accessor(int64_t index) const { return accessors[static_cast<size_t>(index)]; }
+  const PrimitiveRecord& primitive(PrimitiveId id) const { return meshes[id.mesh][id.primitive]; }
+
+  // Whether accessors of indices and of all attributes have data in buffer views.
+  bool has_plain_data(const PrimitiveRecord& primitive) const;
+};
+
+// Checks every index of a buffer, buffer view or accessor in the whole tree, and every extent against the
+// lengths that the JSON states. Unknown members are allowed. Errors: kInvalidInput.
+PSPLIT_EXPORT Expected<AssetRecords> read_records(const Json& json);
+
+}  // namespace psplit

@@ -1,0 +1,20 @@
+// Containers of Draco streams for tests without an encoder: those of the extension's samples.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "src/container/decode_backend.h"
+
+namespace psplit {
+
+struct SampleContainer {
+  std::string name;
+  std::vector<uint8_t> bytes;
+  std::vector<AttributeRequest> requests;
+};
+
+std::vector<SampleContainer> sample_containers();
+
+}  // namespace psplit

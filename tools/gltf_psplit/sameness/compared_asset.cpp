@@ -1,0 +1,149 @@
+#include "tools/gltf_psplit/sameness/compared_asset.h"
+
+#include <algorithm>
+
+#include "gltf_ext/convert/decode_to_file.h"
+#include "gltf_ext/files/files.h"
+#include "gltf_ext/mesh_files/asset_format.h"
+#include "gltf_ext/mesh_files/read_asset.h"
+#include "gltf_ext/out_of_core/read_spool.h"
+#include "gltf_ext/out_of_core/spooled_mesh.h"
+#include "gltf_ext/primitive/view_in_place.h"
+#include "src/container/claims.h"
+#include "tools/gltf_psplit/files/read_input.h"
+#include "tools/gltf_psplit/report/progress.h"
+
+namespace psplit {
+namespace {
+
+namespace fs = std::filesystem;
+
+Expected<ComparedAsset> read_mesh_file(Scanner& scanner, AssetFormat format, const fs::path& folder) {
+  Losses losses;
+  SpoolOptions options;
+  options.folder = folder;
+  options.most_zero_normals = uint64_t{1} << 20;
+  const Expected<std::unique_ptr<MeshSpool>> spool = read_spool(scanner, format, std::move(options), losses);
+  if (!spool) return spool.status();
+  const Expected<SpooledMesh> mesh = lay_out_spool(**spool, folder);
+  if (!mesh) return mesh.status();
+  ComparedAsset asset;
+  asset.meshes.whole_count = 1;
+  AssetPrimitive& primitive = asset.meshes.primitives.emplace_back();
+  primitive.view = mesh->laid_out.view;
+  primitive.owned.push_back(std::make_shared<const FileMemory>(mesh->memory));
+  return asset;
+}
+
+// Decodes patches into a temporary file, unless their attributes or counts need a mesh in memory.
+Expected<bool> decode_patches(const Document& document, const MemoryLimit& limit, const ThreadPool& pool,
+                              AssetPrimitive& primitive) {
+  const Expected<StoredPrimitive> stored = stored_primitive(document, primitive.id);
+  if (!stored) return stored.status();
+  const Expected<PatchContainer> container = open_container(stored->bytes);
+  if (!container) return container.status();
+  const uint32_t points = container->point_count(), faces = container->face_count();
+  if (Status status = check_results(points, faces, stored->requests, container->bytes.size()); !status.ok())
+    return status;
+  if (!std::ranges::all_of(stored->requests, is_written_as_stored) || faces > UINT32_MAX / 3) return false;
+  const Expected<FileMemory> memory =
+      FileMemory::create(limit.folder, lay_out(stored->requests, points, faces, 0, {}).end);
+  if (!memory) return memory.status();
+  primitive.owned.push_back(std::make_shared<const FileMemory>(*memory));
+  const LaidOutMesh mesh = lay_out(stored->requests, points, faces, 0, memory->bytes());
+  primitive.view = mesh.view;
+  if (Status status = decode_to_file(*container, stored->requests, mesh, limit, pool, {}); !status.ok())
+    return status;
+  return true;
+}
+
+Expected<bool> view_primitive(const Document& document, const MemoryLimit& limit, const ThreadPool& pool,
+                              AssetPrimitive& primitive) {
+  if (document.records().primitive(primitive.id).storage() == PrimitiveStorage::kPatches)
+    return decode_patches(document, limit, pool, primitive);
+  const std::optional<MeshView> in_place = view_in_place(document, primitive.id);
+  if (!in_place || !has_valid_indices(*in_place)) return false;
+  primitive.view = *in_place;
+  return true;
+}
+
+// Reads a file or a pipe of any size. A mesh file has no document: then `meshes` is complete.
+Expected<ComparedAsset> open_large(const std::string& path, const BackendChoice& backend,
+                                   const MemoryLimit& limit, const Session& session) {
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
+  if (!stream) return stream.status().at({.file = path});
+  Expected<Scanner> scanner = open_scanner(std::move(*stream));
+  if (!scanner) return scanner.status().at({.file = path});
+  const std::optional<AssetFormat> format = format_of(*scanner, path);
+  if (format && can_be_spooled(*format) && *format != AssetFormat::kObj) {
+    Expected<ComparedAsset> asset = read_mesh_file(*scanner, *format, limit.folder);
+    return asset ? std::move(asset) : asset.status().at({.file = path});
+  }
+  std::error_code error;
+  if (path != "-" && fs::is_regular_file(path, error)) {
+    Expected<Document> document = read_input(path, session.log, backend.name);
+    if (!document) return document.status();
+    return ComparedAsset{std::move(*document), {}};
+  }
+  // A pipe can be read only once: this is the rest of what was looked into.
+  const Expected<SpooledBytes> spooled = spool_bytes(*scanner, limit.folder);
+  if (!spooled) return spooled.status().at({.file = path});
+  Expected<Asset> asset = read_asset(spooled->bytes, path, find_describer(backend.name));
+  if (!asset) return asset.status();
+  return ComparedAsset{std::move(asset->document), {}};
+}
+
+}  // namespace
+
+uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit) {
+  constexpr uint64_t kBytesOfAFace = 96;  // a mesh and the tables of the matching
+  constexpr uint64_t kMostGrowth = 1024;
+  std::error_code error;
+  const uint64_t size = path == "-" ? 0 : fs::file_size(path, error);
+  if (path == "-" || error || (lower_extension(path) != ".gltf" && limit.allows(size * kMostGrowth))) return 0;
+  Expected<std::unique_ptr<ByteStream>> stream = open_byte_stream(path);
+  if (!stream) return 0;
+  Expected<Scanner> scanner = open_scanner(std::move(*stream));
+  if (!scanner) return 0;
+  const std::optional<AssetFormat> format = format_of(*scanner, path);
+  if (!format) return 0;
+  if (format != AssetFormat::kGltf) {
+    constexpr uint64_t kLeastBytesOfAFace = 19;  // of a binary PLY: a face and half a point
+    return size / kLeastBytesOfAFace * kBytesOfAFace;
+  }
+  const Expected<Document> document = read_document(path, FileAccess::kMap);
+  if (!document) return 0;
+  uint64_t faces = 0;
+  for (const PrimitiveId id : all_primitives(*document)) {
+    const PrimitiveRecord& primitive = document->records().primitive(id);
+    const int64_t counted = primitive.indices >= 0 ? primitive.indices : primitive.accessor_of("POSITION");
+    if (counted >= 0) faces += document->records().accessor(counted).count / 3;
+  }
+  return faces * kBytesOfAFace;
+}
+
+Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoice& backend,
+                                      const MemoryLimit* limit, const Session& session) {
+  ProgressBar bar("reading", session.log);
+  ComparedAsset asset;
+  ViewPrimitive view;
+  if (limit != nullptr) {
+    Expected<ComparedAsset> opened = open_large(path, backend, *limit, session);
+    if (!opened || !opened->meshes.primitives.empty()) return opened;
+    asset.document = std::move(opened->document);
+    view = [&](AssetPrimitive& primitive) {
+      return view_primitive(asset.document, *limit, session.pool, primitive);
+    };
+  } else {
+    Expected<Document> document = read_input(path, session.log, backend.name);
+    if (!document) return document.status();
+    asset.document = std::move(*document);
+  }
+  Expected<AssetMeshes> meshes = read_asset_meshes(
+      asset.document, find_backend(backend), find_describer(backend.name), session.pool, bar.callback(), view);
+  if (!meshes) return meshes.status().at({.file = path});
+  asset.meshes = std::move(*meshes);
+  return asset;
+}
+
+}  // namespace psplit

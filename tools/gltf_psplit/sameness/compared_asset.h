@@ -1,0 +1,37 @@
+// The assets of a comparison, which may be larger than memory.
+#pragma once
+
+#include <string>
+
+#include "gltf_ext/compare/read_asset_meshes.h"
+#include "gltf_ext/document/document.h"
+#include "gltf_ext/primitive/memory_limit.h"
+#include "tools/gltf_psplit/options/backend_choice.h"
+#include "tools/gltf_psplit/options/session.h"
+
+namespace psplit {
+
+struct ComparedAsset {
+  Document document;  // without content for a mesh file that is larger than memory
+  AssetMeshes meshes;
+};
+
+// Bytes of the meshes of an asset, in memory. 0 if the file cannot be read (reading it then reports the error),
+// or if it surely fits into the limit.
+uint64_t estimate_mesh_bytes(const std::string& path, const MemoryLimit& limit);
+
+// Reads an asset into memory. With `limit`, patches, mesh files (PLY, STL) and the content of pipes are put
+// into temporary files, and plain accessors stay where they are; only what has no such form is in memory: other
+// streams, lines, points, morph targets. Errors: those of reading.
+Expected<ComparedAsset> read_compared(const std::string& path, const BackendChoice& backend,
+                                      const MemoryLimit* limit, const Session& session);
+
+// The meshes at the places where the scene puts them, to compare assets of tools that move a part of the
+// positions into nodes, as quantizing tools do. Each mesh appears once for each node of the default scene that
+// uses it, and all together form one whole. Positions, normals and tangents are transformed by the node and its
+// parents. Morph targets are left out; skins, animations and EXT_mesh_gpu_instancing are ignored. Quantization
+// grids are scaled with the values and widened by float rounding. Errors: those of scene_instances;
+// kUnsupported if the scene repeats its meshes too often.
+Expected<AssetMeshes> place_meshes(const Document& document, const AssetMeshes& asset);
+
+}  // namespace psplit
