@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "src/container/bit_string.h"
+
 namespace psplit {
 namespace {
 
@@ -110,11 +112,6 @@ void write_state(uint32_t state, std::vector<uint8_t>& block) {
   for (uint32_t i = 0; i < bytes; ++i) block.push_back(static_cast<uint8_t>(state >> 8 * i));
 }
 
-void append_block(const std::vector<uint8_t>& block, std::vector<uint8_t>& out) {
-  append_varint(block.size(), out);
-  out.insert(out.end(), block.begin(), block.end());
-}
-
 // Writes the table of the symbols and a block of rANS, which codes the last symbol first.
 void write_rans(std::span<const uint32_t> symbols, std::vector<Entry>& entries, uint32_t symbol_bits,
                 std::vector<uint8_t>& out) {
@@ -149,9 +146,9 @@ uint32_t symbol_bits_at(uint32_t unique_count, uint32_t max_symbol, int level) {
 
 }  // namespace
 
-void append_varint(uint64_t value, std::vector<uint8_t>& out) {
-  for (; value >= 0x80; value >>= 7) out.push_back(static_cast<uint8_t>(value | 0x80));
-  out.push_back(static_cast<uint8_t>(value));
+void append_block(std::span<const uint8_t> block, std::vector<uint8_t>& out) {
+  append_varint(block.size(), out);
+  out.insert(out.end(), block.begin(), block.end());
 }
 
 void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out) {
@@ -212,11 +209,12 @@ void encode_symbols(std::span<const uint32_t> symbols, uint32_t components, int 
     return;
   }
   write_rans(tags, tag_entries, kTagBits, out);
-  BitWriter bits(out);
+  BitStringWriter values;
   for (size_t group = 0; group < tags.size(); ++group)
     for (const uint32_t symbol : symbols.subspan(group * components, components))
-      bits.write(symbol, tags[group]);
-  bits.finish();
+      values.bits(symbol, tags[group]);
+  const std::vector<uint8_t> bytes = values.take();
+  out.insert(out.end(), bytes.begin(), bytes.end());
 }
 
 uint32_t possible_symbol_levels(std::span<const uint32_t> symbols, uint32_t symbol_bits) {

@@ -18,29 +18,8 @@ inline constexpr int kLevelBeforeLevels = 11;
 // The level of symbols that are not an attribute's.
 inline constexpr int kDefaultSymbolLevel = 7;
 
-// LEB128.
-void append_varint(uint64_t value, std::vector<uint8_t>& out);
-
-// Plain bits, each byte from its lowest bit.
-class BitWriter {
- public:
-  explicit BitWriter(std::vector<uint8_t>& out) : out_(out) {}
-  // `count` is at most 32, and `value` has no bits above them.
-  void write(uint32_t value, uint32_t count) {
-    bits_ |= uint64_t{value} << filled_;
-    for (filled_ += count; filled_ >= 8; filled_ -= 8, bits_ >>= 8) out_.push_back(static_cast<uint8_t>(bits_));
-  }
-  // Fills the last byte with zeros.
-  void finish() {
-    if (filled_ > 0) out_.push_back(static_cast<uint8_t>(bits_));
-    bits_ = 0, filled_ = 0;
-  }
-
- private:
-  std::vector<uint8_t>& out_;
-  uint64_t bits_ = 0;
-  uint32_t filled_ = 0;
-};
+// Writes the number of bytes of a block, and the block.
+void append_block(std::span<const uint8_t> block, std::vector<uint8_t>& out);
 
 // Writes flags, each a byte, as bits that share one probability.
 void encode_flags(std::span<const uint8_t> flags, std::vector<uint8_t>& out);

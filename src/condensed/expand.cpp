@@ -29,7 +29,7 @@ class StreamExpander {
     Fault fault = read_header();
     if (fault == Fault::kNone) fault = read_symbols();
     if (fault == Fault::kNone) fault = decode();
-    if (fault != Fault::kNone) return fault_status(fault);
+    if (fault != Fault::kNone) return status_of(fault);
     if (header_.valence)
       if (Status status = list_symbols(fields_); !status.ok()) return status;
     measured_.ends = static_cast<double>(patch_.bytes.size()) - measured_.total();

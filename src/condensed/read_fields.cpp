@@ -5,7 +5,7 @@
 #include "src/condensed/entropy_encoder.h"
 #include "src/condensed/stream_layout.h"
 #include "src/condensed/symbol_lists.h"
-#include "src/core/edgebreaker.h"
+#include "src/core/edgebreaker_decoder.h"
 #include "src/core/seams.h"
 #include "src/core/symbols.h"
 #include "src/core/workspace.h"
@@ -32,7 +32,7 @@ class FieldsReader {
     const size_t symbols =
         core::SymbolSequence::bytes(1, ~uint64_t{0}) + core::RansTable::slot_bytes(~uint64_t{0}, size_);
     const size_t arena_bytes = symbols + connectivity_bytes();
-    if (!claim(arena_bytes)) return fault_status(Fault::kWorkspace);
+    if (!claim(arena_bytes)) return status_of(Fault::kWorkspace);
     memory_.reset(new uint8_t[arena_bytes]);
     arena_ = core::Arena(memory_.get(), arena_bytes);
     if (Status status = StreamLayout(*this).walk(); !status.ok()) return status;
@@ -58,9 +58,9 @@ class FieldsReader {
     fields_.symbol_count = literals_.varint();
     literals_.varint();  // the number of S
     literals_.varint();  // the number of split events
-    Fault fault = read_connectivity(is_valence, data_count);
+    const Status status = status_of(read_connectivity(is_valence, data_count));
     literals_.leave_out();
-    return fault_status(fault);
+    return status.ok() && is_valence ? list_symbols(fields_) : status;
   }
 
   uint32_t value_count(const core::Group<uint32_t>& group) const {
@@ -76,7 +76,7 @@ class FieldsReader {
     attribute.component_bytes = core::data_type_bytes(description.type);
     const uint64_t bytes = uint64_t{count} * description.stride();
     const uint8_t* const head = literals_.head();
-    if (!literals_.skip(bytes)) return fault_status(Fault::kTruncated);
+    if (!literals_.skip(bytes)) return status_of(Fault::kTruncated);
     attribute.raw.assign(head, head + bytes);
     literals_.leave_out();
     return {};
@@ -91,7 +91,7 @@ class FieldsReader {
     attribute.skeleton = {predicted.attribute.coding, predicted.scheme, predicted.transform,
                           static_cast<uint8_t>(components), 0};
     const uint64_t total = uint64_t{count} * components;
-    if (total > 0xffffffffu || !claim(total * sizeof(uint32_t))) return fault_status(Fault::kWorkspace);
+    if (total > 0xffffffffu || !claim(total * sizeof(uint32_t))) return status_of(Fault::kWorkspace);
     attribute.symbols.resize(static_cast<size_t>(total));
     constexpr uint8_t kRaw = 1;
     const bool is_raw = total > 0 && literals_.remaining() >= 2 && literals_.head()[0] == kRaw;
@@ -108,7 +108,7 @@ class FieldsReader {
       attribute.grid_size = data.grid.max_quantized();
     }
     literals_.leave_out();
-    return fault_status(fault);
+    return status_of(fault);
   }
 
   Status creases() {
@@ -118,13 +118,13 @@ class FieldsReader {
       if (count > 0 && fault == Fault::kNone) fault = read_flags(count, flags);
     }
     literals_.leave_out();
-    return fault_status(fault);
+    return status_of(fault);
   }
   Status orientations() {
     const uint32_t count = literals_.u32();
     const Fault fault = read_flags(count, fields_.attributes.back().same_orientations);
     literals_.leave_out();
-    return fault_status(fault);
+    return status_of(fault);
   }
   Status wrap() {
     core::WrapRange range;
@@ -132,7 +132,7 @@ class FieldsReader {
     fields_.attributes.back().wrap_min = range.low;
     fields_.attributes.back().wrap_max = range.high;
     literals_.leave_out();
-    return fault_status(fault);
+    return status_of(fault);
   }
   Status flips() {
     literals_.copy_to(fields_.skeleton);
@@ -144,10 +144,12 @@ class FieldsReader {
       if (fault == Fault::kNone) append_flags(bits, count, fields_.attributes.back().flips);
     }
     literals_.leave_out();
-    return fault_status(fault);
+    return status_of(fault);
   }
 
  private:
+  using ListedSymbols = core::ValenceSymbols<uint32_t>;
+
   // Memory that the bytes of the stream must justify.
   bool claim(uint64_t bytes) {
     if (bytes > bytes_left_) return false;
@@ -158,13 +160,11 @@ class FieldsReader {
   size_t connectivity_bytes() const {
     const core::ConnectivityCounts& counts = header_.counts;
     const uint64_t corners = uint64_t{3} * counts.face_count, vertices = counts.vertex_limit;
-    using core::Arena;
-    const size_t decoding = Valences::bytes(counts) + core::connectivity_scratch_bytes<uint32_t>(counts) +
-                            core::decode_symbols_bytes(counts.symbol_count);
+    using core::Arena, core::EdgebreakerDecoder;
     const size_t seams = Arena::bytes<uint32_t>(corners) + Arena::bytes<bool>(vertices) +
                          Arena::bytes<uint32_t>(vertices) +
                          core::AttributeTable<uint32_t>::bytes(counts.face_count);
-    return core::Connectivity<uint32_t>::bytes(counts) + decoding +
+    return EdgebreakerDecoder<uint32_t>::bytes(header_) + EdgebreakerDecoder<uint32_t>::scratch_bytes(header_) +
            (header_.attribute_data_count > 0 ? seams : 0);
   }
 
@@ -214,54 +214,43 @@ class FieldsReader {
     std::vector<core::RansBits> seams(data_count);
     for (core::RansBits& bits : seams)
       if (fault == Fault::kNone) fault = bits.start(literals_);
-    if (fault == Fault::kNone && is_valence) fault = read_lists();
     if (fault == Fault::kNone) fault = decode_mesh(is_valence, symbols, events, start_faces);
     return fault == Fault::kNone ? read_seams(seams) : fault;
   }
 
-  Fault read_lists() {
-    uint32_t left = header_.counts.symbol_count;
-    for (std::vector<uint8_t>& list : fields_.symbol_lists) {
-      const uint32_t count = literals_.varint();
-      if (count > left) return Fault::kCounts;
-      left -= count;
-      list.resize(count);
-      uint32_t most = 0;
-      const Fault fault = core::decode_symbols(literals_, count, arena_, [&](uint32_t i, uint32_t symbol) {
-        list[i] = static_cast<uint8_t>(symbol);
-        most = std::max(most, symbol);
-      });
-      if (fault != Fault::kNone) return fault;
-      if (most >= std::size(kClersOfNumber)) return Fault::kConnectivity;
-    }
-    return Fault::kNone;
-  }
-
-  Fault decode_mesh(bool is_valence, core::BitReader symbols, core::View<const core::SplitEvent> events,
+  Fault decode_mesh(bool is_valence, core::BitReader bits, core::View<const core::SplitEvent> events,
                     core::RansBits start_faces) {
-    const core::ConnectivityCounts& counts = header_.counts;
-    fields_.symbols.resize(counts.symbol_count);
-    uint8_t* const out = fields_.symbols.data();
-    mesh_.counts = counts;
+    mesh_.counts = header_.counts;
+    fields_.symbols.resize(mesh_.counts.symbol_count);
     if (!mesh_.allocate(arena_)) return Fault::kWorkspace;
     const size_t mark = arena_.mark();
     core::RansBits again = start_faces;
-    Fault fault;
-    if (is_valence) {
-      Valences valences;
-      fault = valences.start(counts, arena_);
-      if (fault != Fault::kNone) return fault;
-      fault = core::decode_connectivity(ListedSymbols(valences, fields_.symbol_lists, out), events, again,
-                                        arena_, mesh_);
-    } else {
-      fault = core::decode_connectivity(StoredSymbols(core::StandardSymbols(symbols), out), events, again,
-                                        arena_, mesh_);
-    }
+    const auto decode = [&](const auto& symbols) {
+      return core::decode_connectivity(StoredSymbols(symbols, fields_.symbols.data()), events, again, arena_,
+                                       mesh_);
+    };
+    ListedSymbols lists;
+    Fault fault = Fault::kNone;
+    if (is_valence) fault = read_lists(lists);
+    if (fault == Fault::kNone) fault = is_valence ? decode(lists) : decode(core::StandardSymbols(bits));
     if (fault != Fault::kNone) return fault;
     arena_.release(mark);
-    mesh_.drop_merged_vertices(/*keep_order=*/true);
+    mesh_.move_up(core::SerialLanes());
+    mesh_.find_closed_vertices(core::SerialLanes());
     append_flags(start_faces, component_count(fields_), fields_.start_faces);
     return Fault::kNone;
+  }
+
+  Fault read_lists(ListedSymbols& lists) {
+    core::View<core::SymbolSequence> sequences;
+    if (!arena_.take(sequences, ListedSymbols::kLists)) return Fault::kWorkspace;
+    const Fault fault = lists.start(literals_, header_.counts, arena_, sequences);
+    if (fault != Fault::kNone) return fault;
+    for (size_t i = 0; i < sequences.size(); ++i) {
+      core::SymbolSequence* const one = &sequences[i];
+      core::step_symbols<1>(&one, 1);
+    }
+    return lists.finish(literals_, sequences);
   }
 
   Fault read_seams(std::vector<core::RansBits>& seams) {
@@ -306,7 +295,7 @@ class FieldsReader {
 Expected<DracoFields> read_fields(std::span<const uint8_t> stream) {
   core::StreamHeader header;
   if (const Fault fault = core::read_stream_header(stream.data(), stream.size(), header); fault != Fault::kNone)
-    return fault_status(fault);
+    return status_of(fault);
   if (!header.edgebreaker) return unsupported("a sequential mesh");
   return FieldsReader(stream, header).read();
 }

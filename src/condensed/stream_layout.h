@@ -7,18 +7,13 @@
 #include <span>
 #include <vector>
 
+#include "src/container/claims.h"
 #include "src/core/attributes.h"
+#include "src/core/draco_header.h"
 #include "src/core/prediction_data.h"
-#include "src/core/stream_header.h"
 #include "src/status.h"
 
 namespace psplit {
-
-inline Status fault_status(core::Fault fault) {
-  if (fault == core::Fault::kNone) return {};
-  const char* const text = core::fault_text(fault);
-  return fault == core::Fault::kVersion ? unsupported(text) : invalid_input(text);
-}
 
 // Reads literal bytes, and copies those that were read.
 class Literals : public core::ByteReader {
@@ -66,7 +61,7 @@ class StreamLayout {
     Status status = walk_connectivity();
     if (status.ok()) status = read_descriptions();
     for (uint32_t g = 0; g < groups_.size() && status.ok(); ++g) status = walk_group(groups_[g]);
-    if (status.ok() && literals_.truncated()) status = fault_status(core::Fault::kTruncated);
+    if (status.ok() && literals_.truncated()) status = status_of(core::Fault::kTruncated);
     return status;
   }
 
@@ -75,24 +70,21 @@ class StreamLayout {
   using Attribute = core::Attribute<uint32_t>;
 
   Status walk_connectivity() {
-    constexpr uint32_t kBytesBeforeFlags = 9, kHasMetadata = 0x8000;
-    literals_.skip(kBytesBeforeFlags);
-    if ((literals_.u16() & kHasMetadata) != 0)
-      if (const core::Fault fault = core::skip_metadata(literals_); fault != core::Fault::kNone)
-        return fault_status(fault);
-    const uint8_t traversal = literals_.u8();
-    if (literals_.truncated()) return fault_status(core::Fault::kTruncated);
-    constexpr uint8_t kStandard = 0, kValence = 2;
-    if (traversal != kStandard && traversal != kValence) return fault_status(core::Fault::kMethod);
+    core::DracoHeader header;
+    core::Fault fault = core::read_kind(literals_.head(), literals_.remaining(), header);
+    if (fault == core::Fault::kNone && !header.edgebreaker) fault = core::Fault::kMethod;
+    if (fault == core::Fault::kNone) fault = core::read_traversal(header);
+    if (fault != core::Fault::kNone) return status_of(fault);
+    literals_.skip(header.body.position());
     if (Status status = coder_.counts(); !status.ok()) return status;
     data_count_ = literals_.u8();
-    if (data_count_ > core::kMaxAttributeData) return fault_status(core::Fault::kAttribute);
-    return coder_.connectivity(traversal == kValence, data_count_);
+    if (data_count_ > core::kMaxAttributeData) return status_of(core::Fault::kAttribute);
+    return coder_.connectivity(header.valence, data_count_);
   }
 
   Status read_descriptions() {
     const uint32_t group_count = literals_.u8();
-    if (group_count > core::kMaxAttributeData + 1) return fault_status(core::Fault::kAttribute);
+    if (group_count > core::kMaxAttributeData + 1) return status_of(core::Fault::kAttribute);
     groups_.resize(group_count);
     for (Group& group : groups_) {
       group.attribute_data = static_cast<int8_t>(literals_.u8());
@@ -100,7 +92,7 @@ class StreamLayout {
       group.by_prediction_degree = literals_.u8() == 1;
       const int64_t data = group.attribute_data;
       if (data >= int64_t{data_count_} || (data < 0 && group.per_corner))
-        return fault_status(core::Fault::kAttribute);
+        return status_of(core::Fault::kAttribute);
     }
     // A description takes more than 4 bytes.
     attributes_.resize(std::min<size_t>(literals_.remaining() / 4, core::kMaxAttributes));
@@ -110,7 +102,7 @@ class StreamLayout {
       if (const core::Fault fault =
               core::read_descriptions(literals_, static_cast<uint8_t>(g), groups_[g], all, attribute_count);
           fault != core::Fault::kNone)
-        return fault_status(fault);
+        return status_of(fault);
     return {};
   }
 
@@ -121,7 +113,7 @@ class StreamLayout {
     for (uint32_t i = group.first; i < end; ++i)
       if (const core::Fault fault = core::read_transform(literals_, attributes_[i]);
           fault != core::Fault::kNone)
-        return fault_status(fault);
+        return status_of(fault);
     return {};
   }
 
@@ -136,7 +128,7 @@ class StreamLayout {
       const bool is_wrap = transform == core::Transform::kWrap;
       if (is_wrap == is_normal || transform < core::Transform::kWrap ||
           transform > core::Transform::kOctahedronCanonicalized)
-        return fault_status(core::Fault::kMethod);
+        return status_of(core::Fault::kMethod);
     }
     constexpr int8_t kDeprecated = 3, kMost = 6;
     const auto number = static_cast<int8_t>(scheme);
@@ -145,7 +137,7 @@ class StreamLayout {
     if (number < -2 || number == -1 || number == kDeprecated || number > kMost || !fits)
       return unsupported("a prediction scheme that is deprecated, or that does not fit its attribute");
     const uint8_t is_entropy_coded = literals_.u8();
-    if (literals_.truncated()) return fault_status(core::Fault::kTruncated);
+    if (literals_.truncated()) return status_of(core::Fault::kTruncated);
     if (is_entropy_coded == 0) return unsupported("integers that are not entropy-coded");
 
     Status status = coder_.symbols(count, {attribute, scheme, transform});

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "src/container/claims.h"
+
 namespace psplit {
 namespace {
 
@@ -50,7 +52,7 @@ Expected<std::vector<uint8_t>> lists_of_symbols(const DracoFields& fields) {
     fault = add_faces_alone(counts, fields.split_events, [&](const Valences& valences) {
       return NotedLists(valences, fields.symbols.data(), lists.data());
     });
-  if (fault != core::Fault::kNone) return invalid_input(core::fault_text(fault));
+  if (fault != core::Fault::kNone) return status_of(fault);
   return lists;
 }
 

@@ -1,7 +1,6 @@
 // Symbols for core::add_faces that pass through: read from one representation, and stored in the other.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -11,10 +10,7 @@
 
 namespace psplit {
 
-using SymbolLists = std::array<std::vector<uint8_t>, DracoFields::kSymbolLists>;
-
-// The symbols of the valence traversal's lists, by number.
-inline constexpr uint8_t kClersOfNumber[5] = {core::kC, core::kS, core::kL, core::kR, core::kE};
+// The numbers of symbols in the valence traversal's lists.
 inline constexpr uint8_t kNumberOfClers[8] = {0, 1, 0, 2, 0, 3, 0, 4};
 
 // Symbols for core::add_faces. Each is also stored.
@@ -34,30 +30,6 @@ class StoredSymbols : public Symbols {
 
 // Numbers of valences choose the list of the next symbol (core::Valences::class_of).
 using Valences = core::Valences<uint32_t>;
-
-// Takes symbols from the lists, which have symbols 0 to 4, and stores them in their order.
-class ListedSymbols : public Valences {
- public:
-  ListedSymbols(const Valences& valences, const SymbolLists& lists, uint8_t* out)
-      : Valences(valences), lists_(&lists), out_(out) {
-    for (size_t i = 0; i < lists.size(); ++i) left_[i] = lists[i].size();
-  }
-  uint32_t next(uint32_t to) {
-    constexpr uint8_t kInvalid = 6;
-    uint8_t symbol = core::kE;  // the first
-    if (to != core::kNone<uint32_t>) {
-      size_t& left = left_[class_of(to)];
-      symbol = left > 0 ? kClersOfNumber[(*lists_)[class_of(to)][--left]] : kInvalid;
-    }
-    *out_++ = symbol;
-    return symbol;
-  }
-
- private:
-  const SymbolLists* lists_;
-  std::array<size_t, DracoFields::kSymbolLists> left_;
-  uint8_t* out_;
-};
 
 // Takes core::Clers in their order, and notes the list of each except the first.
 class NotedLists : public Valences {

@@ -4,6 +4,7 @@
 #include "src/condensed/entropy_encoder.h"
 #include "src/condensed/stream_layout.h"
 #include "src/condensed/symbol_lists.h"
+#include "src/container/bit_string.h"
 
 namespace psplit {
 namespace {
@@ -117,21 +118,18 @@ class FieldsWriter {
       append_varint(event.split - event.source, out_);
       last = source;
     }
-    BitWriter edges(out_);
-    for (const core::SplitEvent& event : fields_.split_events) edges.write(event.right_edge != 0 ? 1 : 0, 1);
-    edges.finish();
+    BitStringWriter edges;
+    for (const core::SplitEvent& event : fields_.split_events) edges.bits(event.right_edge != 0 ? 1 : 0, 1);
+    const std::vector<uint8_t> bytes = edges.take();
+    out_.insert(out_.end(), bytes.begin(), bytes.end());
     return {};
   }
 
   Status standard_symbols() {
     if (fields_.symbols.size() != fields_.symbol_count) return contradiction();
-    std::vector<uint8_t> block;
-    block.reserve(fields_.symbols.size() / 4);
-    BitWriter bits(block);
-    for (const uint8_t symbol : fields_.symbols) bits.write(symbol & 7u, symbol == core::kC ? 1 : 3);
-    bits.finish();
-    append_varint(block.size(), out_);
-    out_.insert(out_.end(), block.begin(), block.end());
+    BitStringWriter bits;
+    for (const uint8_t symbol : fields_.symbols) bits.bits(symbol & 7u, symbol == core::kC ? 1 : 3);
+    append_block(bits.take(), out_);
     return {};
   }
 

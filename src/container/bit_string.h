@@ -46,6 +46,12 @@ class BitStringReader {
   bool is_broken_ = false;
 };
 
+// LEB128, for bytes of another kind: the code of numbers in Draco streams, and of the lengths in a head.
+inline void append_varint(uint64_t value, std::vector<uint8_t>& out) {
+  for (; value >= 0x80; value >>= 7) out.push_back(static_cast<uint8_t>(value | 0x80));
+  out.push_back(static_cast<uint8_t>(value));
+}
+
 class BitStringWriter {
  public:
   // The lowest `count` bits, at most 56.

@@ -5,6 +5,7 @@
 
 #include <random>
 
+#include "src/container/bit_string.h"
 #include "src/core/symbols.h"
 
 namespace psplit {
@@ -98,11 +99,9 @@ TEST(EntropyEncoder, FlagsComeBack) {
 }
 
 TEST(EntropyEncoder, BitsComeBack) {
-  Bytes bytes;
-  BitWriter bits(bytes);
-  for (uint32_t count = 0; count <= 32; ++count)
-    bits.write(static_cast<uint32_t>((uint64_t{1} << count) - 1) & 0xa5a5a5a5u, count);
-  bits.finish();
+  BitStringWriter bits;
+  for (uint32_t count = 0; count <= 32; ++count) bits.bits(0xa5a5a5a5u, count);
+  const Bytes bytes = bits.take();
   EXPECT_EQ(bytes.size(), 66u);  // 0 + 1 + ... + 32 bits
   core::BitReader reader(bytes.data(), bytes.size());
   for (int count = 0; count <= 32; ++count)
