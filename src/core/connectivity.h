@@ -111,13 +111,6 @@ struct Connectivity {
       --vertex_count;
     }
   }
-  PSPLIT_HD void drop_merged_vertices(bool keep_order) {
-    if (keep_order)
-      move_up(SerialLanes());
-    else
-      fill_holes();
-    find_closed_vertices(SerialLanes());
-  }
 
   PSPLIT_HD bool allocate(Arena& arena) {
     const uint64_t corners = corner_room(counts), vertices = vertex_room(counts);

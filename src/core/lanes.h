@@ -18,6 +18,7 @@
 //   seams.h, SeamDecoder::finish     seam_lanes.h: seams to tables and points, one thread only where seams are
 //   Connectivity::move_up            numbers without gaps
 //   CreationOrder (condensed)        the order of created values
+//   RansTable::fill_buckets          the first slot of each bucket
 //   the steps of predictions         the functions for lanes beside them, which compute several values at once:
 //                                    parallelogram.h, multi_parallelogram.h, normals.h, condensed/creation.h
 #pragma once

@@ -131,37 +131,14 @@ class PointSplit {
   }
 
  private:
-  PSPLIT_HD bool differs(Index a, Index b) const {
-    for (size_t i = 0; i < attributes_.size(); ++i)
-      if (attributes_[i].has_seams && attributes_[i].table.vertex[a] != attributes_[i].table.vertex[b])
-        return true;
-    return false;
-  }
-  // Where the value of some attribute changes, if it does, so that no point begins in its middle.
-  PSPLIT_HD Index first_corner(uint32_t v) const {
-    const Index leftmost = previous(border_[v].corner());
-    if (!on_seam_[v] || !closed_[v]) return leftmost;
-    Index first = leftmost;
-    for (size_t i = 0; i < attributes_.size() && first == leftmost; ++i) {
-      if (!attributes_[i].has_seams) continue;
-      const View<Index> value = attributes_[i].table.vertex;
-      first = table_.swing_right(leftmost);
-      while (first != leftmost && value[first] == value[leftmost]) first = table_.swing_right(first);
-    }
-    return first;
-  }
-  // Calls visit(corner, is_new) for the corners of a vertex, clockwise. A new point begins where is_new is set.
+  // walk_points of a vertex, which has a single point if it is on no seam.
   template <typename Visit>
   PSPLIT_HD void walk(uint32_t v, Visit visit) const {
     const bool on_seam = on_seam_[v];
-    const Index first = first_corner(v);
-    visit(first, false);
-    for (Index corner = first;;) {
-      const Index right = table_.swing_right(corner);
-      if (right == kNone<Index> || right == first) return;
-      visit(right, on_seam && differs(corner, right));
-      corner = right;
-    }
+    const View<AttributeTable<Index>> attributes = on_seam ? attributes_ : View<AttributeTable<Index>>();
+    const Index leftmost = previous(border_[v].corner());
+    const Index first = first_point_corner(table_, attributes, closed_[v], leftmost);
+    walk_points(table_, attributes, first, visit);
   }
 
   CornerTable<Index> table_;

@@ -120,39 +120,54 @@ PSPLIT_HD void number_attribute_vertices(const Connectivity<Index>& mesh, View<c
   out.vertex_count = count;
 }
 
-// Splits the vertices wherever an attribute has another value, and stores the resulting point of each corner.
-// Returns the number of points. `on_seam` marks the vertices on a seam of any attribute.
+// The corner where the points of a vertex begin: of a closed vertex, where the value of some attribute changes,
+// if it does, so that no point begins in its middle. `leftmost` is the vertex's first corner.
 template <typename Index>
-PSPLIT_HD uint32_t split_into_points(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
-                                     View<const bool> on_seam, View<Index> scratch, View<Index> point) {
+PSPLIT_HD Index first_point_corner(const CornerTable<Index>& table, View<AttributeTable<Index>> attributes,
+                                   bool closed, Index leftmost) {
+  Index first = leftmost;
+  for (size_t i = 0; closed && i < attributes.size() && first == leftmost; ++i) {
+    if (!attributes[i].has_seams) continue;
+    const View<Index> value = attributes[i].table.vertex;
+    first = table.swing_right(leftmost);
+    while (first != leftmost && value[first] == value[leftmost]) first = table.swing_right(first);
+  }
+  return first;
+}
+
+// Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new point begins where
+// is_new is set: where some attribute has another value than at the corner before.
+template <typename Index, typename Visit>
+PSPLIT_HD void walk_points(const CornerTable<Index>& table, View<AttributeTable<Index>> attributes, Index first,
+                           Visit visit) {
   const auto differs = [&](Index a, Index b) {
     for (size_t i = 0; i < attributes.size(); ++i)
       if (attributes[i].has_seams && attributes[i].table.vertex[a] != attributes[i].table.vertex[b])
         return true;
     return false;
   };
+  visit(first, false);
+  for (Index corner = first;;) {
+    const Index right = table.swing_right(corner);
+    if (right == kNone<Index> || right == first) return;
+    visit(right, differs(corner, right));
+    corner = right;
+  }
+}
+
+// Splits the vertices wherever an attribute has another value, and stores the resulting point of each corner.
+// Returns the number of points. `on_seam` marks the vertices on a seam of any attribute.
+template <typename Index>
+PSPLIT_HD uint32_t split_into_points(const Connectivity<Index>& mesh, View<AttributeTable<Index>> attributes,
+                                     View<const bool> on_seam, View<Index> scratch, View<Index> point) {
   uint32_t count = 0;
   const auto walk = [&](uint32_t v) {
     const Index leftmost = mesh.first_corner(static_cast<Index>(v));
-    Index first = leftmost;
-    if (mesh.closed[v]) {
-      // Begin where the value of some attribute changes, if it does, so that no point begins in its middle.
-      for (size_t i = 0; i < attributes.size() && first == leftmost; ++i) {
-        if (!attributes[i].has_seams) continue;
-        const View<Index> value = attributes[i].table.vertex;
-        Index corner = mesh.table.swing_right(leftmost);
-        while (corner != leftmost && value[corner] == value[leftmost]) corner = mesh.table.swing_right(corner);
-        first = corner;
-      }
-    }
-    Index corner = first;
-    for (;;) {
+    const Index first = first_point_corner(mesh.table, attributes, mesh.closed[v], leftmost);
+    walk_points(mesh.table, attributes, first, [&](Index corner, bool is_new) {
+      if (is_new) ++count;
       point[corner] = static_cast<Index>(count);
-      const Index right = mesh.table.swing_right(corner);
-      if (right == kNone<Index> || right == first) break;
-      if (differs(corner, right)) ++count;
-      corner = right;
-    }
+    });
     ++count;
   };
   number_corners(

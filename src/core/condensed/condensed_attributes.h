@@ -13,6 +13,7 @@ namespace psplit::core {
 
 template <typename Index>
 struct CondensedAttribute {
+  SkeletonAttribute skeleton;
   const AttributeModel* model = nullptr;
   const TableSet* tables = nullptr;
   bool by_creation = false;
@@ -158,11 +159,9 @@ class CondensedAttributes {
     // Draco decodes a scheme that does not fit its attribute as another scheme; its encoder does not write it.
     if (static_cast<uint8_t>(data.scheme) != scheme) return Fault::kMethod;
     if (reader.u8() == 0) return reader.truncated() ? Fault::kTruncated : Fault::kMethod;
-    attribute.by_creation =
-        SkeletonAttribute{description.coding, data.scheme, data.transform, 0, 0}.is_by_creation(
-            *attribute.model);
-    const bool has_grid = data.scheme != Scheme::kNone && data.transform != Transform::kWrap;
-    return has_grid ? data.read_grid(reader) : Fault::kNone;
+    attribute.skeleton = {description.coding, data.scheme, data.transform, 0, 0};
+    attribute.by_creation = attribute.skeleton.is_by_creation(*attribute.model);
+    return attribute.skeleton.has_grid() ? data.read_grid(reader) : Fault::kNone;
   }
 
   PSPLIT_HD Fault read_numbers(const CondensedStream& stream, const Patch<Index>& patch,
@@ -172,29 +171,21 @@ class CondensedAttributes {
     for (uint32_t i = 1; i < attributes_.size(); ++i)
       attributes_[i].section_bytes = numbers.number(kinds.bytes);
     for (uint32_t i = 0; i < attributes_.size(); ++i) {
-      PredictionData& data = integers[i].data();
-      if (patch.attributes[i].coding == Coding::kRaw || attributes_[i].by_creation ||
-          data.scheme == Scheme::kNone || data.transform != Transform::kWrap)
-        continue;
+      if (attributes_[i].by_creation || !attributes_[i].skeleton.has_wrap_range()) continue;
       const int64_t low = numbers.signed_number(kinds.low), extent = numbers.number(kinds.extent);
-      if (const Fault fault = data.wrap.set(low, low + extent); fault != Fault::kNone) return fault;
+      const Fault fault = integers[i].data().wrap.set(low, low + extent);
+      if (fault != Fault::kNone) return fault;
     }
     for (uint32_t i = 0; i < attributes_.size(); ++i) {
-      const Scheme scheme = integers[i].data().scheme;
-      if (patch.attributes[i].coding == Coding::kRaw) continue;
-      const bool has_creases = scheme == Scheme::kConstrainedMultiParallelogram,
-                 has_orientations = scheme == Scheme::kTexCoords;
-      bool has_flags = scheme == Scheme::kGeometricNormal;
-      for (uint32_t k = 0; k < (has_creases        ? AttributeModel::kCreaseContexts
-                                : has_orientations ? 1
-                                                   : 0);
-           ++k) {
-        attributes_[i].flag_counts[k] = numbers.number(kinds.flags);
+      CondensedAttribute<Index>& attribute = attributes_[i];
+      bool has_flags = attribute.skeleton.scheme == Scheme::kGeometricNormal;
+      for (uint32_t k = 0; k < attribute.skeleton.flag_lists(); ++k) {
+        attribute.flag_counts[k] = numbers.number(kinds.flags);
         // No scheme has more flags than there are corners.
-        if (attributes_[i].flag_counts[k] > uint64_t{3} * patch.face_count) return Fault::kPrediction;
-        has_flags |= attributes_[i].flag_counts[k] > 0;
+        if (attribute.flag_counts[k] > uint64_t{3} * patch.face_count) return Fault::kPrediction;
+        has_flags |= attribute.flag_counts[k] > 0;
       }
-      if (has_flags && !attributes_[i].model->has_flags) return Fault::kAttribute;
+      if (has_flags && !attribute.model->has_flags) return Fault::kAttribute;
     }
     return read_sets(stream.models, numbers);
   }
@@ -389,7 +380,7 @@ class CondensedAttributes {
     SectionReader& section = attribute.tokens.section();
     const AttributeModel& model = *attribute.model;
     Fault fault = Fault::kNone;
-    if (data.scheme != Scheme::kNone && data.transform != Transform::kWrap) {
+    if (attribute.skeleton.has_grid()) {
       // Symbols are signed, and Draco's corrections are below the number of values in the grid.
       const View<uint32_t> symbols = integers.symbols();
       uint32_t too_large = 0;

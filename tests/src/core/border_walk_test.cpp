@@ -12,8 +12,8 @@ namespace {
 // vertices are said to be on seams.
 std::vector<uint32_t> walk_of(ClersMesh&& decoded, std::vector<uint16_t> point_at = {}) {
   Patch<uint16_t> patch;
+  decoded.move_up();
   patch.mesh = decoded.mesh;
-  patch.mesh.drop_merged_vertices(/*keep_order=*/true);
   patch.face_count = decoded.mesh.counts.face_count;
   patch.point_at = patch.mesh.table.vertex;
   patch.point_count = patch.mesh.vertex_count;

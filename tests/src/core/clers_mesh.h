@@ -65,6 +65,16 @@ struct ClersMesh {
     return out;
   }
 
+  // Numbers the vertices without gaps: merged ones are replaced, or all move up.
+  void fill_holes() {
+    mesh.fill_holes();
+    mesh.find_closed_vertices(SerialLanes());
+  }
+  void move_up() {
+    mesh.move_up(SerialLanes());
+    mesh.find_closed_vertices(SerialLanes());
+  }
+
   // The loops of the border, each from its lowest vertex.
   std::vector<std::vector<uint32_t>> borders() const {
     std::vector<std::vector<uint32_t>> loops;

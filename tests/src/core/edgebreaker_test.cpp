@@ -44,14 +44,14 @@ TEST(Edgebreaker, SJoinsTheComponentThatWaits) {
   EXPECT_EQ(two.faces(), (Faces{{0, 1, 2}, {3, 2, 5}, {5, 2, 6}, {2, 1, 6}}));
   EXPECT_EQ(two.borders(), (Loops{{0, 2, 3, 5, 6, 1}}));
   // Numbers without gaps: the last vertex takes the place of the merged one, or all move up.
-  two.mesh.drop_merged_vertices(/*keep_order=*/false);
+  two.fill_holes();
   EXPECT_EQ(two.faces(), (Faces{{0, 1, 2}, {3, 2, 5}, {5, 2, 4}, {2, 1, 4}}));
   ClersMesh in_order("EERS");
-  in_order.mesh.drop_merged_vertices(/*keep_order=*/true);
+  in_order.move_up();
   EXPECT_EQ(in_order.faces(), (Faces{{0, 1, 2}, {3, 2, 4}, {4, 2, 5}, {2, 1, 5}}));
   // Vertex 6 is merged, and is the last one.
   ClersMesh last("EELS");
-  last.mesh.drop_merged_vertices(/*keep_order=*/false);
+  last.fill_holes();
   EXPECT_EQ(last.faces(), (Faces{{0, 1, 2}, {3, 4, 5}, {4, 2, 5}, {2, 1, 5}}));
 }
 

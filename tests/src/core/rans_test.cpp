@@ -7,6 +7,7 @@
 #include <random>
 
 #include "tests/src/core/rans_encoder.h"
+#include "tests/support/emulated_warp.h"
 
 namespace psplit::core {
 namespace {
@@ -105,6 +106,39 @@ TEST(Rans, SymbolsComeBackFromDirectAndSearchedTables) {
   expect_symbols_back(probs12, 12, RansTable::kFew - 1);  // few symbols: searched
   expect_symbols_back(probs20, 20, 5000);                 // high precision: searched
   expect_symbols_back({4096}, 12, 2000);                  // a single symbol takes no bits
+}
+
+// Lanes search the slots of each bucket; one thread walks through the slots.
+TEST(Rans, LanesFillTheSameBuckets) {
+  std::mt19937 random(1);
+  for (const uint32_t precision_bits : {12u, 16u, 20u})
+    for (const uint32_t symbol_count : {1u, 2u, 31u, 300u, 3000u}) {
+      SCOPED_TRACE(std::to_string(symbol_count) + " symbols in " + std::to_string(precision_bits) + " bits");
+      const uint32_t total = 1u << precision_bits;
+      std::vector<uint32_t> probs(symbol_count);
+      uint32_t sum = 0;
+      for (uint32_t& prob : probs) sum += prob = static_cast<uint32_t>(random() % 3);
+      probs[symbol_count / 2] += total - sum;
+      const Bytes bytes = encode_table(probs);
+      std::vector<uint8_t> memory(size_t{1} << 20);
+      Arena arena(memory.data(), memory.size());
+      const auto read = [&] {
+        ByteReader reader(bytes.data(), bytes.size());
+        RansTable table;
+        EXPECT_EQ(table.read(reader, precision_bits, RansTable::kFew - 1, arena), Fault::kNone);
+        return table;
+      };
+      RansTable serial = read();
+      serial.fill_buckets();
+      for (const LaneOrder order : kLaneOrders) {
+        RansTable shared = read();
+        run_warp([&](EmulatedLanes lanes) { shared.fill_buckets(lanes); }, order);
+        for (uint32_t number = 0; number < total; ++number) {
+          const RansTable::Slot a = serial.search(number), b = shared.search(number);
+          ASSERT_TRUE(a.symbol() == b.symbol() && a.prob() == b.prob() && a.first() == b.first()) << number;
+        }
+      }
+    }
 }
 
 // Different symbols take the fewest bytes if each occurs once, except one.

@@ -21,7 +21,7 @@ View<T> view(std::vector<T>& values) {
 
 struct SeamedMesh {
   explicit SeamedMesh(const std::string& letters) : decoded(letters) {
-    decoded.mesh.drop_merged_vertices(/*keep_order=*/true);
+    decoded.move_up();
     scratch.resize(decoded.mesh.vertex_count);
     edges.resize(3 * decoded.mesh.counts.face_count);
     edges.resize(list_inner_edges(decoded.mesh.table, view(edges)));
