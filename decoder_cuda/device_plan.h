@@ -209,7 +209,7 @@ class BatchPlan {
   uint64_t piece_bytes() const { return pieces_.empty() ? 0 : pieces_.back().at + pieces_.back().bytes.size(); }
   uint64_t gathered_bytes() const { return gathered_bytes_; }
 
-  static size_t in_block(size_t bytes) { return (bytes + 255) / 256 * 256; }
+  static uint64_t in_block(uint64_t bytes) { return (bytes + 255) / 256 * 256; }
 
  private:
   static uint32_t end_of(const CudaPrimitive& primitive) {
@@ -220,9 +220,6 @@ class BatchPlan {
 
   // Whole, and not only its border part.
   static bool is_decoded(StreamUse use) { return use >= StreamUse::kReferredTo; }
-  static bool has_borders(const PatchContainer& container) {
-    return container.head != nullptr && container.head->has_borders;
-  }
   static uint64_t border_bytes(const core::StreamHeader& header, const StreamEntry& entry) {
     const core::CondensedStream& stream = header.condensed;
     return BorderState::bytes(core::most_places(stream, entry.reference_count), stream.border_components,
@@ -282,7 +279,7 @@ class BatchPlan {
   // Whether the bytes justify the memory for the values at borders.
   static Status check_borders(const PatchContainer& container) {
     uint64_t bytes = 0;
-    for (size_t i = 0; has_borders(container) && i < container.entries.size(); ++i)
+    for (size_t i = 0; container.has_borders() && i < container.entries.size(); ++i)
       bytes += border_bytes(container.headers[i], container.entries[i]);
     return status_of(bytes > core::justified_bytes(container.stream_bytes()) ? core::Fault::kWorkspace
                                                                              : core::Fault::kNone);
@@ -301,7 +298,7 @@ class BatchPlan {
       for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner, StreamUse::kReferredTo);
       for (core::StitchReader::Pair pair; reader.next_pair(pair);) refer_to(pair.owner, StreamUse::kReferredTo);
     }
-    for (uint32_t i = 0; has_borders(container) && i < end; ++i) {
+    for (uint32_t i = 0; container.has_borders() && i < end; ++i) {
       if (!is_decoded(uses[i])) continue;
       core::StitchReader reader(container.stitch_row(i));
       for (core::StitchReader::Run run; reader.next_run(run);) refer_to(run.owner, StreamUse::kBorder);
@@ -335,7 +332,7 @@ class BatchPlan {
       task.owned_end = is_stitched ? container.owned_base[task.number + 1] : next_point + entry.point_count;
       task.walk_at = walk_points_;
       if (task.use != StreamUse::kNone && container.headers[task.number].is_condensed() &&
-          has_borders(container))
+          container.has_borders())
         add_border(container, first_stream + task.number, task);
       if (!is_decoded(task.use)) continue;
       next_point += entry.point_count;

@@ -87,15 +87,15 @@ class HostDecoder {
     return {};
   }
 
-  static uint64_t rounded(uint64_t bytes) { return (bytes + 255) / 256 * 256; }
   static uint64_t face_bytes(const PatchContainer& container, uint32_t first, uint32_t end) {
     return uint64_t{12} * (container.face_base[end] - container.face_base[first]);
   }
   static uint64_t result_bytes(const DecodeTask& task, uint32_t first, uint32_t end) {
     const PatchContainer& container = *task.container;
     const uint64_t points = container.owned_base[end] - container.owned_base[first];
-    uint64_t bytes = rounded(face_bytes(container, first, end));
-    for (const AttributeRequest& request : task.requests) bytes += rounded(request.value_bytes() * points);
+    uint64_t bytes = BatchPlan::in_block(face_bytes(container, first, end));
+    for (const AttributeRequest& request : task.requests)
+      bytes += BatchPlan::in_block(request.value_bytes() * points);
     return bytes;
   }
 
@@ -129,7 +129,7 @@ class HostDecoder {
     if (Status status = grow(out_, bytes, limit_ / 2); !status.ok()) return status;
     batch_.clear();
     uint8_t* out = out_.data();
-    const auto take = [&](uint64_t size) { return std::exchange(out, out + rounded(size)); };
+    const auto take = [&](uint64_t size) { return std::exchange(out, out + BatchPlan::in_block(size)); };
     for (const Window& window : windows) {
       const DecodeTask& task = call.tasks[window.task];
       const PatchContainer& container = *task.container;

@@ -143,12 +143,8 @@ Expected<std::vector<const draco::PointAttribute*>> find_attributes(
   std::vector<const draco::PointAttribute*> found;
   for (const AttributeRequest& request : requests) {
     const draco::PointAttribute* attribute = mesh.GetAttributeByUniqueId(request.unique_id);
-    if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + describe(request));
-    if (request.component_count == 0 || request.component_count > 16 ||
-        attribute->num_components() != request.component_count)
-      return invalid_input("Draco stream: " + describe(request) + " has " +
-                           std::to_string(attribute->num_components()) + " components, not " +
-                           std::to_string(request.component_count));
+    const auto components = attribute != nullptr ? static_cast<uint32_t>(attribute->num_components()) : 0;
+    if (Status status = check_request(request, components); !status.ok()) return status;
     found.push_back(attribute);
   }
   return found;

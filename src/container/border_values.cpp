@@ -4,7 +4,6 @@
 #include <numeric>
 
 #include "src/container/claims.h"
-#include "src/container/condensed_head.h"
 #include "src/core/in_step.h"
 #include "src/core/workspace.h"
 
@@ -17,9 +16,7 @@ using core::Fault;
 constexpr size_t kTogether = 16;
 
 // A patch alone has its values already.
-bool has_borders(const PatchContainer& container) {
-  return !container.is_stock && container.head && container.head->has_borders;
-}
+bool needs_values(const PatchContainer& container) { return !container.is_stock && container.has_borders(); }
 
 // The most that the walk of a patch can have.
 struct WalkSize {
@@ -43,7 +40,7 @@ Status first_failure(std::vector<Status>& statuses) {
 }  // namespace
 
 Expected<BorderValues> BorderValues::decode(const PatchContainer& container, const ThreadPool& pool) {
-  if (!has_borders(container)) return BorderValues();
+  if (!needs_values(container)) return BorderValues();
   const size_t count = container.patch_count();
   std::vector<uint32_t> patches(count);
   std::iota(patches.begin(), patches.end(), 0u);
@@ -67,7 +64,7 @@ Expected<BorderValues> BorderValues::decode(const PatchContainer& container, con
 }
 
 Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uint32_t patch) {
-  if (!has_borders(container) || patch >= container.patch_count()) return BorderValues();
+  if (!needs_values(container) || patch >= container.patch_count()) return BorderValues();
   return decode_some(container, patch, patch + 1);
 }
 
@@ -75,7 +72,7 @@ Expected<BorderValues> BorderValues::decode(const PatchContainer& container, uin
                                             const ThreadPool& pool) {
   const uint32_t count = container.patch_count();
   end = std::min(end, count);
-  if (!has_borders(container) || (first == 0 && end == count)) return decode(container, pool);
+  if (!needs_values(container) || (first == 0 && end == count)) return decode(container, pool);
   uint64_t bytes = 0;
   for (uint32_t patch = 0; patch < count; ++patch) bytes += most_of(container, patch).bytes();
   if (bytes > core::justified_bytes(container.stream_bytes())) return status_of(Fault::kWorkspace);

@@ -29,6 +29,17 @@ Expected<core::StreamHeader> justified_header(Fault fault, const core::StreamHea
   return header;
 }
 
+Expected<core::StreamHeader> read_condensed_header(const PatchContainer& container, uint32_t patch) {
+  const StreamEntry& entry = container.entries[patch];
+  const std::vector<uint8_t>& skeleton = container.head->skeletons[entry.skeleton];
+  const std::span<const uint8_t> stream = container.streams[patch];
+  core::StreamHeader header;
+  const Fault fault = core::read_condensed_header(
+      {skeleton.data(), skeleton.size()}, {stream.data(), stream.size()}, container.head->models(),
+      entry.face_count, entry.point_count, header, header.condensed);
+  return justified_header(fault, header, stream.size());
+}
+
 }  // namespace
 
 Status status_of(Fault fault) {
@@ -46,15 +57,30 @@ Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream)
   return justified_header(fault, header, stream.size());
 }
 
-Expected<core::StreamHeader> read_condensed_header(const PatchContainer& container, uint32_t patch) {
+Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch) {
   const StreamEntry& entry = container.entries[patch];
-  const std::vector<uint8_t>& skeleton = container.head->skeletons[entry.skeleton];
-  const std::span<const uint8_t> stream = container.streams[patch];
-  core::StreamHeader header;
-  const Fault fault = core::read_condensed_header(
-      {skeleton.data(), skeleton.size()}, {stream.data(), stream.size()}, container.head->models(),
-      entry.face_count, entry.point_count, header, header.condensed);
-  return justified_header(fault, header, stream.size());
+  Expected<core::StreamHeader> header = entry.is_condensed ? read_condensed_header(container, patch)
+                                                           : read_stream_header(container.streams[patch]);
+  if (!header) return header;
+  const bool is_residue = patch >= container.patch_count();
+  if (header->edgebreaker == is_residue)
+    return invalid_input(is_residue ? "the residue is not a sequential mesh"
+                                    : "a patch is not an Edgebreaker mesh");
+  const uint32_t faces = header->counts.face_count, claimed = entry.face_count;
+  // A sequential stream needs faces to carry points that no face uses. The directory does not count them.
+  if (is_residue ? faces < claimed : faces != claimed) return differs_from_directory("faces", faces, claimed);
+  if (container.has_borders() && !is_residue) {
+    if (!entry.is_condensed) return invalid_input("it is stored, but values at borders are shared");
+    const core::StreamHeader& first = patch > 0 ? container.headers[0] : *header;
+    if (header->condensed.border_components != first.condensed.border_components)
+      return invalid_input("its shared values have other components than those of patch 0");
+  }
+  // The number of points of an Edgebreaker stream is known only after decoding.
+  if (is_residue && header->point_count != entry.point_count)
+    return differs_from_directory("points", header->point_count, entry.point_count);
+  if (!is_residue && entry.point_count > uint64_t{3} * faces)
+    return invalid_input("more points than its faces have corners");
+  return header;
 }
 
 Status check_claims(const PatchContainer& container) {
@@ -74,6 +100,17 @@ Status check_results(uint64_t point_count, uint64_t face_count, std::span<const 
   if (face_count > most / face_bytes ||
       (point_bytes > 0 && point_count > (most - face_count * face_bytes) / point_bytes))
     return status_of(Fault::kWorkspace);
+  return {};
+}
+
+Status check_request(const AttributeRequest& request, uint32_t components) {
+  constexpr uint32_t kMostComponents = 16;
+  const std::string name = request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
+  if (components == 0) return invalid_input("Draco stream: no attribute for " + name);
+  if (request.component_count == 0 || request.component_count > kMostComponents ||
+      components != request.component_count)
+    return invalid_input("Draco stream: " + name + " has " + std::to_string(components) + " components, not " +
+                         std::to_string(request.component_count));
   return {};
 }
 

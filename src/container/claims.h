@@ -14,8 +14,9 @@ Status status_of(core::Fault fault);
 // Errors: those of status_of, and kInvalidInput for counts that the stream's bytes do not justify.
 Expected<core::StreamHeader> read_stream_header(std::span<const uint8_t> stream);
 
-// The same for a condensed stream of a container.
-Expected<core::StreamHeader> read_condensed_header(const PatchContainer& container, uint32_t patch);
+// The same for a stream of a container, of either kind, whose headers of earlier streams are read. Compares it
+// with the stream's row too.
+Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch);
 
 // Whether the bytes justify the memory for all faces and points. open_container checks this. Of a stock stream,
 // callers check it that take memory for the largest number of points that it may have.
@@ -24,6 +25,10 @@ Status check_claims(const PatchContainer& container);
 // Whether `stored_bytes` justify the memory that indices and requested values take.
 Status check_results(uint64_t point_count, uint64_t face_count, std::span<const AttributeRequest> requests,
                      uint64_t stored_bytes);
+
+// Whether an attribute of a stream has the components that are requested. 0 stands for a stream without that
+// attribute.
+Status check_request(const AttributeRequest& request, uint32_t components);
 
 // The largest amount of such memory that `stored_bytes` justify, for one mesh or for many together.
 uint64_t justified_result_bytes(uint64_t stored_bytes);

@@ -118,32 +118,6 @@ void slice(PatchContainer& container) {
   for (const StreamEntry& entry : container.entries) container.streams.push_back(next(entry.stream_bytes));
 }
 
-Expected<core::StreamHeader> header_of_stream(const PatchContainer& container, uint32_t patch) {
-  const StreamEntry& entry = container.entries[patch];
-  Expected<core::StreamHeader> header = entry.is_condensed ? read_condensed_header(container, patch)
-                                                           : read_stream_header(container.streams[patch]);
-  if (!header) return header;
-  const bool is_residue = patch >= container.patch_count();
-  if (header->edgebreaker == is_residue)
-    return invalid_input(is_residue ? "the residue is not a sequential mesh"
-                                    : "a patch is not an Edgebreaker mesh");
-  const uint32_t faces = header->counts.face_count, claimed = entry.face_count;
-  // A sequential stream needs faces to carry points that no face uses. The directory does not count them.
-  if (is_residue ? faces < claimed : faces != claimed) return differs_from_directory("faces", faces, claimed);
-  if (container.head && container.head->has_borders && !is_residue) {
-    if (!entry.is_condensed) return invalid_input("it is stored, but values at borders are shared");
-    const core::StreamHeader& first = patch > 0 ? container.headers[0] : *header;
-    if (header->condensed.border_components != first.condensed.border_components)
-      return invalid_input("its shared values have other components than those of patch 0");
-  }
-  // The number of points of an Edgebreaker stream is known only after decoding.
-  if (is_residue && header->point_count != entry.point_count)
-    return differs_from_directory("points", header->point_count, entry.point_count);
-  if (!is_residue && entry.point_count > uint64_t{3} * faces)
-    return invalid_input("more points than its faces have corners");
-  return header;
-}
-
 void append_integer(std::vector<uint8_t>& bytes, size_t value, size_t width) {
   for (size_t i = 0; i < width; ++i) bytes.push_back(static_cast<uint8_t>(value >> (8 * i)));
 }
@@ -183,6 +157,8 @@ uint32_t PatchContainer::condensed_count() const {
   return static_cast<uint32_t>(std::count_if(entries.begin(), entries.end(),
                                              [](const StreamEntry& entry) { return entry.is_condensed; }));
 }
+
+bool PatchContainer::has_borders() const { return head != nullptr && head->has_borders; }
 
 uint64_t PatchContainer::reference_count() const {
   uint64_t sum = 0;

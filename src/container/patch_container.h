@@ -72,6 +72,8 @@ struct PatchContainer {
   uint64_t stream_bytes() const;
   uint64_t reference_count() const;
   uint32_t condensed_count() const;  // of the streams
+  // Whether patches share the values of the first attribute at their borders (border_values.h).
+  bool has_borders() const;
 
   // The number of points to plan memory for: the row's, or an estimate if the row has only a limit.
   uint32_t likely_point_count(uint32_t patch) const;

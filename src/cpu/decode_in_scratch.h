@@ -5,7 +5,6 @@
 #include <array>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "src/container/border_values.h"
@@ -100,14 +99,8 @@ Status find_attributes(const core::Patch<Index>& patch, std::span<const Attribut
     const core::Attribute<Index>* attribute = nullptr;
     for (uint32_t i = 0; i < patch.attributes.size() && attribute == nullptr; ++i)
       if (patch.attributes[i].unique_id == request.unique_id) attribute = &patch.attributes[i];
-    const auto name = [&] {
-      return request.semantic + " (unique id " + std::to_string(request.unique_id) + ")";
-    };
-    if (attribute == nullptr) return invalid_input("Draco stream: no attribute for " + name());
-    if (request.component_count == 0 || request.component_count > 16 ||
-        attribute->components != request.component_count)
-      return invalid_input("Draco stream: " + name() + " has " + std::to_string(attribute->components) +
-                           " components, not " + std::to_string(request.component_count));
+    const uint32_t components = attribute != nullptr ? attribute->components : 0;
+    if (Status status = check_request(request, components); !status.ok()) return status;
     found.push_back(attribute);
   }
   return {};
