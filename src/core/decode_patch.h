@@ -248,10 +248,12 @@ class PatchDecoder {
   AttributeDecoder<Index, kKinds> attributes_;
 };
 
-// Decodes the streams of several decoders that are not started. faults[n] becomes the fault of decoder n.
-template <uint32_t kCount, typename Index, StreamKinds kKinds>
-PSPLIT_HD void decode_in_step(PatchDecoder<Index, kKinds>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
-  for (uint32_t n = 0; n < kCount; ++n) faults[n] = decoders[n]->start();
+// Decodes several started decoders to their ends, or to the first fault of each: faults[n] is that of decoder
+// n. go_on(at, fault_of, count) takes the steps of `count` decoders that wait at the same stop, and resumes
+// them.
+template <uint32_t kCount, typename Index, StreamKinds kKinds, typename GoOn>
+PSPLIT_HD void finish_in_step(PatchDecoder<Index, kKinds>* const (&decoders)[kCount], Fault (&faults)[kCount],
+                              GoOn go_on) {
   for (;;) {
     // Similar streams are at the same stop; the others wait for their turn.
     PatchDecoder<Index, kKinds>* at[kCount];
@@ -264,9 +266,21 @@ PSPLIT_HD void decode_in_step(PatchDecoder<Index, kKinds>* const (&decoders)[kCo
       fault_of[count++] = &faults[n];
     }
     if (count == 0) return;
-    take_steps(at, count);
-    for (uint32_t n = 0; n < count; ++n) *fault_of[n] = at[n]->resume(SerialLanes());
+    go_on(at, fault_of, count);
   }
+}
+template <typename Index, StreamKinds kKinds>
+PSPLIT_HD void take_steps_and_resume(PatchDecoder<Index, kKinds>* const* decoders, Fault* const* faults,
+                                     uint32_t count) {
+  take_steps(decoders, count);
+  for (uint32_t n = 0; n < count; ++n) *faults[n] = decoders[n]->resume(SerialLanes());
+}
+
+// Decodes the streams of several decoders that are not started. faults[n] becomes the fault of decoder n.
+template <uint32_t kCount, typename Index, StreamKinds kKinds>
+PSPLIT_HD void decode_in_step(PatchDecoder<Index, kKinds>* const (&decoders)[kCount], Fault (&faults)[kCount]) {
+  for (uint32_t n = 0; n < kCount; ++n) faults[n] = decoders[n]->start();
+  finish_in_step(decoders, faults, take_steps_and_resume<Index, kKinds>);
 }
 
 // Decodes from a decoder's stop to the end with all lanes of a warp, which share the decoder. One lane takes

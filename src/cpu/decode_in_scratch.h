@@ -31,8 +31,9 @@ size_t likely_size(const PatchContainer& container, uint32_t patch,
 }
 
 // The header of a patch, in the memory of its stream, with the values at its border.
-inline const core::StreamHeader& complete_header(const PatchContainer& container, const BorderValues& borders,
-                                                 uint32_t patch, StreamMemory& memory) {
+template <typename Index>
+const core::StreamHeader& complete_header(const PatchContainer& container, const BorderValues& borders,
+                                          uint32_t patch, StreamMemory<Index>& memory) {
   memory.header = container.headers[patch];
   borders.complete(patch, memory.header);
   return memory.header;
@@ -78,7 +79,7 @@ std::array<bool, kInStep> decode_in_step(const PatchContainer& container, const 
   core::PatchDecoder<NarrowIndex>* decoders[kInStep];
   core::Fault faults[kInStep];
   for (uint32_t n = 0; n < kInStep; ++n) {
-    StreamMemory& memory = scratch.streams[n];
+    StreamMemory<NarrowIndex>& memory = scratch.streams[n];
     arenas[n] = memory.arena(likely_size<NarrowIndex>(container, first + n, requests));
     memory.patch = {};
     const core::StreamHeader& header = complete_header(container, borders, first + n, memory);

@@ -15,12 +15,13 @@ namespace psplit {
 using NarrowIndex = std::conditional_t<PSPLIT_IS_SMALL_CODE, uint32_t, uint16_t>;
 
 // Memory for one stream.
+template <typename Index>
 struct StreamMemory {
   std::unique_ptr<uint8_t[]> memory;
   size_t size = 0;
   core::StreamHeader header;  // the container's, and what is known before decoding
-  core::Patch<NarrowIndex> patch;
-  std::optional<core::PatchDecoder<NarrowIndex>> decoder;
+  core::Patch<Index> patch;
+  std::optional<core::PatchDecoder<Index>> decoder;
 
   core::Arena arena(size_t at_least) {
     if (size < at_least) {
@@ -34,8 +35,8 @@ struct StreamMemory {
 
 // All memory that one thread needs to decode: some hundred kilobytes at first.
 struct Scratch {
-  StreamMemory streams[core::kInStep];  // one for each stream that a thread decodes in step
-  core::Patch<uint32_t> wide;           // decoded in the memory of the first
+  StreamMemory<NarrowIndex> streams[core::kInStep];  // one for each stream that a thread decodes in step
+  core::Patch<uint32_t> wide;                        // decoded in the memory of the first
   std::vector<uint32_t> numbers;
 };
 

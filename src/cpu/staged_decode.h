@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,34 +25,6 @@ struct StageTimes {
   double output_ms = 0;  // faces to 32-bit indices, integers to values
 };
 
-// The state of one stream while it is decoded. Its memory is large enough for any stream of the container.
-template <typename Index>
-class StreamDecoder {
- public:
-  StreamDecoder(const PatchContainer& container, std::span<const AttributeRequest> requests) {
-    for (uint32_t i = 0; i < container.patch_count(); ++i)
-      size_ = std::max(size_, likely_size<Index>(container, i, requests));
-    memory_.reset(new uint8_t[size_]);
-  }
-
-  void begin(const core::StreamHeader& header) {
-    arena_ = {memory_.get(), size_};
-    patch_ = {};
-    header_ = header;
-    decoder_.emplace(header_, arena_, patch_);
-  }
-  core::PatchDecoder<Index>& decoder() { return *decoder_; }
-  const core::Patch<Index>& patch() const { return patch_; }
-
- private:
-  std::unique_ptr<uint8_t[]> memory_;
-  size_t size_ = 0;
-  core::Arena arena_;
-  core::StreamHeader header_;
-  core::Patch<Index> patch_;
-  std::optional<core::PatchDecoder<Index>> decoder_;
-};
-
 PSPLIT_OWN_FUNCTION inline Expected<BorderValues> borders_stage(const PatchContainer& container,
                                                                 const ThreadPool& pool, StageTimes& times) {
   const ScopedStopwatch watch(times.chains_ms);
@@ -64,44 +34,41 @@ PSPLIT_OWN_FUNCTION inline Expected<BorderValues> borders_stage(const PatchConta
 // Streams that are decoded in step and wait at the same stop.
 template <typename Index>
 struct AtStop {
-  core::PatchDecoder<Index>* decoders[core::kInStep];
-  core::Fault* faults[core::kInStep];
-  uint32_t count = 0;
+  core::PatchDecoder<Index>* const* decoders;
+  core::Fault* const* faults;
+  uint32_t count;
 
-  void go_on() {
-    core::take_steps(decoders, count);
-    for (uint32_t n = 0; n < count; ++n) *faults[n] = decoders[n]->resume(core::SerialLanes());
-  }
+  void go_on() const { core::take_steps_and_resume(decoders, faults, count); }
 };
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION core::Fault start_stage(const core::StreamHeader& header, StreamDecoder<Index>& decoder,
-                                            StageTimes& times) {
+PSPLIT_OWN_FUNCTION core::Fault start_stage(const core::StreamHeader& header, core::Arena& arena,
+                                            StreamMemory<Index>& memory, StageTimes& times) {
   const ScopedStopwatch watch(times.connectivity_ms);
-  decoder.begin(header);
-  return decoder.decoder().start();
+  memory.patch = {};
+  return memory.decoder.emplace(header, arena, memory.patch).start();
 }
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION void connectivity_stage(AtStop<Index>& at, StageTimes& times) {
+PSPLIT_OWN_FUNCTION void connectivity_stage(const AtStop<Index>& at, StageTimes& times) {
   const ScopedStopwatch watch(times.connectivity_ms);
   at.go_on();
 }
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION void seams_stage(AtStop<Index>& at, StageTimes& times) {
+PSPLIT_OWN_FUNCTION void seams_stage(const AtStop<Index>& at, StageTimes& times) {
   const ScopedStopwatch watch(times.seams_ms);
   at.go_on();
 }
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION void chains_stage(AtStop<Index>& at, StageTimes& times) {
+PSPLIT_OWN_FUNCTION void chains_stage(const AtStop<Index>& at, StageTimes& times) {
   const ScopedStopwatch watch(times.chains_ms);
   at.go_on();
 }
 
 template <typename Index>
-PSPLIT_OWN_FUNCTION void prediction_stage(AtStop<Index>& at, StageTimes& times) {
+PSPLIT_OWN_FUNCTION void prediction_stage(const AtStop<Index>& at, StageTimes& times) {
   const ScopedStopwatch watch(times.prediction_ms);
   at.go_on();
 }
@@ -142,52 +109,60 @@ struct StagedInput {
 
     bool fits_16_bits = true;
     for (uint32_t i = 0; i < container.patch_count(); ++i) fits_16_bits &= container.headers[i].fits_16_bits();
-    if (!fits_16_bits) wide.emplace_back(container, requests);
-    for (uint32_t n = 0; n < core::kInStep && fits_16_bits; ++n) narrow.emplace_back(container, requests);
+    if (fits_16_bits)
+      allocate(core::kInStep, requests, narrow);
+    else
+      allocate(1, requests, wide);
+  }
+
+  // Takes memory for `count` streams. Each is large enough for any stream of the container.
+  template <typename Index>
+  void allocate(size_t count, std::span<const AttributeRequest> requests,
+                std::vector<StreamMemory<Index>>& streams) const {
+    size_t size = 0;
+    for (uint32_t i = 0; i < container.patch_count(); ++i)
+      size = std::max(size, likely_size<Index>(container, i, requests));
+    streams.resize(count);
+    for (StreamMemory<Index>& stream : streams) stream.arena(size);
   }
 
   PatchContainer container;
   std::vector<std::array<uint32_t, 3>> faces;
   std::vector<uint8_t> values;
-  std::vector<StreamDecoder<uint16_t>> narrow;  // empty if a stream is too large for 16-bit numbers
-  std::vector<StreamDecoder<uint32_t>> wide;
+  std::vector<StreamMemory<uint16_t>> narrow;  // empty if a stream is too large for 16-bit numbers
+  std::vector<StreamMemory<uint32_t>> wide;
   ThreadPool pool{1};
 };
 
-// Decodes `count` patches in step, as core::decode_in_step does, and measures the stages.
-template <typename Index>
+// Decodes kCount patches in step, as core::decode_in_step does, and measures the stages.
+template <uint32_t kCount, typename Index>
 core::Fault decode_streams(const PatchContainer& container, const BorderValues& borders, uint32_t first,
-                           uint32_t count, std::vector<StreamDecoder<Index>>& decoders, StagedOutput& out,
-                           StageTimes& times) {
-  core::Fault faults[core::kInStep];
-  for (uint32_t n = 0; n < count; ++n) {
-    core::StreamHeader header = container.headers[first + n];
-    borders.complete(first + n, header);
-    faults[n] = start_stage(header, decoders[n], times);
+                           std::vector<StreamMemory<Index>>& streams, StagedOutput& out, StageTimes& times) {
+  core::Arena arenas[kCount];
+  core::PatchDecoder<Index>* decoders[kCount];
+  core::Fault faults[kCount];
+  for (uint32_t n = 0; n < kCount; ++n) {
+    StreamMemory<Index>& stream = streams[n];
+    arenas[n] = stream.arena(0);
+    faults[n] = start_stage(complete_header(container, borders, first + n, stream), arenas[n], stream, times);
+    decoders[n] = &*stream.decoder;
   }
-  for (;;) {
-    AtStop<Index> at;
-    for (uint32_t n = 0; n < count; ++n) {
-      core::PatchDecoder<Index>& decoder = decoders[n].decoder();
-      if (faults[n] != core::Fault::kNone || decoder.stop() == core::Stop::kDone) continue;
-      if (at.count > 0 && decoder.stop() != at.decoders[0]->stop()) continue;
-      at.decoders[at.count] = &decoder;
-      at.faults[at.count++] = &faults[n];
-    }
-    if (at.count == 0) break;
+  const auto go_on = [&](auto* decoders_at, core::Fault* const* faults_of, uint32_t count) {
+    const AtStop<Index> at{decoders_at, faults_of, count};
     switch (at.decoders[0]->stop()) {
       case core::Stop::kSymbolLists:
-      case core::Stop::kConnectivity: connectivity_stage(at, times); break;
-      case core::Stop::kSeams: seams_stage(at, times); break;
-      case core::Stop::kChains: chains_stage(at, times); break;
+      case core::Stop::kConnectivity: return connectivity_stage(at, times);
+      case core::Stop::kSeams: return seams_stage(at, times);
+      case core::Stop::kChains: return chains_stage(at, times);
       case core::Stop::kCorrections:
-      case core::Stop::kPrediction: prediction_stage(at, times); break;
-      case core::Stop::kDone: break;
+      case core::Stop::kPrediction: return prediction_stage(at, times);
+      case core::Stop::kDone: return;
     }
-  }
-  for (uint32_t n = 0; n < count; ++n) {
+  };
+  core::finish_in_step(decoders, faults, go_on);
+  for (uint32_t n = 0; n < kCount; ++n) {
     if (faults[n] != core::Fault::kNone) return faults[n];
-    output_stage(decoders[n].patch(), out, times);
+    output_stage(streams[n].patch, out, times);
   }
   return core::Fault::kNone;
 }
@@ -200,12 +175,13 @@ inline Status decode_with_core(StagedInput& input, bool in_step, StageTimes& tim
   const Expected<BorderValues> borders = borders_stage(input.container, input.pool, times);
   if (!borders) return borders.status();
   for (uint32_t i = 0; i < count;) {
-    const uint32_t together = in_step && i + core::kInStep <= count ? core::kInStep : 1;
+    const uint32_t together = in_step && input.wide.empty() && i + core::kInStep <= count ? core::kInStep : 1;
     const core::Fault fault =
-        !input.wide.empty() ? decode_streams(input.container, *borders, i, 1, input.wide, out, times)
-                            : decode_streams(input.container, *borders, i, together, input.narrow, out, times);
+        !input.wide.empty() ? decode_streams<1>(input.container, *borders, i, input.wide, out, times)
+        : together == 1     ? decode_streams<1>(input.container, *borders, i, input.narrow, out, times)
+                        : decode_streams<core::kInStep>(input.container, *borders, i, input.narrow, out, times);
     if (fault != core::Fault::kNone) return status_of(fault);
-    i += input.wide.empty() ? together : 1;
+    i += together;
   }
   return {};
 }
