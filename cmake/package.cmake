@@ -35,6 +35,7 @@ foreach(header IN LISTS headers)
   file(READ ${PROJECT_SOURCE_DIR}/${header} text)
   string(REGEX REPLACE "#include \"(decoder_cuda|encoder|gltf_ext)/" "#include \"psplit/\\1/" text "${text}")
   string(REPLACE "#include \"src/" "#include \"psplit/" text "${text}")
+  string(REGEX REPLACE "src/([a-z0-9_/]+\\.h)" "\\1" text "${text}") # in comments
   string(REGEX REPLACE "^src/" "" installed ${header})
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/include/psplit/${installed} CONTENT "${text}" @ONLY)
   set_property(DIRECTORY ${PROJECT_SOURCE_DIR} APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${header})

@@ -23,7 +23,8 @@
 //
 // gltf_ext/examples has a program for each of these.
 //
-// Headers need C++20, mostly for std::span. status.h, parallel.h and mesh/mesh.h also compile as C++17.
+// These headers need C++20 for std::span alone, which status.h, parallel.h and mesh/mesh.h do without. Those of
+// psplit::encoder and psplit::gltf need more of C++20.
 #pragma once
 
 // clang-format off: the order is for readers.

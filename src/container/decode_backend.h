@@ -40,10 +40,11 @@ class WritableBytes : public std::span<std::byte> {
  public:
   WritableBytes() = default;
   template <typename Values,
-            typename T = std::remove_reference_t<decltype(*std::data(std::declval<Values&>()))>>
-  requires(std::is_trivially_copyable_v<T> && !std::is_const_v<T> &&
-           std::is_convertible_v<Values, std::span<T>>) WritableBytes(Values&& values)
-      : span(std::as_writable_bytes(std::span<T>(values))) {}  // NOLINT: implicit
+            typename T = std::remove_reference_t<decltype(*std::data(std::declval<Values&>()))>,
+            typename = std::enable_if_t<std::is_trivially_copyable_v<T> && !std::is_const_v<T> &&
+                                        std::is_convertible_v<Values, std::span<T>>>>
+  WritableBytes(Values&& values)  // NOLINT: implicit
+      : span(std::as_writable_bytes(std::span<T>(values))) {}
 };
 
 // Where an attribute goes: one value for each point, `stride` bytes from one value to the next. A stride of 0

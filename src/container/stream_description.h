@@ -1,6 +1,12 @@
 // The contents of a Draco mesh stream, and the glTF attributes that they become.
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <tuple>
+#include <vector>
+
 #include "src/container/decode_backend.h"
 #include "src/core/data_type.h"
 
@@ -34,7 +40,13 @@ struct StreamAttribute {
   float range = 0;
   std::vector<float> origin{};
 
-  bool operator==(const StreamAttribute&) const = default;
+  friend bool operator==(const StreamAttribute& a, const StreamAttribute& b) {
+    const auto members = [](const StreamAttribute& of) {
+      return std::tie(of.unique_id, of.semantic, of.type, of.components, of.normalized, of.bits, of.range,
+                      of.origin);
+    };
+    return members(a) == members(b);
+  }
 };
 
 enum class StreamCoding : uint8_t {
@@ -51,7 +63,10 @@ struct StreamDescription {
   uint32_t face_count = 0, point_count = 0;  // as decoded
   std::vector<StreamAttribute> attributes;   // in the order of the stream
 
-  bool operator==(const StreamDescription&) const = default;
+  friend bool operator==(const StreamDescription& a, const StreamDescription& b) {
+    return a.coding == b.coding && a.face_count == b.face_count && a.point_count == b.point_count &&
+           a.attributes == b.attributes;
+  }
 };
 
 // describe_stream (src/cpu/cpu_backend.h), describe_draco_stream (encoder/draco/draco_backend.h), or one after
