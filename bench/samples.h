@@ -12,6 +12,7 @@
 #include <numbers>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "encoder/coding/quantization.h"
 #include "encoder/draco/draco_backend.h"
@@ -26,6 +27,11 @@ namespace psplit {
 [[noreturn]] inline void give_up(const Status& status) {
   std::fprintf(stderr, "%s\n", status.to_string().c_str());
   std::exit(1);
+}
+
+inline double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2), values.end());
+  return values[values.size() / 2];
 }
 
 inline std::vector<std::array<float, 3>> positions_of(const Mesh& mesh) {

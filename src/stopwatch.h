@@ -1,9 +1,7 @@
 // Measuring milliseconds.
 #pragma once
 
-#include <algorithm>
 #include <chrono>
-#include <vector>
 
 namespace psplit {
 
@@ -29,10 +27,5 @@ class ScopedStopwatch {
   double& sum_ms_;
   const Stopwatch watch_;
 };
-
-inline double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
 
 }  // namespace psplit

@@ -110,6 +110,12 @@ void round_together(std::span<double> weights, double steps) {
   }
 }
 
+// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid with c = 2^(bits-1) - 1 steps on each
+// axis. The error is up to 1/2c in two components and 1/c in the third. If the rounded sum exceeds 1, one
+// component has another 1/c. That is less than 1.7/c in all. Back on the sphere, lengths grow by at most
+// sqrt(3).
+double octahedral_bound(int bits) { return 3.0 / (std::ldexp(1.0, bits - 1) - 1.0) + 1e-6; }
+
 }  // namespace
 
 std::optional<GridExtremes> grid_extremes(const AttributeCoding& coding) {
@@ -251,12 +257,6 @@ double grid_bound(int bits, float origin, float range) {
   const double step = double{range} / (std::ldexp(1.0, bits) - 1.0);
   return 0.5 * step + std::ldexp(8 * double{range} + std::fabs(double{origin}), -24);
 }
-
-// A unit vector is scaled to |x| + |y| + |z| = 1 and rounded to a grid with c = 2^(bits-1) - 1 steps on each
-// axis. The error is up to 1/2c in two components and 1/c in the third. If the rounded sum exceeds 1, one
-// component has another 1/c. That is less than 1.7/c in all. Back on the sphere, lengths grow by at most
-// sqrt(3).
-double octahedral_bound(int bits) { return 3.0 / (std::ldexp(1.0, bits - 1) - 1.0) + 1e-6; }
 
 std::vector<double> error_bounds(const AttributeCoding& coding) {
   if (coding.bits == 0) return {};

@@ -67,11 +67,10 @@ inline float grid_place(float value, float origin, float range, int bits) {
 // The distance of two neighbours on a grid that is not octahedral.
 double grid_step(const AttributeCoding& grid);
 
-// How far decoded values may be from the input: in one component on a grid, and as the chord between unit
-// vectors on an octahedral grid.
+// How far decoded values may be from the input in one component on a grid.
 double grid_bound(int bits, float origin, float range);
-double octahedral_bound(int bits);
-// The bound of each component, or of the direction as a whole. Empty for exact values.
+// The bound of each component; or of the direction as a whole on an octahedral grid, as the chord between unit
+// vectors. Empty for exact values.
 std::vector<double> error_bounds(const AttributeCoding& coding);
 
 // The distances that these bounds limit. Infinite if one value is NaN and the other is not the same NaN. Zeros
