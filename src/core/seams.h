@@ -126,7 +126,8 @@ template <typename Index>
 PSPLIT_HD Index first_point_corner(const CornerTable<Index>& table, View<AttributeTable<Index>> attributes,
                                    bool closed, Index leftmost) {
   Index first = leftmost;
-  for (size_t i = 0; closed && i < attributes.size() && first == leftmost; ++i) {
+  if (!closed) return first;
+  for (size_t i = 0; i < attributes.size() && first == leftmost; ++i) {
     if (!attributes[i].has_seams) continue;
     const View<Index> value = attributes[i].table.vertex;
     first = table.swing_right(leftmost);
@@ -138,8 +139,8 @@ PSPLIT_HD Index first_point_corner(const CornerTable<Index>& table, View<Attribu
 // Calls visit(corner, is_new) for the corners of a vertex from `first` on, clockwise. A new point begins where
 // is_new is set: where some attribute has another value than at the corner before.
 template <typename Index, typename Visit>
-PSPLIT_HD void walk_points(const CornerTable<Index>& table, View<AttributeTable<Index>> attributes, Index first,
-                           Visit visit) {
+PSPLIT_HD PSPLIT_INLINE void walk_points(const CornerTable<Index>& table,
+                                         View<AttributeTable<Index>> attributes, Index first, Visit visit) {
   const auto differs = [&](Index a, Index b) {
     for (size_t i = 0; i < attributes.size(); ++i)
       if (attributes[i].has_seams && attributes[i].table.vertex[a] != attributes[i].table.vertex[b])
