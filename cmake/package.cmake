@@ -5,7 +5,7 @@
 
 set(components decoder cuda)
 set(headers
-    src/psplit.h src/export.h src/status.h src/parallel.h src/mesh/mesh.h src/core/data_type.h
+    src/psplit.h src/export.h src/status.h src/parallel.h src/mesh/mesh.h src/mesh/value_bounds.h src/core/data_type.h
     src/container/decode_backend.h src/container/stream_description.h src/cpu/cpu_backend.h src/loader/loader.h
     decoder_cuda/psplit_cuda.h)
 if(PSPLIT_HAS_TINYGLTF)
@@ -16,8 +16,8 @@ if(PSPLIT_BUILD_ENCODER)
   list(APPEND components encoder gltf)
   list(APPEND headers
        encoder/coding/attribute_coding.h encoder/coding/choose_codings.h encoder/coding/grid_places.h
-       encoder/coding/position_bits.h encoder/coding/quantization.h encoder/out_of_core/encode_parts.h encoder/out_of_core/mesh_parts.h
-       encoder/out_of_core/spill.h
+       encoder/coding/position_bits.h encoder/coding/quantization.h encoder/encode_parts.h encoder/mesh_parts.h
+       encoder/spill.h
        encoder/draco/draco_backend.h encoder/encode_mesh.h encoder/partition/partition.h
        gltf_ext/convert/decode_document.h gltf_ext/convert/document_from_mesh.h gltf_ext/convert/encode_document.h
        gltf_ext/convert/encode_document_options.h gltf_ext/convert/expand_document.h gltf_ext/convert/primitive_report.h

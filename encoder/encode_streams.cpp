@@ -4,11 +4,9 @@
 #include <utility>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/condensing/condense_container.h"
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/patch_stream.h"
 #include "encoder/verify.h"
-#include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
@@ -65,14 +63,6 @@ std::pair<Mesh, std::vector<uint32_t>> concatenate(const Streams& streams) {
   return all;
 }
 
-bool decode_alike(const PatchContainer& a, const PatchContainer& b, std::span<const AttributeRequest> requests,
-                  const ThreadPool& pool) {
-  const Expected<Mesh> of_a = cpu_backend().decode(a, requests, pool);
-  const Expected<Mesh> of_b = cpu_backend().decode(b, requests, pool);
-  if (!of_a || !of_b || of_a->faces != of_b->faces) return false;
-  return std::ranges::equal(of_a->attributes, of_b->attributes, {}, &Attribute::values, &Attribute::values);
-}
-
 }  // namespace
 
 Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
@@ -87,7 +77,8 @@ Status check_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings) {
                          " components");
     if (attribute.values.size() != attribute.stride() * mesh.point_count)
       return invalid_input(attribute.semantic + " has values for another number of points");
-    // glTF has none, and libdraco's encoder takes memory by the largest value.
+    // glTF allows no vertex attribute of 32-bit integers, and libdraco's encoder takes memory by the largest
+    // value.
     if (attribute.component_type == ComponentType::kUint32)
       return unsupported(attribute.semantic + " holds 32-bit integers");
     if (coding.bits == 0) continue;
@@ -179,39 +170,13 @@ Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std
   return make_entries(streams, none);
 }
 
-Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                   std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
-                   EncodeStatistics& statistics) {
-  Status status = verify_decoded(mesh, codings, decoded, source_point, foreign_count, has_copies);
-  std::optional<double>& error = statistics.position_error;
-  if (status.ok()) error = std::max(error.value_or(0), largest_distance(mesh, decoded, source_point));
-  return status;
-}
-
 Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
                     EncodeStatistics& statistics) {
   if (streams.decoded.size() == 1)
-    return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true, statistics);
+    return verify_mesh(mesh, codings, streams.decoded[0], streams.owned[0].points, 0, true,
+                       statistics.position_error);
   const auto [decoded, source_point] = concatenate(streams);
-  return verify_mesh(mesh, codings, decoded, source_point, 0, true, statistics);
-}
-
-Expected<std::vector<uint8_t>> condense_and_verify(const PatchContainer& container,
-                                                   std::span<const AttributeRequest> requests, bool smallest,
-                                                   bool verify, const ThreadPool& pool,
-                                                   EncodeStatistics& statistics) {
-  std::vector<uint8_t> bytes;
-  {
-    const ScopedStopwatch encode_time(statistics.encode_ms);
-    bytes = condense_container(container, smallest, pool);
-  }
-  if (bytes.size() >= container.bytes.size()) return std::vector<uint8_t>();
-  const ScopedStopwatch verify_time(statistics.verify_ms);
-  const Expected<PatchContainer> condensed = open_container(bytes);
-  if (!condensed) return runtime_failure("verification: " + condensed.status().to_string());
-  if (verify && !decode_alike(container, *condensed, requests, pool))
-    return runtime_failure("verification: condensed patches decode to another mesh");
-  return bytes;
+  return verify_mesh(mesh, codings, decoded, source_point, 0, true, statistics.position_error);
 }
 
 }  // namespace psplit

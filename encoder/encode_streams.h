@@ -9,7 +9,9 @@
 #include "encoder/cut_faces.h"
 #include "encoder/encode_mesh.h"
 #include "encoder/stitching/build_stitching.h"
-#include "src/container/patch_container.h"
+#include "src/container/stream_entry.h"
+#include "src/parallel.h"
+#include "src/status.h"
 
 namespace psplit {
 
@@ -50,20 +52,9 @@ Expected<std::vector<StreamEntry>> make_entries(const Streams& streams, const St
 // own, as in a container. `is_known` has 1 for such points of the mesh.
 Expected<std::vector<StreamEntry>> make_lone_entries(const Streams& streams, std::vector<uint8_t> is_known);
 
-// Compares a decoded mesh with `mesh` (verify_decoded), and notes the largest distance of its positions.
-Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                   std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
-                   EncodeStatistics& statistics);
-// The same for streams that are stored without a container.
+// Compares decoded streams that are stored without a container with `mesh` (verify_mesh), and notes the largest
+// distance of their positions.
 Status verify_alone(const Mesh& mesh, std::span<const AttributeCoding> codings, const Streams& streams,
                     EncodeStatistics& statistics);
-
-// The container of the same streams, condensed (condense_container), or nothing if that is not smaller. With
-// `verify`, both containers are decoded, and must give the same bits. Adds the times to the statistics. Errors:
-// kRuntimeFailure, which is a bug.
-Expected<std::vector<uint8_t>> condense_and_verify(const PatchContainer& container,
-                                                   std::span<const AttributeRequest> requests, bool smallest,
-                                                   bool verify, const ThreadPool& pool,
-                                                   EncodeStatistics& statistics);
 
 }  // namespace psplit

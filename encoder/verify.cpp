@@ -4,8 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "encoder/coding/quantization.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
 
 namespace psplit {
 namespace {
@@ -44,10 +49,29 @@ bool agree(const Attribute& wanted, const Attribute& got, size_t wanted_point, s
   return true;
 }
 
+// The largest distance between two positions; 0 if they are not three floats.
+double largest_distance(const Mesh& mesh, const Mesh& decoded, std::span<const uint32_t> source_point) {
+  const Attribute& wanted = *mesh.find("POSITION");
+  const Attribute& got = *decoded.find("POSITION");
+  if (wanted.component_type != ComponentType::kFloat32 || wanted.component_count != 3) return 0;
+  double largest = 0;
+  for (uint32_t point = 0; point < decoded.point_count; ++point) {
+    double square = 0;
+    for (size_t c = 0; c < 3; ++c) {
+      const double difference = double{float_at(wanted, source_point[point] * size_t{3} + c)} -
+                                double{float_at(got, point * size_t{3} + c)};
+      square += difference * difference;
+    }
+    largest = std::max(largest, square);
+  }
+  return std::sqrt(largest);
+}
+
 }  // namespace
 
-Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                      std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies) {
+Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
+                   std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
+                   std::optional<double>& position_error) {
   const uint64_t point_count = uint64_t{decoded.point_count} + foreign_count;
   if (source_point.size() != point_count ||
       (has_copies ? point_count < mesh.point_count : point_count != mesh.point_count))
@@ -92,24 +116,20 @@ Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings
         return differs(a.semantic + " of point " + std::to_string(source) + " came back with another value");
     }
   }
+  position_error = std::max(position_error.value_or(0), largest_distance(mesh, decoded, source_point));
   return {};
 }
 
-double largest_distance(const Mesh& mesh, const Mesh& decoded, std::span<const uint32_t> source_point) {
-  const Attribute& wanted = *mesh.find("POSITION");
-  const Attribute& got = *decoded.find("POSITION");
-  if (wanted.component_type != ComponentType::kFloat32 || wanted.component_count != 3) return 0;
-  double largest = 0;
-  for (uint32_t point = 0; point < decoded.point_count; ++point) {
-    double square = 0;
-    for (size_t c = 0; c < 3; ++c) {
-      const double difference = double{float_at(wanted, source_point[point] * size_t{3} + c)} -
-                                double{float_at(got, point * size_t{3} + c)};
-      square += difference * difference;
-    }
-    largest = std::max(largest, square);
-  }
-  return std::sqrt(largest);
+Status verify_condensed(std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
+                        const Mesh& decoded, const ThreadPool& pool) {
+  const Expected<PatchContainer> opened = open_container(container);
+  if (!opened) return differs(opened.status().to_string());
+  const Expected<Mesh> condensed = cpu_backend().decode(*opened, requests, pool);
+  if (!condensed) return differs(condensed.status().to_string());
+  if (condensed->faces != decoded.faces || !std::ranges::equal(condensed->attributes, decoded.attributes, {},
+                                                               &Attribute::values, &Attribute::values))
+    return differs("condensed patches decode to another mesh");
+  return {};
 }
 
 }  // namespace psplit

@@ -3,10 +3,14 @@
 // mesh whose points have known partners.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
 
 #include "encoder/coding/attribute_coding.h"
+#include "src/container/decode_backend.h"
 #include "src/mesh/mesh.h"
+#include "src/parallel.h"
 #include "src/status.h"
 
 namespace psplit {
@@ -17,12 +21,15 @@ namespace psplit {
 // step of their grid. The last `foreign_count` points of `source_point` are points without values: faces of
 // `decoded` name them, but another part of the container has them. With `has_copies`, several points of
 // `decoded` may be the same point of `mesh`.
-Status verify_decoded(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
-                      std::span<const uint32_t> source_point, uint32_t foreign_count = 0,
-                      bool has_copies = false);
+//
+// Raises `position_error` to the largest distance between a position of `mesh` and the decoded position, if
+// positions are three floats, and otherwise to 0. Errors: kRuntimeFailure.
+Status verify_mesh(const Mesh& mesh, std::span<const AttributeCoding> codings, const Mesh& decoded,
+                   std::span<const uint32_t> source_point, uint32_t foreign_count, bool has_copies,
+                   std::optional<double>& position_error);
 
-// The largest distance between a position of `mesh` and the decoded position, if positions are three floats;
-// otherwise 0. verify_decoded has passed.
-double largest_distance(const Mesh& mesh, const Mesh& decoded, std::span<const uint32_t> source_point);
+// Checks that a container of condensed streams decodes to `decoded`, bit for bit. Errors: kRuntimeFailure.
+Status verify_condensed(std::span<const uint8_t> container, std::span<const AttributeRequest> requests,
+                        const Mesh& decoded, const ThreadPool& pool);
 
 }  // namespace psplit

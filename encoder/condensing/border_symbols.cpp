@@ -10,12 +10,12 @@ namespace {
 
 // Calls visit(place, owner, owner's place) for each place in a run. Returns false if the part is broken.
 template <typename Visit>
-bool for_run_places(const DecodedCounts& counts, uint32_t stream, Visit visit) {
+bool for_run_places(const PatchContainer& draco, uint32_t stream, Visit visit) {
   core::StitchRow row;
-  row.bytes = {counts.stitch.data(), counts.stitch.size()};
+  row.bytes = {draco.stitch[stream].data(), draco.stitch[stream].size()};
   row.stream = stream;
-  row.point_count = counts.point_count;
-  row.reference_count = counts.reference_count;
+  row.point_count = draco.entries[stream].point_count;
+  row.reference_count = draco.entries[stream].reference_count;
   core::StitchReader reader(row);
   for (core::StitchReader::Run run; reader.next_run(run);)
     for (uint32_t k = 0; k < run.length; ++k) visit(run.begin + k, run.owner, run.place(k));
@@ -24,10 +24,10 @@ bool for_run_places(const DecodedCounts& counts, uint32_t stream, Visit visit) {
 
 }  // namespace
 
-bool BorderPart::agrees(const DecodedCounts& counts, uint32_t stream, uint32_t components,
+bool BorderPart::agrees(const PatchContainer& draco, uint32_t stream, uint32_t components,
                         std::span<const BorderPart> parts) const {
   bool agree = true;
-  const bool is_whole = for_run_places(counts, stream, [&](uint64_t place, uint32_t owner, uint32_t at) {
+  const bool is_whole = for_run_places(draco, stream, [&](uint64_t place, uint32_t owner, uint32_t at) {
     agree = agree && place < is_own.size() && owner < parts.size() && at < parts[owner].is_own.size() &&
             parts[owner].is_own[at] != 0 &&
             std::equal(&values[place * components], &values[place * components] + components,
@@ -36,7 +36,7 @@ bool BorderPart::agrees(const DecodedCounts& counts, uint32_t stream, uint32_t c
   return agree && is_whole;
 }
 
-BorderPart make_border_part(const DecodedSource& source, const DecodedCounts& counts, uint32_t stream,
+BorderPart make_border_part(const DecodedSource& source, const PatchContainer& draco, uint32_t stream,
                             uint32_t components) {
   BorderPart part;
   std::vector<bool> is_known(source.table(0).vertex_count);
@@ -46,7 +46,7 @@ BorderPart make_border_part(const DecodedSource& source, const DecodedCounts& co
     is_known[vertex] = true;
   }
   part.is_own.assign(source.walk().size(), 1);
-  for_run_places(counts, stream, [&](uint64_t place, uint32_t, uint32_t) {
+  for_run_places(draco, stream, [&](uint64_t place, uint32_t, uint32_t) {
     if (place < part.is_own.size()) part.is_own[place] = 0;
   });
   size_t last = part.is_own.size();

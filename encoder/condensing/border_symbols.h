@@ -3,6 +3,7 @@
 #pragma once
 
 #include "encoder/condensing/source_stream.h"
+#include "src/container/patch_container.h"
 
 namespace psplit {
 
@@ -16,11 +17,11 @@ struct BorderPart {
   std::vector<uint32_t> symbols;
 
   // Whether the stream's places that others own have the others' values. `parts` are by stream.
-  bool agrees(const DecodedCounts& counts, uint32_t stream, uint32_t components,
+  bool agrees(const PatchContainer& draco, uint32_t stream, uint32_t components,
               std::span<const BorderPart> parts) const;
 };
 
-BorderPart make_border_part(const DecodedSource& source, const DecodedCounts& counts, uint32_t stream,
+BorderPart make_border_part(const DecodedSource& source, const PatchContainer& draco, uint32_t stream,
                             uint32_t components);
 
 }  // namespace psplit

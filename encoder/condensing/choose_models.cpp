@@ -18,7 +18,7 @@ constexpr double kWorthContexts = 0.001;  // of all bits, for each symbol more i
 constexpr double kWorthSlowValues = 0.08;  // of the attribute's bits
 constexpr double kWorthBorders = 0.005;    // of the first attribute's bits
 
-bool is_fast(const ValueCoding& coding) {
+bool is_fast(const core::ValueCoding& coding) {
   return coding.by_creation && !coding.two && !coding.mean && coding.reach == 0;
 }
 
@@ -62,14 +62,14 @@ void CodingCounts::add_by_creation(const DecodedSource& source, uint32_t attribu
         if (parallelograms == 0)
           for (const bool mean : {false, true}) count(counts.none[mean], mean, 0);
         else
-          for (uint32_t reach = 0; reach < kReaches; ++reach)
+          for (uint8_t reach = 0; reach < kReaches; ++reach)
             count((parallelograms == 1 ? counts.one : counts.two)[reach], false, reach);
       }
     }
 }
 
 void CodingCounts::add(const DracoFields& fields, const DecodedSource* source, const BorderPart* border) {
-  add_symbols(fields, contexts_of_symbols(fields, kMostLastSymbols), last_symbols_);
+  add_symbols(fields, contexts_of_symbols(fields, kMostHistory), last_symbols_);
   add_symbols(fields, contexts_of_symbols(fields, kValenceContexts), valences_);
   if (border != nullptr) {
     const uint32_t components = fields.attributes[0].components;
@@ -123,15 +123,16 @@ CodingCounts& CodingCounts::operator+=(const CodingCounts& other) {
   return *this;
 }
 
-ValueCoding CodingCounts::choose_values(const Attribute& attribute, double scale, bool smallest, double& bits) {
+core::ValueCoding CodingCounts::choose_values(const Attribute& attribute, double scale, bool smallest,
+                                              double& bits) {
   const auto bits_of = [&](const TokenCounts& counts) { return all_bits(counts, scale); };
-  ValueCoding chosen;
+  core::ValueCoding chosen;
   bits = bits_of(attribute.in_draco_order.tokens[0]) + bits_of(attribute.in_draco_order.tokens[1]);
   if (!attribute.may_be_by_creation) return chosen;
-  const auto cost = [&](const ValueCoding& coding, double takes) {
+  const auto cost = [&](const core::ValueCoding& coding, double takes) {
     return smallest || is_fast(coding) ? takes : takes / (1 - kWorthSlowValues);
   };
-  const auto consider = [&](const ValueCoding& coding, double takes) {
+  const auto consider = [&](const core::ValueCoding& coding, double takes) {
     if (cost(coding, takes) >= cost(chosen, bits)) return;
     chosen = coding;
     bits = takes;
@@ -140,7 +141,7 @@ ValueCoding CodingCounts::choose_values(const Attribute& attribute, double scale
     for (const bool two : {false, true}) {
       const CreationCounts& counts = attribute.by_creation[backward][two];
       const double none[2] = {bits_of(counts.none[0]), bits_of(counts.none[1])};
-      for (uint32_t reach = 0; reach < kReaches; ++reach) {
+      for (uint8_t reach = 0; reach < kReaches; ++reach) {
         const double others = bits_of(counts.one[reach]) + bits_of(counts.two[reach]);
         for (const bool mean : {false, true}) consider({true, backward, two, mean, reach}, none[mean] + others);
       }
@@ -151,7 +152,7 @@ ValueCoding CodingCounts::choose_values(const Attribute& attribute, double scale
 uint32_t CodingCounts::choose_symbols(double scale, bool smallest, double bits_of_values) const {
   uint32_t chosen = 0;
   double best = 0;
-  for (uint32_t k = 0; k <= kMostLastSymbols; ++k) {
+  for (uint32_t k = 0; k <= kMostHistory; ++k) {
     const double took = all_bits(shortened(last_symbols_, context_count(k)), scale);
     const double worth = smallest || k == 0 ? 0 : kWorthContexts * (k - chosen) * (best + bits_of_values);
     if (k > 0 && took >= best - worth) continue;
@@ -163,18 +164,18 @@ uint32_t CodingCounts::choose_symbols(double scale, bool smallest, double bits_o
   return took < best - worth ? kValenceContexts : chosen;
 }
 
-Codings CodingCounts::choose(double scale, bool smallest) const {
+Codings CodingCounts::choose(double scale, bool smallest, bool with_borders) const {
   Codings codings;
   double bits_of_values = 0;
   for (uint32_t i = 0; i < attributes_.size(); ++i) {
     double bits = 0;
-    ValueCoding coding = choose_values(attributes_[i], scale, smallest, bits);
-    if (i == 0 && inner_.may_be_by_creation) {
+    core::ValueCoding coding = choose_values(attributes_[i], scale, smallest, bits);
+    if (i == 0 && with_borders && inner_.may_be_by_creation) {
       double inner_bits = 0;
-      const ValueCoding inner = choose_values(inner_, scale, smallest, inner_bits);
-      const double with_borders = inner_bits + all_bits(border_[0], scale) + all_bits(border_[1], scale);
-      codings.has_borders = inner.by_creation && with_borders < bits * (smallest ? 1 : 1 - kWorthBorders);
-      if (codings.has_borders) coding = inner, bits = with_borders;
+      const core::ValueCoding inner = choose_values(inner_, scale, smallest, inner_bits);
+      inner_bits += all_bits(border_[0], scale) + all_bits(border_[1], scale);
+      codings.has_borders = inner.by_creation && inner_bits < bits * (smallest ? 1 : 1 - kWorthBorders);
+      if (codings.has_borders) coding = inner, bits = inner_bits;
     }
     codings.values.push_back(coding);
     bits_of_values += bits;

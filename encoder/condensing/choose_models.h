@@ -3,13 +3,14 @@
 
 #include "encoder/condensing/border_symbols.h"
 #include "encoder/condensing/shared_models.h"
+#include "src/container/condensed_head.h"
 
 namespace psplit {
 
 struct Codings {
   uint32_t symbol_contexts = 0;
-  std::vector<ValueCoding> values;  // by attribute
-  bool has_borders = false;         // border parts have values of the first attribute
+  std::vector<core::ValueCoding> values;  // by attribute
+  bool has_borders = false;               // border parts have values of the first attribute
 };
 
 // The counts of a sample of streams under all codings that may be chosen.
@@ -22,8 +23,9 @@ class CodingCounts {
   void add(const DracoFields& fields, const DecodedSource* source, const BorderPart* border);
   CodingCounts& operator+=(const CodingCounts& other);
 
-  // All streams have `scale` times the symbols of the sample.
-  Codings choose(double scale, bool smallest) const;
+  // All streams have `scale` times the symbols of the sample. Without `with_borders`, values at borders are not
+  // to be stored once.
+  Codings choose(double scale, bool smallest, bool with_borders) const;
 
  private:
   // Values in the order of creation: those without a parallelogram by `mean`, the others by `reach`.
@@ -38,10 +40,10 @@ class CodingCounts {
   };
   static void add_by_creation(const DecodedSource& source, uint32_t attribute, std::span<const uint32_t> known,
                               Attribute& to);
-  static ValueCoding choose_values(const Attribute& attribute, double scale, bool smallest, double& bits);
+  static core::ValueCoding choose_values(const Attribute& attribute, double scale, bool smallest, double& bits);
   uint32_t choose_symbols(double scale, bool smallest, double bits_of_values) const;
 
-  SymbolCounts last_symbols_ = SymbolCounts(context_count(kMostLastSymbols));
+  SymbolCounts last_symbols_ = SymbolCounts(context_count(kMostHistory));
   SymbolCounts valences_ = SymbolCounts(context_count(kValenceContexts));
   std::vector<Attribute> attributes_;
   // The first attribute with border parts, and the tokens of these.

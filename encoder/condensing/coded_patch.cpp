@@ -1,6 +1,7 @@
 #include "encoder/condensing/coded_patch.h"
 
 #include "src/condensed/symbol_lists.h"
+#include "src/container/condensed_head.h"
 #include "src/core/stitch_codes.h"
 
 namespace psplit {
@@ -34,27 +35,28 @@ uint32_t folded_difference(int32_t value, int32_t predicted) {
 }
 
 uint32_t context_count(uint32_t symbol_contexts) {
-  if (symbol_contexts == kValenceContexts) return 5 * DracoFields::kSymbolLists;
+  constexpr uint32_t kSymbols = core::SymbolContext::kCount;
+  if (symbol_contexts == kValenceContexts) return kSymbols * DracoFields::kSymbolLists;
   uint32_t count = 1;
-  for (uint32_t i = 0; i < symbol_contexts; ++i) count *= 5;
+  for (uint32_t i = 0; i < symbol_contexts; ++i) count *= kSymbols;
   return count;
 }
 
 std::vector<uint16_t> contexts_of_symbols(const DracoFields& fields, uint32_t symbol_contexts) {
   std::vector<uint16_t> contexts(fields.symbols.size() - 1);
-  const auto number = [&](size_t i) -> uint32_t { return kNumberOfClers[fields.symbols[i]]; };
+  const auto number = [&](size_t i) -> uint32_t { return core::number_of_clers(fields.symbols[i]); };
   if (symbol_contexts == kValenceContexts) {
     const Expected<std::vector<uint8_t>> lists = lists_of_symbols(fields);
     if (!lists) return {};
     for (size_t i = 0; i < contexts.size(); ++i)
-      contexts[i] = static_cast<uint16_t>(5 * (*lists)[i + 1] + number(i));
+      contexts[i] = static_cast<uint16_t>(core::SymbolContext::kCount * (*lists)[i + 1] + number(i));
     return contexts;
   }
   // The string begins as if E had come before, and with E.
   const uint32_t count = context_count(symbol_contexts);
   uint32_t context = count - 1;
   for (size_t i = 0; i < contexts.size(); ++i) {
-    context = (5 * context + number(i)) % count;
+    context = (core::SymbolContext::kCount * context + number(i)) % count;
     contexts[i] = static_cast<uint16_t>(context);
   }
   return contexts;
@@ -117,7 +119,7 @@ uint32_t CreationSymbols::symbol(uint32_t i, uint32_t component, bool mean, uint
   return folded_difference(number(by[0].value()), value[0]);
 }
 
-CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, ValueCoding coding,
+CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, core::ValueCoding coding,
                              std::span<const uint32_t> known) {
   const CreationSymbols values(source, attribute, coding.backward, coding.two, known);
   const uint32_t components = source.attribute(attribute).value_components();

@@ -7,15 +7,6 @@
 
 namespace psplit {
 
-// How the values of one attribute are coded.
-struct ValueCoding {
-  bool by_creation = false;  // in the order of creation, with our prediction; otherwise Draco's corrections
-  bool backward = false;     // from the last face to the first
-  bool two = false;          // up to two parallelograms
-  bool mean = false;         // of both neighbours, for values without a parallelogram
-  uint32_t reach = 0;        // parallelograms do not reach out as far, 0 to 2
-};
-
 // The symbol of a correction, modulo 2^32.
 uint32_t folded_difference(int32_t value, int32_t predicted);
 
@@ -26,8 +17,8 @@ struct CodedValues {
   uint8_t set = 0;             // of token tables
 };
 
-// How Edgebreaker's symbols are coded: 0 to 5 are contexts of that number of symbols before.
-inline constexpr uint32_t kMostLastSymbols = 5, kValenceContexts = 8;
+// The number of contexts of Edgebreaker's symbols, by how the head says it: up to kMostHistory symbols before,
+// or kValenceContexts.
 uint32_t context_count(uint32_t symbol_contexts);
 
 inline bool has_seams(const std::vector<uint8_t>& seams) { return std::ranges::find(seams, 1) != seams.end(); }
@@ -37,7 +28,7 @@ std::vector<uint16_t> contexts_of_symbols(const DracoFields& fields, uint32_t sy
 
 // Draco's corrections, or the raw values, of an attribute in Draco's order.
 CodedValues code_in_draco_order(const AttributeFields& fields);
-inline constexpr uint32_t kReaches = 3;
+inline constexpr uint8_t kReaches = 3;
 
 // The symbols of one attribute in the order of creation, under every choice of means and of reach.
 class CreationSymbols {
@@ -60,7 +51,7 @@ class CreationSymbols {
 };
 
 // The values of an attribute in the order of creation.
-CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, ValueCoding coding,
+CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, core::ValueCoding coding,
                              std::span<const uint32_t> known);
 
 }  // namespace psplit

@@ -15,24 +15,22 @@ namespace {
 // number of threads.
 class Condenser {
  public:
-  Condenser(std::span<const std::vector<uint8_t>> streams, std::span<const DecodedCounts> counts, bool smallest,
-            const ThreadPool& pool)
-      : streams_(streams), counts_(counts), smallest_(smallest), pool_(pool), patches_(streams.size()) {
-    result_.bytes.assign(streams.begin(), streams.end());
-    result_.is_condensed.resize(streams.size());
-    result_.skeleton.resize(streams.size());
+  Condenser(const PatchContainer& draco, bool smallest, const ThreadPool& pool)
+      : draco_(draco), smallest_(smallest), pool_(pool), patches_(draco.entries.size()) {
+    result_.entries = draco.entries;
+    result_.bytes.resize(draco.entries.size());
   }
 
-  // Nothing if values at borders were to be stored once, and that was not possible for all patches.
-  std::optional<CondensedStreams> condense(bool with_borders) {
+  CondensedStreams condense() {
     read_streams();
     share_skeletons();
     if (models_.skeletons.empty()) return std::move(result_);
-    const Codings codings = choose_codings(with_borders && may_have_borders());
-    code_patches(codings);
-    if (codings.has_borders && !borders_agree()) return std::nullopt;
-    write_patches();
-    if (codings.has_borders && !result_.head.empty() && condensed_count() < patch_count()) return std::nullopt;
+    const CodingCounts counts = count_codings();
+    const Codings codings = counts.choose(scale_, smallest_, /*with_borders=*/true);
+    if (code(codings) || !codings.has_borders) return std::move(result_);
+    // Values at borders cannot be stored once for all patches, and their fields are used up.
+    read_streams();
+    code(counts.choose(scale_, smallest_, /*with_borders=*/false));
     return std::move(result_);
   }
 
@@ -52,29 +50,19 @@ class Condenser {
     std::array<TokenCounts, 2> borders{};
   };
 
-  // All streams are patches, except that the last one may be a sequential residue.
-  size_t patch_count() const {
-    core::StreamHeader header;
-    const bool has_residue = core::read_stream_header(streams_.back().data(), streams_.back().size(), header) ==
-                                 core::Fault::kNone &&
-                             !header.edgebreaker;
-    return streams_.size() - (has_residue ? 1 : 0);
-  }
-  size_t condensed_count() const { return static_cast<size_t>(std::ranges::count(result_.is_condensed, 1)); }
   bool may_have_borders() const {
-    const auto has_stitch = [](const DecodedCounts& counts) { return !counts.stitch.empty(); };
-    const auto is_condensable = [](const Patch& patch) { return patch.is_condensable; };
-    return std::ranges::any_of(counts_, has_stitch) &&
-           static_cast<size_t>(std::ranges::count_if(patches_, is_condensable)) == patch_count() &&
-           std::ranges::all_of(std::span(patches_).first(patch_count()), [&](const Patch& patch) {
-             const AttributeFields& first = patch.coded.fields.attributes[0];
-             return first.skeleton.allows_creation_order() &&
-                    first.components == patches_[0].coded.fields.attributes[0].components;
-           });
+    const auto may_have = [&](const Patch& patch) {
+      if (!patch.is_condensable) return false;
+      const AttributeFields& first = patch.coded.fields.attributes[0];
+      return first.skeleton.allows_creation_order() &&
+             first.components == patches_[0].coded.fields.attributes[0].components;
+    };
+    return std::ranges::any_of(draco_.stitch, [](std::span<const uint8_t> map) { return !map.empty(); }) &&
+           std::ranges::all_of(std::span(patches_).first(draco_.patch_count()), may_have);
   }
   BorderPart border_part(size_t i, const DecodedSource& source) const {
     const uint32_t components = patches_[i].coded.fields.attributes[0].components;
-    return make_border_part(source, counts_[i], static_cast<uint32_t>(i), components);
+    return make_border_part(source, draco_, static_cast<uint32_t>(i), components);
   }
   bool borders_agree() const {
     std::vector<BorderPart> parts;
@@ -83,18 +71,26 @@ class Condenser {
     pool_.for_each(patches_.size(), [&](size_t i) {
       if (!patches_[i].is_condensable) return;
       const uint32_t components = patches_[i].coded.fields.attributes[0].components;
-      agree[i] = parts[i].agrees(counts_[i], static_cast<uint32_t>(i), components, parts);
+      agree[i] = parts[i].agrees(draco_, static_cast<uint32_t>(i), components, parts);
     });
     return std::ranges::find(agree, 0) == agree.end();
   }
 
+  // Codes all streams, and puts those that are condensed into the result. False if values at borders were to
+  // be stored once, and that is not possible for all patches.
+  bool code(const Codings& codings) {
+    code_patches(codings);
+    return (!codings.has_borders || borders_agree()) && write_patches();
+  }
+
   void read_streams() {
-    pool_.for_each(streams_.size(), [&](size_t i) {
-      std::optional<DracoFields> fields = condensable_fields(streams_[i], counts_[i]);
+    pool_.for_each(patches_.size(), [&](size_t i) {
+      std::optional<DracoFields> fields = condensable_fields(draco_.streams[i], draco_.entries[i].face_count);
       if (!fields) return;
       patches_[i].is_condensable = true;
+      patches_[i].coded = {};
       patches_[i].coded.fields = std::move(*fields);
-      patches_[i].coded.point_count = counts_[i].point_count;
+      patches_[i].coded.point_count = draco_.entries[i].point_count;
     });
   }
 
@@ -137,18 +133,22 @@ class Condenser {
     const bool is_needed = std::ranges::any_of(fields.attributes, [](const AttributeFields& attribute) {
       return attribute.skeleton.allows_creation_order();
     });
-    return is_needed ? DecodedSource::decode(streams_[i], counts_[i].point_count, fields) : nullptr;
+    return is_needed ? DecodedSource::decode(draco_.streams[i], draco_.entries[i].point_count, fields)
+                     : nullptr;
   }
 
-  Codings choose_codings(bool with_borders) const {
+  // The counts of a sample of the streams. Sets scale_.
+  CodingCounts count_codings() {
+    const bool with_borders = may_have_borders();
     std::vector<size_t> condensable;
     uint64_t faces = 0;
     for (size_t i = 0; i < patches_.size(); ++i)
-      if (patches_[i].is_condensable) condensable.push_back(i), faces += counts_[i].face_count;
+      if (patches_[i].is_condensable) condensable.push_back(i), faces += draco_.entries[i].face_count;
     const size_t every = std::min<size_t>(1 + faces / kSampleFaces, condensable.size());
     std::vector<CodingCounts> parts(kParts, CodingCounts(attribute_count_));
     uint64_t sample_faces = 0;
-    for (size_t n = 0; n < condensable.size(); n += every) sample_faces += counts_[condensable[n]].face_count;
+    for (size_t n = 0; n < condensable.size(); n += every)
+      sample_faces += draco_.entries[condensable[n]].face_count;
     for_parts((condensable.size() + every - 1) / every, [&](size_t part, size_t n) {
       const size_t i = condensable[n * every];
       const std::unique_ptr<DecodedSource> source = decode(i);
@@ -157,8 +157,8 @@ class Condenser {
       parts[part].add(patches_[i].coded.fields, source.get(), has_border ? &border : nullptr);
     });
     for (size_t part = 1; part < kParts; ++part) parts[0] += parts[part];
-    const double scale = static_cast<double>(faces) / static_cast<double>(std::max<uint64_t>(sample_faces, 1));
-    return parts[0].choose(scale, smallest_);
+    scale_ = static_cast<double>(faces) / static_cast<double>(std::max<uint64_t>(sample_faces, 1));
+    return std::move(parts[0]);
   }
 
   void code_patches(const Codings& codings) {
@@ -250,6 +250,8 @@ class Condenser {
   }
 
   void set_tables(const Codings& codings, const Counts& counts) {
+    models_.attributes.clear();
+    models_.seam_probability.clear();
     models_.symbol_tables = symbol_tables(counts.symbols);
     for (size_t t = 0; t < counts.borders.size(); ++t)
       models_.border_tables[t] = fitting_frequencies(counts.borders[t]);
@@ -268,60 +270,83 @@ class Condenser {
           {fitting_probability(seams[0][0], seams[0][1]), fitting_probability(seams[1][0], seams[1][1])});
   }
 
-  // Condenses each stream that gets smaller and comes back, if that saves more than the head takes.
-  void write_patches() {
+  // Condenses each stream that gets smaller and comes back, if that saves more than the head takes. Returns
+  // what code() returns.
+  bool write_patches() {
     std::vector<uint8_t> head_bytes = write_head(models_);
     const Expected<CondensedHead> head = read_condensed_head(head_bytes);
-    if (!head) return;
-    const CodingTables tables(models_);
-    std::vector<int64_t> saved(streams_.size());
-    std::vector<std::vector<uint8_t>> condensed(streams_.size());
-    std::vector<uint8_t> is_condensed(streams_.size());
-    pool_.for_each(streams_.size(), [&](size_t i) {
+    if (!head) return true;
+    const size_t count = patches_.size();
+    std::vector<int64_t> saved(count);
+    std::vector<std::vector<uint8_t>> condensed(count);
+    pool_.for_each(count, [&](size_t i) {
       Patch& patch = patches_[i];
       if (!patch.is_condensable) return;
-      condensed[i] = write_patch(patch.coded, models_, tables);
+      const StreamEntry& entry = draco_.entries[i];
+      std::vector<uint8_t> bytes = write_patch(patch.coded, *head);
       const std::vector<int32_t> known = std::move(patch.coded.border.values);
       patch.coded = {};
-      const int64_t saves = std::ssize(streams_[i]) - std::ssize(condensed[i]);
+      saved[i] = std::ssize(draco_.streams[i]) - std::ssize(bytes);
       // With borders either all patches are condensed, or none.
-      if (saves <= 0 && !models_.has_borders) return;
-      const Expected<std::vector<uint8_t>> expanded = expand_stream(
-          *head, {condensed[i], patch.skeleton, counts_[i].face_count, counts_[i].point_count, known});
-      if (!expanded.ok() || *expanded != streams_[i]) return;
-      saved[i] = saves;
-      is_condensed[i] = 1;
+      if (saved[i] <= 0 && !models_.has_borders) return;
+      const Expected<std::vector<uint8_t>> expanded =
+          expand_stream(*head, {bytes, patch.skeleton, entry.face_count, entry.point_count, known});
+      if (expanded && std::ranges::equal(*expanded, draco_.streams[i])) condensed[i] = std::move(bytes);
     });
-    if (std::accumulate(saved.begin(), saved.end(), int64_t{0}) <= std::ssize(head_bytes)) return;
+    int64_t all_saved = 0;
+    size_t condensed_count = 0;
+    for (size_t i = 0; i < count; ++i)
+      if (!condensed[i].empty()) all_saved += saved[i], ++condensed_count;
+    if (all_saved <= std::ssize(head_bytes)) return true;
+    if (models_.has_borders && condensed_count < draco_.patch_count()) return false;
     result_.head = std::move(head_bytes);
-    result_.is_condensed = std::move(is_condensed);
-    for (size_t i = 0; i < streams_.size(); ++i) {
-      if (result_.is_condensed[i] == 0) continue;
-      result_.bytes[i] = std::move(condensed[i]);
-      result_.skeleton[i] = static_cast<uint8_t>(patches_[i].skeleton);
+    result_.bytes = std::move(condensed);
+    for (size_t i = 0; i < count; ++i) {
+      if (result_.bytes[i].empty()) continue;
+      StreamEntry& entry = result_.entries[i];
+      entry.stream_bytes = static_cast<uint32_t>(result_.bytes[i].size());
+      entry.is_condensed = true;
+      entry.skeleton = static_cast<uint8_t>(patches_[i].skeleton);
     }
+    return true;
   }
 
   static constexpr size_t kParts = 32;
   static constexpr uint64_t kSampleFaces = 1 << 16;
 
-  std::span<const std::vector<uint8_t>> streams_;
-  std::span<const DecodedCounts> counts_;
-  bool smallest_;
+  const PatchContainer& draco_;
+  const bool smallest_;
   const ThreadPool& pool_;
   std::vector<Patch> patches_;
   size_t attribute_count_ = 0, data_count_ = 0;  // of the skeletons that have most
+  double scale_ = 1;                             // of the counts of the sample
   Models models_;
   CondensedStreams result_;
 };
 
 }  // namespace
 
-CondensedStreams condense(std::span<const std::vector<uint8_t>> draco_streams,
-                          std::span<const DecodedCounts> counts, bool smallest, const ThreadPool& pool) {
-  if (auto condensed = Condenser(draco_streams, counts, smallest, pool).condense(/*with_borders=*/true))
-    return std::move(*condensed);
-  return *Condenser(draco_streams, counts, smallest, pool).condense(/*with_borders=*/false);
+CondensedStreams condense(const PatchContainer& draco, bool smallest, const ThreadPool& pool) {
+  return Condenser(draco, smallest, pool).condense();
+}
+
+std::optional<CondensedContainer> condense_container(const PatchContainer& draco, uint64_t bytes_without,
+                                                     bool smallest, const ThreadPool& pool) {
+  CondensedStreams condensed = condense(draco, smallest, pool);
+  if (condensed.head.empty()) return std::nullopt;
+  std::vector<uint8_t> bytes = write_container(condensed.entries, draco.has_residue, {}, {}, condensed.head);
+  uint64_t size = bytes.size() + draco.stitch_bytes();
+  for (const StreamEntry& entry : condensed.entries) size += entry.stream_bytes;
+  if (size >= bytes_without) return std::nullopt;
+  bytes.reserve(static_cast<size_t>(size));
+  const auto append = [&](std::span<const uint8_t> piece) {
+    bytes.insert(bytes.end(), piece.begin(), piece.end());
+  };
+  for (const std::span<const uint8_t> map : draco.stitch) append(map);
+  for (size_t i = 0; i < draco.streams.size(); ++i)
+    append(condensed.entries[i].is_condensed ? condensed.bytes[i] : draco.streams[i]);
+  return CondensedContainer{std::move(bytes), std::move(condensed.entries),
+                            static_cast<uint32_t>(condensed.head.size())};
 }
 
 }  // namespace psplit

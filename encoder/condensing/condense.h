@@ -3,35 +3,25 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
+#include <optional>
 #include <vector>
 
+#include "src/container/patch_container.h"
 #include "src/parallel.h"
 
 namespace psplit {
 
-// What the directory says about a stream.
-struct DecodedCounts {
-  uint32_t face_count = 0;
-  uint32_t point_count = 0;  // as decoded
-  // Its part of the stitch map. Values at borders are stored once if the streams have such parts.
-  uint32_t reference_count = 0;
-  std::span<const uint8_t> stitch{};
-};
-
 // The streams of a container. One that is not condensed is stored as it is.
 struct CondensedStreams {
-  std::vector<uint8_t> head;  // empty if no stream is condensed
-  // By stream.
-  std::vector<std::vector<uint8_t>> bytes;
-  std::vector<uint8_t> is_condensed;  // 0 or 1
-  std::vector<uint8_t> skeleton;      // of the head; 0 if the stream is not condensed
+  std::vector<uint8_t> head;                // empty if no stream is condensed
+  std::vector<StreamEntry> entries;         // those of the container, with what became of each stream
+  std::vector<std::vector<uint8_t>> bytes;  // by stream; empty if it is not condensed
 };
 
-// `draco_streams` are the streams of one primitive, the residue among them, and `counts` has an item for each.
-// Each condensed stream is expanded again: it is stored instead if that does not give the same bytes, or if it
-// does not get smaller. `smallest` chooses the smallest coding; otherwise a coding that is slower to decode
-// must save bytes worth it.
+// `draco` has the streams of one primitive. Only its entries, streams and stitch map are used. Each condensed
+// stream is expanded again: it is stored instead if that does not give the same bytes, or if it does not get
+// smaller. `smallest` chooses the smallest coding; otherwise a coding that is slower to decode must save bytes
+// worth it.
 //
 // The result depends neither on the number of threads nor, with IEEE 754 arithmetic, on the machine. One
 // exception: whether a stream gives the same bytes depends, very rarely, on the C library's log2
@@ -39,7 +29,18 @@ struct CondensedStreams {
 //
 // Until it returns, it takes about 40 bytes for each decoded point of positions, and 20 more for each further
 // attribute: far less than a partition (measured: Dragon, patches of 440 and 4,800 faces).
-CondensedStreams condense(std::span<const std::vector<uint8_t>> draco_streams,
-                          std::span<const DecodedCounts> counts, bool smallest, const ThreadPool& pool);
+CondensedStreams condense(const PatchContainer& draco, bool smallest, const ThreadPool& pool);
+
+// A container of condensed streams.
+struct CondensedContainer {
+  std::vector<uint8_t> bytes;
+  std::vector<StreamEntry> entries;
+  uint32_t head_bytes = 0;
+};
+
+// The container with the streams that condense() returns and the same stitch map. Nothing if it does not take
+// fewer than `bytes_without` bytes: what is stored if nothing is condensed.
+std::optional<CondensedContainer> condense_container(const PatchContainer& draco, uint64_t bytes_without,
+                                                     bool smallest, const ThreadPool& pool);
 
 }  // namespace psplit

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <queue>
 
+#include "src/core/condensed/models.h"
+
 namespace psplit {
 namespace {
 
@@ -32,7 +34,7 @@ class Logarithms {
     }
     return result;
   }
-  std::array<double, kFrequencySum + 1> table_{};
+  std::array<double, core::kSlots + 1> table_{};
 };
 
 }  // namespace
@@ -41,10 +43,10 @@ std::vector<uint16_t> fitting_frequencies(std::span<const uint64_t> counts) {
   std::vector<uint16_t> frequencies(counts.size());
   const uint64_t total = std::accumulate(counts.begin(), counts.end(), uint64_t{0});
   if (total == 0) return frequencies;
-  int64_t left = kFrequencySum;
+  int64_t left = core::kSlots;
   for (size_t i = 0; i < counts.size(); ++i) {
     if (counts[i] == 0) continue;
-    const double exact = static_cast<double>(counts[i]) * kFrequencySum / static_cast<double>(total);
+    const double exact = static_cast<double>(counts[i]) * core::kSlots / static_cast<double>(total);
     frequencies[i] = static_cast<uint16_t>(std::max(1.0, exact));
     left -= frequencies[i];
   }
@@ -80,14 +82,14 @@ double coded_bits(std::span<const uint64_t> counts, std::span<const uint16_t> fr
   double bits = 0;
   for (size_t i = 0; i < counts.size(); ++i)
     if (counts[i] > 0)
-      bits += static_cast<double>(counts[i]) * (kLogarithms[kFrequencySum] - kLogarithms[frequencies[i]]);
+      bits += static_cast<double>(counts[i]) * (kLogarithms[core::kSlots] - kLogarithms[frequencies[i]]);
   return bits;
 }
 
 uint32_t fitting_probability(uint64_t zeros, uint64_t ones) {
   const double total = std::max(static_cast<double>(zeros) + static_cast<double>(ones), 1.0);
-  const double nearest = static_cast<double>(ones) * kFrequencySum / total + 0.5;
-  return std::clamp(static_cast<uint32_t>(nearest), 1u, kFrequencySum - 1);
+  const double nearest = static_cast<double>(ones) * core::kSlots / total + 0.5;
+  return std::clamp(static_cast<uint32_t>(nearest), 1u, core::kSlots - 1);
 }
 
 }  // namespace psplit

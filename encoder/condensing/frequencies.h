@@ -1,4 +1,4 @@
-// Tables of frequencies: parts of 4096 that the symbols of a table have.
+// Tables of frequencies: how many of core::kSlots slots each symbol of a table has.
 #pragma once
 
 #include <cstdint>
@@ -7,8 +7,6 @@
 
 namespace psplit {
 
-inline constexpr uint32_t kFrequencySum = 4096;
-
 // The frequencies that code these counts in the fewest bits. Each symbol that occurs has at least 1, and the
 // sum is 4096. All are 0 if no symbol occurs. At most 4096 symbols.
 std::vector<uint16_t> fitting_frequencies(std::span<const uint64_t> counts);
@@ -16,7 +14,7 @@ std::vector<uint16_t> fitting_frequencies(std::span<const uint64_t> counts);
 // The bits that symbols with these counts take.
 double coded_bits(std::span<const uint64_t> counts, std::span<const uint16_t> frequencies);
 
-// The probability of a 1, out of 4096, that codes so many bits in the fewest bits: 1 to 4095.
+// The probability of a 1, in 1 / 4096, that codes `zeros` zeros and `ones` ones in the fewest bits: 1 to 4095.
 uint32_t fitting_probability(uint64_t zeros, uint64_t ones);
 
 }  // namespace psplit

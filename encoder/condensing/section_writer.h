@@ -4,29 +4,13 @@
 // J. Duda: Asymmetric numeral systems, 2013.
 #pragma once
 
-#include <span>
+#include <cstdint>
 #include <vector>
 
-#include "encoder/condensing/frequencies.h"
 #include "src/container/bit_string.h"
 #include "src/core/condensed/token_steps.h"
 
 namespace psplit {
-
-// The slots of a symbol: its frequency, and the sum of those of lower symbols.
-struct SymbolSlots {
-  uint16_t first = 0, frequency = 0;
-};
-// One for each symbol.
-inline std::vector<SymbolSlots> slots_of(std::span<const uint16_t> frequencies) {
-  std::vector<SymbolSlots> slots;
-  uint32_t first = 0;
-  for (const uint16_t frequency : frequencies) {
-    slots.push_back({static_cast<uint16_t>(first), frequency});
-    first += frequency;
-  }
-  return slots;
-}
 
 // The token of a symbol: the inverse of core::token_bits. Small symbols are tokens of their own. Of all others
 // a token says the position of the highest bit, and the bit below it; the bits below those follow.
@@ -45,11 +29,10 @@ class SectionWriter {
  public:
   BitStringWriter& plain() { return plain_; }
   // A symbol whose frequency is not 0.
-  void code(SymbolSlots slots) { coded_.push_back(slots); }
+  void code(core::Share share) { coded_.push_back(share); }
   // A bit that is 1 with a probability of 1 to 4095 parts of 4096.
   void code_bit(bool bit, uint32_t probability) {
-    const auto ones = static_cast<uint16_t>(probability);
-    code(bit ? SymbolSlots{0, ones} : SymbolSlots{ones, static_cast<uint16_t>(kFrequencySum - ones)});
+    code(bit ? core::Share{probability, 0} : core::Share{core::kSlots - probability, probability});
   }
 
   // Appends the section, and returns how many bytes it takes. A decoder takes the symbols in their order, so
@@ -59,12 +42,12 @@ class SectionWriter {
     std::vector<uint16_t> words;
     uint64_t state = kStart;
     for (size_t i = coded_.size(); i-- > 0;) {
-      const auto [first, frequency] = coded_[i];
+      const auto [frequency, first] = coded_[i];
       if (state >= uint64_t{frequency} << 20) {
         words.push_back(static_cast<uint16_t>(state));
         state >>= 16;
       }
-      state = state / frequency * kFrequencySum + state % frequency + first;
+      state = state / frequency * core::kSlots + state % frequency + first;
     }
     words.push_back(static_cast<uint16_t>(state >> 16));
     words.push_back(static_cast<uint16_t>(state));
@@ -82,7 +65,7 @@ class SectionWriter {
 
  private:
   BitStringWriter plain_;
-  std::vector<SymbolSlots> coded_;
+  std::vector<core::Share> coded_;
 };
 
 }  // namespace psplit

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "src/condensed/symbol_lists.h"
 #include "src/container/condensed_head.h"
+#include "src/core/edgebreaker_symbols.h"
 
 namespace psplit {
 
@@ -20,29 +20,31 @@ AttributeCounts& AttributeCounts::operator+=(const AttributeCounts& other) {
 
 SymbolCounts& operator+=(SymbolCounts& to, const SymbolCounts& from) {
   for (size_t i = 0; i < to.size(); ++i)
-    for (size_t s = 0; s < kClersCount; ++s) to[i][s] += from[i][s];
+    for (size_t s = 0; s < core::SymbolContext::kCount; ++s) to[i][s] += from[i][s];
   return to;
 }
 
 void add_symbols(const DracoFields& fields, std::span<const uint16_t> contexts, SymbolCounts& counts) {
-  for (size_t i = 0; i < contexts.size(); ++i) ++counts[contexts[i]][kNumberOfClers[fields.symbols[i + 1]]];
+  for (size_t i = 0; i < contexts.size(); ++i)
+    ++counts[contexts[i]][core::number_of_clers(fields.symbols[i + 1])];
 }
 
-std::vector<std::array<uint16_t, kClersCount>> symbol_tables(const SymbolCounts& counts) {
-  std::vector<std::array<uint16_t, kClersCount>> tables(counts.size());
+std::vector<std::array<uint16_t, core::SymbolContext::kCount>> symbol_tables(const SymbolCounts& counts) {
+  std::vector<std::array<uint16_t, core::SymbolContext::kCount>> tables(counts.size());
   for (size_t i = 0; i < counts.size(); ++i)
     std::ranges::copy(fitting_frequencies(counts[i]), tables[i].begin());
   return tables;
 }
 
-TokenTables token_tables(const AttributeCounts& counts, ValueCoding coding) {
+TokenTables token_tables(const AttributeCounts& counts, core::ValueCoding coding) {
   TokenTables tables;
   for (uint32_t t = 0; t < (coding.by_creation ? 3 : 2); ++t)
     tables.push_back(fitting_frequencies(counts.tokens[t]));
   return tables;
 }
 
-double symbol_bits(const SymbolCounts& counts, std::span<const std::array<uint16_t, kClersCount>> tables) {
+double symbol_bits(const SymbolCounts& counts,
+                   std::span<const std::array<uint16_t, core::SymbolContext::kCount>> tables) {
   double bits = 0;
   for (size_t i = 0; i < counts.size(); ++i) bits += coded_bits(counts[i], tables[i]);
   return bits;
@@ -57,8 +59,6 @@ double token_bits(const TokenCounts& counts, std::span<const uint16_t> table) {
 
 namespace {
 
-constexpr uint32_t kProbabilityBits = 12;
-
 void write_frequencies(std::span<const uint16_t> frequencies, core::NumberKind& kind, BitStringWriter& out) {
   for (const uint16_t frequency : frequencies) out.number(kind, frequency);
 }
@@ -67,7 +67,8 @@ core::NumberKind frequency_kind() { return core::NumberKind(4); }
 
 }  // namespace
 
-void write_symbol_tables(std::span<const std::array<uint16_t, kClersCount>> tables, BitStringWriter& out) {
+void write_symbol_tables(std::span<const std::array<uint16_t, core::SymbolContext::kCount>> tables,
+                         BitStringWriter& out) {
   core::NumberKind kind = frequency_kind();
   for (const auto& table : tables) write_frequencies(table, kind, out);
 }
@@ -105,11 +106,11 @@ std::vector<uint8_t> write_head(const Models& models) {
       for (const std::vector<uint16_t>& table : tables) write_token_table(table, used, out);
     out.bits(attribute.has_flags, 1);
     if (attribute.has_flags)
-      for (const uint32_t probability : attribute.flag_probability) out.bits(probability, kProbabilityBits);
+      for (const uint32_t probability : attribute.flag_probability) out.bits(probability, core::kSlotBits);
   }
   out.number(count, static_cast<uint32_t>(models.seam_probability.size()));
   for (const std::array<uint32_t, 2>& seam : models.seam_probability)
-    for (const uint32_t probability : seam) out.bits(probability, kProbabilityBits);
+    for (const uint32_t probability : seam) out.bits(probability, core::kSlotBits);
   std::vector<uint8_t> head;
   append_head_section(HeadSection::kTables, out.take(), head);
   if (!models.has_borders) return head;

@@ -1,16 +1,18 @@
-// The models that all condensed streams of a primitive share, and the statistics that they are made from.
+// The models that all condensed streams of a primitive share, as write_head writes them, and the statistics
+// that they are made from.
 #pragma once
 
 #include <array>
 #include <bit>
 
 #include "encoder/condensing/coded_patch.h"
+#include "encoder/condensing/frequencies.h"
 #include "encoder/condensing/section_writer.h"
 #include "src/container/bit_string.h"
+#include "src/core/condensed/models.h"
 
 namespace psplit {
 
-inline constexpr uint32_t kClersCount = 5;
 // The flags of an attribute: creases with 1 to 4 parallelograms, orientations, flips.
 inline constexpr uint32_t kFlagKinds = AttributeFields::kCreaseLists + 2;
 inline const std::vector<uint8_t>& flags_of_kind(const AttributeFields& fields, uint32_t kind) {
@@ -18,6 +20,11 @@ inline const std::vector<uint8_t>& flags_of_kind(const AttributeFields& fields, 
   return kind < kOrientations    ? fields.creases[kind]
          : kind == kOrientations ? fields.same_orientations
                                  : fields.flips;
+}
+
+inline uint32_t flag_probability(const core::AttributeModel& model, uint32_t kind) {
+  constexpr uint32_t kOrientations = AttributeFields::kCreaseLists;
+  return kind < kOrientations ? model.creases[kind] : kind == kOrientations ? model.orientations : model.flips;
 }
 
 // The frequencies of tokens in the tables of an attribute: two, or three by creation.
@@ -28,7 +35,7 @@ inline TokenCounts& operator+=(TokenCounts& to, const TokenCounts& from) {
   return to;
 }
 using BitCounts = std::array<uint64_t, 2>;
-using ClersCounts = std::array<uint64_t, kClersCount>;
+using ClersCounts = std::array<uint64_t, core::SymbolContext::kCount>;
 
 // How often each symbol is coded with each table.
 struct AttributeCounts {
@@ -47,7 +54,7 @@ inline uint32_t set_bits(size_t set_count) { return static_cast<uint32_t>(std::b
 
 // How all streams code the values of one attribute.
 struct AttributeTables {
-  ValueCoding coding;
+  core::ValueCoding coding;
   std::vector<TokenTables> sets;
   bool has_flags = false;
   std::array<uint32_t, kFlagKinds> flag_probability{};
@@ -61,7 +68,7 @@ struct SkeletonModel {
 struct Models {
   std::vector<SkeletonModel> skeletons;
   uint32_t symbol_contexts = 0;
-  std::vector<std::array<uint16_t, kClersCount>> symbol_tables;
+  std::vector<std::array<uint16_t, core::SymbolContext::kCount>> symbol_tables;
   std::vector<AttributeTables> attributes;
   bool has_borders = false;
   std::array<std::vector<uint16_t>, 2>
@@ -70,17 +77,19 @@ struct Models {
 };
 
 // Tables that fit counts.
-std::vector<std::array<uint16_t, kClersCount>> symbol_tables(const SymbolCounts& counts);
-TokenTables token_tables(const AttributeCounts& counts, ValueCoding coding);
+std::vector<std::array<uint16_t, core::SymbolContext::kCount>> symbol_tables(const SymbolCounts& counts);
+TokenTables token_tables(const AttributeCounts& counts, core::ValueCoding coding);
 
 // The bits that symbols with these counts take, without their tables.
-double symbol_bits(const SymbolCounts& counts, std::span<const std::array<uint16_t, kClersCount>> tables);
+double symbol_bits(const SymbolCounts& counts,
+                   std::span<const std::array<uint16_t, core::SymbolContext::kCount>> tables);
 double token_bits(const TokenCounts& counts, std::span<const uint16_t> table);
 
-void write_symbol_tables(std::span<const std::array<uint16_t, kClersCount>> tables, BitStringWriter& out);
+void write_symbol_tables(std::span<const std::array<uint16_t, core::SymbolContext::kCount>> tables,
+                         BitStringWriter& out);
 inline core::NumberKind used_kind() { return core::NumberKind(5); }
 void write_token_table(std::span<const uint16_t> table, core::NumberKind& used_kind, BitStringWriter& out);
-// The head of a container.
+// The head of a container. read_condensed_head reads it.
 std::vector<uint8_t> write_head(const Models& models);
 
 }  // namespace psplit

@@ -7,11 +7,10 @@
 
 namespace psplit {
 
-std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_stream,
-                                              const DecodedCounts& counts) {
+std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_stream, uint32_t face_count) {
   Expected<DracoFields> fields = read_fields(draco_stream);
   if (!fields || fields->possible_levels == 0 || fields->symbols.empty() || fields->symbols[0] != core::kE ||
-      fields->face_count != counts.face_count || fields->skeleton.size() > kMostSkeletonBytes)
+      fields->face_count != face_count || fields->skeleton.size() > kMostSkeletonBytes)
     return std::nullopt;
   // The number of faces without a symbol says how many start faces there are.
   const auto interior = static_cast<uint64_t>(std::ranges::count(fields->start_faces, 1));

@@ -6,15 +6,14 @@
 #include <span>
 #include <vector>
 
-#include "encoder/condensing/condense.h"
 #include "src/condensed/draco_fields.h"
 #include "src/core/decode_patch.h"
 
 namespace psplit {
 
-// The fields, if they follow all rules of condensed streams and come back from them.
-std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_stream,
-                                              const DecodedCounts& counts);
+// The fields, if they follow all rules of condensed streams and come back from them. `face_count` is what the
+// directory says.
+std::optional<DracoFields> condensable_fields(std::span<const uint8_t> draco_stream, uint32_t face_count);
 
 // A decoded stream: its corner tables, and its values.
 class DecodedSource {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "encoder/condensing/shared_models.h"
+#include "src/parallel.h"
 
 namespace psplit {
 

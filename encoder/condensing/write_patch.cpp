@@ -2,15 +2,16 @@
 
 #include <algorithm>
 
-#include "src/condensed/symbol_lists.h"
+#include "encoder/condensing/section_writer.h"
+#include "encoder/condensing/shared_models.h"
 
 namespace psplit {
 namespace {
 
 class PatchWriter {
  public:
-  PatchWriter(const CodedPatch& patch, const Models& models, const CodingTables& tables)
-      : patch_(patch), fields_(patch.fields), models_(models), tables_(tables) {}
+  PatchWriter(const CodedPatch& patch, const CondensedHead& head)
+      : patch_(patch), fields_(patch.fields), head_(head) {}
 
   std::vector<uint8_t> write() {
     // The main section comes last, and its plain bits begin at its end: they say where all sections are.
@@ -24,7 +25,7 @@ class PatchWriter {
     SectionWriter main;
     write_connectivity_numbers(main.plain());
     write_attribute_numbers(lengths, main.plain());
-    if (models_.has_borders) code_border(main);
+    if (head_.has_borders) code_border(main);
     code_symbols(main);
     code_seams(main);
     code_attribute(0, main);
@@ -74,31 +75,33 @@ class PatchWriter {
         out.number(flags, static_cast<uint32_t>(attribute.same_orientations.size()));
     }
     for (uint32_t i = 0; i < patch_.attributes.size(); ++i)
-      out.bits(patch_.attributes[i].set, set_bits(models_.attributes[i].sets.size()));
+      out.bits(patch_.attributes[i].set, set_bits(head_.attributes[i].set_count));
     core::NumberKind border(5);
-    if (models_.has_borders)
+    if (head_.has_borders)
       out.number(border,
                  static_cast<uint32_t>(patch_.border.symbols.size() / fields_.attributes[0].components));
   }
 
   bool is_by_creation(uint32_t i) const {
-    return models_.attributes[i].coding.by_creation && fields_.attributes[i].skeleton.allows_creation_order();
+    return head_.attributes[i].by_creation && fields_.attributes[i].skeleton.allows_creation_order();
   }
 
   void code_border(SectionWriter& out) {
-    for (size_t i = 0; i < patch_.border.symbols.size(); ++i)
-      code_token(patch_.border.symbols[i], tables_.borders[i < fields_.attributes[0].components ? 0 : 1], out);
+    for (size_t i = 0; i < patch_.border.symbols.size(); ++i) {
+      const bool is_first = i < fields_.attributes[0].components;
+      code_token(patch_.border.symbols[i], head_.token_tables[head_.border_tables[is_first ? 0 : 1]], out);
+    }
   }
 
-  static void code_token(uint32_t symbol, const std::vector<SymbolSlots>& slots, SectionWriter& out) {
+  static void code_token(uint32_t symbol, const core::TokenTable& table, SectionWriter& out) {
     const Token token = token_of(symbol);
-    out.code(slots[token.token]);
+    out.code(table.shares[token.token]);
     out.plain().bits(token.extra, token.extra_bits);
   }
 
   void code_symbols(SectionWriter& out) {
     for (size_t i = 0; i < patch_.contexts.size(); ++i)
-      out.code(tables_.symbols[patch_.contexts[i]][kNumberOfClers[fields_.symbols[i + 1]]]);
+      out.code(head_.contexts[patch_.contexts[i]].shares[core::number_of_clers(fields_.symbols[i + 1])]);
   }
 
   void code_seams(SectionWriter& out) {
@@ -106,47 +109,36 @@ class PatchWriter {
       if (!has_seams(fields_.seams[data])) continue;
       uint8_t before = 0;
       for (const uint8_t seam : fields_.seams[data]) {
-        out.code_bit(seam != 0, models_.seam_probability[data][before]);
+        out.code_bit(seam != 0, head_.seams[data].after[before]);
         before = seam;
       }
     }
   }
 
   void code_attribute(uint32_t i, SectionWriter& out) {
+    const core::AttributeModel& model = head_.attributes[i];
     const CodedValues& values = patch_.attributes[i];
     const uint32_t components = fields_.attributes[i].components;
+    const core::TableSet& set = head_.table_sets[model.first_set + values.set];
     for (size_t value = 0; value < values.table.size(); ++value) {
-      const std::vector<SymbolSlots>& slots = tables_.tokens[i][values.set][values.table[value]];
-      for (uint32_t k = 0; k < components; ++k) code_token(values.symbols[value * components + k], slots, out);
+      const core::TokenTable& table = head_.token_tables[set.tables[values.table[value]]];
+      for (uint32_t k = 0; k < components; ++k) code_token(values.symbols[value * components + k], table, out);
     }
     for (uint32_t kind = 0; kind < kFlagKinds; ++kind)
       for (const uint8_t flag : flags_of_kind(fields_.attributes[i], kind))
-        out.code_bit(flag != 0, models_.attributes[i].flag_probability[kind]);
+        out.code_bit(flag != 0, flag_probability(model, kind));
   }
 
   core::NumberKind count_{0};
   const CodedPatch& patch_;
   const DracoFields& fields_;
-  const Models& models_;
-  const CodingTables& tables_;
+  const CondensedHead& head_;
 };
 
 }  // namespace
 
-CodingTables::CodingTables(const Models& models) {
-  for (const auto& table : models.symbol_tables) symbols.push_back(slots_of(table));
-  for (const std::vector<uint16_t>& table : models.border_tables) borders.push_back(slots_of(table));
-  for (const AttributeTables& attribute : models.attributes) {
-    auto& sets = tokens.emplace_back();
-    for (const TokenTables& tables : attribute.sets) {
-      auto& slots = sets.emplace_back();
-      for (const std::vector<uint16_t>& table : tables) slots.push_back(slots_of(table));
-    }
-  }
-}
-
-std::vector<uint8_t> write_patch(const CodedPatch& patch, const Models& models, const CodingTables& tables) {
-  return PatchWriter(patch, models, tables).write();
+std::vector<uint8_t> write_patch(const CodedPatch& patch, const CondensedHead& head) {
+  return PatchWriter(patch, head).write();
 }
 
 }  // namespace psplit

@@ -1,21 +1,15 @@
-// Writes a condensed patch: the fields that are not in its skeleton, under the models. Specification: "a
-// condensed patch".
+// Writes a condensed patch: the fields that are not in its skeleton, under the models of the head.
+// Specification: "a condensed patch".
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
 #include "encoder/condensing/border_symbols.h"
-#include "encoder/condensing/section_writer.h"
-#include "encoder/condensing/shared_models.h"
+#include "encoder/condensing/coded_patch.h"
+#include "src/container/condensed_head.h"
 
 namespace psplit {
-
-// The models' tables, ready for coding.
-struct CodingTables {
-  explicit CodingTables(const Models& models);
-  std::vector<std::vector<SymbolSlots>> symbols;             // by context
-  using TokenSlots = std::vector<std::vector<SymbolSlots>>;  // by table
-  std::vector<std::vector<TokenSlots>> tokens;               // by attribute and set
-  TokenSlots borders;
-};
 
 // A patch whose values and symbols are coded. Of its fields it needs everything except the attributes' symbols
 // and raw bytes.
@@ -27,6 +21,7 @@ struct CodedPatch {
   BorderPart border;
 };
 
-std::vector<uint8_t> write_patch(const CodedPatch& patch, const Models& models, const CodingTables& tables);
+// `head` is what a decoder reads from write_head(models).
+std::vector<uint8_t> write_patch(const CodedPatch& patch, const CondensedHead& head);
 
 }  // namespace psplit

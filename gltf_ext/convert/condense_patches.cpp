@@ -1,14 +1,16 @@
 #include "gltf_ext/convert/condense_patches.h"
 
 #include <map>
-#include <memory>
 #include <numeric>
+#include <optional>
+#include <utility>
 
-#include "encoder/condensing/condense_container.h"
-#include "encoder/encode_streams.h"
-#include "src/container/claims.h"
+#include "encoder/condensing/condense.h"
+#include "encoder/verify.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
+#include "src/cpu/cpu_backend.h"
+#include "src/stopwatch.h"
 
 namespace psplit {
 namespace {
@@ -26,35 +28,32 @@ Expected<Condensed> condense_bytes(const StoredPrimitive& stored, const EncodeDo
   Condensed result;
   result.report.skipped = "already in condensed patches";
   if (before->condensed_count() > 0) return result;
-  Expected<std::vector<uint8_t>> bytes = condense_and_verify(
-      *before, stored.requests, options.condense_smallest, options.verify, pool, result.report.statistics);
-  if (!bytes) return bytes.status();
+  EncodeStatistics& statistics = result.report.statistics;
+  const Stopwatch encode_time;
+  std::optional<CondensedContainer> after =
+      condense_container(*before, stored.bytes.size(), options.condense_smallest, pool);
+  statistics.encode_ms = encode_time.ms();
   result.report.skipped = "already in patches, which condensing does not make smaller";
-  if (bytes->empty()) return result;
-  const Expected<PatchContainer> after = open_container(*bytes);
-  if (!after) return after.status();
-  result.report.statistics.patch_count = after->patch_count();
+  if (!after) return result;
+  if (options.verify) {
+    const ScopedStopwatch verify_time(statistics.verify_ms);
+    const Expected<Mesh> decoded = cpu_backend().decode(*before, stored.requests, pool);
+    if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
+    if (Status status = verify_condensed(after->bytes, stored.requests, *decoded, pool); !status.ok())
+      return status;
+  }
+  statistics.patch_count = before->patch_count();
   result.report.skipped.clear();
   result.report.stored_as = StoredAs::kPatches;
   result.report.keeps_streams = true;
-  result.report.faces = after->face_count();
-  result.report.points = after->point_count();
-  result.report.bytes = bytes->size();
-  result.report.streams = after->entries;
-  result.report.has_residue = after->has_residue;
+  result.report.faces = before->face_count();
+  result.report.points = before->point_count();
+  result.report.bytes = after->bytes.size();
+  result.report.streams = std::move(after->entries);
+  result.report.has_residue = before->has_residue;
   result.report.head_bytes = after->head_bytes;
-  result.bytes = std::move(*bytes);
+  result.bytes = std::move(after->bytes);
   return result;
-}
-
-// The container, if it is smaller than the stream.
-std::optional<std::vector<uint8_t>> condensed_container(std::span<const uint8_t> stream, uint32_t face_count,
-                                                        uint32_t point_count, bool smallest,
-                                                        const ThreadPool& pool) {
-  const std::vector<std::vector<uint8_t>> streams = {{stream.begin(), stream.end()}}, no_stitch_map = {{}};
-  const StreamEntry entry{.face_count = face_count, .point_count = point_count};
-  std::vector<uint8_t> container = condense_container({entry}, false, no_stitch_map, streams, smallest, pool);
-  return container.size() < stream.size() ? std::optional(std::move(container)) : std::nullopt;
 }
 
 }  // namespace
@@ -97,15 +96,15 @@ Status condense_stock(const Document& document, EncodeJob& job) {
   if (document.records().primitive(id).storage() != PrimitiveStorage::kStockDraco) return {};
   Expected<StoredPrimitive> stored = stored_primitive(document, id);
   if (!stored) return stored.status();
-  const Expected<core::StreamHeader> header = read_stream_header(stored->bytes);
-  if (!header || !header->edgebreaker) return {};
+  PatchContainer stream = open_stream(stored->bytes, job.mesh.point_count);
+  if (!stream.refusal.ok() || !stream.headers[0].edgebreaker) return {};
+  stream.expect_points(job.mesh.point_count);
   const ThreadPool one(1);  // jobs run at once
-  auto container = condensed_container(stored->bytes, header->counts.face_count, job.mesh.point_count,
-                                       job.options.condense_smallest, one);
+  auto container = condense_container(stream, stored->bytes.size(), job.options.condense_smallest, one);
   if (!container) return {};
 
   EncodedMesh encoded;
-  encoded.container = std::move(*container);
+  encoded.container = std::move(container->bytes);
   encoded.requests = std::move(stored->requests);
   Expected<PatchContainer> opened = open_container(encoded.container);
   if (!opened) return runtime_failure("verification: " + opened.status().to_string());

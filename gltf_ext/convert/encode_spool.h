@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "encoder/out_of_core/encode_parts.h"
+#include "encoder/encode_parts.h"
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/primitive_report.h"
 #include "gltf_ext/document/document.h"

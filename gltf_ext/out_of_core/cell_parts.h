@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "encoder/out_of_core/mesh_parts.h"
+#include "encoder/mesh_parts.h"
 #include "gltf_ext/out_of_core/cell_assignment.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"

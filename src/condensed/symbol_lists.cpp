@@ -61,7 +61,7 @@ Status list_symbols(DracoFields& fields) {
   const Expected<std::vector<uint8_t>> lists = lists_of_symbols(fields);
   if (!lists) return lists.status();
   for (size_t i = fields.symbols.size(); i-- > 1;)
-    fields.symbol_lists[(*lists)[i]].push_back(kNumberOfClers[fields.symbols[i]]);
+    fields.symbol_lists[(*lists)[i]].push_back(static_cast<uint8_t>(core::number_of_clers(fields.symbols[i])));
   return {};
 }
 

@@ -10,9 +10,6 @@
 
 namespace psplit {
 
-// The numbers of symbols in the valence traversal's lists.
-inline constexpr uint8_t kNumberOfClers[8] = {0, 1, 0, 2, 0, 3, 0, 4};
-
 // Symbols for core::add_faces. Each is also stored.
 template <typename Symbols>
 class StoredSymbols : public Symbols {

@@ -101,7 +101,7 @@ class FieldsWriter {
       return static_cast<uint64_t>(std::count(fields_.symbols.begin(), fields_.symbols.end(), core::kS));
     uint64_t count = 0;
     for (const std::vector<uint8_t>& list : fields_.symbol_lists)
-      count += static_cast<uint64_t>(std::count(list.begin(), list.end(), kNumberOfClers[core::kS]));
+      count += static_cast<uint64_t>(std::count(list.begin(), list.end(), core::number_of_clers(core::kS)));
     return count;
   }
 

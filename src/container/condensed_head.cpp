@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "src/container/bit_string.h"
+#include "src/core/edgebreaker_symbols.h"
 
 namespace psplit {
 namespace {
@@ -16,7 +17,6 @@ using core::NumberKind;
 using core::SymbolContext;
 
 constexpr uint32_t kMostAttributes = 256, kMostAttributeData = 128;
-constexpr uint32_t kMostHistory = 5;
 
 Status invalid(const std::string& cause) { return invalid_input("head: " + cause); }
 
@@ -69,11 +69,11 @@ class HeadSectionReader {
   }
 
   Status read_contexts() {
-    constexpr uint32_t kValence = 8, kValenceContexts = 30;
+    constexpr uint32_t kContextsOfValences = core::Valences<uint32_t>::kClasses * SymbolContext::kCount;
     const uint32_t coding = bits_.bits(4);
-    if (coding > kMostHistory && coding != kValence) return invalid("unknown contexts of symbols");
-    head_.has_valence_contexts = coding == kValence;
-    uint32_t count = head_.has_valence_contexts ? kValenceContexts : 1;
+    if (coding > kMostHistory && coding != kValenceContexts) return invalid("unknown contexts of symbols");
+    head_.has_valence_contexts = coding == kValenceContexts;
+    uint32_t count = head_.has_valence_contexts ? kContextsOfValences : 1;
     for (uint32_t k = 0; k < coding && !head_.has_valence_contexts; ++k) count *= SymbolContext::kCount;
     NumberKind frequency_kind{4};
     for (uint32_t i = 0; i < count; ++i) {
@@ -91,12 +91,11 @@ class HeadSectionReader {
     return {};
   }
   static SymbolContext context_of(const std::array<uint32_t, SymbolContext::kCount>& frequencies) {
-    constexpr std::array<uint8_t, SymbolContext::kCount> kCodes = {0, 1, 3, 5, 7};  // core::Clers
     SymbolContext context;
     uint32_t first = 0;
     for (uint32_t s = 0; s < SymbolContext::kCount; ++s) {
       context.shares[s] = {frequencies[s], first};
-      context.codes[s] = kCodes[s];
+      context.codes[s] = static_cast<uint8_t>(core::clers_of_number(s));
       first += frequencies[s];
     }
     return context;

@@ -21,6 +21,9 @@ inline constexpr uint32_t kMostSkeletons = 255, kMostSkeletonBytes = 4096;
 // Sets of token tables: of an attribute, and of all attributes.
 inline constexpr uint32_t kMostTableSets = 8, kMostTableSetsOfAll = 256;
 
+// How contexts of symbols are stored: the number of symbols before, at most kMostHistory, or kValenceContexts.
+inline constexpr uint32_t kMostHistory = 5, kValenceContexts = 8;
+
 // All skeletons begin with these bytes, which the head does not have: DRACO, bitstream 2.2, a mesh,
 // Edgebreaker.
 inline constexpr std::array<uint8_t, 9> kSkeletonFront = {'D', 'R', 'A', 'C', 'O', 2, 2, 1, 1};

@@ -9,6 +9,10 @@ namespace psplit::core {
 
 // The codes of the standard traversal: C takes one bit, the others three.
 enum Clers : uint32_t { kC = 0, kS = 1, kL = 3, kR = 5, kE = 7 };
+// Lists and tables of symbols number C, S, L, R and E from 0 on.
+inline constexpr uint32_t kClersCount = 5;
+PSPLIT_HD constexpr uint32_t clers_of_number(uint32_t number) { return number == 0 ? kC : 2 * number - 1; }
+PSPLIT_HD constexpr uint32_t number_of_clers(uint32_t symbol) { return (symbol + 1) / 2; }
 PSPLIT_HD constexpr bool is_clr(uint32_t symbol) { return (0b00101001u >> symbol & 1) != 0; }
 
 // A handle: an edge of the face that symbol `source` adds is set aside for the S that is symbol `split`. Both
@@ -143,12 +147,11 @@ class ValenceSymbols {
     for (uint32_t i = 0; i < kLists; ++i) {
       if (const Fault fault = sequences[i].finish(SerialLanes(), reader); fault != Fault::kNone) return fault;
       // The list becomes one of bytes, in place.
-      constexpr uint8_t kClersOfSymbol[8] = {kC, kS, kL, kR, kE, kInvalid, kInvalid, kInvalid};
       List& list = lists_[i];
       list.symbols = reinterpret_cast<uint8_t*>(list.decoded.data());
       for (uint32_t k = 0; k < list.left; ++k) {
         const uint32_t symbol = list.decoded[k];
-        list.symbols[k] = symbol < 8 ? kClersOfSymbol[symbol] : kInvalid;
+        list.symbols[k] = symbol < kClersCount ? static_cast<uint8_t>(clers_of_number(symbol)) : kInvalid;
       }
     }
     return Fault::kNone;

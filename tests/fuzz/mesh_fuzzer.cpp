@@ -9,6 +9,7 @@
 #include "src/container/condensed_head.h"
 #include "src/core/condensed/condensed_header.h"
 #include "tests/src/core/decode_mesh.h"
+#include "tests/support/container_of_streams.h"
 #include "tests/support/draco_subject.h"
 
 namespace psplit {
@@ -239,16 +240,18 @@ const char* check_condensed(const Bytes& stream, const RawMesh& expected) {
   static const ThreadPool pool(1);
   const auto face_count = static_cast<uint32_t>(expected.faces.size());
   const std::vector<Bytes> copies(20, stream);
-  const std::vector<DecodedCounts> sizes(copies.size(), {face_count, expected.point_count});
-  const CondensedStreams condensed = condense(copies, sizes, counts.inputs % 2 == 0, pool);
-  if (condensed.is_condensed[0] == 0) return nullptr;
+  const std::vector<StreamEntry> rows(copies.size(),
+                                      {.face_count = face_count, .point_count = expected.point_count});
+  const CondensedStreams condensed = condense(container_of_streams(copies, rows), counts.inputs % 2 == 0, pool);
+  const StreamEntry& row = condensed.entries[0];
+  if (!row.is_condensed) return nullptr;
   ++counts.condensed;
   const Expected<CondensedHead> head = read_condensed_head(condensed.head);
   if (!head) return "the condensed head";
   const Bytes& bytes = condensed.bytes[0];
-  const auto expanded = expand_stream(*head, {bytes, condensed.skeleton[0], face_count, expected.point_count});
+  const auto expanded = expand_stream(*head, {bytes, row.skeleton, face_count, expected.point_count});
   if (!expanded || *expanded != stream) return "the expanded stream";
-  const Bytes& skeleton = head->skeletons[condensed.skeleton[0]];
+  const Bytes& skeleton = head->skeletons[row.skeleton];
   core::StreamHeader header;
   if (core::read_condensed_header({skeleton.data(), skeleton.size()}, {bytes.data(), bytes.size()},
                                   head->models(), face_count, expected.point_count, header,

@@ -50,21 +50,6 @@ MeshInParts::MeshInParts(const Mesh& mesh, std::span<const uint32_t> part_of_fac
   }
 }
 
-Status MemorySpill::read(uint64_t offset, std::span<uint8_t> to) {
-  if (offset + to.size() > bytes_.size()) return io_failure("a range beyond the end");
-  std::copy_n(bytes_.begin() + static_cast<ptrdiff_t>(offset), to.size(), to.begin());
-  return {};
-}
-
-Status MemorySpill::append(std::span<const uint8_t> bytes) {
-  bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
-  return {};
-}
-
-Expected<std::unique_ptr<Spill>> make_memory_spill() {
-  return std::unique_ptr<Spill>(std::make_unique<MemorySpill>());
-}
-
 std::vector<uint8_t> read_all(StoredBytes& bytes) {
   std::vector<uint8_t> all(static_cast<size_t>(bytes.size()));
   if (!bytes.read(0, all).ok()) all.clear();

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "encoder/out_of_core/mesh_parts.h"
-#include "encoder/out_of_core/spill.h"
+#include "encoder/mesh_parts.h"
+#include "encoder/spill.h"
 #include "src/mesh/mesh.h"
 
 namespace psplit {
@@ -31,18 +31,6 @@ class MeshInParts : public MeshParts {
   std::vector<std::vector<uint32_t>> faces_;
   uint32_t shared_count_ = 0;
 };
-
-class MemorySpill : public Spill {
- public:
-  uint64_t size() const override { return bytes_.size(); }
-  Status read(uint64_t offset, std::span<uint8_t> to) override;
-  Status append(std::span<const uint8_t> bytes) override;
-
- private:
-  std::vector<uint8_t> bytes_;
-};
-
-Expected<std::unique_ptr<Spill>> make_memory_spill();
 
 // All bytes.
 std::vector<uint8_t> read_all(StoredBytes& bytes);

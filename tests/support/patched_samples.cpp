@@ -2,9 +2,10 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 
 #include "encoder/coding/quantization.h"
-#include "encoder/condensing/condense_container.h"
+#include "encoder/condensing/condense.h"
 #include "src/container/patch_container.h"
 #include "tests/support/procedural_meshes.h"
 
@@ -79,8 +80,8 @@ std::vector<PatchedSample> patched_samples(const ThreadPool& pool) {
 
 std::vector<uint8_t> condensed_container(const PatchContainer& container, bool smallest,
                                          const ThreadPool& pool) {
-  std::vector<uint8_t> written = condense_container(container, smallest, pool);
-  return open_container(written)->condensed_count() > 0 ? std::move(written) : std::vector<uint8_t>();
+  std::optional<CondensedContainer> condensed = condense_container(container, UINT64_MAX, smallest, pool);
+  return condensed ? std::move(condensed->bytes) : std::vector<uint8_t>();
 }
 
 std::vector<CondensedSample> condensed_samples(const ThreadPool& pool) {

@@ -43,15 +43,19 @@ struct TableSet {
   uint16_t tables[kTables] = {kNoTable, kNoTable, kNoTable};
 };
 
-// How an attribute's values are stored.
-struct AttributeModel {
-  static constexpr uint32_t kCreaseContexts = 4;
-
+// How the integers of an attribute's values are stored.
+struct ValueCoding {
   bool by_creation = false;  // in order of creation, with our prediction; otherwise as in the Draco stream
   bool backward = false;     // by creation: from the last decoded face to the first
   bool two = false;          // by creation: up to two parallelograms predict a value, otherwise one
   bool mean = false;         // by creation: a value without parallelogram is predicted from two values
   uint8_t reach = 0;         // by creation: how far parallelograms reach out, 0 to 2
+};
+
+// How an attribute is stored.
+struct AttributeModel : ValueCoding {
+  static constexpr uint32_t kCreaseContexts = 4;
+
   bool has_flags = false;
   // Each stream chooses one of these sets of token tables, in CondensedModels::table_sets.
   uint16_t first_set = 0, set_count = 1;

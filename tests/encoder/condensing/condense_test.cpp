@@ -8,6 +8,7 @@
 #include "encoder/draco/draco_backend.h"
 #include "src/condensed/draco_fields.h"
 #include "src/condensed/expand.h"
+#include "tests/support/container_of_streams.h"
 #include "tests/support/draco_streams.h"
 #include "tests/support/expect.h"
 
@@ -16,19 +17,22 @@ namespace {
 
 using Bytes = std::vector<uint8_t>;
 
-std::vector<DecodedCounts> counts_of(std::span<const Bytes> streams) {
-  std::vector<DecodedCounts> counts;
+PatchContainer container_of(std::span<const Bytes> streams) {
+  std::vector<StreamEntry> rows;
   for (const Bytes& stream : streams) {
     const StreamDescription of_stream = must(describe_draco_stream(stream));
-    counts.push_back({of_stream.face_count, of_stream.point_count});
+    rows.push_back({static_cast<uint32_t>(stream.size()), of_stream.face_count, of_stream.point_count, 0, 0});
   }
-  return counts;
+  return container_of_streams(streams, std::move(rows));
+}
+
+int64_t condensed_count(std::span<const StreamEntry> entries) {
+  return std::ranges::count_if(entries, &StreamEntry::is_condensed);
 }
 
 // Condenses the streams as those of one primitive, and expands them again.
 CondensedStreams condense_and_expand(std::span<const Bytes> streams, bool smallest = false) {
-  const std::vector<DecodedCounts> counts = counts_of(streams);
-  CondensedStreams condensed = condense(streams, counts, smallest, ThreadPool(1));
+  CondensedStreams condensed = condense(container_of(streams), smallest, ThreadPool(1));
   EXPECT_EQ(condensed.bytes.size(), streams.size());
   Expected<CondensedHead> head = CondensedHead();
   if (!condensed.head.empty()) head = read_condensed_head(condensed.head);
@@ -36,18 +40,20 @@ CondensedStreams condense_and_expand(std::span<const Bytes> streams, bool smalle
   size_t before = 0, after = condensed.head.size();
   for (size_t i = 0; i < streams.size(); ++i) {
     before += streams[i].size();
-    after += condensed.bytes[i].size();
-    if (condensed.is_condensed[i] == 0) {
-      EXPECT_EQ(condensed.bytes[i], streams[i]);
-      EXPECT_EQ(condensed.skeleton[i], 0);
+    const StreamEntry& entry = condensed.entries[i];
+    after += entry.stream_bytes;
+    EXPECT_EQ(entry.is_condensed, !condensed.bytes[i].empty());
+    EXPECT_EQ(entry.stream_bytes, entry.is_condensed ? condensed.bytes[i].size() : streams[i].size());
+    if (!entry.is_condensed) {
+      EXPECT_EQ(entry.skeleton, 0);
       continue;
     }
-    const Expected<Bytes> expanded = expand_stream(
-        *head, {condensed.bytes[i], condensed.skeleton[i], counts[i].face_count, counts[i].point_count});
+    const Expected<Bytes> expanded =
+        expand_stream(*head, {condensed.bytes[i], entry.skeleton, entry.face_count, entry.point_count});
     EXPECT_TRUE(expanded.ok()) << expanded.status().message();
     EXPECT_TRUE(expanded.ok() && *expanded == streams[i]);
   }
-  EXPECT_EQ(condensed.head.empty(), std::ranges::count(condensed.is_condensed, 1) == 0);
+  EXPECT_EQ(condensed.head.empty(), condensed_count(condensed.entries) == 0);
   EXPECT_LE(after, before);
   return condensed;
 }
@@ -100,7 +106,7 @@ TEST(Condense, EveryKindOfStreamIsCondensedAndComesBack) {
         SCOPED_TRACE(stream.name);
         const std::vector<Bytes> copies(kCopies, stream.bytes);
         const CondensedStreams result = condense_and_expand(copies, condensed.streams % 2 == 1);
-        const bool is_condensed = result.is_condensed[0] != 0;
+        const bool is_condensed = result.entries[0].is_condensed;
         const bool may_be_condensed = has_rules_of_condensed_streams(stream.bytes);
         EXPECT_TRUE(may_be_condensed || !is_condensed);
         if (is_condensed) condensed.count(stream.bytes);
@@ -131,8 +137,9 @@ TEST(Condense, StreamsOfDifferentKindsShareModels) {
         streams.push_back(stream.bytes);
         if (streams.size() < kTogether) return;
         const CondensedStreams result = condense_and_expand(streams);
-        condensed += static_cast<size_t>(std::ranges::count(result.is_condensed, 1));
-        skeletons = std::max<size_t>(skeletons, *std::ranges::max_element(result.skeleton) + 1u);
+        condensed += static_cast<size_t>(condensed_count(result.entries));
+        for (const StreamEntry& entry : result.entries)
+          skeletons = std::max<size_t>(skeletons, entry.skeleton + 1u);
         streams.clear();
       },
       StreamSet::kSmall);
@@ -156,14 +163,13 @@ std::vector<Bytes> some_streams(size_t count) {
 
 TEST(Condense, TheNumberOfThreadsChangesNothing) {
   const std::vector<Bytes> streams = some_streams(60);
-  const std::vector<DecodedCounts> counts = counts_of(streams);
-  const CondensedStreams one = condense(streams, counts, false, ThreadPool(1));
+  const CondensedStreams one = condense(container_of(streams), false, ThreadPool(1));
   EXPECT_FALSE(one.head.empty());
   for (const int threads : {2, 7}) {
-    const CondensedStreams several = condense(streams, counts, false, ThreadPool(threads));
+    const CondensedStreams several = condense(container_of(streams), false, ThreadPool(threads));
     EXPECT_EQ(several.head, one.head);
     EXPECT_EQ(several.bytes, one.bytes);
-    EXPECT_EQ(several.skeleton, one.skeleton);
+    EXPECT_EQ(several.entries, one.entries);
   }
 }
 
@@ -187,18 +193,18 @@ TEST(Condense, AStreamThatDoesNotComeBackIsStored) {
   streams[7] = *write_fields(fields);
   ASSERT_NE(streams[7], stream);
   const CondensedStreams result = condense_and_expand(streams);
-  EXPECT_EQ(result.is_condensed[7], 0);
-  EXPECT_EQ(std::ranges::count(result.is_condensed, 1), 39);
+  EXPECT_FALSE(result.entries[7].is_condensed);
+  EXPECT_EQ(condensed_count(result.entries), 39);
 }
 
 TEST(Condense, AStreamWhoseCountsDifferFromItsRowIsStored) {
-  std::vector<Bytes> streams = some_streams(40);
-  std::vector<DecodedCounts> counts = counts_of(streams);
-  ++counts[3].face_count;
-  const CondensedStreams result = condense(streams, counts, false, ThreadPool(1));
-  EXPECT_EQ(result.is_condensed[3], 0);
-  EXPECT_EQ(result.bytes[3], streams[3]);
-  EXPECT_GT(std::ranges::count(result.is_condensed, 1), 10);
+  const std::vector<Bytes> streams = some_streams(40);
+  PatchContainer container = container_of(streams);
+  ++container.entries[3].face_count;
+  const CondensedStreams result = condense(container, false, ThreadPool(1));
+  EXPECT_FALSE(result.entries[3].is_condensed);
+  EXPECT_TRUE(result.bytes[3].empty());
+  EXPECT_GT(condensed_count(result.entries), 10);
 }
 
 TEST(Condense, NothingIsCondensedIfTheHeadTakesMoreThanIsSaved) {
@@ -207,7 +213,7 @@ TEST(Condense, NothingIsCondensedIfTheHeadTakesMoreThanIsSaved) {
       [&](const DracoStream& stream) {
         if (!has_rules_of_condensed_streams(stream.bytes) || stream.bytes.size() > 300) return;
         const CondensedStreams result = condense_and_expand(std::span(&stream.bytes, 1));
-        EXPECT_EQ(result.is_condensed[0] == 0, result.head.empty());
+        EXPECT_EQ(!result.entries[0].is_condensed, result.head.empty());
         ++(result.head.empty() ? stored : condensed);
         if (!result.head.empty()) {
           EXPECT_LT(result.head.size() + result.bytes[0].size(), stream.bytes.size());
@@ -216,7 +222,7 @@ TEST(Condense, NothingIsCondensedIfTheHeadTakesMoreThanIsSaved) {
       StreamSet::kSmall);
   EXPECT_GT(stored, 0u);
   EXPECT_GT(condensed, 0u);
-  EXPECT_TRUE(condense({}, {}, false, ThreadPool(1)).bytes.empty());
+  EXPECT_TRUE(condense({}, false, ThreadPool(1)).bytes.empty());
 }
 
 TEST(Condense, MoreSkeletonsThanAHeadHolds) {
@@ -230,23 +236,23 @@ TEST(Condense, MoreSkeletonsThanAHeadHolds) {
   }
   const CondensedStreams result = condense_and_expand(many);
   ASSERT_FALSE(result.head.empty());
-  EXPECT_EQ(std::ranges::count(std::span(result.is_condensed).last(45), 1), 0);
+  EXPECT_EQ(condensed_count(std::span(result.entries).last(45)), 0);
 }
 
 // Hostile bytes give an error or a stream, and nothing else.
 TEST(Expand, MutantsAreRefusedOrExpanded) {
   const std::vector<Bytes> streams = some_streams(60);
-  const std::vector<DecodedCounts> counts = counts_of(streams);
-  const CondensedStreams condensed = condense(streams, counts, false, ThreadPool(1));
+  const CondensedStreams condensed = condense(container_of(streams), false, ThreadPool(1));
   const CondensedHead head = must(read_condensed_head(condensed.head));
   std::mt19937 random(1);
   const auto below = [&](size_t end) { return static_cast<size_t>(random() % end); };
   size_t refused = 0, expanded = 0;
   for (size_t i = 0; i < streams.size(); ++i) {
-    if (condensed.is_condensed[i] == 0) continue;
+    const StreamEntry& entry = condensed.entries[i];
+    if (!entry.is_condensed) continue;
     for (int round = 0; round < 60; ++round) {
       Bytes bytes = condensed.bytes[i];
-      uint32_t faces = counts[i].face_count, points = counts[i].point_count, skeleton = condensed.skeleton[i];
+      uint32_t faces = entry.face_count, points = entry.point_count, skeleton = entry.skeleton;
       switch (round % 5) {
         case 0: bytes[below(bytes.size())] ^= static_cast<uint8_t>(1u << below(8)); break;
         case 1: bytes.resize(below(bytes.size())); break;

@@ -5,6 +5,8 @@
 #include <numeric>
 #include <random>
 
+#include "src/core/condensed/models.h"
+
 namespace psplit {
 namespace {
 
@@ -25,7 +27,7 @@ TEST(Frequencies, SumTo4096AndEverySymbolThatOccursHasOne) {
   for (const std::vector<uint64_t>& counts : counts_of_every_shape()) {
     const std::vector<uint16_t> frequencies = fitting_frequencies(counts);
     ASSERT_EQ(frequencies.size(), counts.size());
-    EXPECT_EQ(std::accumulate(frequencies.begin(), frequencies.end(), 0u), kFrequencySum);
+    EXPECT_EQ(std::accumulate(frequencies.begin(), frequencies.end(), 0u), core::kSlots);
     for (size_t i = 0; i < counts.size(); ++i) EXPECT_EQ(frequencies[i] > 0, counts[i] > 0);
   }
   EXPECT_EQ(fitting_frequencies(std::vector<uint64_t>(5)), std::vector<uint16_t>(5));

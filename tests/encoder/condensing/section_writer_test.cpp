@@ -27,9 +27,9 @@ core::TokenTable table_of(std::span<const uint16_t> frequencies) {
 
 void expect_round_trip(std::span<const Step> steps, std::span<const uint16_t> frequencies) {
   SectionWriter writer;
-  const std::vector<SymbolSlots> slots = slots_of(frequencies);
+  const core::TokenTable table = table_of(frequencies);
   for (const auto& [kind, value, parameter] : steps) {
-    if (kind == Step::kSymbol) writer.code(slots[value]);
+    if (kind == Step::kSymbol) writer.code(table.shares[value]);
     if (kind == Step::kBit) writer.code_bit(value != 0, parameter);
     if (kind == Step::kPlain) writer.plain().bits(value, parameter);
   }
@@ -38,7 +38,6 @@ void expect_round_trip(std::span<const Step> steps, std::span<const uint16_t> fr
   EXPECT_EQ(byte_count, bytes.size());
   core::SectionReader reader(bytes.data(), bytes.size());
   ASSERT_EQ(reader.start_words(0), core::Fault::kNone);
-  const core::TokenTable table = table_of(frequencies);
   for (const auto& [kind, value, parameter] : steps) {
     const uint32_t read = kind == Step::kSymbol ? reader.next_token(table)
                           : kind == Step::kBit  ? reader.next_bit(parameter)

@@ -10,6 +10,7 @@
 #include "src/container/condensed_head.h"
 #include "src/core/condensed/condensed_header.h"
 #include "tests/src/core/decode_mesh.h"
+#include "tests/support/container_of_streams.h"
 #include "tests/support/sanitizers.h"
 
 namespace psplit::core {
@@ -40,18 +41,18 @@ void for_each_batch(StreamSet set, size_t together, bool smallest,
                     const std::function<void(const Batch&)>& visit) {
   const ThreadPool pool(1);
   std::vector<std::vector<uint8_t>> streams;
-  std::vector<DecodedCounts> counts;
+  std::vector<StreamEntry> rows;
   std::vector<Batch::Stream> described;
   const auto finish = [&] {
-    const CondensedStreams condensed = condense(streams, counts, smallest, pool);
+    const CondensedStreams condensed = condense(container_of_streams(streams, rows), smallest, pool);
     Batch batch;
     for (size_t i = 0; i < streams.size(); ++i) {
-      if (condensed.is_condensed[i] == 0) continue;
+      if (!condensed.entries[i].is_condensed) continue;
       described[i].bytes = condensed.bytes[i];
-      described[i].skeleton = condensed.skeleton[i];
+      described[i].skeleton = condensed.entries[i].skeleton;
       batch.streams.push_back(std::move(described[i]));
     }
-    streams.clear(), counts.clear(), described.clear();
+    streams.clear(), rows.clear(), described.clear();
     if (batch.streams.empty()) return;
     Expected<CondensedHead> head = read_condensed_head(condensed.head);
     ASSERT_TRUE(head.ok()) << head.status().message();
@@ -64,7 +65,8 @@ void for_each_batch(StreamSet set, size_t together, bool smallest,
         std::optional<RawMesh> expected = decode_with_libdraco(stream.bytes);
         ASSERT_TRUE(expected);
         streams.push_back(stream.bytes);
-        counts.push_back({static_cast<uint32_t>(expected->faces.size()), expected->point_count});
+        rows.push_back({.face_count = static_cast<uint32_t>(expected->faces.size()),
+                        .point_count = expected->point_count});
         described.push_back({stream.name, {}, 0, std::move(*expected)});
         if (streams.size() == together) finish();
       },

@@ -81,7 +81,6 @@ TEST(Section, HasBitsFromItsBack) {
 TEST(Section, HoldsItsWordsAndItsBitsAndNothingElse) {
   std::mt19937 random(1);
   const std::vector<uint16_t> frequencies = frequencies_of(60, random);
-  const std::vector<SymbolSlots> slots = slots_of(frequencies);
   const CondensedHead head = head_of(0, {kOneSymbol}, frequencies);
   for (const uint32_t count : {0u, 1u, 2u, 50u, 1000u}) {
     SectionWriter writer;
@@ -90,7 +89,7 @@ TEST(Section, HoldsItsWordsAndItsBitsAndNothingElse) {
       do tokens.push_back(static_cast<uint32_t>(random() % 60));
       while (frequencies[tokens.back()] == 0 && (tokens.pop_back(), true));
       bits.push_back(static_cast<uint32_t>(random() % 2));
-      writer.code(slots[tokens.back()]);
+      writer.code(head.token_tables[0].shares[tokens.back()]);
       writer.code_bit(bits.back() != 0, 1 + i % (kSlots - 1));
       writer.plain().bits(tokens.back(), 7);
     }
@@ -136,7 +135,6 @@ TEST(Tokens, CoverAllSymbols) {
 TEST(Tokens, DecodeToTheirSymbolsInStep) {
   std::mt19937 random(2);
   const std::vector<uint16_t> frequencies = frequencies_of(kTokenCount, random);
-  const std::vector<SymbolSlots> slots = slots_of(frequencies);
   const CondensedHead head = head_of(0, {kOneSymbol}, frequencies);
   constexpr uint32_t kSequences = 9;
   TokenSequence sequences[kSequences];
@@ -152,7 +150,7 @@ TEST(Tokens, DecodeToTheirSymbolsInStep) {
       while (frequencies[token] == 0) --token;
       const TokenBits bits = token_bits(token);
       const auto low = static_cast<uint32_t>(random() & ((uint64_t{1} << bits.bit_count) - 1));
-      writer.code(slots[token]);
+      writer.code(head.token_tables[0].shares[token]);
       writer.plain().bits(low, bits.bit_count);
       expected[n].push_back(bits.base + low);
     }
@@ -176,7 +174,6 @@ TEST(BorderPart, DecodesAlone) {
   std::vector<uint16_t> frequencies(kTokenCount, 35);
   frequencies[0] = static_cast<uint16_t>(kSlots - 35 * (kTokenCount - 1));
   const CondensedHead head = head_of(0, {kOneSymbol}, frequencies);
-  const std::vector<SymbolSlots> slots = slots_of(frequencies);
   constexpr uint32_t kComponents = 3, kCount = 200;
   std::mt19937 random(3);
   SectionWriter writer;
@@ -188,7 +185,7 @@ TEST(BorderPart, DecodesAlone) {
     const auto symbol = static_cast<uint32_t>(fold(wrapping_sub(values[i], before)));
     uint32_t token = kTokenCount - 1;
     while (token_bits(token).base > symbol) --token;
-    writer.code(slots[token]);
+    writer.code(head.token_tables[0].shares[token]);
     writer.plain().bits(symbol - token_bits(token).base, token_bits(token).bit_count);
   }
   Bytes bytes = {9, 9, 9, 9, 9, 9};  // another section
@@ -225,12 +222,8 @@ TEST(ContextSymbols, DependOnTheLastSymbols) {
   constexpr std::array<uint32_t, 5> kCodes = {kC, kS, kL, kR, kE};
   for (uint32_t k = 0, count = 1; k <= 5; ++k, count *= SymbolContext::kCount) {
     std::mt19937 random(k);
-    std::vector<std::vector<SymbolSlots>> slots;
     std::vector<std::vector<uint16_t>> contexts;
-    for (uint32_t c = 0; c < count; ++c) {
-      contexts.push_back(frequencies_of(5, random));
-      slots.push_back(slots_of(contexts.back()));
-    }
+    for (uint32_t c = 0; c < count; ++c) contexts.push_back(frequencies_of(5, random));
     const CondensedHead head = head_of(k, contexts, {});
     SectionWriter writer;
     std::vector<uint8_t> expected = {kE}, decoded(3000);
@@ -238,7 +231,7 @@ TEST(ContextSymbols, DependOnTheLastSymbols) {
     while (expected.size() < decoded.size()) {
       uint32_t symbol = static_cast<uint32_t>(random() % 5);
       if (symbol == 2) symbol = 0;
-      writer.code(slots[context][symbol]);
+      writer.code(head.contexts[context].shares[symbol]);
       expected.push_back(static_cast<uint8_t>(kCodes[symbol]));
       context = (5 * context + symbol) % count;
     }

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "encoder/out_of_core/spill.h"
+#include "encoder/spill.h"
 #include "src/container/decode_backend.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/container_decoder.h"
@@ -42,6 +42,17 @@ class GrowingContainer {
   // append: keeps the walks, to which later streams refer. Errors: kIo, kInvalidInput.
   Expected<Mesh> decode_last(std::span<const AttributeRequest> requests, const ThreadPool& pool);
 
+  // The streams, their parts of the stitch map and their headers, in memory.
+  struct Opened {
+    std::vector<uint8_t> bytes;
+    PatchContainer container;
+  };
+  // All streams so far. Errors: kIo, kInvalidInput.
+  Expected<Opened> open() const { return open_from(0); }
+
+  // The bytes of the whole container as it is now.
+  uint64_t size() const { return write_front().size() + maps_->size() + streams_->size(); }
+
   // Whether decoders will take the memory that the whole mesh needs. Errors: kInvalidInput, kUnsupported.
   Status check_size(std::span<const AttributeRequest> requests) const;
 
@@ -50,7 +61,10 @@ class GrowingContainer {
 
  private:
   GrowingContainer() = default;
-  Expected<PatchContainer> open_last(std::span<const uint8_t> maps, std::span<const uint8_t> streams) const;
+  std::vector<uint8_t> write_front() const {
+    return write_container(entries(), directory_.has_residue, {}, {});
+  }
+  Expected<Opened> open_from(uint32_t first) const;
   Status load_walks(const PatchContainer& window, ContainerDecoder& decoder);
   Status keep_walks(ContainerDecoder& decoder);
 

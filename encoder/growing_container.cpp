@@ -1,4 +1,4 @@
-#include "encoder/out_of_core/growing_container.h"
+#include "encoder/growing_container.h"
 
 #include <algorithm>
 #include <utility>
@@ -51,13 +51,6 @@ Status append_all(std::span<const std::vector<uint8_t>> parts, Spill& spill) {
   return {};
 }
 
-// The last `count` bytes.
-Expected<std::vector<uint8_t>> read_end(StoredBytes& bytes, uint64_t count) {
-  std::vector<uint8_t> read(static_cast<size_t>(count));
-  if (Status status = bytes.read(bytes.size() - count, read); !status.ok()) return status;
-  return read;
-}
-
 uint64_t sum_of(std::span<const StreamEntry> entries, uint32_t StreamEntry::*column) {
   uint64_t sum = 0;
   for (const StreamEntry& entry : entries) sum += entry.*column;
@@ -103,20 +96,30 @@ Status GrowingContainer::append(std::span<const StreamEntry> entries,
   return append_all(streams, *streams_);
 }
 
-// The container with the bytes and the headers of its last streams.
-Expected<PatchContainer> GrowingContainer::open_last(std::span<const uint8_t> maps,
-                                                     std::span<const uint8_t> streams) const {
-  PatchContainer window = directory_;
-  window.headers.resize(last_.end);
-  window.stitch.resize(last_.end);
-  window.streams.resize(last_.end);
-  for (uint32_t i = last_.first; i < last_.end; ++i) {
-    const StreamEntry& entry = window.entries[i];
-    window.stitch[i] = maps.first(entry.stitch_bytes);
-    window.streams[i] = streams.first(entry.stream_bytes);
+// The streams from `first` to the last.
+Expected<GrowingContainer::Opened> GrowingContainer::open_from(uint32_t first) const {
+  const std::span<const StreamEntry> rows = entries().subspan(first);
+  const uint64_t map_bytes = sum_of(rows, &StreamEntry::stitch_bytes);
+  const uint64_t stream_bytes = sum_of(rows, &StreamEntry::stream_bytes);
+  Opened opened{std::vector<uint8_t>(static_cast<size_t>(map_bytes + stream_bytes)), directory_};
+  std::span<uint8_t> maps = std::span(opened.bytes).first(static_cast<size_t>(map_bytes));
+  std::span<uint8_t> streams = std::span(opened.bytes).subspan(static_cast<size_t>(map_bytes));
+  Status status = maps_->read(maps_->size() - map_bytes, maps);
+  if (status.ok()) status = streams_->read(streams_->size() - stream_bytes, streams);
+  if (!status.ok()) return status;
+
+  PatchContainer& container = opened.container;
+  container.bytes = opened.bytes;
+  container.headers.resize(stream_count());
+  container.stitch.resize(stream_count());
+  container.streams.resize(stream_count());
+  for (uint32_t i = first; i < stream_count(); ++i) {
+    const StreamEntry& entry = container.entries[i];
+    container.stitch[i] = maps.first(entry.stitch_bytes);
+    container.streams[i] = streams.first(entry.stream_bytes);
     maps = maps.subspan(entry.stitch_bytes);
     streams = streams.subspan(entry.stream_bytes);
-    Expected<core::StreamHeader> header = read_stream_header(window.streams[i]);
+    Expected<core::StreamHeader> header = read_stream_header(container.streams[i]);
     if (!header) return header.status().at({.patch = i});
     const bool is_residue = i >= directory_.patch_count();
     const uint32_t faces = header->counts.face_count;
@@ -124,11 +127,9 @@ Expected<PatchContainer> GrowingContainer::open_last(std::span<const uint8_t> ma
       return invalid_input("a patch is not an Edgebreaker mesh, or the residue is one", {.patch = i});
     if (is_residue ? faces < entry.face_count : faces != entry.face_count)
       return differs_from_directory("faces", faces, entry.face_count).at({.patch = i});
-    window.headers[i] = *header;
+    container.headers[i] = *header;
   }
-  // A decoder skips the walks if no row has references. Later streams will refer to these walks.
-  if (!window.has_residue) window.entries.push_back({.reference_count = 1});
-  return window;
+  return opened;
 }
 
 // Gives the decoder the walks of earlier streams that runs name.
@@ -161,23 +162,20 @@ Status GrowingContainer::keep_walks(ContainerDecoder& decoder) {
 
 Expected<Mesh> GrowingContainer::decode_last(std::span<const AttributeRequest> requests,
                                              const ThreadPool& pool) {
-  const std::span<const StreamEntry> rows = entries().subspan(last_.first);
-  const Expected<std::vector<uint8_t>> maps = read_end(*maps_, sum_of(rows, &StreamEntry::stitch_bytes));
-  if (!maps) return maps.status();
-  const Expected<std::vector<uint8_t>> streams = read_end(*streams_, sum_of(rows, &StreamEntry::stream_bytes));
-  if (!streams) return streams.status();
-  const Expected<PatchContainer> window = open_last(*maps, *streams);
-  if (!window) return window.status();
-
+  Expected<Opened> opened = open_from(last_.first);
+  if (!opened) return opened.status();
+  PatchContainer& window = opened->container;
+  // A decoder skips the walks if no row has references. Later streams will refer to these walks.
+  if (!window.has_residue) window.entries.push_back({.reference_count = 1});
   Mesh mesh;
   const Expected<PrimitiveBuffers> out =
       allocate_mesh(point_count() - first_point(last_.first), face_count() - directory_.face_base[last_.first],
-                    requests, maps->size() + streams->size(), mesh);
+                    requests, opened->bytes.size(), mesh);
   if (!out) return out.status();
   const Watch watch;
   const uint32_t count = last_.end - last_.first, groups = count / core::kInStep;
   Steps steps(watch, count);
-  ContainerDecoder decoder({&*window, requests}, last_, *out, pool, steps);
+  ContainerDecoder decoder({&window, requests}, last_, *out, pool, steps);
   pool.for_each(groups + count % core::kInStep, [&](size_t task) {
     const auto i = static_cast<uint32_t>(task);
     if (i < groups)
@@ -187,7 +185,7 @@ Expected<Mesh> GrowingContainer::decode_last(std::span<const AttributeRequest> r
   });
   for (uint32_t i = last_.first; i < last_.end; ++i)
     if (Status status = decoder.stitched(i).status; !status.ok()) return status;
-  if (Status status = load_walks(*window, decoder); !status.ok()) return status;
+  if (Status status = load_walks(window, decoder); !status.ok()) return status;
   for (uint32_t i = last_.first; i < last_.end; ++i) {
     if (Status status = decoder.resolve_references(i).at({.patch = i}); !status.ok()) return status;
     decoder.write_references(i);
@@ -204,8 +202,7 @@ Status GrowingContainer::check_size(std::span<const AttributeRequest> requests) 
 
 std::unique_ptr<StoredBytes> GrowingContainer::finish() {
   walks_.reset();
-  return std::make_unique<JoinedBytes>(write_container(entries(), directory_.has_residue, {}, {}),
-                                       std::move(maps_), std::move(streams_));
+  return std::make_unique<JoinedBytes>(write_front(), std::move(maps_), std::move(streams_));
 }
 
 }  // namespace psplit

@@ -1,19 +1,20 @@
-#include "encoder/out_of_core/encode_parts.h"
+#include "encoder/encode_parts.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <unordered_map>
 #include <utility>
 
+#include "encoder/condensing/condense.h"
 #include "encoder/draco/patch_stream.h"
 #include "encoder/encode_streams.h"
-#include "encoder/out_of_core/growing_container.h"
+#include "encoder/growing_container.h"
+#include "encoder/verify.h"
 #include "encoder/welding/reduce.h"
 #include "encoder/welding/weld.h"
+#include "src/container/patch_container.h"
+#include "src/cpu/cpu_backend.h"
 #include "src/stopwatch.h"
 
 namespace psplit {
@@ -39,37 +40,9 @@ Status check_shared_points(const MeshPart& part, uint32_t shared_count) {
   return {};
 }
 
-// Bounds that grow. The comparisons are those of accessors in memory (gltf_ext/primitive/accessors.cpp).
-template <typename T>
 void extend(const Attribute& attribute, uint32_t point_count, ValueBounds& bounds) {
-  for (size_t component = 0; component < attribute.component_count; ++component) {
-    double& least = bounds.least[component];
-    double& most = bounds.most[component];
-    for (size_t point = 0; point < point_count; ++point) {
-      T value;
-      std::memcpy(&value, &attribute.values[(point * attribute.component_count + component) * sizeof(T)],
-                  sizeof(T));
-      const auto number = static_cast<double>(value);
-      if (!std::isfinite(number)) continue;
-      least = std::min(least, number);
-      most = std::max(most, number);
-    }
-  }
-}
-
-void extend(const Attribute& attribute, uint32_t point_count, ValueBounds& bounds) {
-  if (bounds.least.empty()) {
-    bounds.least.assign(attribute.component_count, std::numeric_limits<double>::infinity());
-    bounds.most.assign(attribute.component_count, -std::numeric_limits<double>::infinity());
-  }
-  switch (attribute.component_type) {
-    case ComponentType::kInt8: return extend<int8_t>(attribute, point_count, bounds);
-    case ComponentType::kUint8: return extend<uint8_t>(attribute, point_count, bounds);
-    case ComponentType::kInt16: return extend<int16_t>(attribute, point_count, bounds);
-    case ComponentType::kUint16: return extend<uint16_t>(attribute, point_count, bounds);
-    case ComponentType::kUint32: return extend<uint32_t>(attribute, point_count, bounds);
-    case ComponentType::kFloat32: return extend<float>(attribute, point_count, bounds);
-  }
+  bounds.add(attribute.component_type, attribute.component_count, attribute.values.data(), point_count,
+             attribute.stride());
 }
 
 // Some of the bytes of a spill.
@@ -85,11 +58,11 @@ class PieceOfSpill : public StoredBytes {
   const uint64_t begin_, size_;
 };
 
-constexpr uint32_t kNone = 0xffffffffu;
+constexpr uint32_t kNoNumber = 0xffffffffu;
 
-// For each point of the part its number among shared points, or kNone.
+// For each point of the part its number among shared points, or kNoNumber.
 std::vector<uint32_t> shared_numbers_of(const MeshPart& part) {
-  std::vector<uint32_t> numbers(part.mesh.point_count, kNone);
+  std::vector<uint32_t> numbers(part.mesh.point_count, kNoNumber);
   for (size_t i = 0; i < part.shared_points.size(); ++i)
     numbers[part.shared_points[i]] = part.shared_numbers[i];
   return numbers;
@@ -140,9 +113,9 @@ void Leftovers::add(const MeshPart& from, std::span<const uint32_t> number_in_pa
     for (const uint32_t point : face)
       use[point] = std::max<uint8_t>(use[point], repeats_a_point(face) ? kInLeftovers : kInPatches);
   const std::vector<uint32_t> shared = shared_numbers_of(from);
-  std::vector<uint32_t> place(from.mesh.point_count, kNone);
+  std::vector<uint32_t> place(from.mesh.point_count, kNoNumber);
   for (uint32_t point = 0; point < from.mesh.point_count; ++point) {
-    const bool is_shared = shared[point] != kNone;
+    const bool is_shared = shared[point] != kNoNumber;
     if (use[point] == kInPatches || (use[point] == kUnused && is_shared)) continue;
     const auto known = is_shared ? point_of_shared.find(shared[point]) : point_of_shared.end();
     if (known != point_of_shared.end()) {
@@ -151,7 +124,7 @@ void Leftovers::add(const MeshPart& from, std::span<const uint32_t> number_in_pa
     }
     place[point] = add_point(from.mesh, point);
     const uint32_t number = number_in_patches[point];
-    owners.push_back(number == kNone ? PointOwner() : owners_in_patches[number]);
+    owners.push_back(number == kNoNumber ? PointOwner() : owners_in_patches[number]);
     if (!is_shared) continue;
     point_of_shared[shared[point]] = place[point];
     part.shared_points.push_back(place[point]);
@@ -161,18 +134,14 @@ void Leftovers::add(const MeshPart& from, std::span<const uint32_t> number_in_pa
     if (repeats_a_point(face)) part.mesh.faces.push_back({place[face[0]], place[face[1]], place[face[2]]});
 }
 
-void finish_bounds(std::vector<ValueBounds>& bounds) {
-  for (ValueBounds& bound : bounds)
-    for (size_t i = 0; i < bound.least.size(); ++i)
-      if (bound.least[i] > bound.most[i]) bound.least[i] = bound.most[i] = 0;
-}
-
 // The part that is encoded, and the containers that have the parts before it.
 class PartsEncoder {
  public:
-  PartsEncoder(uint32_t shared_count, std::span<const AttributeCoding> codings, const PartsOptions& options,
-               const MakeSpill& make_spill, const ThreadPool& pool)
-      : codings_(codings),
+  // `is_whole`: there is one part, which is the whole mesh.
+  PartsEncoder(bool is_whole, uint32_t shared_count, std::span<const AttributeCoding> codings,
+               const PartsOptions& options, const MakeSpill& make_spill, const ThreadPool& pool)
+      : is_whole_(is_whole),
+        codings_(codings),
         options_(options),
         make_spill_(make_spill),
         pool_(pool),
@@ -187,17 +156,16 @@ class PartsEncoder {
   // Points and faces that a container must have room for, beside those that are appended.
   using Room = StreamEntry;
 
-  bool is_alone() const { return options_.streams.alone == Alone::kAll; }
   uint32_t stream_count() const {
     return container_ ? container_->stream_count() : static_cast<uint32_t>(encoded_.containers.size());
   }
   Expected<Streams> encode_streams_of(const Mesh& mesh);
-  Status encode_alone(const MeshPart& part);
+  Status append_alone(const MeshPart& part, Streams& streams);
   Status encode_patches(const MeshPart& part, const Room& room);
   Status encode_with_leftovers(const MeshPart& part);
   Status encode_leftovers();
   bool is_full() const;
-  Status condense(PartsContainer& container);
+  Status condense(PartsContainer& finished);
   std::vector<PointOwner> known_owners(const MeshPart& part, std::vector<PointOwner> owners) const;
   Status append(const MeshPart& part, const Streams& streams, const Room& room);
   Expected<bool> append_if_there_is_room(const MeshPart& part, const Streams& streams,
@@ -206,6 +174,7 @@ class PartsEncoder {
   Status check_written(const MeshPart& part);
   Status verify(const MeshPart& part, Mesh& decoded);
 
+  const bool is_whole_;
   const std::span<const AttributeCoding> codings_;
   const PartsOptions& options_;
   const MakeSpill& make_spill_;
@@ -222,13 +191,17 @@ class PartsEncoder {
   std::vector<std::pair<uint32_t, uint32_t>> foreign_;
   std::vector<uint32_t> source_point_;  // the point of the part for each point that the part owns
   uint32_t first_stream_ = 0;           // of the part
+  Mesh decoded_;                        // the whole mesh
   uint64_t bytes_ = 0;
   EncodedParts encoded_;
 };
 
 Expected<Streams> PartsEncoder::encode_streams_of(const Mesh& mesh) {
+  const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
   const uint64_t size = std::max<uint64_t>(1, options_.patch_faces);
-  const auto patch_count = static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
+  const uint32_t patch_count =
+      is_whole_ ? options_.streams.patch_count
+                : static_cast<uint32_t>(std::max<uint64_t>(1, (mesh.faces.size() + size / 2) / size));
   Expected<Streams> streams =
       encode_streams(mesh, codings_, options_.streams, patch_count, pool_, encoded_.statistics);
   const Status status = streams.status();
@@ -253,36 +226,54 @@ Status PartsEncoder::finish_container() {
   if (!container_) return {};
   if (Status status = container_->check_size(encoded_.requests); !status.ok())
     return runtime_failure("verification: " + status.to_string());
-  finish_bounds(bounds_);
-  PartsContainer& finished = encoded_.containers.emplace_back();
+  PartsContainer finished;
   finished.entries.assign(container_->entries().begin(), container_->entries().end());
   finished.point_count = container_->point_count();
   finished.used_point_count = finished.point_count - unused_count_;
   finished.face_count = container_->face_count();
-  finished.bounds = std::move(bounds_);
-  finished.bytes = container_->finish();
+  if (options_.streams.condense)
+    if (Status status = condense(finished); !status.ok()) return status;
+  if (!finished.bytes) finished.bytes = container_->finish();
   container_.reset();
-  return options_.streams.condense ? condense(finished) : Status();
+  if (is_whole_) {
+    finished.decoded = std::move(decoded_);
+    finished.source_point = std::move(source_point_);
+  } else {
+    for (ValueBounds& bounds : bounds_) bounds.finish();
+    finished.bounds = std::move(bounds_);
+  }
+  encoded_.containers.push_back(std::move(finished));
+  return {};
 }
 
-// Replaces the container by a condensed one, if that is smaller.
-Status PartsEncoder::condense(PartsContainer& container) {
-  std::vector<uint8_t> plain(static_cast<size_t>(container.bytes->size()));
-  if (Status status = container.bytes->read(0, plain); !status.ok()) return status;
-  const Expected<PatchContainer> opened = open_container(plain);
-  if (!opened) return runtime_failure("verification: " + opened.status().to_string());
-  const EncodeOptions& options = options_.streams;
-  const Expected<std::vector<uint8_t>> condensed = condense_and_verify(
-      *opened, encoded_.requests, options.condense_smallest, options.verify, pool_, encoded_.statistics);
-  if (!condensed || condensed->empty()) return condensed.status();
-  const Expected<PatchContainer> after = open_container(*condensed);
-  if (!after) return after.status();
-  container.entries = after->entries;
-  container.head_bytes = after->head_bytes;
+// Stores the current container condensed, if that is smaller.
+Status PartsEncoder::condense(PartsContainer& finished) {
+  const Stopwatch encode_time;
+  const Expected<GrowingContainer::Opened> opened = container_->open();
+  if (!opened) return opened.status();
+  const PatchContainer& plain = opened->container;
+  // A single stream can also be stored without a container.
+  const uint64_t plain_bytes = plain.entries.size() == 1 ? plain.stream_bytes() : container_->size();
+  std::optional<CondensedContainer> condensed =
+      condense_container(plain, plain_bytes, options_.streams.condense_smallest, pool_);
+  encoded_.statistics.encode_ms += encode_time.ms();
+  if (!condensed) return {};
+  if (options_.streams.verify) {
+    const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
+    // The parts of a mesh are not in memory any more.
+    std::optional<Expected<Mesh>> decoded;
+    if (!is_whole_) decoded = cpu_backend().decode(plain, encoded_.requests, pool_);
+    if (decoded && !*decoded) return runtime_failure("verification: " + decoded->status().to_string());
+    Status status =
+        verify_condensed(condensed->bytes, encoded_.requests, decoded ? **decoded : decoded_, pool_);
+    if (!status.ok()) return status;
+  }
   Expected<std::unique_ptr<Spill>> spill = make_spill_();
   if (!spill) return spill.status();
-  Status status = (*spill)->append(*condensed);
-  container.bytes = std::move(*spill);
+  Status status = (*spill)->append(condensed->bytes);
+  finished.bytes = std::move(*spill);
+  finished.entries = std::move(condensed->entries);
+  finished.head_bytes = condensed->head_bytes;
   return status;
 }
 
@@ -323,6 +314,7 @@ Expected<bool> PartsEncoder::append_if_there_is_room(const MeshPart& part, const
 }
 
 Status PartsEncoder::append(const MeshPart& part, const Streams& streams, const Room& room) {
+  const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
   if (!container_)
     if (Status status = begin_container(); !status.ok()) return status;
   const Mesh& left = leftovers_.part.mesh;
@@ -359,7 +351,7 @@ Status PartsEncoder::verify(const MeshPart& part, Mesh& decoded) {
       number = decoded.point_count + static_cast<uint32_t>(found - foreign_.begin());
     }
   return verify_mesh(part.mesh, codings_, decoded, source_point, static_cast<uint32_t>(foreign_.size()), false,
-                     encoded_.statistics);
+                     encoded_.statistics.position_error);
 }
 
 // Decodes the part from the spills, for the bounds and to verify it.
@@ -371,29 +363,38 @@ Status PartsEncoder::check_written(const MeshPart& part) {
     if (status.code() == StatusCode::kIo) return status;
     return runtime_failure("verification: " + status.message(), status.place());
   }
-  for (size_t i = 0; i < bounds_.size(); ++i) extend(decoded->attributes[i], decoded->point_count, bounds_[i]);
-  return options_.streams.verify ? verify(part, *decoded) : Status();
+  for (size_t i = 0; i < bounds_.size() && !is_whole_; ++i)
+    extend(decoded->attributes[i], decoded->point_count, bounds_[i]);
+  Status status = options_.streams.verify ? verify(part, *decoded) : Status();
+  if (is_whole_) decoded_ = std::move(*decoded);  // verify() renames no point of a whole mesh
+  return status;
 }
 
-// A part without leftovers.
+// A part without leftovers, or a whole mesh.
 Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
-  {
-    const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
-    const Expected<Streams> streams = encode_streams_of(part.mesh);
-    if (!streams) return streams.status();
-    if (Status status = append(part, *streams, room); !status.ok()) return status;
-  }
-  return check_written(part);
+  const EncodeOptions& options = options_.streams;
+  Expected<Streams> streams = encode_streams_of(part.mesh);
+  if (!streams) return streams.status();
+  const bool may_be_alone = streams->may_be_alone(options.alone);
+  if (may_be_alone && (!options.condense || options.alone == Alone::kAll)) return append_alone(part, *streams);
+  if (Status status = append(part, *streams, room); !status.ok()) return status;
+  if (!may_be_alone) *streams = Streams();
+  Status status = check_written(part);
+  if (!status.ok() || !may_be_alone) return status;
+  // The container takes fewer bytes than the stream only if it is condensed.
+  if (status = finish_container(); !status.ok() || encoded_.containers.back().head_bytes > 0) return status;
+  encoded_.containers.pop_back();
+  return append_alone(part, *streams);
 }
 
 Status PartsEncoder::encode_with_leftovers(const MeshPart& part) {
   ReducedMesh reduced =
       reduce(part.mesh, {.keep_duplicates = true, .drop_degenerate = true, .drop_unused = true});
-  std::vector<uint32_t> number(part.mesh.point_count, kNone);
+  std::vector<uint32_t> number(part.mesh.point_count, kNoNumber);
   for (uint32_t i = 0; i < reduced.source_point.size(); ++i) number[reduced.source_point[i]] = i;
   MeshPart patches{std::move(reduced.mesh), {}, {}};
   for (size_t i = 0; i < part.shared_points.size(); ++i) {
-    if (number[part.shared_points[i]] == kNone) continue;
+    if (number[part.shared_points[i]] == kNoNumber) continue;
     patches.shared_points.push_back(number[part.shared_points[i]]);
     patches.shared_numbers.push_back(part.shared_numbers[i]);
   }
@@ -445,42 +446,47 @@ Status PartsEncoder::encode_leftovers() {
 }
 
 // Each stream of the part alone.
-Status PartsEncoder::encode_alone(const MeshPart& part) {
-  Expected<Streams> streams = Streams();
-  {
-    const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
-    streams = encode_streams_of(part.mesh);
-    if (!streams) return streams.status();
-    std::vector<uint8_t> is_known(part.mesh.point_count, 0);
-    for (size_t i = 0; i < part.shared_points.size(); ++i)
-      is_known[part.shared_points[i]] =
-          std::exchange(shared_owners_[part.shared_numbers[i]].stream, 0u) == PointOwner::kNone ? 0 : 1;
-    const Expected<std::vector<StreamEntry>> entries = make_lone_entries(*streams, std::move(is_known));
-    if (!entries) return entries.status();
-    if (!lone_) {
-      Expected<std::unique_ptr<Spill>> made = make_spill_();
-      if (!made) return made.status();
-      lone_ = std::move(*made);
+Status PartsEncoder::append_alone(const MeshPart& part, Streams& streams) {
+  if (options_.streams.verify) {
+    const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
+    Status status = verify_alone(part.mesh, codings_, streams, encoded_.statistics);
+    if (!status.ok()) return status;
+  }
+  const ScopedStopwatch encode_time(encoded_.statistics.encode_ms);
+  std::vector<uint8_t> is_known(part.mesh.point_count, 0);
+  for (size_t i = 0; i < part.shared_points.size(); ++i)
+    is_known[part.shared_points[i]] =
+        std::exchange(shared_owners_[part.shared_numbers[i]].stream, 0u) == PointOwner::kNone ? 0 : 1;
+  const Expected<std::vector<StreamEntry>> entries = make_lone_entries(streams, std::move(is_known));
+  if (!entries) return entries.status();
+  if (!lone_) {
+    Expected<std::unique_ptr<Spill>> made = make_spill_();
+    if (!made) return made.status();
+    lone_ = std::move(*made);
+  }
+  for (size_t i = 0; i < entries->size(); ++i) {
+    Mesh& decoded = streams.decoded[i];
+    const std::vector<uint8_t>& bytes = streams.bytes[i];
+    PartsContainer& alone = encoded_.containers.emplace_back();
+    alone.is_alone = true;
+    alone.bytes = std::make_unique<PieceOfSpill>(lone_, lone_->size(), bytes.size());
+    alone.entries = {(*entries)[i]};
+    alone.point_count = alone.used_point_count = decoded.point_count;
+    alone.face_count = static_cast<uint32_t>(decoded.faces.size());
+    if (Status status = lone_->append(bytes); !status.ok()) return status;
+    bytes_ += bytes.size();
+    if (is_whole_) {
+      alone.decoded = std::move(decoded);
+      alone.source_point = std::move(streams.owned[i].points);
+      continue;
     }
-    for (size_t i = 0; i < entries->size(); ++i) {
-      const Mesh& decoded = streams->decoded[i];
-      const std::vector<uint8_t>& bytes = streams->bytes[i];
-      PartsContainer& alone = encoded_.containers.emplace_back();
-      alone.bytes = std::make_unique<PieceOfSpill>(lone_, lone_->size(), bytes.size());
-      alone.entries = {(*entries)[i]};
-      alone.point_count = alone.used_point_count = decoded.point_count;
-      alone.face_count = static_cast<uint32_t>(decoded.faces.size());
-      alone.bounds.resize(codings_.size());
-      for (size_t k = 0; k < codings_.size(); ++k)
-        extend(decoded.attributes[k], decoded.point_count, alone.bounds[k]);
-      finish_bounds(alone.bounds);
-      if (Status status = lone_->append(bytes); !status.ok()) return status;
-      bytes_ += bytes.size();
+    alone.bounds.resize(codings_.size());
+    for (size_t k = 0; k < codings_.size(); ++k) {
+      extend(decoded.attributes[k], decoded.point_count, alone.bounds[k]);
+      alone.bounds[k].finish();
     }
   }
-  if (!options_.streams.verify) return {};
-  const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
-  return verify_alone(part.mesh, codings_, *streams, encoded_.statistics);
+  return {};
 }
 
 Status PartsEncoder::encode(const MeshPart& part) {
@@ -490,8 +496,9 @@ Status PartsEncoder::encode(const MeshPart& part) {
   if (encoded_.requests.empty()) encoded_.requests = stream_requests(part.mesh);
   if (!same_attributes(encoded_.requests, part.mesh))
     return invalid_input("its attributes are not those of part 0");
-  if (is_alone()) return encode_alone(part);
-  Status status = is_regular(part.mesh) ? encode_patches(part, {}) : encode_with_leftovers(part);
+  // A residue is the last stream. So other parts may follow only if patches hold all of this one.
+  const bool is_last = is_whole_ || options_.streams.alone == Alone::kAll;
+  Status status = is_last || is_regular(part.mesh) ? encode_patches(part, {}) : encode_with_leftovers(part);
   return status.ok() && is_full() ? finish_container() : std::move(status);
 }
 
@@ -505,7 +512,10 @@ Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeC
                                     const PartsOptions& options, const MakeSpill& make_spill,
                                     const ThreadPool& pool) {
   if (parts.part_count() == 0) return invalid_input("the mesh has no triangles");
-  PartsEncoder encoder(parts.shared_count(), codings, options, make_spill, pool);
+  PartsOptions of_parts = options;
+  if (of_parts.streams.alone == Alone::kWhole) of_parts.streams.alone = Alone::kNone;
+  of_parts.streams.patch_of_face = {};
+  PartsEncoder encoder(false, parts.shared_count(), codings, of_parts, make_spill, pool);
   for (uint32_t i = 0; i < parts.part_count(); ++i) {
     const Expected<MeshPart> part = parts.read(i);
     if (!part) return in_part(i, part.status());
@@ -514,6 +524,17 @@ Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeC
       if (Status status = options.part_written(encoder.bytes()); !status.ok()) return status;
   }
   if (Status status = encoder.finish_container(); !status.ok()) return status;
+  return encoder.take();
+}
+
+Expected<EncodedParts> encode_whole(const MeshPart& part, std::span<const AttributeCoding> codings,
+                                    const EncodeOptions& options, const ThreadPool& pool) {
+  const PartsOptions as_parts{.streams = options};
+  const MakeSpill make_spill = make_memory_spill;
+  PartsEncoder encoder(true, 0, codings, as_parts, make_spill, pool);
+  Status status = encoder.encode(part);
+  if (status.ok()) status = encoder.finish_container();
+  if (!status.ok()) return status;
   return encoder.take();
 }
 

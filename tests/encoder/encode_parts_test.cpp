@@ -1,5 +1,5 @@
 // A mesh that is encoded part by part comes back as one mesh, however it is cut.
-#include "encoder/out_of_core/encode_parts.h"
+#include "encoder/encode_parts.h"
 
 #include <cmath>
 #include <cstring>

@@ -1,10 +1,13 @@
 // Bytes that do not have to fit into memory, for example in a temporary file.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "src/status.h"
 
@@ -28,5 +31,23 @@ class Spill : public StoredBytes {
 
 // Makes an empty spill. Errors: kIo.
 using MakeSpill = std::function<Expected<std::unique_ptr<Spill>>()>;
+
+// Bytes in memory.
+class MemorySpill : public Spill {
+ public:
+  uint64_t size() const override { return bytes_.size(); }
+  Status read(uint64_t offset, std::span<uint8_t> to) override {
+    std::copy_n(bytes_.begin() + static_cast<std::ptrdiff_t>(offset), to.size(), to.begin());
+    return {};
+  }
+  Status append(std::span<const uint8_t> bytes) override {
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+    return {};
+  }
+
+ private:
+  std::vector<uint8_t> bytes_;
+};
+inline Expected<std::unique_ptr<Spill>> make_memory_spill() { return std::unique_ptr<Spill>(new MemorySpill); }
 
 }  // namespace psplit

@@ -1,14 +1,15 @@
-// Encodes a mesh that does not fit into memory: one part after the other, into one container. Its
-// patches are those of the first part, then those of the second, and so on. The stitch map refers to patches of
-// earlier parts as it does within a part, so the container decodes to one mesh, without cracks and without a
-// point twice.
+// Encodes a mesh as a sequence of parts: one after the other, into one container. A mesh that is in memory is
+// one part (encode_mesh); one that does not fit into memory is cut into several. The container's patches are
+// those of the first part, then those of the second, and so on. The stitch map refers to patches of earlier
+// parts as it does within a part, so the container decodes to one mesh, without cracks and without a point
+// twice.
 //
 // Memory: what encode_mesh takes for the largest part, its streams included, and
 //   16 bytes for each point that parts share,
 //   the points and faces of a container's residue, and 30 bytes for each of these points,
 //   40 bytes for each patch of the container, twice while its arrays grow,
 //   584 more for each patch while a part is verified.
-//   with streams.condense: a container, what condense takes for it, and twice what it decodes to.
+//   with streams.condense: a container, what condense takes for it, and to verify it twice what it decodes to.
 // Streams, stitch maps and border walks are in spills: about the container's size, and 4 bytes for each point
 // at the border of a patch.
 #pragma once
@@ -21,12 +22,14 @@
 
 #include "encoder/coding/attribute_coding.h"
 #include "encoder/encode_mesh.h"
-#include "encoder/out_of_core/mesh_parts.h"
-#include "encoder/out_of_core/spill.h"
+#include "encoder/mesh_parts.h"
 #include "encoder/partition/partition.h"
+#include "encoder/spill.h"
 #include "src/container/decode_backend.h"
 #include "src/container/stream_entry.h"
 #include "src/export.h"
+#include "src/mesh/mesh.h"
+#include "src/mesh/value_bounds.h"
 #include "src/parallel.h"
 #include "src/status.h"
 
@@ -35,7 +38,8 @@ namespace psplit {
 struct PartsOptions {
   uint64_t patch_faces = 30000;  // a part of F faces gets round(F / patch_faces) patches, at least 1
   // For the streams of all parts. Parts choose what is merged and dropped themselves. With Alone::kAll there
-  // are no containers: each stream is alone. Otherwise none is. patch_count and patch_of_face have no effect.
+  // are no containers: each stream is alone. Otherwise none is. Only encode_whole uses patch_count and
+  // patch_of_face.
   EncodeOptions streams{};
   // The most points of a container. The part that would exceed it begins another container.
   uint64_t most_points = 0xfffffffe;
@@ -48,13 +52,9 @@ struct PartsOptions {
   std::function<Status(uint64_t)> part_written{};
 };
 
-// The least and the largest finite value of each component; 0 if no value is finite.
-struct ValueBounds {
-  std::vector<double> least, most;
-};
-
 // A container, or a stream that is alone.
 struct PartsContainer {
+  bool is_alone = false;
   std::unique_ptr<StoredBytes> bytes;  // all of it
   std::vector<StreamEntry> entries;    // the directory's rows; that of a stream alone has no stitch map
   uint32_t point_count = 0;
@@ -62,6 +62,10 @@ struct PartsContainer {
   uint32_t face_count = 0;
   uint32_t head_bytes = 0;
   std::vector<ValueBounds> bounds;  // of the decoded values of each attribute, in the parts' order
+  // Of a mesh in one part (encode_whole), instead of the bounds: what it decodes to, and the part's point for
+  // each of its points.
+  Mesh decoded;
+  std::vector<uint32_t> source_point;
 };
 
 struct EncodedParts {
@@ -80,5 +84,10 @@ struct EncodedParts {
 PSPLIT_EXPORT Expected<EncodedParts> encode_parts(MeshParts& parts, std::span<const AttributeCoding> codings,
                                                   const PartsOptions& options, const MakeSpill& make_spill,
                                                   const ThreadPool& pool);
+
+// The same for a mesh that is in memory as the only part: what encode_mesh does with a reduced mesh. It gets
+// options.patch_count patches. With Alone::kWhole its only stream may be alone.
+Expected<EncodedParts> encode_whole(const MeshPart& part, std::span<const AttributeCoding> codings,
+                                    const EncodeOptions& options, const ThreadPool& pool);
 
 }  // namespace psplit
