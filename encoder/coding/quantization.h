@@ -1,9 +1,11 @@
 // Quantization grids that libdraco reproduces to the bit.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -83,5 +85,14 @@ inline double component_distance(double a, double b) {
 // The chord between the directions of two vectors of any length. 0 if one has the length 0: it has no
 // direction, so that every direction is right.
 double direction_distance(const std::array<double, 3>& a, const std::array<double, 3>& b);
+// The largest of them for a value whose components are a(c) and b(c). If it is a direction, that is its first
+// three components together.
+template <typename ComponentOfA, typename ComponentOfB>
+double value_distance(size_t component_count, bool is_direction, ComponentOfA a, ComponentOfB b) {
+  double largest = is_direction ? direction_distance({a(0), a(1), a(2)}, {b(0), b(1), b(2)}) : 0;
+  for (size_t c = is_direction ? 3 : 0; c < component_count; ++c)
+    largest = std::max(largest, component_distance(a(c), b(c)));
+  return largest;
+}
 
 }  // namespace psplit

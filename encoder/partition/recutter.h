@@ -95,8 +95,8 @@ class Recutter {
   static constexpr int64_t kTriedFaces = 50;
 
   // Adds cells of patch `own` to the band, those nearest to patch `other` first. If `own` is above its limit,
-  // returns how many of these cells must move: the whole surplus, or so many that both patches are equally far
-  // above their limits.
+  // returns how many of these cells must move: the whole surplus, or as many as it takes until both patches are
+  // equally far above their limits.
   size_t widen(const BorderPair& pair, uint32_t own, uint32_t other, double band) {
     const auto room = static_cast<double>(d_.limits[other] - d_.sizes[other]);
     const double least = kLeastRoom * d_.limits[other];

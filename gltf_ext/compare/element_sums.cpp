@@ -32,14 +32,6 @@ struct ElementSum {
   }
 };
 
-double distance(std::span<const float> a, std::span<const float> b, bool is_direction) {
-  if (is_direction) return direction_distance({a[0], a[1], a[2]}, {b[0], b[1], b[2]});
-  double largest = 0;
-  for (size_t c = 0; c < a.size(); ++c)
-    largest = std::max(largest, component_distance(double{a[c]}, double{b[c]}));
-  return largest;
-}
-
 // Writes the values of one point as they are hashed.
 void write_point(const ElementPart& part, uint32_t point, const RoundingGrids& grids, uint8_t* to,
                  ElementSum& sum) {
@@ -55,8 +47,10 @@ void write_point(const ElementPart& part, uint32_t point, const RoundingGrids& g
       const std::span<float> value(rounded.data(), column.component_count);
       if (grids[i] != nullptr) {
         round_to_grid(value, *grids[i]);
-        sum.rounded_off[i] =
-            std::max(sum.rounded_off[i], distance({from.data(), value.size()}, value, grids[i]->octahedral));
+        const double off = value_distance(
+            value.size(), grids[i]->octahedral, [&](size_t c) { return double{from[c]}; },
+            [&](size_t c) { return double{value[c]}; });
+        sum.rounded_off[i] = std::max(sum.rounded_off[i], off);
       }
       for (float& number : value)
         if (number == 0) number = 0;  // without a sign

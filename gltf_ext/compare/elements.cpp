@@ -118,19 +118,10 @@ double ElementPair::difference(size_t column, const ElementBag::Located& a, cons
   const uint32_t point_a = a.points[static_cast<size_t>(corner)];
   const uint32_t point_b = b.points[static_cast<size_t>((corner + turn) % corner_count)];
   const size_t components = of_a.component_count;
-  double largest = 0;
-  size_t c = 0;
-  if (directions_[column] && components >= 3 && limit(column, a.part, b.part) > 0) {
-    std::array<double, 3> vector_a, vector_b;
-    for (; c < 3; ++c) {
-      vector_a[c] = number_at(of_a, point_a, c);
-      vector_b[c] = number_at(of_b, point_b, c);
-    }
-    largest = direction_distance(vector_a, vector_b);
-  }
-  for (; c < components; ++c)
-    largest = std::max(largest, component_distance(number_at(of_a, point_a, c), number_at(of_b, point_b, c)));
-  return largest;
+  const bool is_direction = directions_[column] && components >= 3 && limit(column, a.part, b.part) > 0;
+  return value_distance(
+      components, is_direction, [&](size_t c) { return number_at(of_a, point_a, c); },
+      [&](size_t c) { return number_at(of_b, point_b, c); });
 }
 
 std::optional<double> ElementPair::fit(const ElementBag::Located& a, const ElementBag::Located& b,

@@ -154,17 +154,6 @@ Expected<int64_t> add_container(Document& document, StoredBytes& bytes, const st
   return static_cast<int64_t>(json["bufferViews"].size()) - 1;
 }
 
-// A bound with the component type of its accessor.
-Json bound_json(const std::vector<double>& values, ComponentType type) {
-  Json bound = Json::array();
-  for (const double value : values)
-    if (type == ComponentType::kFloat32)
-      bound.push_back(static_cast<float>(value));
-    else
-      bound.push_back(static_cast<int64_t>(value));
-  return bound;
-}
-
 // The accessors describe a mesh whose values are stored elsewhere.
 void describe(const PrimitiveGroup& group, const PartsContainer& container,
               std::span<const Attribute> attributes, PrimitiveEditor& editor) {

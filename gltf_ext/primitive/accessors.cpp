@@ -1,10 +1,7 @@
 #include "gltf_ext/primitive/accessors.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "gltf_ext/json/json_fields.h"
 
@@ -86,44 +83,15 @@ Expected<AccessorData> read(const Document& document, const AccessorRecord& acce
   return data;
 }
 
-template <typename T>
-void bounds_of(const ValuesView& data, Json& least, Json& most) {
-  constexpr size_t kMostComponents = 16;
-  const size_t components = std::min<size_t>(data.component_count, kMostComponents);
-  std::array<T, kMostComponents> low, high;
-  low.fill(std::numeric_limits<T>::max());
-  high.fill(std::numeric_limits<T>::lowest());
+void set_bounds(Json& accessor, const ValuesView& data) {
+  ValueBounds bounds;
   for_each_step(data, [&](size_t first, size_t end) {
-    for (size_t i = first; i < end; ++i)
-      for (size_t component = 0; component < components; ++component) {
-        T value;
-        std::memcpy(&value, data.at(i) + component * sizeof(T), sizeof(T));
-        if constexpr (std::is_floating_point_v<T>)
-          if (!std::isfinite(value)) continue;  // JSON cannot express it
-        low[component] = std::min(low[component], value);
-        high[component] = std::max(high[component], value);
-      }
+    bounds.add(data.component_type, data.component_count, data.at(first), end - first, data.step());
     return true;
   });
-  for (size_t component = 0; component < components; ++component) {
-    const bool is_finite = low[component] <= high[component];
-    least.push_back(is_finite ? low[component] : T{});
-    most.push_back(is_finite ? high[component] : T{});
-  }
-}
-
-void set_bounds(Json& accessor, const ValuesView& data) {
-  Json least = Json::array(), most = Json::array();
-  switch (data.component_type) {
-    case ComponentType::kInt8: bounds_of<int8_t>(data, least, most); break;
-    case ComponentType::kUint8: bounds_of<uint8_t>(data, least, most); break;
-    case ComponentType::kInt16: bounds_of<int16_t>(data, least, most); break;
-    case ComponentType::kUint16: bounds_of<uint16_t>(data, least, most); break;
-    case ComponentType::kUint32: bounds_of<uint32_t>(data, least, most); break;
-    case ComponentType::kFloat32: bounds_of<float>(data, least, most); break;
-  }
-  accessor["min"] = std::move(least);
-  accessor["max"] = std::move(most);
+  bounds.finish();
+  accessor["min"] = bound_json(bounds.least, data.component_type);
+  accessor["max"] = bound_json(bounds.most, data.component_type);
 }
 
 // Vertex attributes start on 4-byte boundaries.
@@ -251,6 +219,16 @@ int64_t append_accessor(Document& document, const AccessorData& data, int target
   if (!accessors.is_array()) accessors = Json::array();
   accessors.push_back(std::move(accessor));
   return static_cast<int64_t>(accessors.size() - 1);
+}
+
+Json bound_json(std::span<const double> values, ComponentType type) {
+  Json bound = Json::array();
+  for (const double value : values)
+    if (type == ComponentType::kFloat32)
+      bound.push_back(static_cast<float>(value));
+    else
+      bound.push_back(static_cast<int64_t>(value));
+  return bound;
 }
 
 void describe_decoded(Json& accessor, const ValuesView& data, bool with_bounds) {

@@ -6,6 +6,7 @@
 #include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/files/operating_system.h"
 #include "src/mesh/mesh.h"
+#include "src/mesh/value_bounds.h"
 
 namespace psplit {
 
@@ -93,6 +94,9 @@ void store_values_sparse(Document& document, Json& accessor, const ValuesView& d
 // An accessor that describes data without bufferView and bounds, for example because an extension supplies it.
 // `data.bytes` is not used. Returns an empty object if no glTF type has this number of components.
 Json describe_stored(const ValuesView& data);
+
+// A bound of an accessor: floats, or integers without a fraction.
+Json bound_json(std::span<const double> values, ComponentType type);
 
 // Makes `accessor` describe decoded data that an extension supplies: sets count, min and max, and removes
 // bufferView, byteOffset and sparse. Its other members stay.
