@@ -165,7 +165,8 @@ class PartsEncoder {
   Status encode_with_leftovers(const MeshPart& part);
   Status encode_leftovers();
   bool is_full() const;
-  Status condense(PartsContainer& finished);
+  Status condense();
+  Expected<Mesh> decode_written();
   std::vector<PointOwner> known_owners(const MeshPart& part, std::vector<PointOwner> owners) const;
   Status append(const MeshPart& part, const Streams& streams, const Room& room);
   Expected<bool> append_if_there_is_room(const MeshPart& part, const Streams& streams,
@@ -181,12 +182,13 @@ class PartsEncoder {
   const ThreadPool& pool_;
   std::vector<PointOwner> shared_owners_;  // in the current container, by shared number
   std::optional<GrowingContainer> container_;
-  Leftovers leftovers_;              // of the current container
-  uint32_t unused_count_ = 0;        // points of the current container that no face uses
-  std::vector<ValueBounds> bounds_;  // of the current container
-  std::shared_ptr<Spill> lone_;      // the streams that are alone
-  bool keeps_owners_ = false;        // the part has leftovers
-  std::vector<PointOwner> owners_;   // of the part's points
+  std::optional<CondensedContainer> condensed_;  // instead of the current container, when all of it is there
+  Leftovers leftovers_;                          // of the current container
+  uint32_t unused_count_ = 0;                    // points of the current container that no face uses
+  std::vector<ValueBounds> bounds_;              // of the current container
+  std::shared_ptr<Spill> lone_;                  // the streams that are alone
+  bool keeps_owners_ = false;                    // the part has leftovers
+  std::vector<PointOwner> owners_;               // of the part's points
   // Points of the part that earlier parts own: the number in the container, the point of the part.
   std::vector<std::pair<uint32_t, uint32_t>> foreign_;
   std::vector<uint32_t> source_point_;  // the point of the part for each point that the part owns
@@ -231,10 +233,20 @@ Status PartsEncoder::finish_container() {
   finished.point_count = container_->point_count();
   finished.used_point_count = finished.point_count - unused_count_;
   finished.face_count = container_->face_count();
-  if (options_.streams.condense)
-    if (Status status = condense(finished); !status.ok()) return status;
-  if (!finished.bytes) finished.bytes = container_->finish();
+  if (options_.streams.condense && !is_whole_)
+    if (Status status = condense(); !status.ok()) return status;
+  if (condensed_) {
+    Expected<std::unique_ptr<Spill>> spill = make_spill_();
+    if (!spill) return spill.status();
+    if (Status status = (*spill)->append(condensed_->bytes); !status.ok()) return status;
+    finished.bytes = std::move(*spill);
+    finished.entries = std::move(condensed_->entries);
+    finished.head_bytes = condensed_->head_bytes;
+  } else {
+    finished.bytes = container_->finish();
+  }
   container_.reset();
+  condensed_.reset();
   if (is_whole_) {
     finished.decoded = std::move(decoded_);
     finished.source_point = std::move(source_point_);
@@ -246,35 +258,22 @@ Status PartsEncoder::finish_container() {
   return {};
 }
 
-// Stores the current container condensed, if that is smaller.
-Status PartsEncoder::condense(PartsContainer& finished) {
+// Condenses the current container if that makes it smaller.
+Status PartsEncoder::condense() {
   const Stopwatch encode_time;
   const Expected<GrowingContainer::Opened> opened = container_->open();
   if (!opened) return opened.status();
   const PatchContainer& plain = opened->container;
   // A single stream can also be stored without a container.
   const uint64_t plain_bytes = plain.entries.size() == 1 ? plain.stream_bytes() : container_->size();
-  std::optional<CondensedContainer> condensed =
-      condense_container(plain, plain_bytes, options_.streams.condense_smallest, pool_);
+  condensed_ = condense_container(plain, plain_bytes, options_.streams.condense_smallest, pool_);
   encoded_.statistics.encode_ms += encode_time.ms();
-  if (!condensed) return {};
-  if (options_.streams.verify) {
-    const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
-    // The parts of a mesh are not in memory any more.
-    std::optional<Expected<Mesh>> decoded;
-    if (!is_whole_) decoded = cpu_backend().decode(plain, encoded_.requests, pool_);
-    if (decoded && !*decoded) return runtime_failure("verification: " + decoded->status().to_string());
-    Status status =
-        verify_condensed(condensed->bytes, encoded_.requests, decoded ? **decoded : decoded_, pool_);
-    if (!status.ok()) return status;
-  }
-  Expected<std::unique_ptr<Spill>> spill = make_spill_();
-  if (!spill) return spill.status();
-  Status status = (*spill)->append(condensed->bytes);
-  finished.bytes = std::move(*spill);
-  finished.entries = std::move(condensed->entries);
-  finished.head_bytes = condensed->head_bytes;
-  return status;
+  // check_written verifies a whole mesh. Parts are verified, and not in memory any more.
+  if (!condensed_ || is_whole_ || !options_.streams.verify) return {};
+  const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
+  const Expected<Mesh> decoded = cpu_backend().decode(plain, encoded_.requests, pool_);
+  if (!decoded) return runtime_failure("verification: " + decoded.status().to_string());
+  return verify_condensed(condensed_->bytes, encoded_.requests, *decoded, pool_);
 }
 
 // `owners`, and the owners of shared points among earlier streams.
@@ -354,10 +353,18 @@ Status PartsEncoder::verify(const MeshPart& part, Mesh& decoded) {
                      encoded_.statistics.position_error);
 }
 
-// Decodes the part from the spills, for the bounds and to verify it.
+// Decodes the part from what was written.
+Expected<Mesh> PartsEncoder::decode_written() {
+  if (!condensed_) return container_->decode_last(encoded_.requests, pool_);
+  const Expected<PatchContainer> opened = open_container(condensed_->bytes);
+  if (!opened) return opened.status();
+  return cpu_backend().decode(*opened, encoded_.requests, pool_);
+}
+
+// Decodes the part, for the bounds and to verify it.
 Status PartsEncoder::check_written(const MeshPart& part) {
   const ScopedStopwatch verify_time(encoded_.statistics.verify_ms);
-  Expected<Mesh> decoded = container_->decode_last(encoded_.requests, pool_);
+  Expected<Mesh> decoded = decode_written();
   if (!decoded) {
     const Status status = decoded.status();
     if (status.code() == StatusCode::kIo) return status;
@@ -379,11 +386,11 @@ Status PartsEncoder::encode_patches(const MeshPart& part, const Room& room) {
   if (may_be_alone && (!options.condense || options.alone == Alone::kAll)) return append_alone(part, *streams);
   if (Status status = append(part, *streams, room); !status.ok()) return status;
   if (!may_be_alone) *streams = Streams();
-  Status status = check_written(part);
-  if (!status.ok() || !may_be_alone) return status;
+  if (is_whole_ && options.condense)
+    if (Status status = condense(); !status.ok()) return status;
+  if (!may_be_alone || condensed_) return check_written(part);
   // The container takes fewer bytes than the stream only if it is condensed.
-  if (status = finish_container(); !status.ok() || encoded_.containers.back().head_bytes > 0) return status;
-  encoded_.containers.pop_back();
+  container_.reset();
   return append_alone(part, *streams);
 }
 
