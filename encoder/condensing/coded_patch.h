@@ -1,9 +1,11 @@
-// The symbols that a condensed patch codes, and the tables that code them, before they are written.
+// What a condensed patch codes, before it is written, and writing it.
 #pragma once
 
 #include <algorithm>
 
+#include "encoder/condensing/border_symbols.h"
 #include "encoder/condensing/source_stream.h"
+#include "src/container/condensed_head.h"
 
 namespace psplit {
 
@@ -53,5 +55,19 @@ class CreationSymbols {
 // The values of an attribute in the order of creation.
 CodedValues code_by_creation(const DecodedSource& source, uint32_t attribute, core::ValueCoding coding,
                              std::span<const uint32_t> known);
+
+// A patch whose values and symbols are coded. Of its fields it needs everything except the attributes' symbols
+// and raw bytes.
+struct CodedPatch {
+  DracoFields fields;
+  uint32_t point_count = 0;
+  std::vector<uint16_t> contexts;       // of all symbols except the first
+  std::vector<CodedValues> attributes;  // in the order of the stream
+  BorderPart border;
+};
+
+// Writes the patch: the fields that are not in its skeleton, under the models of the head. Specification: "a
+// condensed patch". `head` is what a decoder reads from write_head(models).
+std::vector<uint8_t> write_patch(const CodedPatch& patch, const CondensedHead& head);
 
 }  // namespace psplit

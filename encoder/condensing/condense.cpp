@@ -1,11 +1,10 @@
 #include "encoder/condensing/condense.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "encoder/condensing/choose_models.h"
+#include "encoder/condensing/coded_patch.h"
 #include "encoder/condensing/table_sets.h"
-#include "encoder/condensing/write_patch.h"
 #include "src/condensed/expand.h"
 
 namespace psplit {

@@ -1,7 +1,6 @@
-#include "encoder/condensing/write_patch.h"
-
 #include <algorithm>
 
+#include "encoder/condensing/coded_patch.h"
 #include "encoder/condensing/section_writer.h"
 #include "encoder/condensing/shared_models.h"
 
