@@ -1,8 +1,11 @@
 #include "gltf_ext/convert/replace_streams.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
+#include <vector>
 
+#include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"
@@ -28,31 +31,28 @@ std::set<int64_t> stream_views(const Document& document) {
   return views;
 }
 
-std::vector<Range> ranges_of(Document& document, size_t buffer, const StreamReplacements& replacements) {
-  std::vector<Range> ranges;
+// The ranges of each buffer, in the order of their beginnings. Those that reach past their buffer are left out.
+std::vector<std::vector<Range>> ranges_of(Document& document, const StreamReplacements& replacements) {
+  std::vector<std::vector<Range>> ranges(document.buffers.size());
   const auto add = [&](Json& json) -> Range* {
-    if (integer_field(json, "buffer") != static_cast<int64_t>(buffer)) return nullptr;
-    const auto begin =
-        static_cast<uint64_t>(std::max<int64_t>(integer_field_or(json, "byteOffset", 0).value_or(0), 0));
-    const auto length =
-        static_cast<uint64_t>(std::max<int64_t>(integer_field(json, "byteLength").value_or(0), 0));
-    const uint64_t size = document.buffers[buffer].size();
-    if (begin > size || length > size - begin) return nullptr;
-    return &ranges.emplace_back(Range{&json, begin, begin + length});
+    const std::optional<BufferRange> range = range_in_memory(document, json);
+    if (!range) return nullptr;
+    return &ranges[static_cast<size_t>(range->buffer)].emplace_back(
+        Range{&json, range->offset, range->offset + range->bytes});
   };
   const std::set<int64_t> streams = stream_views(document);
   Json& views = document.json()["bufferViews"];
   for (size_t i = 0; i < views.size(); ++i) {
-    Range* const range = add(views[i]);
     const auto found = replacements.find(static_cast<int64_t>(i));
-    // The writer of accessors and streams aligns them to 4. Others may need 8 (EXT_structural_metadata).
-    if (range != nullptr)
+    if (Range* const range = add(views[i])) {
+      // The writer of accessors and streams aligns them to 4. Others may need 8 (EXT_structural_metadata).
       range->is_aligned_to_4 =
           streams.contains(static_cast<int64_t>(i)) || field(views[i], "target") != nullptr;
-    if (range != nullptr && found != replacements.end()) range->replacement = found->second;
+      if (found != replacements.end()) range->replacement = found->second;
+    }
     if (Json* meshopt = meshopt_extension(views[i])) add(*meshopt);
   }
-  std::ranges::stable_sort(ranges, {}, &Range::begin);
+  for (std::vector<Range>& of_buffer : ranges) std::ranges::stable_sort(of_buffer, {}, &Range::begin);
   return ranges;
 }
 
@@ -75,8 +75,7 @@ std::vector<Range> take_overlapping(std::vector<Range>& ranges) {
   return taken;
 }
 
-void replace_in_buffer(Document& document, size_t buffer, const StreamReplacements& replacements) {
-  std::vector<Range> ranges = ranges_of(document, buffer, replacements);
+void replace_in_buffer(Document& document, size_t buffer, std::vector<Range>& ranges) {
   if (std::ranges::none_of(ranges, [](const Range& range) { return !range.replacement.empty(); })) return;
   const std::vector<Range> overlapping = take_overlapping(ranges);
   const std::span<const uint8_t> from = document.buffers[buffer];
@@ -115,7 +114,8 @@ void replace_in_buffer(Document& document, size_t buffer, const StreamReplacemen
 
 void replace_streams(Document& document, const StreamReplacements& replacements) {
   if (replacements.empty()) return;  // the document may have no buffer views
-  for (size_t i = 0; i < document.buffers.size(); ++i) replace_in_buffer(document, i, replacements);
+  std::vector<std::vector<Range>> ranges = ranges_of(document, replacements);
+  for (size_t i = 0; i < ranges.size(); ++i) replace_in_buffer(document, i, ranges[i]);
 }
 
 }  // namespace psplit

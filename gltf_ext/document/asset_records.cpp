@@ -306,10 +306,33 @@ int64_t PrimitiveRecord::accessor_of(const std::string& semantic) const {
   return found == attributes.end() ? -1 : found->accessor;
 }
 
+uint64_t AssetRecords::points_of(const PrimitiveRecord& primitive) const {
+  const int64_t position = primitive.accessor_of("POSITION");
+  return position < 0 ? 0 : accessor(position).count;
+}
+
+uint64_t AssetRecords::faces_of(const PrimitiveRecord& primitive) const {
+  const uint64_t corners = primitive.indices < 0 ? points_of(primitive) : accessor(primitive.indices).count;
+  if (primitive.mode == 4 || primitive.draco() != nullptr) return corners / 3;
+  return primitive.has_triangles() && corners > 2 ? corners - 2 : 0;
+}
+
 bool AssetRecords::has_plain_data(const PrimitiveRecord& primitive) const {
   const auto has_view = [&](int64_t index) { return index >= 0 && accessor(index).has_view(); };
   return has_view(primitive.indices) &&
          std::ranges::all_of(primitive.attributes, has_view, &AttributeRecord::accessor);
+}
+
+std::optional<BufferRange> range_in_memory(const Document& document, const Json& view) {
+  const int64_t buffer = index_below(document.buffers.size(), field(view, "buffer"));
+  if (buffer < 0) return std::nullopt;
+  const auto size_of = [&](const char* name) {
+    return static_cast<uint64_t>(std::max<int64_t>(integer_field(view, name).value_or(0), 0));
+  };
+  const BufferRange range{buffer, size_of("byteOffset"), size_of("byteLength")};
+  const uint64_t size = document.buffers[static_cast<size_t>(buffer)].size();
+  if (range.offset > size || range.bytes > size - range.offset) return std::nullopt;
+  return range;
 }
 
 Expected<AssetRecords> read_records(const Json& json) { return RecordReader(json).read(); }

@@ -110,7 +110,7 @@ struct PSPLIT_EXPORT DracoRecord {
 enum class PrimitiveStorage { kPlain, kPatches, kStockDraco };
 
 struct PSPLIT_EXPORT PrimitiveRecord {
-  int mode = 4;  // -1 if it is none of glTF's
+  int mode = 4;  // -1 if glTF has no such mode
   AttributeRecords attributes{};
   int64_t indices = -1;
   int64_t material = -1;
@@ -140,9 +140,18 @@ struct PSPLIT_EXPORT AssetRecords {
   const AccessorRecord& accessor(int64_t index) const { return accessors[static_cast<size_t>(index)]; }
   const PrimitiveRecord& primitive(PrimitiveId id) const { return meshes[id.mesh][id.primitive]; }
 
+  // The points and faces that the accessors state: a strip or a fan has a face for each point after the second.
+  // 0 where nothing is stated, and for lines and points. A compressed primitive is a list.
+  uint64_t points_of(const PrimitiveRecord& primitive) const;
+  uint64_t faces_of(const PrimitiveRecord& primitive) const;
+
   // Whether accessors of indices and of all attributes have data in buffer views.
   bool has_plain_data(const PrimitiveRecord& primitive) const;
 };
+
+// The bytes that the JSON of a buffer view, or of its compressed bytes, names. Nothing if they are not in
+// memory.
+std::optional<BufferRange> range_in_memory(const Document& document, const Json& view);
 
 // Checks every index of a buffer, buffer view or accessor in the whole tree, and every extent against the
 // lengths that the JSON states. Unknown members are allowed. Errors: kInvalidInput.

@@ -92,8 +92,7 @@ Status decode_meshopt_views(Document& document) {
     any = true;
   }
   if (!any) return {};
-  document.json()["buffers"].push_back({{"byteLength", decoded.size()}});
-  document.buffers.push_back(std::move(decoded));
+  append_buffer(document, std::move(decoded));
   drop_unused(document, {});
   // An unknown extension may keep a fallback buffer in its place.
   const AssetRecords records = document.records();

@@ -2,8 +2,12 @@
 
 #include <atomic>
 #include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
 
 #include "gltf_ext/document/asset_records.h"
+#include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/read_steps.h"
 #include "gltf_ext/files/files.h"
 #include "gltf_ext/files/uri.h"
@@ -70,9 +74,25 @@ Expected<Buffer> load_file(const std::filesystem::path& path, uint64_t limit, Fi
   return buffer_of(read_file(path, limit));
 }
 
-Expected<Buffer> load_uri_of(Document& document, size_t index, FileAccess access) {
-  const Json& buffer = document.json()["buffers"][index];
-  const std::string& uri = *string_field(buffer, "uri");
+// Where each buffer's bytes are, if it says so.
+using Uris = std::vector<std::optional<std::string>>;
+
+// Takes the URIs of the placeholders for meshoptimizer's decoded data out of the JSON, or all others: their
+// bytes will be in memory. Without a URI, the records stay.
+Uris take_uris(Document& document, bool fallbacks) {
+  const Json& json = std::as_const(document).json();
+  Uris uris(array_size(json, "buffers"));
+  for (size_t i = 0; i < uris.size(); ++i) {
+    const Json& buffer = json["buffers"][i];
+    const std::string* uri = string_field(buffer, "uri");
+    if (uri == nullptr || is_meshopt_fallback(buffer) != fallbacks) continue;
+    uris[i] = *uri;
+    document.json()["buffers"][i].erase("uri");
+  }
+  return uris;
+}
+
+Expected<Buffer> load_uri(Document& document, const std::string& uri, uint64_t bytes, FileAccess access) {
   if (is_data_uri(uri)) return buffer_of(decode_data_uri(uri));
   const auto relative = relative_path_of_uri(uri, document.source.parent_path());
   if (!relative) return relative.status();
@@ -81,41 +101,35 @@ Expected<Buffer> load_uri_of(Document& document, size_t index, FileAccess access
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return io_failure("no file " + path.string());
   document.files.push_back(path);
-  return load_file(path, static_cast<uint64_t>(*integer_field(buffer, "byteLength")), access);
+  return load_file(path, bytes, access);
 }
 
-Status set_bytes(Document& document, size_t index, Buffer bytes) {
-  Json& buffer = document.json()["buffers"][index];
-  const auto byte_length = static_cast<uint64_t>(*integer_field(buffer, "byteLength"));
-  if (bytes.size() < byte_length) {
-    return invalid_input("buffer " + std::to_string(index) + " holds " + std::to_string(bytes.size()) +
-                         " bytes of " + std::to_string(byte_length));
-  }
-  bytes.cut_to(0, static_cast<size_t>(byte_length));
-  document.buffers[index] = std::move(bytes);
-  buffer.erase("uri");  // the bytes are in memory now
+Status set_buffer(Document& document, size_t index, uint64_t byte_length, Expected<Buffer> bytes) {
+  const std::string name = "buffer " + std::to_string(index);
+  if (!bytes) return {bytes.status().code(), name + ": " + bytes.status().to_string()};
+  if (bytes->size() < byte_length)
+    return invalid_input(name + " holds " + std::to_string(bytes->size()) + " bytes of " +
+                         std::to_string(byte_length));
+  bytes->cut_to(0, static_cast<size_t>(byte_length));
+  document.buffers[index] = std::move(*bytes);
   return {};
 }
 
-Status load_buffer(Document& document, size_t index, Expected<Buffer> bytes) {
-  if (!bytes)
-    return {bytes.status().code(), "buffer " + std::to_string(index) + ": " + bytes.status().to_string()};
-  return set_bytes(document, index, std::move(*bytes));
-}
-
 // Loads the buffers that have bytes somewhere: all except the placeholders for meshoptimizer's decoded data, or
-// these. Views that its decoder could not decode may need them.
-Status load_buffers(Document& document, bool fallbacks, std::optional<Buffer> binary_chunk, FileAccess access) {
-  const std::vector<BufferRecord> records = document.records().buffers;
+// these. Views that its decoder could not decode may need them. `uris` are those that take_uris took.
+Status load_buffers(Document& document, const Uris& uris, bool fallbacks, std::optional<Buffer> binary_chunk,
+                    FileAccess access) {
+  const std::vector<BufferRecord>& records = document.records().buffers;
   document.buffers.resize(records.size());
   for (size_t i = 0; i < records.size(); ++i) {
-    if (records[i].is_fallback != fallbacks) continue;
+    const auto& [bytes, is_fallback] = records[i];
+    if (is_fallback != fallbacks) continue;
     Status status;
-    if (field(std::as_const(document).json()["buffers"][i], "uri") != nullptr) {
-      status = load_buffer(document, i, load_uri_of(document, i, access));
+    if (uris[i]) {
+      status = set_buffer(document, i, bytes, load_uri(document, *uris[i], bytes, access));
     } else if (i == 0 && document.from_glb && !fallbacks) {
       if (!binary_chunk) return invalid_input("buffer 0 has neither a uri nor a GLB chunk");
-      status = load_buffer(document, i, std::move(*binary_chunk));
+      status = set_buffer(document, i, bytes, std::move(*binary_chunk));
     }
     if (!status.ok()) return status;
   }
@@ -140,6 +154,7 @@ Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileA
   document.json() = std::move(*json);
   if (!document.from_glb) file = {};
   if (Status status = check_members(document.json()); !status.ok()) return status;
+  const Uris uris = take_uris(document, false);
   if (Status status = document.check(); !status.ok()) return status;
   if (Status status = check_scene(document); !status.ok()) return status;
   std::optional<Buffer> binary;
@@ -148,9 +163,12 @@ Expected<Document> parse(Buffer file, const std::filesystem::path& source, FileA
     file.cut_to(offset, chunks.binary->size());
     binary = std::move(file);
   }
-  if (Status status = load_buffers(document, false, std::move(binary), access); !status.ok()) return status;
+  if (Status status = load_buffers(document, uris, false, std::move(binary), access); !status.ok())
+    return status;
   if (Status status = decode_meshopt_views(document); !status.ok()) return status;
-  if (Status status = load_buffers(document, true, std::nullopt, access); !status.ok()) return status;
+  if (Status status = load_buffers(document, take_uris(document, true), true, std::nullopt, access);
+      !status.ok())
+    return status;
   if (Status status = check_unbacked_bytes(document); !status.ok()) return status;
   return document;
 }
@@ -235,6 +253,12 @@ Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, i
   if (view.meshopt) return unsupported(name + " is compressed by a newer meshoptimizer");
   if (bytes.empty()) return unsupported(name + " is in a buffer without a uri");
   return invalid_input(name + " reaches past its buffer");
+}
+
+size_t append_buffer(Document& document, Buffer bytes) {
+  document.json()["buffers"].push_back({{"byteLength", bytes.size()}});
+  document.buffers.push_back(std::move(bytes));
+  return document.buffers.size() - 1;
 }
 
 int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes) {

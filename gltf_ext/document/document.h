@@ -102,6 +102,9 @@ bool has_no_bytes(const Document& document, size_t buffer);
 // meshoptimizer than the linked one, or if its buffer has no bytes; kInvalidInput if it has too few.
 PSPLIT_EXPORT Expected<std::span<const uint8_t>> buffer_view_bytes(const Document& document, int64_t index);
 
+// Appends a buffer and returns its index.
+size_t append_buffer(Document& document, Buffer bytes);
+
 // Appends bytes as a new buffer view (4-byte aligned) and returns its index.
 PSPLIT_EXPORT int64_t append_buffer_view(Document& document, std::span<const uint8_t> bytes);
 

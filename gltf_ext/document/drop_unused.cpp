@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 
+#include "gltf_ext/document/asset_records.h"
 #include "gltf_ext/document/byte_runs.h"
 #include "gltf_ext/document/meshopt_extension.h"
 #include "gltf_ext/document/references.h"
@@ -134,24 +135,20 @@ void pack_buffer(Document& document, size_t buffer) {
   Buffer& packed = document.buffers[buffer];
   const std::span<const uint8_t> bytes = packed;
   if (bytes.empty()) return;
-  const auto range_of = [&](const Json& range) -> std::optional<std::pair<uint64_t, uint64_t>> {
-    if (integer_field(range, "buffer") != static_cast<int64_t>(buffer)) return std::nullopt;
-    const auto offset =
-        static_cast<uint64_t>(std::max<int64_t>(integer_field(range, "byteOffset").value_or(0), 0));
-    const auto length =
-        static_cast<uint64_t>(std::max<int64_t>(integer_field(range, "byteLength").value_or(0), 0));
-    if (offset > bytes.size() || length > bytes.size() - offset) return std::nullopt;
-    return std::pair(offset, length);
+  const auto range_of = [&](const Json& view) {
+    std::optional<BufferRange> range = range_in_memory(document, view);
+    if (range && range->buffer != static_cast<int64_t>(buffer)) range.reset();
+    return range;
   };
   ByteRuns covered(bytes.size());
   for_each_range(document.json(), [&](Json& range) {
-    if (const auto found = range_of(range)) covered.keep(found->first, found->first + found->second);
+    if (const auto found = range_of(range)) covered.keep(found->offset, found->offset + found->bytes);
   });
   covered.close();
   for_each_range(document.json(), [&](Json& range) {
     const auto found = range_of(range);
     if (!found || field(range, "byteOffset") == nullptr) return;
-    range["byteOffset"] = found->second == 0 ? 0 : covered.packed(found->first);
+    range["byteOffset"] = found->bytes == 0 ? 0 : covered.packed(found->offset);
   });
   if (covered.packed_bytes() != bytes.size()) keep_runs(packed, covered);
   document.json()["buffers"][buffer]["byteLength"] = packed.size();
