@@ -144,7 +144,7 @@ Status note_dropped(const Document& document, const DroppedAttributes& dropped, 
     if (reason != read.skipped.end() && is_compressed(primitive))
       return unsupported(
           names.front() + " cannot be skipped: the primitive is left as it is, " + reason->second,
-          {document.source.string(), static_cast<int64_t>(id.first), static_cast<int64_t>(id.second), -1});
+          place_of(document, primitive));
   }
   for (EncodeJob& job : read.jobs)
     job.drops_attributes = !dropped.of(job.group.ids.front()).empty() && is_compressed(job.group.ids.front());
@@ -307,7 +307,10 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   EncodeReports reports(document, *read);
   if (Status status = note_dropped(document, *dropped, *read, reports); !status.ok()) return status;
   std::vector<EncodeJob>& jobs = read->jobs;
-  const std::vector<uint32_t> counts = patch_counts(jobs, options);
+  std::vector<uint64_t> faces;
+  for (const EncodeJob& job : jobs) faces.push_back(job.mesh.faces.size());
+  for (const LargeJob& job : read->large) faces.push_back(job.encoded.report.faces);
+  const std::vector<uint32_t> counts = patch_counts(faces, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
   encode_jobs(document, jobs, pool, progress);
   if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;

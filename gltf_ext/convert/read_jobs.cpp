@@ -297,6 +297,20 @@ bool shares_points(const Document& document, const PrimitiveGroup& group) {
   return std::ranges::count_if(all_primitives(document), shares) > std::ssize(group.ids);
 }
 
+uint64_t stated_faces(const Document& document, std::span<const PrimitiveGroup> groups) {
+  uint64_t faces = 0;
+  for (const PrimitiveGroup& group : groups) faces += stated_size(document, group.ids.front()).faces;
+  return faces;
+}
+
+// The options of one primitive. PatchTarget::count is of all primitives together, which have `all_faces`.
+EncodeDocumentOptions with_share_of_patches(EncodeDocumentOptions options, uint64_t faces, uint64_t all_faces) {
+  const uint64_t counts[] = {faces, all_faces - faces};
+  if (options.patches.count > 0)
+    options.patches.count = distribute_patches(counts, options.patches.count).front();
+  return options;
+}
+
 // Nothing if the primitive stays as it is, because all of its triangles are degenerate.
 Expected<std::optional<EncodedSpool>> encode_in_parts(const Document& document, const PrimitiveGroup& group,
                                                       const EncodeDocumentOptions& options,
@@ -383,11 +397,14 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
   const auto skip = [&](const PrimitiveGroup& group, const std::string& reason) {
     for (const PrimitiveId id : group.ids) result.skipped[{id.mesh, id.primitive}] = reason;
   };
+  const uint64_t all_faces = stated_faces(document, groups);
   for (PrimitiveGroup& group : take_large(document, groups, limits)) {
     const PrimitiveId id = group.ids.front();
+    const EncodeDocumentOptions own =
+        with_share_of_patches(options, stated_size(document, id).faces, all_faces);
     Status status = check_grid(wanted, group, options.volume);
     Expected<std::optional<EncodedSpool>> encoded = std::optional<EncodedSpool>();
-    if (status.ok()) encoded = encode_in_parts(document, group, options, limits, pool, progress);
+    if (status.ok()) encoded = encode_in_parts(document, group, own, limits, pool, progress);
     if (status.ok()) status = encoded.status();
     if (!status.ok()) return std::move(status).at(place_of(document, id));
     if (*encoded)
