@@ -2,8 +2,8 @@
 //
 // The hash of an element (128 bits) covers the values at its corners, beginning at its smallest corner, so that
 // order, numbering and the first corner do not count, but the orientation does. Sums are modulo 2^128. Equal
-// sums and counts show that the elements are the same, each as often: for two different bags that nobody
-// constructed for it, the chance of equal sums is about 2^-128.
+// sums and counts show that the elements are the same, each as often: for two different bags that were
+// not constructed to have them, the chance of equal sums is about 2^-128.
 //
 // If one side is on a declared grid, the values of the other are first rounded to it, as an encoder does. Then
 // equal sums pair the elements of both sides one to one, and the values of partners differ by what was rounded

@@ -28,14 +28,6 @@ void remove_extensions(Document& document, const PrimitiveGroup& group) {
   }
 }
 
-// Whether decoding in memory would take more than the limit: what is stored, what is decoded, and once more
-// what is decoded from stock Draco.
-bool is_too_large(const Document& document, const MemoryLimit& limit) {
-  if (limit.bytes == 0) return false;
-  const StatedBytes bytes = stated_bytes(document);
-  return !limit.allows(bytes.stored + 2 * bytes.decoded);
-}
-
 // Decodes the meshes of all groups into one new buffer, laid out as append_buffer_view would lay them out
 // behind the last buffer. The counts of a container are known before it is decoded, so its mesh is decoded in
 // place. Other meshes, such as those of stock Draco, are decoded first, and copied. If all is too large for
@@ -51,7 +43,7 @@ class DocumentDecoder {
         pool_(pool),
         progress_(progress),
         limit_(limit),
-        is_too_large_(is_too_large(document, limit)) {}
+        is_too_large_(limit.bytes > 0 && !stated_bytes(document).fit_into(limit)) {}
 
   Status run() {
     if (groups_.empty()) return {};
@@ -220,7 +212,7 @@ class DocumentDecoder {
     for (const Item& item : items_) {
       if (!item.container) continue;
       Status status =
-          decode_to_file(*item.container, item.requests, item.laid_out, limit_, pool_, progress_of(1));
+          decode_into_file(*item.container, item.requests, item.laid_out, limit_, pool_, progress_of(1));
       if (!status.ok()) return std::move(status).at(place_of(document_, item.id));
     }
     return {};

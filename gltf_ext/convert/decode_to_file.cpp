@@ -18,15 +18,9 @@ void release(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-uint64_t decoded_bytes(const PatchContainer& container, std::span<const AttributeRequest> requests) {
-  uint64_t bytes = uint64_t{container.face_count()} * 12;
-  for (const AttributeRequest& request : requests) bytes += container.point_count() * request.value_bytes();
-  return bytes;
-}
-
-Status decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
-                      const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
-                      const Progress& progress, std::vector<StreamFindings>* findings) {
+Status decode_into_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                        const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
+                        const Progress& progress, std::vector<StreamFindings>* findings) {
   const Watch watch{progress};
   Steps steps(watch, container.entries.size());
   const DecodeTask task{&container, requests};
@@ -39,6 +33,19 @@ Status decode_to_file(const PatchContainer& container, std::span<const Attribute
     release_mapped(container.bytes);
   };
   return decoder.decode_in_windows(std::max<uint64_t>(1, limit.bytes / 2 / kWindowBytesOfAFace), finish);
+}
+
+Expected<MeshInFile> decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                                    const MemoryLimit& limit, const ThreadPool& pool,
+                                    std::vector<StreamFindings>* findings) {
+  const uint32_t points = container.point_count(), faces = container.face_count();
+  if (Status status = check_results(points, faces, requests, container.bytes.size()); !status.ok())
+    return status;
+  Expected<MeshInFile> mesh = lay_out_in_file(requests, points, faces, limit.folder);
+  if (!mesh) return mesh;
+  Status status = decode_into_file(container, requests, mesh->laid_out, limit, pool, {}, findings);
+  if (!status.ok()) return status;
+  return mesh;
 }
 
 }  // namespace psplit

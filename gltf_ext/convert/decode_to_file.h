@@ -12,16 +12,18 @@
 
 namespace psplit {
 
-// The bytes of the indices and of all values of a decoded container.
-uint64_t decoded_bytes(const PatchContainer& container, std::span<const AttributeRequest> requests);
-
 // Decodes into `mesh`, whose memory is a FileMemory (gltf_ext/files/mapped_file.h), by the CPU's decoder. After
 // each window of patches its part of the file and of the container leaves the memory. The memory that this
 // takes is about limit.bytes / 2, or that of one patch if it is more; in addition 4 bytes for each point of a
-// patch's border. Every request must satisfy is_written_as_stored. With `findings`, the streams are checked as
-// decode_checked says. Errors are those of cpu_backend.
-Status decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
-                      const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
-                      const Progress& progress, std::vector<StreamFindings>* findings = nullptr);
+// patch's border. Every request must satisfy is_written_as_stored. With `findings`, which has one entry for
+// each stream, the streams are checked as decode_checked says. Errors are those of cpu_backend.
+Status decode_into_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                        const LaidOutMesh& mesh, const MemoryLimit& limit, const ThreadPool& pool,
+                        const Progress& progress = {}, std::vector<StreamFindings>* findings = nullptr);
+
+// The same into a new temporary file in limit.folder, if the container justifies its counts.
+Expected<MeshInFile> decode_to_file(const PatchContainer& container, std::span<const AttributeRequest> requests,
+                                    const MemoryLimit& limit, const ThreadPool& pool,
+                                    std::vector<StreamFindings>* findings = nullptr);
 
 }  // namespace psplit

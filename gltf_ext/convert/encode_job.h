@@ -33,10 +33,7 @@ struct EncodeJob {
     return nullptr;
   }
 
-  Place place(const Document& document) const {
-    const PrimitiveId id = group.ids.front();
-    return {document.source.string(), static_cast<int64_t>(id.mesh), static_cast<int64_t>(id.primitive), -1};
-  }
+  Place place(const Document& document) const { return place_of(document, group.ids.front()); }
 };
 
 // What the options say about the streams of a mesh.

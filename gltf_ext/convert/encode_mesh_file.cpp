@@ -19,22 +19,19 @@ namespace {
 namespace fs = std::filesystem;
 
 // The document of the mesh without its values, so that its JSON comes from the same code as always.
-Document begin_document(const MeshSpool& spool, const fs::path& source, const ObjHead& head) {
+Document begin_document(const MeshSpool& spool, const ObjHead& head) {
   Mesh mesh;
   mesh.attributes = spool.attributes();
   MeshFile file = head.file;
   if (file.objects.empty()) file.objects.push_back({spool.name(), {}});
   file.objects[0].parts.push_back({std::move(mesh), head.material});
-  Document document = document_of_objects(std::move(file));
-  document.source = source;
-  if (source != "-") document.files.push_back(source);
-  return document;
+  return document_of_objects(std::move(file));
 }
 
 // A texture may read coordinates that are skipped.
 Status check_skipped(const MeshSpool& spool, const EncodeDocumentOptions& options, const ObjHead& head) {
   if (spool.skipped_attributes().empty() || head.material < 0) return {};
-  Document document = begin_document(spool, {}, head);
+  Document document = begin_document(spool, head);
   Json& primitive = primitive_json(document, {0, 0});
   for (const std::string& semantic : spool.skipped_attributes()) primitive["attributes"][semantic] = 0;
   return drop_attributes(document, options, all_primitives(document)).status();
@@ -43,13 +40,10 @@ Status check_skipped(const MeshSpool& spool, const EncodeDocumentOptions& option
 // The mesh as it is.
 Expected<OutOfCoreResult> keep(const MeshSpool& spool, Document document, const fs::path& folder,
                                std::vector<std::string> warnings) {
-  const Expected<SpooledMesh> mesh = lay_out_spool(spool, folder);
+  const Expected<MeshInFile> mesh = lay_out_spool(spool, folder);
   if (!mesh) return mesh.status();
-  const size_t buffer = document.buffers.size();
-  document.json()["buffers"].push_back({{"byteLength", mesh->memory.bytes().size()}});
-  document.buffers.push_back(mesh->memory.view());
   PrimitiveEditor editor(document);
-  editor.set_placed_geometry({{{0, 0}}}, {mesh->laid_out.view, buffer, mesh->laid_out.offsets});
+  editor.set_geometry_in_file({{{0, 0}}}, *mesh);
   editor.finish();
   PrimitiveReport report;
   report.skipped = kOnlyDegenerate;
@@ -80,7 +74,10 @@ Expected<OutOfCoreResult> encode(Scanner& scanner, AssetFormat format, const fs:
   if (!spool) return spool.status();
   const MeshSpool& mesh = **spool;
   if (Status status = check_skipped(mesh, options, obj.head); !status.ok()) return status;
-  Document document = begin_document(mesh, source, obj.head);
+  Document document = begin_document(mesh, obj.head);
+  document.source = source;
+  document.files = std::move(libraries);
+  if (source != "-") document.files.push_back(source);
   if (!mesh.has_proper_face() && !options.keep_degenerate)
     return keep(mesh, std::move(document), limits.temporary, losses.sentences());
   Status status = check_space_of_parts(

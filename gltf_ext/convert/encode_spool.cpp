@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstring>
+#include <memory>
 #include <optional>
 
 #include "encoder/coding/position_bits.h"
@@ -10,7 +10,6 @@
 #include "encoder/draco/draco_backend.h"
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/encode_job.h"
-#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/json/glb.h"
 #include "gltf_ext/json/json_fields.h"
@@ -26,26 +25,11 @@ namespace {
 constexpr uint64_t kProcessBytes = uint64_t{48} << 20;
 constexpr uint32_t kMostShortPoints = 65535;  // index 65535 would restart a strip
 
-// A spill in a temporary file.
-class SpillFile : public Spill {
- public:
-  static Expected<std::unique_ptr<Spill>> create(const std::filesystem::path& folder) {
-    Expected<AppendFile> file = AppendFile::create(folder);
-    if (!file) return file.status();
-    return std::unique_ptr<Spill>(new SpillFile(std::move(*file)));
-  }
-
-  Status append(std::span<const uint8_t> bytes) override { return file_.append(bytes); }
-  uint64_t size() const override { return file_.size(); }
-  Status read(uint64_t offset, std::span<uint8_t> to) override {
-    Status status = file_.flush();
-    return status.ok() ? file_.read(offset, to) : std::move(status);
-  }
-
- private:
-  explicit SpillFile(AppendFile file) : file_(std::move(file)) {}
-  AppendFile file_;
-};
+Expected<std::unique_ptr<Spill>> make_spill_in(const std::filesystem::path& folder) {
+  Expected<AppendFile> file = AppendFile::create(folder);
+  if (!file) return file.status();
+  return std::unique_ptr<Spill>(std::make_unique<AppendFile>(std::move(*file)));
+}
 
 PartsOptions options_of_parts(const EncodeDocumentOptions& options, const OutOfCoreOptions& limits,
                               uint64_t faces) {
@@ -144,14 +128,10 @@ Expected<int64_t> add_container(Document& document, StoredBytes& bytes, const st
   }
   Expected<MappedFile> mapped = MappedFile::open(*file);
   if (!mapped) return mapped.status();
-  Json& json = document.json();
-  for (const char* list : {"buffers", "bufferViews"})
-    if (!json[list].is_array()) json[list] = Json::array();
-  const Json view{{"buffer", json["buffers"].size()}, {"byteOffset", 0}, {"byteLength", bytes.size()}};
-  json["buffers"].push_back({{"byteLength", bytes.size()}});
-  json["bufferViews"].push_back(view);
-  document.buffers.emplace_back(std::move(*mapped));
-  return static_cast<int64_t>(json["bufferViews"].size()) - 1;
+  const size_t buffer = append_buffer(document, std::move(*mapped));
+  Json& views = document.json()["bufferViews"];
+  views.push_back({{"buffer", buffer}, {"byteOffset", 0}, {"byteLength", bytes.size()}});
+  return static_cast<int64_t>(views.size()) - 1;
 }
 
 // The accessors describe a mesh whose values are stored elsewhere.
@@ -172,33 +152,26 @@ void describe(const PrimitiveGroup& group, const PartsContainer& container,
   editor.describe_geometry(group, mesh, bounds);
 }
 
-// The accessors hold the mesh that the container or the stream decodes to.
-Status store_fallback(Document& document, const PrimitiveGroup& group, std::span<const uint8_t> bytes,
-                      const PartsContainer& container, std::span<const AttributeRequest> requests,
-                      bool is_alone, const OutOfCoreOptions& limits, const ThreadPool& pool,
-                      PrimitiveEditor& editor) {
-  const uint32_t points = container.point_count, faces = container.face_count;
-  const Expected<FileMemory> memory =
-      FileMemory::create(limits.temporary, lay_out(requests, points, faces, 0, {}).end);
-  if (!memory) return memory.status();
-  const LaidOutMesh mesh = lay_out(requests, points, faces, 0, memory->bytes());
-  Status status;
-  if (is_alone) {
-    const PatchContainer stream = open_stream(bytes, points);
-    const DecodeTask task{&stream, requests};
-    const auto buffers = [&](size_t, uint32_t, uint32_t) { return Expected<PrimitiveBuffers>(mesh.buffers); };
-    status = draco_backend().decode_into({&task, 1}, buffers, pool, {}).front();
-  } else {
+// The mesh that the container or the lone stream decodes to.
+Expected<MeshInFile> decode_fallback(std::span<const uint8_t> bytes, const PartsContainer& container,
+                                     std::span<const AttributeRequest> requests, bool is_alone,
+                                     const OutOfCoreOptions& limits, const ThreadPool& pool) {
+  if (!is_alone) {
     const Expected<PatchContainer> opened = open_container(bytes);
     if (!opened) return opened.status();
-    status = decode_to_file(*opened, requests, mesh, {limits.memory, limits.temporary}, pool, {});
+    return decode_to_file(*opened, requests, {limits.memory, limits.temporary}, pool);
   }
+  Expected<MeshInFile> mesh =
+      lay_out_in_file(requests, container.point_count, container.face_count, limits.temporary);
+  if (!mesh) return mesh;
+  const PatchContainer stream = open_stream(bytes, container.point_count);
+  const DecodeTask task{&stream, requests};
+  const auto buffers = [&](size_t, uint32_t, uint32_t) {
+    return Expected<PrimitiveBuffers>(mesh->laid_out.buffers);
+  };
+  Status status = draco_backend().decode_into({&task, 1}, buffers, pool, {}).front();
   if (!status.ok()) return status;
-  const size_t buffer = document.buffers.size();
-  document.json()["buffers"].push_back({{"byteLength", memory->bytes().size()}});
-  document.buffers.push_back(memory->view());
-  editor.set_placed_geometry(group, {mesh.view, buffer, mesh.offsets});
-  return {};
+  return mesh;
 }
 
 }  // namespace
@@ -258,7 +231,7 @@ Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOption
       return status;
     parts_options.part_written = [](uint64_t bytes) { return check_glb_bytes(bytes, true); };
   }
-  const MakeSpill make_spill = [&] { return SpillFile::create(limits.temporary); };
+  const MakeSpill make_spill = [&] { return make_spill_in(limits.temporary); };
   RoundedParts rounded(**parts, *codings);
   std::optional<ThreadPool> fewer;
   if (plan.thread_count < pool.thread_count()) fewer.emplace(plan.thread_count);
@@ -282,10 +255,11 @@ Status store_containers(Document& document, std::span<const PrimitiveGroup> grou
     if (!view) return view.status();
     container.bytes.reset();
     if (with_fallback) {
-      Status status =
-          store_fallback(document, groups[i], document.buffers.back(), container, spool.encoded.requests,
-                         options.compat == Compat::kKhr, limits, pool, editor);
-      if (!status.ok()) return status;
+      const Expected<MeshInFile> mesh =
+          decode_fallback(document.buffers.back(), container, spool.encoded.requests,
+                          options.compat == Compat::kKhr, limits, pool);
+      if (!mesh) return mesh.status();
+      editor.set_geometry_in_file(groups[i], *mesh);
     } else {
       describe(groups[i], container, spool.attributes, editor);
     }

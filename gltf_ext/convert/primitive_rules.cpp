@@ -5,21 +5,12 @@
 
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
-#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/json/json_fields.h"
-#include "src/container/claims.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"
 
 namespace psplit {
 namespace {
-
-// As a whole, the mesh would be in memory together with the copies of points at borders.
-bool is_too_large(const PatchContainer& container, std::span<const AttributeRequest> requests,
-                  const MemoryLimit& limit) {
-  return !limit.allows(decoded_bytes(container, requests) * 3 / 2 + container.bytes.size()) &&
-         std::ranges::all_of(requests, is_written_as_stored);
-}
 
 class PrimitiveChecker {
  public:
@@ -38,7 +29,7 @@ class PrimitiveChecker {
     const Expected<PatchContainer> container = open_container(stored_->bytes);
     if (!container)
       return report(check_directory(stored_->bytes).ok() ? "decode" : "container", container.status());
-    if (is_too_large(*container, stored_->requests, limit)) return check_in_file(*container, pool, limit);
+    if (must_be_in_file(*container, limit)) return check_in_file(*container, pool, limit);
     Expected<CheckedMesh> checked = decode_checked(*container, stored_->requests, pool);
     if (backend.name != "cpu") {
       Expected<Mesh> mesh = backend.decode(*container, stored_->requests, pool);
@@ -76,19 +67,19 @@ class PrimitiveChecker {
   std::vector<Finding> findings() && { return std::move(findings_); }
 
  private:
+  bool must_be_in_file(const PatchContainer& container, const MemoryLimit& limit) const {
+    const uint64_t decoded =
+        lay_out(stored_->requests, container.point_count(), container.face_count(), 0, {}).end;
+    return !StatedBytes{container.bytes.size(), decoded}.fit_into(limit) &&
+           std::ranges::all_of(stored_->requests, is_written_as_stored);
+  }
+
   // The mesh is in a temporary file, and is never in memory as a whole.
   void check_in_file(const PatchContainer& container, const ThreadPool& pool, const MemoryLimit& limit) {
-    const uint32_t point_count = container.point_count(), face_count = container.face_count();
-    Status status = check_results(point_count, face_count, stored_->requests, container.bytes.size());
-    if (!status.ok()) return report("decode", status);
-    const uint64_t bytes = lay_out(stored_->requests, point_count, face_count, 0, {}).end;
-    const Expected<FileMemory> memory = FileMemory::create(limit.folder, bytes);
-    if (!memory) return report("decode", memory.status());
-    const LaidOutMesh mesh = lay_out(stored_->requests, point_count, face_count, 0, memory->bytes());
     std::vector<StreamFindings> streams(container.entries.size());
-    status = decode_to_file(container, stored_->requests, mesh, limit, pool, {}, &streams);
-    if (!status.ok()) return report("decode", status);
-    check(mesh.view);
+    const Expected<MeshInFile> mesh = decode_to_file(container, stored_->requests, limit, pool, &streams);
+    if (!mesh) return report("decode", mesh.status());
+    check(mesh->laid_out.view);
     report(streams);
   }
 
@@ -199,8 +190,7 @@ class PrimitiveChecker {
 }  // namespace
 
 bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit) {
-  const StatedBytes bytes = stated_bytes(document, id);
-  return !limit.allows(bytes.decoded * 3 / 2 + bytes.stored);
+  return !stated_bytes(document, id).fit_into(limit);
 }
 
 std::vector<Finding> check_patched_primitive(const Document& document, PrimitiveId id,

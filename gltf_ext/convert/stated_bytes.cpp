@@ -15,11 +15,10 @@ StatedBytes stated_bytes(const Document& document, PrimitiveId id) {
   if (primitive.storage() == PrimitiveStorage::kPlain) return {};
   const auto stored = stored_primitive(document, id);
   if (!stored) return {};
-  const int64_t position = primitive.accessor_of("POSITION");
-  const uint32_t points = position < 0 ? 0 : records.accessor(position).count;
-  const uint32_t faces = primitive.indices < 0 ? 0 : records.accessor(primitive.indices).count / 3;
+  const uint64_t points = records.points_of(primitive), faces = records.faces_of(primitive);
   if (!check_results(points, faces, stored->requests, stored->bytes.size()).ok()) return {};
-  return {stored->bytes.size(), lay_out(stored->requests, points, faces, 0, {}).end};
+  return {stored->bytes.size(),
+          lay_out(stored->requests, static_cast<uint32_t>(points), static_cast<uint32_t>(faces), 0, {}).end};
 }
 
 StatedBytes stated_bytes(const Document& document) {

@@ -4,12 +4,17 @@
 #include <cstdint>
 
 #include "gltf_ext/document/document.h"
+#include "gltf_ext/primitive/memory_limit.h"
 
 namespace psplit {
 
 struct StatedBytes {
   uint64_t stored = 0;   // of the container, or of the stream of stock Draco
   uint64_t decoded = 0;  // of the buffer views that decoding makes of it
+
+  // Whether decoding in memory takes no more than the limit: what is stored, what is decoded, and once more
+  // what is decoded from stock Draco, or the copies of points at the borders of patches.
+  bool fit_into(const MemoryLimit& limit) const { return limit.allows(stored + 2 * decoded); }
 };
 
 // Zeros if the primitive is plain, and if the stored bytes do not justify the counts of its accessors: decoding

@@ -108,14 +108,15 @@ uint64_t normalize(Attribute& normals, uint32_t first, std::vector<uint32_t>& ze
   uint64_t changed = 0;
   for (uint32_t i = 0; i < count; ++i) {
     const Vector value = load<Vector>(normals, i);
+    if (!has_direction(value)) {
+      zeros.push_back(first + i);
+      continue;
+    }
     const std::array<double, 3> v{value[0], value[1], value[2]};
     const double square = squared_length(v);
-    if (!std::isfinite(square) || square == 0) {
-      zeros.push_back(first + i);
-    } else if (std::fabs(square - 1) > kUnit) {
-      store(normals, i, unit(v, square));
-      ++changed;
-    }
+    if (std::fabs(square - 1) <= kUnit) continue;
+    store(normals, i, unit(v, square));
+    ++changed;
   }
   return changed;
 }
@@ -128,6 +129,11 @@ void say_normals(uint64_t changed, uint64_t zeros, Losses& losses) {
 }
 
 void say_no_normals(Losses& losses) { losses.say("no normal has a direction: all are left out"); }
+
+bool has_direction(const std::array<float, 3>& normal) {
+  const double square = squared_length({normal[0], normal[1], normal[2]});
+  return std::isfinite(square) && square != 0;
+}
 
 std::array<double, 3> area_vector(const std::array<Position, 3>& p) {
   std::array<double, 3> normal;

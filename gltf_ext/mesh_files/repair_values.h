@@ -27,6 +27,9 @@ void say_normals(uint64_t changed, uint64_t zeros, Losses& losses);
 // All normals have no direction.
 void say_no_normals(Losses& losses);
 
+// Whether a normal can become a unit vector.
+bool has_direction(const std::array<float, 3>& normal);
+
 // The normal of a triangle. Its length is twice the area.
 std::array<double, 3> area_vector(const std::array<Position, 3>& corners);
 // The normal that replaces one without a direction, given the sum of the area vectors of its faces.

@@ -26,33 +26,12 @@ uint32_t facet_count_of(std::string_view header) {
 
 bool has_finite_corners(const Facet& facet) { return std::ranges::all_of(facet.corners, is_finite); }
 
-// A position and a normal, compared bit for bit.
-struct SoupPoint {
-  std::array<float, 6> values;
-
-  bool operator==(const SoupPoint& other) const {
-    return std::memcmp(values.data(), other.values.data(), sizeof values) == 0;
-  }
-  size_t hash() const {
-    uint64_t state = 0x9e3779b97f4a7c15;
-    for (const float value : values) {
-      state = (state ^ std::bit_cast<uint32_t>(value)) * 0xff51afd7ed558ccd;
-      state ^= state >> 32;
-    }
-    return static_cast<size_t>(state);
-  }
-};
-
 // Merges points with equal position and normal.
 class SoupBuilder {
  public:
   void add(const Facet& facet) {
     std::array<uint32_t, 3> face;
-    const auto& [nx, ny, nz] = facet.normal;
-    for (size_t i = 0; i < 3; ++i) {
-      const auto& [x, y, z] = facet.corners[i];
-      face[i] = points_.find_or_add({{x, y, z, nx, ny, nz}}).first;
-    }
+    for (size_t i = 0; i < 3; ++i) face[i] = points_.find_or_add({facet.corners[i], facet.normal}).first;
     faces_.push_back(face);
   }
 
@@ -68,8 +47,8 @@ class SoupBuilder {
       Attribute attribute{semantic, ComponentType::kFloat32, 3, false, {}};
       attribute.values.resize(points.size() * sizeof(Position));
       for (size_t i = 0; i < points.size(); ++i)
-        std::memcpy(attribute.values.data() + i * sizeof(Position), points[i].values.data() + (normal ? 3 : 0),
-                    sizeof(Position));
+        std::memcpy(attribute.values.data() + i * sizeof(Position),
+                    normal ? points[i].normal.data() : points[i].position.data(), sizeof(Position));
       mesh.attributes.push_back(std::move(attribute));
     }
     points_.clear();
@@ -230,6 +209,15 @@ Status read_binary(Scanner& scanner, FacetSink& sink, Losses& losses) {
 }
 
 }  // namespace
+
+size_t SoupPoint::hash() const {
+  uint64_t state = 0x9e3779b97f4a7c15;
+  for (const uint32_t word : bits()) {
+    state = (state ^ word) * 0xff51afd7ed558ccd;
+    state ^= state >> 32;
+  }
+  return static_cast<size_t>(state);
+}
 
 bool has_size_of_binary_stl(Scanner& scanner) {
   const std::optional<uint64_t> size = scanner.bytes_left();

@@ -1,6 +1,12 @@
 // STL, in text and binary.
 #pragma once
 
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <optional>
+#include <string>
+
 #include "gltf_ext/mesh_files/mesh_file.h"
 #include "gltf_ext/mesh_files/scanner.h"
 
@@ -17,6 +23,17 @@ bool has_size_of_binary_stl(Scanner& scanner);
 struct Facet {
   std::array<float, 3> normal;
   std::array<Position, 3> corners;
+};
+
+// A corner of a facet: a position and a normal, compared bit for bit.
+struct SoupPoint {
+  std::array<float, 3> position, normal;
+
+  bool operator==(const SoupPoint& other) const { return bits() == other.bits(); }
+  size_t hash() const;
+
+ private:
+  std::array<uint32_t, 6> bits() const { return std::bit_cast<std::array<uint32_t, 6>>(*this); }
 };
 
 // Receives the facets of a file while it is read.

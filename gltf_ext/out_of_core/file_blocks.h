@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "encoder/out_of_core/spill.h"
 #include "gltf_ext/files/operating_system.h"
 #include "src/status.h"
 
@@ -17,15 +19,19 @@ std::span<const uint8_t> bytes_of(const auto& values) {
 }
 
 // A temporary file that grows at its end.
-class AppendFile {
+class AppendFile : public Spill {
  public:
   static Expected<AppendFile> create(const std::filesystem::path& folder);
 
-  Status append(std::span<const uint8_t> bytes);
-  // Writes what is buffered: read() sees only what was flushed.
+  Status append(std::span<const uint8_t> bytes) override;
+  Status read(uint64_t offset, std::span<uint8_t> to) override {
+    Status status = flush();
+    return status.ok() ? file_.read(offset, to) : std::move(status);
+  }
+  uint64_t size() const override { return written_ + buffer_.size(); }
+  // Writes what is buffered: file() and read_flushed() have only what was flushed.
   Status flush();
-  Status read(uint64_t offset, std::span<uint8_t> to) const { return file_.read(offset, to); }
-  uint64_t size() const { return written_ + buffer_.size(); }
+  Status read_flushed(uint64_t offset, std::span<uint8_t> to) const { return file_.read(offset, to); }
   const UnnamedFile& file() const { return file_; }
   void close() { *this = AppendFile(); }
 

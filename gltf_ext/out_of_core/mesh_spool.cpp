@@ -13,29 +13,7 @@ namespace {
 constexpr size_t kBlockBytes = size_t{1} << 20;
 constexpr uint64_t kMostPoints = UINT32_MAX - 1;
 
-bool has_direction(const std::array<float, 3>& normal) {
-  double square = 0;
-  for (const float value : normal) square += double{value} * double{value};
-  return std::isfinite(square) && square != 0;
-}
-
-std::array<uint32_t, 6> key_of(const Position& position, const std::array<float, 3>& normal) {
-  std::array<uint32_t, 6> key;
-  std::memcpy(key.data(), position.data(), sizeof(position));
-  std::memcpy(key.data() + 3, normal.data(), sizeof(normal));
-  return key;
-}
-
 }  // namespace
-
-size_t MeshSpool::HashOfPoint::operator()(const std::array<uint32_t, 6>& point) const {
-  uint64_t state = 0x9e3779b97f4a7c15;
-  for (const uint32_t bits : point) {
-    state = (state ^ bits) * 0xff51afd7ed558ccd;
-    state ^= state >> 32;
-  }
-  return static_cast<size_t>(state);
-}
 
 Expected<std::unique_ptr<MeshSpool>> MeshSpool::create(SpoolOptions options, Losses& losses) {
   std::unique_ptr<MeshSpool> spool(new MeshSpool(std::move(options), losses));
@@ -233,7 +211,7 @@ Status MeshSpool::add(const Facet& facet) {
 Status MeshSpool::add_zero_facet(const Facet& facet) {
   const Sum normal = area_vector(facet.corners);
   for (const Position& corner : facet.corners) {
-    Sum& sum = soup_sums_.try_emplace(key_of(corner, facet.normal), Sum{}).first->second;
+    Sum& sum = soup_sums_.try_emplace({corner, facet.normal}, Sum{}).first->second;
     for (size_t axis = 0; axis < 3; ++axis) sum[axis] += normal[axis];
   }
   return soup_sums_.size() > options_.most_zero_normals ? too_many_zero_normals() : Status();
@@ -288,7 +266,7 @@ Status MeshSpool::for_each_point(const VisitPoints& visit) const {
   for (uint64_t first = 0; first < point_count_; first += at_once) {
     const auto count = static_cast<size_t>(std::min(at_once, point_count_ - first));
     records.resize(count * record_bytes_);
-    if (Status status = points_.read(first * record_bytes_, records); !status.ok()) return status;
+    if (Status status = points_.read_flushed(first * record_bytes_, records); !status.ok()) return status;
     for (; next_zero < zeros_.size() && zeros_[next_zero] < first + count; ++next_zero) {
       const std::array<float, 3> normal = normal_of_faces(sums_[next_zero]);
       std::memcpy(records.data() + (zeros_[next_zero] - first) * record_bytes_ + offsets_[normal_],
@@ -334,7 +312,7 @@ Status MeshSpool::for_each_face(const std::function<Status(std::span<const Face>
   for (uint64_t first = 0; first < face_count_; first += kAtOnce) {
     faces.resize(static_cast<size_t>(std::min(kAtOnce, face_count_ - first)));
     const std::span<uint8_t> to(reinterpret_cast<uint8_t*>(faces.data()), faces.size() * sizeof(Face));
-    if (Status status = faces_.read(first * sizeof(Face), to); !status.ok()) return status;
+    if (Status status = faces_.read_flushed(first * sizeof(Face), to); !status.ok()) return status;
     if (Status status = visit(faces); !status.ok()) return status;
   }
   return {};
@@ -356,7 +334,7 @@ uint64_t MeshSpool::repair_soup(std::span<uint8_t> records, const std::vector<ui
     if (zeros.empty()) continue;
     std::array<float, 3> value;
     std::memcpy(value.data(), at, sizeof(value));
-    const auto found = soup_sums_.find(key_of(position_of(at - offsets_[normal_]), value));
+    const auto found = soup_sums_.find({position_of(at - offsets_[normal_]), value});
     value = normal_of_faces(found == soup_sums_.end() ? Sum{} : found->second);
     std::memcpy(at, value.data(), sizeof(value));
   }

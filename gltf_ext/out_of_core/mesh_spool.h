@@ -101,7 +101,7 @@ class MeshSpool : public MeshSink, public FacetSink {
  private:
   MeshSpool(SpoolOptions options, Losses& losses) : options_(std::move(options)), losses_(losses) {}
   struct HashOfPoint {
-    size_t operator()(const std::array<uint32_t, 6>& point) const;
+    size_t operator()(const SoupPoint& point) const { return point.hash(); }
   };
   using Sum = std::array<double, 3>;
 
@@ -150,7 +150,7 @@ class MeshSpool : public MeshSink, public FacetSink {
   uint64_t zero_count_ = 0;
   std::vector<uint32_t> zeros_;  // ascending
   std::vector<Sum> sums_;        // of the area vectors of the faces of each
-  std::unordered_map<std::array<uint32_t, 6>, Sum, HashOfPoint> soup_sums_;
+  std::unordered_map<SoupPoint, Sum, HashOfPoint> soup_sums_;
 };
 
 }  // namespace psplit

@@ -70,7 +70,7 @@ Status write_faces(const MeshSpool& spool, const LaidOutMesh& mesh) {
 
 }  // namespace
 
-Expected<SpooledMesh> lay_out_spool(const MeshSpool& spool, const std::filesystem::path& folder) {
+Expected<MeshInFile> lay_out_spool(const MeshSpool& spool, const std::filesystem::path& folder) {
   if (spool.point_count() >= UINT32_MAX || 3 * spool.face_count() > UINT32_MAX)
     return unsupported("has more points or indices than an accessor can count");
   const auto points = static_cast<uint32_t>(spool.point_count()),
@@ -78,11 +78,10 @@ Expected<SpooledMesh> lay_out_spool(const MeshSpool& spool, const std::filesyste
   std::vector<AttributeRequest> requests;
   for (const Attribute& a : spool.attributes())
     requests.push_back({a.semantic, 0, a.component_type, a.component_count, a.normalized});
-  const Expected<FileMemory> memory = FileMemory::create(folder, lay_out(requests, points, faces, 0, {}).end);
-  if (!memory) return memory.status();
-  SpooledMesh mesh{*memory, lay_out(requests, points, faces, 0, memory->bytes())};
-  Status status = write_points(spool, mesh.laid_out);
-  if (status.ok()) status = write_faces(spool, mesh.laid_out);
+  Expected<MeshInFile> mesh = lay_out_in_file(requests, points, faces, folder);
+  if (!mesh) return mesh;
+  Status status = write_points(spool, mesh->laid_out);
+  if (status.ok()) status = write_faces(spool, mesh->laid_out);
   if (!status.ok()) return status;
   return mesh;
 }

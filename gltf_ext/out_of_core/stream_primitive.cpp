@@ -162,10 +162,7 @@ class Indices {
 PrimitiveSize stated_size(const Document& document, PrimitiveId id) {
   const AssetRecords& records = document.records();
   const PrimitiveRecord& primitive = records.primitive(id);
-  PrimitiveSize size;
-  const auto count_of = [&](int64_t accessor) { return accessor < 0 ? 0 : records.accessor(accessor).count; };
-  size.points = count_of(primitive.accessor_of("POSITION"));
-  size.faces = (primitive.indices < 0 ? size.points : count_of(primitive.indices)) / 3;
+  PrimitiveSize size{records.points_of(primitive), records.faces_of(primitive)};
   for (const AttributeRecord& attribute : primitive.attributes)
     size.record_bytes += records.accessor(attribute.accessor).layout.packed_bytes();
   return size;

@@ -84,6 +84,14 @@ LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_c
   return mesh;
 }
 
+Expected<MeshInFile> lay_out_in_file(std::span<const AttributeRequest> requests, uint32_t point_count,
+                                     uint32_t face_count, const std::filesystem::path& folder) {
+  const uint64_t bytes = lay_out(requests, point_count, face_count, 0, {}).end;
+  const Expected<FileMemory> memory = FileMemory::create(folder, bytes);
+  if (!memory) return memory.status();
+  return MeshInFile{*memory, lay_out(requests, point_count, face_count, 0, memory->bytes())};
+}
+
 bool is_written_as_stored(const AttributeRequest& request) {
   const std::optional<ElementLayout> layout = layout_of(request.component_type, request.component_count);
   return layout && layout->packed_bytes() == layout->stored_bytes();

@@ -1,9 +1,12 @@
 // A decoded mesh in memory that belongs to someone else, and that may be a file's.
 #pragma once
 
+#include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "gltf_ext/files/mapped_file.h"
 #include "gltf_ext/primitive/accessors.h"
 #include "src/container/decode_backend.h"
 
@@ -43,6 +46,15 @@ struct LaidOutMesh {
 // From the offset `begin` of `memory` on. Without memory, only offsets and end are known.
 LaidOutMesh lay_out(std::span<const AttributeRequest> requests, uint32_t point_count, uint32_t face_count,
                     uint64_t begin, std::span<uint8_t> memory);
+
+// A mesh in a temporary file, which may be larger than the memory.
+struct MeshInFile {
+  FileMemory memory;
+  LaidOutMesh laid_out;
+};
+// Room for a mesh; its bytes are zeros. Errors: those of the file.
+Expected<MeshInFile> lay_out_in_file(std::span<const AttributeRequest> requests, uint32_t point_count,
+                                     uint32_t face_count, const std::filesystem::path& folder);
 
 // Whether values that a decoder writes tightly packed, apart from the stride, are what a buffer view holds:
 // the columns of some matrices are padded there.

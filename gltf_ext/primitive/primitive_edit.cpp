@@ -186,6 +186,11 @@ void PrimitiveEditor::set_placed_geometry(const PrimitiveGroup& group, const Pla
   set_indices(group, mesh.view.indices, GeometryData::kInBufferViews, &placed);
 }
 
+void PrimitiveEditor::set_geometry_in_file(const PrimitiveGroup& group, const MeshInFile& mesh) {
+  const size_t buffer = append_buffer(document_, mesh.memory.view());
+  set_placed_geometry(group, {mesh.laid_out.view, buffer, mesh.laid_out.offsets});
+}
+
 void PrimitiveEditor::describe_geometry(const PrimitiveGroup& group, const MeshView& mesh,
                                         std::span<const Bounds> bounds) {
   for (size_t i = 0; i < mesh.attributes.size(); ++i)

@@ -55,6 +55,8 @@ class PrimitiveEditor {
     std::span<const uint64_t> offsets;
   };
   void set_placed_geometry(const PrimitiveGroup& group, const PlacedMesh& mesh);
+  // The same for a mesh in a temporary file, which becomes a buffer of the document.
+  void set_geometry_in_file(const PrimitiveGroup& group, const MeshInFile& mesh);
   // The same for kStoredElsewhere and a mesh that is not in memory, with the bounds of its attributes, then of
   // its indices. The bytes of its values are not used. Morph targets stay.
   struct Bounds {

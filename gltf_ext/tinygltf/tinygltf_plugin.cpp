@@ -12,10 +12,10 @@ size_t aligned(size_t bytes) { return (bytes + 3) / 4 * 4; }
 
 // The layout of an accessor's elements in a buffer view of vertex data: elements, and columns of matrices,
 // begin at multiples of 4.
-struct ElementLayout {
+struct AccessorLayout {
   size_t columns = 1, column_bytes = 0;  // as decoded, without padding
 
-  explicit ElementLayout(const tinygltf::Accessor& accessor) {
+  explicit AccessorLayout(const tinygltf::Accessor& accessor) {
     const auto type = static_cast<uint32_t>(accessor.type);
     if (type == TINYGLTF_TYPE_MAT2) columns = 2;
     if (type == TINYGLTF_TYPE_MAT3) columns = 3;
@@ -55,7 +55,7 @@ Layout lay_out(const tinygltf::Model& model, const std::vector<ModelGeometry>& g
     layout.add(size_t{3} * geometry.stored.face_count(), geometry.index_bytes);
     for (const int accessor : geometry.accessors)
       layout.add(geometry.stored.point_count(),
-                 ElementLayout(model.accessors[static_cast<size_t>(accessor)]).stride());
+                 AccessorLayout(model.accessors[static_cast<size_t>(accessor)]).stride());
   }
   return layout;
 }
@@ -181,7 +181,7 @@ Status decode_model(tinygltf::Model& model, const ModelOptions& options) {
   for (size_t g = 0; g < geometries->size(); ++g)
     for (size_t k = 0; k < (*geometries)[g].accessors.size(); ++k) {
       const int accessor = (*geometries)[g].accessors[k];
-      ElementLayout(model.accessors[static_cast<size_t>(accessor)]).spread(loads[g].out.attributes[k].bytes);
+      AccessorLayout(model.accessors[static_cast<size_t>(accessor)]).spread(loads[g].out.attributes[k].bytes);
     }
   ModelEditor editor(model);
   for (size_t g = 0; g < geometries->size(); ++g) editor.set((*geometries)[g], layout.parts[g]);

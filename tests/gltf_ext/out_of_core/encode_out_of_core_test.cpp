@@ -7,6 +7,7 @@
 #include "gltf_ext/convert/encode_document.h"
 #include "gltf_ext/convert/encode_mesh_file.h"
 #include "gltf_ext/convert/encode_spool.h"
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/mesh_files/read_asset.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
@@ -259,6 +260,20 @@ void expect_obj_as_in_memory(const EncodeDocumentOptions& options) {
     EXPECT_EQ(accessor_of(actual.document, "POSITION"), accessor_of(expected.document, "POSITION"));
     EXPECT_EQ(compare_meshes(*read(expected.document), *read(actual.document)), "");
   }
+}
+
+// The output must not replace a file of materials, and the sizes of the input count it.
+TEST(EncodeOutOfCore, ObjNamesItsFiles) {
+  const TestFolder folder, temporary;
+  std::string file = obj_of(blob(2000), false);
+  file.replace(file.find("none.mtl"), 4, "red");
+  must(write_file(folder / "red.mtl", {bytes_of("newmtl red\nKd 1 0 0\n")}));
+  must(write_file(folder / "a.obj", {bytes_of(file)}));
+  const Asset expected = must(read_asset(folder / "a.obj", describe_stream));
+  const auto actual = must(
+      encode_stream(must(open_byte_stream(folder / "a.obj")), folder / "a.obj", {}, small_parts(temporary)));
+  EXPECT_EQ(actual.document.files, expected.document.files);
+  EXPECT_EQ(actual.document.files.size(), 2u);
 }
 
 TEST(EncodeOutOfCore, Obj) { expect_obj_as_in_memory({}); }
@@ -644,6 +659,28 @@ TEST(EncodeLargePrimitives, LeavesAttributesOut) {
   }
   EXPECT_EQ(actual.json()["accessors"].size(), expected.json()["accessors"].size());
   EXPECT_EQ(actual.json()["bufferViews"].size(), expected.json()["bufferViews"].size());
+}
+
+size_t stream_count(std::span<const PrimitiveReport> reports) {
+  size_t count = 0;
+  for (const PrimitiveReport& report : reports) count += report.repeated ? 0 : report.streams.size();
+  return count;
+}
+
+// PatchTarget::count is of all primitives together, whether they are in memory or in parts.
+TEST(EncodeLargePrimitives, ShareThePatchesWithAllOthers) {
+  const TestFolder folder;
+  for (const auto& [count, part_faces] : {std::pair{16u, uint64_t{6000}}, std::pair{64u, uint64_t{1500}}}) {
+    SCOPED_TRACE(count);
+    const EncodeDocumentOptions options{.patches = {.count = count}};
+    Document expected = large_and_small(30000), actual = expected;
+    const auto expected_reports = must(encode(expected, options));
+    const auto reports = must(
+        encode_document(actual, options, draco_backend(), test_pool(), {}, small_parts(folder, part_faces)));
+    EXPECT_NEAR(static_cast<double>(stream_count(reports)), count, count / 8);
+    EXPECT_NEAR(static_cast<double>(reports[2].streams.size()),
+                static_cast<double>(expected_reports[2].streams.size()), 1);
+  }
 }
 
 // Where a container ends, another primitive begins, on the same grid.

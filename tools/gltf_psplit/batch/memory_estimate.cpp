@@ -33,15 +33,13 @@ constexpr uint64_t faces_of_draco(uint64_t faces) { return faces + faces / 2; }
 
 // Each pair of positions and indices counts once, however many primitives share it.
 Counts counts_of_gltf(const AssetRecords& records) {
-  const auto count_of = [&](int64_t index) { return index < 0 ? 0 : records.accessor(index).count; };
   Counts counts;
   std::set<std::pair<int64_t, int64_t>> seen;
   for (const std::vector<PrimitiveRecord>& mesh : records.meshes)
     for (const PrimitiveRecord& primitive : mesh) {
       const int64_t position = primitive.accessor_of("POSITION");
       if (position < 0 || !seen.emplace(position, primitive.indices).second) continue;
-      const uint64_t points = count_of(position);
-      const uint64_t faces = (primitive.indices < 0 ? points : count_of(primitive.indices)) / 3;
+      const uint64_t points = records.points_of(primitive), faces = records.faces_of(primitive);
       counts.faces += primitive.stock ? faces_of_draco(faces) : faces;
       for (const AttributeRecord& attribute : primitive.attributes)
         counts.values += points * 4 * records.accessor(attribute.accessor).layout.component_count();

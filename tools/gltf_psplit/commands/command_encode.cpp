@@ -128,7 +128,8 @@ Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format,
                          limits_of(arguments, session), session.pool, bar.callback("face", "encoding"));
   if (!result) return result.status();
   for (const std::string& warning : result->warnings) session.log.warning(arguments.input + ": " + warning);
-  return Encoded{std::move(result->document), {std::move(result->report)}, bytes_on_disk(arguments.input)};
+  const AssetBytes input_bytes = bytes_on_disk(result->document);
+  return Encoded{std::move(result->document), {std::move(result->report)}, input_bytes};
 }
 
 Status too_large(uint64_t estimate) {
@@ -202,6 +203,8 @@ Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Se
   if (Status status = check_files(arguments, session, written); !status.ok()) return status;
   Expected<Encoded> encoded = encode_stream(arguments, session, is_file);
   if (!encoded) return encoded.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
+  Status status = check_not_an_input(arguments.report, "--report", encoded->document);
+  if (!status.ok()) return status;
   return encoded;
 }
 

@@ -60,19 +60,6 @@ Status inspect_stock(const Document& document, const DescribeStream& describe, I
   return add_coding(*stream, out);
 }
 
-// The faces and points of a plain primitive, as its accessors state them: a strip or a fan has a face for each
-// point after the second.
-void count_plain(const Document& document, InspectedPrimitive& out) {
-  const AssetRecords& records = document.records();
-  const PrimitiveRecord& primitive = records.primitive(out.id);
-  const int64_t position = primitive.accessor_of("POSITION");
-  out.summary.points = position < 0 ? 0 : records.accessor(position).count;
-  const uint64_t corners =
-      primitive.indices < 0 ? out.summary.points : records.accessor(primitive.indices).count;
-  const bool is_strip_or_fan = primitive.mode == 5 || primitive.mode == 6;
-  out.summary.faces = primitive.mode == 4 ? corners / 3 : is_strip_or_fan && corners > 2 ? corners - 2 : 0;
-}
-
 // Of a plain primitive only the storage and the counts are set.
 Status inspect_primitive(const Document& document, const DescribeStream& describe, const ThreadPool& pool,
                          InspectedPrimitive& out) {
@@ -82,7 +69,10 @@ Status inspect_primitive(const Document& document, const DescribeStream& describ
   switch (out.storage) {
     case PrimitiveStorage::kPatches: return inspect_patches(document, describe, pool, out);
     case PrimitiveStorage::kStockDraco: return inspect_stock(document, describe, out);
-    case PrimitiveStorage::kPlain: count_plain(document, out); break;
+    case PrimitiveStorage::kPlain:
+      out.summary.points = document.records().points_of(primitive);
+      out.summary.faces = document.records().faces_of(primitive);
+      break;
   }
   return {};
 }
@@ -97,10 +87,7 @@ Status inspect_primitives(const Document& document, const DescribeStream& descri
   pool.for_each(all.size(),
                 [&](size_t i) { statuses[i] = inspect_primitive(document, describe, pool, all[i]); });
   for (size_t i = 0; i < all.size(); ++i) {
-    const auto [mesh, primitive] = all[i].id;
-    if (!statuses[i].ok())
-      return std::move(statuses[i])
-          .at({.mesh = static_cast<int64_t>(mesh), .primitive = static_cast<int64_t>(primitive)});
+    if (!statuses[i].ok()) return std::move(statuses[i]).at(place_of(all[i].id));
     const bool plain = all[i].storage == PrimitiveStorage::kPlain;
     (plain ? asset.plain : asset.compressed).push_back(std::move(all[i]));
   }

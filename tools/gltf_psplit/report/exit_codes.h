@@ -18,7 +18,7 @@ struct ExitCode {
 std::span<const ExitCode> exit_codes();
 // The number of a status. No command ends with kCancelled: it is kRuntimeFailure's.
 int exit_code(StatusCode code);
-// The status of a number in a report. kRuntimeFailure for a number that is none.
+// The status of a number in a report. kRuntimeFailure for a number that no code has.
 StatusCode status_code(int64_t number);
 // All exit codes as --help prints them, under a heading, in lines of at most `width` columns.
 std::string exit_codes_help(size_t width);

@@ -9,7 +9,6 @@
 #include "gltf_ext/out_of_core/read_spool.h"
 #include "gltf_ext/out_of_core/spooled_mesh.h"
 #include "gltf_ext/primitive/view_in_place.h"
-#include "src/container/claims.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/report/progress.h"
 
@@ -25,7 +24,7 @@ Expected<ComparedAsset> read_mesh_file(Scanner& scanner, AssetFormat format, con
   options.most_zero_normals = uint64_t{1} << 20;
   const Expected<std::unique_ptr<MeshSpool>> spool = read_spool(scanner, format, std::move(options), losses);
   if (!spool) return spool.status();
-  const Expected<SpooledMesh> mesh = lay_out_spool(**spool, folder);
+  const Expected<MeshInFile> mesh = lay_out_spool(**spool, folder);
   if (!mesh) return mesh.status();
   ComparedAsset asset;
   asset.meshes.whole_count = 1;
@@ -42,18 +41,12 @@ Expected<bool> decode_patches(const Document& document, const MemoryLimit& limit
   if (!stored) return stored.status();
   const Expected<PatchContainer> container = open_container(stored->bytes);
   if (!container) return container.status();
-  const uint32_t points = container->point_count(), faces = container->face_count();
-  if (Status status = check_results(points, faces, stored->requests, container->bytes.size()); !status.ok())
-    return status;
-  if (!std::ranges::all_of(stored->requests, is_written_as_stored) || faces > UINT32_MAX / 3) return false;
-  const Expected<FileMemory> memory =
-      FileMemory::create(limit.folder, lay_out(stored->requests, points, faces, 0, {}).end);
-  if (!memory) return memory.status();
-  primitive.owned.push_back(std::make_shared<const FileMemory>(*memory));
-  const LaidOutMesh mesh = lay_out(stored->requests, points, faces, 0, memory->bytes());
-  primitive.view = mesh.view;
-  if (Status status = decode_to_file(*container, stored->requests, mesh, limit, pool, {}); !status.ok())
-    return status;
+  if (!std::ranges::all_of(stored->requests, is_written_as_stored) || container->face_count() > UINT32_MAX / 3)
+    return false;
+  const Expected<MeshInFile> mesh = decode_to_file(*container, stored->requests, limit, pool);
+  if (!mesh) return mesh.status();
+  primitive.owned.push_back(std::make_shared<const FileMemory>(mesh->memory));
+  primitive.view = mesh->laid_out.view;
   return true;
 }
 
