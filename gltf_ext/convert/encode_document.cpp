@@ -9,6 +9,7 @@
 #include "gltf_ext/convert/patch_counts.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/convert/replace_streams.h"
+#include "gltf_ext/convert/store_job.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/geometry_bytes.h"
@@ -25,6 +26,7 @@ void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const T
   if (progress) progress(0, faces);
   pool.for_each(jobs.size(), [&](size_t i) {
     EncodeJob& job = jobs[i];
+    if (job.parts) return;
     std::atomic<size_t> done_of_job = 0;
     if (job.options.condense && job.options.patch_count == 1 && !job.drops_attributes)
       job.status = condense_stock(document, job);
@@ -46,23 +48,6 @@ void encode_jobs(const Document& document, std::vector<EncodeJob>& jobs, const T
   });
 }
 
-void report_streams(std::vector<EncodeJob>& jobs, EncodeReports& reports) {
-  for (EncodeJob& job : jobs) {
-    for (const PrimitiveId id : job.group.ids) {
-      PrimitiveReport& report = reports[id];
-      report.stored_as = job.stored_as;
-      report.keeps_streams = job.keeps_stream;
-      report.bytes = job.stored_bytes;
-      report.streams = job.encoded.entries;
-      report.has_residue = job.encoded.statistics.patch_count < job.encoded.entries.size();
-      report.head_bytes = job.encoded.head_bytes;
-      if (const AttributeCoding* coding = job.position_coding(); coding != nullptr && !job.keeps_stream)
-        report.position_coding = *coding;
-      report.statistics = job.encoded.statistics;
-    }
-  }
-}
-
 // The buffer view of the group's stock Draco, if no other primitive has it.
 std::optional<int64_t> own_stock_view(const Document& document, const PrimitiveGroup& group) {
   const auto view_of = [&](PrimitiveId id) -> std::optional<int64_t> {
@@ -77,52 +62,23 @@ std::optional<int64_t> own_stock_view(const Document& document, const PrimitiveG
 
 // Stores a container as the primitive's extension, or each of several and each lone stream as a primitive of
 // its own.
-Status write_geometry(Document& document, const std::vector<EncodeJob>& jobs, std::vector<LargeJob>& large,
-                      const EncodeDocumentOptions& options, const OutOfCoreOptions& limits,
-                      const ThreadPool& pool, std::span<const int64_t> freed_accessors,
-                      const CondensedPatches& condensed, EncodeReports& reports) {
-  const bool with_fallback = options.fallback == Fallback::kUncompressed;
+Status write_geometry(Document& document, std::vector<EncodeJob>& jobs, const EncodeDocumentOptions& options,
+                      const OutOfCoreOptions& limits, const ThreadPool& pool,
+                      std::span<const int64_t> freed_accessors, const CondensedPatches& condensed,
+                      EncodeReports& reports) {
   std::vector<PrimitiveGroup> groups;
   std::vector<size_t> counts;
-  for (const EncodeJob& job : jobs) {
+  StreamReplacements replacements(condensed.begin(), condensed.end());
+  for (EncodeJob& job : jobs) {
     groups.push_back(job.group);
-    counts.push_back(std::max<size_t>(1, job.encoded.lone_streams.size()));
+    counts.push_back(job.piece_count());
+    if (job.keeps_stream) job.stream_view = own_stock_view(document, job.group);
+    if (job.stream_view) replacements[*job.stream_view] = job.encoded.container;
   }
-  for (const LargeJob& job : large) {
-    groups.push_back(job.group);
-    counts.push_back(job.encoded.encoded.containers.size());
-  }
-  std::vector<std::optional<int64_t>> stock_views;
-  for (const EncodeJob& job : jobs)
-    stock_views.push_back(job.keeps_stream ? own_stock_view(document, job.group) : std::nullopt);
   const auto repeated = repeat_primitives(document, groups, counts);
   PrimitiveEditor editor(document);
-  StreamReplacements replacements(condensed.begin(), condensed.end());
-  for (size_t i = 0; i < jobs.size(); ++i) {
-    const EncodeJob& job = jobs[i];
-    const char* extension = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
-    const std::optional<int64_t> stock_view = stock_views[i];
-    const auto store = [&](const PrimitiveGroup& group, std::span<const uint8_t> bytes, const Mesh& decoded,
-                           const std::vector<uint32_t>& source_point) {
-      const int64_t view = stock_view ? *stock_view : append_buffer_view(document, bytes);
-      if (stock_view) replacements[view] = bytes;
-      editor.set_geometry(group, decoded, reorder(job.morphs, source_point),
-                          with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere);
-      set_draco_extension(document, group, extension, view, job.encoded.requests);
-    };
-    const EncodedMesh& encoded = job.encoded;
-    if (encoded.lone_streams.empty())
-      store(repeated[i][0], encoded.container, encoded.decoded, encoded.source_point);
-    for (size_t k = 0; k < encoded.lone_streams.size(); ++k) {
-      const LoneStream& stream = encoded.lone_streams[k];
-      store(repeated[i][k], stream.bytes, stream.decoded, stream.source_point);
-    }
-    list_extension(document, extension, !with_fallback);
-  }
-  for (size_t i = 0; i < large.size(); ++i)
-    if (Status status = store_containers(document, repeated[jobs.size() + i], large[i].encoded, options, limits,
-                                         pool, editor);
-        !status.ok())
+  for (size_t i = 0; i < jobs.size(); ++i)
+    if (Status status = store_job(document, jobs[i], repeated[i], options, limits, pool, editor); !status.ok())
       return status;
   drop_manifolds(document, jobs, editor, reports);
   for (const int64_t accessor : freed_accessors) editor.release(accessor);
@@ -149,15 +105,6 @@ Status note_dropped(const Document& document, const DroppedAttributes& dropped, 
   for (EncodeJob& job : read.jobs)
     job.drops_attributes = !dropped.of(job.group.ids.front()).empty() && is_compressed(job.group.ids.front());
   return {};
-}
-
-void note_storage(EncodeJob& job) {
-  const EncodedMesh& encoded = job.encoded;
-  job.stored_as = encoded.lone_streams.empty()       ? StoredAs::kPatches
-                  : encoded.lone_streams.size() == 1 ? StoredAs::kDraco
-                                                     : StoredAs::kPatchPrimitives;
-  job.stored_bytes = encoded.container.size();
-  for (const LoneStream& stream : encoded.lone_streams) job.stored_bytes += stream.bytes.size();
 }
 
 // glTF requires the bounds of positions. A .drc file does not state them; they are known after decoding.
@@ -217,7 +164,7 @@ std::vector<SharingJobs> sharing_jobs(const Document& document, std::vector<Enco
   std::vector<EncodeJob*> encoded;
   std::vector<const PrimitiveGroup*> groups;
   for (EncodeJob& job : jobs) {
-    if (!job.status.ok()) continue;
+    if (!job.status.ok() || job.parts) continue;  // parts are never left as they were
     encoded.push_back(&job);
     groups.push_back(&job.group);
   }
@@ -262,7 +209,7 @@ Status leave_what_would_grow(Document& document, const EncodeDocumentOptions& op
   const bool with_fallback = options.fallback != Fallback::kNone;
   for (EncodeJob& job : jobs) {
     if (job.status.ok())
-      note_storage(job);
+      job.note_storage();
     else if (job.status.code() != StatusCode::kUnsupported || job.drops_attributes)
       return std::move(job.status).at(job.place(document));
     for (const PrimitiveId id : job.group.ids) reports[id].skipped = job.status.message();
@@ -307,21 +254,17 @@ Expected<std::vector<PrimitiveReport>> encode_document(Document& document, const
   EncodeReports reports(document, *read);
   if (Status status = note_dropped(document, *dropped, *read, reports); !status.ok()) return status;
   std::vector<EncodeJob>& jobs = read->jobs;
-  std::vector<uint64_t> faces;
-  for (const EncodeJob& job : jobs) faces.push_back(job.mesh.faces.size());
-  for (const LargeJob& job : read->large) faces.push_back(job.encoded.report.faces);
-  const std::vector<uint32_t> counts = patch_counts(faces, options);
+  const std::vector<uint32_t> counts = patch_counts(jobs, options);
   for (size_t i = 0; i < jobs.size(); ++i) jobs[i].options.patch_count = counts[i];
   encode_jobs(document, jobs, pool, progress);
   if (Status status = leave_what_would_grow(document, options, jobs, reports); !status.ok()) return status;
-  report_streams(jobs, reports);
-
+  for (EncodeJob& job : jobs)
+    for (const PrimitiveId id : job.group.ids) job.report(reports[id]);
   Expected<CondensedPatches> condensed = CondensedPatches();
   if (options.condense && options.compat == Compat::kNone)
     condensed = condense_patches(document, options, pool, reports);
   if (!condensed) return condensed.status();
-  Status status =
-      write_geometry(document, jobs, read->large, options, limits, pool, dropped->freed, *condensed, reports);
+  Status status = write_geometry(document, jobs, options, limits, pool, dropped->freed, *condensed, reports);
   if (!status.ok()) return status;
   return std::move(reports).list();
 }

@@ -74,6 +74,11 @@ struct EncodeDocumentOptions {
   // Then they are an error.
   std::string options_of_patches{};
 
+  // The most patches of a primitive.
+  uint64_t most_patches() const {
+    if (patches.most > 0) return patches.most;
+    return compat == Compat::kKhr ? kMostPatchPrimitives : UINT64_MAX;
+  }
   bool chooses_position_bits() const { return position_bits_by_edges || max_position_error > 0; }
   CodingOptions coding() const {
     const int first_bits = chooses_position_bits() ? kMostPositionBits : position_bits;

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "encoder/coding/grid_places.h"
+#include "encoder/coding/position_bits.h"
 
 namespace psplit {
 namespace {
@@ -32,6 +33,35 @@ ReduceOptions reduce_options(const EncodeJob& job) {
 }
 
 }  // namespace
+
+void EncodeJob::note_storage() {
+  const bool is_alone = parts ? options.alone == Alone::kAll : !encoded.lone_streams.empty();
+  stored_as = !is_alone            ? StoredAs::kPatches
+              : piece_count() == 1 ? StoredAs::kDraco
+                                   : StoredAs::kPatchPrimitives;
+  stored_bytes = encoded.container.size();
+  for (const LoneStream& stream : encoded.lone_streams) stored_bytes += stream.bytes.size();
+  if (!parts) return;
+  for (const PartsContainer& container : parts->containers) stored_bytes += container.bytes->size();
+}
+
+void EncodeJob::report(PrimitiveReport& report) {
+  report.stored_as = stored_as;
+  report.keeps_streams = keeps_stream;
+  report.bytes = stored_bytes;
+  report.streams = encoded.entries;
+  report.has_residue = encoded.statistics.patch_count < encoded.entries.size();
+  report.head_bytes = encoded.head_bytes;
+  if (const AttributeCoding* coding = position_coding(); coding != nullptr && !keeps_stream)
+    report.position_coding = *coding;
+  report.statistics = encoded.statistics;
+}
+
+Expected<int> chosen_position_bits(const AttributeCoding& coding, const EncodeDocumentOptions& options,
+                                   double step) {
+  return options.position_bits_by_edges ? position_bits_for_step(coding, step)
+                                        : position_bits_for_error(coding, options.max_position_error);
+}
 
 EncodeOptions options_of_streams(const EncodeDocumentOptions& options) {
   EncodeOptions result;

@@ -1,10 +1,13 @@
-// One geometry on its way through the encoder.
+// One geometry on its way through the encoder, in memory or in parts.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "encoder/encode_mesh.h"
+#include "encoder/encode_parts.h"
 #include "encoder/welding/reduce.h"
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/primitive_report.h"
@@ -12,19 +15,34 @@
 
 namespace psplit {
 
+// A mesh that was encoded part by part.
+struct EncodedInParts {
+  uint64_t faces = 0, points = 0;          // of the input
+  std::vector<PartsContainer> containers;  // on one grid; or streams without a container
+};
+
 struct EncodeJob {
   PrimitiveGroup group;  // the primitives that have this geometry
-  Mesh mesh;
+  Mesh mesh;             // without points and faces if it is in parts
   std::vector<MorphAttribute> morphs;
   std::vector<Attribute> unrounded;  // the skin weights of the input
   std::vector<AttributeCoding> codings;
   EncodeOptions options;
   EncodedMesh encoded;
-  bool drops_attributes = false;  // which its stock Draco stream would keep
-  bool keeps_stream = false;      // `encoded` is the stock Draco stream of the input, condensed
+  std::optional<EncodedInParts> parts;  // has the bytes instead of `encoded`
+  bool drops_attributes = false;        // which its stock Draco stream would keep
+  bool keeps_stream = false;            // `encoded` is the stock Draco stream of the input, condensed,
+  std::optional<int64_t> stream_view;   // and takes its place in this buffer view, if nothing else is there
   StoredAs stored_as = StoredAs::kAsItWas;
   uint64_t stored_bytes = 0;  // of the container or the streams
   Status status;
+
+  uint64_t face_count() const { return parts ? parts->faces : mesh.faces.size(); }
+  uint64_t point_count() const { return parts ? parts->points : mesh.point_count; }
+  // Containers and lone streams: each becomes a primitive.
+  size_t piece_count() const {
+    return parts ? parts->containers.size() : std::max<size_t>(1, encoded.lone_streams.size());
+  }
 
   // How POSITION is quantized; null if it is stored exactly.
   AttributeCoding* position_coding() {
@@ -33,8 +51,18 @@ struct EncodeJob {
     return nullptr;
   }
 
+  // Fills in stored_as and stored_bytes.
+  void note_storage();
+  // Fills in what the report says about the output.
+  void report(PrimitiveReport& report);
+
   Place place(const Document& document) const { return place_of(document, group.ids.front()); }
 };
+
+// The bits that the options choose for positions. `step`: the one that the edges want (step_for_edges). Errors:
+// those of position_bits.h.
+Expected<int> chosen_position_bits(const AttributeCoding& coding, const EncodeDocumentOptions& options,
+                                   double step);
 
 // What the options say about the streams of a mesh.
 EncodeOptions options_of_streams(const EncodeDocumentOptions& options);

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
 #include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_spool.h"
 #include "gltf_ext/convert/read_jobs.h"
+#include "gltf_ext/convert/store_job.h"
 #include "gltf_ext/files/io_error.h"
 #include "gltf_ext/mesh_files/mesh_file.h"
 #include "gltf_ext/mesh_files/read_asset.h"
@@ -83,27 +85,30 @@ Expected<OutOfCoreResult> encode(Scanner& scanner, AssetFormat format, const fs:
   Status status = check_space_of_parts(
       {mesh.point_count(), mesh.face_count(), mesh.record_bytes(), mesh.is_soup()}, limits.temporary);
   if (!status.ok()) return status;
-  Expected<EncodedSpool> encoded = encode_spool(**spool, options, limits, losses, pool, progress);
-  if (!encoded) return encoded.status();
+  Expected<EncodeJob> job = encode_spool(**spool, options, limits, losses, pool, progress);
+  if (!job) return job.status();
 
-  const PrimitiveGroup whole{{{0, 0}}};
-  const size_t count = encoded->encoded.containers.size();
-  const auto groups = repeat_primitives(document, {&whole, 1}, {&count, 1});
+  job->group = {{{0, 0}}};
+  const size_t count = job->piece_count();
+  const auto groups = repeat_primitives(document, {&job->group, 1}, {&count, 1});
   PrimitiveEditor editor(document);
-  status = store_containers(document, groups[0], *encoded, options, limits, pool, editor);
+  status = store_job(document, *job, groups[0], options, limits, pool, editor);
   if (!status.ok()) return status;
   editor.finish();
-  if (format == AssetFormat::kObj) {
+  PrimitiveReport report;
+  job->report(report);
+  report.faces = job->face_count();
+  report.points = job->point_count();
+  report.dropped_attributes = mesh.skipped_attributes();
+  if (format == AssetFormat::kObj)
     // Equal points of an OBJ are mostly corners that were met again: they are not duplicates of the input.
-    PrimitiveReport& report = encoded->report;
-    report.points -= report.statistics.merged_points;
-    report.input_bytes -= report.statistics.merged_points * mesh.record_bytes();
-    report.statistics.merged_points = 0;
-  }
-  encoded->report.dropped_attributes = mesh.skipped_attributes();
+    report.points -= std::exchange(report.statistics.merged_points, 0);
+  const bool has_short_indices =
+      index_type(static_cast<uint32_t>(job->point_count())) == ComponentType::kUint16;
+  report.input_bytes = report.points * mesh.record_bytes() + report.faces * 3 * (has_short_indices ? 2 : 4);
   std::vector<std::string> warnings = losses.sentences();
   say_heights(obj.head.file, source.parent_path(), warnings);
-  return OutOfCoreResult{std::move(document), std::move(encoded->report), std::move(warnings)};
+  return OutOfCoreResult{std::move(document), std::move(report), std::move(warnings)};
 }
 
 }  // namespace

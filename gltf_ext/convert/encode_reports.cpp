@@ -11,21 +11,12 @@ EncodeReports::EncodeReports(const Document& input, const EncodeJobs& read) {
     report.input_bytes = report.bytes = bytes;
   }
   for (const auto& [id, reason] : read.skipped) reports_.at(id).skipped = reason;
-  for (const LargeJob& job : read.large)
-    for (size_t i = 0; i < job.group.ids.size(); ++i) {
-      PrimitiveReport& report = (*this)[job.group.ids[i]];
-      PrimitiveReport of_job = job.encoded.report;
-      of_job.id = report.id;
-      of_job.input_bytes = report.input_bytes;
-      of_job.repeated = i > 0;
-      report = std::move(of_job);
-    }
   for (const EncodeJob& job : read.jobs)
     for (size_t i = 0; i < job.group.ids.size(); ++i) {
       PrimitiveReport& report = (*this)[job.group.ids[i]];
       report.repeated = i > 0;
-      report.faces = job.mesh.faces.size();
-      report.points = job.mesh.point_count;
+      report.faces = job.face_count();
+      report.points = job.point_count();
     }
 }
 

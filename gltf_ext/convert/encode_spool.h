@@ -1,18 +1,12 @@
-// Encodes a mesh in temporary files part by part, and stores it in a document.
+// Encodes a mesh in temporary files part by part.
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
 
-#include "encoder/encode_parts.h"
 #include "gltf_ext/convert/encode_document_options.h"
-#include "gltf_ext/convert/primitive_report.h"
-#include "gltf_ext/document/document.h"
+#include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/out_of_core/cell_assignment.h"
 #include "gltf_ext/out_of_core/mesh_spool.h"
-#include "gltf_ext/primitive/primitive_edit.h"
 
 namespace psplit {
 
@@ -30,23 +24,11 @@ struct MemoryPlan {
              uint64_t patch_faces = 0);
 };
 
-// A mesh in containers on one grid, or in streams without a container, and its report.
-struct EncodedSpool {
-  std::vector<Attribute> attributes;  // without values
-  EncodedParts encoded;
-  PrimitiveReport report;
-};
-
-// Closes the files of the finished `spool`. What the mesh loses is added to `losses`. `progress` counts faces.
-// Errors: those of CellParts and encode_parts, kUsage if the memory does not suffice for the number of points.
-Expected<EncodedSpool> encode_spool(MeshSpool& spool, const EncodeDocumentOptions& options,
-                                    const OutOfCoreOptions& limits, Losses& losses, const ThreadPool& pool,
-                                    const Progress& progress);
-
-// Makes each group of primitives refer to one of the containers or streams. Their bytes become mapped temporary
-// files, and so do their decoded meshes if there is a fallback.
-Status store_containers(Document& document, std::span<const PrimitiveGroup> groups, EncodedSpool& spool,
-                        const EncodeDocumentOptions& options, const OutOfCoreOptions& limits,
-                        const ThreadPool& pool, PrimitiveEditor& editor);
+// A job whose containers or streams are in temporary files; its group is empty. Closes the files of the
+// finished `spool`. What the mesh loses is added to `losses`. `progress` counts faces. Errors: those of
+// CellParts and encode_parts, kUsage if the memory does not suffice for the number of points.
+Expected<EncodeJob> encode_spool(MeshSpool& spool, const EncodeDocumentOptions& options,
+                                 const OutOfCoreOptions& limits, Losses& losses, const ThreadPool& pool,
+                                 const Progress& progress);
 
 }  // namespace psplit

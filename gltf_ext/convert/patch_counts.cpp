@@ -24,14 +24,12 @@ std::vector<uint32_t> patch_counts(std::span<const uint64_t> faces, const Encode
     const uint64_t most = std::max<uint64_t>(1, total / std::max<uint64_t>(1, target.least_faces));
     distributed = distribute_patches(faces, std::min(target.count, most));
   }
-  const uint64_t most = target.most > 0                  ? target.most
-                        : options.compat == Compat::kKhr ? kMostPatchPrimitives
-                                                         : UINT64_MAX;
   const auto count_of = [&](size_t i) -> uint64_t {
     if (faces[i] < target.min_faces) return 1;
     if (target.count > 0) return distributed[i];
     if (target.faces > 0) return std::max<uint64_t>(1, (faces[i] + target.faces / 2) / target.faces);
-    return std::min(most, default_patch_count(faces[i], target.min_faces > 0 ? target.min_faces : kMinFaces));
+    return std::min(options.most_patches(),
+                    default_patch_count(faces[i], target.min_faces > 0 ? target.min_faces : kMinFaces));
   };
   std::vector<uint32_t> counts;
   for (size_t i = 0; i < faces.size(); ++i) counts.push_back(static_cast<uint32_t>(count_of(i)));
@@ -40,7 +38,7 @@ std::vector<uint32_t> patch_counts(std::span<const uint64_t> faces, const Encode
 
 std::vector<uint32_t> patch_counts(std::span<const EncodeJob> jobs, const EncodeDocumentOptions& options) {
   std::vector<uint64_t> faces;
-  for (const EncodeJob& job : jobs) faces.push_back(job.mesh.faces.size());
+  for (const EncodeJob& job : jobs) faces.push_back(job.face_count());
   return patch_counts(faces, options);
 }
 

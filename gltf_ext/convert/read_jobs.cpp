@@ -10,6 +10,7 @@
 #include "encoder/coding/position_bits.h"
 #include "encoder/coding/quantization.h"
 #include "encoder/welding/reduce.h"
+#include "gltf_ext/convert/encode_spool.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
@@ -169,9 +170,7 @@ Status choose_position_bits(const Document& document, const EncodeDocumentOption
   for (size_t k = 0; k < jobs.size(); ++k) {
     AttributeCoding* coding = jobs[k].position_coding();
     if (coding == nullptr) continue;
-    const Expected<int> bits = options.position_bits_by_edges
-                                   ? position_bits_for_step(*coding, steps[groups[k]])
-                                   : position_bits_for_error(*coding, options.max_position_error);
+    const Expected<int> bits = chosen_position_bits(*coding, options, steps[groups[k]]);
     if (!bits) return bits.status().at(jobs[k].place(document));
     coding->bits = *bits;
   }
@@ -312,10 +311,10 @@ EncodeDocumentOptions with_share_of_patches(EncodeDocumentOptions options, uint6
 }
 
 // Nothing if the primitive stays as it is, because all of its triangles are degenerate.
-Expected<std::optional<EncodedSpool>> encode_in_parts(const Document& document, const PrimitiveGroup& group,
-                                                      const EncodeDocumentOptions& options,
-                                                      const OutOfCoreOptions& limits, const ThreadPool& pool,
-                                                      const Progress& progress) {
+Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, const PrimitiveGroup& group,
+                                                   const EncodeDocumentOptions& options,
+                                                   const OutOfCoreOptions& limits, const ThreadPool& pool,
+                                                   const Progress& progress) {
   const PrimitiveId id = group.ids.front();
   const PrimitiveSize size = stated_size(document, id);
   if (extension_field(document.json()["meshes"][id.mesh], "EXT_mesh_manifold") != nullptr)
@@ -338,26 +337,13 @@ Expected<std::optional<EncodedSpool>> encode_in_parts(const Document& document, 
   status = stream_primitive(document, id, **spool);
   if (status.ok()) status = (*spool)->finish();
   if (!status.ok()) return status;
-  if (!(*spool)->has_proper_face() && !options.keep_degenerate) return std::optional<EncodedSpool>();
-  Expected<EncodedSpool> encoded = encode_spool(**spool, options, limits, losses, pool, progress);
-  if (!encoded) return encoded.status();
-  return std::optional(std::move(*encoded));
+  if (!(*spool)->has_proper_face() && !options.keep_degenerate) return std::optional<EncodeJob>();
+  Expected<EncodeJob> job = encode_spool(**spool, options, limits, losses, pool, progress);
+  if (!job) return job.status();
+  return std::optional(std::move(*job));
 }
 
-}  // namespace
-
-std::set<std::string> metadata_attributes(const Json& json) {
-  std::set<std::string> names;
-  const Json* metadata = extension_field(json, "EXT_structural_metadata");
-  if (metadata == nullptr) return names;
-  for_each_element(*metadata, "propertyAttributes", [&](const Json& group) {
-    for_each_member(group, "properties", [&](const Json& property) {
-      if (const std::string* semantic = string_field(property, "attribute")) names.insert(*semantic);
-    });
-  });
-  return names;
-}
-
+// The reason why a primitive stays as it is; empty if it is encoded.
 Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
                                      const EncodeDocumentOptions& options) {
   const PrimitiveRecord& primitive = document.records().primitive(id);
@@ -376,6 +362,20 @@ Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
     if (is_padded_pair_of_columns(document.records().accessor(accessor).layout))
       return semantic + " is a matrix with padding";
   return std::string();
+}
+
+}  // namespace
+
+std::set<std::string> metadata_attributes(const Json& json) {
+  std::set<std::string> names;
+  const Json* metadata = extension_field(json, "EXT_structural_metadata");
+  if (metadata == nullptr) return names;
+  for_each_element(*metadata, "propertyAttributes", [&](const Json& group) {
+    for_each_member(group, "properties", [&](const Json& property) {
+      if (const std::string* semantic = string_field(property, "attribute")) names.insert(*semantic);
+    });
+  });
+  return names;
 }
 
 Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOptions& options,
@@ -398,19 +398,22 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     for (const PrimitiveId id : group.ids) result.skipped[{id.mesh, id.primitive}] = reason;
   };
   const uint64_t all_faces = stated_faces(document, groups);
+  std::vector<EncodeJob> large;
   for (PrimitiveGroup& group : take_large(document, groups, limits)) {
     const PrimitiveId id = group.ids.front();
     const EncodeDocumentOptions own =
         with_share_of_patches(options, stated_size(document, id).faces, all_faces);
     Status status = check_grid(wanted, group, options.volume);
-    Expected<std::optional<EncodedSpool>> encoded = std::optional<EncodedSpool>();
+    Expected<std::optional<EncodeJob>> encoded = std::optional<EncodeJob>();
     if (status.ok()) encoded = encode_in_parts(document, group, own, limits, pool, progress);
     if (status.ok()) status = encoded.status();
     if (!status.ok()) return std::move(status).at(place_of(document, id));
-    if (*encoded)
-      result.large.push_back({std::move(group), std::move(**encoded)});
-    else
+    if (!*encoded) {
       skip(group, kOnlyDegenerate);
+      continue;
+    }
+    (*encoded)->group = std::move(group);
+    large.push_back(std::move(**encoded));
   }
   // Compressed primitives are decoded together. Plain ones are read one after the other: primitives may share
   // points, and each job drops the points of others before the next is read.
@@ -449,6 +452,7 @@ Expected<EncodeJobs> read_jobs(const Document& document, const EncodeDocumentOpt
     if (Status status = choose_position_bits(document, options, shared_grids, result.jobs); !status.ok())
       return status;
   for (EncodeJob& job : result.jobs) round_job_weights(job);
+  std::ranges::move(large, std::back_inserter(result.jobs));
   return result;
 }
 

@@ -7,7 +7,6 @@
 
 #include "gltf_ext/convert/encode_document_options.h"
 #include "gltf_ext/convert/encode_job.h"
-#include "gltf_ext/convert/encode_spool.h"
 #include "gltf_ext/convert/primitive_report.h"
 
 namespace psplit {
@@ -15,21 +14,10 @@ namespace psplit {
 // The attributes that EXT_structural_metadata reads: data of the application, which must not be rounded.
 std::set<std::string> metadata_attributes(const Json& json);
 
-// The reason why a primitive stays as it is; empty if it is encoded.
-Expected<std::string> reason_to_skip(const Document& document, PrimitiveId id,
-                                     const EncodeDocumentOptions& options);
-
 inline constexpr const char* kOnlyDegenerate = "no triangles but degenerate ones";
 
-// A geometry that does not fit into memory.
-struct LargeJob {
-  PrimitiveGroup group;
-  EncodedSpool encoded;
-};
-
 struct EncodeJobs {
-  std::vector<EncodeJob> jobs;
-  std::vector<LargeJob> large;
+  std::vector<EncodeJob> jobs;  // those that are encoded already, in parts, are the last
   SkippedPrimitives skipped;
 };
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "encoder/out_of_core/spill.h"
+#include "encoder/spill.h"
 #include "gltf_ext/files/operating_system.h"
 #include "src/status.h"
 

@@ -677,7 +677,8 @@ TEST(EncodeLargePrimitives, ShareThePatchesWithAllOthers) {
     const auto expected_reports = must(encode(expected, options));
     const auto reports = must(
         encode_document(actual, options, draco_backend(), test_pool(), {}, small_parts(folder, part_faces)));
-    EXPECT_NEAR(static_cast<double>(stream_count(reports)), count, count / 8);
+    // Each part rounds its own number.
+    EXPECT_NEAR(static_cast<double>(stream_count(reports)), count, count / 5);
     EXPECT_NEAR(static_cast<double>(reports[2].streams.size()),
                 static_cast<double>(expected_reports[2].streams.size()), 1);
   }

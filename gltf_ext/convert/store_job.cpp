@@ -1,0 +1,133 @@
+#include "gltf_ext/convert/store_job.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "encoder/draco/draco_backend.h"
+#include "gltf_ext/convert/decode_to_file.h"
+#include "gltf_ext/files/operating_system.h"
+#include "gltf_ext/json/json_fields.h"
+#include "gltf_ext/primitive/accessors.h"
+#include "src/container/patch_container.h"
+
+namespace psplit {
+namespace {
+
+// The bytes of a container as a buffer of their own. Returns the buffer view.
+Expected<int64_t> add_container(Document& document, StoredBytes& bytes, const std::filesystem::path& folder) {
+  Expected<UnnamedFile> file = UnnamedFile::create(folder);
+  if (!file) return file.status();
+  constexpr uint64_t kWindow = uint64_t{4} << 20;
+  std::vector<uint8_t> window;
+  for (uint64_t at = 0; at < bytes.size(); at += window.size()) {
+    window.resize(static_cast<size_t>(std::min(kWindow, bytes.size() - at)));
+    if (Status status = bytes.read(at, window); !status.ok()) return status;
+    if (Status status = file->write(at, window); !status.ok()) return status;
+  }
+  Expected<MappedFile> mapped = MappedFile::open(*file);
+  if (!mapped) return mapped.status();
+  const size_t buffer = append_buffer(document, std::move(*mapped));
+  Json& views = document.json()["bufferViews"];
+  views.push_back({{"buffer", buffer}, {"byteOffset", 0}, {"byteLength", bytes.size()}});
+  return static_cast<int64_t>(views.size()) - 1;
+}
+
+// The accessors describe a mesh whose values are stored elsewhere.
+void describe(const PrimitiveGroup& group, const PartsContainer& container,
+              std::span<const Attribute> attributes, PrimitiveEditor& editor) {
+  MeshView mesh;
+  mesh.point_count = container.point_count;
+  mesh.indices = {index_type(mesh.point_count), 1, false, container.face_count * 3, {}, 0};
+  std::vector<PrimitiveEditor::Bounds> bounds;
+  for (size_t k = 0; k < attributes.size(); ++k) {
+    const Attribute& a = attributes[k];
+    mesh.attributes.push_back(
+        {a.semantic, {a.component_type, a.component_count, a.normalized, mesh.point_count, {}, 0}});
+    bounds.push_back({bound_json(container.bounds[k].least, a.component_type),
+                      bound_json(container.bounds[k].most, a.component_type)});
+  }
+  bounds.push_back({Json::array({0}), Json::array({container.used_point_count - 1})});
+  editor.describe_geometry(group, mesh, bounds);
+}
+
+// The mesh that the container or the lone stream decodes to.
+Expected<MeshInFile> decode_fallback(std::span<const uint8_t> bytes, const PartsContainer& container,
+                                     std::span<const AttributeRequest> requests, bool is_alone,
+                                     const OutOfCoreOptions& limits, const ThreadPool& pool) {
+  if (!is_alone) {
+    const Expected<PatchContainer> opened = open_container(bytes);
+    if (!opened) return opened.status();
+    return decode_to_file(*opened, requests, {limits.memory, limits.temporary}, pool);
+  }
+  Expected<MeshInFile> mesh =
+      lay_out_in_file(requests, container.point_count, container.face_count, limits.temporary);
+  if (!mesh) return mesh;
+  const PatchContainer stream = open_stream(bytes, container.point_count);
+  const DecodeTask task{&stream, requests};
+  const auto buffers = [&](size_t, uint32_t, uint32_t) {
+    return Expected<PrimitiveBuffers>(mesh->laid_out.buffers);
+  };
+  Status status = draco_backend().decode_into({&task, 1}, buffers, pool, {}).front();
+  if (!status.ok()) return status;
+  return mesh;
+}
+
+// Stores the pieces of a job that is in memory.
+void store_in_memory(Document& document, const EncodeJob& job, std::span<const PrimitiveGroup> groups,
+                     const char* extension, GeometryData data, PrimitiveEditor& editor) {
+  const auto store = [&](const PrimitiveGroup& group, std::span<const uint8_t> bytes, const Mesh& decoded,
+                         const std::vector<uint32_t>& source_point) {
+    const int64_t view = job.stream_view ? *job.stream_view : append_buffer_view(document, bytes);
+    editor.set_geometry(group, decoded, reorder(job.morphs, source_point), data);
+    set_draco_extension(document, group, extension, view, job.encoded.requests);
+  };
+  const EncodedMesh& encoded = job.encoded;
+  if (encoded.lone_streams.empty()) store(groups[0], encoded.container, encoded.decoded, encoded.source_point);
+  for (size_t k = 0; k < encoded.lone_streams.size(); ++k) {
+    const LoneStream& stream = encoded.lone_streams[k];
+    store(groups[k], stream.bytes, stream.decoded, stream.source_point);
+  }
+}
+
+Status store_parts(Document& document, EncodeJob& job, std::span<const PrimitiveGroup> groups,
+                   const char* extension, bool with_fallback, const OutOfCoreOptions& limits,
+                   const ThreadPool& pool, PrimitiveEditor& editor) {
+  const std::vector<AttributeRequest>& requests = job.encoded.requests;
+  for (size_t k = 0; k < groups.size(); ++k) {
+    PartsContainer& container = job.parts->containers[k];
+    const Expected<int64_t> view = add_container(document, *container.bytes, limits.temporary);
+    if (!view) return view.status();
+    container.bytes.reset();
+    if (with_fallback) {
+      const Expected<MeshInFile> mesh = decode_fallback(document.buffers.back(), container, requests,
+                                                        job.stored_as != StoredAs::kPatches, limits, pool);
+      if (!mesh) return mesh.status();
+      editor.set_geometry_in_file(groups[k], *mesh);
+    } else {
+      describe(groups[k], container, job.mesh.attributes, editor);
+    }
+    set_draco_extension(document, groups[k], extension, *view, requests);
+  }
+  return {};
+}
+
+}  // namespace
+
+Status store_job(Document& document, EncodeJob& job, std::span<const PrimitiveGroup> groups,
+                 const EncodeDocumentOptions& options, const OutOfCoreOptions& limits, const ThreadPool& pool,
+                 PrimitiveEditor& editor) {
+  const char* const extension = job.stored_as == StoredAs::kPatches ? kExtensionName : kStockExtensionName;
+  const bool with_fallback = options.fallback == Fallback::kUncompressed;
+  Status status;
+  if (job.parts)
+    status = store_parts(document, job, groups, extension, with_fallback, limits, pool, editor);
+  else
+    store_in_memory(document, job, groups, extension,
+                    with_fallback ? GeometryData::kInBufferViews : GeometryData::kStoredElsewhere, editor);
+  if (status.ok()) list_extension(document, extension, !with_fallback);
+  return status;
+}
+
+}  // namespace psplit
