@@ -14,8 +14,8 @@
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/document/references.h"
 #include "gltf_ext/json/json_fields.h"
-#include "gltf_ext/out_of_core/stream_primitive.h"
 #include "gltf_ext/out_of_core/temporary_space.h"
+#include "gltf_ext/primitive/view_in_place.h"
 
 namespace psplit {
 namespace {
@@ -247,6 +247,16 @@ Status check_patched(const Document& document, const std::vector<PrimitiveId>& i
   return patched.empty() ? Status() : check_decoded(document, patched, decoded);
 }
 
+// What the accessors state.
+ExpectedSizes stated_size(const Document& document, PrimitiveId id) {
+  const AssetRecords& records = document.records();
+  const PrimitiveRecord& primitive = records.primitive(id);
+  ExpectedSizes size{records.points_of(primitive), records.faces_of(primitive)};
+  for (const AttributeRecord& attribute : primitive.attributes)
+    size.record_bytes += records.accessor(attribute.accessor).layout.packed_bytes();
+  return size;
+}
+
 // Takes the largest groups out of `groups`, so that the others fit into memory together.
 std::vector<PrimitiveGroup> take_large(const Document& document, std::vector<PrimitiveGroup>& groups,
                                        const OutOfCoreOptions& limits) {
@@ -254,7 +264,7 @@ std::vector<PrimitiveGroup> take_large(const Document& document, std::vector<Pri
   std::vector<uint64_t> costs;
   std::vector<size_t> order(groups.size());
   for (const PrimitiveGroup& group : groups) {
-    const PrimitiveSize size = stated_size(document, group.ids.front());
+    const ExpectedSizes size = stated_size(document, group.ids.front());
     costs.push_back(
         MemoryPlan(limits, static_cast<size_t>(size.record_bytes)).cost.of(size.faces, size.points));
   }
@@ -316,27 +326,27 @@ Expected<std::optional<EncodeJob>> encode_in_parts(const Document& document, con
                                                    const OutOfCoreOptions& limits, const ThreadPool& pool,
                                                    const Progress& progress) {
   const PrimitiveId id = group.ids.front();
-  const PrimitiveSize size = stated_size(document, id);
+  const PrimitiveRecord& primitive = document.records().primitive(id);
+  const ExpectedSizes size = stated_size(document, id);
+  if (!primitive.targets.empty()) return unsupported("morph targets do not fit into --memory");
   if (extension_field(document.json()["meshes"][id.mesh], "EXT_mesh_manifold") != nullptr)
     return unsupported("EXT_mesh_manifold does not fit into --memory");
   if (options.keep_unused && shares_points(document, group))
     return unsupported("--keep-unused: primitives that share their points do not fit into --memory");
-  Status status =
-      check_temporary_space({size.points, size.faces, size.record_bytes, false}, limits.temporary, limits.note);
+  Status status = check_temporary_space(size, limits.temporary, limits.note);
   if (!status.ok()) return status;
   Losses losses;  // glTF values stay as they are
   SpoolOptions spool_options;
   spool_options.folder = limits.temporary;
-  spool_options.repairs = false;
   spool_options.coding = options.coding();
   spool_options.samples_edges = options.position_bits_by_edges;
   spool_options.exact = metadata_attributes(document.json());
   spool_options.keep_duplicates = options.keep_duplicates;
-  Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::create(std::move(spool_options), losses);
+  const Expected<MeshView> view = view_in_place(document, id);
+  if (!view) return view.status();
+  const Expected<std::unique_ptr<MeshSpool>> spool = MeshSpool::view(
+      *view, std::move(spool_options), losses, "accessor " + std::to_string(primitive.accessor_of("POSITION")));
   if (!spool) return spool.status();
-  status = stream_primitive(document, id, **spool);
-  if (status.ok()) status = (*spool)->finish();
-  if (!status.ok()) return status;
   if (!(*spool)->has_proper_face() && !options.keep_degenerate) return std::optional<EncodeJob>();
   Expected<EncodeJob> job = encode_spool(**spool, options, limits, losses, pool, progress);
   if (!job) return job.status();

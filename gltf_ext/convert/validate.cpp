@@ -123,7 +123,7 @@ std::vector<Finding> validate_document(const Document& document, const DecodeBac
 Status check_readable(const Document& document, PrimitiveId id, const DecodeBackend& backend,
                       const ThreadPool& pool) {
   // Large primitives are not copied into memory. If something is wrong, read_primitive says what.
-  if (const std::optional<MeshView> view = view_in_place(document, id); view && has_valid_indices(*view))
+  if (const std::optional<MeshView> view = valid_view_in_place(document, id))
     return read_morph_targets(document, id, view->point_count).status();
   const Expected<Mesh> mesh = read_primitive(document, id, backend, pool);
   if (!mesh) return mesh.status();

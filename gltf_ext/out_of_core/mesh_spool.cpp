@@ -5,7 +5,9 @@
 #include <cstring>
 
 #include "encoder/coding/quantization.h"
+#include "gltf_ext/files/operating_system.h"
 #include "gltf_ext/mesh_files/repair_values.h"
+#include "gltf_ext/primitive/view_in_place.h"
 
 namespace psplit {
 namespace {
@@ -88,17 +90,85 @@ Status MeshSpool::add_points(std::span<const Attribute> block, size_t count) {
     if (bits_of(attribute) > 0) trim_noise(attribute);
     if (i == position_)
       if (Status status = measure_positions(attribute); !status.ok()) return status;
-    const size_t width = attribute.stride();
-    for (size_t k = 0; k < count; ++k)
-      std::memcpy(block_.data() + k * record_bytes_ + offsets_[i], attribute.values.data() + k * width, width);
+    put_column(i, attribute, block_);
   }
   point_count_ += count;
   return points_.append(block_);
 }
 
+void MeshSpool::put_column(size_t attribute, const Attribute& column, std::span<uint8_t> records) const {
+  const size_t width = column.stride();
+  for (size_t k = 0; k < records.size() / record_bytes_; ++k)
+    std::memcpy(records.data() + k * record_bytes_ + offsets_[attribute], column.values.data() + k * width,
+                width);
+}
+
+// The records of points of the view.
+void MeshSpool::gather(uint64_t first, size_t count, std::span<uint8_t> records) const {
+  for (size_t i = 0; i < attributes_.size(); ++i) {
+    const ValuesView& values = view_->attributes[i].values;
+    Attribute column = attributes_[i];
+    const size_t width = column.stride(), begin = static_cast<size_t>(first);
+    column.values.resize(count * width);
+    for (size_t k = 0; k < count; ++k)
+      std::memcpy(column.values.data() + k * width, values.at(begin + k), width);
+    const std::byte* const from = values.at(begin);
+    release_mapped({reinterpret_cast<const uint8_t*>(from), (count - 1) * values.step() + width});
+    if (bits_of(column) > 0) trim_noise(column);
+    put_column(i, column, records);
+  }
+}
+
+Status MeshSpool::measure_view(const std::string& positions) {
+  Status status = for_each_point([&](uint64_t first, std::span<const uint8_t> records) -> Status {
+    for (size_t i = 0; i < records.size() / record_bytes_; ++i) {
+      const Position position = position_of(records.data() + i * record_bytes_);
+      // In memory, positions that are not finite are stored exactly. They belong to no cell.
+      if (!is_finite(position))
+        return invalid_input(positions + ": the position of point " + std::to_string(first + i) +
+                             " is not finite");
+      include(position);
+    }
+    return {};
+  });
+  uint64_t first = 0;
+  const auto look = [&](std::span<const Face> faces) -> Status {
+    if (options_.samples_edges)
+      if (Status sampled = sample_edges(first, faces); !sampled.ok()) return sampled;
+    first += faces.size();
+    return has_proper_face_ ? Status() : look_for_proper_face(faces);
+  };
+  return status.ok() ? for_each_face(look) : std::move(status);
+}
+
+Expected<std::unique_ptr<MeshSpool>> MeshSpool::view(MeshView mesh, SpoolOptions options, Losses& losses,
+                                                     const std::string& positions) {
+  options.repairs = false;
+  options.skip.clear();
+  std::vector<Attribute> layout;
+  for (const auto& [semantic, values] : mesh.attributes) {
+    const bool is_float = values.component_type == ComponentType::kFloat32 && values.component_count == 3;
+    if (values.component_type == ComponentType::kUint32)
+      return unsupported(semantic + " holds 32-bit integers");
+    if (semantic == "POSITION" && !is_float)
+      return unsupported("positions that are not floats do not fit into --memory");
+    layout.push_back({semantic, values.component_type, values.component_count, values.normalized, {}});
+  }
+  if (mesh.point_count > kMostPoints) return unsupported("more points than 32 bits can count");
+  std::unique_ptr<MeshSpool> spool(new MeshSpool(std::move(options), losses));
+  Status status = spool->begin(layout, 0);
+  spool->point_count_ = mesh.point_count;
+  spool->face_count_ = mesh.indices.count / 3;
+  spool->view_ = std::move(mesh);
+  if (status.ok()) status = spool->finish();
+  if (status.ok()) status = spool->measure_view(positions);
+  if (!status.ok()) return status;
+  return spool;
+}
+
 Status MeshSpool::add_faces(std::span<const Face> faces) {
   if (options_.samples_edges)
-    if (Status status = sample_edges(faces); !status.ok()) return status;
+    if (Status status = sample_edges(face_count_, faces); !status.ok()) return status;
   if (!has_proper_face_)
     if (Status status = look_for_proper_face(faces); !status.ok()) return status;
   face_count_ += faces.size();
@@ -138,12 +208,12 @@ Status MeshSpool::look_for_proper_face(std::span<const Face> faces) {
   return {};
 }
 
-Status MeshSpool::sample_edges(std::span<const Face> faces) {
+Status MeshSpool::sample_edges(uint64_t first, std::span<const Face> faces) {
   for (size_t i = 0; i < faces.size(); ++i) {
-    if (!edges_.wants(face_count_ + i)) continue;
+    if (!edges_.wants(first + i)) continue;
     const Expected<std::array<Position, 3>> corners = corners_of(faces[i]);
     if (!corners) return corners.status();
-    edges_.add(face_count_ + i, *corners);
+    edges_.add(first + i, *corners);
   }
   return {};
 }
@@ -173,6 +243,12 @@ Expected<Position> MeshSpool::position(uint32_t point) {
 }
 
 Status MeshSpool::read_record(uint32_t point, size_t offset, std::span<uint8_t> to) {
+  if (view_) {
+    std::vector<uint8_t> record(record_bytes_);
+    gather(point, 1, record);
+    std::copy_n(record.begin() + static_cast<std::ptrdiff_t>(offset), to.size(), to.begin());
+    return {};
+  }
   if (Status status = points_.flush(); !status.ok()) return status;
   return pages_.read(points_.file(), point_count_ * record_bytes_, uint64_t{point} * record_bytes_ + offset,
                      to);
@@ -242,7 +318,7 @@ void MeshSpool::end_solid(const std::string& name, uint64_t) {
 
 Status MeshSpool::finish() {
   for (AppendFile* file : {&points_, &faces_})
-    if (Status status = file->flush(); !status.ok()) return status;
+    if (Status status = view_ ? Status() : file->flush(); !status.ok()) return status;
   if (face_count_ == 0) return unsupported("a point cloud: only triangles can be split");
   sums_.resize(zeros_.size());
   read_attributes_ = attributes_;
@@ -266,7 +342,10 @@ Status MeshSpool::for_each_point(const VisitPoints& visit) const {
   for (uint64_t first = 0; first < point_count_; first += at_once) {
     const auto count = static_cast<size_t>(std::min(at_once, point_count_ - first));
     records.resize(count * record_bytes_);
-    if (Status status = points_.read_flushed(first * record_bytes_, records); !status.ok()) return status;
+    if (view_)
+      gather(first, count, records);
+    else if (Status status = points_.read_flushed(first * record_bytes_, records); !status.ok())
+      return status;
     for (; next_zero < zeros_.size() && zeros_[next_zero] < first + count; ++next_zero) {
       const std::array<float, 3> normal = normal_of_faces(sums_[next_zero]);
       std::memcpy(records.data() + (zeros_[next_zero] - first) * record_bytes_ + offsets_[normal_],
@@ -306,13 +385,23 @@ Status MeshSpool::for_each_position(const std::function<void(std::span<const Pos
   });
 }
 
+Status MeshSpool::read_faces(uint64_t first, std::span<Face> faces) const {
+  uint8_t* const to = reinterpret_cast<uint8_t*>(faces.data());
+  if (!view_) return faces_.read_flushed(first * sizeof(Face), {to, faces.size_bytes()});
+  const size_t begin = static_cast<size_t>(3 * first), count = 3 * faces.size();
+  const ValuesView& indices = view_->indices;
+  Status status = read_indices(indices, begin, view_->point_count, {faces.front().data(), count});
+  if (!indices.bytes.empty())
+    release_mapped({reinterpret_cast<const uint8_t*>(indices.at(begin)), count * indices.value_bytes()});
+  return status;
+}
+
 Status MeshSpool::for_each_face(const std::function<Status(std::span<const Face>)>& visit) const {
   constexpr uint64_t kAtOnce = kBlockBytes / sizeof(Face);
   std::vector<Face> faces;
   for (uint64_t first = 0; first < face_count_; first += kAtOnce) {
     faces.resize(static_cast<size_t>(std::min(kAtOnce, face_count_ - first)));
-    const std::span<uint8_t> to(reinterpret_cast<uint8_t*>(faces.data()), faces.size() * sizeof(Face));
-    if (Status status = faces_.read_flushed(first * sizeof(Face), to); !status.ok()) return status;
+    if (Status status = read_faces(first, faces); !status.ok()) return status;
     if (Status status = visit(faces); !status.ok()) return status;
   }
   return {};

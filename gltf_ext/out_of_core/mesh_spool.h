@@ -1,4 +1,4 @@
-// A mesh of any size in temporary files, as it was read.
+// A mesh of any size as it was read, in temporary files or in the buffers of a document.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -18,6 +19,7 @@
 #include "gltf_ext/mesh_files/stl.h"
 #include "gltf_ext/out_of_core/cell_tree.h"
 #include "gltf_ext/out_of_core/file_blocks.h"
+#include "gltf_ext/primitive/mesh_view.h"
 
 namespace psplit {
 
@@ -42,6 +44,12 @@ class MeshSpool : public MeshSink, public FacetSink {
  public:
   // `losses` must outlive the object.
   static Expected<std::unique_ptr<MeshSpool>> create(SpoolOptions options, Losses& losses);
+
+  // The mesh of a primitive, without a copy: its values are read where they are, and must outlive the object.
+  // Nothing is repaired, and it is finished. `positions` is the name of positions in errors. Errors:
+  // kInvalidInput, kUnsupported (32-bit integers, positions that are not floats).
+  static Expected<std::unique_ptr<MeshSpool>> view(MeshView mesh, SpoolOptions options, Losses& losses,
+                                                   const std::string& positions);
 
   Status begin(std::span<const Attribute> layout, size_t expected_points) override;
   Status add_points(std::span<const Attribute> block, size_t count) override;
@@ -106,6 +114,9 @@ class MeshSpool : public MeshSink, public FacetSink {
   using Sum = std::array<double, 3>;
 
   Status measure_positions(const Attribute& positions);
+  Status measure_view(const std::string& positions);
+  void gather(uint64_t first, size_t count, std::span<uint8_t> records) const;
+  void put_column(size_t attribute, const Attribute& column, std::span<uint8_t> records) const;
   void include(const Position& position) {
     for (size_t axis = 0; axis < position.size(); ++axis) {
       box_.low[axis] = std::min(box_.low[axis], position[axis]);
@@ -114,8 +125,9 @@ class MeshSpool : public MeshSink, public FacetSink {
   }
   Status repair_block_normals(Attribute& normals, size_t count);
   Status too_many_zero_normals() const;
-  Status sample_edges(std::span<const Face> faces);
+  Status sample_edges(uint64_t first, std::span<const Face> faces);
   Status look_for_proper_face(std::span<const Face> faces);
+  Status read_faces(uint64_t first, std::span<Face> faces) const;
   Status read_record(uint32_t point, size_t offset, std::span<uint8_t> to);
   Expected<std::array<Position, 3>> corners_of(const Face& face);
   Status add_to_zero_normals(const Face& face);
@@ -140,6 +152,7 @@ class MeshSpool : public MeshSink, public FacetSink {
   size_t position_ = kNone, normal_ = kNone;
   Box box_{{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
   AppendFile points_, faces_;
+  std::optional<MeshView> view_;  // instead of these files
   uint64_t point_count_ = 0, face_count_ = 0;
   std::vector<uint8_t> block_;
   PagedFile pages_;

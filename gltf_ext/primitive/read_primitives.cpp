@@ -1,7 +1,8 @@
 #include "gltf_ext/primitive/read_primitives.h"
 
-#include <cstring>
+#include <numeric>
 
+#include "gltf_ext/primitive/view_in_place.h"
 #include "src/container/patch_container.h"
 
 namespace psplit {
@@ -34,32 +35,21 @@ Status read_plain_attributes(const Document& document, const PrimitiveRecord& pr
   return {};
 }
 
-Expected<std::vector<uint32_t>> read_indices(const Document& document, const PrimitiveRecord& primitive,
-                                             uint32_t point_count) {
-  std::vector<uint32_t> indices;
+Expected<std::vector<uint32_t>> indices_of(const Document& document, const PrimitiveRecord& primitive,
+                                           uint32_t point_count) {
+  std::vector<uint32_t> indices(point_count);
   if (primitive.indices < 0) {
-    indices.resize(point_count);
-    for (uint32_t i = 0; i < point_count; ++i) indices[i] = i;
+    std::iota(indices.begin(), indices.end(), 0u);
     return indices;
   }
   const Expected<AccessorData> data = read_accessor(document, primitive.indices);
   if (!data) return data.status();
-  const size_t width = component_bytes(data->component_type);
   if (data->component_count != 1 ||
       (data->component_type != ComponentType::kUint8 && data->component_type != ComponentType::kUint16 &&
        data->component_type != ComponentType::kUint32))
     return invalid_input("indices are not unsigned scalars");
-  const uint32_t restart = width == 4 ? UINT32_MAX : (1u << 8 * width) - 1;
   indices.resize(data->count);
-  for (size_t i = 0; i < indices.size(); ++i) {
-    std::memcpy(&indices[i], data->values.data() + i * width, width);
-    if (indices[i] == restart)
-      return invalid_input("index " + std::to_string(i) + " is " + std::to_string(restart) +
-                           ", which restarts primitives and glTF forbids");
-    if (indices[i] >= point_count)
-      return invalid_input("index " + std::to_string(i) + " is " + std::to_string(indices[i]) +
-                           ", but there are " + std::to_string(point_count) + " points");
-  }
+  if (Status status = read_indices(*data, 0, point_count, indices); !status.ok()) return status;
   return indices;
 }
 
@@ -91,7 +81,7 @@ Expected<Mesh> read_plain(const Document& document, const PrimitiveRecord& primi
       document.records().accessor(primitive.indices).layout.component_count() != 1)
     return invalid_input("indices are not scalars");
   if (primitive.storage() != PrimitiveStorage::kPlain) return mesh;
-  const auto indices = read_indices(document, primitive, mesh.point_count);
+  const auto indices = indices_of(document, primitive, mesh.point_count);
   if (!indices) return indices.status();
   auto faces = triangles(*indices, primitive.mode);
   if (!faces) return faces.status();
@@ -162,7 +152,7 @@ Expected<LinesOrPoints> read_lines_or_points(const Document& document, Primitive
   result.corner_count = mode == 0 ? 1 : 2;
   if (Status status = read_plain_attributes(document, primitive, result.mesh); !status.ok())
     return std::move(status).at(place_of(id));
-  const auto indices = read_indices(document, primitive, result.mesh.point_count);
+  const auto indices = indices_of(document, primitive, result.mesh.point_count);
   if (!indices) return indices.status().at(place_of(id));
   const size_t count = indices->size();
   if (mode == 0)

@@ -135,8 +135,8 @@ class SceneParts {
   Expected<MeshView> view_of_primitive(PrimitiveId id) {
     const auto known = views_.find({id.mesh, id.primitive});
     if (known != views_.end()) return known->second;
-    std::optional<MeshView> view = view_in_place(document_, id);
-    if (!view || !has_valid_indices(*view)) {
+    std::optional<MeshView> view = valid_view_in_place(document_, id);
+    if (!view) {
       Expected<Mesh> mesh = read_primitive(document_, id, cpu_backend(), pool_);
       if (!mesh) return mesh.status();
       view = psplit::view_of(meshes_.emplace_back(std::move(*mesh)));

@@ -54,8 +54,8 @@ Expected<bool> view_primitive(const Document& document, const MemoryLimit& limit
                               AssetPrimitive& primitive) {
   if (document.records().primitive(primitive.id).storage() == PrimitiveStorage::kPatches)
     return decode_patches(document, limit, pool, primitive);
-  const std::optional<MeshView> in_place = view_in_place(document, primitive.id);
-  if (!in_place || !has_valid_indices(*in_place)) return false;
+  const std::optional<MeshView> in_place = valid_view_in_place(document, primitive.id);
+  if (!in_place) return false;
   primitive.view = *in_place;
   return true;
 }
