@@ -7,10 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "gltf_ext/compare/declared_grids.h"
+#include "encoder/coding/attribute_coding.h"
 #include "gltf_ext/primitive/mesh_view.h"
+#include "gltf_ext/primitive/read_primitives.h"
+#include "src/container/stream_description.h"
 
 namespace psplit {
+
+// A quantization grid that a file declares: how far its values may be from the original values.
+struct DeclaredGrid {
+  double within = 0;  // the largest error of a component; for directions, of the chord between unit vectors
+  std::string identity{};    // equal for equal grids; empty if the streams have several grids
+  AttributeCoding coding{};  // the grid, or one of them
+};
 
 struct AssetPrimitive {
   PrimitiveId id;

@@ -1,4 +1,4 @@
-// Attributes that the user does not want.
+// Data that is left out: attributes that the user does not want, and what encoding would make wrong.
 #pragma once
 
 #include <map>
@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "gltf_ext/convert/encode_document_options.h"
+#include "gltf_ext/convert/encode_job.h"
+#include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/document/document.h"
 
 namespace psplit {
@@ -29,5 +31,10 @@ struct DroppedAttributes {
 // that stay.
 Expected<DroppedAttributes> drop_attributes(Document& document, const EncodeDocumentOptions& options,
                                             std::span<const PrimitiveId> ids);
+
+// Drops EXT_mesh_manifold from the meshes of all jobs, because it names points by indices, which change.
+// Releases its accessors, and adds a warning to the report of each primitive.
+void drop_manifolds(Document& document, std::span<const EncodeJob> jobs, PrimitiveEditor& editor,
+                    EncodeReports& reports);
 
 }  // namespace psplit

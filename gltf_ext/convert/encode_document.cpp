@@ -4,9 +4,8 @@
 
 #include "gltf_ext/convert/condense_patches.h"
 #include "gltf_ext/convert/drop_attributes.h"
-#include "gltf_ext/convert/drop_manifolds.h"
+#include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/encode_reports.h"
-#include "gltf_ext/convert/patch_counts.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "gltf_ext/convert/replace_streams.h"
 #include "gltf_ext/convert/store_job.h"

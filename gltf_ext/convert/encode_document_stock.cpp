@@ -2,7 +2,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
-#include "gltf_ext/convert/drop_manifolds.h"
+#include "gltf_ext/convert/drop_attributes.h"
 #include "gltf_ext/convert/encode_reports.h"
 #include "gltf_ext/convert/read_jobs.h"
 #include "src/container/patch_container.h"

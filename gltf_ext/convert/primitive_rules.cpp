@@ -1,10 +1,9 @@
-#include "gltf_ext/convert/primitive_rules.h"
-
 #include <algorithm>
 #include <cstring>
 
 #include "gltf_ext/convert/decode_to_file.h"
 #include "gltf_ext/convert/stated_bytes.h"
+#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json_fields.h"
 #include "src/container/patch_container.h"
 #include "src/cpu/checked_decode.h"

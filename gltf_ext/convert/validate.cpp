@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "gltf_ext/convert/primitive_rules.h"
 #include "gltf_ext/document/linked_files.h"
 #include "gltf_ext/json/json_fields.h"
 #include "gltf_ext/primitive/primitive_edit.h"

@@ -2,18 +2,38 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
-#include "gltf_ext/convert/finding.h"
 #include "gltf_ext/primitive/memory_limit.h"
 #include "gltf_ext/primitive/mesh_view.h"
 #include "gltf_ext/primitive/read_primitives.h"
+#include "src/status.h"
 
 namespace psplit {
 
+// A broken rule of PSPLIT_mesh_draco_patches.
+struct Finding {
+  std::string rule;  // stable: see the table in validate.cpp
+  std::string message;
+  Place place;
+  bool error = true;  // otherwise a warning
+  // Or kUnsupported: this decoder cannot tell whether it is valid. All other codes are of failures that say
+  // nothing about the asset, such as a full disk.
+  StatusCode code = StatusCode::kInvalidInput;
+};
+
+// The first failure that kept a check from its end; ok if there is none.
+inline Status first_failure(std::span<const Finding> findings) {
+  for (const Finding& finding : findings)
+    if (finding.error && finding.code != StatusCode::kInvalidInput && finding.code != StatusCode::kUnsupported)
+      return {finding.code, finding.message, finding.place};
+  return {};
+}
+
 // Decodes every patch once and checks every rule, primitives in parallel. Returns the findings in the order of
 // the primitives; empty if the document is valid. Primitives in patches that are too large for `limit` are
-// checked one after the other (primitive_rules.h).
+// checked one after the other (check_patched_primitive).
 std::vector<Finding> validate_document(const Document& document, const DecodeBackend& backend,
                                        const ThreadPool& pool, const MemoryLimit& limit = {});
 
@@ -30,5 +50,19 @@ Status check_decoded(const Document& document, std::span<const PrimitiveId> ids,
 // Decodes all primitives in patches, and checks them with check_decoded: for commands that pass them on
 // unchanged. The meshes are not kept.
 Status check_patches(const Document& document, const DecodeBackend& backend, const ThreadPool& pool);
+
+// Checks a primitive in patches by every rule. Each stream is decoded once, by the CPU's decoder. If `backend`
+// is another one, it decodes the container too, and the rules for decoded data are checked on its mesh. If the
+// mesh is too large for `limit`, only the CPU decodes it, into a temporary file.
+std::vector<Finding> check_patched_primitive(const Document& document, PrimitiveId id,
+                                             const DecodeBackend& backend, const ThreadPool& pool,
+                                             const MemoryLimit& limit = {});
+
+// Whether check_patched_primitive would put the mesh into a temporary file, if its JSON is right.
+bool is_too_large_to_check(const Document& document, PrimitiveId id, const MemoryLimit& limit);
+
+// Checks a primitive in patches by all rules except those that need each stream: "attribute-type" and "copies".
+// `mesh` is its decoded mesh, and may have more attributes than the patches.
+std::vector<Finding> check_decoded_primitive(const Document& document, PrimitiveId id, const MeshView& mesh);
 
 }  // namespace psplit

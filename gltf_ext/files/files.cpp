@@ -16,13 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct CloseFile {
-  void operator()(std::FILE* file) const {
-    if (file != stdin && file != stdout) std::fclose(file);
-  }
-};
-using File = std::unique_ptr<std::FILE, CloseFile>;
-
 Status failure(const char* what, const fs::path& path, int error) {
   const Place place{.file = path == "-" ? "stdin" : path.string()};
   return io_error(std::string("cannot ") + what, error, place);
@@ -49,7 +42,7 @@ std::string lower_extension(const fs::path& path) {
 Expected<std::vector<uint8_t>> read_file(const fs::path& path, uint64_t limit) {
   std::error_code error;
   if (path != "-" && fs::is_directory(path, error)) return failure("read", path, EISDIR);
-  const File file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"));
+  const OpenFile file(path == "-" ? stdin : std::fopen(path.c_str(), "rb"));
   if (file == nullptr) return failure("open", path, errno);
 
   // The array grows with the bytes that arrive: a pipe has no size, and a stated limit may be wrong.
@@ -87,7 +80,7 @@ Status write_file(const fs::path& path, const std::function<bool(std::FILE*)>& w
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
   if (type == fs::file_type::character || type == fs::file_type::fifo) {  // written to, never replaced
-    const File file(std::fopen(path.c_str(), "wb"));
+    const OpenFile file(std::fopen(path.c_str(), "wb"));
     return file != nullptr && write_whole(file.get()) ? Status() : failure("write", path, errno);
   }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,6 +13,14 @@
 #include "src/status.h"
 
 namespace psplit {
+
+// An open file, which is closed with its owner unless it is stdin or stdout.
+struct CloseFile {
+  void operator()(std::FILE* file) const {
+    if (file != stdin && file != stdout) std::fclose(file);
+  }
+};
+using OpenFile = std::unique_ptr<std::FILE, CloseFile>;
 
 // ".glb" for both a.glb and b.GLB.
 std::string lower_extension(const std::filesystem::path& path);

@@ -11,18 +11,13 @@
 #include <limits>
 #include <string>
 
+#include "gltf_ext/files/files.h"
 #include "gltf_ext/files/io_error.h"
 
 namespace psplit {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct CloseFile {
-  void operator()(std::FILE* file) const {
-    if (file != stdin) std::fclose(file);
-  }
-};
 
 Status read_failure(const fs::path& path, int error) {
   return io_error("cannot read", error, {.file = path.string()});
@@ -44,7 +39,7 @@ class FileStream : public ByteStream {
   std::optional<uint64_t> size() const override { return size_; }
 
  private:
-  std::unique_ptr<std::FILE, CloseFile> file_;
+  OpenFile file_;
   fs::path path_;
   std::optional<uint64_t> size_;
   Progress progress_;

@@ -1,7 +1,10 @@
 #include "gltf_ext/mesh_files/read_asset.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <new>
+#include <set>
 #include <stdexcept>
 
 #include "gltf_ext/files/files.h"
@@ -14,7 +17,7 @@
 #include "gltf_ext/mesh_files/ply.h"
 #include "gltf_ext/mesh_files/repair_values.h"
 #include "gltf_ext/mesh_files/stl.h"
-#include "gltf_ext/primitive/normal_lengths.h"
+#include "gltf_ext/primitive/accessors.h"
 
 namespace psplit {
 namespace {
@@ -39,6 +42,42 @@ Expected<Document> read_whole_file(Scanner& scanner, AssetFormat format, const f
   if (!bytes) return bytes.status();
   return format == AssetFormat::kDraco ? document_from_draco(*bytes, describe)
                                        : parse_document(std::move(*bytes), source);
+}
+
+// Reads them in steps.
+uint64_t odd_normals_in(const ValuesView& normals) {
+  if (normals.component_type != ComponentType::kFloat32 || normals.component_count != 3) return 0;
+  constexpr double kUnit = 0.01;  // more than the error of encoders with few bits
+  uint64_t count = 0;
+  for_each_step(normals, [&](size_t first, size_t end) {
+    for (size_t i = first; i < end; ++i) {
+      std::array<float, 3> v;
+      std::memcpy(v.data(), normals.at(i), sizeof(v));
+      const double square = double{v[0]} * v[0] + double{v[1]} * v[1] + double{v[2]} * v[2];
+      count += !(std::fabs(std::sqrt(square) - 1) <= kUnit);
+    }
+    return true;
+  });
+  return count;
+}
+
+// The number of float normals of plain primitives that are not unit vectors. glTF forbids them; they pass
+// through unchanged.
+uint64_t count_odd_normals(const Document& document) {
+  const AssetRecords& records = document.records();
+  std::set<int64_t> accessors;
+  for (const PrimitiveId id : all_primitives(document))
+    if (const int64_t index = records.primitive(id).accessor_of("NORMAL"); index >= 0) accessors.insert(index);
+  uint64_t count = 0;
+  for (const int64_t index : accessors) {
+    if (!records.accessor(index).has_view()) continue;
+    if (const Expected<ValuesView> view = accessor_view(document, index)) {
+      count += odd_normals_in(*view);
+    } else if (const Expected<AccessorData> data = read_accessor(document, index)) {
+      count += odd_normals_in(*data);
+    }
+  }
+  return count;
 }
 
 Expected<Asset> asset_of(Expected<Document> document) {

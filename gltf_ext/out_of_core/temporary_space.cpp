@@ -20,8 +20,7 @@ uint64_t bytes_of_parts(const ExpectedSizes& sizes) {
 // And a twentieth for the points at borders.
 uint64_t with_borders(uint64_t bytes) { return bytes / 20 * 21; }
 
-}  // namespace
-
+// The most bytes of temporary files at one time, except for points that many parts share.
 // While the spool is distributed, there are the spool and the cells' files. Then the spool goes and the parts
 // come, which take no more than it. The container takes less than the cells' files, which went before.
 uint64_t temporary_bytes(const ExpectedSizes& sizes) {
@@ -29,6 +28,8 @@ uint64_t temporary_bytes(const ExpectedSizes& sizes) {
   const uint64_t spool = sizes.points * sizes.record_bytes + (sizes.is_soup ? 0 : sizes.faces * kFace);
   return with_borders(spool + bytes_of_parts(sizes));
 }
+
+}  // namespace
 
 Status check_temporary_space(const ExpectedSizes& sizes, const std::filesystem::path& folder,
                              const std::function<void(const std::string&)>& note, bool is_certain) {

@@ -16,9 +16,6 @@ struct ExpectedSizes {
   bool is_soup = false;
 };
 
-// The most bytes of temporary files at one time, except for points that many parts share.
-uint64_t temporary_bytes(const ExpectedSizes& sizes);
-
 // Tells `note` how much space the work may take and how much is free. kMayPass if that is too little, unless
 // the sizes are not certain: then only the work itself can tell.
 Status check_temporary_space(const ExpectedSizes& sizes, const std::filesystem::path& folder,

@@ -8,7 +8,7 @@
 #include "encoder/draco/stock_stream.h"
 #include "gltf_ext/convert/document_from_mesh.h"
 #include "gltf_ext/convert/encode_document_stock.h"
-#include "gltf_ext/convert/patch_counts.h"
+#include "gltf_ext/convert/encode_job.h"
 #include "gltf_ext/convert/validate.h"
 #include "gltf_ext/mesh_files/draco_file.h"
 #include "src/cpu/cpu_backend.h"

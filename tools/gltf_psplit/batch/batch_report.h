@@ -102,11 +102,8 @@ class BatchRows {
   std::optional<std::string> for_each(const std::function<bool(std::string_view row)>& visit);
 
  private:
-  struct Close {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-  };
   std::string name_;
-  std::unique_ptr<std::FILE, Close> file_;
+  OpenFile file_;
 };
 
 // Writes `head`, with the rows as its member "assets", to a file or to stdout ("-"). `for_each_row` calls its

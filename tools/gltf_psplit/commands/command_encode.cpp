@@ -106,19 +106,6 @@ Expected<Encoded> encode_asset(Document document, const EncodeCommandArguments& 
   return encoded;
 }
 
-// What read_for_output checks.
-Status check_files(const EncodeCommandArguments& arguments, const Session& session, WriteReport& written) {
-  if (Status status = check_output_paths(arguments.output, arguments.report, session.force); !status.ok())
-    return status;
-  if (Status status = check_not_in_place(arguments.output, arguments.input, nullptr, session.force);
-      !status.ok())
-    return status;
-  const std::string inputs[] = {arguments.input};
-  if (Status status = check_not_an_input(arguments.report, "--report", inputs); !status.ok()) return status;
-  written.files = {arguments.output};
-  return check_not_an_output(arguments.report, "--report", written);
-}
-
 // A PLY, an STL or an OBJ in bounded memory.
 Expected<Encoded> encode_large_file(Scanner& scanner, AssetFormat format,
                                     const EncodeCommandArguments& arguments, const Session& session,
@@ -200,11 +187,13 @@ Expected<Encoded> encode_input(const EncodeCommandArguments& arguments, const Se
     if (!document) return document.status();
     return encode_asset(std::move(*document), arguments, session, fits);
   }
-  if (Status status = check_files(arguments, session, written); !status.ok()) return status;
+  const auto check = [&](const Document* document) {
+    return check_paths(arguments.input, document, arguments.output, arguments.report, session, written);
+  };
+  if (Status status = check(nullptr); !status.ok()) return status;
   Expected<Encoded> encoded = encode_stream(arguments, session, is_file);
   if (!encoded) return encoded.status().at({.file = arguments.input == "-" ? "stdin" : arguments.input});
-  Status status = check_not_an_input(arguments.report, "--report", encoded->document);
-  if (!status.ok()) return status;
+  if (Status status = check(&encoded->document); !status.ok()) return status;
   return encoded;
 }
 
@@ -243,7 +232,7 @@ Status run_dry(const EncodeCommandArguments& arguments, const Session& session) 
   WriteReport written;
   Status status =
       arguments.memory > 0
-          ? check_files(arguments, session, written)
+          ? check_paths(arguments.input, nullptr, arguments.output, arguments.report, session, written)
           : read_for_output(arguments.input, arguments.output, arguments.report, session, written).status();
   if (status.ok() && arguments.memory > 0) status = open_byte_stream(arguments.input).status();
   if (!status.ok()) return std::move(status).at({.file = arguments.input});

@@ -14,7 +14,6 @@
 #include "tools/gltf_psplit/files/output_checks.h"
 #include "tools/gltf_psplit/files/read_input.h"
 #include "tools/gltf_psplit/files/text_output.h"
-#include "tools/gltf_psplit/inspect/inspect_report.h"
 #include "tools/gltf_psplit/inspect/inspected_asset.h"
 #include "tools/gltf_psplit/options/backend_choice.h"
 #include "tools/gltf_psplit/options/file_options.h"

@@ -6,7 +6,7 @@
 
 #include "encoder/draco/draco_backend.h"
 #include "encoder/draco/stock_stream.h"
-#include "gltf_ext/convert/patch_counts.h"
+#include "gltf_ext/convert/encode_job.h"
 #include "src/cpu/staged_decode.h"
 #include "tools/gltf_psplit/compare/meshopt_rival.h"
 #include "tools/gltf_psplit/report/number_text.h"

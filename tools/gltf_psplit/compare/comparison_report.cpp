@@ -166,6 +166,12 @@ std::string settings_text(const ComparisonOptions& options) {
          speed + "; stages of the core on one thread, without stitching";
 }
 
+// "psplit 0.1.0 (g++ 12.2.0), libdraco ..."
+std::string versions_text(const Environment& environment) {
+  return "psplit " + environment.psplit + " (" + environment.compiler + "), libdraco " + environment.draco +
+         ", meshoptimizer " + environment.meshoptimizer + ", zstd " + environment.zstd;
+}
+
 std::string machine_text(const Environment& environment) {
   return environment.cpu + ", " + counted(static_cast<uint64_t>(environment.threads), "thread") + "; " +
          (environment.gpu.empty() ? "no GPU" : environment.gpu) + "; " + versions_text(environment);
@@ -228,11 +234,6 @@ Json to_json(const ComparisonReport& report) {
     result["splits"].push_back(std::move(split));
   }
   return result;
-}
-
-std::string versions_text(const Environment& environment) {
-  return "psplit " + environment.psplit + " (" + environment.compiler + "), libdraco " + environment.draco +
-         ", meshoptimizer " + environment.meshoptimizer + ", zstd " + environment.zstd;
 }
 
 std::string to_text(const ComparisonReport& report, bool wide) {

@@ -45,7 +45,4 @@ Json to_json(const ComparisonReport& report);
 // `wide`: with all columns; otherwise with those that fit into 100 characters.
 std::string to_text(const ComparisonReport& report, bool wide = true);
 
-// The versions of all libraries: "psplit 0.1.0 (g++ 12.2.0), libdraco ..."
-std::string versions_text(const Environment& environment);
-
 }  // namespace psplit

@@ -57,6 +57,9 @@ std::string threads_text(int threads) {
   return threads == 1 ? "one thread" : counted(static_cast<uint64_t>(threads), "thread");
 }
 
+// "cpu on 2 threads"
+std::string decoder_text(const DecodeRow& row) { return row.backend + " on " + threads_text(row.threads); }
+
 // "on the GPU", "on 2 threads"
 std::string where_text(const DecodeRow& row) {
   return row.backend == "cuda" ? "on the GPU" : "on " + threads_text(row.threads);
@@ -233,8 +236,6 @@ const DecodeRow& fastest_decoder(const SplitRow& row) {
   };
   return *std::ranges::min_element(row.decode, {}, rank);
 }
-
-std::string decoder_text(const DecodeRow& row) { return row.backend + " on " + threads_text(row.threads); }
 
 bool is_noisy(const Timing& timing) {
   return timing.upper_quartile_ms - timing.lower_quartile_ms > kNoisySpread * timing.median_ms;

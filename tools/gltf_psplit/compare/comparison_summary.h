@@ -45,9 +45,6 @@ ComparisonSummary summarize_comparison(const Comparison& comparison, const std::
 // The fastest of psplit's own decoders for a split, which must have at least one decoder.
 const DecodeRow& fastest_decoder(const SplitRow& row);
 
-// "cpu on 2 threads"
-std::string decoder_text(const DecodeRow& row);
-
 bool is_noisy(const Timing& timing);
 
 }  // namespace psplit

@@ -16,21 +16,30 @@ void append_written(Json& object, const WriteReport& report) {
   object["warnings"] = report.warnings;
 }
 
+Status check_paths(const std::string& input, const Document* document, const std::string& output,
+                   const std::string& report, const Session& session, WriteReport& written, OutputForms forms) {
+  Status status = check_output_paths(output, report, session.force, forms);
+  if (status.ok()) status = check_not_in_place(output, input, document, session.force);
+  if (status.ok())
+    status = document != nullptr ? check_not_an_input(report, "--report", *document)
+                                 : check_not_an_input(report, "--report", {&input, 1});
+  written.files = {output};
+  return status.ok() ? check_not_an_output(report, "--report", written) : std::move(status);
+}
+
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Session& session, WriteReport& written,
                                    const std::string& backend, const std::filesystem::path& spool,
                                    OutputForms forms) {
-  if (Status status = check_output_paths(output, report, session.force, forms); !status.ok()) return status;
-  if (Status status = check_not_in_place(output, input, nullptr, session.force); !status.ok()) return status;
+  Status status = check_paths(input, nullptr, output, report, session, written, forms);
+  if (!status.ok()) return status;
   Expected<Document> document = [&] {
     ProgressBar bar("reading", session.log);
     return read_input(input, session.log, backend, FileAccess::kMap, spool, bar.callback("byte"));
   }();
   if (!document) return document;
-  if (Status status = check_not_in_place(output, input, &*document, session.force); !status.ok()) return status;
-  if (Status status = check_not_an_input(report, "--report", *document); !status.ok()) return status;
-  written.files = {output};
-  if (Status status = check_not_an_output(report, "--report", written); !status.ok()) return status;
+  status = check_paths(input, &*document, output, report, session, written, forms);
+  if (!status.ok()) return status;
   return document;
 }
 

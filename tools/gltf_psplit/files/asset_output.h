@@ -16,10 +16,15 @@ void log_written(const WriteReport& report, const Log& log, const std::string& p
 // Appends the same as JSON: "images" and "warnings" of an asset.
 void append_written(Json& object, const WriteReport& report);
 
-// Reads the input of a command that makes one asset of another. Before, checks that the output and, if `report`
-// is not empty, the report can be written; then, that the report replaces neither a file of the input nor the
-// output, which becomes the first file of `written`, and that the output replaces no file of the input, unless
-// --force was given. For the rest see read_input.
+// Checks that the output and, if `report` is not empty, the report can be written; that the report replaces
+// neither a file of the input nor the output, which becomes the first file of `written`; and that the output
+// replaces no file of the input, unless --force was given. Without `document`, only the input's own file
+// counts.
+Status check_paths(const std::string& input, const Document* document, const std::string& output,
+                   const std::string& report, const Session& session, WriteReport& written,
+                   OutputForms forms = OutputForms::kGltf);
+// Reads the input of a command that makes one asset of another, between these checks without and with the
+// document. For the rest see read_input.
 Expected<Document> read_for_output(const std::string& input, const std::string& output,
                                    const std::string& report, const Session& session, WriteReport& written,
                                    const std::string& backend = "auto", const std::filesystem::path& spool = {},

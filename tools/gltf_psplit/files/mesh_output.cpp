@@ -59,15 +59,11 @@ bool is_identity(const Transform& t) {
   return is(t.x, {1, 0, 0}) && is(t.y, {0, 1, 0}) && is(t.z, {0, 0, 1}) && is(t.origin, {});
 }
 
-void place_value(const Transform& transform, double sign, std::string_view semantic, std::span<float> value) {
+void place_value(const Transform& transform, bool mirrored, std::string_view semantic, std::span<float> value) {
   if (value.size() < 3 || (semantic != "POSITION" && semantic != "NORMAL" && semantic != "TANGENT")) return;
-  const Vec3 from{value[0], value[1], value[2]};
-  Vec3 to = semantic == "POSITION" ? transform.point(from)
-            : semantic == "NORMAL" ? transform.normal(from) * sign
-                                   : transform.direction(from);
-  if (semantic != "POSITION" && length(to) > 0) to = to * (1 / length(to));
+  const Vec3 to = moved(transform, mirrored, semantic, {value[0], value[1], value[2]});
   value[0] = static_cast<float>(to.x), value[1] = static_cast<float>(to.y), value[2] = static_cast<float>(to.z);
-  if (value.size() > 3) value[3] *= static_cast<float>(sign);
+  if (value.size() > 3 && mirrored) value[3] = -value[3];
 }
 
 bool has_extras(const Json& json) {
@@ -108,7 +104,7 @@ class SceneParts {
     if (is_named || !only_one) object = names_.add(is_named ? *name : "mesh_" + std::to_string(instance.mesh));
     const Transform& transform = instance.to_world;
     const bool moves = !is_identity(transform);
-    const bool mirrored = dot(cross(transform.x, transform.y), transform.z) < 0;
+    const bool mirrored = mirrors(transform);
     moved_count += moves;
     const std::vector<PrimitiveRecord>& primitives = document_.records().meshes[instance.mesh];
     for (size_t i = 0; i < primitives.size(); ++i) {
@@ -122,9 +118,8 @@ class SceneParts {
       if (!view) return view.status();
       PlacedPart part{object, material_name(primitives[i].material), *view, {}, mirrored};
       if (moves)
-        part.place = [transform, sign = mirrored ? -1.0 : 1.0](std::string_view semantic,
-                                                               std::span<float> value) {
-          place_value(transform, sign, semantic, value);
+        part.place = [transform, mirrored](std::string_view semantic, std::span<float> value) {
+          place_value(transform, mirrored, semantic, value);
         };
       face_count_ += part.face_count();
       parts.push_back(std::move(part));

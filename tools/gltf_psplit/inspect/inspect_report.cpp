@@ -1,10 +1,9 @@
-#include "tools/gltf_psplit/inspect/inspect_report.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "gltf_ext/json/json.h"
 #include "src/container/patch_container.h"
+#include "tools/gltf_psplit/inspect/inspected_asset.h"
 #include "tools/gltf_psplit/report/asset_bytes.h"
 #include "tools/gltf_psplit/report/number_text.h"
 #include "tools/gltf_psplit/report/patch_summary.h"

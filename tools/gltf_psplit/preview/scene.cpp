@@ -44,6 +44,16 @@ Expected<Transform> node_transform(const Json& node) {
 
 }  // namespace
 
+bool mirrors(const Transform& transform) { return dot(cross(transform.x, transform.y), transform.z) < 0; }
+
+Vec3 moved(const Transform& transform, bool mirrored, std::string_view semantic, Vec3 value) {
+  if (semantic == "POSITION") return transform.point(value);
+  const Vec3 to =
+      semantic == "NORMAL" ? transform.normal(value) * (mirrored ? -1.0 : 1.0) : transform.direction(value);
+  const double size = length(to);
+  return size > 0 ? to * (1 / size) : to;
+}
+
 Transform operator*(const Transform& outer, const Transform& inner) {
   return {outer.direction(inner.x), outer.direction(inner.y), outer.direction(inner.z),
           outer.point(inner.origin)};

@@ -1,6 +1,7 @@
 // The places of the meshes of an asset.
 #pragma once
 
+#include <string_view>
 #include <vector>
 
 #include "gltf_ext/document/document.h"
@@ -18,6 +19,10 @@ struct Transform {
   // map reverses it.
   Vec3 normal(Vec3 n) const { return cross(y, z) * n.x + cross(z, x) * n.y + cross(x, y) * n.z; }
 };
+// Whether it makes left-handed what is right-handed.
+bool mirrors(const Transform& transform);
+// Where a POSITION goes, or a NORMAL or a TANGENT, which gets the length 1. `mirrored`: mirrors(transform).
+Vec3 moved(const Transform& transform, bool mirrored, std::string_view semantic, Vec3 value);
 // Applies `inner` first, then `outer`.
 Transform operator*(const Transform& outer, const Transform& inner);
 

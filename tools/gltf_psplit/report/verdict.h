@@ -4,7 +4,7 @@
 #include <span>
 #include <string>
 
-#include "gltf_ext/convert/finding.h"
+#include "gltf_ext/convert/validate.h"
 #include "gltf_ext/json/json.h"
 
 namespace psplit {

@@ -14,8 +14,6 @@ namespace {
 constexpr uint64_t kMostRepeats = 64, kSparePoints = 5'000'000;
 constexpr double kRounding = 1e-6;  // relative error of a sum of four floats
 
-double determinant(const Transform& transform) { return dot(cross(transform.x, transform.y), transform.z); }
-
 // The lengths of the shortest and of the longest axis.
 std::pair<double, double> axes(const Transform& transform) {
   return std::minmax({length(transform.x), length(transform.y), length(transform.z)});
@@ -53,14 +51,8 @@ ValuesView mapped(const ValuesView& values, const Map& map, double last, AssetPr
           std::as_bytes(std::span<const float>(*results))};
 }
 
-Vec3 unit(Vec3 v) {
-  const double size = length(v);
-  return size > 0 ? v * (1 / size) : v;
-}
-
 void place(AssetPrimitive& primitive, const Transform& transform) {
-  const bool mirrors = determinant(transform) < 0;
-  const double sign = mirrors ? -1 : 1;
+  const bool mirrored = mirrors(transform);
   const auto [shortest, longest] = axes(transform);
   std::erase_if(primitive.view.attributes,
                 [](const MeshView::Values& attribute) { return attribute.semantic.starts_with("target "); });
@@ -74,17 +66,15 @@ void place(AssetPrimitive& primitive, const Transform& transform) {
       values = mapped(
           values,
           [&](Vec3 p) {
-            const Vec3 to = transform.point(p);
+            const Vec3 to = moved(transform, mirrored, name, p);
             farthest = std::max({farthest, std::fabs(to.x), std::fabs(to.y), std::fabs(to.z)});
             return to;
           },
           1, primitive);
       grid.within = grid.within * stretch(transform) + kRounding * farthest;
     } else {
-      const bool is_normal = name == "NORMAL";
       values = mapped(
-          values, [&](Vec3 d) { return unit(is_normal ? transform.normal(d) * sign : transform.direction(d)); },
-          sign, primitive);
+          values, [&](Vec3 d) { return moved(transform, mirrored, name, d); }, mirrored ? -1 : 1, primitive);
       // The corner of a cube is farther from its centre than its sides are. A stretched direction turns by a
       // larger angle.
       grid.within = grid.within * (grid.coding.octahedral ? 1 : std::sqrt(3.0)) *
@@ -94,7 +84,7 @@ void place(AssetPrimitive& primitive, const Transform& transform) {
     }
     primitive.grids[name] = grid;
   }
-  if (!mirrors || primitive.corner_count != 3) return;
+  if (!mirrored || primitive.corner_count != 3) return;
   ElementBag bag(3);
   bag.add({primitive.view.indices, {}, {}});
   const auto faces = std::make_shared<std::vector<std::array<uint32_t, 3>>>();
