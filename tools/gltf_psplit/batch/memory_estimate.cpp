@@ -266,8 +266,8 @@ uint64_t estimate_memory(const std::string& path, BatchVerb verb, const std::str
                           : verb == BatchVerb::kDecode   ? Factors{2, 45, 7}
                           : verb == BatchVerb::kValidate ? Factors{2, 20, 6}
                                                          : Factors{2, 65, 7};
-  const uint64_t bytes = bytes_on_disk(path).files;
   const Expected<Json> json = read_asset_json(path);
+  const uint64_t bytes = bytes_on_disk(path, json).files;
   const Expected<AssetRecords> records = json ? read_records(*json) : json.status();
   Counts counts;
   if (records)

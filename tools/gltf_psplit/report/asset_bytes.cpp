@@ -54,12 +54,13 @@ Expected<Json> read_asset_json(const std::string& path) {
   return parse_json({reinterpret_cast<const char*>(bytes->data()) + kHead, bytes->size() - kHead});
 }
 
-AssetBytes bytes_on_disk(const std::string& path) {
+AssetBytes bytes_on_disk(const std::string& path) { return bytes_on_disk(path, read_asset_json(path)); }
+
+AssetBytes bytes_on_disk(const std::string& path, const Expected<Json>& json) {
   std::error_code error;
   if (path == "-" || !fs::is_regular_file(path, error)) return {};
   AssetBytes bytes{fs::file_size(path, error), 0};
   if (error) return {};
-  const Expected<Json> json = read_asset_json(path);
   if (!json) return bytes;  // a mesh file refers to no other files
   const fs::path folder = fs::path(path).parent_path();
   bytes.files += buffer_file_bytes(*json, folder);

@@ -56,7 +56,9 @@ void place(AssetPrimitive& primitive, const Transform& transform) {
   const auto [shortest, longest] = axes(transform);
   std::erase_if(primitive.view.attributes,
                 [](const MeshView::Values& attribute) { return attribute.semantic.starts_with("target "); });
-  for (auto& [name, values] : primitive.view.attributes) {
+  for (MeshView::Values& attribute : primitive.view.attributes) {
+    const std::string& name = attribute.semantic;
+    ValuesView& values = attribute.values;
     if ((name != "POSITION" && name != "NORMAL" && name != "TANGENT") || values.component_count < 3) continue;
     DeclaredGrid grid =
         primitive.grids.contains(name) ? primitive.grids[name] : DeclaredGrid{rounding_of(values)};
